@@ -58,6 +58,7 @@ if TYPE_CHECKING:  # by the alias a type checker knows that a name is public
     from pvphong.optics.reflectances import Phong as Phong
     from pvphong.optics.reflectances import Retro as Retro
     from pvphong.optics.reflectances import Ward as Ward
+    from pvphong.rays.transport import Transport as Transport
     from pvphong.rays.visibility import Visibility as Visibility
     from pvphong.scene.light_model import LightModel as LightModel
     from pvphong.scene.presets import three_point as three_point
@@ -99,6 +100,7 @@ _PLACES = {
     "SphereLight SpotLight light_from_homogeneous",
     "optics.material": "Material",
     "optics.reflectances": "GGX PBR BlinnPhong Metal ModifiedPhong OrenNayar Phong Retro Ward",
+    "rays.transport": "Transport",
     "rays.visibility": "Visibility",
     "scene.light_model": "LightModel",
     "scene.presets": "three_point",

@@ -16,14 +16,16 @@ import pyvista as pv
 
 from pvphong.base.types import Backend, MatrixLike, Weighting
 from pvphong.meshes import lit, pictures
+from pvphong.meshes import transport as transports
 from pvphong.meshes import truth as rendering
 from pvphong.meshes.blocks import DEFAULT, datasets, map_blocks, materials_of
 from pvphong.meshes.default_scene import scene_for
-from pvphong.meshes.surfaces import FeatureAngle, shallow_copy, surface
+from pvphong.meshes.surfaces import FeatureAngle, point_normals, shallow_copy, split_sharp_edges, surface
 from pvphong.meshes.visibility import occluders_of_blocks, visibility_options
 from pvphong.optics.material import Material
+from pvphong.rays.transport import Transport
 from pvphong.rays.visibility import Visibility
-from pvphong.scene.scene import SceneLike
+from pvphong.scene.scene import Scene, SceneLike
 from pvphong.shading.plan.plan import Plan
 from pvphong.studies import refine as refinement
 from pvphong.studies.diagnose import diagnosis
@@ -33,6 +35,11 @@ if TYPE_CHECKING:
     from pvphong.studies.validate.validation import Comparison
 
 _PLAIN = Material()
+# Options of `shade` that are not about what there is, but about what is computed of it; and those of surfaces.
+_OF_RUN = "name", "components", "shares_by_bounce", "precision", "backend"
+_WITH_RAYS = "shade", "plan", "refine", "interpolation_error"
+_WITH_RAYS = "shade", "plan", "refine", "interpolation_error"
+_OF_SURFACES: dict[str, Any] = {"matrix": None, "feature_angle": None}
 
 Options = ParamSpec("Options")
 Result = TypeVar("Result")
@@ -66,6 +73,7 @@ class MeshPhong:
     shade = _of_mesh(lit.shade_mesh)
     plan = _of_mesh(lit.plan)
     visibility = _of_mesh(lit.visibility)
+    transport = _of_mesh(transports.transport)
     truth = _of_mesh(rendering.truth)
     normals = _of_mesh(lit.normals)
     plot = _of_mesh(pictures.plot)
@@ -137,8 +145,24 @@ class BlocksPhong:
 
     @_options_of(MeshPhong.shade)
     def shade(self, scene: SceneLike | None = None, material: Materials = _PLAIN, **options: Any) -> pv.MultiBlock:
-        """A new MultiBlock of lit meshes; `visibility` is what `visibility` gives."""
-        return map_blocks(self._blocks, self._each("shade", scene, material, options))
+        """A new MultiBlock of lit meshes; `visibility` and `transport` are what methods of these names give."""
+        matrix, angle = options.get("matrix"), options.get("feature_angle")
+        given = scene_for(map_blocks(self._blocks, surface), scene, matrix)
+        if not given.light_model.bounces:
+            return map_blocks(self._blocks, self._each("shade", scene, material, options))
+        among = self._exchanging(options.pop("transport", None), matrix, angle, options.get("occluders", ()))
+        parts = iter(among.parts)
+        run = {name: options.pop(name) for name in _OF_RUN if name in options}
+        prepared = []
+
+        def prepare(block: pv.DataSet, own: Material | str, how: dict[str, Any]) -> pv.DataSet:
+            how = {"feature_angle": None, **how, "transport": next(parts)}
+            prepared.append(lit.prepare(block, given, own, **how))
+            return block
+
+        map_blocks(self._blocks, self._each_with(prepare, given, material, options, takes_rays=True))
+        results = lit.lit_together(prepared, among, **run)
+        return map_blocks(self._blocks, lambda _: next(results))
 
     @_options_of(MeshPhong.plan)
     def plan(self, scene: SceneLike | None = None, material: Materials = _PLAIN, **options: Any) -> dict[str, Plan]:
@@ -152,6 +176,12 @@ class BlocksPhong:
         scene = scene_for(map_blocks(self._blocks, surface), scene, matrix)
         among = occluders_of_blocks(self._blocks, matrix, options.pop("occluders", ()))
         return self._by_path(lambda block: block.phong.visibility(scene, occluders=next(among), **options))
+
+    @_options_of(MeshPhong.transport)
+    def transport(self, **options: Any) -> Transport:
+        """How light goes between the vertices of all datasets, one after the other."""
+        given = {name: options.pop(name, default) for name, default in _OF_SURFACES.items()}
+        return transports.transport_of(self._surfaces(given["matrix"], given["feature_angle"]), **options)
 
     @_options_of(MeshPhong.truth)
     def truth(
@@ -224,10 +254,51 @@ class BlocksPhong:
     ) -> Callable[[pv.DataSet], Any]:
         """What calls a method for one dataset after the other, with the scene of all, and its own material and rays."""
         scene = scene_for(map_blocks(self._blocks, surface), scene, options.get("matrix"))
+        if method == "plan" and scene.light_model.bounces:
+            given = options.pop("transport", None), options.get("matrix"), options.get("feature_angle")
+            parts = iter(self._exchanging(*given, options.get("occluders", ())).parts)
+
+            def plan(block: pv.DataSet, own: Material | str, how: dict[str, Any]) -> Plan:
+                return block.phong.plan(scene, own, transport=next(parts), **how)
+
+            return self._each_with(plan, scene, material, options, takes_rays=True)
+
+        def call(block: pv.DataSet, own: Material | str, how: dict[str, Any]) -> Any:
+            return getattr(block.phong, method)(scene, own, **how)
+
+        return self._each_with(call, scene, material, options, takes_rays=method in _WITH_RAYS)
+
+    def _each_with(
+        self,
+        operation: Callable[[pv.DataSet, Material | str, dict[str, Any]], Any],
+        scene: Scene,
+        material: Materials,
+        options: dict[str, Any],
+        *,
+        takes_rays: bool,
+    ) -> Callable[[pv.DataSet], Any]:
+        """What does something with one dataset after the other, its own material, and options with its own rays."""
         materials = iter(self._materials(material))
-        takes_rays = method in ("shade", "plan", "refine", "interpolation_error")
         own = visibility_options(self._blocks, scene, options) if takes_rays else repeat(options)
-        return lambda block: getattr(block.phong, method)(scene, next(materials), **next(own))
+        return lambda block: operation(block, next(materials), next(own))
+
+    def _surfaces(self, matrix: MatrixLike | None, feature_angle: FeatureAngle) -> list[transports.Exchanging]:
+        """All datasets as they exchange light."""
+        found = []
+        for _, block in datasets(self._blocks):
+            source, _ = split_sharp_edges(surface(block), feature_angle)
+            normals = functools.cache(functools.partial(point_normals, source))
+            found.append(transports.Exchanging(source, normals, matrix))
+        return found
+
+    def _exchanging(
+        self, given: Any, matrix: MatrixLike | None, feature_angle: FeatureAngle, occluders: Any
+    ) -> Transport:
+        """How they exchange light: as it is given, or by rays that are cast when they are needed."""
+        surfaces = self._surfaces(matrix, feature_angle)
+        if given is None:
+            return transports.transport_of(surfaces, occluders)
+        return transports.checked_transport(given, surfaces, occluders)
 
     def _materials(self, material: Materials) -> list[Material | str]:
         """Of each dataset, in their order."""

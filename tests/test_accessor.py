@@ -99,28 +99,32 @@ def test_blocks_take_what_a_mesh_takes(name):
         assert [p.name for p in of_mesh] == taken
 
 
-OPTIONS = {"matrix", "feature_angle", "occluders", "visibility", "tolerance", "precision", "backend"}
+OPTIONS = {"matrix", "feature_angle", "occluders", "visibility", "transport", "tolerance", "precision", "backend"}
 INSIDE = "it casts rays inside of triangles too, and no visibility is of there"
 IN_FLOAT64 = "errors are those of the formulas, in float64 by NumPy"
-NOT_VTKS = "VTK's shader has no shadows"
+DIRECT = "it is of direct light"
+NOT_VTKS = "VTK's shader has no shadows, and its light does not bounce"
 MEASURED = "each of them is a row that is measured"
 IN_ITSELF = "it looks at points and faces as they are, and lights nothing"
 SHOWN = "it shows colours that are there already"
 WITHOUT = {
     "shade": {},
     "plan": dict.fromkeys(("precision", "backend"), "nothing is computed; a plan is the same for all"),
-    "refine": {"visibility": INSIDE, "backend": IN_FLOAT64},
-    "interpolation_error": {"visibility": INSIDE}
+    "refine": {"visibility": INSIDE, "transport": DIRECT, "backend": IN_FLOAT64},
+    "interpolation_error": {"visibility": INSIDE, "transport": DIRECT}
     | dict.fromkeys(("precision", "backend"), IN_FLOAT64)
     | {"tolerance": "it is the error itself that is asked for"},
-    "validate": dict.fromkeys(("occluders", "visibility"), NOT_VTKS)
+    "validate": dict.fromkeys(("occluders", "visibility", "transport"), NOT_VTKS)
     | {"precision": "VTK's shader computes in float32", "tolerance": "an approximation is no error of the formulas"},
-    "tradeoff": dict.fromkeys(("precision", "backend"), MEASURED),
-    "visibility": {"visibility": "it is what comes out"}
+    "tradeoff": dict.fromkeys(("precision", "backend"), MEASURED) | {"transport": DIRECT},
+    "transport": {"transport": "it is what comes out", "visibility": "it is of all directions"}
+    | dict.fromkeys(("tolerance", "precision", "backend"), "it is rays, as many as are asked for"),
+    "visibility": {"visibility": "it is what comes out", "transport": "it is of lights and sky"}
     | dict.fromkeys(("precision", "backend"), "rays are cast in one way, Embree's or VTK's"),
-    "truth": {"visibility": "its rays are its own", "tolerance": "its samples say how well it is known"}
+    "truth": dict.fromkeys(("visibility", "transport"), "its rays are its own")
+    | {"tolerance": "its samples say how well it is known"}
     | dict.fromkeys(("precision", "backend"), "it computes in one way, in float64"),
-    "normals": dict.fromkeys(("occluders", "visibility", "tolerance"), "no light falls on them")
+    "normals": dict.fromkeys(("occluders", "visibility", "transport", "tolerance"), "no light falls on them")
     | {"precision": "they are of the points' own"},
     "diagnose": dict.fromkeys(OPTIONS - {"matrix"}, IN_ITSELF),
     "plot": dict.fromkeys(OPTIONS, SHOWN),

@@ -42,6 +42,7 @@ BY_THEMSELVES = {
     "diagnosis": lambda: MESH.phong.diagnose(**FAULTY),
     "comparison": lambda: MESH.phong.validate(SCENE),
     "visibility": lambda: MESH.phong.visibility(SCENE),
+    "transport": lambda: MESH.phong.transport(),
     "batch": lambda: ph.Batch((Path("a"),), (), {Path("b"): "<no mesh>"}),
     "images": lambda: compare_images(MESH, SCENE, ph.Material()),
 }
@@ -60,7 +61,7 @@ VALUES = {
 
 def test_every_public_class_is_looked_at():
     classes = {name for name in ph.__all__ if isinstance(getattr(ph, name), type)}
-    made = {"Batch", "Comparison", "Diagnosis", "PhongFilter", "Plan", "Shading", "Tradeoff", "Visibility"}
+    made = {"Batch", "Comparison", "Diagnosis", "PhongFilter", "Plan", "Shading", "Tradeoff", "Transport", "Visibility"}
     assert classes == set(VALUES) | made | {"Light", "SingularMatrixWarning"}  # abstract, and an exception
 
 

@@ -159,10 +159,11 @@ def shade_files(
     pieces, indices = pieces_and_indices(paths_of(paths), folder, as_one=seams == "merge")
     job.refuse_wrong({piece.label for piece in pieces})
     several = [name for name, count in Counter(piece.surface for piece in pieces).items() if name and count > 1]
-    if several and job.scene.light_model.needs_rays:  # who lights a piece does not have the others
+    if several and job.scene.light_model.needs_surroundings:  # who lights a piece does not have the others
         remedy = "scene.light_model.without_rays() is the same without them; or join the pieces: pyvista.read(path)."
         got = f"one with them for the pieces of {several[0].rpartition('@')[0] or 'one surface'}"
-        check.refuse("light_model", got, "without shadows and ambient occlusion where a surface is in pieces", remedy)
+        allowed = "without shadows, ambient occlusion and bounces where a surface is in pieces"
+        check.refuse("light_model", got, allowed, remedy)
     outputs = [piece.output for piece in pieces] + [index.output for index in indices]
     folders = sorted({folder, *(output.parent for output in outputs)})
     with connected(client, workers) as workforce, _folders(folders), about("files"):

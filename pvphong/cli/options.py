@@ -76,6 +76,8 @@ class Lighting:
         Multiply what lights add by the part of them that each vertex sees; blocks shadow each other.
     ambient_occlusion
         Multiply ambient light by the open part of the sky.
+    bounces
+        How often light is followed from surface to surface; ambient light then stands for what is left after that.
     occluder
         A file with a mesh that casts shadows too; may be given several times.
     feature_angle
@@ -95,6 +97,7 @@ class Lighting:
     tangents: str | None = None
     shadows: Flag = False
     ambient_occlusion: Flag = False
+    bounces: int = 0
     occluder: Annotated[tuple[str, ...], Parameter(negative="", show_default=False)] = ()
     feature_angle: Annotated[FeatureAngle, Parameter(show_choices=False)] = "auto"
 
@@ -144,12 +147,13 @@ class Lighting:
         return outside, self.with_rays(scene), materials if has_blocks else single_material(materials)
 
     def with_rays(self, scene: Scene) -> Scene:
-        """A scene with shadows and ambient occlusion as the options have them, beside its own."""
+        """A scene with shadows, ambient occlusion and bounces as the options have them, beside its own."""
         model = scene.light_model
         occlusion = model.ambient_occlusion or self.ambient_occlusion  # a rig's may be a distance
-        model = replace(model, shadows=model.shadows or self.shadows, ambient_occlusion=occlusion)
-        if self.occluder and not model.needs_rays:
-            remedy = "Give --shadows, --ambient-occlusion or a rig with them too."
+        shadows, bounces = model.shadows or self.shadows, self.bounces or model.bounces
+        model = replace(model, shadows=shadows, ambient_occlusion=occlusion, bounces=bounces)
+        if self.occluder and not model.needs_surroundings:
+            remedy = "Give --shadows, --ambient-occlusion, --bounces or a rig with them too."
             check.refuse("--occluder", self.occluder[0], "left out where nothing casts shadows", remedy)
         return replace(scene, light_model=model)
 

@@ -132,7 +132,8 @@ def _shade_many(meshes: Sequence[str], output: str, lighting: LightingOptions, o
     if lighting.scene is not None:
         scene = lighting.with_rays(Scene.load(lighting.scene))
     else:
-        given = {"--shadows": lighting.shadows, "--ambient-occlusion": lighting.ambient_occlusion}
+        given: dict[str, Any] = {"--shadows": lighting.shadows, "--ambient-occlusion": lighting.ambient_occlusion}
+        given["--bounces"] = lighting.bounces or None
         _refuse_given(given, "left out without --scene where many files are lit")
     with busy("Lighting many files"):
         batch = shade_files(meshes, output, scene, lighting.materials(), **options)

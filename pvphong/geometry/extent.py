@@ -219,10 +219,12 @@ def is_convex(points: FloatArray, normals: FloatArray, triangles: NDArray[np.int
         return False
     with np.errstate(invalid="ignore"):
         n = normals[triangles] / np.linalg.norm(normals[triangles].astype(np.float64), axis=2, keepdims=True)
+    if not ((n * across[:, None]).sum(axis=2) > 0.0).all():  # one that points inward, or is none
+        return False
     for k in range(3):  # at each corner the edges of the face fall off from the tangent plane
         for neighbour in (corners[:, k - 1], corners[:, k - 2]):
             edges = neighbour - corners[:, k]
-            rise = (n[:, k] * edges).sum(axis=1)  # NaN for a normal that is none
+            rise = (n[:, k] * edges).sum(axis=1)
             if not (rise <= _BENT * np.linalg.norm(edges, axis=1)).all():
                 return False
     # each edge has two faces, in opposite orders, and neither rises above the other

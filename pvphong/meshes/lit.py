@@ -7,9 +7,9 @@ viewer (`default_scene.py`); these give vertices, a plan is made for them, and `
 from __future__ import annotations
 
 import functools
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import pyvista as pv
@@ -21,15 +21,19 @@ from pvphong.geometry.transform import transform_normals
 from pvphong.meshes.blocks import leaves, map_blocks
 from pvphong.meshes.default_scene import scene_for
 from pvphong.meshes.point_data import surface_and_maps, tangents_from
-from pvphong.meshes.surfaces import FeatureAngle, shallow_copy, split_sharp_edges, surface, vertex_normals
+from pvphong.meshes.surfaces import FeatureAngle, point_normals, shallow_copy, split_sharp_edges, surface
+from pvphong.meshes.transport import Exchanging, checked_transport, transport_of
 from pvphong.meshes.visibility import visibility_of
 from pvphong.optics.maps import maps_on_material
 from pvphong.optics.material import Material, as_material
+from pvphong.rays.transport import Transport, TransportPart
 from pvphong.rays.visibility import Visibility
 from pvphong.scene.scene import Scene, SceneLike, as_scene, light_labels
+from pvphong.shading import interreflection
+from pvphong.shading.interreflection import Sent
 from pvphong.shading.plan.plan import Plan
 from pvphong.shading.vertices import Vertices
-from pvphong.shading.visibility import VisibilityLike, checked_visibility
+from pvphong.shading.visibility import TransportLike, VisibilityLike, checked_visibility
 
 _PLAIN = Material()
 
@@ -49,6 +53,8 @@ def shade_mesh(
     feature_angle: FeatureAngle = None,
     occluders: Any = (),
     visibility: Visibility | None = None,
+    transport: Transport | None = None,
+    shares_by_bounce: bool = False,
 ) -> pv.PolyData:
     """A new mesh with its lit colours as a point array.
 
@@ -72,7 +78,8 @@ def shade_mesh(
     components : bool, default False
         Adds `<name>_ambient`, `<name>_diffuse`, `<name>_specular`, `<name>_emission`, which add up to
         the unclamped colour, `<name>_base` (emission and the light model's ambient) and one
-        `<name>_light_<name or index>` per light, which together add up to it too.
+        `<name>_light_<name or index>` per light, which together add up to it too. Where light bounces,
+        `<name>_bounced` belongs to either sum.
     tolerance : float, default 0
         Largest absolute colour error that may be traded for time; 0 allows no approximation.
     precision : {"float32", "float64"}
@@ -91,6 +98,11 @@ def shade_mesh(
         What `visibility` gave for this mesh and these lights, in place of new rays; or its numbers, as for
         `pvphong.evaluate`. With `components=True` the
         result has it as arrays, `<name>_visibility_<name or index>` and `<name>_sky`, where it was needed.
+    transport : Transport, optional
+        What `transport` gave for this mesh, where the light model has bounces, in place of new rays.
+    shares_by_bounce : bool, default False
+        With `components=True`, `<name>_bounce_1` and so on too, which add up to `<name>_bounced`; what is left of the
+        ambient light is in the last.
 
     Returns
     -------
@@ -111,17 +123,61 @@ def shade_mesh(
     >>> lit["phong"].shape
     (842, 3)
     """
-    if not isinstance(name, str) or not name:
-        check.refuse("name", name, "a string that is not empty")
+    rays = {"occluders": occluders, "visibility": visibility, "transport": transport, "feature_angle": feature_angle}
+    prepared = prepare(mesh, scene, material, matrix=matrix, tolerance=tolerance, backend=backend, **rays)
+    options: Any = {"components": components, "backend": backend, "precision": precision}
+    return lit_mesh(prepared, name, shares_by_bounce=shares_by_bounce, **options)
+
+
+class Prepared(NamedTuple):
+    """A mesh that is ready to be lit."""
+
+    mesh: pv.DataSet
+    """As it was given, or a copy that shares its arrays."""
+    source: pv.PolyData
+    """Its surface."""
+    scene: Scene
+    vertices: Vertices
+    plan: Plan
+
+
+def prepare(
+    mesh: pv.DataSet,
+    scene: SceneLike | None,
+    material: Material | str,
+    *,
+    feature_angle: FeatureAngle,
+    tolerance: float = 0.0,
+    matrix: MatrixLike | None = None,
+    **rays: Any,
+) -> Prepared:
+    """What will light a mesh; options are those of `shade_mesh`."""
     # shared first, and then read: what another thread replaces meanwhile is not half seen
     now = shallow_copy(mesh) if isinstance(mesh, pv.PolyData) else mesh
     material = as_material(material)
     source, maps, tangents = surface_and_maps(now, material, feature_angle)
     scene = scene_for(source, scene, matrix)
-    rays = {"occluders": occluders, "visibility": visibility, "tolerance": tolerance, "matrix": matrix}
-    vertices = vertices_of(source, maps, tangents, scene=scene, backend=backend, **rays)
+    vertices = vertices_of(source, maps, tangents, scene=scene, tolerance=tolerance, matrix=matrix, **rays)
     planned = Plan.of(scene, material, vertices, matrix=matrix, tolerance=tolerance)
-    shading = planned.run(vertices, components=components, backend=backend, precision=precision)
+    return Prepared(now, source, scene, vertices, planned)
+
+
+def lit_mesh(
+    prepared: Prepared,
+    name: str = "phong",
+    *,
+    bounced: FloatArray | None = None,
+    components: bool = False,
+    shares_by_bounce: bool = False,
+    **options: Any,
+) -> pv.PolyData:
+    """A new mesh with its lit colours; options are those of `Plan.run`."""
+    if not isinstance(name, str) or not name:
+        check.refuse("name", name, "a string that is not empty")
+    if check.flag("shares_by_bounce", shares_by_bounce) and not components:
+        check.refuse("shares_by_bounce", True, "False without components=True")
+    now, source, scene, vertices, planned = prepared
+    shading = planned.run(vertices, components=components, bounced=bounced, **options)
     lit = source if source is now else shallow_copy(source)
     if shading.per_light is not None:
         labels = light_labels(scene)
@@ -136,9 +192,34 @@ def shade_mesh(
             lit.point_data[f"{name}_{part}"] = getattr(shading, part)
         for label, share in zip(labels, shading.per_light, strict=True):
             lit.point_data[f"{name}_light_{label}"] = share
+        if shading.bounced is not None:
+            lit.point_data[f"{name}_bounced"] = shading.bounced.sum(axis=0)
+            for bounce, share in enumerate(shading.bounced, 1) if shares_by_bounce else ():
+                lit.point_data[f"{name}_bounce_{bounce}"] = share
     lit.point_data[name] = shading.rgb
     lit.set_active_scalars(name, preference="point")
     return lit
+
+
+def lit_together(prepared: Sequence[Prepared], together: Transport, **options: Any) -> Iterator[pv.PolyData]:
+    """New meshes that light each other by what they reflect, in their order; options are those of `lit_mesh`.
+
+    Parameters
+    ----------
+    prepared : sequence of Prepared
+        Whose vertices' transports are the parts of one.
+    together : Transport
+        That one.
+    """
+    how: Any = {name: options[name] for name in ("precision", "backend") if name in options}
+    of_each = [each.plan.sent(each.vertices, **how) for each in prepared]
+    count = max((each.plan.equation.bounces for each in prepared), default=0)
+    shares: FloatArray | None = None
+    if count:
+        apart = bool(options.get("components"))
+        shares = interreflection.bounced(Sent.of_all(of_each), together.gather, count, apart=apart)
+    for each, rows in zip(prepared, together.slices, strict=True):
+        yield lit_mesh(each, bounced=None if shares is None else shares[:, rows], **options)
 
 
 @maps_on_material
@@ -152,6 +233,7 @@ def plan(
     feature_angle: FeatureAngle = None,
     occluders: Any = (),
     visibility: Visibility | None = None,
+    transport: Transport | None = None,
 ) -> Plan:
     """Which effects will run for a scene, which are left out, and why.
 
@@ -176,7 +258,7 @@ def plan(
         Largest absolute colour error that may be taken; 1/255 is one step of a display.
     feature_angle
         Of a mesh, as for `mesh.phong.shade`.
-    occluders, visibility
+    occluders, visibility, transport
         Of a mesh, as for `mesh.phong.shade`. No ray is cast: of bare points, what they see is not known.
 
     Returns
@@ -191,11 +273,9 @@ def plan(
     """
     material = as_material(material)
     if isinstance(mesh_or_points, pv.DataSet):
-        source, maps, tangents = surface_and_maps(mesh_or_points, material, feature_angle)
-        scene = scene_for(source, scene, matrix)
-        rays: dict[str, Any] = {"occluders": occluders, "visibility": visibility, "matrix": matrix}
-        vertices = vertices_of(source, maps, tangents, scene=scene, **rays)
-        return Plan.of(scene, material, vertices, matrix=matrix, tolerance=tolerance)
+        rays: Any = {"occluders": occluders, "visibility": visibility, "transport": transport}
+        how: Any = {"feature_angle": feature_angle, "matrix": matrix, "tolerance": tolerance}
+        return prepare(mesh_or_points, scene, material, **how, **rays).plan
     allowed = "a mesh or an (n, 3) array of real numbers"
     if isinstance(mesh_or_points, pv.MultiBlock):
         remedy = "blocks.phong.plan(...) plans each block by itself."
@@ -313,18 +393,6 @@ def normals(
     return found if matrix is None else transform_normals(found, matrix)
 
 
-def point_normals(mesh: pv.PolyData, weighting: Weighting | None = None, *, backend: Backend = "auto") -> FloatArray:
-    """The normals that a surface is lit with.
-
-    Its active point normals as they are, if it has any; else, or where a weighting is given, they are
-    computed from its faces. Cell normals are not read: a vertex is lit, not a face.
-    """
-    active: FloatArray | None = mesh.point_data.active_normals
-    if weighting is None and active is not None:
-        return np.asarray(active)
-    return vertex_normals(mesh, weighting or "angle", backend=backend)
-
-
 def vertices_of(
     source: pv.PolyData,
     maps: Mapping[str, Any],
@@ -333,6 +401,7 @@ def vertices_of(
     scene: Scene,
     occluders: Any = (),
     visibility: Visibility | None = None,
+    transport: Transport | TransportPart | None = None,
     matrix: MatrixLike | None = None,
     tolerance: float = 0.0,
     backend: Backend = "auto",
@@ -344,8 +413,15 @@ def vertices_of(
         seen = checked_visibility("visibility", visibility, source.points, matrix, scene)
     elif scene.light_model.needs_rays:
         seen = visibility_of(source, normals, scene, occluders=occluders, tolerance=tolerance, matrix=matrix)
+    among: TransportLike | None = None
+    if isinstance(transport, TransportPart):
+        among = transport
+    elif scene.light_model.bounces:
+        own, blocking = [Exchanging(source, normals, matrix)], occluders
+        whole = transport_of(own, blocking) if transport is None else checked_transport(transport, own, blocking)
+        (among,) = whole.parts
     tangents = tangents_from(source, normals) if tangents is None else tangents
-    return Vertices(source.points, normals, maps, seen, tangents=tangents)
+    return Vertices(source.points, normals, maps, seen, tangents=tangents, transport=among)
 
 
 def one_surface(blocks: pv.MultiBlock) -> pv.PolyData:

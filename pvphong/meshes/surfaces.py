@@ -12,7 +12,7 @@ import pyvista as pv
 from numpy.typing import NDArray
 
 from pvphong.base import check
-from pvphong.base.types import Backend, Float64Array, Weighting
+from pvphong.base.types import Backend, Float64Array, FloatArray, Weighting
 from pvphong.geometry import normals
 from pvphong.meshes.cells import cells, refuse_invalid
 from pvphong.shading import kernel
@@ -301,3 +301,15 @@ def shallow_copy(mesh: _Mesh) -> _Mesh:
     # would count as modified by being put into another.
     result.SetPoints(pv.vtk_points(np.asarray(result.points), deep=False, force_float=False))
     return result
+
+
+def point_normals(mesh: pv.PolyData, weighting: Weighting | None = None, *, backend: Backend = "auto") -> FloatArray:
+    """The normals that a surface is lit with.
+
+    Its active point normals as they are, if it has any; else, or where a weighting is given, they are
+    computed from its faces. Cell normals are not read: a vertex is lit, not a face.
+    """
+    active: FloatArray | None = mesh.point_data.active_normals
+    if weighting is None and active is not None:
+        return np.asarray(active)
+    return vertex_normals(mesh, weighting or "angle", backend=backend)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import replace
 from itertools import repeat
 from typing import Any, NamedTuple
 
@@ -52,6 +53,15 @@ def world_faces(source: pv.PolyData, matrix: MatrixLike | None = None) -> Blocki
     """A surface's triangles in the world; its points are copied."""
     points = source.points.astype(np.float64) if matrix is None else transform_points(source.points, matrix)
     return BlockingFaces(points, triangles_of(source))
+
+
+def receiver_of(
+    source: pv.PolyData, normals: Callable[[], FloatArray], matrix: MatrixLike | None, part: int
+) -> Receiver:
+    """The vertices of a surface, in the world; its faces are so many of the parts that block light, if it has any."""
+    faces = world_faces(source, matrix)
+    world_normals = normals if matrix is None else lambda: transform_normals(normals(), matrix)
+    return Receiver(faces, world_normals, part if len(faces) else None)
 
 
 def checked_occluders(given: Any) -> list[BlockingFaces]:
@@ -132,13 +142,12 @@ def visibility_of(
         samples = int(check.number("samples", samples, at_least=1.0, at_most=float(MOST_RAYS)))
     tolerance = check.number("tolerance", tolerance, at_least=0.0) or _AS_FINE_AS_A_DISPLAY
     model = scene.light_model
-    faces = world_faces(source, matrix)
-    known = occluders
+    known, receiver = occluders, receiver_of(source, normals, matrix, 0)
     if not isinstance(known, KnownOccluders):
         others = checked_occluders(occluders)
-        known = KnownOccluders(Occluders([faces, *others] if len(faces) else others), 0 if len(faces) else None)
-    world_normals = normals if matrix is None else lambda: transform_normals(normals(), matrix)
+        own = [receiver.faces] if receiver.part is not None else []
+        known = KnownOccluders(Occluders([*own, *others]), receiver.part)
     ambient = max(rgb(model.ambient)) + sum(light.intensity * max(rgb(light.ambient)) for light in scene.lights)
-    receiver, distance = Receiver(faces, world_normals, known.own_index), model.occlusion_distance
+    receiver, distance = replace(receiver, part=known.own_index), model.occlusion_distance
     tracer = Tracer(receiver, known.occluders, model.two_sided, distance, tolerance, samples, ambient)
     return Visibility(tracer, scene.world_lights, light_labels(scene))

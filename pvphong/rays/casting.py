@@ -205,11 +205,12 @@ class Locator:
         """As `Embree.first`."""
         ends = origins + lengths[:, None] * directions
         meet: Any = self._locator.IntersectWithLine  # VTK's annotations have no numbers that it changes
-        t, part, cell, where, inside = mutable(0.0), mutable(0), mutable(0), [0.0] * 3, [0.0] * 3
+        of_vtk: list[Any] = [mutable(0.0), mutable(0), mutable(0)]
+        (t, part, cell), where, inside = of_vtk, [0.0] * 3, [0.0] * 3
         triangles, shares = np.full(len(origins), -1), np.full(len(origins), math.inf)
         for row, (a, b) in enumerate(zip(origins.tolist(), ends.tolist(), strict=True)):
             if meet(a, b, _TOLERANCE, t, where, inside, part, cell):
-                triangles[row], shares[row] = int(cell), float(t)
+                triangles[row], shares[row] = cell.get(), t.get()
         distances = np.where(triangles >= 0, shares, 0.0) * lengths
         places = origins + distances[:, None] * directions
         a, b, c = self._faces.points[self._faces.corners[triangles]].transpose(1, 0, 2).astype(np.float64)
@@ -354,7 +355,17 @@ class Occluders:
     @property
     def count(self) -> int:
         """The number of triangles."""
-        return sum(map(len, self._parts))
+        return sum(self.counts)
+
+    @property
+    def counts(self) -> list[int]:
+        """The number of triangles of each part."""
+        return list(map(len, self._parts))
+
+    @property
+    def boxes(self) -> list[tuple[Float64Array, Float64Array] | None]:
+        """Around each part, least and greatest coordinates; None for one without a triangle."""
+        return [part.box if len(part.sound) else None for part in self._parts]
 
     @property
     def spheres(self) -> list[Sphere | None]:

@@ -15,6 +15,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -87,6 +88,40 @@ def part_by_arrays(
     return sent, seen, np.broadcast_to(np.asarray(scale, np.float64), count), len(turn)
 
 
+def around_by_arrays(
+    sampling: Sampling,
+    numbers: Float64Array,
+    origins: Float64Array,
+    normals: Float64Array,
+    seeds: NDArray[np.uint32],
+    begin: int,
+    end: int,
+    occluders: Occluders,
+    triangles: SendingTriangles,
+) -> tuple[NDArray[np.int32], int]:
+    """What compiled code does without arrays of rays, as `pvphong.shading.kernel.hits.vertices_met` has it."""
+    points = np.arange(begin, end)
+    u = sobol.coordinate(points.astype(np.uint32), seeds[0][:, None])
+    v = sobol.coordinate(sobol.SECOND[points], seeds[1][:, None])
+    _, _, *frame = sampling.frame(numbers, origins.T, normals.T)
+    singles = tuple(np.broadcast_to(np.asarray(each, np.float32), len(origins))[:, None] for each in frame)
+    chosen, _, weight = sampling.sample(numbers, singles, u, v)
+    directions = np.stack([np.broadcast_to(each, u.shape) for each in chosen], axis=2)
+    vertex, turn = np.nonzero(np.broadcast_to(weight, u.shape) > 0.0)
+    rays = directions[vertex, turn]
+    hits = occluders.first(origins[vertex], rays, np.full(len(rays), math.inf))
+    is_met = hits.triangles >= 0
+    corners = occluders.points[occluders.triangles.corners[hits.triangles]].astype(np.float64)
+    across = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    is_front = (across * rays).sum(axis=1) * triangles.sides[hits.triangles] < 0.0
+    chance = sobol.random(points.astype(np.uint32), seeds[2][:, None])[vertex, turn]
+    corner = np.where(chance < hits.weights[:, 0], 1, np.where(chance < hits.weights.sum(axis=1), 2, 0))
+    met = np.full(u.shape, -1, np.int32)
+    seen = np.where(is_front, triangles.corners[hits.triangles, corner], -2)
+    met[vertex, turn] = np.where(is_met, seen, -1)
+    return met, len(rays)
+
+
 # --- the occlusion test: why nothing can block light between vertices and a light, known before any ray is cast
 
 
@@ -123,7 +158,20 @@ def may_block(light: Light, vertices: Sphere | None, part: Sphere) -> bool:
     return float(np.linalg.norm(to_part - along * to_light)) <= reach + 1.5 * size
 
 
-# --- the vertices of one mesh that look at lights and at the sky
+# --- the vertices of one mesh that look at lights, at the sky, and at each other
+
+
+class SendingTriangles(NamedTuple):
+    """All triangles of some parts, of which some send light from their fronts, as compiled code takes them."""
+
+    starts: IntArray
+    """As `Triangles.starts`."""
+    numbers: IntArray
+    """As `Triangles.numbers`."""
+    corners: IntArray
+    """Shape (m, 3): numbers of the vertices that a triangle's corners are; −1 where it sends none."""
+    sides: NDArray[np.int8]
+    """Shape (m,): 1 or −1, as its front is where its corners go round to the left or to the right; 0 for none."""
 
 
 # Finding out whether a mesh of more faces is convex would take longer than its rays.
@@ -179,6 +227,10 @@ class Receiver:
 
         threads.run(work, len(normals), _NORMALS_AT_ONCE)
         return result
+
+    def above(self, rows: Any, height: Any) -> Float64Array:
+        """Where rays of some vertices begin, so high above their tangent planes."""
+        return self.origins[rows] + height * self.unit_normals[rows]
 
     @cached_property
     def extent(self) -> Extent:

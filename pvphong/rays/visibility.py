@@ -79,8 +79,7 @@ class Tracer:
 
     def _origins(self, rows: Any, sides: Any) -> Float64Array:
         """Where rays begin at some vertices, on the side of the surface that sees the light."""
-        above = self.occluders.resolution(self.receiver.part)
-        return self.receiver.origins[rows] + above * sides * self.receiver.unit_normals[rows]
+        return self.receiver.above(rows, sides * self.occluders.resolution(self.receiver.part))
 
     def _all_or_nothing_of(self, light: Light) -> Seen:
         """A light without a size: one ray for each vertex."""

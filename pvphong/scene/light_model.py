@@ -21,6 +21,11 @@ def _flag_or_distance(name: str, value: Any) -> bool | float:
     return check.refuse(name, value, "True, False, or a distance > 0")
 
 
+def _count(name: str, value: Any) -> int:
+    number = check.number(name, value, at_least=0.0)
+    return int(number) if number == int(number) else check.refuse(name, value, "a whole number >= 0")
+
+
 @dataclass(frozen=True)
 class LightModel:
     """How the lights' contributions are put together.
@@ -52,6 +57,10 @@ class LightModel:
         Ambient light, `ambient` above and that of lights, is multiplied by the open part of the sky: of the hemisphere
         around the normal, weighted with the cosine. A number > 0 is the distance, in the mesh's unit, up to which
         something blocks it; True is any distance.
+    bounces : int, default 0
+        How often light is followed from surface to surface, as diffuse reflection of what each vertex sees. The
+        constant ambient light then counts only for what is left after the last bounce. Sides are as the normals point:
+        what is seen from behind is black.
 
     Raises
     ------
@@ -67,6 +76,7 @@ class LightModel:
     convention: Convention = check.field(partial(check.choice, allowed=get_args(Convention)), "standard")
     shadows: bool = check.field(check.flag, False)
     ambient_occlusion: bool | float = check.field(_flag_or_distance, False)
+    bounces: int = check.field(_count, 0)
 
     def __post_init__(self) -> None:
         check.fields(self)
@@ -74,6 +84,11 @@ class LightModel:
             check.refuse("local_viewer", False, "True in VTK's convention", "VTK's viewer is always local.")
         if self.convention == "vtk" and self.reflection != "phong":
             check.refuse("reflection", self.reflection, "'phong' in VTK's convention", "VTK knows no other.")
+        if self.bounces and self.convention == "vtk":
+            check.refuse("bounces", self.bounces, "0 in VTK's convention", "VTK's light does not bounce.")
+        if self.bounces and self.two_sided:
+            remedy = "A surface's two sides would send different light; LightModel(two_sided=False) has one."
+            check.refuse("bounces", self.bounces, "0 where the light model is two-sided", remedy)
 
     @property
     def needs_rays(self) -> bool:
@@ -85,9 +100,14 @@ class LightModel:
         """Up to where something hides the sky."""
         return math.inf if isinstance(self.ambient_occlusion, bool) else self.ambient_occlusion
 
+    @property
+    def needs_surroundings(self) -> bool:
+        """Whether it needs to know of anything around a vertex: by rays, or because light bounces."""
+        return self.needs_rays or self.bounces > 0
+
     def without_rays(self) -> Self:
-        """The same without shadows and occlusion."""
-        return replace(self, shadows=False, ambient_occlusion=False)
+        """The same without shadows, occlusion and bounces."""
+        return replace(self, shadows=False, ambient_occlusion=False, bounces=0)
 
     @classmethod
     def opengl(cls) -> Self:

@@ -29,7 +29,7 @@ _FORMAT = "pvphong scene"
 _VERSIONS = 1, 2
 # What was there when files of version 1 were written; a scene with no more is still written as one.
 _FIRST_LIGHTS = {"directional", "point", "spot"}
-_NOT_IN_FIRST = {"shadows", "ambient_occlusion"}
+_NOT_IN_FIRST = {"shadows", "ambient_occlusion", "bounces"}
 
 
 @dataclass(frozen=True)
@@ -164,7 +164,7 @@ class Scene:
             documents.with_type(f"lights[{index}]", light, LIGHT_TYPES) for index, light in enumerate(self.lights)
         ]
         model = asdict(self.light_model)
-        for name in [name for name in _NOT_IN_FIRST if model[name] is False]:
+        for name in [name for name in _NOT_IN_FIRST if not model[name]]:
             del model[name]
         has_first_lights = all(light["type"] in _FIRST_LIGHTS for light in lights)
         is_first = self.viewer is not None and not materials and has_first_lights and not _NOT_IN_FIRST & model.keys()

@@ -130,6 +130,8 @@ class Equation:
         "albedo", "diffuse", "specular", "emission": of what there is a map of colours.
     gamma : float
         The sum of all light is raised to 1/gamma before it is clamped.
+    bounces : int
+        How often light is followed from surface to surface.
     colors : tuple of tuple of float
         The material's colour of each lobe: what of light of 1 from all around is multiplied by.
     """
@@ -149,6 +151,7 @@ class Equation:
     turns_normals: bool
     is_occluded: bool = False
     gamma: float = 1.0
+    bounces: int = 0
     maps: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     tints: frozenset[str] = frozenset()
     colors: tuple[Vector, ...] = ()
@@ -335,6 +338,7 @@ def _standard(
         matrix=matrix,
         turns_normals=matrix is not None,
         is_occluded=model.ambient_occlusion is not False,
+        bounces=model.bounces,
         colors=tuple(color for _, color in reflectances.lobes),
     )
 

@@ -14,7 +14,7 @@ from pvphong.scene.scene import SceneLike, as_scene
 from pvphong.shading.plan.plan import Plan
 from pvphong.shading.reference import Shading
 from pvphong.shading.vertices import Vertices
-from pvphong.shading.visibility import checked_visibility
+from pvphong.shading.visibility import checked_part, checked_visibility
 
 
 @maps_on_material
@@ -30,6 +30,7 @@ def evaluate(
     tolerance: float = 0.0,
     components: bool = False,
     visibility: Any = None,
+    transport: Any = None,
 ) -> Shading:
     """Lit colours of vertices by the equation of Phong or Blinn-Phong, or the material's own reflectance.
 
@@ -85,6 +86,9 @@ def evaluate(
         `mesh.phong.visibility(scene)` of a mesh with these points. Or plain numbers, beside Dask arrays only those, of
         shape (lights + 1, n): the part of each light that each vertex sees, as `.per_light`, and of the sky in the last
         row, as `.sky`.
+    transport : Transport, optional
+        How light goes between the vertices, where the light model has bounces: `mesh.phong.transport()` of a mesh with
+        these points.
 
     Returns
     -------
@@ -102,5 +106,7 @@ def evaluate(
     scene = as_scene(scene, lambda: vertices.bounds(matrix))
     if visibility is not None:
         vertices.visibility = checked_visibility("visibility", visibility, vertices.points, matrix, scene)
+    if transport is not None:
+        vertices.transport = checked_part("transport", transport, len(vertices))
     plan = Plan.of(scene, material, vertices, matrix=matrix, tolerance=tolerance)
     return plan.run(vertices, precision=precision, backend=backend, components=components)

@@ -49,7 +49,10 @@ class Shading:
         the scene's lights; a light that is off has a share of zero.
     base : ndarray or None
         Shape (n, 3), unclamped: what is there without any light: emission and the light model's ambient.
-        ``base + per_light.sum(axis=0)`` is the unclamped colour.
+        ``base + per_light.sum(axis=0)`` is the unclamped colour, but for light that bounces.
+    bounced : ndarray or None
+        Shape (bounces, n, 3), unclamped: what has bounced once, twice and so on; the rest of the ambient light is in
+        the last. Where light bounces, `ambient` and `base` have no ambient light.
     """
 
     rgb: NDArray[Any]
@@ -59,6 +62,7 @@ class Shading:
     emission: FloatArray | None = None
     per_light: FloatArray | None = None
     base: FloatArray | None = None
+    bounced: FloatArray | None = None
 
     def __repr__(self) -> str:
         parts = "" if self.per_light is None else f", components of {len(self.per_light)} lights"

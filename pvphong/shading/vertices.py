@@ -18,7 +18,7 @@ from pvphong.optics.maps import COLORS, Map, Values, checked, fractions
 from pvphong.optics.material import Material
 from pvphong.scene.scene import Scene
 from pvphong.shading.equation import Equation, assemble
-from pvphong.shading.visibility import VisibilityLike
+from pvphong.shading.visibility import TransportLike, VisibilityLike
 
 _TO_TANGENTS = (
     "Name a point array of vectors along the surface, or give the mesh texture coordinates whose u changes everywhere."
@@ -71,6 +71,8 @@ class Vertices:
         of them; or what gives them, as for normals.
     visibility : VisibilityLike, optional
         What they see of lights and sky, for scenes with shadows or ambient occlusion.
+    transport : TransportLike, optional
+        What they see of each other, for scenes in which light bounces.
 
     Raises
     ------
@@ -86,11 +88,12 @@ class Vertices:
         visibility: VisibilityLike | None = None,
         *,
         tangents: Any | Callable[[], Any] | None = None,
+        transport: TransportLike | None = None,
     ) -> None:
         self.points: FloatArray = check.array("points", points)
         self._normals = normals if callable(normals) else self._checked("normals", normals)
         self.maps: dict[str, Values] = {name: checked(name, value, len(self.points)) for name, value in maps.items()}
-        self.visibility = visibility
+        self.visibility, self.transport = visibility, transport
         self._tangents = tangents if callable(tangents) else self._checked("tangents", tangents)
 
     def __repr__(self) -> str:

@@ -1,4 +1,4 @@
-"""What vertices see of lights and of the sky, as plans and evaluators ask for it; `pvphong.rays` finds it out."""
+"""What vertices see of lights, the sky and each other, as plans and evaluators ask for it; `pvphong.rays` finds it."""
 
 from __future__ import annotations
 
@@ -39,6 +39,19 @@ class VisibilityLike(Protocol):
         self, points: FloatArray, lights: Sequence[Light], labels: Sequence[str], model: LightModel
     ) -> None:
         """Raise ValueError unless it is of these vertices and lights in the world, and of such a light model."""
+
+
+class TransportLike(Protocol):
+    """What the vertices of a mesh see of each other, or also of those of other meshes."""
+
+    def most(self) -> float:
+        """The largest part of the hemisphere, weighted with the cosine, in which a vertex sees lit surfaces."""
+
+    def why_nothing(self) -> str:
+        """Why no vertex sees any; "" where one may."""
+
+    def gather(self, colors: FloatArray) -> FloatArray:
+        """The mean colours that all vertices see, weighted with the cosine, of what they send; (n, k) both."""
 
 
 class GivenVisibility(VisibilityLike):
@@ -94,8 +107,40 @@ def checked_visibility(
     return cast(VisibilityLike, given)
 
 
+def checked_part(name: str, given: Any, count: int) -> TransportLike:
+    """The only part of a `Transport` that a user gives for so many vertices.
+
+    Raises
+    ------
+    ValueError
+        If it is something else, or of other vertices.
+    """
+    allowed = "what mesh.phong.transport() gives"
+    parts = getattr(given, "parts", None)
+    if parts is None:
+        check.refuse(name, type(given).__name__, allowed)
+    if len(parts) != 1 or len(given) != count:
+        check.refuse(name, repr(given), f"{allowed} of a mesh with these {count} points")
+    return cast(TransportLike, parts[0])
+
+
+def transport_of(vertices: Any) -> TransportLike:
+    """What vertices see of each other.
+
+    Raises
+    ------
+    ValueError
+        If that is not known.
+    """
+    if vertices.transport is None:
+        remedy = "mesh.phong.shade casts the rays itself; evaluate takes transport=mesh.phong.transport()."
+        check.refuse("light_model", "one with them", "without bounces where only points are known", remedy)
+    return cast(TransportLike, vertices.transport)
+
+
 def refuse_rays(scene: Scene, where: str) -> None:
-    """Raise ValueError for a scene with shadows or ambient occlusion, where no rays are cast."""
-    if scene.light_model.needs_rays:
+    """Raise ValueError for a scene with shadows, ambient occlusion or bounces, where no rays are cast."""
+    if scene.light_model.needs_surroundings:
         remedy = "scene.light_model.without_rays() is the same without them; mesh.phong.shade of the result casts them."
-        check.refuse("light_model", "one with them", f"without shadows and ambient occlusion {where}", remedy)
+        allowed = f"without shadows, ambient occlusion and bounces {where}"
+        check.refuse("light_model", "one with them", allowed, remedy)

@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 from pvphong.base import check
 from pvphong.base.types import Float64Array, FloatArray, IntArray, MatrixLike, Precision
 from pvphong.meshes.default_scene import scene_for
-from pvphong.meshes.lit import point_normals, vertices_of
+from pvphong.meshes.lit import vertices_of
 from pvphong.meshes.point_data import surface_and_maps
-from pvphong.meshes.surfaces import ORIGINAL_POINT, FeatureAngle, has_faces, shallow_copy
+from pvphong.meshes.surfaces import ORIGINAL_POINT, FeatureAngle, has_faces, point_normals, shallow_copy
 from pvphong.optics.maps import maps_on_material
 from pvphong.optics.material import Material, as_material
 from pvphong.scene.scene import SceneLike

@@ -7,13 +7,14 @@ be lit are not drawn, and the window says why.
 
 from __future__ import annotations
 
+import contextlib
 import textwrap
 import warnings
 import weakref
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cache
-from typing import Any
+from functools import cache, partial
+from typing import Any, NamedTuple
 
 import numpy as np
 import pyvista as pv
@@ -21,17 +22,21 @@ from vtkmodules.util.numpy_support import vtk_to_numpy
 from vtkmodules.vtkRenderingCore import vtkTextActor
 
 from pvphong.base import check
-from pvphong.base.types import Float64Array, FloatArray
+from pvphong.base.formulas import FAINTEST
+from pvphong.base.types import Float64Array, FloatArray, rgb
 from pvphong.meshes.blocks import DEFAULT, datasets, materials_of, single_material
-from pvphong.meshes.lit import point_normals
 from pvphong.meshes.point_data import given_maps, tangents_from, texture_version, values_at
-from pvphong.meshes.surfaces import FeatureAngle, has_normals, split_sharp_edges, surface
+from pvphong.meshes.surfaces import FeatureAngle, has_normals, point_normals, split_sharp_edges, surface
+from pvphong.meshes.transport import Exchanging, transport_of
 from pvphong.meshes.visibility import KnownOccluders, visibility_of, world_faces
 from pvphong.optics.maps import Map, is_image_path, is_texture
 from pvphong.optics.material import Material, as_material
 from pvphong.rays.casting import BlockingFaces, Occluders
+from pvphong.rays.transport import Transport
 from pvphong.rays.visibility import Visibility
 from pvphong.scene.scene import Scene, light_labels
+from pvphong.shading import interreflection
+from pvphong.shading.interreflection import Sent
 from pvphong.shading.plan.plan import Plan
 from pvphong.shading.vertices import Vertices
 
@@ -106,7 +111,37 @@ class LitMesh:
     def __repr__(self) -> str:
         return f"<LitMesh of {self.mesh.n_points} points, {self.material}>"
 
-    def refresh(self, scene: Scene, occluders: KnownOccluders | None = None, *, samples: int | None = None) -> bool:
+    @property
+    def version(self) -> Any:
+        """A stamp of what is lit, which changes with it; cheap to compare."""
+        return self.material, self.geometry(), self._maps_version()
+
+    def planned(
+        self, scene: Scene, occluders: KnownOccluders | None = None, samples: int | None = None
+    ) -> tuple[Plan, Vertices]:
+        """What will run, and on what; options are those of `refresh`, and so is what is raised."""
+        visibility = None
+        if (model := scene.light_model).needs_rays:
+            key = self.geometry(), occluders and occluders.occluders, model.two_sided, model.occlusion_distance
+            if self._visibility is not None and self._visibility[0] == key:
+                visibility = self._visibility[1].for_lights(scene.world_lights, light_labels(scene), samples)
+            else:
+                how: dict[str, Any] = {"occluders": occluders or (), "samples": samples, "matrix": self.matrix}
+                visibility = visibility_of(self.drawn, lambda: self.normals, scene, **how)
+            self._visibility = key, visibility
+        maps = {name: self._values(name, given) for name, given in given_maps(self.material).items()}
+        tangents = maps.pop("tangents", self._tangents)
+        vertices = Vertices(self.drawn.points, lambda: self.normals, maps, visibility, tangents=tangents)
+        return Plan.of(scene, self.material, vertices, matrix=self.matrix), vertices
+
+    def refresh(
+        self,
+        scene: Scene,
+        occluders: KnownOccluders | None = None,
+        *,
+        samples: int | None = None,
+        bounced: FloatArray | None = None,
+    ) -> bool:
         """Bring the colours up to date; returns whether they had to be computed.
 
         They are computed only when something that the plan depends on has changed: the viewer counts only where
@@ -121,6 +156,8 @@ class LitMesh:
             What casts shadows on it, where the light model has shadows or ambient occlusion; only itself if not given.
         samples : int, optional
             So many rays for each vertex to a light with a size, in place of as many as it takes.
+        bounced : ndarray, optional
+            Shape (1, n, 3): light that arrives by bounces, another array where it has changed.
 
         Raises
         ------
@@ -128,27 +165,19 @@ class LitMesh:
             If the mesh or an array has been edited into what cannot be lit. What would crash VTK is not drawn any more,
             until it is put right.
         """
-        geometry, blockers = self.geometry(), occluders and occluders.occluders
+        version, blockers = self.version, occluders and occluders.occluders
         self._show_colors()
-        state = scene.lights, scene.light_model, self.material, geometry, self._maps_version(), blockers, samples
+        arriving = None if bounced is None else Map(bounced)  # compared by its identity
+        state = scene.lights, scene.light_model, version, blockers, samples, arriving
         viewer = scene.viewer
         eye = viewer and (viewer.position, viewer.focal_point, viewer.up, viewer.parallel)
         if state == self._lit_for and self._plan and (eye == self._eye or not self._plan.view_dependent):
             return False
-        visibility = None
-        if (model := scene.light_model).needs_rays:
-            key = geometry, blockers, model.two_sided, model.occlusion_distance
-            if self._visibility is not None and self._visibility[0] == key:
-                visibility = self._visibility[1].for_lights(scene.world_lights, light_labels(scene), samples)
-            else:
-                how: dict[str, Any] = {"occluders": occluders or (), "samples": samples, "matrix": self.matrix}
-                visibility = visibility_of(self.drawn, lambda: self.normals, scene, **how)
-            self._visibility = key, visibility
-        maps = {name: self._values(name, given) for name, given in given_maps(self.material).items()}
-        tangents = maps.pop("tangents", self._tangents)
-        vertices = Vertices(self.drawn.points, lambda: self.normals, maps, visibility, tangents=tangents)
-        self._plan = Plan.of(scene, self.material, vertices, matrix=self.matrix)
-        self._plan.run_for_display(vertices, vtk_to_numpy(self._colors))
+        self._plan, vertices = self.planned(scene, occluders, samples)
+        if self._plan.equation.bounces and bounced is None:
+            self._plan.sent(vertices)  # says why there is none
+            bounced = np.zeros((1, len(vertices), 3), np.float32)
+        self._plan.run_for_display(vertices, vtk_to_numpy(self._colors), bounced)
         self._lit_for, self._eye = state, eye
         self._colors.Modified()
         self.evaluations += 1
@@ -300,6 +329,28 @@ _PREVIEW_SAMPLES = 16  # rays of each vertex to a light with a size while someth
 _BEFORE_GIZMOS = 1.0  # a frame's gizmos show where highlights are
 _MESSAGE_WIDTH, _MESSAGE_PLACE = 60, (10.0, 10.0)  # letters of a line; pixels from the lower left
 
+_BOUNCES_LIVE = 2**13  # so many vertices have their own bounces while something is dragged
+
+
+class _Bounced(NamedTuple):
+    """Light that bounces between meshes, as it was computed last."""
+
+    state: Any
+    """What it was computed for."""
+    geometry: Any
+    """The meshes, and stamps of where they are."""
+    among: Transport
+    brightness: Float64Array
+    """Shape (3,): the lights' colours together."""
+    light: dict[LitMesh, FloatArray]
+
+
+def _brightness(scene: Scene) -> Float64Array:
+    """The colours of all lights together, shape (3,)."""
+    lights = [light.intensity * np.array(rgb(light.diffuse)) for light in scene.lights if light.on]
+    return np.sum([np.zeros(3), *lights], axis=0)
+
+
 MaterialsState = dict[SharedMaterial, Material]
 
 
@@ -323,6 +374,7 @@ class LitActors:
         self._meshes: list[LitMesh] = []
         self._blocking: dict[LitMesh, tuple[Any, BlockingFaces]] = {}
         self._occluders = Occluders(())
+        self._bounced: _Bounced | None = None
         self._unlit: dict[LitMesh, str] = {}
         self._message = vtkTextActor()
         self._message.UseBoundsOff()
@@ -393,11 +445,24 @@ class LitActors:
     def _refreshing(self, meshes: Sequence[LitMesh]) -> Callable[[LitMesh], bool]:
         """What brings one of some meshes up to date, which shadow each other where the light model has shadows."""
         scene, self.note = self._scene(), ""
-        if not scene.light_model.needs_rays:
-            return lambda mesh: mesh.refresh(scene)
-        samples, blocking = None, dict[LitMesh, tuple[Any, BlockingFaces]]()
-        if self.uses_preview_rays and any(light.has_size for light in scene.lights):
-            samples, self.note = _PREVIEW_SAMPLES, f"shadows by {_PREVIEW_SAMPLES} rays until let go"
+        model, samples, own = scene.light_model, None, dict[LitMesh, KnownOccluders]()
+        others: KnownOccluders | None = None
+        if model.needs_rays:
+            if self.uses_preview_rays and any(light.has_size for light in scene.lights):
+                samples, self.note = _PREVIEW_SAMPLES, f"shadows by {_PREVIEW_SAMPLES} rays until let go"
+            own, others = self._occluders_of(meshes), KnownOccluders(self._occluders, None)
+        bounced = dict[LitMesh, FloatArray]()
+        if model.bounces:
+            bounced = self._bounced_light(meshes, scene, lambda mesh: own.get(mesh, others), samples)
+
+        def refresh(mesh: LitMesh) -> bool:
+            return mesh.refresh(scene, own.get(mesh, others), samples=samples, bounced=bounced.get(mesh))
+
+        return refresh
+
+    def _occluders_of(self, meshes: Sequence[LitMesh]) -> dict[LitMesh, KnownOccluders]:
+        """Each mesh that casts shadows, among all that do."""
+        blocking = dict[LitMesh, tuple[Any, BlockingFaces]]()
         for mesh in meshes:
             if mesh.casts_shadows:
                 try:
@@ -411,9 +476,52 @@ class LitActors:
         is_same = list(blocking) == list(self._blocking)
         if not is_same or any(self._blocking[mesh] is not faces for mesh, faces in blocking.items()):
             self._occluders, self._blocking = Occluders([faces for _, faces in blocking.values()]), blocking
-        own = {mesh: KnownOccluders(self._occluders, index) for index, mesh in enumerate(blocking)}
-        others = KnownOccluders(self._occluders, None)
-        return lambda mesh: mesh.refresh(scene, own.get(mesh, others), samples=samples)
+        return {mesh: KnownOccluders(self._occluders, index) for index, mesh in enumerate(blocking)}
+
+    def _bounced_light(
+        self,
+        meshes: Sequence[LitMesh],
+        scene: Scene,
+        occluders: Callable[[LitMesh], KnownOccluders | None],
+        samples: int | None,
+    ) -> dict[LitMesh, FloatArray]:
+        """Shape (1, n, 3) for each mesh: light that all send each other.
+
+        While something is dragged, that of many vertices is as before, in the lights' colours now.
+        """
+        exchanging: dict[LitMesh, tuple[Plan, Vertices]] = {}
+        versions = []
+        for mesh in meshes:
+            with contextlib.suppress(ValueError):  # one that cannot be lit sends nothing, and says so elsewhere
+                exchanging[mesh] = mesh.planned(scene, occluders(mesh), samples)
+                versions.append((mesh, mesh.version))
+        state = scene.lights, scene.light_model, versions, samples
+        if self._bounced is not None and self._bounced.state == state:
+            return self._bounced.light
+        geometry = [(mesh, mesh.geometry()) for mesh in exchanging]
+        before, brightness = self._bounced, _brightness(scene)
+        if before is not None and before.geometry == geometry:
+            among = before.among
+            if self.uses_preview_rays and len(among) > _BOUNCES_LIVE:
+                self.note = "light that bounces follows when let go"
+                was = np.maximum(before.brightness, FAINTEST)
+                factor = np.where(before.brightness > 0.0, brightness / was, 1.0).astype(np.float32)
+                return {mesh: light * factor for mesh, light in before.light.items()}
+        else:
+            surfaces = [Exchanging(mesh.drawn, partial(getattr, mesh, "normals"), mesh.matrix) for mesh in exchanging]
+            among = transport_of(surfaces)
+        sent, silent = list[Sent](), set[LitMesh]()
+        for mesh, (plan, vertices) in exchanging.items():
+            try:
+                sent.append(plan.sent(vertices))
+            except ValueError:  # its own refreshing says why
+                silent.add(mesh)
+                sent.append(Sent(*np.zeros((3, len(vertices), 3), np.float32)))
+        shares = interreflection.bounced(Sent.of_all(sent), among.gather, scene.light_model.bounces, apart=False)
+        each = zip(exchanging, among.slices, strict=True)
+        light = {mesh: shares[:, rows] for mesh, rows in each if mesh not in silent}
+        self._bounced = _Bounced(state, geometry, among, brightness, light)
+        return light
 
     # -- materials, whose edits can be undone
 

@@ -32,10 +32,9 @@ from vtkmodules.vtkRenderingOpenGL2 import (
 
 from pvphong.base import check
 from pvphong.base.types import ByteArray, FloatArray, MatrixLike, rgb
-from pvphong.meshes.lit import point_normals
 from pvphong.meshes.pictures import drawing_window, preferring
 from pvphong.meshes.point_data import surface_and_maps
-from pvphong.meshes.surfaces import surface
+from pvphong.meshes.surfaces import point_normals, surface
 from pvphong.optics.lights import Light
 from pvphong.optics.maps import Map, checked
 from pvphong.optics.material import Material, as_material, nearest_in_vtk, refuse_maps_in_vtk

@@ -118,8 +118,8 @@ def refuse_inexpressible(scene: Scene, material: Material, matrix: Float64Array 
         what = "a mirrored surface (VTK draws it black, having turned its normals away from the eye)"
         obstacles[what] = "LightModel.vtk(two_sided=False), as it draws points"
         model = replace(model, two_sided=False)
-    if given.needs_rays:
-        obstacles["shadows or ambient occlusion"] = "the same without them"
+    if given.needs_surroundings:
+        obstacles["shadows, ambient occlusion or bounces"] = "the same without them"
         model = model.without_rays()
     if is_physical and given.convention == "standard":  # VTK's physically based shading has its own units
         what = "PBR in the standard convention (VTK's is darker by π, and raised to 1/2.2)"

@@ -58,7 +58,7 @@ def test_every_parameter_has_a_help_text(command, capsys, monkeypatch):
 @pytest.mark.parametrize("command", ["shade", "view", "plan", "validate", "tradeoff"])
 def test_what_lights_takes_all_options_of_the_one_record(command):
     given = {each.name: "9" for each in fields(Lighting)}
-    given |= {"scene": Path("rig.json"), "shadows": True, "ambient_occlusion": True, "occluder": ("9",)}
+    given |= {"scene": Path("rig.json"), "shadows": True, "ambient_occlusion": True, "occluder": ("9",), "bounces": 9}
     words = [command, "cube.vtp"]
     for name, value in given.items():
         text = [] if value is True else [*value] if isinstance(value, tuple) else [str(value)]

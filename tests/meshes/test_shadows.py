@@ -476,6 +476,6 @@ def test_vtks_shader_casts_no_rays():
     ball, rig = pv.Sphere(), scene(SUN)
     from pvphong.vtk.scenes import InexpressibleError
 
-    with pytest.raises(InexpressibleError, match="shadows or ambient occlusion") as caught:
+    with pytest.raises(InexpressibleError, match="shadows, ambient occlusion or bounces") as caught:
         ph.validate(ball, rig, WHITE)
     assert caught.value.scene.light_model == rig.light_model.without_rays()

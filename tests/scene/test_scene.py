@@ -88,6 +88,7 @@ def test_defaults_and_opengls_and_vtks_own_light_models():
         "convention": "standard",
         "shadows": False,
         "ambient_occlusion": False,
+        "bounces": 0,
     }
     assert Scene() == Scene(lights=(), viewer=None, light_model=LightModel())
     assert LightModel.opengl() == LightModel(0.2, local_viewer=False, reflection="blinn-phong")

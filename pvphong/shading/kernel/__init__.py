@@ -17,7 +17,7 @@ a block of them, from loading to colours; `vertices` is where a block's values a
 puts a loop around the formula of a light or a reflectance; `lanes` is what those of lights with a size run on, eight
 vertices side by side. `records` is the form in which the driver takes an equation, `arithmetic` what compiled code
 calculates with, `code` compiles and keeps the code on disk, `ahead` compiles all there is. `normals` sums the normals
-of meshes, `rays` makes rays and has them tested.
+of meshes, `rays` makes rays and has them tested, and `hits` finds what they meet first.
 """
 
 from __future__ import annotations
@@ -240,10 +240,10 @@ def rays_obstacle() -> str:
     library = _library()
     if library is None:
         return f"nothing can be compiled {(obstacle() or [''])[0]}"
-    from pvphong.shading.kernel import code, rays
+    from pvphong.shading.kernel import code, hits, rays
 
     try:
-        for each in (rays.test_code, rays.point_code, rays.part_code, rays.around_code, rays.find_code):
+        for each in (rays.test_code, rays.point_code, rays.part_code, hits.around_code, hits.find_code):
             each(library.cached_only)
     except code.NotCompiled as missing:
         code.ask_for(missing.key, None, library.lock)
@@ -278,17 +278,17 @@ def point_seen(*arguments: Any) -> int:
 
 
 def vertices_met(*arguments: Any) -> tuple[NDArray[np.int32], int]:
-    """As `rays.vertices_met`, where `rays_obstacle` names none."""
-    from pvphong.shading.kernel import rays
+    """As `hits.vertices_met`, where `rays_obstacle` names none."""
+    from pvphong.shading.kernel import hits
 
-    return rays.vertices_met(_compiled(), *arguments)
+    return hits.vertices_met(_compiled(), *arguments)
 
 
 def ray_hits(*arguments: Any) -> tuple[IntArray, FloatArray, Float64Array]:
-    """As `rays.hits`, where `rays_obstacle` names none."""
-    from pvphong.shading.kernel import rays
+    """As `hits.hits`, where `rays_obstacle` names none."""
+    from pvphong.shading.kernel import hits
 
-    return rays.hits(_compiled(), *arguments)
+    return hits.hits(_compiled(), *arguments)
 
 
 def rays_blocked(*arguments: Any) -> BoolArray:

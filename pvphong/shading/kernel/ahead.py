@@ -22,7 +22,7 @@ from pvphong.optics.lights import LIGHT_TYPES
 from pvphong.optics.reflectance import LAMBERT
 from pvphong.optics.reflectances import REFLECTANCES
 from pvphong.optics.reflectances.vtk import VtkHeadlight
-from pvphong.shading.kernel import normals, rays, records, stages
+from pvphong.shading.kernel import hits, normals, rays, records, stages
 from pvphong.shading.kernel.code import Library, NotCompiled, Request, code_identity
 from pvphong.shading.kernel.evaluation import driver_code
 
@@ -45,8 +45,8 @@ def pieces(library: Library) -> list[CompilationUnit]:
         CompilationUnit("rays", partial(rays.test_code, library)),
         CompilationUnit("rays to a point", partial(rays.point_code, library)),
         CompilationUnit("rays to a part", partial(rays.part_code, library)),
-        CompilationUnit("rays to what is around", partial(rays.around_code, library)),
-        CompilationUnit("rays to what they meet first", partial(rays.find_code, library)),
+        CompilationUnit("rays to what is around", partial(hits.around_code, library)),
+        CompilationUnit("rays to what they meet first", partial(hits.find_code, library)),
     ]
     result += (CompilationUnit(name, partial(library.stage, x, "float32")) for name, x in _of_samplings())
     written = ("factors already written", stages.factors_already_written)

@@ -1,11 +1,11 @@
 """Rays made in compiled code, sixteen at a time, and tested by Embree through addresses of its functions.
 
 There are no arrays of rays: sixteen are in memory that a thread keeps, as Embree's `RTCRay16` has them, and what comes
-out of them is written for each vertex. In reading order: the memory; `_begin`, which brings rays from anywhere to the
-coordinates of a caster; `_test`, whether they meet anything, and `_find`, what they meet first; `look_at_part`, many
-rays from each vertex to a light with a size or to the sky, chosen by its two stages; `look_at_point`, one ray from each
-vertex to a light without one; `look_around`, many rays from each vertex to what is around it; `test` and `find`, rays
-that are given; and the functions of Python's that share out memory and call them.
+out of them is written for each vertex. In reading order: the memory; `bring_near`, which brings rays from anywhere to
+the coordinates of a caster; `_test`, whether they meet anything; `look_at_part`, many rays from each vertex to a light
+with a size or to the sky, chosen by its two stages; `look_at_point`, one ray from each vertex to a light without one;
+`test`, rays that are given; and the functions of Python's that share out memory and call them. What rays meet first is
+found in `hits`.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 
 from pvphong.base import sobol
 from pvphong.base.formulas import ONE, ZERO, dot
-from pvphong.base.types import BoolArray, Float64Array, FloatArray, IntArray
+from pvphong.base.types import BoolArray, Float64Array, FloatArray
 from pvphong.geometry.rays import LONGEST, NEAR, begun_near, is_near
 from pvphong.optics.area.sampling import Sampling, length_and_direction
 from pvphong.shading.kernel.arithmetic import call_stage, inlined, shifted
@@ -52,7 +52,7 @@ _WIDE = VERTEX + LANES
 
 
 @intrinsic
-def _cast(_typing: Any, function: Any, valid: Any, scene: Any, rays: Any) -> Any:  # noqa: ARG001
+def cast_rays(_typing: Any, function: Any, valid: Any, scene: Any, rays: Any) -> Any:  # noqa: ARG001
     """Call `rtcOccluded16` or `rtcIntersect16`, without options."""
 
     def generate(_context: Any, builder: Any, _signature: Any, arguments: Any) -> Any:
@@ -67,7 +67,7 @@ def _cast(_typing: Any, function: Any, valid: Any, scene: Any, rays: Any) -> Any
 
 
 @inlined
-def _prepare(rows: Any, marks: Any) -> None:
+def prepare(rows: Any, marks: Any) -> None:
     """What is the same for all rays."""
     for j in range(LANES):
         rows[BEGIN + j] = ZERO
@@ -78,7 +78,7 @@ def _prepare(rows: Any, marks: Any) -> None:
 
 
 @inlined
-def _begin(numbers: Any, c: int, rows: Any, wide: Any, valid: Any) -> None:
+def bring_near(numbers: Any, c: int, rows: Any, wide: Any, valid: Any) -> None:
     """Bring open rays to the coordinates of a caster, and mark those that can meet it."""
     mx, my, mz, scale = numbers[4 * c], numbers[4 * c + 1], numbers[4 * c + 2], numbers[4 * c + 3]
     all_near = True
@@ -109,47 +109,28 @@ def _begin(numbers: Any, c: int, rows: Any, wide: Any, valid: Any) -> None:
 
 
 @inlined
-def _test(count: int, function: int, scenes: Any, numbers: Any, rows: Any, wide: Any, valid: Any) -> None:
-    """Close rays that are open and meet something."""
-    for c in range(count):
-        _begin(numbers, c, rows, wide, valid)
-        _cast(function, valid, scenes[c], rows)
-        for j in range(LANES):  # Embree marks what is met by an end at minus infinity
-            if (valid[j] != np.int32(0)) & (rows[END + j] < ZERO):
-                rows[OPEN + j] = ZERO
+def given(origins: Any, directions: Any, lengths: Any, first: int, count: int, rows: Any, wide: Any) -> int:
+    """Take sixteen rays that are given, or as many as there are."""
+    lanes = min(LANES, count - first)
+    for j in range(LANES):
+        i = first + min(j, lanes - 1)
+        wide[OX + j], wide[OY + j], wide[OZ + j] = origins[3 * i], origins[3 * i + 1], origins[3 * i + 2]
+        wide[LENGTH + j] = lengths[i]
+        x, y, z = directions[3 * i], directions[3 * i + 1], directions[3 * i + 2]
+        rows[DX + j], rows[DY + j], rows[DZ + j] = x, y, z
+        rows[OPEN + j] = ONE if np.isfinite(x + y + z) & (j < lanes) else ZERO
+    return lanes
 
 
 @inlined
-def _find(
-    count: int,
-    function: int,
-    scenes: Any,
-    numbers: Any,
-    firsts: Any,
-    triangles: Any,
-    rows: Any,
-    marks: Any,
-    wide: Any,
-    valid: Any,
-) -> None:
-    """Find what open rays meet first: `MET` and what follows it, −1 for nothing; `LENGTH` becomes how far that is."""
-    for j in range(LANES):
-        marks[MET + j] = np.int32(-1)
+def _test(count: int, function: int, scenes: Any, numbers: Any, rows: Any, wide: Any, valid: Any) -> None:
+    """Close rays that are open and meet something."""
     for c in range(count):
-        _begin(numbers, c, rows, wide, valid)
-        for j in range(LANES):
-            marks[GEOMETRY + j] = np.int32(-1)
-            marks[INSTANCE + j] = np.int32(-1)
-            marks[INSTANCE_PART + j] = np.int32(-1)
-        _cast(function, valid, scenes[c], rows)
-        for j in range(LANES):
-            if (valid[j] != np.int32(0)) & (marks[GEOMETRY + j] != np.int32(-1)):
-                # divided twice, for a scale may have no reciprocal
-                wide[LENGTH + j] = rows[END + j] / numbers[4 * c + 3] + wide[SHORTER + j] / numbers[4 * c + 3]
-                marks[MET + j] = np.int32(triangles[firsts[c] + marks[TRIANGLE + j]])
-                rows[MET_SECOND + j], rows[MET_THIRD + j] = rows[SECOND + j], rows[THIRD + j]
-                towards = rows[NX + j] * rows[DX + j] + rows[NY + j] * rows[DY + j] + rows[NZ + j] * rows[DZ + j]
-                rows[MET_COSINE + j] = towards
+        bring_near(numbers, c, rows, wide, valid)
+        cast_rays(function, valid, scenes[c], rows)
+        for j in range(LANES):  # Embree marks what is met by an end at minus infinity
+            if (valid[j] != np.int32(0)) & (rows[END + j] < ZERO):
+                rows[OPEN + j] = ZERO
 
 
 # --- the stages of a light with a size
@@ -253,7 +234,7 @@ def look_at_part(
     int
         How many rays were cast.
     """
-    _prepare(rows, marks)
+    prepare(rows, marks)
     cast = 0
     for i in range(count):
         for axis in range(3):
@@ -318,7 +299,7 @@ def look_at_point(
     others
         As for `look_at_part`.
     """
-    _prepare(rows, marks)
+    prepare(rows, marks)
     has_place, two_sided, above, margin = light[3] > 0.0, light[4] > 0.0, light[5], light[6]
     lanes = 0
     cast = 0
@@ -359,90 +340,6 @@ def look_at_point(
     return cast
 
 
-def look_around(
-    frame: int,
-    sample: int,
-    numbers: Any,
-    origins: Any,
-    normals: Any,
-    seeds: Any,
-    second: Any,
-    count: int,
-    begin: int,
-    end: int,
-    casters: int,
-    function: int,
-    scenes: Any,
-    places: Any,
-    firsts: Any,
-    triangles: Any,
-    sides: Any,
-    corners: Any,
-    met: Any,
-    rows: Any,
-    marks: Any,
-    wide: Any,
-    valid: Any,
-) -> int:
-    """Which vertices see which: of the triangle that a ray meets one corner, by chance, as often as its weight says.
-
-    Parameters
-    ----------
-    frame, sample
-        Addresses of the sky's stages, which read `numbers`.
-    seeds
-        Two for the points, and one for the corners.
-    begin, end : int
-        Numbers of points, multiples of 16.
-    casters, function, scenes, places, firsts, triangles
-        How many casters, the address of `rtcIntersect16`, what `Casters` has, and the numbers of their triangles.
-    sides
-        For each triangle 1 or −1, as its front is where its corners go round to the left or to the right; 0 where it
-        has none.
-    corners
-        Numbers of the three vertices of each.
-    met
-        Shape (count, end − begin), filled in: the number of a vertex; −1 where nothing is met, −2 where it is a back.
-    others
-        As for `look_at_part`.
-
-    Returns
-    -------
-    int
-        How many rays were cast.
-    """
-    _prepare(rows, marks)
-    cast = 0
-    for i in range(count):
-        for axis in range(3):
-            wide[VERTEX + axis], wide[VERTEX + 3 + axis] = origins[3 * i + axis], normals[3 * i + axis]
-        call_stage(frame, numbers, rows, wide)
-        for first in range(begin, end, LANES):
-            own = shifted(second, first)
-            for j in range(LANES):
-                rows[U + j] = sobol.coordinate(np.uint32(first + j), seeds[i])
-                rows[V + j] = sobol.coordinate(own[j], seeds[count + i])
-            call_stage(sample, numbers, rows, wide)
-            for j in range(LANES):
-                is_sent = rows[WEIGHT + j] > ZERO
-                rows[OPEN + j] = ONE if is_sent else ZERO
-                cast += 1 if is_sent else 0
-                wide[OX + j], wide[OY + j], wide[OZ + j] = wide[VERTEX], wide[VERTEX + 1], wide[VERTEX + 2]
-                wide[LENGTH + j] = np.inf
-            _find(casters, function, scenes, places, firsts, triangles, rows, marks, wide, valid)
-            for j in range(LANES):
-                found = np.int32(-1)
-                triangle = np.intp(marks[MET + j])
-                if triangle >= 0:
-                    chance = sobol.random(np.uint32(first + j), seeds[2 * count + i])
-                    b, c = rows[MET_SECOND + j], rows[MET_THIRD + j]
-                    corner = 1 if chance < b else (2 if chance < b + c else 0)
-                    is_front = rows[MET_COSINE + j] * np.float32(sides[triangle]) < ZERO
-                    found = np.int32(corners[3 * triangle + corner]) if is_front else np.int32(-2)
-                met[(end - begin) * i + first - begin + j] = found
-    return cast
-
-
 def test(
     origins: Any,
     directions: Any,
@@ -459,58 +356,13 @@ def test(
     valid: Any,
 ) -> int:
     """Whether given rays are blocked."""
-    _prepare(rows, marks)
+    prepare(rows, marks)
     for first in range(0, count, LANES):
-        lanes = min(LANES, count - first)
-        for j in range(LANES):
-            i = first + min(j, lanes - 1)
-            wide[OX + j], wide[OY + j], wide[OZ + j] = origins[3 * i], origins[3 * i + 1], origins[3 * i + 2]
-            wide[LENGTH + j] = lengths[i]
-            x, y, z = directions[3 * i], directions[3 * i + 1], directions[3 * i + 2]
-            rows[DX + j], rows[DY + j], rows[DZ + j] = x, y, z
-            rows[OPEN + j] = ONE if np.isfinite(x + y + z) & (j < lanes) else ZERO
+        lanes = given(origins, directions, lengths, first, count, rows, wide)
         _test(casters, function, scenes, places, rows, wide, valid)
         for j in range(lanes):
             is_finite = np.isfinite(rows[DX + j] + rows[DY + j] + rows[DZ + j])
             blocked[first + j] = (rows[OPEN + j] == ZERO) & is_finite
-    return count
-
-
-def find(
-    origins: Any,
-    directions: Any,
-    lengths: Any,
-    count: int,
-    casters: int,
-    function: int,
-    scenes: Any,
-    places: Any,
-    firsts: Any,
-    triangles: Any,
-    met: Any,
-    weights: Any,
-    rows: Any,
-    marks: Any,
-    wide: Any,
-    valid: Any,
-) -> int:
-    """What given rays meet first: triangles, weights of their second and third corners; lengths are filled in too."""
-    _prepare(rows, marks)
-    for first in range(0, count, LANES):
-        lanes = min(LANES, count - first)
-        for j in range(LANES):
-            i = first + min(j, lanes - 1)
-            wide[OX + j], wide[OY + j], wide[OZ + j] = origins[3 * i], origins[3 * i + 1], origins[3 * i + 2]
-            wide[LENGTH + j] = lengths[i]
-            x, y, z = directions[3 * i], directions[3 * i + 1], directions[3 * i + 2]
-            rows[DX + j], rows[DY + j], rows[DZ + j] = x, y, z
-            rows[OPEN + j] = ONE if np.isfinite(x + y + z) & (j < lanes) else ZERO
-        _find(casters, function, scenes, places, firsts, triangles, rows, marks, wide, valid)
-        for j in range(lanes):
-            met[first + j] = np.int64(marks[MET + j])
-            if marks[MET + j] >= np.int32(0):
-                lengths[first + j] = wide[LENGTH + j]
-                weights[2 * (first + j)], weights[2 * (first + j) + 1] = rows[MET_SECOND + j], rows[MET_THIRD + j]
     return count
 
 
@@ -528,49 +380,34 @@ class _Memory(threading.local):
         self.chosen = valid + 4 * LANES
 
 
-_memory = _Memory()
+memory = _Memory()
 
-_SINGLES, _DOUBLES, _INTEGERS = map(types.CPointer, (types.float32, types.float64, types.intp))
-_WORDS, _MARKS, _BYTES, _SIDES = map(types.CPointer, (types.uint32, types.int32, types.uint8, types.int8))
-_SCRATCH = _SINGLES, _MARKS, _DOUBLES, _MARKS
-_CASTERS = types.intp, types.intp
+SINGLES, DOUBLES, INTEGERS = map(types.CPointer, (types.float32, types.float64, types.intp))
+WORDS, MARKS, _BYTES = map(types.CPointer, (types.uint32, types.int32, types.uint8))
+SCRATCH = SINGLES, MARKS, DOUBLES, MARKS
+CASTERS = types.intp, types.intp
 
 
 def part_code(library: Library) -> Callable[..., int]:
     """`look_at_part`, compiled."""
-    stages, integers = (types.intp, types.intp, _DOUBLES), (types.intp,) * 3
-    vertices = _DOUBLES, _DOUBLES, _WORDS, _WORDS
-    results = _SINGLES, _SINGLES, _DOUBLES
-    kinds = *stages, *vertices, *integers, _DOUBLES, *_CASTERS, _INTEGERS, _DOUBLES, *results, *_SCRATCH
+    stages, integers = (types.intp, types.intp, DOUBLES), (types.intp,) * 3
+    vertices = DOUBLES, DOUBLES, WORDS, WORDS
+    results = SINGLES, SINGLES, DOUBLES
+    kinds = *stages, *vertices, *integers, DOUBLES, *CASTERS, INTEGERS, DOUBLES, *results, *SCRATCH
     return library.call(look_at_part, lambda: types.intp(*kinds))
 
 
 def point_code(library: Library) -> Callable[..., int]:
     """`look_at_point`, compiled."""
-    vertices = _DOUBLES, _DOUBLES, _DOUBLES, types.intp
-    kinds = *vertices, _DOUBLES, *_CASTERS, _INTEGERS, _DOUBLES, _DOUBLES, *_SCRATCH, _INTEGERS
+    vertices = DOUBLES, DOUBLES, DOUBLES, types.intp
+    kinds = *vertices, DOUBLES, *CASTERS, INTEGERS, DOUBLES, DOUBLES, *SCRATCH, INTEGERS
     return library.call(look_at_point, lambda: types.intp(*kinds))
 
 
 def test_code(library: Library) -> Callable[..., int]:
     """`test`, compiled."""
-    rays = _DOUBLES, _SINGLES, _DOUBLES, types.intp
-    return library.call(test, lambda: types.intp(*rays, *_CASTERS, _INTEGERS, _DOUBLES, _BYTES, *_SCRATCH))
-
-
-_FINDERS = *_CASTERS, _INTEGERS, _DOUBLES, _INTEGERS, _INTEGERS
-
-
-def around_code(library: Library) -> Callable[..., int]:
-    """`look_around`, compiled."""
-    vertices = types.intp, types.intp, _DOUBLES, _DOUBLES, _DOUBLES, _WORDS, _WORDS, *(types.intp,) * 3
-    return library.call(look_around, lambda: types.intp(*vertices, *_FINDERS, _SIDES, _INTEGERS, _MARKS, *_SCRATCH))
-
-
-def find_code(library: Library) -> Callable[..., int]:
-    """`find`, compiled."""
-    rays = _DOUBLES, _SINGLES, _DOUBLES, types.intp
-    return library.call(find, lambda: types.intp(*rays, *_FINDERS, _INTEGERS, _SINGLES, *_SCRATCH))
+    rays = DOUBLES, SINGLES, DOUBLES, types.intp
+    return library.call(test, lambda: types.intp(*rays, *CASTERS, INTEGERS, DOUBLES, _BYTES, *SCRATCH))
 
 
 def stages_of(library: Library, sampling: Sampling) -> tuple[int, int]:
@@ -580,9 +417,14 @@ def stages_of(library: Library, sampling: Sampling) -> tuple[int, int]:
     return frame, sample
 
 
-def _plain(*arrays: Any) -> list[Float64Array]:
+def plain(*arrays: Any) -> list[Float64Array]:
     """Numbers as compiled code reads them, one after the other."""
     return [np.ascontiguousarray(array, np.float64) for array in arrays]
+
+
+def _testing(casters: Any) -> tuple[int, ...]:
+    """Casters as compiled code takes them to test rays."""
+    return len(casters.scenes), casters.function, address(casters.scenes), address(casters.numbers)
 
 
 def part_seen(
@@ -619,14 +461,13 @@ def part_seen(
         What blocks them.
     """
     count, seeds = len(origins), np.ascontiguousarray(seeds)
-    numbers, origins, normals = _plain(numbers, origins, normals)
+    numbers, origins, normals = plain(numbers, origins, normals)
     sent, seen = np.empty((end - begin, count), np.float32), np.empty((end - begin, count), np.float32)
     scales = np.empty(count)
     ends = np.array([margin])
     of_vertices = *map(address, (numbers, origins, normals, seeds, sobol.SECOND)), count, begin, end, address(ends)
-    among = len(casters.scenes), casters.function, address(casters.scenes), address(casters.numbers)
     results = map(address, (sent, seen, scales))
-    rays = part_code(library)(*stages, *of_vertices, *among, *results, *_memory.addresses)
+    rays = part_code(library)(*stages, *of_vertices, *_testing(casters), *results, *memory.addresses)
     return sent, seen, scales, rays
 
 
@@ -643,10 +484,9 @@ def point_seen(
 
     Points, origins and normals have the shape (m, 3); numbers of the light are those that `look_at_point` reads.
     """
-    given = _plain(points, origins, normals, light)
+    given = plain(points, origins, normals, light)
     vertices = *map(address, given[:3]), len(points), address(given[3])
-    among = len(casters.scenes), casters.function, address(casters.scenes), address(casters.numbers)
-    return point_code(library)(*vertices, *among, address(seen), *_memory.addresses, _memory.chosen)
+    return point_code(library)(*vertices, *_testing(casters), address(seen), *memory.addresses, memory.chosen)
 
 
 def blocked(
@@ -656,68 +496,7 @@ def blocked(
     found = np.zeros(len(directions), bool)
     if not len(found):
         return found
-    origins, lengths = _plain(origins, lengths)
+    origins, lengths = plain(origins, lengths)
     given = origins, np.ascontiguousarray(directions, np.float32), lengths
-    among = len(casters.scenes), casters.function, address(casters.scenes), address(casters.numbers)
-    test_code(library)(*map(address, given), len(found), *among, address(found), *_memory.addresses)
+    test_code(library)(*map(address, given), len(found), *_testing(casters), address(found), *memory.addresses)
     return found
-
-
-def _among(casters: Any, first: Any) -> tuple[int, ...]:
-    """Casters as `look_around` and `find` take them."""
-    triangles = address(first.starts), address(first.numbers)
-    return len(casters.scenes), casters.function_of_find, address(casters.scenes), address(casters.numbers), *triangles
-
-
-def vertices_met(
-    library: Library,
-    stages: tuple[int, int],
-    numbers: Float64Array,
-    origins: Float64Array,
-    normals: Float64Array,
-    seeds: NDArray[np.uint32],
-    begin: int,
-    end: int,
-    casters: Any,
-    triangles: Any,
-) -> tuple[NDArray[np.int32], int]:
-    """Which vertices are met, shape (m, end − begin), as `look_around` has it, and the number of rays.
-
-    Parameters
-    ----------
-    library, stages, numbers, origins, normals
-        As for `part_seen`.
-    seeds
-        Shape (3, m).
-    begin, end : int
-        Numbers of points, multiples of 16, up to `sobol.MOST`.
-    casters : Casters
-        What is met.
-    triangles : Triangles
-        What is known of it.
-    """
-    count, seeds = len(origins), np.ascontiguousarray(seeds)
-    numbers, origins, normals = _plain(numbers, origins, normals)
-    met = np.empty((count, end - begin), np.int32)
-    of_vertices = *map(address, (numbers, origins, normals, seeds, sobol.SECOND)), count, begin, end
-    among = *_among(casters, triangles), address(triangles.sides), address(triangles.corners)
-    rays = around_code(library)(*stages, *of_vertices, *among, address(met), *_memory.addresses)
-    return met, rays
-
-
-def hits(
-    library: Library,
-    origins: Float64Array,
-    directions: FloatArray,
-    lengths: Float64Array,
-    casters: Any,
-    triangles: Any,
-) -> tuple[IntArray, FloatArray, Float64Array]:
-    """What given rays meet first: numbers of triangles (n,), −1 for none; weights (n, 2), and how far (n,)."""
-    met, weights = np.full(len(directions), -1), np.zeros((len(directions), 2), np.float32)
-    origins, far = _plain(origins, np.array(lengths, np.float64))
-    if len(met):
-        given = origins, np.ascontiguousarray(directions, np.float32), far
-        results = address(met), address(weights)
-        find_code(library)(*map(address, given), len(met), *_among(casters, triangles), *results, *_memory.addresses)
-    return met, weights, np.where(met >= 0, far, np.inf)

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
+import contextlib
 import math
 
 from pvphong.base.types import Vector
 from pvphong.base.vectors import angle_between
 from pvphong.geometry.extent import ROUNDED_UP
 from pvphong.optics.light import StandIn
-from pvphong.optics.reflectance import Sightline
-from pvphong.shading.equation import LightTerm
+from pvphong.optics.reflectance import LAMBERT, Sightline
+from pvphong.shading.equation import Equation, LightTerm
 from pvphong.shading.plan.draft import Draft
 
 # Radians by which a direction may be off in float64.
@@ -27,6 +28,58 @@ def most_color(draft: Draft, term: LightTerm) -> float:
         green += color[1] * largest
         blue += color[2] * largest
     return max(red, green, blue)
+
+
+def most_sent(draft: Draft) -> float:
+    """The most that a vertex sends on of direct light: what it reflects diffusely, and emits."""
+    equation = draft.equation
+    sent = [
+        term.gain * draft.reach(term).strongest * max(term.colors[k]) * equation.largest[k]
+        for term in equation.terms
+        for k in equation.lobes_of["diffuse"]
+        if any(term.colors[k])
+    ]
+    return (math.fsum(sent) + max(equation.emission)) * ROUNDED_UP
+
+
+def most_ambient(draft: Draft) -> float:
+    """The most that a vertex reflects of ambient light."""
+    terms = [term for term in draft.equation.terms if any(term.ambient)]
+    lights = math.fsum(term.gain * draft.reach(term).strongest * max(term.ambient) for term in terms)
+    return (lights + max(draft.equation.ambient)) * ROUNDED_UP
+
+
+def most_scattered(equation: Equation) -> float:
+    """The most that a vertex reflects diffusely of white light from all around.
+
+    Lambert's reflectance has the integral 1 over the hemisphere; of others it is at most 2π times the largest factor,
+    over π.
+    """
+    shares = [
+        max(equation.colors[k]) * (1.0 if equation.reflectance.lobes[k] is LAMBERT else 2.0 * equation.largest[k])
+        for k in equation.lobes_of["diffuse"]
+    ]
+    return math.fsum(shares) * ROUNDED_UP
+
+
+def most_left(ratio: float, kept: int, count: int, sent: float, ambient: float) -> float:
+    """The most that bounces after some of them hold, and the ambient light that is left after all.
+
+    Parameters
+    ----------
+    ratio : float
+        The most by which light is multiplied when it bounces once.
+    kept, count : int
+        The bounces that are kept, and all.
+    sent, ambient : float
+        What `most_sent` and `most_ambient` give.
+    """
+    if ratio == 1.0:
+        return (count - kept) * sent + ambient
+    with contextlib.suppress(OverflowError):
+        series = (ratio ** (kept + 1) - ratio ** (count + 1)) / (1.0 - ratio)  # of rᵏ from kept + 1 to count
+        return (series * sent + ratio**count * ambient) * ROUNDED_UP**2
+    return math.inf
 
 
 def stand_in_error(draft: Draft, term: LightTerm, choice: StandIn) -> float:

@@ -16,7 +16,11 @@ from typing import NamedTuple
 from pvphong.geometry.extent import ROUNDED_UP, Extent
 from pvphong.optics.light import Light, Reach
 from pvphong.shading.equation import Equation, LightTerm
-from pvphong.shading.visibility import VisibilityLike
+from pvphong.shading.vertices import Vertices
+from pvphong.shading.visibility import TransportLike, VisibilityLike
+
+BOUNCES = "bounces"
+"""The effect whose bounds are of colours; those of others are of direct light."""
 
 
 @dataclass(frozen=True)
@@ -72,6 +76,10 @@ class Draft:
         What has been left out so far.
     visibility : VisibilityLike or None
         What the vertices see, where that is known.
+    transport : TransportLike or None
+        What they see of each other, where that is known.
+    gain : float
+        By how much light that bounces makes an error of direct light larger.
     """
 
     equation: Equation
@@ -80,14 +88,16 @@ class Draft:
     tolerance: float
     notes: tuple[Note, ...] = ()
     visibility: VisibilityLike | None = None
+    transport: TransportLike | None = None
+    gain: float = 1.0
     _reaches: dict[int, tuple[Light, Reach]] = field(default_factory=dict)
 
     @classmethod
-    def first(cls, equation: Equation, extent: Extent, tolerance: float, visibility: VisibilityLike | None) -> Draft:
+    def first(cls, equation: Equation, extent: Extent, tolerance: float, vertices: Vertices) -> Draft:
         """The draft of an equation as it was assembled."""
         shining = sum(not term.is_black for term in equation.terms)
         notes = tuple(Note("lights", label, "switched off") for label in equation.off)
-        return cls(equation, shining, extent, tolerance, notes, visibility)
+        return cls(equation, shining, extent, tolerance, notes, vertices.visibility, vertices.transport)
 
     def reach(self, term: LightTerm) -> Reach:
         """What of a light can reach the vertices; kept, for several effects need it."""
@@ -100,7 +110,11 @@ class Draft:
     @cached_property
     def error_bound(self) -> float:
         """Sum of the bounds taken so far."""
-        return math.fsum(note.bound for note in self.notes) * (ROUNDED_UP if self.notes else 1.0)
+        return math.fsum(map(self._of_colors, self.notes)) * (ROUNDED_UP if self.notes else 1.0)
+
+    def _of_colors(self, note: Note) -> float:
+        """The error of the colours: that of direct light bounces with it."""
+        return note.bound if note.effect == BOUNCES else note.bound * self.gain
 
     @cached_property
     def allowance(self) -> float:
@@ -108,7 +122,7 @@ class Draft:
         if not self.tolerance:
             return 0.0
         share = self.tolerance / (2 * max(self.shining, 1))
-        return min(share, max(self.tolerance - self.error_bound, 0.0) / ROUNDED_UP**2)
+        return min(share, max(self.tolerance - self.error_bound, 0.0) / ROUNDED_UP**2) / self.gain
 
     def why_without(self, effect: str) -> str:
         """The reasons noted for leaving an effect out, each with its lights; "" where there are none."""
@@ -122,4 +136,4 @@ class Draft:
 
     def bound_of(self, effect: str) -> float:
         """Sum of the bounds taken by leaving out an effect."""
-        return math.fsum(note.bound for note in self.notes if note.effect == effect)
+        return math.fsum(self._of_colors(note) for note in self.notes if note.effect == effect)

@@ -3,8 +3,8 @@
 An effect is a class here and its row in `EFFECTS`, at the end, which plans and the accuracy report read. One that
 lights call for by its name (`Light.effects`) and can say how to do without is a row alone, of `LightEffect`.
 
-In order: what an effect is; the surface (matrix, emission, ambient light); lights (whether one shines at all, its
-position, attenuation and cone, its size, its bands); reflection; the viewer; visibility.
+In order: what an effect is; the surface (matrix, emission, ambient light, light that bounces); lights (whether one
+shines at all, its position, attenuation and cone, its size, its bands); reflection; the viewer; visibility.
 """
 
 # Methods do what `Effect` says of them; not every effect reads all that it is given.
@@ -31,8 +31,19 @@ from pvphong.optics.light import NODES, POSITION_EFFECT, SIZE_EFFECT
 from pvphong.optics.lights.sized import merged_nodes
 from pvphong.optics.reflectance import Component
 from pvphong.shading.equation import BLACK, Equation, LightTerm, by_closed_form, in_parts
-from pvphong.shading.plan.bounds import largest_change, most_color, sightline, stand_in_error, viewer_seen
-from pvphong.shading.plan.draft import Decision, Draft, Note
+from pvphong.shading.interreflection import diffuse_white, without_ambient
+from pvphong.shading.plan.bounds import (
+    largest_change,
+    most_ambient,
+    most_color,
+    most_left,
+    most_scattered,
+    most_sent,
+    sightline,
+    stand_in_error,
+    viewer_seen,
+)
+from pvphong.shading.plan.draft import BOUNCES, Decision, Draft, Note
 
 _LIGHTS = "lights"
 _NO_LIGHT = "no light reaches the mesh"
@@ -183,6 +194,56 @@ class Ambient(Effect):
         if not sources:
             return Decision(False, self.absent)
         return Decision(True, "; ".join(sources), lights=_evaluated(equation, varying))
+
+
+class Bounces(Effect):
+    """Light that goes on from surface to surface: as many bounces as can be seen.
+
+    What bounces k times is at most rᵏ s, for direct light of at most s, where r is the largest product of an albedo
+    and a part of the hemisphere that is filled; what is left of ambient light a after n bounces is at most rⁿ a.
+    """
+
+    def simplify(self, draft: Draft) -> Draft:
+        equation = draft.equation
+        if not equation.bounces:
+            return draft
+        count, transport = equation.bounces, draft.transport
+        sent, ambient = most_sent(draft), most_ambient(draft)
+        why = "" if transport is None else transport.why_nothing()
+        if not (sent or ambient):
+            why = "nothing sends light"
+        if not any(map(any, diffuse_white(equation))):
+            why = "the surface reflects no light diffusely"
+        if why:
+            notes = (*draft.notes, Note(self.name, "", why))
+            return replace(draft, equation=replace(without_ambient(equation), bounces=0), notes=notes)
+        ratio = most_scattered(equation) * (1.0 if transport is None else transport.most()) * ROUNDED_UP
+        held = [ratio**k * sent for k in range(1, min(count, _BOUNCES_SAID) + 1)]
+        said = f"at most {', '.join(f'{each:.2g}' for each in held)}{', …' if count > len(held) else ''}"
+        kept, bound = count, 0.0
+        for fewer in range(count) if draft.tolerance else ():
+            left = most_left(ratio, fewer, count, sent, ambient)
+            if left <= draft.tolerance / 2.0:
+                kept, bound = fewer, left
+                break
+        if kept < count:
+            equation = without_ambient(equation)
+            note = Note(self.name, "", f"{kept} of {count}, the others at most {bound:.2g}; each holds {said}", bound)
+        else:
+            note = Note(self.name, "", f"each holds {said}")
+        gain = 1.0 + most_left(ratio, 0, kept, 1.0, 0.0)
+        equation = replace(equation, bounces=kept)
+        return replace(draft, equation=equation, notes=(*draft.notes, note), gain=min(gain, BRIGHTEST))
+
+    def decide(self, draft: Draft) -> Decision:
+        noted, count = draft.why_without(self.name), draft.equation.bounces
+        bound = draft.bound_of(self.name)
+        if not count:
+            return Decision(False, noted or self.absent, bound)
+        return Decision(True, noted, bound)
+
+
+_BOUNCES_SAID = 3
 
 
 # --- lights
@@ -471,6 +532,7 @@ EFFECTS: tuple[Effect, ...] = (
     TwoSided("two-sided", ("normals", "viewer"), "the light model is one-sided", {"two_sided": False}, once=0.5),
     Emission("emission", (), "black emission", {"emission": BLACK}),
     Ambient("ambient", (), "black ambient light or ambient reflectance", {"ambient": BLACK}, each=0.3),
+    Bounces(BOUNCES, ("points", "normals"), "the light model has no bounces", {"bounces": 0}),
     Lights(_LIGHTS, (), _NO_LIGHT, {"terms": ()}),
     Size(SIZE_EFFECT, ("points",), "no light has a size"),
     Sky("sky", ("normals",), "no light from all around varies", each=13.0),  # for each channel, with about nine bands

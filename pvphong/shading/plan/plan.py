@@ -16,17 +16,19 @@ import numpy as np
 
 from pvphong.base import check
 from pvphong.base.text import html_table, rendered, wrapped
-from pvphong.base.types import Backend, ByteArray, MatrixLike, Precision
+from pvphong.base.types import Backend, ByteArray, FloatArray, MatrixLike, Precision
 from pvphong.geometry.extent import ANYWHERE
 from pvphong.geometry.transform import normal_matrix
 from pvphong.optics.material import Material
 from pvphong.scene.scene import Scene
-from pvphong.shading import kernel, reference
+from pvphong.shading import interreflection, kernel, reference
 from pvphong.shading.equation import Equation, in_parts, relative_to_mesh
+from pvphong.shading.interreflection import Sent
 from pvphong.shading.plan.draft import Decision, Draft
 from pvphong.shading.plan.effects import EFFECTS
 from pvphong.shading.reference import Shading
 from pvphong.shading.vertices import Vertices
+from pvphong.shading.visibility import transport_of
 
 # Vertices times lights from which the compiled evaluator is worth the half second that it takes to load. The rule looks
 # at nothing that has been called before, so that equal calls on few vertices give equal bits.
@@ -77,8 +79,8 @@ class Plan:
         """What will be read."""
         equation = self._draft.equation
         read = {
-            "points": equation.needs_points or equation.needs_visibility,
-            "normals": equation.needs_normals or equation.needs_visibility,
+            "points": equation.needs_points or equation.needs_visibility or equation.bounces > 0,
+            "normals": equation.needs_normals or equation.needs_visibility or equation.bounces > 0,
             "tangents": "tangents" in equation.channels,
             "viewer": equation.has_highlights or equation.is_flipped,
         }
@@ -114,7 +116,7 @@ class Plan:
         """What will run of the equation of a scene, or of one that was rewritten from it."""
         # sums of light that differ by x differ by at most x^(1/gamma) when they are raised to 1/gamma
         allowed = tolerance**whole.gamma
-        draft = Draft.first(whole, vertices.extent(whole.matrix), allowed, vertices.visibility)
+        draft = Draft.first(whole, vertices.extent(whole.matrix), allowed, vertices)
         for effect in EFFECTS:
             draft = effect.simplify(draft)
         left = draft.equation
@@ -131,7 +133,8 @@ class Plan:
             error_bound=min(draft.error_bound ** (1.0 / whole.gamma), tolerance),
             equation=in_parts(left),
             whole=in_parts(whole),
-            _draft=replace(draft, extent=ANYWHERE, visibility=None, _reaches={}),  # a plan outlives the vertices
+            # a plan outlives the vertices
+            _draft=replace(draft, extent=ANYWHERE, visibility=None, transport=None, _reaches={}),
         )
 
     def run(
@@ -141,30 +144,75 @@ class Plan:
         precision: Precision = "float32",
         backend: Backend = "auto",
         components: bool = False,
+        bounced: FloatArray | None = None,
     ) -> Shading:
         """Lit colours of the vertices that were planned for, or of some of them.
 
         What the compiled evaluator declines, the readable one lights.
 
+        Parameters
+        ----------
+        bounced : ndarray, optional
+            Shape (k, n, 3): light that has bounced, where others send it too; see `interreflection.bounced`. Without,
+            the vertices' own transport tells it.
+
         Raises
         ------
         ValueError
             If an option is not one of those that `pvphong.evaluate` has, or `backend` is "numba" and Numba is missing;
-            or for shadows on vertices of which it is not known what they see.
+            or for shadows on vertices of which it is not known what they see, and for light that bounces.
         """
         real = np.dtype(check.choice("precision", precision, get_args(Precision)))
+        components = check.flag("components", components)
         kernel.check_backend(backend)
-        result = Shading.empty(len(vertices), self.whole.lights, real, components=check.flag("components", components))
-        normals, channels = vertices.normals_if(self.equation.needs_normals), vertices.channels(self.equation)
+        if not self.equation.bounces:
+            return self._shade(self.equation, vertices, real, backend, components=components)
+        if bounced is None:
+            among = transport_of(vertices)
+            sent = self.sent(vertices, precision=precision, backend=backend)
+            bounced = interreflection.bounced(sent, among.gather, self.equation.bounces, apart=components)
+        direct = replace(interreflection.without_ambient(self.equation), clamp=False)
+        result = self._shade(direct, vertices, real, backend, components=components)
+        result.rgb[:] += bounced.sum(axis=0)
+        if self.equation.clamp:
+            np.clip(result.rgb, 0.0, 1.0, out=result.rgb)
+        return replace(result, bounced=bounced.astype(real, copy=False)) if components else result
+
+    def sent(self, vertices: Vertices, *, precision: Precision = "float32", backend: Backend = "auto") -> Sent:
+        """What the vertices send on before any light has bounced, and how much they reflect of what then arrives.
+
+        Raises
+        ------
+        ValueError
+            As for `run`; or if a vertex would reflect more light than arrives.
+        """
+        real = np.dtype(precision)
+        rewritten = interreflection.directly_lit, interreflection.ambient_alone, interreflection.under_white_sky
+        direct, ambient, white = (self._shade(each(self.equation), vertices, real, backend).rgb for each in rewritten)
+        return Sent(direct, ambient, interreflection.without_gain(white))
+
+    def _shade(
+        self, equation: Equation, vertices: Vertices, real: Any, backend: Backend, *, components: bool = False
+    ) -> Shading:
+        """Direct light by an equation."""
+        result = Shading.empty(len(vertices), self.whole.lights, real, components=components)
+        normals, channels = vertices.normals_if(equation.needs_normals), vertices.channels(equation)
         waits = backend == "numba"
         tries_compiled = waits or (backend == "auto" and is_worth_loading(len(vertices), self.whole))
-        arrays = vertices.points, normals, self.equation, vertices.tints(self.equation), result
+        arrays = vertices.points, normals, equation, vertices.tints(equation), result
         if not (tries_compiled and kernel.shade(*arrays, self.whole, channels=channels, waits=waits)):
             reference.shade(*arrays, channels)
         return result
 
-    def run_for_display(self, vertices: Vertices, out: ByteArray) -> None:
-        """Lit colours of the vertices, computed in float32 and written as 0-255 into `out`, shape (n, 3), uint8."""
+    def run_for_display(self, vertices: Vertices, out: ByteArray, bounced: FloatArray | None = None) -> None:
+        """Lit colours of the vertices, computed in float32 and written as 0-255 into `out`, shape (n, 3), uint8.
+
+        `bounced` is as for `run`.
+        """
+        if self.equation.bounces:
+            rgb = self.run(vertices, bounced=bounced).rgb
+            np.rint(np.clip(rgb, 0.0, 1.0) * 255.0, out=out, casting="unsafe")
+            return
         points, normals = vertices.points, vertices.normals_if(self.equation.needs_normals)
         tints, channels = vertices.tints(self.equation), vertices.channels(self.equation)
         is_worth_it = len(out) * len(self.whole.terms) >= (_WORTH_STARTING if kernel.has_run() else _WORTH_LOADING)

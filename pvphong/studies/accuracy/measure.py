@@ -111,6 +111,7 @@ def tradeoff(
     clock = Clock((1.0 - _SPARE) * check.number("seconds", seconds, above=0.0))
     source, maps, tangents = surface_and_maps(mesh, material, feature_angle)
     scene = scene_for(source, scene, matrix)
+    bounces, scene = scene.light_model.bounces, replace(scene, light_model=replace(scene.light_model, bounces=0))
     placed = None if matrix is None else check.matrix4("matrix", matrix)
     rays: Any = {"occluders": occluders, "visibility": visibility, "tolerance": tolerance, "matrix": placed}
     vertices = vertices_of(source, maps, tangents, scene=scene, **rays)
@@ -123,7 +124,10 @@ def tradeoff(
     with progress(clock, "measuring"), ExitStack() as stack:
         clock.say("loading the evaluator")
         clock.seconds += kernel.seconds_compiling(lambda: subject.has_kernel)
-        return _Measurement(source, subject, tolerance, clock, stack).run()
+        measurement = _Measurement(source, subject, tolerance, clock, stack)
+        if bounces:
+            measurement.left_out["bounces"] = "all of this is of direct light"
+        return measurement.run()
 
 
 class _Measurement:
@@ -249,7 +253,7 @@ class _Measurement:
         s, model = self.subject, self.subject.scene.light_model
         if not self._has_time_for("inside triangles", least_seconds(self.mesh, self.exact_seconds)):
             return Interpolation([], np.zeros(0), np.zeros(0), {})
-        if model.needs_rays:
+        if model.needs_surroundings:
             why = "no rays are cast there; interpolation is measured without them"
             self.left_out["shadows and occlusion inside triangles"] = why
             s = replace(s, scene=replace(s.scene, light_model=model.without_rays()), visibility=None)
@@ -339,7 +343,7 @@ def ledger(
 def predicted_bounds(subject: Subject, tolerance: float) -> tuple[PredictedBound, ...]:
     """Each approximation of the plan at a tolerance: the bound that it took, the largest difference that it makes."""
     extent = subject.vertices.extent(subject.assembled.matrix)
-    draft = Draft.first(subject.assembled, extent, tolerance, subject.visibility)
+    draft = Draft.first(subject.assembled, extent, tolerance, subject.vertices)
     found = []
     for effect in EFFECTS:
         before, draft = draft, effect.simplify(draft)

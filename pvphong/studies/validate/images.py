@@ -19,9 +19,9 @@ from pvphong.base import check
 from pvphong.base.types import BoolArray, Float64Array
 from pvphong.meshes.default_scene import scene_for
 from pvphong.meshes.files import refuse_suffix
-from pvphong.meshes.lit import point_normals, shade_mesh
+from pvphong.meshes.lit import shade_mesh
 from pvphong.meshes.pictures import aim, drawing_window, preferring, refuse_size, save_picture
-from pvphong.meshes.surfaces import drawable, has_faces, shallow_copy, surface
+from pvphong.meshes.surfaces import drawable, has_faces, point_normals, shallow_copy, surface
 from pvphong.optics.material import Material, as_material, without_maps
 from pvphong.scene.scene import SceneLike
 from pvphong.scene.viewer import Viewer

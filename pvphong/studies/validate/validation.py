@@ -16,9 +16,8 @@ from pvphong.base.files import write_json
 from pvphong.base.text import html_table, rendered, wrapped
 from pvphong.base.types import Backend, BoolArray, Float64Array, FloatArray, IntArray, MatrixLike, Vector
 from pvphong.meshes.default_scene import scene_for
-from pvphong.meshes.lit import point_normals
 from pvphong.meshes.point_data import surface_and_maps
-from pvphong.meshes.surfaces import FeatureAngle
+from pvphong.meshes.surfaces import FeatureAngle, point_normals
 from pvphong.optics.maps import Map
 from pvphong.optics.material import Material, as_material, refuse_maps_in_vtk
 from pvphong.scene.scene import Scene, SceneLike

@@ -1,0 +1,121 @@
+"""How light goes from vertices to vertices: meshes become those that exchange light, and what blocks it."""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Callable, Sequence
+from typing import Any, NamedTuple
+
+import pyvista as pv
+
+from pvphong.base import check
+from pvphong.base.types import FloatArray, MatrixLike
+from pvphong.meshes.surfaces import FeatureAngle, point_normals, split_sharp_edges, surface
+from pvphong.meshes.visibility import checked_occluders, receiver_of
+from pvphong.rays.casting import BlockingFaces, Occluders
+from pvphong.rays.rays import Receiver
+from pvphong.rays.sampling import MOST_RAYS
+from pvphong.rays.transport import MEMORY, HemisphereTracer, Transport, checksum_of, refuse_too_large
+
+SAMPLES = 256
+"""Rays of each vertex, if nobody says how many."""
+
+_MULTIPLE = 16
+
+
+class Exchanging(NamedTuple):
+    """A surface that exchanges light."""
+
+    source: pv.PolyData
+    normals: Callable[[], FloatArray]
+    matrix: MatrixLike | None
+
+
+def transport(
+    mesh: pv.DataSet,
+    *,
+    occluders: Any = (),
+    samples: int = SAMPLES,
+    matrix: MatrixLike | None = None,
+    feature_angle: FeatureAngle = None,
+    memory: float = MEMORY,
+) -> Transport:
+    """How light goes from each vertex to each other: made once, for any lights, materials and numbers of bounces.
+
+    Rays with the density of the cosine are cast from each vertex that sees anything, when it is first used. They meet
+    the fronts of this mesh, which are on the side of its normals; from behind it blocks light and is black, as
+    occluders are. With the extra `rays`, Intel's Embree casts them; without, VTK does, which takes long.
+
+    Parameters
+    ----------
+    mesh : pyvista.DataSet
+        A dataset with a surface.
+    occluders : sequence, optional
+        Meshes, or pairs of a mesh and a 4x4 matrix, that block light and send none.
+    samples : int, default 256
+        Rays of each vertex, rounded up to a multiple of 16; at most 4096. The error falls a little faster than with
+        the square root of their number.
+    matrix : array_like, optional
+        (4, 4) model matrix, as for `shade`.
+    feature_angle : float, "auto" or None, default None
+        As for `shade`.
+    memory : float, default 2e9
+        Bytes that the matrix may take. Where it would take more, 8 bytes times vertices times samples, it is not kept,
+        and rays are cast for each bounce.
+
+    Returns
+    -------
+    Transport
+        `.gather(colors)` gives the mean colour that each vertex sees, `.matrix` is sparse; `.expected_cost()`,
+        `.save(path)`, and `pvphong.Transport.load(path)`.
+
+    Raises
+    ------
+    ValueError
+        If an argument is not allowed, the mesh has nothing that can be lit, or SciPy is missing.
+
+    Examples
+    --------
+    >>> import numpy as np, pyvista as pv, pvphong as ph
+    >>> bowl = pv.Sphere(end_phi=90).flip_faces().compute_normals(auto_orient_normals=False, consistent_normals=False)
+    >>> seen = bowl.phong.transport().gather(np.ones((bowl.n_points, 3)))
+    """
+    source, _ = split_sharp_edges(surface(mesh), feature_angle)
+    normals = functools.cache(lambda: point_normals(source))
+    return transport_of([Exchanging(source, normals, matrix)], occluders, samples, memory)
+
+
+def transport_of(
+    surfaces: Sequence[Exchanging], occluders: Any = (), samples: int = SAMPLES, memory: float = MEMORY
+) -> Transport:
+    """How light goes between the vertices of several surfaces; see `transport`."""
+    count = int(check.number("samples", samples, at_least=1.0, at_most=float(MOST_RAYS)))
+    count = -(-count // _MULTIPLE) * _MULTIPLE
+    memory = check.number("memory", memory, at_least=0.0)
+    tracer = _tracer(surfaces, occluders, count)
+    refuse_too_large(count, int(tracer.starts[-1]), memory)
+    return Transport.of(tracer, memory)
+
+
+def checked_transport(given: Any, surfaces: Sequence[Exchanging], occluders: Any = ()) -> Transport:
+    """What a user gives as the transport of some surfaces.
+
+    Raises
+    ------
+    ValueError
+        If it is none, or was made for other surfaces or occluders.
+    """
+    if not isinstance(given, Transport):
+        check.refuse("transport", type(given).__name__, "what mesh.phong.transport() gives")
+    given.refuse_other(checksum_of(_tracer(surfaces, occluders, _MULTIPLE)))
+    return given
+
+
+def _tracer(surfaces: Sequence[Exchanging], occluders: Any, samples: int) -> HemisphereTracer:
+    receivers, parts = list[Receiver](), list[BlockingFaces]()
+    for source, normals, matrix in surfaces:
+        receiver = receiver_of(source, normals, matrix, len(parts))
+        receivers.append(receiver)
+        if receiver.part is not None:
+            parts.append(receiver.faces)
+    return HemisphereTracer(receivers, Occluders([*parts, *checked_occluders(occluders)]), samples)

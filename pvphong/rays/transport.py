@@ -1,0 +1,515 @@
+"""How light goes from vertices to vertices: what each sees of the others, by rays over its hemisphere.
+
+The colour that a diffuse surface reflects of what is around it is its albedo times the mean colour that it sees,
+weighted with the cosine. Rays with the density of the cosine make that a plain mean, over the colours of what they
+meet first; those are known at vertices, and a ray takes that of one corner of the triangle, by chance, as often as its
+barycentric weight says. So a vertex is a row of a sparse matrix, T, whose numbers are shares of its rays, and light
+that bounces once is T times colours: relighting takes no ray (C. Goral et al., "Modeling the interaction of light
+between diffuse surfaces", 1984; rays in place of form factors: P. Shirley, "Radiosity via ray tracing", 1991).
+
+In order: `HemisphereTracer` casts the rays; `Transport` keeps what they met, on disk too; `TransportPart` is what a
+plan asks for the vertices of one mesh.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import importlib.util
+import math
+import os
+import time
+import zipfile
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, NamedTuple, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pvphong.base import check, sobol, text, threads
+from pvphong.base.files import written_aside
+from pvphong.base.processes import available_memory
+from pvphong.base.types import BoolArray, Float64Array, FloatArray, IntArray
+from pvphong.optics.area.sampling import Sampling, sky_frame, sky_sample
+from pvphong.rays.casting import Occluders, warn_of_slow_rays
+from pvphong.rays.rays import Receiver, SendingTriangles, around_by_arrays
+from pvphong.shading import kernel
+
+# --- rays
+
+# So many a thread casts before it can be interrupted.
+_RAYS_AT_ONCE, _RAYS_OF_VTK_AT_ONCE = 2**17, 2**13
+_AT_ONCE = 16  # rays that compiled code casts together
+_WORTH_A_WARNING = 2**12  # vertices
+_STREAM, _STREAM_OF_CORNERS = 1, 2  # of random numbers, other than those of visibility
+
+Met = Callable[[int, int, NDArray[np.int32]], None]
+"""Is given which vertices were met by rays of vertices from one number to another, (m, samples)."""
+
+
+@dataclass(frozen=True, eq=False)
+class HemisphereTracer:
+    """Casts rays over the hemispheres of vertices.
+
+    Parameters
+    ----------
+    receivers : sequence of Receiver
+        The meshes whose vertices exchange light, each one of the occluders' parts or none.
+    occluders : Occluders
+        What rays meet; parts that are no receiver's block light, and are black.
+    samples : int
+        Rays of each vertex, a multiple of 16.
+    """
+
+    receivers: Sequence[Receiver]
+    occluders: Occluders
+    samples: int
+
+    @cached_property
+    def starts(self) -> IntArray:
+        """The number of each receiver's first vertex among all, and how many there are."""
+        return np.cumsum([0, *(len(each.points) for each in self.receivers)])
+
+    @cached_property
+    def triangles(self) -> SendingTriangles:
+        """All triangles; the front of one that sends light is where its vertices' normals point."""
+        starts, numbers, corners = self.occluders.triangles
+        sides, firsts = np.zeros(len(corners), np.int8), np.cumsum([0, *self.occluders.counts])
+        vertices = np.full_like(corners, -1)
+        for each, start in zip(self.receivers, self.starts[:-1].tolist(), strict=True):
+            if each.part is None:
+                continue
+            own = slice(firsts[each.part], firsts[each.part + 1])
+            a, b, c = each.points[each.faces.corners].transpose(1, 0, 2)
+            normals = each.unit_normals[each.faces.corners].sum(axis=1)
+            with np.errstate(all="ignore"):
+                sides[own] = np.nan_to_num(np.sign((np.cross(b - a, c - a) * normals).sum(axis=1)))
+            vertices[own] = each.faces.corners + start
+        return SendingTriangles(starts, numbers, vertices, sides)
+
+    def may_see(self, receiver: Receiver) -> BoolArray:
+        """Shape (n,): which vertices may see anything, for some of it is above their tangent planes."""
+        result = np.zeros(len(receiver.points), bool)
+        slack = self.occluders.resolution(receiver.part)
+        for index, box in enumerate(self.occluders.boxes):
+            if box is None or (index == receiver.part and receiver.is_convex):
+                continue
+            low, high = box
+            middle, half, normals = low / 2 + high / 2, high / 2 - low / 2, receiver.unit_normals
+            with np.errstate(invalid="ignore"):
+                height = ((middle - receiver.points) * normals).sum(axis=1) + np.abs(normals) @ half
+                result |= height > slack
+        return result & (receiver.unit_normals != 0.0).any(axis=1)
+
+    @property
+    def vertices_at_once(self) -> int:
+        """So many whose rays a thread casts before it can be interrupted."""
+        return max((_RAYS_OF_VTK_AT_ONCE if self.occluders.are_slow else _RAYS_AT_ONCE) // self.samples, 1)
+
+    def cast(self, found: Met, rows: IntArray | None = None) -> int:
+        """Cast the rays of all vertices, or of some of the first receiver's; gives how many.
+
+        Parameters
+        ----------
+        found : callable
+            Is called from several threads, with numbers of `rows` where those are given.
+        rows : ndarray, optional
+            Shape (k,), in rising order.
+        """
+        compiled, sampling = self.occluders.compiled, Sampling(sky_frame, sky_sample, (math.inf, 1.0))
+        numbers, triangles = np.asarray(sampling.numbers, np.float64), self.triangles
+        stages = None if compiled is None else kernel.stages_of(sampling)
+        rays = list[int]()
+
+        def cast_of(receiver: Receiver, own: IntArray, start: int) -> None:
+            seeing, height = self.may_see(receiver)[own], self.occluders.resolution(receiver.part)
+
+            def work(first: int, last: int) -> None:
+                met = np.full((last - first, self.samples), -1, np.int32)
+                looking = np.flatnonzero(seeing[first:last])
+                vertices = own[first + looking]
+                origins, normals = receiver.above(vertices, height), receiver.unit_normals[vertices]
+                seeds = sobol.seeds(start + vertices, _STREAM), sobol.seeds(start + vertices, _STREAM_OF_CORNERS)[:1]
+                given = numbers, origins, normals, np.concatenate(seeds), 0, self.samples
+                if stages is not None:
+                    met[looking], cast = kernel.vertices_met(stages, *given, compiled, triangles)
+                else:
+                    met[looking], cast = around_by_arrays(sampling, *given, self.occluders, triangles)
+                rays.append(cast)
+                found(start + first, start + last, met)
+
+            receiver.origins  # noqa: B018  found now: threads share it
+            threads.run(work, len(own), self.vertices_at_once)
+
+        for receiver, start in zip(self.receivers, self.starts.tolist(), strict=False):
+            if rows is None:
+                cast_of(receiver, np.arange(len(receiver.points)), start)
+            elif receiver is self.receivers[0]:
+                cast_of(receiver, rows, start)
+        return sum(rays)
+
+
+# --- what they met, kept
+
+_FORMAT, _VERSION = "pvphong transport", 1
+_PROBED = 512  # vertices, to find out what the rays of all will take
+_BYTES_PER_ENTRY = 8
+MEMORY = 2.0e9
+"""Bytes that a transport takes at most by default; where it would take more, rays are cast for each bounce."""
+
+
+class TransportCost(NamedTuple):
+    """What rays take that are not cast yet."""
+
+    rays: int
+    seconds: float
+    memory: int
+    """Bytes of the matrix; 0 where it is not kept."""
+
+
+class Transport:
+    """How light goes from vertices to vertices, for any lights and materials.
+
+    Rays are cast when it is first used, and kept; nothing is kept of what is interrupted.
+
+    Parameters
+    ----------
+    tracer : HemisphereTracer or None
+        Casts the rays; None for one that was read from a file.
+    memory : float
+        Bytes that it may take; where it would take more, rays are cast for each bounce.
+    checksum : str
+        Of the meshes.
+    counts : tuple of int
+        The number of vertices of each mesh.
+    samples : int
+        Rays of each vertex.
+    """
+
+    def __init__(
+        self, tracer: HemisphereTracer | None, memory: float, checksum: str, counts: tuple[int, ...], samples: int
+    ) -> None:
+        self._tracer, self._memory, self._checksum, self._counts = tracer, memory, checksum, counts
+        self._kept: list[Any] | None = None
+        self.samples = samples
+        """How many rays each vertex has."""
+        self.rays = 0
+        """How many have been cast."""
+        self.seconds = 0.0
+        """How long that took."""
+
+    @classmethod
+    def of(cls, tracer: HemisphereTracer, memory: float) -> Self:
+        """Of what a tracer casts.
+
+        Raises
+        ------
+        ValueError
+            Where SciPy is missing.
+        """
+        refuse_without_scipy()
+        counts = tuple(np.diff(tracer.starts).tolist())
+        return cls(tracer, memory, checksum_of(tracer), counts, tracer.samples)
+
+    def __len__(self) -> int:
+        return sum(self._counts)
+
+    def __repr__(self) -> str:
+        seen = "rays not cast yet" if not self.rays else f"{self.rays} rays in {self.seconds:.3g} s"
+        return f"<Transport between {len(self)} vertices, {self.samples} rays each: {seen}>"
+
+    @property
+    def parts(self) -> list[TransportPart]:
+        """What is known for the vertices of each mesh."""
+        return [TransportPart(self, index) for index in range(len(self._counts))]
+
+    @property
+    def slices(self) -> list[slice]:
+        """The rows of each mesh's vertices."""
+        ends = np.cumsum(self._counts).tolist()
+        return [slice(end - count, end) for end, count in zip(ends, self._counts, strict=True)]
+
+    @property
+    def is_kept(self) -> bool:
+        """Whether the matrix is kept, for it fits into the memory that it may take."""
+        return self._kept is not None or _BYTES_PER_ENTRY * len(self) * self.samples <= self._memory
+
+    def expected_cost(self) -> TransportCost:
+        """What rays that are not cast yet will take, by those of some vertices; roughly.
+
+        Building what rays are tested with is done here.
+        """
+        if self._tracer is None or self._kept is not None:
+            return TransportCost(0, 0.0, 0)
+        first, count = self._tracer.receivers[0], self._counts[0]
+        rows = np.unique(np.linspace(0, max(count - 1, 0), min(_PROBED, count)).astype(np.int64))
+        self._tracer.triangles, first.origins  # noqa: B018  not to be counted
+        entries, start = list[int](), time.perf_counter()
+        rays = self._tracer.cast(lambda _first, _last, met: entries.append(len(_entries(met)[0])), rows)
+        share = len(self) / max(len(rows), 1)
+        memory = round(_BYTES_PER_ENTRY * sum(entries) * share) if self.is_kept else 0
+        return TransportCost(round(rays * share), (time.perf_counter() - start) * share, memory)
+
+    def gather(self, colors: Any) -> FloatArray:
+        """The mean colour that each vertex sees, weighted with the cosine; what is open, and backs, are black.
+
+        Parameters
+        ----------
+        colors : array_like
+            Shape (n, k), what each vertex sends, one mesh after the other.
+
+        Returns
+        -------
+        ndarray
+            Shape (n, k), float32.
+
+        Raises
+        ------
+        ValueError
+            If there are not as many colours as vertices.
+        """
+        given = check.real_array("colors", colors, f"an array of shape ({len(self)}, k)")
+        if given.ndim != 2 or len(given) != len(self):
+            check.refuse("colors", f"an array of shape {given.shape}", f"one of shape ({len(self)}, k)")
+        sent, result = np.ascontiguousarray(given, np.float32), np.zeros(given.shape, np.float32)
+        if not self.is_kept:
+
+            def add(first: int, last: int, met: NDArray[np.int32]) -> None:
+                seen = np.where(met[:, :, None] >= 0, sent[met], np.float32(0.0))
+                result[first:last] = seen.mean(axis=1)
+
+            self._cast(add)
+            return result
+        rows = self._rows
+        starts = np.cumsum([0, *(part.shape[0] for part in rows)]).tolist()
+
+        def multiply(first: int, last: int) -> None:
+            for index in range(first, last):
+                result[starts[index] : starts[index + 1]] = rows[index] @ sent
+
+        threads.run(multiply, len(rows), max(len(rows) // 64, 1))
+        return result
+
+    @property
+    def matrix(self) -> Any:
+        """`scipy.sparse.csr_array`, shape (n, n), float32: shares of what each vertex (a row) sees.
+
+        A row's sum is the part of its hemisphere, weighted with the cosine, in which the front of something is.
+
+        Raises
+        ------
+        ValueError
+            If it would take more memory than it may.
+        """
+        if not self.is_kept:
+            need = _BYTES_PER_ENTRY * len(self) * self.samples
+            remedy = "transport(memory=...) allows more; gather works without."
+            check.refuse("memory", f"{self._memory:.3g} bytes", f"at least {need:.3g} to keep the matrix", remedy)
+        from scipy import sparse
+
+        return sparse.vstack(self._rows, "csr") if self._rows else sparse.csr_array((0, 0), dtype=np.float32)
+
+    @property
+    def _rows(self) -> list[Any]:
+        """Some rows each, one after the other."""
+        if self._kept is None:
+            from scipy import sparse
+
+            found = dict[int, Any]()
+
+            def keep(first: int, last: int, met: NDArray[np.int32]) -> None:
+                columns, counts, ends = _entries(met)
+                shares = counts * np.float32(1.0 / self.samples)
+                found[first] = sparse.csr_array((shares, columns, ends), shape=(last - first, len(self)))
+
+            self._cast(keep)
+            self._kept = [found[first] for first in sorted(found)]
+        return self._kept
+
+    def _cast(self, found: Met) -> None:
+        """Cast all rays."""
+        assert self._tracer is not None
+        start = time.perf_counter()
+        if len(self) >= _WORTH_A_WARNING and self._tracer.occluders.are_slow:
+            warn_of_slow_rays()
+        with text.about("rays between vertices"):
+            rays = self._tracer.cast(found)
+        self.rays += rays
+        self.seconds += time.perf_counter() - start
+
+    @cached_property
+    def _sums(self) -> Float64Array:
+        """Shape (n,): of the rows that are kept."""
+        sums = [np.asarray(part.sum(axis=1), np.float64).ravel() for part in self._rows]
+        return np.concatenate([np.zeros(0), *sums])
+
+    def most(self, part: int) -> float:
+        """The most that a row of a mesh's vertices adds up to: as it is, or as far as is known before rays are cast."""
+        if self._kept is not None:
+            return float(self._sums[self.slices[part]].max(initial=0.0))
+        if self._tracer is None:
+            return 1.0
+        own, occluders = self._tracer.receivers[part], self._tracer.occluders
+        if own.part is not None and not own.is_convex:
+            return 1.0
+        others = [each.part for each in self._tracer.receivers if each is not own and each.part is not None]
+        spheres = [sphere for part in others if (sphere := occluders.spheres[part]) is not None]
+        if not spheres or own.extent.sphere is None:
+            return float(bool(spheres))
+        center, radius = own.extent.sphere
+        share = 0.0  # a sphere straight ahead, seen under the angle α to its rim, fills sin²α
+        for sphere in spheres:
+            nearest = math.dist(sphere.center, center) - radius
+            share += (sphere.radius / nearest) ** 2 if nearest > sphere.radius else 1.0
+        # of finitely many rays: four times the standard error of as many random ones more, and one ray
+        sampled = share + 4.0 * math.sqrt(share / self.samples) + 1.0 / self.samples
+        return min(sampled, 1.0)
+
+    def why_nothing(self, part: int) -> str:
+        """Why no vertex of a mesh sees a front; "" where one may. No ray is cast for it."""
+        if self._kept is not None:
+            return "" if self.most(part) > 0.0 else "no vertex sees a lit surface"
+        if self._tracer is None:
+            return ""
+        own = self._tracer.receivers[part]
+        others = [each for each in self._tracer.receivers if each is not own and each.part is not None]
+        if others:
+            return ""
+        if own.part is None:
+            return "nothing is around it"
+        return "the mesh is convex, and alone" if own.is_convex else ""
+
+    # -- files
+
+    def refuse_other(self, checksum: str) -> None:
+        """Raise ValueError if it was made for other meshes, by their checksum."""
+        if checksum != self._checksum:
+            remedy = "mesh.phong.transport() makes one; its matrix, occluders and feature angle are those of the call."
+            check.refuse("transport", "one of other meshes, or in other places", "one of what is lit", remedy)
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write it to a file, by NumPy's format .npz; rays that are missing are cast first.
+
+        Raises
+        ------
+        ValueError
+            If the file cannot be written, or the matrix is not kept.
+        """
+        matrix = self.matrix
+        with written_aside(path) as aside, aside.open("wb") as file:
+            np.savez(
+                file,
+                format=np.array([_FORMAT, str(_VERSION), self._checksum]),
+                counts=np.array(self._counts, np.int64),
+                samples=np.array(self.samples),
+                data=matrix.data,
+                indices=matrix.indices,
+                indptr=matrix.indptr,
+            )
+
+    @classmethod
+    def load(cls, path: str | os.PathLike[str]) -> Self:
+        """What `save` has written.
+
+        Raises
+        ------
+        ValueError
+            If the file cannot be read, is none of such, is damaged, or of another version.
+        """
+        refuse_without_scipy()
+        from scipy import sparse
+
+        allowed = "a file that Transport.save has written"
+        try:
+            with open(path, "rb") as opened, np.load(opened, allow_pickle=False) as file:
+                names = "format", "counts", "samples", "data", "indices", "indptr"
+                kind, counts, samples, data, indices, ends = (file[name] for name in names)
+        except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile) as error:
+            check.refuse("path", os.fspath(path), allowed, f"{type(error).__name__}: {error}.")
+        written = kind.tolist() if kind.shape == (3,) else []
+        if not written or written[0] != _FORMAT or written[1] != str(_VERSION):
+            got = f"{os.fspath(path)} of version {written[1]}" if written and written[0] == _FORMAT else os.fspath(path)
+            check.refuse("path", got, f"{allowed}, of version {_VERSION}", "mesh.phong.transport() makes a new one.")
+        count = int(counts.sum())
+        is_sound = (
+            (counts >= 0).all()
+            and samples.shape == ()
+            and ends.shape == (count + 1,)
+            and data.shape == indices.shape == (ends[-1],)
+            and ends[0] == 0
+            and (np.diff(ends) >= 0).all()
+            and (indices.min(initial=0) >= 0 and indices.max(initial=-1) < count)
+            and (np.isfinite(data).all() and data.min(initial=0.0) >= 0.0)
+        )
+        if not is_sound:
+            check.refuse("path", os.fspath(path), allowed, "It is damaged; mesh.phong.transport() makes a new one.")
+        result = cls(None, math.inf, str(written[2]), tuple(counts.tolist()), int(samples))
+        step = max(count // 64, 1)
+        pieces = ((first, min(first + step, count)) for first in range(0, count, step))
+        result._kept = [
+            sparse.csr_array(
+                (data[ends[a] : ends[b]], indices[ends[a] : ends[b]], ends[a : b + 1] - ends[a]), shape=(b - a, count)
+            )
+            for a, b in pieces
+        ]
+        return result
+
+
+@dataclass(frozen=True, eq=False)
+class TransportPart:
+    """What a plan asks of a transport for the vertices of one mesh, and what they gather where it is alone."""
+
+    whole: Transport
+    index: int
+
+    def most(self) -> float:
+        """As `Transport.most`."""
+        return self.whole.most(self.index)
+
+    def why_nothing(self) -> str:
+        """As `Transport.why_nothing`."""
+        return self.whole.why_nothing(self.index)
+
+    def gather(self, colors: FloatArray) -> FloatArray:
+        """As `Transport.gather`."""
+        return self.whole.gather(colors)
+
+
+def refuse_without_scipy() -> None:
+    """Raise ValueError where SciPy, which keeps sparse matrices, is missing."""
+    if importlib.util.find_spec("scipy") is None:
+        remedy = 'pip install "pvphong[rays]" installs it.'
+        check.refuse("bounces", "some", "0 where SciPy is not installed", remedy)
+
+
+def checksum_of(tracer: HemisphereTracer) -> str:
+    """Of the points and triangles of all that exchanges or blocks light, and of which does what."""
+    found = hashlib.blake2b(digest_size=16)
+    for each in tracer.receivers:
+        found.update(repr((len(each.points), each.part)).encode())
+        found.update(each.points.tobytes())
+    found.update(tracer.occluders.points.astype(np.float64).tobytes())
+    found.update(tracer.occluders.triangles.corners.tobytes())
+    return found.hexdigest()
+
+
+def refuse_too_large(samples: int, count: int, memory: float) -> None:
+    """Raise ValueError where there is less memory than a transport may take, and would."""
+    available, needed = available_memory(), min(_BYTES_PER_ENTRY * samples * count, memory)
+    if available is not None and needed > available:
+        allowed = f"at most {available:.3g}, the bytes that are free"
+        check.refuse("memory", f"{memory:.3g}", allowed, "Where the matrix is not kept, rays are cast for each bounce.")
+
+
+def _entries(met: NDArray[np.int32]) -> tuple[NDArray[np.int32], IntArray, NDArray[np.int32]]:
+    """Of rows of numbers: which there are from 0 on, in order, how often, and where each row of them ends."""
+    ordered = np.sort(met, axis=1)
+    is_first = ordered >= 0
+    is_first[:, 1:] &= ordered[:, 1:] != ordered[:, :-1]
+    places = np.flatnonzero(is_first)
+    rows, width = places // met.shape[1], met.shape[1]
+    ends_of_rows = (rows + 1) * width
+    counts = np.minimum(np.append(places[1:], met.size), ends_of_rows) - places
+    ends = np.concatenate([[0], np.cumsum(is_first.sum(axis=1))])
+    return ordered.ravel()[places], counts, ends.astype(np.int32)

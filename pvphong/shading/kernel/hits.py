@@ -1,0 +1,294 @@
+"""What rays meet first, found by Embree sixteen at a time, in compiled code; `rays` tests whether they meet anything.
+
+In reading order: `_find`, what open rays meet first; `look_around`, many rays from each vertex to what is around it,
+for light that bounces; `find`, rays that are given; and the functions of Python's that call them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from numba import types
+from numpy.typing import NDArray
+
+from pvphong.base import sobol
+from pvphong.base.formulas import ONE, ZERO
+from pvphong.base.types import Float64Array, FloatArray, IntArray
+from pvphong.shading.kernel.arithmetic import call_stage, inlined, shifted
+from pvphong.shading.kernel.code import Library
+from pvphong.shading.kernel.evaluation import address
+from pvphong.shading.kernel.rays import (
+    CASTERS,
+    DOUBLES,
+    DX,
+    DY,
+    DZ,
+    END,
+    GEOMETRY,
+    INSTANCE,
+    INSTANCE_PART,
+    INTEGERS,
+    LANES,
+    LENGTH,
+    MARKS,
+    MET,
+    MET_COSINE,
+    MET_SECOND,
+    MET_THIRD,
+    NX,
+    NY,
+    NZ,
+    OPEN,
+    OX,
+    OY,
+    OZ,
+    SCRATCH,
+    SECOND,
+    SHORTER,
+    SINGLES,
+    THIRD,
+    TRIANGLE,
+    VERTEX,
+    WEIGHT,
+    WORDS,
+    U,
+    V,
+    bring_near,
+    cast_rays,
+    given,
+    memory,
+    plain,
+    prepare,
+)
+
+
+@inlined
+def _find(
+    count: int,
+    function: int,
+    scenes: Any,
+    numbers: Any,
+    firsts: Any,
+    triangles: Any,
+    rows: Any,
+    marks: Any,
+    wide: Any,
+    valid: Any,
+) -> None:
+    """Find what open rays meet first: `MET` and what follows it, −1 for nothing; `LENGTH` becomes how far that is."""
+    for j in range(LANES):
+        marks[MET + j] = np.int32(-1)
+    for c in range(count):
+        bring_near(numbers, c, rows, wide, valid)
+        for j in range(LANES):
+            marks[GEOMETRY + j] = np.int32(-1)
+            marks[INSTANCE + j] = np.int32(-1)
+            marks[INSTANCE_PART + j] = np.int32(-1)
+        cast_rays(function, valid, scenes[c], rows)
+        for j in range(LANES):
+            if (valid[j] != np.int32(0)) & (marks[GEOMETRY + j] != np.int32(-1)):
+                # divided twice, for a scale may have no reciprocal
+                wide[LENGTH + j] = rows[END + j] / numbers[4 * c + 3] + wide[SHORTER + j] / numbers[4 * c + 3]
+                marks[MET + j] = np.int32(triangles[firsts[c] + marks[TRIANGLE + j]])
+                rows[MET_SECOND + j], rows[MET_THIRD + j] = rows[SECOND + j], rows[THIRD + j]
+                towards = rows[NX + j] * rows[DX + j] + rows[NY + j] * rows[DY + j] + rows[NZ + j] * rows[DZ + j]
+                rows[MET_COSINE + j] = towards
+
+
+# --- what is compiled
+
+
+def look_around(
+    frame: int,
+    sample: int,
+    numbers: Any,
+    origins: Any,
+    normals: Any,
+    seeds: Any,
+    second: Any,
+    count: int,
+    begin: int,
+    end: int,
+    casters: int,
+    function: int,
+    scenes: Any,
+    places: Any,
+    firsts: Any,
+    triangles: Any,
+    sides: Any,
+    corners: Any,
+    met: Any,
+    rows: Any,
+    marks: Any,
+    wide: Any,
+    valid: Any,
+) -> int:
+    """Which vertices see which: of the triangle that a ray meets one corner, by chance, as often as its weight says.
+
+    Parameters
+    ----------
+    frame, sample
+        Addresses of the sky's stages, which read `numbers`.
+    seeds
+        Two for the points, and one for the corners.
+    begin, end : int
+        Numbers of points, multiples of 16.
+    casters, function, scenes, places, firsts, triangles
+        How many casters, the address of `rtcIntersect16`, what `Casters` has, and the numbers of their triangles.
+    sides
+        For each triangle 1 or −1, as its front is where its corners go round to the left or to the right; 0 where it
+        has none.
+    corners
+        Numbers of the three vertices of each.
+    met
+        Shape (count, end − begin), filled in: the number of a vertex; −1 where nothing is met, −2 where it is a back.
+    others
+        As for `look_at_part`.
+
+    Returns
+    -------
+    int
+        How many rays were cast.
+    """
+    prepare(rows, marks)
+    cast = 0
+    for i in range(count):
+        for axis in range(3):
+            wide[VERTEX + axis], wide[VERTEX + 3 + axis] = origins[3 * i + axis], normals[3 * i + axis]
+        call_stage(frame, numbers, rows, wide)
+        for first in range(begin, end, LANES):
+            own = shifted(second, first)
+            for j in range(LANES):
+                rows[U + j] = sobol.coordinate(np.uint32(first + j), seeds[i])
+                rows[V + j] = sobol.coordinate(own[j], seeds[count + i])
+            call_stage(sample, numbers, rows, wide)
+            for j in range(LANES):
+                is_sent = rows[WEIGHT + j] > ZERO
+                rows[OPEN + j] = ONE if is_sent else ZERO
+                cast += 1 if is_sent else 0
+                wide[OX + j], wide[OY + j], wide[OZ + j] = wide[VERTEX], wide[VERTEX + 1], wide[VERTEX + 2]
+                wide[LENGTH + j] = np.inf
+            _find(casters, function, scenes, places, firsts, triangles, rows, marks, wide, valid)
+            for j in range(LANES):
+                found = np.int32(-1)
+                triangle = np.intp(marks[MET + j])
+                if triangle >= 0:
+                    chance = sobol.random(np.uint32(first + j), seeds[2 * count + i])
+                    b, c = rows[MET_SECOND + j], rows[MET_THIRD + j]
+                    corner = 1 if chance < b else (2 if chance < b + c else 0)
+                    is_front = rows[MET_COSINE + j] * np.float32(sides[triangle]) < ZERO
+                    found = np.int32(corners[3 * triangle + corner]) if is_front else np.int32(-2)
+                met[(end - begin) * i + first - begin + j] = found
+    return cast
+
+
+def find(
+    origins: Any,
+    directions: Any,
+    lengths: Any,
+    count: int,
+    casters: int,
+    function: int,
+    scenes: Any,
+    places: Any,
+    firsts: Any,
+    triangles: Any,
+    met: Any,
+    weights: Any,
+    rows: Any,
+    marks: Any,
+    wide: Any,
+    valid: Any,
+) -> int:
+    """What given rays meet first: triangles, weights of their second and third corners; lengths are filled in too."""
+    prepare(rows, marks)
+    for first in range(0, count, LANES):
+        lanes = given(origins, directions, lengths, first, count, rows, wide)
+        _find(casters, function, scenes, places, firsts, triangles, rows, marks, wide, valid)
+        for j in range(lanes):
+            met[first + j] = np.int64(marks[MET + j])
+            if marks[MET + j] >= np.int32(0):
+                lengths[first + j] = wide[LENGTH + j]
+                weights[2 * (first + j)], weights[2 * (first + j) + 1] = rows[MET_SECOND + j], rows[MET_THIRD + j]
+    return count
+
+
+# --- from Python
+
+_FINDERS = *CASTERS, INTEGERS, DOUBLES, INTEGERS, INTEGERS
+
+
+def around_code(library: Library) -> Callable[..., int]:
+    """`look_around`, compiled."""
+    vertices = types.intp, types.intp, DOUBLES, DOUBLES, DOUBLES, WORDS, WORDS, *(types.intp,) * 3
+    return library.call(
+        look_around, lambda: types.intp(*vertices, *_FINDERS, types.CPointer(types.int8), INTEGERS, MARKS, *SCRATCH)
+    )
+
+
+def find_code(library: Library) -> Callable[..., int]:
+    """`find`, compiled."""
+    rays = DOUBLES, SINGLES, DOUBLES, types.intp
+    return library.call(find, lambda: types.intp(*rays, *_FINDERS, INTEGERS, SINGLES, *SCRATCH))
+
+
+def _finding(casters: Any, first: Any) -> tuple[int, ...]:
+    """Casters as compiled code takes them to find what rays meet."""
+    triangles = address(first.starts), address(first.numbers)
+    return len(casters.scenes), casters.function_of_find, address(casters.scenes), address(casters.numbers), *triangles
+
+
+def vertices_met(
+    library: Library,
+    stages: tuple[int, int],
+    numbers: Float64Array,
+    origins: Float64Array,
+    normals: Float64Array,
+    seeds: NDArray[np.uint32],
+    begin: int,
+    end: int,
+    casters: Any,
+    triangles: Any,
+) -> tuple[NDArray[np.int32], int]:
+    """Which vertices are met, shape (m, end − begin), as `look_around` has it, and the number of rays.
+
+    Parameters
+    ----------
+    library, stages, numbers, origins, normals
+        As for `part_seen`.
+    seeds
+        Shape (3, m).
+    begin, end : int
+        Numbers of points, multiples of 16, up to `sobol.MOST`.
+    casters : Casters
+        What is met.
+    triangles : Triangles
+        What is known of it.
+    """
+    count, seeds = len(origins), np.ascontiguousarray(seeds)
+    numbers, origins, normals = plain(numbers, origins, normals)
+    met = np.empty((count, end - begin), np.int32)
+    of_vertices = *map(address, (numbers, origins, normals, seeds, sobol.SECOND)), count, begin, end
+    among = *_finding(casters, triangles), address(triangles.sides), address(triangles.corners)
+    rays = around_code(library)(*stages, *of_vertices, *among, address(met), *memory.addresses)
+    return met, rays
+
+
+def hits(
+    library: Library,
+    origins: Float64Array,
+    directions: FloatArray,
+    lengths: Float64Array,
+    casters: Any,
+    triangles: Any,
+) -> tuple[IntArray, FloatArray, Float64Array]:
+    """What given rays meet first: numbers of triangles (n,), −1 for none; weights (n, 2), and how far (n,)."""
+    met, weights = np.full(len(directions), -1), np.zeros((len(directions), 2), np.float32)
+    origins, far = plain(origins, np.array(lengths, np.float64))
+    if len(met):
+        given = origins, np.ascontiguousarray(directions, np.float32), far
+        results = address(met), address(weights)
+        find_code(library)(*map(address, given), len(met), *_finding(casters, triangles), *results, *memory.addresses)
+    return met, weights, np.where(met >= 0, far, np.inf)
