@@ -38,9 +38,7 @@ room = pv.MultiBlock(
 colors = (0.73, 0.71, 0.68), (0.65, 0.06, 0.05), (0.12, 0.45, 0.1)
 white, red, green = (ph.Material(ambient=color, diffuse=color) for color in colors)
 materials = {"default": white, "left": red, "right": green}
-lamp = ph.RectangleLight(
-    position=(0, 0, 0.99), direction=(0, 0, -1), width=0.6, height=0.6, intensity=1.0, name="lamp"
-)
+lamp = ph.RectangleLight(position=(0, 0, 0.99), direction=(0, 0, -1), width=0.6, height=0.6, intensity=1.0, name="lamp")
 scene = ph.Scene(
     lights=[lamp],
     viewer=ph.Viewer(position=(0, -4.9, 0), focal_point=(0, 0, 0), up=(0, 0, 1)),

@@ -288,6 +288,9 @@ def _lit_triangles(
     blended[~np.isfinite(blended).all(axis=1)] = 0.0
     exponent = int(np.frexp(np.abs(blended).max(initial=0.0))[1])
     corners, blended = triangles.regular_faces.astype(np.intp), np.ldexp(blended, -exponent)
+    if scene.light_model.bounces:
+        remedy = "replace(scene.light_model, bounces=0) is the same without them; mesh.phong.shade has them."
+        check.refuse("light_model", "one with them", "without bounces where colours inside of triangles count", remedy)
     vertices = vertices_of(source, maps, tangents, scene=scene, matrix=matrix, occluders=occluders, tolerance=rays)
     lighting = Lighting(scene, material, matrix, vertices, cuts=cuts)
     return _LitTriangles(triangles, corners, normals, blended, exponent, lighting)
