@@ -17,9 +17,8 @@ from pvphong.base.vectors import unit
 from pvphong.geometry.transform import transform_normals, transform_vectors
 from pvphong.meshes.blocks import datasets
 from pvphong.meshes.default_scene import scene_for
-from pvphong.meshes.lit import point_normals
 from pvphong.meshes.point_data import surface_and_maps, tangents_from
-from pvphong.meshes.surfaces import FeatureAngle, surface
+from pvphong.meshes.surfaces import FeatureAngle, point_normals, surface
 from pvphong.meshes.visibility import checked_occluders, world_faces
 from pvphong.optics.maps import maps_on_material
 from pvphong.optics.material import Material, as_material

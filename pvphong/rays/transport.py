@@ -31,7 +31,7 @@ from pvphong.base import check, sobol, text, threads
 from pvphong.base.files import written_aside
 from pvphong.base.processes import available_memory
 from pvphong.base.types import BoolArray, Float64Array, FloatArray, IntArray
-from pvphong.optics.area.sampling import Sampling, sky_frame, sky_sample
+from pvphong.optics.area.sampling import Sampling, sky_frame, sky_sample, sky_seen
 from pvphong.rays.casting import Occluders, warn_of_slow_rays
 from pvphong.rays.rays import Receiver, SendingTriangles, around_by_arrays
 from pvphong.shading import kernel
@@ -117,7 +117,7 @@ class HemisphereTracer:
         rows : ndarray, optional
             Shape (k,), in rising order.
         """
-        compiled, sampling = self.occluders.compiled, Sampling(sky_frame, sky_sample, (math.inf, 1.0))
+        compiled, sampling = self.occluders.compiled, Sampling(sky_frame, sky_sample, sky_seen, (math.inf, 1.0))
         numbers, triangles = np.asarray(sampling.numbers, np.float64), self.triangles
         stages = None if compiled is None else kernel.stages_of(sampling)
         rays = list[int]()
