@@ -23,6 +23,7 @@ from pvphong.cli.options import (
     seeing,
 )
 from pvphong.meshes import pictures
+from pvphong.meshes.blocks import leaves
 from pvphong.meshes.files import BLOCK_FORMATS, MESH_FORMATS, Compression, refuse_suffix, save_lit
 from pvphong.scene.scene import Scene
 
@@ -40,6 +41,8 @@ def shade(
     components: Flag = False,
     precision: Precision = "float32",
     tolerance: float = 0.0,
+    refine: float | None = None,
+    max_points: int | None = None,
     compress: Compression | None = None,
     size: Annotated[tuple[int, int] | None, Parameter(negative="")] = None,
     background: str | None = None,
@@ -70,6 +73,11 @@ def shade(
         Of the arrays and the arithmetic.
     tolerance
         Largest absolute colour error that may be traded for time.
+    refine
+        Split triangles until colours between points are off by no more than that, 0.004 is one step of a display, and
+        cut them along the edges of hard shadows and cones.
+    max_points
+        How many points each refined mesh may have; a million more than it has, if not given.
     compress
         How arrays are compressed in .vtp, .vtm and .vtmb files, lz4 if not given; zlib takes half the room, and longer.
     size
@@ -91,12 +99,18 @@ def shade(
         "tolerance": tolerance,
         "feature_angle": lighting.feature_angle,
     }
+    if refine is None:
+        _refuse_given({"--max-points": max_points}, "left out without --refine")
+    else:
+        given = {"--components": components, "--tolerance": tolerance if tolerance else None}
+        _refuse_given(given, "left out beside --refine, which has colours alone, as exact as they are")
     target = Path(output)
     suffix = target.suffix.lower()
     is_folder = output.endswith(("/", os.sep)) or target.is_dir() or bool(more) or is_pattern(mesh)
     if is_folder or suffix != ".png":
         _refuse_given({"--size": size, "--background": background}, "left out, for a mesh has none")
     if is_folder:
+        _refuse_given({"--refine": refine}, "left out where many files are lit; each alone can be refined")
         if workers is not None and scheduler is not None:
             check.refuse("--workers", workers, "left out beside --scheduler, which has its own")
         options |= {"compress": compress or "lz4", "client": scheduler, "workers": workers, "seams": seams}
@@ -114,13 +128,20 @@ def shade(
         outside, scene, material = lighting.read(mesh, size)
         if suffix == ".png":
             scene = seeing(scene, outside, size)
-        lit = outside.phong.shade(scene, material, occluders=lighting.occluders(), **options)
+        if refine is None:
+            lit = outside.phong.shade(scene, material, occluders=lighting.occluders(), **options)
+        else:
+            how = {name: options[name] for name in ("name", "precision", "feature_angle")}
+            how |= {"tolerance": refine, "max_points": max_points, "occluders": lighting.occluders()}
+            lit = outside.phong.refine(scene, material, **how)
         if suffix == ".png":
             name = options["name"]
             image = pictures.draw(lit, scene.viewer, name=name, size=size, background=background or "white")
             pictures.save_picture(image, target)
         else:
             save_lit(lit, target, options["name"], compress or "lz4")
+    for block in leaves(lit) if refine is not None else ():
+        print(block.field_data[options["name"] + "_refinement_summary"], file=sys.stderr)
     print(target)
     return 0
 

@@ -141,6 +141,19 @@ def test_the_table_above_tells_its_options_apart():
     assert (near != anywhere).any(), "what hides the sky from far away does not count in the rig"
 
 
+@pytest.mark.parametrize("words", ["sphere.vtp --scene sun.json --shadows --occluder roof.vtp", "cube.vtp"])
+def test_refine_writes_what_mesh_phong_refine_gives(words, capsys):
+    assert run(f"shade {words} -o fine.vtp --refine 0.1 --max-points 2000 --array lit") == 0
+    written, said = capsys.readouterr()
+    shadowed = {"rig": "sun.json", "model": SHADOWS, "occluders": [pv.read("roof.vtp")]} if "roof" in words else {}
+    options = {"tolerance": 0.1, "max_points": 2000, "name": "lit", "feature_angle": "auto"}
+    found, wanted = pv.read("fine.vtp"), ask("refine", words.split()[0], **shadowed, **options)
+    assert written == "fine.vtp\n"
+    assert said.strip() == wanted.field_data["lit_refinement_summary"]
+    np.testing.assert_array_equal(found["lit"], wanted["lit"])
+    np.testing.assert_array_equal(found.points, wanted.points)
+
+
 @pytest.mark.parametrize("compress", ["lz4", "zlib", "none"])
 def test_arrays_are_compressed_as_asked_for(compress):
     assert run(f"shade sphere.vtp -o lit.vtp --compress {compress}") == 0
