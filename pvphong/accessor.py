@@ -107,12 +107,13 @@ class MeshPhong:
         feature_angle: FeatureAngle = None,
         occluders: Any = (),
         visibility: Visibility | None = None,
+        truth: bool = False,
     ) -> Tradeoff:
         """What accuracy costs in time on this mesh, measured; see `pvphong.studies.accuracy.measure.tradeoff`."""
         from pvphong.studies.accuracy.measure import tradeoff
 
         how: dict[str, Any] = {"tolerance": tolerance, "seconds": seconds, "matrix": matrix}
-        how |= {"feature_angle": feature_angle, "occluders": occluders, "visibility": visibility}
+        how |= {"feature_angle": feature_angle, "occluders": occluders, "visibility": visibility, "truth": truth}
         return tradeoff(self._mesh, scene, material, **how)
 
 

@@ -14,7 +14,7 @@ CAPTION = 40
 """Rows of pixels at the bottom of a panel of `hard_cases` that its caption may take."""
 
 
-MEASURED = ("accuracy_costs_time", "only_what_it_needs")
+MEASURED = ("accuracy_costs_time", "only_what_it_needs", "phong_and_the_truth")
 """Those whose pictures show times, which no two runs share."""
 
 

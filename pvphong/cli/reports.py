@@ -14,6 +14,7 @@ from pvphong.base.files import write_json
 from pvphong.base.processes import reading
 from pvphong.cli.options import (
     DEFAULT_LIGHTING,
+    Flag,
     LightingOptions,
     Verbose,
     busy,
@@ -115,6 +116,7 @@ def tradeoff(
     lighting: LightingOptions = DEFAULT_LIGHTING,
     tolerance: float = 1.0 / 255.0,
     seconds: float = 20.0,
+    truth: Flag = False,
     plot: Path | None = None,
     csv: Path | None = None,
     json: Path | None = None,
@@ -130,6 +132,8 @@ def tradeoff(
         Largest absolute colour error that is to be allowed; 1/255 = 0.0039 is one step of a display.
     seconds
         What the measuring may take; compiling the kernel, once per installation, is not counted.
+    truth
+        Compare models of light, from a constant to all that bounces, with paths of light too; as many seconds again.
     plot
         A figure: .png, .pdf or .svg.
     csv
@@ -138,7 +142,7 @@ def tradeoff(
         All numbers.
     """
     if plot is not None:
-        from pvphong.studies.accuracy.figure import refuse_format
+        from pvphong.studies.accuracy.physics import refuse_format
 
         refuse_format(plot)
     for output in (plot, csv, json):
@@ -146,7 +150,7 @@ def tradeoff(
             check.refuse("path", output, "in a folder that exists", f"Create {output.parent} first.")
     outside, scene, _ = lighting.read(mesh)
     material = single_material(lighting.materials())  # for all blocks
-    options: dict[str, Any] = {"tolerance": tolerance, "seconds": seconds}
+    options: dict[str, Any] = {"tolerance": tolerance, "seconds": seconds, "truth": truth}
     result = outside.phong.tradeoff(scene, material, **options, **_options_of(lighting))
     _print_reports(result, verbose)
     for path, save in ((plot, result.plot), (csv, result.to_csv), (json, result.to_json)):

@@ -2,6 +2,6 @@
 
 Read `measure` first: `tradeoff`, and what it measures, in which order, as long as there is time. `result` is what a row
 says, and the choice among the rows. `variants` light a mesh at its vertices and cast rays from them,
-`interpolation` the meshes that are refined, `peers` other implementations; `timing` runs all of them in turns. `report`
-has the result for its reader, and `figure` draws it.
+`interpolation` the meshes that are refined, `peers` other implementations; `timing` runs all of them in turns.
+`physics` sets models of light beside paths of it. `report` has the result for its reader, and `figure` draws it.
 """

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 from collections.abc import Sequence
-from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -18,10 +17,11 @@ from pvphong.geometry.transform import transform_points
 from pvphong.meshes.default_scene import default_scene
 from pvphong.meshes.pictures import draw
 from pvphong.scene.viewer import Viewer
+from pvphong.studies.accuracy.physics import draw_physics, refuse_format
 from pvphong.studies.accuracy.result import KINDS, Kind, Result, Row, number
 
-_FORMATS = (".png", ".pdf", ".svg")
 _SIZE = (16.0, 13.5)
+_MORE_WITH_PHYSICS = 5.5
 
 _GREY, _INK, _RED, _STAR = "#9a9a9a", "#303030", "#b01030", "#e0a800"
 _COLORS: dict[str, str] = {
@@ -48,15 +48,6 @@ _PICTURE, _LEAST_SEEN, _BACKGROUND = (640, 480), 0.002, "#dce6f2"
 _LEAST_SHOWN = 0.01
 
 
-def refuse_format(path: str | os.PathLike[str]) -> None:
-    """Raise ``ValueError`` unless the suffix is one that figures are drawn in, and Matplotlib is there."""
-    check.choice("suffix of path", Path(path).suffix.lower(), _FORMATS)
-    try:
-        import matplotlib.figure  # noqa: F401
-    except ImportError as error:
-        raise ValueError('Figures need Matplotlib: pip install "pvphong[plot]".') from error
-
-
 def save_figure(report: Result, path: str | os.PathLike[str]) -> None:
     """Draw a report into a file.
 
@@ -69,14 +60,18 @@ def save_figure(report: Result, path: str | os.PathLike[str]) -> None:
     from matplotlib.figure import Figure
 
     facts = report.facts
-    figure = Figure(figsize=_SIZE, layout="constrained")
-    rows: Any = figure.subfigures(3, 1, height_ratios=(1.1, 0.6, 0.9))
+    width, height = _SIZE
+    has_physics = report.physics is not None
+    figure = Figure(figsize=(width, height + _MORE_WITH_PHYSICS * has_physics), layout="constrained")
+    rows: Any = figure.subfigures(3 + has_physics, 1, height_ratios=(1.1, 0.6, 0.9, 0.9)[: 3 + has_physics])
     rows[0].suptitle(f"What accuracy costs in time: {facts['mesh']}", fontsize=15, fontweight="bold")
     draw_fronts(rows[0], report)
     _draw_pictures(rows[1], report)
     left, right = rows[2].subplots(1, 2)
     _draw_histogram(left, report)
     _draw_ledger(right, report)
+    if report.physics is not None:
+        draw_physics(rows[3], report.physics)
     footnote = f"{facts['machine']}; threads: {facts['threads']}; {facts['date']}; {facts['measured']}"
     figure.supxlabel(footnote, fontsize=9, color=_INK)
     with written_aside(path) as aside:

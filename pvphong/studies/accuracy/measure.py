@@ -23,6 +23,7 @@ from pvphong.scene.scene import SceneLike, light_labels
 from pvphong.shading import kernel
 from pvphong.shading.plan.draft import Draft
 from pvphong.shading.plan.effects import EFFECTS
+from pvphong.studies.accuracy import physics
 from pvphong.studies.accuracy.interpolation import AS_IT_IS, Interpolation, interpolation, least_seconds
 from pvphong.studies.accuracy.peers import LIGHT_SOURCE, PER_PIXEL, TEXTBOOK, light_source, textbook, vtk_frames
 from pvphong.studies.accuracy.report import Tradeoff, circumstances
@@ -50,6 +51,9 @@ _FOR_ROUNDS, _FOR_SAMPLING, _FOR_INSIDE = 0.4, 0.4, 0.5
 # peer.
 _FOR_VARIANT, _FOR_BOUNDS, _FOR_EFFECT, _FOR_PEER = 2.0, 6.0, 2.0, 6.0
 
+# The part of the seconds for models of light that paths of light take.
+_FOR_TRUTH = 0.7
+
 # Seconds that VTK needs to open two windows, and for a frame drawn by the processor: its pixels, and each face.
 _FOR_WINDOWS, _PER_FRAME, _PER_FACE = 1.5, 0.1, 2e-6
 
@@ -65,6 +69,7 @@ def tradeoff(
     feature_angle: FeatureAngle = None,
     occluders: Any = (),
     visibility: Visibility | None = None,
+    truth: bool = False,
 ) -> Tradeoff:
     """Measure what accuracy costs in time on a mesh and a scene of one's own.
 
@@ -94,6 +99,9 @@ def tradeoff(
         (4, 4) model matrix.
     feature_angle, occluders, visibility
         As for `mesh.phong.shade`.
+    truth : bool, default False
+        Whether models of light, from a constant to all that bounces, are compared with paths of light too; for that
+        there are as many seconds again.
 
     Returns
     -------
@@ -125,9 +133,16 @@ def tradeoff(
         clock.say("loading the evaluator")
         clock.seconds += kernel.seconds_compiling(lambda: subject.has_kernel)
         measurement = _Measurement(source, subject, tolerance, clock, stack)
-        if bounces:
+        if bounces and not truth:
             measurement.left_out["bounces"] = "all of this is of direct light"
-        return measurement.run()
+        report = measurement.run()
+    if not check.flag("truth", truth):
+        return report
+    clock = Clock(seconds)
+    with progress(clock, "models of light"):
+        where: Any = {"matrix": placed, "feature_angle": feature_angle, "occluders": occluders}
+        found = physics.measure(mesh, scene, material, budget=_FOR_TRUTH * seconds, say=clock.say, **where)
+    return replace(report, physics=found)
 
 
 class _Measurement:

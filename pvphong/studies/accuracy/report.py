@@ -79,6 +79,8 @@ class Tradeoff(Result):
         The (4, 4) model matrix, None for the identity.
     reference_colors : ndarray
         Shape (n_points, 3): colours of the float64 reference.
+    physics : Physics or None
+        Models of light beside paths of it, where that was asked for: `.rungs`, `.truth`, `.sentence()`, `.table()`.
     """
 
     def to_mesh(self) -> pv.PolyData:
@@ -124,7 +126,11 @@ class Tradeoff(Result):
             row = chosen or self.most_accurate(question)
             error = f"{seconds(row.time.median)}, off by {number(row.decisive_error)}"
             found.append(f"  {question}: {'' if chosen else 'none; nearest '}{row.name}, {error}")
-        return [*found, *self._remarks()]
+        return [*found, *self._remarks(), *self._of_physics()]
+
+    def _of_physics(self) -> list[str]:
+        """What models of light are worth, where that was measured."""
+        return [] if self.physics is None else [self.physics.sentence()]
 
     def conclusions(self) -> list[str]:
         """What to choose, at what price, and what the next step would cost: a sentence or two per question."""
@@ -150,7 +156,7 @@ class Tradeoff(Result):
                 noisy = ", within the noise" if following.time.low <= chosen.time.high else ""
                 sentence += f" Next is {following.name}: +{more} {bought}{noisy}."
             found.append(sentence)
-        return [*found, *self._remarks()]
+        return [*found, *self._remarks(), *self._of_physics()]
 
     def _remarks(self) -> Iterator[str]:
         """Whether peers within the tolerance cost less, and whether it matters."""
@@ -184,6 +190,8 @@ class Tradeoff(Result):
             for bound in self.predicted_bounds:
                 bounds.add_row(bound.effect, bound.why, number(bound.predicted), number(bound.measured))
             parts.append(bounds)
+        if self.physics is not None:
+            parts.append(self.physics.table())
         if notes := [(row.name, row.note) for row in self.rows if row.note]:
             parts.append(_pairs_table("notes", notes))
         if self.left_out:
@@ -245,6 +253,7 @@ class Tradeoff(Result):
             "baseline": self.baseline,
             "predicted_bounds": [asdict(bound) for bound in self.predicted_bounds],
             "left_out": self.left_out,
+            "physics": None if self.physics is None else self.physics.to_dict(),
             "worst_vertices": [{"index": index, "error": error} for index, error in self.worst()],
         }
 

@@ -1,0 +1,383 @@
+"""Phong's model beside the rendering equation: what the constant ambient light hides, and what it costs to do better.
+
+Rungs go from the textbook's model to light that bounces until nothing changes; all are compared, vertex by vertex, with
+colours by paths of light, whose noise is known. Light is linear and is not clamped here. `measure` takes the rungs in
+turn; `Physics` is the result, in sentences and a table, and `draw_physics` the panel of a report's figure.
+"""
+
+from __future__ import annotations
+
+import os
+import textwrap
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pyvista as pv
+
+from pvphong.base import check
+from pvphong.base.files import written_aside
+from pvphong.base.types import Float64Array, FloatArray, MatrixLike
+from pvphong.geometry.transform import transform_points
+from pvphong.meshes.lit import Prepared, prepare
+from pvphong.meshes.pictures import draw
+from pvphong.meshes.surfaces import FeatureAngle
+from pvphong.meshes.transport import Exchanging, transport_of
+from pvphong.meshes.truth import Truth, truth
+from pvphong.optics.material import Material
+from pvphong.scene.light_model import LightModel
+from pvphong.scene.scene import Scene
+from pvphong.scene.viewer import Viewer
+from pvphong.shading import interreflection
+from pvphong.studies.accuracy.result import number, seconds
+
+if TYPE_CHECKING:
+    from rich.table import Table
+
+# Paths of each vertex for a first look, and the most.
+_FIRST_PATHS, _MOST_PATHS = 16, 1024
+# So many bounces are all: with an albedo of 0.9 the rest is 1 %.
+_ALL_BOUNCES = 64
+# A rung is as good as the best where its error is at most so many times that one's.
+_AS_GOOD = 1.25
+_FORMATS, _SIZE = (".png", ".pdf", ".svg"), (16.0, 5.5)
+_PICTURE, _BACKGROUND = (400, 360), "#dce6f2"
+_TITLE_WIDTH = 18  # letters
+# What this part of a channel's values is below becomes white.
+_BRIGHT = 0.995
+
+
+@dataclass(frozen=True, eq=False)
+class Rung:
+    """A model of light, and what it gives.
+
+    Attributes
+    ----------
+    name : str
+        What it has.
+    seconds : float
+        What lighting takes with it, its rays included.
+    colors : ndarray
+        Shape (n, 3), linear and unclamped.
+    error : ndarray
+        Shape (n, 3): that less the truth.
+    noise : float
+        The root mean square of the truth's standard errors.
+    """
+
+    name: str
+    seconds: float
+    colors: FloatArray
+    error: Float64Array
+    noise: float
+
+    @property
+    def rms(self) -> float:
+        """The root mean square of the error, beside the truth's noise: squares of both add up to that of `error`."""
+        square = float(np.square(self.error).mean()) if self.error.size else 0.0
+        return max(square - self.noise**2, 0.0) ** 0.5
+
+    @property
+    def largest(self) -> float:
+        """The largest absolute error."""
+        return float(np.abs(self.error).max(initial=0.0))
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Physics:
+    """What models of light are worth on one mesh and scene.
+
+    Attributes
+    ----------
+    rungs : tuple of Rung
+        From the textbook's model to all bounces.
+    truth : Truth
+        By paths of light.
+    left_out : dict of str to str
+        Rungs that were not measured, and why.
+    surface, matrix, viewer
+        What is lit, where it is, and from where it is seen.
+    """
+
+    rungs: tuple[Rung, ...]
+    truth: Truth
+    left_out: dict[str, str]
+    surface: pv.PolyData
+    matrix: MatrixLike | None
+    viewer: Viewer
+
+    @property
+    def noise(self) -> float:
+        """The root mean square of the truth's standard errors."""
+        return _rms(self.truth.standard_error)
+
+    @property
+    def exposure(self) -> float:
+        """What colours are multiplied by where they are shown: nearly all of the truth is below white."""
+        bright = float(np.quantile(self.truth.rgb, _BRIGHT)) if self.truth.rgb.size else 0.0
+        return 1.0 / bright if bright > 0.0 else 1.0
+
+    @property
+    def cheapest(self) -> Rung:
+        """The cheapest rung that is about as good as the best."""
+        least = max(min(rung.rms for rung in self.rungs), self.noise / 4.0)
+        return min((rung for rung in self.rungs if rung.rms <= _AS_GOOD * least), key=lambda rung: rung.seconds)
+
+    def __repr__(self) -> str:
+        return f"<Physics of {len(self.rungs)} models of light: {self.cheapest.name}>"
+
+    def sentence(self) -> str:
+        """What to use, and what it brings."""
+        first, best = self.rungs[0], self.cheapest
+        begun = f"The constant is off by up to {number(first.largest)} ({number(first.rms)} RMS)"
+        if best is first:
+            return f"{begun}, and nothing here is better; the truth is known to {number(self.noise)}."
+        back = 1.0 - best.rms / first.rms
+        price = seconds(max(best.seconds - first.seconds, 0.0))
+        return f"{begun}. {best.name.capitalize()}: {back:.0%} of that comes back, for {price} more."
+
+    def table(self) -> Table:
+        """The rungs as a `rich.table.Table`."""
+        from rich import box
+        from rich.table import Table
+
+        title = "Phong beside the rendering equation: linear light at the vertices"
+        table = Table(title=title, title_justify="left", box=box.SIMPLE_HEAD, padding=(0, 1, 0, 0))
+        table.add_column("light", overflow="fold")
+        for heading in ("time", "RMS", "largest", "mean"):
+            table.add_column(heading, justify="right")
+        for rung in self.rungs:
+            signed = f"{rung.error.mean():+.2g}"
+            table.add_row(rung.name, seconds(rung.seconds), number(rung.rms), number(rung.largest), signed)
+        paths = f"paths of light, ± {number(self.noise)}"
+        table.add_row(paths, seconds(self.truth.seconds), "", "", "")
+        return table
+
+    def to_dict(self) -> dict[str, Any]:
+        """All numbers as plain values."""
+        rungs = [
+            {"name": each.name, "seconds": each.seconds, "rms": each.rms, "largest": each.largest}
+            for each in self.rungs
+        ]
+        truth = {"seconds": self.truth.seconds, "rays": self.truth.rays, "noise": self.noise}
+        return {"rungs": rungs, "truth": truth, "sentence": self.sentence(), "left_out": self.left_out}
+
+    def plot(self, path: str | os.PathLike[str]) -> None:
+        """Draw the panel alone, into a .png, .pdf or .svg file.
+
+        Raises
+        ------
+        ValueError
+            If Matplotlib is missing, or the file cannot be written.
+        """
+        refuse_format(path)
+        from matplotlib.figure import Figure
+
+        figure = Figure(figsize=_SIZE, layout="constrained")
+        draw_physics(figure, self)
+        with written_aside(path) as aside:
+            figure.savefig(aside, dpi=100)
+
+
+def _rms(values: Float64Array) -> float:
+    return float(np.sqrt(np.square(values).mean())) if values.size else 0.0
+
+
+# --- measuring
+
+
+def measure(
+    mesh: pv.DataSet,
+    scene: Scene,
+    material: Material,
+    *,
+    budget: float,
+    say: Callable[[str], object],
+    occluders: Any = (),
+    matrix: MatrixLike | None = None,
+    feature_angle: FeatureAngle = None,
+) -> Physics:
+    """Light a mesh by each rung, and by paths of light.
+
+    Parameters
+    ----------
+    mesh, scene, material, occluders, matrix, feature_angle
+        As for `mesh.phong.shade`.
+    budget : float
+        Seconds that paths of light may take, about; there are from 16 to 1024 of each vertex.
+    say : callable
+        Is told what is being measured.
+
+    Raises
+    ------
+    ValueError
+        If the scene is in VTK's convention, or the surface reflects more light than arrives.
+    """
+    if scene.light_model.convention != "standard":
+        remedy = "VTK's shader knows no light that bounces: LightModel()."
+        check.refuse("truth", True, "False in VTK's convention", remedy)
+    where: Any = {"matrix": matrix, "feature_angle": feature_angle}
+    say("paths of light")
+    probe = truth(mesh, scene, material, samples=_FIRST_PATHS, occluders=occluders, **where)
+    affordable = int(_FIRST_PATHS * budget / max(probe.seconds, 1e-9))
+    samples = min(1 << max(affordable.bit_length() - 1, 0), _MOST_PATHS)
+    found = probe
+    if samples > _FIRST_PATHS:
+        found = truth(mesh, scene, material, samples=samples, occluders=occluders, **where)
+    bare = replace(scene.light_model, shadows=False, ambient_occlusion=False, bounces=0, clamp=False)
+
+    def prepared(model: LightModel, **rays: Any) -> Prepared:
+        lit_by = replace(scene, light_model=model)
+        return prepare(mesh, lit_by, material, occluders=occluders, **where, **rays)
+
+    def lit(model: LightModel, **rays: Any) -> FloatArray:
+        each = prepared(model, **rays)
+        return each.plan.run(each.vertices).rgb
+
+    ladder = _Ladder(found, say)
+    ladder.add("a constant", lambda: lit(bare))
+    ambient = _ambient_of(prepared(replace(bare, ambient=1.0)))
+    with_shadows = replace(bare, shadows=True)
+    seen = prepared(with_shadows).vertices.visibility
+    direct = ladder.timed(lambda: lit(replace(bare, ambient=0.0)))
+    constant = ladder.fit("fitted constant {:.2g}", direct, ambient)
+    shadowed = ladder.timed(lambda: lit(replace(with_shadows, ambient=0.0), visibility=seen))
+    ladder.fit("shadows, constant {:.2g}", shadowed, ambient)
+    occluded = replace(with_shadows, ambient=1.0, ambient_occlusion=True)
+    open_sky = prepared(occluded, visibility=seen)
+    sky = ladder.timed(lambda: _ambient_of(open_sky))
+    ladder.fit("shadows, {:.2g} × occlusion", (shadowed[0], shadowed[1] + sky[1]), sky[0])
+    left_out: dict[str, str] = {}
+
+    def result() -> Physics:
+        return Physics(tuple(ladder.rungs), found, left_out, open_sky.source, matrix, scene.viewer)
+
+    if bare.two_sided:
+        left_out["bounces"] = "the light model is two-sided"
+        return result()
+    vertices = open_sky.vertices
+    own = [Exchanging(open_sky.source, lambda: vertices.normals, matrix)]
+    transport = transport_of(own, occluders)
+    _, casting = ladder.timed(lambda: transport.gather(np.ones((len(transport), 1))))
+    for bounces, name in ((1, "one bounce"), (2, "two bounces"), (_ALL_BOUNCES, "all bounces")):
+        model = replace(with_shadows, bounces=bounces, ambient=constant)
+        both: Any = {"visibility": seen, "transport": transport}
+        ladder.add(name, partial(lit, model, **both), shadowed[1] + casting)
+    return result()
+
+
+def _ambient_of(prepared: Prepared) -> FloatArray:
+    """The ambient light alone."""
+    plan = prepared.plan
+    alone = replace(plan, equation=interreflection.ambient_alone(plan.equation))
+    return alone.run(prepared.vertices).rgb
+
+
+class _Ladder:
+    """Rungs in the making."""
+
+    def __init__(self, found: Truth, say: Callable[[str], object]) -> None:
+        self.rungs: list[Rung] = []
+        self._true, self._noise, self._say = found.rgb, _rms(found.standard_error), say
+
+    def timed(self, run: Callable[[], FloatArray]) -> tuple[FloatArray, float]:
+        """What something gives, and the seconds that it took."""
+        start = time.perf_counter()
+        return run(), time.perf_counter() - start
+
+    def add(self, name: str, run: Callable[[], FloatArray], before: float = 0.0) -> None:
+        """A rung, after rays that took some seconds."""
+        self._say(name)
+        colors, taken = self.timed(run)
+        self.rungs.append(Rung(name, before + taken, colors, colors - self._true, self._noise))
+
+    def fit(self, name: str, direct: tuple[FloatArray, float], ambient: FloatArray) -> float:
+        """A rung of direct light and as much ambient light as makes the error least, which its name says; gives it."""
+        power = float(np.vdot(ambient, ambient))
+        constant = max(float(np.vdot(ambient, self._true - direct[0])) / power, 0.0) if power else 0.0
+        colors = direct[0] + constant * ambient
+        self.rungs.append(Rung(name.format(constant), direct[1], colors, colors - self._true, self._noise))
+        return constant
+
+
+# --- the panel
+
+
+def refuse_format(path: str | os.PathLike[str]) -> None:
+    """Raise ``ValueError`` unless the suffix is one that figures are drawn in, and Matplotlib is there."""
+    check.choice("suffix of path", Path(path).suffix.lower(), _FORMATS)
+    try:
+        import matplotlib.figure  # noqa: F401
+    except ImportError as error:
+        raise ValueError('Figures need Matplotlib: pip install "pvphong[plot]".') from error
+
+
+def draw_physics(part: Any, physics: Physics) -> None:
+    """Time against error, pictures side by side, and signed differences, in a part of a Matplotlib figure."""
+    part.suptitle(physics.sentence(), fontsize=12)
+    left, right = part.subfigures(1, 2, width_ratios=(0.8, 1.7))
+    axes = left.subplots()
+    times = [rung.seconds * 1e3 for rung in physics.rungs]
+    errors = [max(rung.rms, 1e-9) for rung in physics.rungs]
+    axes.set(xscale="log", yscale="log", title="models of light, at the vertices")
+    axes.set_xlabel("time in ms, rays included")
+    axes.set_ylabel("RMS error of linear light, beside that noise")
+    axes.plot(times, errors, color="#b9b9b9", linewidth=1.0, zorder=1)
+    axes.scatter(times, errors, color="#1b6ca8", zorder=2)
+    least, noise = min(errors) / 3.0, max(physics.noise, 1e-9)
+    axes.set_xlim(min(times) / 2.0, max(times) * (max(times) / min(times)) ** 0.9)  # names are beside the points
+    axes.set_ylim(min(least, noise / 2.0), 2.0 * max(errors))
+    axes.axhspan(min(least, noise / 2.0), noise, color="#6b4c9a", alpha=0.15)
+    axes.annotate(
+        "noise of each colour of the truth",
+        (axes.get_xlim()[1], noise),
+        (-4, -4),
+        textcoords="offset points",
+        ha="right",
+        va="top",
+        fontsize=9,
+    )
+    for turn, (rung, x, y) in enumerate(zip(physics.rungs, times, errors, strict=True)):
+        above = (7, 4) if turn % 2 == 0 else (7, -11)
+        axes.annotate(rung.name, (x, y), xytext=above, textcoords="offset points", fontsize=9)
+    pictures = list(_pictures(physics))
+    panes = right.subplots(2, len(pictures), squeeze=False)
+    for (above, below), (title, shown, difference, scale) in zip(panes.T, pictures, strict=True):
+        above.imshow(shown)
+        above.set_title(textwrap.fill(title, _TITLE_WIDTH), fontsize=10)
+        above.set_axis_off()
+        below.set_axis_off()
+        if difference is not None:
+            below.imshow(difference)
+            below.set_title(f"less the truth, ± {number(scale)}", fontsize=9)
+    note = f"linear light × {physics.exposure:.3g}, shown by the power 1/2.2; red: too bright, blue: too dark"
+    right.supxlabel(note, fontsize=9)
+
+
+def _pictures(physics: Physics) -> Iterator[tuple[str, Any, Any, float]]:
+    """Of some rungs: title, picture, picture of the signed difference, and its scale; of the truth without the last."""
+    from matplotlib import colormaps
+
+    bare = physics.surface.copy()
+    bare.clear_data()
+    if physics.matrix is not None:
+        bare.points = transform_points(np.asarray(bare.points), check.matrix4("matrix", physics.matrix))
+
+    def drawn(colors: FloatArray) -> Any:
+        bare.point_data["phong"] = np.clip(colors, 0.0, 1.0)
+        return draw(bare, physics.viewer, size=_PICTURE, background=_BACKGROUND)
+
+    def shown(colors: FloatArray) -> Any:
+        return drawn(np.maximum(colors * physics.exposure, 0.0) ** (1.0 / 2.2))
+
+    wanted = [rung for rung in physics.rungs if not rung.name.startswith(("fitted", "two"))]
+    scale = max(float(np.quantile(np.abs(physics.rungs[0].error), 0.99)), 1e-9)
+    for rung in wanted:
+        worst = rung.error[np.arange(len(rung.error)), np.abs(rung.error).argmax(axis=1)]
+        colors = colormaps["RdBu_r"](0.5 + 0.5 * np.clip(worst / scale, -1.0, 1.0))[:, :3]
+        yield rung.name, shown(rung.colors), drawn(colors), scale
+    yield "the truth", shown(physics.truth.rgb), None, 0.0
