@@ -117,6 +117,18 @@ def test_the_corners_of_a_square_are_found():
         assert np.linalg.norm(on_cut - corner, axis=1).min() < math.sqrt(32) / 512
 
 
+def test_no_bar_of_a_fence_is_lost():
+    bars = [box((-1.5, y, 0.5), (1.5, y + 0.02, 0.52)) for y in np.linspace(-1.2, 1.1, 12)]
+    rig = scene(replace(SUN, direction=(0, 0, -1)))
+    refined = floor(12).phong.refine(rig, MATT, tolerance=STEP, occluders=bars)
+
+    def dark(places):
+        within = [(places[:, 1] > y) & (places[:, 1] < y + 0.02) for y in np.linspace(-1.2, 1.1, 12)]
+        return (np.abs(places[:, 0]) < 1.5) & np.any(within, axis=0)
+
+    assert wrong_area(refined, dark) < 0.03 * 12 * 3 * 0.02
+
+
 def test_a_cone_is_cut_where_it_ends():
     axis = np.array(SPOT.direction) / np.linalg.norm(SPOT.direction)
     refined = floor(12).phong.refine(scene(SPOT, shadows=False), MATT, tolerance=STEP)

@@ -9,12 +9,13 @@ shadow is inside that no corner sees.
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
 
 from pvphong.base.types import BoolArray, Float64Array, IntArray
-from pvphong.shading.inside.interpolation import seen_at, sizes, steps_at
+from pvphong.shading.inside.interpolation import lattice, seen_at, sizes, steps_at
 from pvphong.shading.inside.surface import LitSurface
 
 PIXEL = 2.0**-10
@@ -33,6 +34,12 @@ _LEAST_STEPS = 64.0
 _QUARTERS = np.array([0.25, 0.5, 0.75])
 _INSIDE = np.array([[2.0, 1.0, 1.0], [1.0, 2.0, 1.0], [1.0, 1.0, 2.0], [4.0 / 3.0] * 3]) / 4.0
 _CENTER = 3
+
+# Triangles in which nothing is found there are looked at more closely, so that nothing is missed that is wider than a
+# pixel; of very much surface than this part of it, in so many rays.
+_MOST_RAYS = 2**19
+_RAYS_AT_ONCE = 2**16
+_FINEST = 2**9
 
 # A round splits the triangles that are at least this urgent, against the most urgent.
 _URGENT = 0.25
@@ -89,6 +96,9 @@ class _Edge:
         self._allowed = _DEVIATION * surface.diagonal
         self._is_lit_inside: BoolArray = np.zeros((0, len(_INSIDE)), dtype=bool)
         self._is_hidden: BoolArray = np.zeros(0, dtype=bool)
+        longest, height = self._sizes(np.arange(len(surface.triangles)))
+        area = float(np.nan_to_num(longest * height).sum()) / 2.0
+        self._spacing = max(PIXEL * surface.diagonal, math.sqrt(area / _MOST_RAYS))
 
     @property
     def _is_lit(self) -> BoolArray:
@@ -159,6 +169,23 @@ class _Edge:
         is_other = np.column_stack([np.zeros((len(some), 3), dtype=bool), is_other[some]])
         places = np.concatenate([np.eye(3), _INSIDE])
         self._is_hidden[rows[some]] |= self._can_jump(triangles.corners[rows[some]], places, is_other)
+        self._look_closely(rows[is_even & ~self._is_hidden[rows]])
+
+    def _look_closely(self, rows: IntArray) -> None:
+        """Look at places as close to each other as pixels in triangles whose corners, sides and middles are alike."""
+        corners, is_lit = self._surface.triangles.corners, self._is_lit
+        steps = np.maximum(self._sizes(rows)[0] / self._spacing, 1.0)
+        orders = np.minimum(2 ** np.ceil(np.log2(steps)).astype(np.int64), _FINEST)
+        for order in np.unique(orders[orders > 4]).tolist():
+            places = lattice(order)
+            places = places[places.min(axis=1) > 0.0]
+            those = rows[orders == order]
+            together = max(_RAYS_AT_ONCE // len(places), 1)
+            for some in (those[start : start + together] for start in range(0, len(those), together)):
+                is_other = self._seen(some, places) ^ is_lit[corners[some, :1]]
+                found = np.flatnonzero(is_other.any(axis=1))
+                place = places[is_other[found].argmax(axis=1)][:, None]
+                self._is_hidden[some[found]] |= self._steps(corners[some[found]], place)[:, 0] > self._tolerance
 
     def _can_jump(self, corners: IntArray, places: Float64Array, is_other: BoolArray) -> BoolArray:
         """(k,): whether the colour may jump by more than the tolerance around those places (k, s) that are different.

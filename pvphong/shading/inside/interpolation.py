@@ -547,16 +547,16 @@ def _sign_changes(values: FloatArray) -> Iterator[Places]:
 # --- the errors
 
 
-def _lattice(order: int) -> Float64Array:
+def lattice(order: int) -> Float64Array:
     """Barycentric coordinates (s, 3) in multiples of 1/order, without the corners."""
     steps = [(i, j, order - i - j) for i in range(order + 1) for j in range(order + 1 - i)]
     return np.array([step for step in steps if max(step) < order]) / order
 
 
-_FIRST = np.concatenate([_lattice(2), np.full((1, 3), 1.0 / 3.0)])
-_MORE = np.array([weights for weights in _lattice(4) if (weights * 2.0 % 1.0).any()])
+_FIRST = np.concatenate([lattice(2), np.full((1, 3), 1.0 / 3.0)])
+_MORE = np.array([weights for weights in lattice(4) if (weights * 2.0 % 1.0).any()])
 _ALL = np.concatenate([_FIRST, _MORE])
-DENSE = _lattice(8)
+DENSE = lattice(8)
 """So dense that hardly anything lies between them."""
 
 # Over a triangle, the ratio of a normal's two lengths may vary by this much and change no colour.
