@@ -175,7 +175,7 @@ class _Edge:
         """Look at places as close to each other as pixels in triangles whose corners, sides and middles are alike."""
         corners, is_lit = self._surface.triangles.corners, self._is_lit
         steps = np.maximum(self._sizes(rows)[0] / self._spacing, 1.0)
-        orders = np.minimum(2 ** np.ceil(np.log2(steps)).astype(np.int64), _FINEST)
+        orders = np.minimum(2 ** np.rint(np.log2(steps)).astype(np.int64), _FINEST)
         for order in np.unique(orders[orders > 4]).tolist():
             places = lattice(order)
             places = places[places.min(axis=1) > 0.0]

@@ -18,6 +18,7 @@ from typing import Any, NamedTuple, Protocol, cast
 
 import numpy as np
 
+from pvphong.base import threads
 from pvphong.base.types import Float64Array, FloatArray, IntArray, MatrixLike, rgb
 from pvphong.base.vectors import columns, dot, towards, unit, unit_vector
 from pvphong.geometry.transform import normal_matrix, transform_points
@@ -33,6 +34,8 @@ from pvphong.shading.visibility import VisibilityLike
 
 # Samples that are held in memory at a time.
 _SAMPLES = 2**18
+# Places from which a thread casts rays at a time: what is known of them stays in the processor's caches.
+_PLACES_AT_ONCE = 2**14
 
 
 # --- what is compared
@@ -202,7 +205,7 @@ class Lighting:
             return result, error
         side, some = np.ones(len(p)), np.arange(len(p))
         if light is not None and (k in self._blocked or self.equation.two_sided):
-            side = np.nan_to_num(np.sign(dot(columns(n), light.arrival(columns(p)).direction)))
+            side = np.nan_to_num(np.sign(dot(columns(n), light.arrival(columns(p)).to_light)))
         if k in self._blocked:
             some = np.flatnonzero((result > 0.0) & ((side != 0.0) if self.equation.two_sided else (side > 0.0)))
         if level is None:
@@ -297,10 +300,18 @@ def seen_at(
     light: int, vertices: LitVertices, corners: IntArray, weights: Float64Array, lighting: Lighting
 ) -> tuple[Float64Array, Float64Array]:
     """`Lighting.seen` from places that are blends of vertices (m, c) with weights (s, c) or (m, s, c): (m, s)."""
-    points, normals = weights @ vertices.points[corners], weights @ vertices.normals[corners]
-    level = (weights @ vertices.level[corners][..., None]).ravel()
-    part, error = lighting.seen(light, points.reshape(-1, 3), normals.reshape(-1, 3), level)
-    return part.reshape(points.shape[:2]), error.reshape(points.shape[:2])
+    part, error = np.empty((2, len(corners), weights.shape[-2]))
+
+    def work(first: int, last: int) -> None:
+        some, w = corners[first:last], weights if weights.ndim == 2 else weights[first:last]
+        with np.errstate(all="ignore"):
+            points, normals = w @ vertices.points[some], w @ vertices.normals[some]
+            level = (w @ vertices.level[some][..., None]).ravel()
+            found = lighting.seen(light, points.reshape(-1, 3), normals.reshape(-1, 3), level)
+        part[first:last], error[first:last] = (each.reshape(points.shape[:2]) for each in found)
+
+    threads.run(work, len(corners), max(_PLACES_AT_ONCE // part.shape[1], 1))
+    return part, error
 
 
 def steps_at(
