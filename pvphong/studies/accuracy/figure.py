@@ -17,7 +17,7 @@ from pvphong.geometry.transform import transform_points
 from pvphong.meshes.default_scene import default_scene
 from pvphong.meshes.pictures import draw
 from pvphong.scene.viewer import Viewer
-from pvphong.studies.accuracy.physics import draw_physics, refuse_format
+from pvphong.studies.accuracy.physics import Physics, draw_physics, refuse_format
 from pvphong.studies.accuracy.result import KINDS, Kind, Result, Row, number
 
 _SIZE = (16.0, 13.5)
@@ -48,8 +48,8 @@ _PICTURE, _LEAST_SEEN, _BACKGROUND = (640, 480), 0.002, "#dce6f2"
 _LEAST_SHOWN = 0.01
 
 
-def save_figure(report: Result, path: str | os.PathLike[str]) -> None:
-    """Draw a report into a file.
+def save_figure(report: Result, path: str | os.PathLike[str], physics: Physics | None = None) -> None:
+    """Draw a report into a file, and under it the panel of models of light where they were measured.
 
     Raises
     ------
@@ -61,7 +61,7 @@ def save_figure(report: Result, path: str | os.PathLike[str]) -> None:
 
     facts = report.facts
     width, height = _SIZE
-    has_physics = report.physics is not None
+    has_physics = physics is not None
     figure = Figure(figsize=(width, height + _MORE_WITH_PHYSICS * has_physics), layout="constrained")
     rows: Any = figure.subfigures(3 + has_physics, 1, height_ratios=(1.1, 0.6, 0.9, 0.9)[: 3 + has_physics])
     rows[0].suptitle(f"What accuracy costs in time: {facts['mesh']}", fontsize=15, fontweight="bold")
@@ -70,8 +70,8 @@ def save_figure(report: Result, path: str | os.PathLike[str]) -> None:
     left, right = rows[2].subplots(1, 2)
     _draw_histogram(left, report)
     _draw_ledger(right, report)
-    if report.physics is not None:
-        draw_physics(rows[3], report.physics)
+    if physics is not None:
+        draw_physics(rows[3], physics)
     footnote = f"{facts['machine']}; threads: {facts['threads']}; {facts['date']}; {facts['measured']}"
     figure.supxlabel(footnote, fontsize=9, color=_INK)
     with written_aside(path) as aside:

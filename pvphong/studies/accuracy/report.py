@@ -24,6 +24,7 @@ from pvphong.base.text import html_table, rendered, wrapped
 from pvphong.optics.material import Material
 from pvphong.scene.scene import Scene
 from pvphong.studies.accuracy.figure import save_figure
+from pvphong.studies.accuracy.physics import Physics
 from pvphong.studies.accuracy.result import (
     KINDS,
     QUESTIONS,
@@ -82,6 +83,8 @@ class Tradeoff(Result):
     physics : Physics or None
         Models of light beside paths of it, where that was asked for: `.rungs`, `.truth`, `.sentence()`, `.table()`.
     """
+
+    physics: Physics | None = None
 
     def to_mesh(self) -> pv.PolyData:
         """A copy of the surface to look at.
@@ -298,7 +301,7 @@ class Tradeoff(Result):
         ValueError
             If Matplotlib is missing, or the file cannot be written.
         """
-        save_figure(self, path)
+        save_figure(self, path, self.physics)
 
 
 def _pairs_table(title: str, rows: list[tuple[str, str]]) -> Table:

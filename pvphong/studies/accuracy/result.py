@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Literal, get_args
+from typing import Literal, get_args
 
 import numpy as np
 import pyvista as pv
@@ -15,9 +15,6 @@ from pvphong.base import check
 from pvphong.base.types import Float64Array, FloatArray, MatrixLike
 from pvphong.scene.scene import Scene
 from pvphong.studies.accuracy.timing import FEWEST_REPEATS
-
-if TYPE_CHECKING:
-    from pvphong.studies.accuracy.physics import Physics
 
 Kind = Literal["arithmetic", "light model", "sampling", "interpolation"]
 KINDS: tuple[Kind, ...] = get_args(Kind)
@@ -288,7 +285,6 @@ class Result:
     scene: Scene
     matrix: MatrixLike | None
     reference_colors: Float64Array
-    physics: Physics | None = None
     _lighting: Mapping[str, Callable[[], FloatArray]] = field(kw_only=True)
     """Lights the vertices again, by the names of rows; the reference comes first."""
 
