@@ -8,8 +8,10 @@ Read in this order:
 4. `page`: Vuetify's components around the view.
 5. `door`: who gets in, by HTTP and WebSocket; which messages are taken; uploads.
 6. `take_home`: the files that leave, and the Python that makes them again.
-7. `studio`: all of these put together, and the server.
-8. `serving`: in a loop of its own, or in a notebook's.
+7. `report`: the accuracy report, measured in a process of its own.
+8. `thumbnails`: balls of materials and reflectances.
+9. `studio`: all of these put together, and the server.
+10. `serving`: in a loop of its own, or in a notebook's.
 
-The first three, and `take_home`, know nothing of a server.
+All but `page`, `door`, `studio` and `serving` know nothing of a server.
 """

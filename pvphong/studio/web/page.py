@@ -25,7 +25,7 @@ _STYLE = """
 html { overflow: hidden !important }
 .studio-view { position: absolute; inset: 0; touch-action: none }
 .studio-view:focus-within { outline: 2px solid rgb(var(--v-theme-primary)); outline-offset: -2px }
-.studio-number { flex: 0 0 116px }
+.studio-number { flex: 0 0 142px }
 .studio-row { display: flex; align-items: center; gap: 8px; margin-top: 10px }
 .studio-label { flex: 0 0 116px; font-size: 13px; line-height: 1.2; overflow-wrap: anywhere }
 .studio-unit { opacity: .7; font-size: 12px }
@@ -33,7 +33,8 @@ html { overflow: hidden !important }
 .studio-hex input { padding: 0 8px !important; font-size: 14px }
 .studio-swatch { width: 32px; height: 40px !important; min-width: 32px !important;
   border: 1px solid rgba(128, 128, 128, .6) }
-.studio-jump { display: flex; padding: 4px 8px; border-bottom: 1px solid rgba(128, 128, 128, .3) }
+.studio-panel { max-width: 92vw }
+.studio-jump { display: flex; overflow-x: auto; padding: 4px 8px; border-bottom: 1px solid rgba(128, 128, 128, .3) }
 .studio-light { border-color: rgba(128, 128, 128, .35) }
 .studio-selected { border-color: rgb(var(--v-theme-primary)); box-shadow: 0 0 0 1px rgb(var(--v-theme-primary)) }
 .studio-panels .v-expansion-panel-title, .studio-panels .v-expansion-panel--active > .v-expansion-panel-title {
@@ -61,7 +62,10 @@ window.addEventListener('keydown', (event) => {
 _NUMBER = "Number(({0}).toPrecision(6))"
 
 
-_PANELS = ("lights", "mix", "material", "scene", "plan", "files")
+_DRAWN = "drawer ?? utils.get('innerWidth') > 860"
+"""Whether the panels are out: at first where there is room beside the view."""
+
+_PANELS = ("lights", "mix", "material", "scene", "plan", "accuracy", "files")
 _JUMP = (
     "open_panels = open_panels.includes({number}) ? open_panels : [...open_panels, {number}];"
     " utils.get('document').getElementById('panel-{name}').scrollIntoView({{ behavior: 'smooth' }})"
@@ -87,7 +91,8 @@ def build(server: Any, plotter: Any, kinds: Mapping[str, str]) -> Any:
     kinds : mapping
         Each kind of light that can be added, by its name in files → what it is, for a tooltip.
     """
-    server.state.client_only("local", "drawer", "open_panels", "busy", "uploads", "picture")
+    server.state.client_only("local", "drawer", "open_panels", "busy", "uploads", "picture", "seconds")
+    server.state.update({"seconds": 20})
     server.state.update({"busy": False, "uploads": 0, "picture": {"width": 1920, "height": 1080}})
     server.state.update({"local": {}, "drawer": None, "open_panels": list(range(len(_PANELS)))})
     server.state.update({"refusals": 0, "notice": "", "theme": "dark", "trame__title": "pvphong studio"})
@@ -96,7 +101,13 @@ def build(server: Any, plotter: Any, kinds: Mapping[str, str]) -> Any:
         client.Script(_KEYS)
         _bar()
         with v.VNavigationDrawer(
-            v_model=("drawer",), location="right", width=_WIDTH, mobile_breakpoint=860, **found_by("panels", "Panels")
+            model_value=(_DRAWN,),
+            update_modelValue="drawer = $event",
+            location="right",
+            classes="studio-panel",
+            width=_WIDTH,
+            mobile_breakpoint=860,
+            **found_by("panels", "Panels"),
         ):
             with v.Template(v_slot_prepend=True), html.Div(classes="studio-jump"):
                 for number, name in enumerate(_PANELS):
@@ -104,7 +115,7 @@ def build(server: Any, plotter: Any, kinds: Mapping[str, str]) -> Any:
                         name.capitalize(),
                         size="small",
                         variant="text",
-                        classes="text-none px-2",
+                        classes="text-none px-1",
                         min_width=0,
                         click=_JUMP.format(number=number, name=name),
                         **found_by(f"go-{name}"),
@@ -117,6 +128,7 @@ def build(server: Any, plotter: Any, kinds: Mapping[str, str]) -> Any:
                 _materials()
                 _scene()
                 _plan()
+                _accuracy()
                 _files()
         with (
             v.VMain(style="height: 100vh"),
@@ -146,7 +158,7 @@ def _bar() -> None:
         _button("mdi-fit-to-screen-outline", "fit", "Show all of the model", "trigger('fit')")
         _button("mdi-vector-point-select", "gizmos", "Show or hide the gizmos", "trigger('gizmos')")
         _button("mdi-theme-light-dark", "theme", "Dark or light page", "trigger('theme')")
-        _button("mdi-dock-right", "drawer", "Show or hide the panels", "drawer = !drawer")
+        _button("mdi-dock-right", "drawer", "Show or hide the panels", f"drawer = !({_DRAWN})")
 
 
 def _button(icon: str, name: str, label: str, click: str, **more: Any) -> None:
@@ -321,8 +333,8 @@ def _number(entry: str, name: str = "") -> None:
         v.VTextField(
             key=(f"{entry}.key + refusals",),
             model_value=(f"{value} == null ? '' : " + _NUMBER.format(value),),
-            label=(f"{entry}.label",),
-            suffix=(f"{entry}.unit",),
+            label=(f"{entry}.label + ({entry}.unit.length > 2 ? ', ' + {entry}.unit : '')",),
+            suffix=(f"{entry}.unit.length > 2 ? '' : {entry}.unit",),
             type="number",
             step="any",
             classes="studio-number",
@@ -414,9 +426,8 @@ def _form(entries: str) -> None:
                 v_if="field.takes == 'number' && field.value",
                 key=("field.key + 'number' + refusals",),
                 model_value=("field.number ?? ''",),
-                label="within",
+                label="within, mesh unit",
                 placeholder="any distance",
-                suffix="mesh unit",
                 type="number",
                 step="any",
                 persistent_placeholder=True,
@@ -507,7 +518,7 @@ def _mix() -> None:
 def _materials() -> None:
     with _panel("Material"), html.Div(v_for="material in materials", key=("material.number",)):
         html.Div("{{ material.name }}", v_if="materials.length > 1", classes="text-subtitle-2 mt-3")
-        v.VAutocomplete(
+        with v.VAutocomplete(
             model_value=("material.preset || null",),
             items=("material_names",),
             label="preset",
@@ -517,18 +528,34 @@ def _materials() -> None:
             update_modelValue="$event && trigger('choose_material', [material.number, $event])",
             **_DENSE,
             **found_by("material", "Named materials"),
-        )
-        v.VSelect(
+        ):
+            _balls("material")
+        with v.VSelect(
             model_value=("material.reflectance",),
-            items=("reflectance_names",),
+            items=("reflectance_names.map((name) => ({ value: name, title: name || 'as the light model has it' }))",),
             label="reflectance",
             classes="mt-3",
             update_modelValue="trigger('choose_reflectance', [material.number, $event])",
             **_DENSE,
             **found_by("reflectance", "How it reflects"),
-        )
+        ):
+            _balls("reflectance")
         _form("material.reflectance_fields")
         _form("material.fields")
+
+
+def _balls(kind: str) -> None:
+    """The entries of a list, each with its thumbnail."""
+    with v.Template(v_slot_item="{ props, item }"), v.VListItem(v_bind="props"), v.Template(v_slot_prepend=True):
+        html.Img(
+            v_if="item.value",
+            src=(f"'thumbnail/{kind}/' + item.value",),
+            width=32,
+            height=32,
+            classes="mr-3",
+            alt="",
+            loading="lazy",
+        )
 
 
 def _scene() -> None:
@@ -552,6 +579,81 @@ def _plan() -> None:
                 html.Td("{{ row[3] }}")
                 html.Td("{{ row[4] }}")
         html.Div("ns: nanoseconds a vertex of the compiled evaluator, on one core.", classes="studio-unit mt-1")
+
+
+def _accuracy() -> None:
+    with _panel("Accuracy", "what it costs in time"):
+        with html.Div(classes="studio-row"):
+            v.VTextField(
+                model_value=("seconds",),
+                update_modelValue="seconds = $event",
+                label="time",
+                suffix="s",
+                type="number",
+                classes="studio-number",
+                **_DENSE,
+                **found_by("report-seconds"),
+            )
+            v.VBtn(
+                "Measure",
+                v_if="!report.running",
+                size="small",
+                variant="tonal",
+                classes="text-none",
+                disabled=("!has_mesh",),
+                click="trigger('report', [Number(seconds)])",
+                **found_by("report", "Measure what accuracy costs in time"),
+            )
+            v.VBtn(
+                "Cancel",
+                v_if="report.running",
+                size="small",
+                variant="tonal",
+                classes="text-none",
+                click="trigger('cancel_report')",
+                **found_by("cancel-report"),
+            )
+        html.Div("{{ report.doing }}", v_if="report.doing", classes="text-caption mt-2", **found_by("report-doing"))
+        v.VProgressLinear(
+            v_if="report.running",
+            model_value=("report.percent",),
+            indeterminate=("!report.percent",),
+            color="primary",
+            height=6,
+            rounded=True,
+            raw_attrs=['aria-label="How much of this is done"'],
+        )
+        html.Div(
+            "{{ line }}",
+            v_for="line in report.lines",
+            key=("line",),
+            classes="text-body-2 mt-2",
+            **found_by("report-line"),
+        )
+        with html.Div(v_if="report.worst && report.worst.length"):
+            v.VSwitch(
+                key=("'marked' + marked",),
+                model_value=("marked",),
+                label="mark the worst vertices in the view",
+                density="compact",
+                hide_details=True,
+                color="primary",
+                inset=True,
+                update_modelValue="trigger('mark_worst', [$event])",
+                **found_by("mark-worst"),
+            )
+            html.Div(
+                "{{ report.worst.map(([index, error]) => `vertex ${index}: ${error}`).join(', ') }}",
+                classes="studio-unit",
+            )
+        with html.A(v_if="report.figure", href=("report.figure",), target="_blank"):
+            html.Img(
+                src=("report.figure",),
+                style="width: 100%",
+                classes="mt-2",
+                alt="Error against time",
+                **found_by("report-figure"),
+            )
 
 
 def _files() -> None:

@@ -54,6 +54,7 @@ def serve(
     ValueError
         If port or host is not allowed, or cannot be listened on.
     """
+    check.flag("browser", browser)
     port = free_port(host, port)
     options: dict[str, Any] = {"file": check.text("file", file), "host": host}
     if _is_in_loop():
@@ -62,7 +63,7 @@ def serve(
         return StudioFrame(studio, studio.address_at(port))
 
     async def run() -> None:
-        await Studio(plotter, subplot, history, **options).serve(port, browser=check.flag("browser", browser))
+        await Studio(plotter, subplot, history, **options).serve(port, browser=browser)
 
     with suppress(KeyboardInterrupt):
         asyncio.run(run())

@@ -17,6 +17,7 @@ from contextlib import suppress
 from pathlib import Path, PurePath
 from typing import Any
 
+import numpy as np
 import pyvista as pv
 from aiohttp import web
 from pyvista import examples
@@ -41,7 +42,9 @@ from pvphong.studio.subplot import Subplot
 from pvphong.studio.web.document import Document
 from pvphong.studio.web.door import Door, Messages
 from pvphong.studio.web.page import build
+from pvphong.studio.web.report import Measuring
 from pvphong.studio.web.take_home import EXAMPLES, TakeHome, reading_file
+from pvphong.studio.web.thumbnails import thumbnail
 
 _SHOW_AFTER, _PLAN_AFTER = 0.06, 0.25
 """Seconds from a frame until the page shows what has changed, and from then until the plan is made again."""
@@ -52,6 +55,8 @@ _SAID_FOR = 8.0
 MESHES = (".vtp", ".vtu", ".vtk", ".vti", ".vts", ".vtr", ".vtkhdf", ".ply", ".stl", ".obj", ".glb", ".gltf")
 SKIES = (".hdr", ".png", ".jpg", ".jpeg")
 """Endings of the files that can be brought."""
+
+_MARKS = "pvphong worst vertices"
 
 _numbers = itertools.count(1)
 
@@ -86,13 +91,19 @@ class Studio:
         self._plan_soon: asyncio.TimerHandle | None = None
         self._hush_soon: asyncio.TimerHandle | None = None
         self._planned_for: Any = None
+        self._serving: Any = None
+        self._measuring = Measuring(self._measured)
+        self._measured_matrix = np.eye(4)
+        self._reports = 0
         self.server = get_server(f"pvphong studio {next(_numbers)}", client_type="vue3")
         state = self.server.state
         state.example_names = list(EXAMPLES)
         state.material_names = list(Material.names())
-        state.reflectance_names = [{"title": "the light model's", "value": ""}, *REFLECTANCES]
+        state.reflectance_names = ["", *REFLECTANCES]
         state.plan = {"accuracy": "", "meshes": []}
         state.script = ""
+        state.report = {"running": False}
+        state.marked = False
         state.update(self._shown())
         self._triggers = {name: self._trigger(act) for name, act in self._acts.items()}
         for name, trigger in self._triggers.items():
@@ -127,6 +138,9 @@ class Studio:
             "start_mix": document.start_mix,
             "solo_fader": document.solo_fader,
             "keep_mix": document.keep_mix,
+            "report": self.measure,
+            "cancel_report": self._measuring.cancel,
+            "mark_worst": self.mark_worst,
             "open_example": self.open_example,
             "fit": self._plotter.reset_camera,
             "gizmos": lambda: commands.toggle_hidden(document.gizmos),
@@ -237,6 +251,8 @@ class Studio:
         outside = map_blocks(mesh, surface) if isinstance(mesh, pv.MultiBlock) else surface(mesh)
         scene, phong, lights = default_scene(outside), self._plotter.phong, self._subplot.lights
         before = [each.actor for each in self._subplot.lit.meshes]
+        self._measuring.cancel()
+        self.mark_worst(False)
         phong.add_mesh(outside)
         for actor in before:
             self._plotter.remove_actor(actor, render=False)
@@ -264,6 +280,7 @@ class Studio:
 
     async def _give(self, request: web.Request) -> web.StreamResponse:
         """Answer with one of the files that can be taken home."""
+        self.mark_worst(False)
         width, height = (request.query.get(name, "")[:9] for name in ("width", "height"))
         try:
             size = int(width) if width.isdecimal() else 0, int(height) if height.isdecimal() else 0
@@ -293,6 +310,69 @@ class Studio:
         image = await asyncio.to_thread(read, path, guarded=True)
         await self.document.set_image(query.get("light", ""), image)
 
+    # -- the accuracy report
+
+    def measure(self, seconds: Any) -> None:
+        """Begin to measure what accuracy costs in time, beside the page.
+
+        Parameters
+        ----------
+        seconds : float
+            What it may take.
+        """
+        seconds = check.number("seconds", seconds, at_least=1.0, at_most=600.0)
+        meshes = self._subplot.lit.shown
+        if not meshes:
+            check.refuse("mesh", "none", "there", "Open one first.")
+        self.mark_worst(False)
+        measured = max(meshes, key=lambda mesh: mesh.drawn.n_points)
+        self._measured_matrix = np.eye(4) if measured.matrix is None else measured.matrix
+        others = [mesh for mesh in meshes if mesh is not measured and mesh.casts_shadows]
+        self._measuring.start(
+            {
+                "mesh": measured.mesh,
+                "scene": self._subplot.scene,
+                "material": measured.material,
+                "tolerance": self.document.accuracy.tolerance or 1.0 / 255.0,
+                "seconds": seconds,
+                "matrix": measured.matrix,
+                "feature_angle": measured.feature_angle,
+                "occluders": [(mesh.mesh, mesh.matrix) for mesh in others],
+            }
+        )
+
+    def _measured(self) -> None:
+        """The report is another."""
+        report = self._measuring.report
+        if report.figure:
+            self._reports += 1
+        with self.server.state as state:
+            state.report = {
+                "running": report.running,
+                "doing": report.doing,
+                "percent": round(100.0 * report.part),
+                "lines": report.lines,
+                "worst": [[index, f"{error:.2g}"] for index, error, _ in report.worst],
+                "figure": f"report/{self._reports}.png" if report.figure else "",
+            }
+
+    async def _figure(self, _request: web.Request) -> web.StreamResponse:
+        figure = self._measuring.report.figure
+        return web.Response(body=figure, content_type="image/png") if figure else web.Response(status=404)
+
+    def mark_worst(self, on: Any) -> None:
+        """Mark the vertices with the largest errors in the view, or no more."""
+        self._plotter.remove_actor(_MARKS, render=False)
+        places = [place for _, _, place in self._measuring.report.worst]
+        if check.flag("on", on) and places:
+            look: dict[str, Any] = {"color": "magenta", "point_size": 12, "render_points_as_spheres": True}
+            marks = self._plotter.add_points(
+                np.array(places), name=_MARKS, lighting=False, pickable=False, reset_camera=False, **look
+            )
+            marks.UseBoundsOff()
+            marks.user_matrix = self._measured_matrix
+        self.server.state.marked = on and bool(places)
+
     def _brought(self, error: str) -> None:
         """A file has been taken, or was not, for a reason."""
         if error:
@@ -319,6 +399,8 @@ class Studio:
 
         server.app.on_shutdown.append(end)
         server.app.router.add_get("/take/{what}", self._give)
+        server.app.router.add_get("/report/{number}.png", self._figure)
+        server.app.router.add_get("/thumbnail/{kind}/{name}", _thumbnail)
         for what, suffixes, take in (
             ("mesh", MESHES, self._take_mesh),
             ("rig", (".json",), self._take_rig),
@@ -337,9 +419,9 @@ class Studio:
                 host = "127.0.0.1"
         return f"http://{f'[{host}]' if ':' in host else host}:{port}/{self.door.query}"
 
-    def start(self, port: int) -> Any:
-        """Begin to serve; gives the task that ends with the server."""
-        return self.server.start(
+    def start(self, port: int) -> None:
+        """Begin to serve."""
+        self._serving = self.server.start(
             port=port,
             host=self._host,
             thread=True,  # without handlers of signals
@@ -350,18 +432,22 @@ class Studio:
             timeout=0,
         )
 
+    async def _listening(self) -> None:
+        """Wait until the server listens; raises what keeps it from that."""
+        await asyncio.wait([self._serving, self.server.ready], return_when=asyncio.FIRST_COMPLETED)
+        if self._serving.done():
+            self._serving.result()
+
     async def serve(self, port: int, *, browser: bool) -> None:
         """Serve until cancelled; the address is printed on a line of its own."""
-        task = self.start(port)
-        await asyncio.wait([task, self.server.ready], return_when=asyncio.FIRST_COMPLETED)
-        if task.done():
-            task.result()
+        self.start(port)
+        await self._listening()
         address = self.address_at(self.server.port)
         print(address, flush=True)
         if browser:
             webbrowser.open(address)
         try:
-            await asyncio.shield(task)
+            await asyncio.shield(self._serving)
         finally:
             await self.close()
 
@@ -372,8 +458,19 @@ class Studio:
                 soon.cancel()
         self._subplot.renderer.RemoveObserver(self._tag)
         self.document.mix.release()
+        self._measuring.cancel()
         await self._view.handler.close()
+        await self._listening()  # before that it could not be stopped
         await self.server.stop()
+
+
+async def _thumbnail(request: web.Request) -> web.StreamResponse:
+    """A ball of a material or of a reflectance."""
+    try:
+        image = await asyncio.to_thread(thumbnail, request.match_info["kind"], request.match_info["name"])
+    except ValueError:
+        return web.Response(status=404)
+    return web.Response(body=image, content_type="image/png", headers={"Cache-Control": "max-age=3600"})
 
 
 def _rows(made: Plan) -> list[list[str]]:

@@ -1,0 +1,155 @@
+"""The accuracy report, measured in a process of its own, so that the view stays live: with progress, and to be ended.
+
+The other process runs at low priority, gets mesh and scene in a file, and says on its output how far it has come.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import os
+import pickle
+import sys
+import tempfile
+from collections.abc import Callable
+from contextlib import suppress
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from pvphong.base.text import listening
+
+_CHILD = "import sys; from pvphong.studio.web.report import work; work(sys.argv[1])"
+_NICE = 10
+_STEP = 0.01  # of the work, between two lines about it
+
+
+@dataclass(frozen=True)
+class Report:
+    """What has been measured, or is being measured.
+
+    Parameters
+    ----------
+    running : bool
+        Whether it is still at it.
+    doing : str
+        What it is at, or why there is nothing.
+    part : float
+        How much of that is done, from 0 to 1.
+    lines : list of str
+        What the report says in short.
+    worst : list
+        Vertices with the largest errors: index, error, and where in the mesh's coordinates.
+    figure : bytes
+        The report's figure, a .png; empty where it could not be drawn.
+    """
+
+    running: bool = False
+    doing: str = ""
+    part: float = 0.0
+    lines: list[str] = field(default_factory=list)
+    worst: list[tuple[int, float, tuple[float, float, float]]] = field(default_factory=list)
+    figure: bytes = b""
+
+
+class Measuring:
+    """Runs one report at a time.
+
+    Parameters
+    ----------
+    changed : callable
+        Called whenever `report` is another.
+    """
+
+    def __init__(self, changed: Callable[[], None]) -> None:
+        self.report = Report()
+        self._changed = changed
+        self._task: asyncio.Task[None] | None = None
+
+    def start(self, work: dict[str, Any]) -> None:
+        """Begin to measure; one that runs is ended.
+
+        Parameters
+        ----------
+        work : dict
+            What `tradeoff` is called with.
+        """
+        self.cancel()
+        self._show(Report(running=True, doing="starting"))
+        self._task = asyncio.get_running_loop().create_task(self._run(work))
+
+    def cancel(self) -> None:
+        """End a report that runs."""
+        if self._task is not None:
+            self._task.cancel()
+            self._task = None
+        if self.report.running:
+            self._show(Report(doing="cancelled"))
+
+    def _show(self, report: Report) -> None:
+        self.report = report
+        self._changed()
+
+    async def _run(self, work: dict[str, Any]) -> None:
+        with tempfile.TemporaryDirectory() as folder:
+            place = Path(folder)
+            (place / "work").write_bytes(pickle.dumps(work, protocol=5))
+            child = await asyncio.create_subprocess_exec(
+                *(sys.executable, "-W", "ignore", "-c", _CHILD, folder),
+                stdin=asyncio.subprocess.DEVNULL,
+                stdout=asyncio.subprocess.PIPE,
+                stderr=asyncio.subprocess.DEVNULL,
+                env=os.environ | {"PYTHONPATH": os.pathsep.join(entry or os.getcwd() for entry in sys.path)},
+            )
+            try:
+                assert child.stdout is not None
+                async for line in child.stdout:
+                    doing, part = json.loads(line)
+                    self._show(Report(running=True, doing=doing, part=part))
+                await child.wait()
+                self._show(_result(place))
+            finally:
+                with suppress(ProcessLookupError):
+                    child.kill()
+
+
+def _result(folder: Path) -> Report:
+    """What the other process has left."""
+    try:
+        found = json.loads((folder / "report.json").read_text(encoding="utf-8"))
+    except OSError:
+        return Report(doing="The report could not be made: its process has ended.")
+    figure = folder / "figure.png"
+    return Report(**found, figure=figure.read_bytes() if figure.exists() else b"")
+
+
+def work(folder: str) -> None:
+    """What the other process does: measure, and leave the results in the folder."""
+    with suppress(AttributeError, OSError):  # not everywhere
+        os.nice(_NICE)
+    place = Path(folder)
+    given = pickle.loads((place / "work").read_bytes())
+    said: tuple[str, float] = ("", -1.0)
+
+    def say(doing: str, part: float) -> None:
+        nonlocal said
+        if doing != said[0] or part - said[1] >= _STEP:
+            said = doing, part
+            print(json.dumps(said), flush=True)
+
+    from pvphong.studies.accuracy.measure import tradeoff  # it loads VTK's rendering
+
+    try:
+        with listening(say):
+            report = tradeoff(**given)
+        say("drawing", 1.0)
+        points = report.surface.points
+        found: dict[str, Any] = {
+            "lines": [line.strip() for line in report.summary()],
+            "worst": [(index, error, tuple(map(float, points[index]))) for index, error in report.worst()],
+        }
+        with suppress(ValueError, ImportError):  # without Matplotlib
+            report.plot(place / "figure.png")
+    except ValueError as error:
+        found = {"doing": str(error)}
+    (place / "report.json").write_text(json.dumps(found), encoding="utf-8")

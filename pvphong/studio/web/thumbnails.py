@@ -1,0 +1,60 @@
+"""Thumbnails: a ball of each named material and each reflectance, lit by pvphong itself, a few vertices a pixel."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import lru_cache
+from io import BytesIO
+
+import numpy as np
+
+from pvphong.base import check
+from pvphong.optics.material import Material
+from pvphong.scene.light_model import LightModel
+from pvphong.scene.presets import key_fill_rim
+from pvphong.scene.scene import Scene
+from pvphong.scene.viewer import Viewer
+from pvphong.shading.evaluation import evaluate
+from pvphong.studio.web.document import new_reflectance
+
+_SIDE = 56  # pixels
+_SMOOTH = 3  # rows of vertices in a row of pixels
+_LIGHTS = Scene(key_fill_rim(), Viewer(position=(0.0, 0.0, 5.0), parallel=True), LightModel(ambient=0.4))
+_BASE = Material(ambient=0.2, diffuse=(0.75, 0.35, 0.2), specular=0.5, shininess=25.0)
+"""What a reflectance is shown on."""
+
+
+@lru_cache(maxsize=64)
+def thumbnail(kind: str, name: str) -> bytes:
+    """A ball of a material, as a .png with a transparent background.
+
+    Parameters
+    ----------
+    kind : {"material", "reflectance"}
+        What the name is one of.
+    name : str
+        Of a named material, or of a reflectance in files.
+
+    Raises
+    ------
+    ValueError
+        If there is no such thing.
+    """
+    from PIL import Image
+
+    check.choice("kind", kind, ("material", "reflectance"))
+    material = Material.named(name) if kind == "material" else replace(_BASE, reflectance=new_reflectance(name))
+    across = np.linspace(-1.06, 1.06, _SIDE * _SMOOTH)
+    x, y = np.meshgrid(across, -across)
+    inside = x * x + y * y < 1.0
+    normals = np.stack([x, y, np.sqrt(np.maximum(1.0 - x * x - y * y, 0.0))], axis=-1)[inside]
+    if material.reflectance is not None and material.reflectance.needs:
+        material = replace(material, tangents=np.cross((0.0, 1.0, 1e-6), normals))
+    picture = np.zeros((*x.shape, 4))
+    picture[inside, :3] = evaluate(normals, normals, _LIGHTS, material, backend="numpy").rgb
+    picture[inside, 3] = 1.0
+    blocks = picture.reshape(_SIDE, _SMOOTH, _SIDE, _SMOOTH, 4).mean(axis=(1, 3))
+    blocks[..., :3] /= np.maximum(blocks[..., 3:], 1e-6)  # of the part that is covered
+    out = BytesIO()
+    Image.fromarray(np.rint(255.0 * blocks.clip(0.0, 1.0)).astype(np.uint8)).save(out, format="PNG")
+    return out.getvalue()

@@ -1,0 +1,119 @@
+"""The accuracy report runs in a process of its own, says how far it is, and can be ended."""
+
+import asyncio
+import os
+import time
+from io import BytesIO
+
+import numpy as np
+import pytest
+import pyvista as pv
+
+import pvphong as ph
+from pvphong.optics.material import Material
+from pvphong.optics.reflectances import REFLECTANCES
+from pvphong.studio.web import report
+from pvphong.studio.web.report import Measuring, Report
+from pvphong.studio.web.thumbnails import thumbnail
+
+WORK = {"mesh": pv.Sphere(), "scene": ph.three_point(pv.Sphere()), "material": Material(), "tolerance": 1 / 255}
+
+
+def measured(work, until):
+    """The reports that are seen until one is so."""
+    seen = []
+
+    async def main():
+        measuring = Measuring(lambda: seen.append(measuring.report))
+        measuring.start(work)
+        end = time.monotonic() + 120
+        while not until(measuring):
+            assert time.monotonic() < end
+            await asyncio.sleep(0.02)
+        return measuring
+
+    asyncio.run(main())
+    return seen
+
+
+WITHOUT_FIGURE = """
+import sys
+from pvphong.studies.accuracy.report import Tradeoff
+from pvphong.studio.web.report import work
+Tradeoff.plot = lambda self, path: path.write_bytes(b"\\x89PNG")
+work(sys.argv[1])
+"""
+
+
+def test_it_is_measured_beside_what_else_is_done(monkeypatch):
+    monkeypatch.setattr(report, "_CHILD", WITHOUT_FIGURE)  # that takes longest, and is tested where it is drawn
+    seen = measured(WORK | {"seconds": 1.0}, lambda measuring: not measuring.report.running)
+    assert seen[0] == Report(running=True, doing="starting")
+    assert {each.doing for each in seen} >= {"starting", "drawing"}
+    last = seen[-1]
+    assert any("points" in line for line in last.lines)
+    assert len(last.worst) == 5
+    index, error, place = last.worst[0]
+    assert 0.0 <= error < 1e-3
+    np.testing.assert_allclose(place, WORK["mesh"].points[index])
+    assert last.figure[:4] == b"\x89PNG"
+
+
+def test_what_cannot_be_measured_is_said_in_one_line():
+    last = measured(WORK | {"tolerance": -1.0}, lambda measuring: not measuring.report.running)[-1]
+    assert "tolerance must be" in last.doing
+    assert not last.lines
+
+
+def test_it_can_be_ended(monkeypatch):
+    """And its process with it, which here does nothing but say who it is."""
+    code = "import json, os, time; print(json.dumps([str(os.getpid()), 0.5]), flush=True); time.sleep(60)"
+    monkeypatch.setattr(report, "_CHILD", code)
+    processes = []
+
+    def until(measuring):
+        if measuring.report.part == 0.5:
+            processes.append(int(measuring.report.doing))
+            measuring.cancel()
+        return not measuring.report.running
+
+    seen = measured(WORK, until)
+    assert seen[-1] == Report(doing="cancelled")
+    for _ in range(200):
+        try:
+            os.kill(processes[0], 0)
+        except ProcessLookupError:
+            return
+        time.sleep(0.02)
+    raise AssertionError("it is still there")
+
+
+def test_a_process_that_ends_is_said_to_have():
+    last = measured(WORK | {"mesh": _Bomb()}, lambda measuring: not measuring.report.running)[-1]
+    assert last.doing == "The report could not be made: its process has ended."
+
+
+class _Bomb:
+    """What ends a process when it is read."""
+
+    def __reduce__(self):
+        return os._exit, (3,)
+
+
+@pytest.mark.parametrize("kind", ["material", "reflectance"])
+def test_every_thumbnail_is_a_ball(kind):
+    from PIL import Image
+
+    names = Material.names() if kind == "material" else REFLECTANCES
+    shown = {name: np.asarray(Image.open(BytesIO(thumbnail(kind, name)))) for name in names}
+    for image in shown.values():
+        assert image.shape == (56, 56, 4)
+        assert image[0, 0, 3] == 0
+        assert image[28, 28, 3] == 255
+        assert image[image[..., 3] == 255, :3].std() > 2
+    gold = shown.get("gold", shown.get("ggx"))
+    assert gold[28, 28, 0] > gold[28, 28, 2]
+    with pytest.raises(ValueError, match="must be one of"):
+        thumbnail("colour", next(iter(names)))
+    with pytest.raises(ValueError, match="must be one of"):
+        thumbnail(kind, "cheese")
