@@ -87,13 +87,18 @@ class Door:
         try:
             response = await handler(request)
         except web.HTTPException as answer:  # a redirection, or that there is no such page
-            response = answer
+            self._finish(request, answer)
+            raise
+        self._finish(request, response)
+        return response
+
+    def _finish(self, request: web.Request, response: web.StreamResponse) -> None:
+        """Have the browser keep the token, and tell nobody of it."""
         if not response.prepared:
             response.headers["Referrer-Policy"] = "no-referrer"
             response.headers["X-Content-Type-Options"] = "nosniff"
             if self.token and "token" in request.query:
                 response.set_cookie(_COOKIE, self.token, httponly=True, samesite="Strict")
-        return response
 
     @staticmethod
     def _tokens(request: web.Request) -> tuple[str, ...]:

@@ -22,6 +22,7 @@ Kind = Literal["number", "numbers", "points", "color", "flag", "choice", "text",
 
 _KINDS: Mapping[str, Kind] = {
     "float": "number",
+    "int": "number",
     "sequence of float": "numbers",
     "sequence of points": "points",
     "color": "color",
@@ -49,6 +50,7 @@ class Field(NamedTuple):
     labels: tuple[str, ...] = ()
     least: float = -math.inf
     most: float = math.inf
+    is_whole: bool = False
     is_open: bool = False
     """Whether it must be more than the least."""
     is_optional: bool = False
@@ -99,6 +101,7 @@ def _field(field: dataclasses.Field[Any], what: str, text: str) -> Field:
         "unit": getattr(role, "unit", "") or ("°" if "in degrees" in text else ""),
         "least": limits.get("at_least", limits.get("above", -math.inf)),
         "is_open": "above" in limits,
+        "is_whole": base == "int",
         "most": limits.get("at_most", math.inf),
         "is_optional": more.endswith("optional"),
     }
@@ -173,7 +176,7 @@ def _entry(field: Field, value: Any, key: str, middles: dict[str, float]) -> dic
 
 def has_stops(field: Field) -> bool:
     """Whether a number's slider stands at its stops, the logarithm to the base 2: it has no upper end."""
-    return field.kind == "number" and field.least >= 0.0 and field.most == math.inf
+    return field.kind == "number" and field.least >= 0.0 and field.most == math.inf and not field.is_whole
 
 
 def _slider(field: Field, value: float | None, key: str, middles: dict[str, float]) -> dict[str, Any]:
@@ -228,6 +231,8 @@ def edited(value: Any, name: str, given: Any, index: Sequence[int] = ()) -> Any:
         return dataclasses.replace(value, **{name: None})
     if field.kind == "number" or (field.takes == "number" and not isinstance(given, bool)):
         given = _number(name, given)
+        if field.is_whole and given.is_integer():
+            given = int(given)
     elif field.kind in ("numbers", "points") or (field.kind == "color" and index):
         numbers = rgb(before) if field.kind == "color" else before
         given = _with_number(name, numbers, given, list(index))

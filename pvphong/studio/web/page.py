@@ -1,8 +1,6 @@
 """The page: Vuetify's components around the view, filled from the document's plain values.
 
-Each panel is a function, in the order in which they stand on the page. What an input does is one trigger: "edit" for a
-value, "slide" while a slider or a picker moves, "settle" when it is let go, "act" for a button of a light. While a
-slider moves, the browser shows its own value (`local`), for those of the server come later.
+Each panel is a function, in the order in which they stand on the page; their inputs are in `inputs.py`.
 """
 
 from __future__ import annotations
@@ -16,10 +14,20 @@ from trame.widgets import client, html
 from trame.widgets import vuetify3 as v
 from trame_pyvista.widgets import PyVistaRCAView
 
+from pvphong.studio.web.inputs import (
+    DENSE,
+    color_picker,
+    color_text,
+    file_input,
+    form,
+    found_by,
+    icon_button,
+    number_input,
+)
+
 _WIDTH = 400
 """Pixels of the panels."""
 
-_DENSE = {"density": "compact", "variant": "outlined", "hide_details": True}
 
 _STYLE = """
 html { overflow: hidden !important }
@@ -59,8 +67,6 @@ window.addEventListener('keydown', (event) => {
 """
 """Undo and redo wherever the focus is; the view has its keys for them."""
 
-_NUMBER = "Number(({0}).toPrecision(6))"
-
 
 _DRAWN = "drawer ?? utils.get('innerWidth') > 860"
 """Whether the panels are out: at first where there is room beside the view."""
@@ -70,13 +76,6 @@ _JUMP = (
     "open_panels = open_panels.includes({number}) ? open_panels : [...open_panels, {number}];"
     " utils.get('document').getElementById('panel-{name}').scrollIntoView({{ behavior: 'smooth' }})"
 )
-
-
-def found_by(name: str, label: str = "", **more: Any) -> dict[str, Any]:
-    """The attributes by which tests, and screen readers where a label is given, find an element."""
-    raw = [f'data-test="{name}"'] if name else []
-    raw += [f'aria-label="{label}"'] if label else []
-    return {"raw_attrs": raw + more.pop("raw", []), **more}
 
 
 def build(server: Any, plotter: Any, kinds: Mapping[str, str]) -> Any:
@@ -204,24 +203,24 @@ def _lights(kinds: Mapping[str, str]) -> None:
 def _light_row() -> None:
     with html.Div(style="display: flex; align-items: center; gap: 6px"):
         with html.Div(style="display: flex; gap: 4px", **found_by("colour")):
-            _color_picker("light.diffuse")
-            _color_text("light.diffuse")
+            color_picker("light.diffuse")
+            color_text("light.diffuse")
         v.VTextField(
             model_value=("light.name.value",),
             key=("light.name.key + refusals",),
             label=("light.kind",),
             placeholder="without a name",
             change="trigger('edit', [light.name.key, $event.target.value])",
-            **_DENSE,
+            **DENSE,
             **found_by("light-name", raw=[":aria-label=\"'Name of the light, ' + light.kind\""]),
         )
-        _icon(
+        icon_button(
             "light.on.value ? 'mdi-lightbulb-on-outline' : 'mdi-lightbulb-off-outline'",
             "light-on",
             "'Light off or on'",
             "trigger('edit', [light.on.key, !light.on.value])",
         )
-        _icon(
+        icon_button(
             "light.soloed ? 'mdi-alpha-s-circle' : 'mdi-alpha-s-circle-outline'",
             "light-solo",
             "'This light alone, or all'",
@@ -249,214 +248,9 @@ def _light_row() -> None:
                         click=f"trigger('act', ['{what}', light.number])",
                         **found_by(f"light-{what.replace(' ', '-')}"),
                     )
-    _number("light.intensity", "intensity")
+    number_input("light.intensity", "intensity")
     with html.Div(v_if="light.selected"):
-        _form("light.fields")
-
-
-def _icon(icon: str, name: str, label: str, click: str) -> None:
-    v.VBtn(
-        icon=(icon,),
-        size="x-small",
-        variant="text",
-        __events=[("click_stop", "click.stop")],
-        click_stop=click,
-        **found_by(name, raw=[f':aria-label="{label}"', f':title="{label}"']),
-    )
-
-
-def _color_picker(entry: str) -> None:
-    """A swatch that opens Vuetify's picker, and the linear numbers under it."""
-    shown = f"(local[{entry}.key] ?? {entry}.hex)"
-    picked = "$event.slice(0, 7)"
-    with v.VMenu(
-        close_on_content_click=False,
-        update_modelValue=f"$event || (delete local[{entry}.key], flushState('local'), trigger('settle'))",
-    ):
-        with v.Template(v_slot_activator="{ props }"):
-            v.VBtn(
-                v_bind="props",
-                classes="studio-swatch",
-                flat=True,
-                color=(shown,),
-                **found_by(
-                    "swatch",
-                    raw=[f":aria-label=\"{entry}.label + ' colour ' + {shown}\"", f':title="{entry}.help"'],
-                ),
-            )
-        with v.VCard(width=300):
-            v.VColorPicker(
-                model_value=(shown,),
-                mode="hex",
-                modes=("['hex', 'rgb']",),
-                elevation=0,
-                update_modelValue=(
-                    f"local[{entry}.key] = {picked}; flushState('local'); trigger('slide', [{entry}.key, {picked}])"
-                ),
-            )
-            with html.Div(classes="px-3 pb-3"):
-                _color_numbers(entry)
-
-
-def _color_text(entry: str) -> None:
-    """A colour's hex string, or name."""
-    v.VTextField(
-        key=(f"{entry}.key + 'text' + refusals",),
-        model_value=(f"local[{entry}.key] ?? {entry}.hex",),
-        classes="studio-hex",
-        change=f"trigger('edit', [{entry}.key, $event.target.value])",
-        **_DENSE,
-        raw_attrs=[f":aria-label=\"{entry}.label + ' colour, as #rrggbb or a name'\"", f':title="{entry}.help"'],
-    )
-
-
-def _color_numbers(entry: str) -> None:
-    """Red, green and blue as linear numbers, which may be above 1."""
-    with html.Div(style="display: flex; gap: 6px"):
-        v.VTextField(
-            v_for=f"(channel, k) in {entry}.value",
-            key=(f"{entry}.key + k + refusals",),
-            model_value=(_NUMBER.format("channel"),),
-            label=("['red', 'green', 'blue'][k]",),
-            type="number",
-            step="any",
-            change=f"trigger('edit', [{entry}.key, $event.target.value, [k]])",
-            **_DENSE,
-        )
-
-
-def _number(entry: str, name: str = "") -> None:
-    """A number: digits with the unit, and a slider where there are ends."""
-    moved = f"local[{entry}.key]"
-    value = f"({moved} === undefined ? {entry}.value : {entry}.stops ? 2 ** {moved} : {moved})"
-    with html.Div(classes="studio-row", **found_by(name or "number", raw=[f':title="{entry}.help"'])):
-        v.VTextField(
-            key=(f"{entry}.key + refusals",),
-            model_value=(f"{value} == null ? '' : " + _NUMBER.format(value),),
-            label=(f"{entry}.label + ({entry}.unit.length > 2 ? ', ' + {entry}.unit : '')",),
-            suffix=(f"{entry}.unit.length > 2 ? '' : {entry}.unit",),
-            type="number",
-            step="any",
-            classes="studio-number",
-            change=f"trigger('edit', [{entry}.key, $event.target.value === '' ? null : $event.target.value])",
-            **_DENSE,
-        )
-        v.VSlider(
-            v_if=f"{entry}.to !== undefined",
-            model_value=(f"{moved} ?? {entry}.slide",),
-            min=(f"{entry}.from",),
-            max=(f"{entry}.to",),
-            step=(f"{entry}.step",),
-            density="compact",
-            hide_details=True,
-            thumb_size=14,
-            track_size=3,
-            color="primary",
-            update_modelValue=(f"{moved} = $event; flushState('local'); trigger('slide', [{entry}.key, $event])"),
-            end=f"trigger('settle').then(() => {{ delete {moved}; flushState('local') }})",
-            raw_attrs=[f":aria-label=\"{entry}.label + ', slider'\""],
-        )
-
-
-def _form(entries: str) -> None:
-    """An input for each of some fields, as its kind needs it."""
-    with html.Div(v_for=f"field in {entries}", key=("field.key",), raw_attrs=[':data-field="field.name"']):
-        with html.Div(v_if="field.map", classes="studio-row", raw_attrs=[':title="field.help"']):
-            html.Span("{{ field.label }}", classes="studio-label")
-            v.VChip("{{ field.map }}", size="small", prepend_icon="mdi-texture")
-            v.VBtn(
-                "white",
-                v_if="field.takes == 'image'",
-                size="x-small",
-                variant="text",
-                click="trigger('edit', [field.key, '#ffffff'])",
-            )
-        with html.Div(v_else_if="field.kind == 'number'"):
-            _number("field")
-        with html.Div(v_else_if="field.kind == 'numbers'"):
-            html.Div(
-                "{{ field.label }} <span class='studio-unit'>{{ field.unit }}</span>",
-                classes="text-caption mt-2",
-                raw_attrs=[':title="field.help"'],
-            )
-            with html.Div(style="display: flex; gap: 6px", classes="mt-1"):
-                _coordinate("(number, k) in field.value", "field.key + k", "[k]", "field.labels[k]")
-        with html.Div(v_else_if="field.kind == 'points'"):
-            html.Div(
-                "{{ field.label }} <span class='studio-unit'>{{ field.unit }}</span>",
-                classes="text-caption mt-2",
-                raw_attrs=[':title="field.help"'],
-            )
-            with html.Div(
-                v_for="(point, row) in field.value", key=("row",), style="display: flex; gap: 6px", classes="mt-1"
-            ):
-                _coordinate(
-                    "(number, k) in point",
-                    "field.key + row + '.' + k",
-                    "[row, k]",
-                    "field.labels[k] + ' of ' + (row + 1)",
-                )
-        with html.Div(v_else_if="field.kind == 'color'", classes="studio-row", raw_attrs=[':title="field.help"']):
-            html.Span("{{ field.label }}", classes="studio-label")
-            with html.Div(v_if="field.set", style="display: flex; gap: 4px"):
-                _color_picker("field")
-                _color_text("field")
-            v.VChip("as diffuse", v_if="!field.set", size="small")
-            v.VSpacer()
-            v.VBtn(
-                "{{ field.set ? 'as diffuse' : 'own' }}",
-                v_if="field.optional",
-                size="x-small",
-                variant="text",
-                click="trigger('edit', [field.key, field.set ? null : '#ffffff'])",
-            )
-            _bring("sky", "image", v_if="field.takes == 'image'", more=" + '&light=' + field.key.split('.')[1]")
-        with html.Div(v_else_if="field.kind == 'flag'", classes="studio-row", raw_attrs=[':title="field.help"']):
-            v.VSwitch(
-                key=("field.key + field.value + refusals",),
-                model_value=("field.value",),
-                label=("field.label",),
-                density="compact",
-                hide_details=True,
-                color="primary",
-                inset=True,
-                update_modelValue="trigger('edit', [field.key, $event])",
-            )
-            v.VTextField(
-                v_if="field.takes == 'number' && field.value",
-                key=("field.key + 'number' + refusals",),
-                model_value=("field.number ?? ''",),
-                label="within, mesh unit",
-                placeholder="any distance",
-                type="number",
-                step="any",
-                persistent_placeholder=True,
-                change="trigger('edit', [field.key, $event.target.value === '' ? true : Number($event.target.value)])",
-                **_DENSE,
-            )
-        v.VSelect(
-            v_else_if="field.kind == 'choice'",
-            classes="mt-3",
-            model_value=("field.value",),
-            items=("field.choices",),
-            label=("field.label",),
-            update_modelValue="trigger('edit', [field.key, $event])",
-            raw_attrs=[':title="field.help"'],
-            **_DENSE,
-        )
-
-
-def _coordinate(each: str, key: str, index: str, label: str) -> None:
-    v.VTextField(
-        v_for=each,
-        key=(f"{key} + refusals",),
-        model_value=(_NUMBER.format("number"),),
-        label=(label,),
-        type="number",
-        step="any",
-        change=f"trigger('edit', [field.key, $event.target.value, {index}])",
-        **_DENSE,
-    )
+        form("light.fields")
 
 
 def _mix() -> None:
@@ -491,23 +285,23 @@ def _mix() -> None:
                 **found_by("fader", raw=[":aria-label=\"'Fader of ' + light.called\""]),
             ):
                 with html.Div(style="display: flex; align-items: center; gap: 4px", v_if="light.fader.length"):
-                    _color_picker("light.fader[1]")
+                    color_picker("light.fader[1]")
                     html.Span("{{ light.called }}", classes="studio-label ml-1")
                     v.VSpacer()
-                    _icon(
+                    icon_button(
                         "light.fader[2].value ? 'mdi-volume-off' : 'mdi-volume-high'",
                         "fader-mute",
                         "'Leave it out, or not'",
                         "trigger('edit', [light.fader[2].key, !light.fader[2].value])",
                     )
-                    _icon(
+                    icon_button(
                         "light.fader_soloed ? 'mdi-alpha-s-circle' : 'mdi-alpha-s-circle-outline'",
                         "fader-solo",
                         "'It alone, or all'",
                         "trigger('solo_fader', [light.number])",
                     )
                 with html.Div(v_if="light.fader.length"):
-                    _number("light.fader[0]", "fader-gain")
+                    number_input("light.fader[0]", "fader-gain")
             html.Div(
                 "Lights evaluated: {{ evaluations }} times since the start; the last mix took {{ mix_ms }} ms.",
                 classes="studio-unit mt-2",
@@ -526,7 +320,7 @@ def _materials() -> None:
             persistent_placeholder=True,
             classes="mt-2",
             update_modelValue="$event && trigger('choose_material', [material.number, $event])",
-            **_DENSE,
+            **DENSE,
             **found_by("material", "Named materials"),
         ):
             _balls("material")
@@ -536,12 +330,12 @@ def _materials() -> None:
             label="reflectance",
             classes="mt-3",
             update_modelValue="trigger('choose_reflectance', [material.number, $event])",
-            **_DENSE,
+            **DENSE,
             **found_by("reflectance", "How it reflects"),
         ):
             _balls("reflectance")
-        _form("material.reflectance_fields")
-        _form("material.fields")
+        form("material.reflectance_fields")
+        form("material.fields")
 
 
 def _balls(kind: str) -> None:
@@ -560,12 +354,12 @@ def _balls(kind: str) -> None:
 
 def _scene() -> None:
     with _panel("Scene"):
-        _form("model")
+        form("model")
 
 
 def _plan() -> None:
     with _panel("Plan", "what runs, and what is left out"):
-        _number("tolerance", "tolerance")
+        number_input("tolerance", "tolerance")
         html.Div("{{ plan.accuracy }}", classes="text-caption mt-2")
         with v.VTable(density="compact", classes="studio-plan mt-1", v_for="mesh in plan.meshes", key=("mesh.name",)):
             html.Caption("{{ mesh.name }}", v_if="plan.meshes.length > 1")
@@ -591,7 +385,7 @@ def _accuracy() -> None:
                 suffix="s",
                 type="number",
                 classes="studio-number",
-                **_DENSE,
+                **DENSE,
                 **found_by("report-seconds"),
             )
             v.VBtn(
@@ -683,7 +477,7 @@ def _files() -> None:
                     suffix="px",
                     type="number",
                     classes="studio-number",
-                    **_DENSE,
+                    **DENSE,
                     **found_by(f"picture-{side}"),
                 )
             _take(
@@ -699,7 +493,7 @@ def _files() -> None:
             rows=8,
             no_resize=True,
             classes="studio-code mt-1",
-            **_DENSE,
+            **DENSE,
             **found_by("script", "Python that lights the mesh as it is lit here"),
         )
         v.VBtn(
@@ -713,9 +507,9 @@ def _files() -> None:
         )
         html.Div("Open another mesh, or take over a rig", classes="text-caption mt-4")
         _examples()
-        _bring("mesh", "mesh: .stl .ply .obj .vtp .vtu .vtk .glb …")
-        _bring("rig", "rig: .json")
-        _bring("rig", "only the materials of a rig: .json", name="material", more=" + '&part=material'")
+        file_input("mesh", "mesh: .stl .ply .obj .vtp .vtu .vtk .glb …")
+        file_input("rig", "rig: .json")
+        file_input("rig", "only the materials of a rig: .json", name="material", more=" + '&part=material'")
 
 
 def _take(label: str, tip: str, what: str, address: str, **more: Any) -> None:
@@ -730,27 +524,6 @@ def _take(label: str, tip: str, what: str, address: str, **more: Any) -> None:
         disabled=("!has_mesh",),
         **found_by(f"download-{what}", f"Download: {label}", raw=["download", f'title="{tip}"']),
         **more,
-    )
-
-
-def _bring(what: str, label: str, *, name: str = "", more: str = "", **attributes: Any) -> None:
-    """An input for a file, which is sent by HTTP when it has been chosen."""
-    sent = f"'bring/{what}?name=' + encodeURIComponent([].concat($event)[0].name){more}"
-    v.VFileInput(
-        key=(f"'{name or what}' + uploads",),
-        label=label,
-        classes="mt-2",
-        prepend_icon="",
-        prepend_inner_icon="mdi-upload",
-        loading=("busy",),
-        disabled=("busy",),
-        update_modelValue=(
-            f"[].concat($event)[0] && (busy = true, utils.get('fetch')({sent},"
-            " { method: 'POST', body: [].concat($event)[0] }).finally(() => { busy = false; uploads += 1 }))"
-        ),
-        **_DENSE,
-        **attributes,
-        **found_by(f"upload-{name or what}"),
     )
 
 
@@ -775,4 +548,4 @@ def _start() -> None:
         html.Div("Light a mesh", classes="text-h6")
         html.Div("Take one of these, or a file of yours.", classes="text-body-2 mb-2")
         _examples()
-        _bring("mesh", "mesh: .stl .ply .obj .vtp .vtu .vtk .glb …", name="first-mesh")
+        file_input("mesh", "mesh: .stl .ply .obj .vtp .vtu .vtk .glb …", name="first-mesh")

@@ -42,13 +42,13 @@ def test_an_edit_is_one_step_and_undo_brings_all_back_to_the_bit(document, plott
         ("material.0.diffuse", "#102030", ()),
         ("material.0.shininess", 20, ()),
         ("model.ambient", 0.05, (2,)),
-        ("model.two_sided", True, ()),
+        ("model.local_viewer", False, ()),
         ("accuracy.tolerance", 1 / 255, ()),
     ]
     for key, given, index in edits:
         document.edit(key, given, index)
     assert plotter.phong.lights[0] == ph.DirectionalLight((0.7, 0, -1), intensity=0.3, diffuse="orange", name="moon")
-    assert plotter.phong.light_model == ph.LightModel(ambient=(0.2, 0.2, 0.05), two_sided=True)
+    assert plotter.phong.light_model == ph.LightModel(ambient=(0.2, 0.2, 0.05), local_viewer=False)
     after = document.state
     assert (colors(plotter) != drawn).any()
     for _ in edits:
