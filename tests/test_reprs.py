@@ -43,6 +43,7 @@ BY_THEMSELVES = {
     "comparison": lambda: MESH.phong.validate(SCENE),
     "visibility": lambda: MESH.phong.visibility(SCENE),
     "transport": lambda: MESH.phong.transport(),
+    "truth": lambda: MESH.phong.truth(SCENE, max_bounces=0),
     "batch": lambda: ph.Batch((Path("a"),), (), {Path("b"): "<no mesh>"}),
     "images": lambda: compare_images(MESH, SCENE, ph.Material()),
 }
@@ -61,7 +62,7 @@ VALUES = {
 
 def test_every_public_class_is_looked_at():
     classes = {name for name in ph.__all__ if isinstance(getattr(ph, name), type)}
-    made = {"Batch", "Comparison", "Diagnosis", "PhongFilter", "Plan", "Shading", "Tradeoff", "Transport", "Visibility"}
+    made = {"Batch", "Comparison", "Diagnosis", "PhongFilter", "Plan", "Shading", "Tradeoff", "Transport", "Truth", "Visibility"}
     assert classes == set(VALUES) | made | {"Light", "SingularMatrixWarning"}  # abstract, and an exception
 
 

@@ -199,7 +199,8 @@ class _Sight:
         of_surface = self._at.directions.density(to_light)
         own, other = (of_surface, density) if by_chance else (density, of_surface)
         over = own * (1.0 + np.square(other / own)) * math.pi
-        arrives = np.where(density > 0.0, self._term.light.radiance(to_light) * self._term.gain / over, 0.0)
+        arrives = self._term.light.radiance(to_light) * self._term.gain / over
+        arrives = np.where((density > 0.0) & np.isfinite(arrives), arrives, 0.0)
         lengths = np.broadcast_to(share * self._reach, len(self._at))
         return self._at.reflected(self._term.colors, factors) * arrives, lengths
 

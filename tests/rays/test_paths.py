@@ -14,6 +14,7 @@ from ray_backends import BACKENDS
 import pvphong as ph
 from pvphong.base import threads
 from pvphong.base.text import listening
+from pvphong.meshes import truth as truth_of_meshes
 from pvphong.optics.light import Arrival
 from pvphong.optics.lights import LIGHT_TYPES
 from pvphong.optics.panorama import directions, row_areas
@@ -259,6 +260,45 @@ def test_direct_light_is_the_sum_over_parts_of_lights(name, light):
         assert not truth.standard_error.any()
 
 
+MAPS = {
+    "colours": {
+        "diffuse": RANDOM.random((24, 3)),
+        "specular": RANDOM.random((24, 3)),
+        "shininess": 9.0 * RANDOM.random(24),
+    },
+    "albedo": {"albedo": RANDOM.random((24, 3)), "emission": RANDOM.random((24, 3)), "specular": 0.3, "shininess": 5.0},
+    "roughness": {"reflectance": ph.GGX(0.1 + 0.8 * RANDOM.random(24), 0.5), "albedo": RANDOM.random((24, 3))},
+    "metallic": {"reflectance": ph.PBR(RANDOM.random(24), 0.4), "albedo": RANDOM.random((24, 3))},
+}
+MODELS = {
+    "standard": {},
+    "two-sided": {"two_sided": True},
+    "parallel": {"local_viewer": False, "two_sided": True},
+    "blinn": {"reflection": "blinn-phong"},
+}
+
+
+@pytest.mark.parametrize("maps", MAPS)
+@pytest.mark.parametrize("model", MODELS)
+def test_what_varies_from_vertex_to_vertex_and_with_the_light_model_is_that_of_evaluators(maps, model):
+    lights, material = scene(LIGHTS["spot"], LIGHTS["directional"], **MODELS[model]), ph.Material(**MAPS[maps])
+    cloud = PATCHES.copy()
+    cloud.point_data.active_normals = PATCHES.point_data.active_normals * np.repeat((1, -1), 12)[:, None]
+    arrays = cloud.points, cloud.point_data.active_normals
+    expected = ph.evaluate(*arrays, lights, material, precision="float64", backend="numpy").rgb
+    np.testing.assert_allclose(cloud.phong.truth(lights, material, max_bounces=0).rgb, expected, rtol=1e-9, atol=1e-12)
+    assert (expected[:, 0] > 0.0).any()
+
+
+@pytest.mark.parametrize("away", [1e3, 1e8])
+@pytest.mark.parametrize("kind", [ph.SphereLight, ph.DiskLight])
+def test_a_light_far_away_is_a_point(kind, away):
+    light, point = kind((0, 0, away), intensity=away**2), ph.PointLight((0, 0, away), (0, 0, 1), intensity=away**2)
+    material = ph.Material(diffuse=0.5, specular=0.4, shininess=20.0)
+    truth, expected = (PATCHES.phong.truth(scene(each), material, max_bounces=0, samples=16) for each in (light, point))
+    np.testing.assert_allclose(truth.rgb, expected.rgb, atol=2e-3)
+
+
 @pytest.mark.parametrize("light", [name for name, light in LIGHTS.items() if light.has_size])
 def test_direct_light_of_lights_with_a_size_is_exact(light):
     """Of Lambert's and Phong's reflection there are closed forms. Small lights are found as well as large ones."""
@@ -322,6 +362,14 @@ def test_whoever_casts_the_rays(backend, monkeypatch):
     truth = room.phong.truth(lamp, ph.Material(diffuse=0.5), samples=16)
     assert np.median(np.abs(truth.rgb - expected.rgb)) < 1e-4  # rays that meet edges may go on elsewhere
     assert truth.rgb.mean() == pytest.approx(expected.rgb.mean(), rel=0.05)
+
+
+def test_it_is_said_where_vtk_casts_many_rays(monkeypatch):
+    casting.warn_of_slow_rays.cache_clear()
+    monkeypatch.setattr(truth_of_meshes, "_WORTH_A_WARNING", 16)
+    monkeypatch.setattr(casting, "ray_backend", lambda: (casting.Locator, ""))
+    with pytest.warns(casting.SlowRaysWarning, match=r"pvphong\[rays\]"):
+        floor(cells=1).phong.truth(scene(LIGHTS["point"]), samples=16)
 
 
 def test_equal_calls_give_equal_bits_whatever_the_number_of_threads(monkeypatch):
