@@ -49,8 +49,8 @@ _PATHS_AT_ONCE, _PATHS_OF_VTK_AT_ONCE = 2**15, 2**11
 # Bounces from which on paths end by chance, and the least and greatest probability with which one goes on: what is
 # rarer would be missed by the standard error too.
 _BOUNCES_FOR_SURE, _LEAST_LIKELY, _MOST_LIKELY = 3, 0.25, 0.95
-# Shares of directions by the cosine, where a highlight has directions of its own: over a diffuse base, and without one.
-_COSINE, _COSINE_OF_NONE = 0.5, 0.125
+# The least share of directions by the cosine, and by a highlight; and how many a reflectance is tried with.
+_LEAST_SHARE, _TRIED = 0.125, 64
 
 
 # --- the surfaces that reflect light
@@ -80,6 +80,29 @@ class Reflector:
     def _rows(self) -> Float64Array:
         """All values of a point side by side."""
         return np.concatenate(list(self.values.values()), axis=1, dtype=np.float64)
+
+    @cached_property
+    def cosine_share(self) -> float:
+        """The share of directions that the cosine chooses, not the highlight: by what each reflects, seen at 45°."""
+        reflectance, colors = self.equation.reflectance, self.equation.colors
+        across, _, n = np.eye(3)[:, :, None] * np.ones(_TRIED)
+        surface = Surface(n, np.ones(_TRIED), math.sqrt(0.5) * (n + across), across)
+        u, w = (np.arange(_TRIED) + 0.5) / _TRIED, (np.arange(_TRIED) * 0.618 + 0.5) % 1.0
+
+        def reflected(by: Directions, lobes: Sequence[int]) -> float:
+            to_light = by.sample(u, w)
+            factors = reflectance.evaluate(surface, Arrival(to_light, 1.0), [True] * len(colors))
+            total = sum(max(colors[k]) * factors[k] for k in lobes)
+            return float((total / np.maximum(math.pi * by.density(to_light), 1e-300)).mean())
+
+        by_highlight = reflectance.directions(surface)
+        if by_highlight is None:
+            return 1.0
+        diffuse = reflected(around(n, 1.0), self.equation.lobes_of["diffuse"])
+        specular = reflected(by_highlight, self.equation.lobes_of["specular"])
+        if not specular:
+            return 1.0
+        return min(max(diffuse / (diffuse + specular), _LEAST_SHARE), 1.0 - _LEAST_SHARE)
 
     def named(self, rows: Float64Array) -> dict[str, Float64Array]:
         """Values by their names, shape (k, m) each, of such rows."""
@@ -123,6 +146,7 @@ class Interaction:
         margin: float,
     ) -> None:
         self.equation, self.points, self.origins, self.margin = reflector.equation, points, origins, margin
+        self._cosine_share = reflector.cosine_share
         self.normals = values["normal"]
         has_normal, self._has_viewer = ((w != 0.0).any(axis=0) for w in (self.normals, v))
         maps = {name: values[name][0] for name in self.equation.maps}
@@ -137,12 +161,9 @@ class Interaction:
     @cached_property
     def directions(self) -> Directions:
         """How directions are chosen: by the cosine and by the highlight, whichever there is."""
-        by_cosine, lobes, colors = around(self.normals, 1.0), self.equation.lobes_of, self.equation.colors
-        diffuse, specular = (any(any(colors[k]) for k in lobes[kind]) for kind in ("diffuse", "specular"))
-        by_highlight = self.equation.reflectance.directions(self.surface) if specular else None
-        if by_highlight is None:
-            return by_cosine
-        return mixed(by_cosine, by_highlight, _COSINE if diffuse else _COSINE_OF_NONE)
+        by_cosine, share = around(self.normals, 1.0), self._cosine_share
+        by_highlight = self.equation.reflectance.directions(self.surface) if share < 1.0 else None
+        return by_cosine if by_highlight is None else mixed(by_cosine, by_highlight, share)
 
     def factors(self, arrival: Arrival) -> tuple[Any, ...]:
         """Of each lobe, for light that arrives, shape (n,) each."""

@@ -189,17 +189,20 @@ def test_occluders_are_black_and_blocks_are_not():
 
 
 def test_albedo_is_interpolated_where_paths_meet_a_surface():
-    """Under a wide ceiling whose albedo rises in a line, a point gets the mean around it: that above it."""
-    ceiling = floor(1.0, -1.0, size=60.0, cells=10)
-    ceiling["paint"] = np.repeat(0.5 + ceiling.points[:, :1] / 60.0, 3, axis=1)
-    patch = pv.PolyData(np.array([[x, 0.0, 0.0] for x in (-3.0, 0.0, 3.0)]))
-    patch.point_data.active_normals = np.tile((0.0, 0.0, 1.0), (3, 1))
-    stage = pv.MultiBlock({"patch": patch, "ceiling": ceiling})
-    glow = ph.Material(diffuse=1.0, albedo="paint"), ph.Material(diffuse=1.0)
-    sun = scene(ph.DirectionalLight((0, 0, 1)))
-    truth = stage.phong.truth(sun, {"ceiling": glow[0], "default": glow[1]}, max_bounces=1, samples=512)["patch"]
-    # the horizon is cut off at 30: cos² there is 1/901
-    assert_agrees(truth, (0.5 + patch.points[:, :1] / 60.0) * np.ones(3), slack=2e-3)
+    """Close under a triangle with a colour at each corner, patches get that of the place above them, as it is lit."""
+    corners = np.array([(0, 0, 0), (0, 10, 0), (10, 0, 0)], float)
+    ceiling = pv.PolyData(corners, [3, 0, 1, 2])
+    ceiling.point_data.active_normals = np.tile((0.0, 0.0, -1.0), (3, 1))
+    ceiling["paint"] = np.eye(3)
+    weights = np.array([(0.8, 0.1, 0.1), (0.1, 0.8, 0.1), (0.1, 0.1, 0.8), (0.2, 0.3, 0.5)])
+    patches = pv.PolyData(weights @ corners - (0, 0, 1e-2))
+    patches.point_data.active_normals = np.tile((0.0, 0.0, 1.0), (4, 1))
+    stage, white = pv.MultiBlock({"patches": patches, "ceiling": ceiling}), ph.Material(diffuse=1.0)
+    lamp, paint = ph.PointLight((3, 1, -3), (0, 0, 1), intensity=9.0), ph.Material(diffuse=1.0, albedo="paint")
+    truth = stage.phong.truth(scene(lamp), {"patches": white, "ceiling": paint}, max_bounces=1, samples=256)["patches"]
+    lit = 27.0 / np.linalg.norm(weights @ corners - lamp.position, axis=1) ** 3
+    np.testing.assert_allclose(truth.rgb, weights * lit[:, None], atol=0.02 * lit.max())
+    assert lit.max() > 2.0 * lit.min()
 
 
 # --- direct light
@@ -308,6 +311,8 @@ def test_direct_light_of_lights_with_a_size_is_exact(light):
         points, normals = PATCHES.points, PATCHES.point_data.active_normals
         exact = ph.evaluate(points, normals, scene(each), material, precision="float64", backend="numpy").rgb
         assert_agrees(truth, exact, slack=1e-5 if light != "environment" else 1e-2)
+        if light != "environment":  # points of a light are as good as alone, though it is also found by chance
+            assert truth.standard_error.mean() < 2e-3 * exact.mean()
 
 
 def test_a_mirror_shows_a_light_that_only_its_reflection_finds():
