@@ -62,7 +62,18 @@ VALUES = {
 
 def test_every_public_class_is_looked_at():
     classes = {name for name in ph.__all__ if isinstance(getattr(ph, name), type)}
-    made = {"Batch", "Comparison", "Diagnosis", "PhongFilter", "Plan", "Shading", "Tradeoff", "Transport", "Truth", "Visibility"}
+    made = {
+        "Batch",
+        "Comparison",
+        "Diagnosis",
+        "PhongFilter",
+        "Plan",
+        "Shading",
+        "Tradeoff",
+        "Transport",
+        "Truth",
+        "Visibility",
+    }
     assert classes == set(VALUES) | made | {"Light", "SingularMatrixWarning"}  # abstract, and an exception
 
 

@@ -131,6 +131,18 @@ def test_an_integrating_sphere_is_lit_evenly_by_what_it_reflects(bounces):
         assert truth.rays == ball.n_points
 
 
+def test_bounces_are_those_that_transport_gathers():
+    """From vertices to vertices, which is the same but for what is finer than triangles."""
+    room, lamp = box(8), ph.RectangleLight((0, 0, 0.4), width=0.3, height=0.2, intensity=0.3)
+    material = ph.Material(diffuse=(0.7, 0.5, 0.3), emission=0.02)
+    for bounces in (1, 3):
+        lights = scene(lamp, shadows=True, bounces=bounces)
+        truth = room.phong.truth(lights, material, samples=64, max_bounces=bounces).rgb
+        gathered = room.phong.shade(lights, material)["phong"]
+        np.testing.assert_allclose(gathered.mean(axis=0), truth.mean(axis=0), rtol=0.02)
+        assert np.abs(gathered - truth).mean() < 0.05 * truth.mean()
+
+
 def test_no_light_is_lost_or_made():
     """What a room absorbs, ∫ (1 − ρ)/ρ B dA, is what its lamp sends, 4πI."""
     room, rho = box(12), np.array([0.8, 0.5, 0.2])
