@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib.util
+import signal
 from pathlib import Path
 from typing import Annotated
 
@@ -59,4 +60,6 @@ def studio(
             plotter.phong.add_light(light)
         plotter.phong.add_mesh(outside, material)
         plotter.reset_camera_clipping_range()
+    if hasattr(signal, "SIGPIPE"):  # a browser that goes in the middle of a frame does not end this, as a pipe's reader
+        signal.signal(signal.SIGPIPE, signal.SIG_IGN)
     plotter.phong.studio(file=mesh or "mesh", port=port, host=host, browser=not no_browser)

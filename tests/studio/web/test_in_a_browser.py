@@ -343,6 +343,13 @@ def test_malformed_messages_are_refused_and_harm_nobody(page, served):
             answers += [await ask(end, frame) for frame in raw]
             answers.append(await ask(end, "text", text=True))
             assert "result" in await ask(end, framed(good))
+            for _ in range(10):  # who go without a word, in the middle of an answer
+                async with session.ws_connect(f"{served.address}ws") as going:
+                    await going.send_bytes(framed(hello))
+                    for _ in range(5):
+                        await going.send_bytes(framed(good))
+                    going._response.close()
+            assert "result" in await ask(end, framed(good))
             return answers
 
     answers = asyncio.run(main())
