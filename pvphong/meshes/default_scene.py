@@ -30,7 +30,8 @@ def default_scene(mesh: pv.DataSet | pv.MultiBlock, aspect: float = 4 / 3) -> Sc
 
     The viewer looks at the centre from where PyVista puts its camera, from the direction (1, 1, 1) with z up,
     as near as the bounding box allows. The lights ride along with it: a warm
-    key from the upper left, a weak cool fill from the right, a rim light from behind. A mesh with open edges
+    key from the upper left, a weaker cool fill from right of the viewer, on all that faces it, a rim light from behind.
+    A mesh with open edges
     shows its backs and is lit two-sided.
 
     Parameters

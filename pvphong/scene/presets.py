@@ -65,10 +65,11 @@ def key_fill_rim() -> tuple[Light, ...]:
     Returns
     -------
     tuple of Light
-        "key", warm, from the upper left; "fill", weak and cool, from the right; "rim", from behind.
+        "key", warm, from the upper left; "fill", weaker and cool, from right of the viewer, on all that faces it; "rim",
+        from behind.
     """
     return (
         DirectionalLight(direction=(1.0, -1.0, -1.4), diffuse=(0.95, 0.93, 0.9), frame="camera", name="key"),
-        DirectionalLight(direction=(-1.0, 0.1, -0.8), diffuse=(0.18, 0.2, 0.24), frame="camera", name="fill"),
+        DirectionalLight(direction=(-0.5, 0.1, -1.0), diffuse=(0.36, 0.4, 0.46), frame="camera", name="fill"),
         DirectionalLight(direction=(-0.4, -1.0, 0.9), diffuse=(0.35, 0.35, 0.35), frame="camera", name="rim"),
     )
