@@ -65,8 +65,8 @@ def key_fill_rim() -> tuple[Light, ...]:
     Returns
     -------
     tuple of Light
-        "key", warm, from the upper left; "fill", weaker and cool, from right of the viewer, on all that faces it; "rim",
-        from behind.
+        "key", warm, from the upper left; "fill", weaker and cool, from right of the viewer, on all that faces it;
+        "rim", from behind.
     """
     return (
         DirectionalLight(direction=(1.0, -1.0, -1.4), diffuse=(0.95, 0.93, 0.9), frame="camera", name="key"),
