@@ -327,6 +327,26 @@ def test_direct_light_of_lights_with_a_size_is_exact(light):
             assert truth.standard_error.mean() < 2e-3 * exact.mean()
 
 
+@pytest.mark.parametrize("light", [name for name, light in LIGHTS.items() if light.has_size])
+def test_a_light_behind_a_wall_is_hidden_however_it_is_found(light):
+    material = ph.Material(diffuse=0.5, specular=0.4, shininess=5.0)
+    given = scene(LIGHTS[light]), material
+    truth = PATCHES.phong.truth(
+        *given, samples=64, max_bounces=0, occluders=[pv.Cube(x_length=2, y_length=2, z_length=2)]
+    )
+    assert not truth.rgb.any()
+
+
+def test_a_light_that_lies_on_a_wall_is_not_hidden_by_it():
+    light, material = ph.RectangleLight((0, 0, 2), width=1.5), ph.Material(diffuse=0.5, specular=0.4, shininess=5.0)
+    free, on_wall = (
+        PATCHES.phong.truth(scene(light), material, samples=64, max_bounces=0, occluders=occluders)
+        for occluders in ([], [floor(2.0, size=9.0)])
+    )
+    np.testing.assert_allclose(on_wall.rgb, free.rgb, rtol=1e-4)
+    assert free.rgb.any()
+
+
 def test_a_mirror_shows_a_light_that_only_its_reflection_finds():
     """Smooth facets and a small light, of which points chosen on it show next to nothing."""
     light = ph.SphereLight((0.0, 0.0, 3.0), 0.5)
