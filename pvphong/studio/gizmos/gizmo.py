@@ -253,7 +253,7 @@ class Gizmos:
             shown, handle = gizmo.in_scene(view), active[1] if active and active[0] is gizmo else None
             light = shown.light
             drawing.color, drawing.edge = hue(light), DARK_EDGE if light.on else LIGHT_EDGE
-            shown.draw(drawing, gizmo.is_selected or handle is not None)
+            shown.draw(drawing, gizmo.is_selected or handle is not None, handle)
             if mark(gizmo) and is_movable(light):
                 drawing.label(shown.origin, mark(gizmo), 18.0)
             for name, point in shown.points(view).items():

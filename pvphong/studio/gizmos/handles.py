@@ -11,7 +11,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -161,8 +161,8 @@ class LightInScene:
 
     # -- how it is drawn
 
-    def draw(self, drawing: Drawing, selected: bool) -> None:
-        """Add it to a drawing; selected: with all that its fields say of its shape.
+    def draw(self, drawing: Drawing, selected: bool, active: str | None = None) -> None:
+        """Add it to a drawing; selected: with all that its fields say of its shape; active: the handle that is used.
 
         Of an outline that is what is normal to its front, and lines across it if the side that is seen glows.
         """
@@ -176,7 +176,7 @@ class LightInScene:
             drawing.crossed(self.origin)
         for name, handle in self.handles.items():
             if name != ORIGIN:  # the icon is there
-                handle.draw(drawing, selected)
+                handle.draw(drawing, selected if handle.is_always_shown else name == active)
         if outline is None:
             return
         drawing.line(np.concatenate([outline, outline[:1]]), 0.9 if selected else 0.45)
@@ -270,6 +270,9 @@ class Handle:
     def typed(self, numbers: dict[str, float]) -> Light:
         """The light with all of these numbers; ValueError if it allows no such value."""
         return self.with_value(numbers[self.name])
+
+    is_always_shown: ClassVar[bool] = True
+    """Whether a selected light has what the field says of its shape; else only one whose handle is hovered or used."""
 
     def draw(self, drawing: Drawing, selected: bool) -> None:
         """Add what the field says of the light's shape to a drawing."""
@@ -488,6 +491,8 @@ class FalloffHandle(Handle):
     A light with an aim has none: its target says how far it is meant to reach.
     """
 
+    is_always_shown = False  # its spheres are circles across all of the window
+
     @cached_property
     def _half(self) -> float | None:
         """The distance at which half the light is left."""
@@ -516,7 +521,7 @@ class FalloffHandle(Handle):
         return self.with_value((constant, linear * shrink, quadratic * shrink * shrink))
 
     def draw(self, drawing: Drawing, selected: bool) -> None:
-        """Selected: spheres where a half and a 256th of the light is left."""
+        """Spheres where a half and a 256th of the light is left, while they are asked for."""
         for fraction, strength, label in _LEFT if selected and not self.light.values(Aim) else ():
             radius = distance_of(fraction, self.value)
             if radius is not None and radius < _LARGEST * self.scenery.size:

@@ -14,9 +14,9 @@ from pvphong.studio.gizmos.handles import LightInScene
 each_kind = pytest.mark.parametrize("kind", MOVABLE)
 
 
-def drawn(light, seen_from, *, selected=False, scale=1.0):
+def drawn(light, seen_from, *, selected=False, active=None, scale=1.0):
     drawing = Drawing(seen_from, hue(light))
-    LightInScene(light, scenery(scale)).draw(drawing, selected)
+    LightInScene(light, scenery(scale)).draw(drawing, selected, active)
     return drawing
 
 
@@ -41,7 +41,7 @@ def test_the_hue_is_the_lights_at_full_value(diffuse, expected):
 @pytest.mark.parametrize(("projection", "scale"), EVERYWHERE)
 def test_all_of_it_is_finite_and_coloured_and_selected_shows_more(kind, projection, scale):
     light, seen_from = example(kind, scale, power=40.0), view(projection, scale)
-    drawing = drawn(light, seen_from, selected=True, scale=scale)
+    drawing = drawn(light, seen_from, selected=True, active="radius", scale=scale)
     segments, colors = drawing.lines
     assert np.isfinite(segments).all()
     assert colors.shape == (len(segments), 4)
@@ -94,11 +94,12 @@ def test_a_light_that_is_off_is_crossed_out(kind):
 
 
 def test_spheres_are_labelled_where_they_are_seen():
-    light = PointLight(attenuation=(1, 0, 1))
-    assert [text for _, text in drawn(light, view(), selected=True).labels] == ["1/2 left"]
+    light, using = PointLight(attenuation=(1, 0, 1)), {"selected": True, "active": "radius"}
+    assert [text for _, text in drawn(light, view(), **using).labels] == ["1/2 left"]
     far = view(position=(0, -90, 0), focal_point=(0, 0, 0))
-    assert [text for _, text in drawn(light, far, selected=True).labels] == ["1/2 left", "1/256 left"]
-    assert not drawn(light, far).labels
+    assert [text for _, text in drawn(light, far, **using).labels] == ["1/2 left", "1/256 left"]
+    for others in ({}, {"selected": True}, {"selected": True, "active": "position"}):
+        assert not drawn(light, far, **others).labels
 
 
 @pytest.mark.parametrize("drawing", [Drawing(view()), drawn(Glow(), view()), drawn(Glow(), view(), selected=True)])
@@ -156,7 +157,7 @@ def radii_drawn(light, **options):
 @pytest.mark.parametrize("falloff", [(1, 0, 1), (1, 1, 0), (2, 0.5, 0.01), (0, 1, 0)])
 def test_the_spheres_of_a_point_light_are_true_to_its_falloff(falloff):
     light = PointLight(attenuation=falloff)
-    radii = np.unique(np.round(radii_drawn(light, selected=True), 6))
+    radii = np.unique(np.round(radii_drawn(light, selected=True, active="radius"), 6))
     strengths = light.arrival(np.array([radii, 0 * radii, 0 * radii])).strength * (falloff[0] or 1)
     for fraction in (0.5, 1 / 256):
         assert np.abs(strengths / fraction - 1).min() < 1e-4
