@@ -1,5 +1,6 @@
 """The document: edits by key, one history with the gizmos, and a refused edit changes nothing."""
 
+import asyncio
 from dataclasses import replace
 
 import numpy as np
@@ -212,3 +213,22 @@ def test_a_rig_is_taken_over_as_one_step(document, plotter):
     assert document.materials["ball"].material == ph.Material.named("gold")
     assert document.undo()
     assert document.state == before
+
+
+def test_an_image_becomes_a_sky_bytes_as_srgb_and_floats_as_they_are(document, plotter):
+    document.add("environment")
+    texels = np.zeros((4, 8, 3))
+    texels[0] = (0.2, 0.5, 1.0)  # the top row
+    image = pv.ImageData(dimensions=(8, 4, 1))
+    image.point_data["texels"] = texels[::-1].reshape(-1, 3)
+    asyncio.run(document.set_image(2, image))
+    np.testing.assert_allclose(plotter.phong.lights[1].panorama.image, texels, atol=1e-6)
+    image.point_data["texels"] = np.uint8(255 * texels[::-1]).reshape(-1, 3)
+    asyncio.run(document.set_image(2, image))
+    top = plotter.phong.lights[1].panorama.image[0, 0]
+    np.testing.assert_allclose(top, (0.0331, 0.2122, 1.0), atol=2e-3)  # IEC 61966-2-1, of 51, 127 and 255
+    assert document.undo()
+    assert document.undo()
+    for number, given in ((1, image), (2, pv.Sphere()), (2, pv.ImageData(dimensions=(2, 2, 1))), (9, image)):
+        with pytest.raises(ValueError, match="must be"):
+            asyncio.run(document.set_image(number, given))
