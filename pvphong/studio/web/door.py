@@ -313,7 +313,7 @@ class Messages(AioHttpWsHandler):
     triggers : mapping
         Name → function, of what the page may trigger, and nothing else.
     closed : callable
-        Called when a client has gone.
+        Called when a client has gone, with whether it held the mouse's left button down in the view.
     """
 
     def __init__(
@@ -321,12 +321,12 @@ class Messages(AioHttpWsHandler):
         protocol: Any,
         server: Any,
         triggers: Mapping[str, Callable[..., Any]],
-        closed: Callable[[], None],
+        closed: Callable[[bool], None],
     ) -> None:
         super().__init__(protocol, server)
         self._triggers, self._closed = triggers, closed
         self._sizes: dict[str, dict[str, Any]] = {}
-        self._shown_to = ""
+        self._shown_to = self._held_by = ""
         self._sending: dict[str, asyncio.Lock] = {}
         self._frames: dict[str, bytes] = {}
 
@@ -368,6 +368,8 @@ class Messages(AioHttpWsHandler):
         elif method == "trame.rca.event":
             args = [*map(str, _list(args, 3)[:2]), view_event(args[2])]
             self._show_to(args[0], client_id)
+            if args[2]["type"].startswith("LeftButton"):
+                self._held_by = client_id if args[2]["type"].endswith("Press") else ""
         elif method == "trame.rca.size":
             args = [*map(str, _list(args, 3)[:2]), view_size(args[2])]
             self._sizes[client_id] = args[2]
@@ -405,7 +407,11 @@ class Messages(AioHttpWsHandler):
         await super().onClose(client_id)
         for known in (self._sizes, self._sending, self._frames):
             known.pop(client_id, None)
-        self._closed()
+        if self._held_by == client_id:
+            self._held_by = ""
+            self._closed(True)
+        else:
+            self._closed(False)
 
     async def sendWrappedMessage(
         self,

@@ -78,6 +78,13 @@ _JUMP = (
 )
 
 
+_SHOW_SELECTED = (
+    "utils.get('setTimeout')(() => utils.get('document').querySelector('.studio-selected')"
+    "?.scrollIntoView({ block: 'nearest' }), 200)"
+)
+"""Scrolls to the row of the light that is selected, once it is there."""
+
+
 def build(server: Any, plotter: Any, kinds: Mapping[str, str]) -> Any:
     """Lay the page out, and give its view.
 
@@ -185,7 +192,7 @@ def _lights(kinds: Mapping[str, str]) -> None:
                     variant="tonal",
                     classes="text-none px-2",
                     min_width=0,
-                    click=f"trigger('add', ['{kind}'])",
+                    click=f"trigger('add', ['{kind}']).then(() => {_SHOW_SELECTED})",
                     **found_by(f"add-{kind}", f"Add a light: {kind}", raw=[f'title="{what}"']),
                 )
         with v.VCard(

@@ -380,11 +380,23 @@ class Studio:
         self.draw()
         self.show()
 
+    def _left(self, in_mid_drag: bool) -> None:
+        """A browser has gone; what it was dragging in the view is put back."""
+        self.document.settle()
+        if in_mid_drag:
+            interactor = self._plotter.iren.interactor
+            interactor.SetKeySym("Escape")
+            interactor.InvokeEvent("KeyPressEvent")
+            interactor.InvokeEvent("LeftButtonReleaseEvent")
+            self.say("The connection was lost while a light was dragged: it is where it was.")
+            self.draw()
+            self.show()
+
     # -- the server
 
     def _bind(self, server: Any) -> None:
         """The web server has been made, and does not listen yet."""
-        messages = Messages(self.server.protocol, server, self._triggers, self.document.settle)
+        messages = Messages(self.server.protocol, server, self._triggers, self._left)
 
         @web.middleware
         async def to_messages(request: web.Request, handler: Any) -> web.StreamResponse:

@@ -198,6 +198,30 @@ def test_a_gizmo_is_dragged_in_the_view_and_undone_in_the_panel(page):
     page.until(lambda: page.light("spot")["fields"] == aimed)
 
 
+def test_a_connection_that_is_lost_in_mid_drag_puts_the_light_back(page):
+    from selenium.webdriver.common.actions.action_builder import ActionBuilder
+
+    page.click("add-spot")
+    before = page.until(lambda: page.light("spot")["fields"])
+    time.sleep(0.5)  # until the gizmo is drawn
+    view = page.all("view")[0].rect
+    x, y = round(view["x"] + view["width"] / 2), round(view["y"] + view["height"] / 2)
+    actions = ActionBuilder(page.driver, duration=40)
+    mouse = actions.pointer_action
+    mouse.move_to_location(x, y)
+    mouse.pause(0.3)
+    mouse.pointer_down()
+    for k in range(1, 5):
+        mouse.move_to_location(x + 15 * k, y - 10 * k)
+        mouse.pause(0.1)
+    actions.perform()
+    page.until(lambda: page.light("spot")["fields"] != before)
+    page.driver.refresh()
+    page.until(lambda: page.light("spot")["fields"] == before)
+    page.until(lambda: "it is where it was" in page.state("notice"))
+    actions.clear_actions()
+
+
 def test_numbers_names_and_colours_are_typed_and_what_is_refused_is_said(page):
     page.type("intensity", "0.25", page.row("key"))
     page.until(lambda: page.light("key")["intensity"]["value"] == 0.25)
