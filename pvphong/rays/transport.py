@@ -244,7 +244,7 @@ class Transport:
             return TransportCost(0, 0.0, 0)
         first, count = self._tracer.receivers[0], self._counts[0]
         rows = np.unique(np.linspace(0, max(count - 1, 0), min(_PROBED, count)).astype(np.int64))
-        self._tracer.triangles, first.origins  # noqa: B018  not to be counted
+        self._tracer.triangles, self._tracer.occluders.casters, first.origins  # noqa: B018  not to be counted
         entries, start = list[int](), time.perf_counter()
         rays = self._tracer.cast(lambda _first, _last, met: entries.append(len(_entries(met)[0])), rows)
         share = len(self) / max(len(rows), 1)
