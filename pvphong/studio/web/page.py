@@ -112,7 +112,7 @@ def build(server: Any, plotter: Any, kinds: Mapping[str, str]) -> Any:
             location="right",
             classes="studio-panel",
             width=_WIDTH,
-            mobile_breakpoint=860,
+            temporary=("utils.get('innerWidth') <= 860",),
             **found_by("panels", "Panels"),
         ):
             with v.Template(v_slot_prepend=True), html.Div(classes="studio-jump"):
@@ -475,7 +475,7 @@ def _files() -> None:
                     f"'take/{what}'",
                     v_if={"vtp": "materials.length < 2", "ply": "materials.length < 2"}.get(what, "true"),
                 )
-        with html.Div(classes="studio-row"):
+        with html.Div(classes="studio-row", style="flex-wrap: wrap"):
             for side in ("width", "height"):
                 v.VTextField(
                     model_value=(f"picture.{side}",),

@@ -10,6 +10,7 @@ import pyvista as pv
 pytest.importorskip("trame_pyvista", reason="the studio needs the extra trame")
 
 import pvphong as ph
+from pvphong.cli.app import main
 from pvphong.studio.web.serving import free_port
 
 
@@ -67,6 +68,22 @@ def test_a_port_that_is_taken_is_refused():
 def test_what_is_not_allowed_is_refused_before_anything_is_served(plotter, options, message):
     with pytest.raises(ValueError, match=message):
         plotter.phong.studio(**options)
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["nowhere.stl"], "error: mesh must be a file that exists; got nowhere.stl."),
+        (["--port", "99999"], "error: port must be a whole number from 0 to 65535; got 99999."),
+        (["--scene", "rig.json"], "error: --scene must be left out without a mesh; got rig.json."),
+        (["--host", "nowhere.invalid"], "error: port must be one that this machine can listen on at nowhere.invalid"),
+    ],
+)
+def test_the_command_line_says_what_is_wrong_in_one_line(words, message, capsys):
+    assert main(["studio", *words, "--no-browser"]) == 2
+    said = capsys.readouterr().err
+    assert said.startswith(message)
+    assert said.count("\n") == 1
 
 
 def test_a_plotter_that_is_closed_has_no_studio(plotter):
