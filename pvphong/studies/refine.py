@@ -143,8 +143,8 @@ def refine(
         ``<name>_refinement_cut``
             How many sides of triangles were cut.
         ``<name>_refinement_strip``
-            The area, along all cuts, in which colours may be those of the other side of the edge; outside of it the
-            tolerance holds. Triangles smaller than 1/1024 of the diagonal that hide the tip of a shadow count with it.
+            About the area, along all cuts, in which colours are those of the other side of the edge; beside a bent
+            edge it may be somewhat more. Triangles smaller than 1/1024 of the diagonal that hide the tip of a shadow count with it.
 
     Raises
     ------
