@@ -144,7 +144,8 @@ def refine(
             How many sides of triangles were cut.
         ``<name>_refinement_strip``
             About the area, along all cuts, in which colours are those of the other side of the edge; beside a bent
-            edge it may be somewhat more. Triangles smaller than 1/1024 of the diagonal that hide the tip of a shadow count with it.
+            edge it may be somewhat more. Triangles smaller than 1/1024 of the diagonal that hide the tip of a shadow
+            count with it.
 
     Raises
     ------

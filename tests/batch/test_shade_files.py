@@ -220,7 +220,7 @@ REFUSED = {
     r"^paths must be an index that names files; .* One of its entries names ''": {"paths": "odd/nameless.pvd"},
     r"^out must be another folder than that of the files; got in": {"out": "in"},
     r"^out must be a folder that can be made; got file": {"out": "file"},
-    r"^light_model must be without shadows .* for the pieces of odd/whole\.pvtp": {
+    r"^light_model must be without shadows, .* for the pieces of odd/whole\.pvtp": {
         "paths": "odd/whole.pvtp", "scene": SHADOWY
     },
     r"^scene must be a Scene": {"scene": "sun"},

@@ -146,7 +146,7 @@ def test_a_backend_goes_for_the_normals_too(monkeypatch, backend):
         asked.append(backend)
         return np.full(mesh.points.shape, (0.0, 0.0, 1.0))
 
-    monkeypatch.setattr("pvphong.meshes.lit.vertex_normals", computed)
+    monkeypatch.setattr("pvphong.meshes.surfaces.vertex_normals", computed)
     bare().phong.shade(SCENE, MATERIAL, backend=backend)
     bare().phong.normals(backend=backend)
     assert asked == [backend] * 2

@@ -91,6 +91,9 @@ def test_results_are_new_arrays_of_the_precision_asked_for_whatever_came(asked, 
     shading, again = (evaluate(*vertices, SCENE, MATERIAL, components=True, matrix=MATRIX, **asked) for _ in range(2))
     for field in dataclasses.fields(Shading):
         array = getattr(shading, field.name)
+        if field.name == "bounced":  # no light bounces in this scene
+            assert array is None
+            continue
         assert array.dtype == asked.get("precision", "float32")
         assert array.shape == ((4, count, 3) if field.name == "per_light" else (count, 3))
         assert array.flags.c_contiguous

@@ -111,6 +111,7 @@ class Measuring:
             finally:
                 with suppress(ProcessLookupError):
                     child.kill()
+                await child.communicate()  # until it is gone: the loop may end next
 
 
 def _result(folder: Path) -> Report:
