@@ -184,7 +184,7 @@ def test_the_time_budget_is_kept(mesh):
     for seconds in (0.5, 3.0):
         start = time.process_time()
         found = tradeoff(mesh.subdivide(3), SCENE, SHINY, seconds=seconds)
-        assert time.process_time() - start < 1.2 * seconds  # the first call loads what it needs
+        assert time.process_time() - start < 1.05 * seconds
         assert found.best() is not None
 
 

@@ -20,13 +20,10 @@ from pvphong.optics.lights import LIGHT_TYPES
 PROGRAMS = {name: shutil.which(name) for name in ("chromium", "chromedriver")}
 MISSING = [name for name, path in PROGRAMS.items() if path is None]
 MISSING += [name for name in ("selenium", "trame_pyvista") if importlib.util.find_spec(name) is None]
-pytestmark = [
-    pytest.mark.long,  # a minute and more of frames drawn in software; drags are lost where other tests run beside it
-    pytest.mark.skipif(
-        bool(MISSING),
-        reason=f"a browser's page needs {', '.join(MISSING)} (Debian: chromium, chromium-driver; extras: test, trame)",
-    ),
-]
+pytestmark = pytest.mark.skipif(
+    bool(MISSING),
+    reason=f"a page in a browser needs {', '.join(MISSING)} (Debian: chromium, chromium-driver; extras: test, trame)",
+)
 
 
 class Served:
