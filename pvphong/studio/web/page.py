@@ -25,8 +25,8 @@ from pvphong.studio.web.inputs import (
     number_input,
 )
 
-_WIDTH = 400
-"""Pixels of the panels."""
+_WIDTH, _NARROW = 400, 860
+"""Pixels of the panels, and of a window so narrow that they lie over the view."""
 
 
 _STYLE = """
@@ -68,7 +68,7 @@ window.addEventListener('keydown', (event) => {
 """Undo and redo wherever the focus is; the view has its keys for them."""
 
 
-_DRAWN = "drawer ?? utils.get('innerWidth') > 860"
+_DRAWN = f"drawer ?? utils.get('innerWidth') > {_NARROW}"
 """Whether the panels are out: at first where there is room beside the view."""
 
 _PANELS = ("lights", "mix", "material", "scene", "plan", "accuracy", "files")
@@ -112,7 +112,8 @@ def build(server: Any, plotter: Any, kinds: Mapping[str, str]) -> Any:
             location="right",
             classes="studio-panel",
             width=_WIDTH,
-            temporary=("utils.get('innerWidth') <= 860",),
+            mobile_breakpoint=_NARROW,  # Vuetify's own would lay the panels over the view below 1280 pixels
+            temporary=(f"utils.get('innerWidth') <= {_NARROW}",),
             **found_by("panels", "Panels"),
         ):
             with v.Template(v_slot_prepend=True), html.Div(classes="studio-jump"):
