@@ -238,18 +238,21 @@ class Transport:
     def expected_cost(self) -> TransportCost:
         """What rays that are not cast yet will take, by those of some vertices; roughly.
 
-        Building what rays are tested with is done here.
+        Building what rays are tested with is done here. VTK's rays take one thread at a time.
         """
         if self._tracer is None or self._kept is not None:
             return TransportCost(0, 0.0, 0)
-        first, count = self._tracer.receivers[0], self._counts[0]
+        count = self._counts[0]
         rows = np.unique(np.linspace(0, max(count - 1, 0), min(_PROBED, count)).astype(np.int64))
-        self._tracer.triangles, self._tracer.occluders.casters, first.origins  # noqa: B018  not to be counted
-        entries, start = list[int](), time.perf_counter()
-        rays = self._tracer.cast(lambda _first, _last, met: entries.append(len(_entries(met)[0])), rows)
-        share = len(self) / max(len(rows), 1)
+        entries = list[int]()
+        with threads.limited(1):
+            self._tracer.cast(lambda *_: None, rows[:1])  # what is built and loaded by the first ray is not counted
+            start = time.perf_counter()
+            rays = self._tracer.cast(lambda _first, _last, met: entries.append(len(_entries(met)[0])), rows)
+            taken = time.perf_counter() - start
+        share, at_once = len(self) / max(len(rows), 1), 1 if self._tracer.occluders.are_slow else threads.count()
         memory = round(_BYTES_PER_ENTRY * sum(entries) * share) if self.is_kept else 0
-        return TransportCost(round(rays * share), (time.perf_counter() - start) * share, memory)
+        return TransportCost(round(rays * share), taken * share / at_once, memory)
 
     def gather(self, colors: Any) -> FloatArray:
         """The mean colour that each vertex sees, weighted with the cosine; what is open, and backs, are black.
@@ -462,6 +465,11 @@ class TransportPart:
 
     whole: Transport
     index: int
+
+    @property
+    def is_shared(self) -> bool:
+        """Whether there are other meshes, whose vertices send light too."""
+        return len(self.whole.slices) > 1
 
     def most(self) -> float:
         """As `Transport.most`."""

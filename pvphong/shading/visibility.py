@@ -44,6 +44,10 @@ class VisibilityLike(Protocol):
 class TransportLike(Protocol):
     """What the vertices of a mesh see of each other, or also of those of other meshes."""
 
+    @property
+    def is_shared(self) -> bool:
+        """Whether there are other meshes, whose vertices send light too."""
+
     def most(self) -> float:
         """The largest part of the hemisphere, weighted with the cosine, in which a vertex sees lit surfaces."""
 

@@ -114,7 +114,8 @@ class LitMesh:
     @property
     def version(self) -> Any:
         """A stamp of what is lit, which changes with it; cheap to compare."""
-        return self.material, self.geometry(), self._maps_version()
+        maps = tuple((name, self._version_of(given)) for name, given in given_maps(self.material).items())
+        return self.material, self.geometry(), maps
 
     def planned(
         self, scene: Scene, occluders: KnownOccluders | None = None, samples: int | None = None
@@ -259,10 +260,6 @@ class LitMesh:
         if data.GetAbstractArray(ARRAY) is not self._colors:
             data.AddArray(self._colors)
             self.drawn.set_active_scalars(ARRAY, preference="point")
-
-    def _maps_version(self) -> Any:
-        """A stamp of the arrays and textures that the material names, which changes with them; cheap to compare."""
-        return tuple((name, self._version_of(given)) for name, given in given_maps(self.material).items())
 
     def _version_of(self, given: Map | str) -> Any:
         if isinstance(given, str):  # an array of the user's mesh, which may be replaced at any time

@@ -251,6 +251,28 @@ def test_no_plan_of_many_breaks_its_promise():
     check_promises(range(100, 2100))
 
 
+@pytest.mark.parametrize("tolerance", [1 / 255, 0.02])
+def test_among_blocks_others_send_what_a_plan_of_one_does_not_know(tolerance):
+    """A dark floor under a ceiling that is lit and white: nearly all that the floor shows has bounced."""
+    blocks = pv.MultiBlock({"floor": wall((0, 0, 0), (0, 0, 1)), "ceiling": wall((0, 0, 0.5), (0, 0, -1))})
+    colors = {"floor": 0.15, "ceiling": 0.95}
+    materials = {name: ph.Material(ambient=0.2, specular=0.0, diffuse=color) for name, color in colors.items()}
+    beam = ph.SpotLight((0, 0, 0.1), direction=(0, 0, 1), cone_angle=40, intensity=2.0, name="beam")
+    weak = ph.PointLight((0, 0, 0.3), intensity=0.004, name="weak")
+    scene = ph.Scene([beam, weak], ph.Viewer((0, -3, 1)), model(6, ambient=0.1))
+    given = {"transport": blocks.phong.transport(samples=64)}
+    exact = blocks.phong.shade(scene, materials, **given)
+    found = blocks.phong.shade(scene, materials, tolerance=tolerance, **given)
+    plans = blocks.phong.plan(scene, materials, tolerance=tolerance, **given)
+    for name in colors:
+        error = np.abs(found[name]["phong"] - exact[name]["phong"]).max()
+        assert error <= plans[name].error_bound + 1e-6, name
+    assert exact["floor"]["phong"].max() > 0.05
+    dark = {"floor": materials["floor"], "ceiling": ph.Material(ambient=0.0, specular=0.0, diffuse=0.0, emission=0.9)}
+    glow = replace(scene, lights=())
+    assert blocks.phong.shade(glow, dark, tolerance=tolerance, **given)["floor"]["phong"].max() > 0.05
+
+
 def test_errors_of_direct_light_count_as_often_as_they_bounce():
     """A wrong light in a furnace: what is left out of direct light is amplified by up to 1/(1 − ρ)."""
     bright = ph.Material(ambient=0.0, specular=0.0, diffuse=0.9)

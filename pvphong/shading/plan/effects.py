@@ -201,6 +201,10 @@ class Bounces(Effect):
 
     What bounces k times is at most rᵏ s, for direct light of at most s, where r is the largest product of an albedo
     and a part of the hemisphere that is filled; what is left of ambient light a after n bounces is at most rⁿ a.
+
+    Among several meshes a plan of one knows neither what others send nor their albedos: all bounces are kept. Nor does
+    it know what their plans leave out; but that is at most half of the tolerance, for r is at most 1, over the number
+    of terms, and so is all of it that arrives here.
     """
 
     def simplify(self, draft: Draft) -> Draft:
@@ -208,15 +212,21 @@ class Bounces(Effect):
         if not equation.bounces:
             return draft
         count, transport = equation.bounces, draft.transport
+        is_shared = transport is not None and transport.is_shared
         sent, ambient = most_sent(draft), most_ambient(draft)
         why = "" if transport is None else transport.why_nothing()
-        if not (sent or ambient):
+        if not (sent or ambient or is_shared):
             why = "nothing sends light"
         if not any(map(any, diffuse_white(equation))):
             why = "the surface reflects no light diffusely"
         if why:
             notes = (*draft.notes, Note(self.name, "", why))
             return replace(draft, equation=replace(without_ambient(equation), bounces=0), notes=notes)
+        if is_shared:
+            bound = draft.tolerance / 2.0
+            said = f"; what is left out of others at most {bound:.2g}" if bound else ""
+            note = Note(self.name, "", f"all {count}, among meshes that light each other{said}", bound)
+            return replace(draft, notes=(*draft.notes, note), gain=1.0 + count)
         ratio = most_scattered(equation) * (1.0 if transport is None else transport.most()) * ROUNDED_UP
         held = [ratio**k * sent for k in range(1, min(count, _BOUNCES_SAID) + 1)]
         said = f"at most {', '.join(f'{each:.2g}' for each in held)}{', …' if count > len(held) else ''}"

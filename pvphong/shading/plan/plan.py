@@ -237,8 +237,7 @@ class Plan:
         cost = f"about {sum(self._nanoseconds):.1f} ns a vertex"
         return "\n".join(
             [
-                *wrapped(f"Runs: {', '.join(running) or 'nothing'}."),
-                *wrapped(f"Left out: {', '.join(off) or 'nothing'}."),
+                *wrapped(f"Runs: {', '.join(running) or 'nothing'}. Left out: {', '.join(off) or 'nothing'}."),
                 *wrapped(f"{self._accuracy}; {cost}."),
                 *wrapped(self._dependence),
             ]

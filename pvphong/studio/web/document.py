@@ -259,7 +259,7 @@ class Document:
         """
         renderer_light = self._light(number)
         before = renderer_light.light(self._subplot.lights.viewer)
-        names = [field.name for field in fields_of(_kind(before)) if field.takes == "image"]
+        names = [field.name for field in fields_of(type(before)) if field.takes == "image"]
         if not names or not isinstance(image, pv.ImageData) or image.active_scalars is None:
             check.refuse("image", f"for {called(before)}", "an image for a light from all around")
         width, height, _ = image.dimensions
@@ -408,10 +408,6 @@ class Document:
             "can_undo": self.history.can_undo or self._sliding is not None,
             "can_redo": self.history.can_redo,
         }
-
-
-def _kind(value: Any) -> Any:
-    return type(value)
 
 
 def _with_image(light: Light, name: str, image: Any) -> Light:
