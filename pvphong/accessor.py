@@ -38,7 +38,6 @@ _PLAIN = Material()
 # Options of `shade` that are not about what there is, but about what is computed of it; and those of surfaces.
 _OF_RUN = "name", "components", "shares_by_bounce", "precision", "backend"
 _WITH_RAYS = "shade", "plan", "refine", "interpolation_error"
-_WITH_RAYS = "shade", "plan", "refine", "interpolation_error"
 _OF_SURFACES: dict[str, Any] = {"matrix": None, "feature_angle": None}
 
 Options = ParamSpec("Options")

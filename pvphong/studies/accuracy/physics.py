@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import os
 import textwrap
-import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from functools import partial
@@ -34,6 +33,7 @@ from pvphong.scene.scene import Scene
 from pvphong.scene.viewer import Viewer
 from pvphong.shading import interreflection
 from pvphong.studies.accuracy.result import number, seconds
+from pvphong.studies.accuracy.timing import timed
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -243,13 +243,13 @@ def measure(
     ambient = _ambient_of(prepared(replace(bare, ambient=1.0)))
     with_shadows = replace(bare, shadows=True)
     seen = prepared(with_shadows).vertices.visibility
-    direct = ladder.timed(lambda: lit(replace(bare, ambient=0.0)))
+    direct = timed(lambda: lit(replace(bare, ambient=0.0)))
     constant = ladder.fit("fitted constant {:.2g}", direct, ambient)
-    shadowed = ladder.timed(lambda: lit(replace(with_shadows, ambient=0.0), visibility=seen))
+    shadowed = timed(lambda: lit(replace(with_shadows, ambient=0.0), visibility=seen))
     ladder.fit("shadows, constant {:.2g}", shadowed, ambient)
     occluded = replace(with_shadows, ambient=1.0, ambient_occlusion=True)
     open_sky = prepared(occluded, visibility=seen)
-    sky = ladder.timed(lambda: _ambient_of(open_sky))
+    sky = timed(lambda: _ambient_of(open_sky))
     ladder.fit("shadows, {:.2g} × occlusion", (shadowed[0], shadowed[1] + sky[1]), sky[0])
     left_out: dict[str, str] = {}
 
@@ -262,7 +262,7 @@ def measure(
     vertices = open_sky.vertices
     own = [Exchanging(open_sky.source, lambda: vertices.normals, matrix)]
     transport = transport_of(own, occluders)
-    _, casting = ladder.timed(lambda: transport.gather(np.ones((len(transport), 1))))
+    _, casting = timed(lambda: transport.gather(np.ones((len(transport), 1))))
     for bounces, name in ((1, "one bounce"), (2, "two bounces"), (_ALL_BOUNCES, "all bounces")):
         model = replace(with_shadows, bounces=bounces, ambient=constant)
         both: Any = {"visibility": seen, "transport": transport}
@@ -284,15 +284,10 @@ class _Ladder:
         self.rungs: list[Rung] = []
         self._true, self._noise, self._say = found.rgb, _rms(found.standard_error), say
 
-    def timed(self, run: Callable[[], FloatArray]) -> tuple[FloatArray, float]:
-        """What something gives, and the seconds that it took."""
-        start = time.perf_counter()
-        return run(), time.perf_counter() - start
-
     def add(self, name: str, run: Callable[[], FloatArray], before: float = 0.0) -> None:
         """A rung, after rays that took some seconds."""
         self._say(name)
-        colors, taken = self.timed(run)
+        colors, taken = timed(run)
         self.rungs.append(Rung(name, before + taken, colors, colors - self._true, self._noise))
 
     def fit(self, name: str, direct: tuple[FloatArray, float], ambient: FloatArray) -> float:
