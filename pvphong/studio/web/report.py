@@ -101,8 +101,8 @@ class Measuring:
                 stderr=asyncio.subprocess.DEVNULL,
                 env=os.environ | {"PYTHONPATH": os.pathsep.join(entry or os.getcwd() for entry in sys.path)},
             )
+            assert child.stdout is not None
             try:
-                assert child.stdout is not None
                 async for line in child.stdout:
                     doing, part = json.loads(line)
                     self._show(Report(running=True, doing=doing, part=part))
@@ -111,7 +111,9 @@ class Measuring:
             finally:
                 with suppress(ProcessLookupError):
                     child.kill()
-                await child.communicate()  # until it is gone: the loop may end next
+                while child.returncode is None or not child.stdout.at_eof():
+                    with suppress(asyncio.CancelledError):  # again, by a loop that ends: the process ends first
+                        await child.communicate()
 
 
 def _result(folder: Path) -> Report:
