@@ -1,7 +1,8 @@
 """Shadows as data: which part of each light every vertex sees, as arrays that are computed once and kept.
 
-A knot stands under a sun and a glowing sphere. `visibility` casts the rays; dimming, tinting and switching lights
-afterwards is lighting again, without a ray. With the extra `rays` (embreex) it takes a fraction of the time.
+A knot stands under a sun and a glowing sphere. The sun's shadow is hard, and `refine` cuts triangles along its edge;
+`visibility` casts the rays to the sphere and the sky. Dimming, tinting and switching lights afterwards is lighting
+again, without a ray. With the extra `rays` (embreex) it takes a fraction of the time.
 """
 
 import time
@@ -23,7 +24,7 @@ def knot() -> pv.PolyData:
     return tube
 
 
-ground = pv.Plane(i_size=16, j_size=16, i_resolution=160, j_resolution=160)
+ground = pv.Plane(i_size=16, j_size=16, i_resolution=140, j_resolution=140)
 stage = pv.MultiBlock({"ground": ground, "knot": knot()})
 sun = ph.DirectionalLight(direction=(-2, 1, -1.5), intensity=0.5, diffuse=(1.0, 0.9, 0.75), name="sun")
 lamp = ph.SphereLight(position=(-4.5, -4.5, 7), radius=1.0, intensity=38, diffuse=(0.75, 0.85, 1.0), name="lamp")
@@ -37,44 +38,56 @@ materials = {
     "knot": ph.Material(ambient=(0.9, 0.5, 0.35), diffuse=(0.9, 0.45, 0.3), specular=0.25, shininess=40),
 }
 
+sunlight = replace(scene, lights=[sun], light_model=replace(scene.light_model, ambient_occlusion=False))
+
 start = time.perf_counter()
-seen = stage.phong.visibility(scene)
-lit = stage.phong.shade(scene, materials, visibility=seen)  # the rays are cast when they are first needed
-print(f"with rays: {time.perf_counter() - start:.2f} s; {', '.join(f'{k}: {v}' for k, v in seen.items())}")
+crisp = stage.phong.refine(sunlight, materials, tolerance=0.05)  # cut along the edge of the sun's shadow, which is hard
+sides = sum(int(block.field_data["phong_refinement_cut"][0]) for block in crisp)
+print(f"cut: {time.perf_counter() - start:.2f} s; {sides} sides of triangles")
+
+start = time.perf_counter()
+soft = crisp.phong.visibility(replace(scene, lights=[lamp]))
+seen = {  # a row for each light, and one for the sky
+    name: np.vstack([crisp[name]["phong_visibility_sun"], soft[name].per_light, soft[name].sky]) for name in soft
+}
+lit = crisp.phong.shade(scene, materials, visibility=seen)
+print(f"with rays: {time.perf_counter() - start:.2f} s; {', '.join(f'{k}: {v}' for k, v in soft.items())}")
 
 evening = replace(scene, lights=[replace(sun, intensity=0.15, diffuse=(1.0, 0.4, 0.2)), lamp])
 start = time.perf_counter()
-dim = stage.phong.shade(evening, materials, visibility=seen)
+dim = crisp.phong.shade(evening, materials, visibility=seen)
 print(f"again, with a dim red sun and no ray: {time.perf_counter() - start:.3f} s")
 
-penumbra = (seen["ground"].per_light[1] > 0) & (seen["ground"].per_light[1] < 1)
-print(f"{np.mean(penumbra):.1%} of the ground is in the lamp's penumbra")
-error = seen["ground"].standard_error
-print(f"largest standard errors on the ground: lamp {error.per_light[1].max():.4f}, sky {error.sky.max():.4f}")
+penumbra = (seen["ground"][1] > 0) & (seen["ground"][1] < 1)
+print(f"{np.mean(penumbra):.1%} of the ground's points are in the lamp's penumbra")
+error = soft["ground"].standard_error
+print(f"largest standard errors on the ground: lamp {error.per_light.max():.4f}, sky {error.sky.max():.4f}")
+
+paper = crisp.phong.shade(scene, ph.Material(), components=True, visibility=seen)
+
+
+def share(light: str) -> dict[str, np.ndarray]:
+    """What arrives of a light on white paper, by blocks: the most as white, encoded as for a display."""
+    shares = {name: paper[name][f"phong_light_{light}"] for name in seen}
+    most = max(each.max() for each in shares.values())
+    return {name: np.sqrt(each / most) for name, each in shares.items()}
+
 
 plotter = pv.Plotter(shape=(2, 3), off_screen=OFF_SCREEN, window_size=(1200, 720), border=False)
-grey = {"cmap": "gray", "clim": (0, 1), "show_scalar_bar": False}
+plain = crisp.phong.shade(replace(scene, light_model=scene.light_model.without_rays()), materials)
 pictures = {
-    "the sun": ({name: v.per_light[0] for name, v in seen.items()}, grey),
-    "the lamp": ({name: v.per_light[1] for name, v in seen.items()}, grey),
-    "the sky": ({name: v.sky for name, v in seen.items()}, grey),
-    "without shadows": (
-        {
-            name: stage[name].phong.shade(
-                replace(scene, light_model=scene.light_model.without_rays()), materials[name]
-            )["phong"]
-            for name in seen
-        },
-        {"rgb": True},
-    ),
-    "lit": ({name: lit[name]["phong"] for name in seen}, {"rgb": True}),
-    "evening: no new ray": ({name: dim[name]["phong"] for name in seen}, {"rgb": True}),
+    "the sun": share("sun"),
+    "the lamp": share("lamp"),
+    "the sky": {name: np.tile(seen[name][2, :, None], 3) for name in seen},
+    "without shadows": {name: plain[name]["phong"] for name in seen},
+    "lit": {name: lit[name]["phong"] for name in seen},
+    "evening: no new ray": {name: dim[name]["phong"] for name in seen},
 }
-for pane, (title, (arrays, options)) in enumerate(pictures.items()):
+for pane, (title, arrays) in enumerate(pictures.items()):
     plotter.subplot(*divmod(pane, 3))
     plotter.set_background("#20242c")
-    for name, values in arrays.items():
-        plotter.add_mesh(stage[name].copy(), scalars=values, lighting=False, **options)
+    for name, colors in arrays.items():
+        plotter.add_mesh(crisp[name].copy(), scalars=colors, rgb=True, lighting=False)
     plotter.add_text(title, position=(12, 326), font_size=12, color="white")
     plotter.camera_position = [scene.viewer.position, scene.viewer.focal_point, scene.viewer.up]
 plotter.enable_anti_aliasing("ssaa")

@@ -30,6 +30,7 @@ from pvphong.rays.transport import Transport, TransportPart
 from pvphong.rays.visibility import Visibility
 from pvphong.scene.scene import Scene, SceneLike, as_scene, light_labels
 from pvphong.shading import interreflection
+from pvphong.shading.equation import Equation
 from pvphong.shading.interreflection import Sent
 from pvphong.shading.plan.plan import Plan
 from pvphong.shading.vertices import Vertices
@@ -182,12 +183,9 @@ def lit_mesh(
     if shading.per_light is not None:
         labels = light_labels(scene)
         if vertices.visibility is not None:
-            equation = planned.equation  # of the lights that something may block, and of the sky if that counts
+            equation = planned.equation
             seen = vertices.visibility.channels(equation.shadowed, sky=equation.is_occluded)
-            for index in equation.shadowed:
-                lit.point_data[f"{name}_visibility_{labels[index]}"] = seen[index].copy()
-            if equation.is_occluded:
-                lit.point_data[f"{name}_sky"] = seen[-1].copy()
+            put_visibility(lit, name, labels, equation, seen)
         for part in ("ambient", "diffuse", "specular", "emission", "base"):
             lit.point_data[f"{name}_{part}"] = getattr(shading, part)
         for label, share in zip(labels, shading.per_light, strict=True):
@@ -288,6 +286,28 @@ def plan(
     result = Plan.of(scene, material, vertices, matrix=matrix, tolerance=tolerance)
     is_open = bool(tolerance) and any(result.equation.has(term, "specular") for term in result.equation.terms)
     return replace(result, error_bound=tolerance) if is_open else result
+
+
+def put_visibility(lit: pv.PolyData, name: str, labels: Sequence[str], equation: Equation, seen: FloatArray) -> None:
+    """Give a mesh what its points see of the lights that something may block, and of the sky if that counts.
+
+    Parameters
+    ----------
+    lit : pyvista.PolyData
+        It gets the arrays `<name>_visibility_<label>` and `<name>_sky`.
+    name : str
+        Of its colours.
+    labels : sequence of str
+        Of all lights.
+    equation : Equation
+        Says which lights those are.
+    seen : ndarray
+        Shape (lights + 1, n).
+    """
+    for index in equation.shadowed:
+        lit.point_data[f"{name}_visibility_{labels[index]}"] = seen[index].copy()
+    if equation.is_occluded:
+        lit.point_data[f"{name}_sky"] = seen[-1].copy()
 
 
 def visibility(

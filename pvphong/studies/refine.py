@@ -12,12 +12,12 @@ from numpy.typing import NDArray
 from pvphong.base import check
 from pvphong.base.types import Float64Array, FloatArray, IntArray, MatrixLike, Precision
 from pvphong.meshes.default_scene import scene_for
-from pvphong.meshes.lit import vertices_of
+from pvphong.meshes.lit import put_visibility, vertices_of
 from pvphong.meshes.point_data import surface_and_maps
 from pvphong.meshes.surfaces import ORIGINAL_POINT, FeatureAngle, has_faces, point_normals, shallow_copy
 from pvphong.optics.maps import maps_on_material
 from pvphong.optics.material import Material, as_material
-from pvphong.scene.scene import SceneLike
+from pvphong.scene.scene import SceneLike, light_labels
 from pvphong.shading.inside.interpolation import Lighting, all_errors
 from pvphong.shading.inside.splitting import Refinement, Stopped
 from pvphong.shading.inside.surface import Added
@@ -124,6 +124,12 @@ def refine(
         Of a mesh that was cut, the point array ``<name>_refinement_pair`` is the number of the next point at the same
         place, on the other side of the cut, or -1; where two edges cross, four points follow each other.
 
+        What is seen of each light, and of the sky, is in ``<name>_visibility_<name or index>`` and ``<name>_sky``, as
+        from `mesh.phong.shade`, if the scene has shadows or occlusion; on the two sides of a cut it is different.
+        Stacked as (lights + 1, n_points) they are a `visibility` for `mesh.phong.shade`, with which other colours of
+        the same lights have the same crisp edges. Of a light without a size it is 1 where points face away from it,
+        and 0 outside of its cone.
+
         Its cell array ``<name>_interpolation_error`` is the error that is left in each triangle, and its field
         data say how it ended:
 
@@ -203,6 +209,10 @@ def refine(
         result.point_data[name + _PAIR] = _others_there(refinement.triangles.places)
     result.field_data[f"{name}_refinement_cut"] = [refinement.cuts.sides]
     result.field_data[f"{name}_refinement_strip"] = [refinement.cuts.strip]
+    seen = refinement.vertices.seen.T.astype(real)
+    if not len(seen):  # nothing blocks anything
+        seen = np.ones((lit.lighting.equation.lights + 1, result.n_points), real)
+    put_visibility(result, name, light_labels(lit.lighting.scene), lit.lighting.equation, seen)
     result.point_data[name] = lit.lighting.shown(refinement.vertices.colors).astype(real)
     result.set_active_scalars(name, preference="point")
     return result

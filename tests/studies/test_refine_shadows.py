@@ -237,6 +237,26 @@ def test_the_saw_is_an_error_inside_of_triangles():
     assert (errors > 0.1).sum() > 8
 
 
+def test_what_is_seen_is_kept_for_other_colours_of_the_lights():
+    """Both sides of a cut are lit again as they were, although they are at the same place."""
+    rig, given = scene(SUN, LAMP), {"tolerance": STEP, "occluders": [BALL]}
+    refined = floor(9).phong.refine(rig, MATT, **given)
+    rows = [refined[f"phong_visibility_{name}"] for name in ("sun", "lamp")]
+    seen = np.stack([*rows, np.ones(refined.n_points)])
+    again = refined.phong.shade(rig, MATT, visibility=seen)
+    np.testing.assert_allclose(again["phong"], refined["phong"], atol=1e-6)
+    both = refined["phong_refinement_pair"] >= 0
+    assert both.sum() > 50
+    other = refined["phong_refinement_pair"][both]
+    assert all(((row[both] != row[other]).sum() > 20) & np.isin(row, (0, 1)).all() for row in rows)
+    evening = replace(rig, lights=[replace(SUN, diffuse="red"), LAMP])
+    again = refined.phong.shade(evening, MATT, visibility=seen)["phong"]
+    np.testing.assert_allclose(again[:, 0], refined["phong"][:, 0], atol=1e-6)
+    is_dark = rows[0] == 0
+    np.testing.assert_allclose(again[is_dark], refined["phong"][is_dark], atol=1e-6)
+    assert (again[~is_dark, 1] < refined["phong"][~is_dark, 1] - 0.05).all()
+
+
 # --- what is sampled
 
 SCREEN = pv.PolyData(np.array([(0.05, -9, 1), (9, -9, 1), (9, 9, 1), (0.05, 9, 1.0)]), [4, 0, 1, 2, 3])
