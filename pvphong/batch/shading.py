@@ -21,7 +21,8 @@ from pvphong.base.types import Backend, Precision
 from pvphong.batch.cluster import connected, ended
 from pvphong.batch.pieces import Index, Piece, Seams, paths_of, pieces_and_indices, write_index
 from pvphong.batch.seams import neighbours_of
-from pvphong.batch.worker import Job, Result, border_in, bounds_of, checksum_of, light, look
+from pvphong.batch.shadows import surroundings_of
+from pvphong.batch.worker import Job, Result, border_in, bounds_of, checksum_of, light, look, outline_in
 from pvphong.meshes.blocks import DEFAULT
 from pvphong.meshes.default_scene import default_scene_of
 from pvphong.meshes.files import Compression
@@ -108,8 +109,10 @@ def shade_files(
         A folder; it is made if it is not there. Workers elsewhere must find it, and the files, under the same paths.
     scene : Scene, light, or sequence of lights, optional
         As for `mesh.phong.shade`, but one for all: without a viewer it is seen as PyVista's camera frames all files
-        together, and so is the default scene, for which all files are read once more. Pieces of one surface cast no
-        shadows on each other, so they are refused with shadows or ambient occlusion; whole meshes shadow themselves.
+        together, and so is the default scene, for which all files are read once more. Pieces of one surface cast
+        shadows on each other: who lights a piece reads also those that may block light for it, which are all of them
+        under ambient occlusion of any distance and under light from all sides. Meshes shadow themselves alone.
+        Light that bounces is refused for pieces of one surface.
     material : Material or mapping, optional
         The surface's reflectances; or by the paths of names of a .vtm file's blocks, "default" for the others. Maps are
         names of point arrays that the files have, or paths of image files.
@@ -159,11 +162,10 @@ def shade_files(
     pieces, indices = pieces_and_indices(paths_of(paths), folder, as_one=seams == "merge")
     job.refuse_wrong({piece.label for piece in pieces})
     several = [name for name, count in Counter(piece.surface for piece in pieces).items() if name and count > 1]
-    if several and job.scene.light_model.needs_surroundings:  # who lights a piece does not have the others
-        remedy = "scene.light_model.without_rays() is the same without them; or join the pieces: pyvista.read(path)."
+    if several and job.scene.light_model.bounces:  # all pieces send light to all others, again and again
+        remedy = "LightModel(bounces=0) is without them; or join the pieces: pyvista.read(path)."
         got = f"one with them for the pieces of {several[0].rpartition('@')[0] or 'one surface'}"
-        allowed = "without shadows, ambient occlusion and bounces where a surface is in pieces"
-        check.refuse("light_model", got, allowed, remedy)
+        check.refuse("light_model", got, "without bounces where a surface is in pieces", remedy)
     outputs = [piece.output for piece in pieces] + [index.output for index in indices]
     folders = sorted({folder, *(output.parent for output in outputs)})
     with connected(client, workers) as workforce, _folders(folders), about("files"):
@@ -217,38 +219,55 @@ class _Run:
 
     def light(self, *, merges: bool) -> None:
         """Light all pieces that have not failed; with normals of surfaces in one piece, if they are merged."""
+        depend = merges or self._job.scene.light_model.needs_rays
         surfaces: dict[Any, list[Piece]] = defaultdict(list)
         for piece in self._pieces:
-            surfaces[piece.surface if merges and piece.surface else piece].append(piece)
+            surfaces[piece.surface if depend and piece.surface else piece].append(piece)
         tasks: dict[Any, Piece] = {}
         for pieces in surfaces.values():
             if len(pieces) > 1:
-                tasks |= self._begin_merged(pieces)
+                tasks |= self._begin_together(pieces, merges=merges)
             else:
                 tasks |= {self._begin(light, piece, self._job): piece for piece in self._left(pieces)}
         for piece, result in ended(self._client, tasks):
             self._end(piece, result)
 
-    def _begin_merged(self, pieces: Sequence[Piece]) -> dict[Any, Piece]:
-        """Tasks for the pieces of one surface: each depends on all, for it gets its neighbours' faces."""
+    def _begin_together(self, pieces: Sequence[Piece], *, merges: bool) -> dict[Any, Piece]:
+        """Tasks for the pieces of one surface: each depends on all, for their faces and their shadows."""
         looked = dict(self._each(look, self._left(pieces), self._job))
         made_from = checksum_of([looked[piece][0] if piece in looked else "" for piece in pieces])
+        if not merges:
+            made_from = checksum_of([made_from, "kept apart"])
         for piece, (_, receipt) in looked.items():
             if receipt is not None and receipt.input == made_from:
                 self._end(piece, Result(arrays=receipt.arrays))
         if not self._left(pieces):
             return {}
-        borders = dict(self._each(border_in, [piece for piece in pieces if piece in looked], fetches=False))
-        known = [piece for piece in pieces if piece in borders]
+        known = [piece for piece in pieces if piece in looked]
+        borders, outlines = dict[Piece, Any](), dict[Piece, Any]()
+        if merges:
+            borders = dict(self._each(border_in, known, fetches=False))
+            known = [piece for piece in known if piece in borders]
+        if self._job.scene.light_model.needs_rays:
+            outlines = dict(self._each(outline_in, known))
+            known = [piece for piece in known if piece in outlines]
         if not known:
             return {}
-        missing = [number for number, piece in enumerate(pieces) if piece not in borders]
+        there = set(known)
+        missing = [number for number, piece in enumerate(pieces) if piece not in there]
         if missing:  # the others have to be lit again when these are there
             made_from = checksum_of([made_from, missing])
-        shared = self._client.submit(neighbours_of, [borders[piece] for piece in known], pure=False)
+        neighbours: list[Any] = [None] * len(known)
+        around: list[Any] = [None] * len(known)
+        if merges:
+            shared = self._client.submit(neighbours_of, [borders[piece] for piece in known], pure=False)
+            neighbours = [self._client.submit(getitem, shared, number) for number in range(len(known))]
+        if outlines:
+            names = [_found_anywhere(piece) for piece in known]
+            around = [*surroundings_of(self._job.scene, names, [outlines[piece] for piece in known])]
         return {
-            self._begin(light, piece, self._job, self._client.submit(getitem, shared, number), made_from): piece
-            for number, piece in enumerate(known)
+            self._begin(light, piece, self._job, faces, others, made_from): piece
+            for piece, faces, others in zip(known, neighbours, around, strict=True)
             if piece.output not in self._results
         }
 
@@ -277,8 +296,7 @@ class _Run:
 
     def _begin(self, work: Callable[..., Any], piece: Piece, *more: Any) -> Any:
         """A task; among `more` may be others, whose values then go from worker to worker."""
-        there = replace(piece, input=piece.input.absolute(), output=piece.output.absolute())  # in whatever folder
-        return self._client.submit(work, there, *more, pure=False)
+        return self._client.submit(work, _found_anywhere(piece), *more, pure=False)
 
     def _each(
         self, work: Callable[..., Any], pieces: Iterable[Piece], *more: Any, fetches: bool = True
@@ -299,3 +317,8 @@ class _Run:
         if piece.output not in self._results:
             self._results[piece.output] = result
             self._count(1)
+
+
+def _found_anywhere(piece: Piece) -> Piece:
+    """A piece whose files a worker finds in whatever folder it works."""
+    return replace(piece, input=piece.input.absolute(), output=piece.output.absolute())

@@ -19,13 +19,16 @@ from pvphong.base import check, threads
 from pvphong.base.files import write_json
 from pvphong.batch.pieces import ArrayType, Piece
 from pvphong.batch.seams import NORMALS, Border, Neighbours, border_of, with_normals, without_ghosts
+from pvphong.batch.shadows import Outline, Surroundings, outline_of
 from pvphong.meshes.blocks import DEFAULT, materials_of
 from pvphong.meshes.files import Compression, read_mesh, save_lit
 from pvphong.meshes.lit import shade_mesh
 from pvphong.meshes.point_data import given_maps
 from pvphong.meshes.surfaces import FeatureAngle, has_normals, surface
+from pvphong.meshes.visibility import KnownOccluders, world_faces
 from pvphong.optics.maps import Map, is_image_path
 from pvphong.optics.material import Material
+from pvphong.rays.casting import Occluders
 from pvphong.scene.scene import Scene
 
 _TYPES = {"f": "Float{}", "i": "Int{}", "u": "UInt{}", "b": "UInt{}"}
@@ -171,7 +174,19 @@ def border_in(piece: Piece) -> Border:
     return border_of(outside, of_volume=of_volume)
 
 
-def light(piece: Piece, job: Job, neighbours: Neighbours | None = None, made_from: str = "") -> Result:
+def outline_in(piece: Piece) -> Outline:
+    """What other pieces have to know of a piece that may block light for them."""
+    outside, _ = _surface(piece)
+    return outline_of(outside)
+
+
+def light(
+    piece: Piece,
+    job: Job,
+    neighbours: Neighbours | None = None,
+    around: Surroundings[Piece] | None = None,
+    made_from: str = "",
+) -> Result:
     """Light a piece and write it, unless that is done already: maybe by a worker that was killed before it said so.
 
     Parameters
@@ -182,6 +197,8 @@ def light(piece: Piece, job: Job, neighbours: Neighbours | None = None, made_fro
         How.
     neighbours : Neighbours, optional
         Faces of other pieces of its surface, for normals across them.
+    around : Surroundings, optional
+        Which other pieces of its surface may block light for it.
     made_from : str
         Checksum of all of that surface; the file's own if not given.
     """
@@ -190,7 +207,7 @@ def light(piece: Piece, job: Job, neighbours: Neighbours | None = None, made_fro
         receipt = valid_receipt(piece, job)
         if receipt is None or receipt.input != made_from:
             with threads.limited(1):
-                lit = _lit(piece, job, neighbours)
+                lit = _lit(piece, job, neighbours, around)
                 save_lit(lit, piece.output, job.options["name"], job.compress)
             output = checksum_of_file(piece.output)
             receipt = Receipt(made_from, job.checksum, version("pvphong"), job.run, output, _array_types(lit))
@@ -220,15 +237,22 @@ def _surface(piece: Piece) -> tuple[pv.PolyData, bool]:
     return without_ghosts(surface(mesh)), mesh.GetMaxSpatialDimension() == 3
 
 
-def _lit(piece: Piece, job: Job, neighbours: Neighbours | None) -> pv.PolyData:
+def _lit(piece: Piece, job: Job, neighbours: Neighbours | None, around: Surroundings[Piece] | None) -> pv.PolyData:
     mesh, _ = _surface(piece)
     material, angle = job.materials.get(piece.label) or job.materials[DEFAULT], job.feature_angle
+    options = job.options if around is None else job.options | {"occluders": _occluders(mesh, around)}
     has_own = has_normals(mesh) and angle in (None, "auto")
     if neighbours is None or has_own or len(neighbours.offsets) == 1:
-        return shade_mesh(mesh, job.scene, material, feature_angle=angle, **job.options)
-    lit = shade_mesh(with_normals(mesh, neighbours, angle), job.scene, material, **job.options)
+        return shade_mesh(mesh, job.scene, material, feature_angle=angle, **options)
+    lit = shade_mesh(with_normals(mesh, neighbours, angle), job.scene, material, **options)
     del lit.point_data[NORMALS]
     return lit
+
+
+def _occluders(mesh: pv.PolyData, around: Surroundings[Piece]) -> KnownOccluders:
+    """A piece's own triangles, and those of the pieces that may block its light, which are read one by one."""
+    parts = [world_faces(mesh), *(world_faces(_surface(piece)[0]) for piece in around.blockers)]
+    return KnownOccluders(Occluders(parts, around.within), 0 if len(parts[0]) else None, around.first)
 
 
 def _array_types(lit: pv.PolyData) -> tuple[ArrayType, ...]:

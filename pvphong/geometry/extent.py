@@ -26,6 +26,10 @@ _CHUNK, _FOLD = 2**17, 512
 _SOME = 64
 
 
+Box = tuple[Float64Array, Float64Array]
+"""Least and greatest coordinates, in world coordinates."""
+
+
 class Sphere(NamedTuple):
     """A sphere around vertices, in world coordinates."""
 
@@ -74,7 +78,7 @@ class Extent:
         self._sights: dict[Vector, Sight | None] = {}
 
     @cached_property
-    def box(self) -> tuple[Float64Array, Float64Array] | None:
+    def box(self) -> Box | None:
         """Least and greatest coordinates in the world; None where there is no point, or one is not finite.
 
         With a matrix it is the box around the transformed box, as VTK has an actor's bounds.
@@ -157,7 +161,7 @@ def _corners(low: Float64Array, high: Float64Array) -> Float64Array:
     return np.array(list(itertools.product(*zip(low.tolist(), high.tolist(), strict=True))))
 
 
-def box_of(rows: FloatArray) -> tuple[Float64Array, Float64Array]:
+def box_of(rows: FloatArray) -> Box:
     """Least and greatest entry of each column, of at least one row of three; NaN where any is."""
     lows: list[FloatArray] = []
     highs: list[FloatArray] = []

@@ -47,6 +47,8 @@ class KnownOccluders(NamedTuple):
     occluders: Occluders
     own_index: int | None
     """Which of them the mesh itself is, if it is one."""
+    first: int = 0
+    """Number of its first vertex, where it is a piece of a larger mesh."""
 
 
 def world_faces(source: pv.PolyData, matrix: MatrixLike | None = None) -> BlockingFaces:
@@ -149,5 +151,5 @@ def visibility_of(
         known = KnownOccluders(Occluders([*own, *others]), receiver.part)
     ambient = max(rgb(model.ambient)) + sum(light.intensity * max(rgb(light.ambient)) for light in scene.lights)
     receiver, distance = replace(receiver, part=known.own_index), model.occlusion_distance
-    tracer = Tracer(receiver, known.occluders, model.two_sided, distance, tolerance, samples, ambient)
+    tracer = Tracer(receiver, known.occluders, model.two_sided, distance, tolerance, samples, ambient, known.first)
     return Visibility(tracer, scene.world_lights, light_labels(scene))

@@ -30,7 +30,7 @@ from pvphong.base import check
 from pvphong.base.formulas import FAINTEST
 from pvphong.base.processes import available_memory
 from pvphong.base.types import BoolArray, Float64Array, FloatArray, IntArray
-from pvphong.geometry.extent import Sphere, box_of
+from pvphong.geometry.extent import Box, Sphere, box_of
 from pvphong.geometry.rays import LONGEST, NEAR, begun_near, is_near
 from pvphong.rays import embree
 from pvphong.rays.embree import EmbreeScene
@@ -88,7 +88,7 @@ class BlockingFaces:
         return BlockingFaces(self.points[used], corners.reshape(-1, 3))
 
     @cached_property
-    def box(self) -> tuple[Float64Array, Float64Array]:
+    def box(self) -> Box:
         """Least and greatest coordinates, shape (3,), of those that are sound; 0 where there is none."""
         return box_of(self.sound.points if len(self.sound) else np.zeros((1, 3)))
 
@@ -240,10 +240,13 @@ class Caster:
     ----------
     faces : BlockingFaces
         Triangles without an area, or with a corner that is not finite, block nothing.
+    within : (low, high), optional
+        Around these triangles and others: rays are rounded, and begin, as they do with all of them. The triangles' own
+        box if not given.
     """
 
-    def __init__(self, faces: BlockingFaces) -> None:
-        low, high = faces.box
+    def __init__(self, faces: BlockingFaces, within: Box | None = None) -> None:
+        low, high = within or faces.box
         half = high / 2 - low / 2
         self._middle: Float64Array = low + half
         self._exponent = int(np.frexp(half.max())[1])
@@ -347,10 +350,12 @@ class Occluders:
     ----------
     parts : sequence of BlockingFaces
         In the world.
+    within : (low, high), optional
+        Around the surface whose parts these are, with those that are not here: rays are as past all of it.
     """
 
-    def __init__(self, parts: Sequence[BlockingFaces]) -> None:
-        self._parts = tuple(parts)
+    def __init__(self, parts: Sequence[BlockingFaces], within: Box | None = None) -> None:
+        self._parts, self._within = tuple(parts), within
 
     @property
     def count(self) -> int:
@@ -363,7 +368,7 @@ class Occluders:
         return list(map(len, self._parts))
 
     @property
-    def boxes(self) -> list[tuple[Float64Array, Float64Array] | None]:
+    def boxes(self) -> list[Box | None]:
         """Around each part, least and greatest coordinates; None for one without a triangle."""
         return [part.box if len(part.sound) else None for part in self._parts]
 
@@ -374,12 +379,15 @@ class Occluders:
 
     @cached_property
     def _groups(self) -> list[list[int]]:
-        """Parts that share a caster: those of nearly the size of the largest, then those of the next sizes."""
+        """Parts that share a caster: those of nearly the size of the largest, then those of the next sizes.
+
+        Parts of one surface share one, whatever their sizes.
+        """
         left = [(sphere.radius, index) for index, sphere in enumerate(self.spheres) if sphere is not None]
         left.sort(reverse=True)
         groups: list[list[int]] = []
         while left:
-            alike = [index for radius, index in left if radius * _ALIKE >= left[0][0]]
+            alike = [index for radius, index in left if self._within or radius * _ALIKE >= left[0][0]]
             groups.append(alike)
             left = left[len(alike) :]
         return groups
@@ -403,7 +411,7 @@ class Occluders:
         for group in self._groups:
             parts = [self._parts[index] for index in group]
             faces = parts[0] if len(parts) == 1 else BlockingFaces(*_joined(parts))
-            casters.append(Caster(faces))
+            casters.append(Caster(faces, self._within))
         return casters
 
     @cached_property

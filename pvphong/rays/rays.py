@@ -21,9 +21,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pvphong.base import sobol, threads
-from pvphong.base.types import Float64Array, FloatArray, IntArray, Vector
+from pvphong.base.types import BoolArray, Float64Array, FloatArray, IntArray, Vector
 from pvphong.base.vectors import dot, unit
-from pvphong.geometry.extent import ROUNDED_UP, Extent, Sphere, is_convex
+from pvphong.geometry.extent import Box, Extent, is_convex
 from pvphong.optics.area.sampling import Sampling
 from pvphong.optics.light import NODES, Light
 from pvphong.optics.roles import Place
@@ -125,37 +125,72 @@ def around_by_arrays(
 # --- the occlusion test: why nothing can block light between vertices and a light, known before any ray is cast
 
 
-def may_block(light: Light, vertices: Sphere | None, part: Sphere) -> bool:
-    """Whether a part inside a sphere can be between vertices and a light; True where too little is known.
+# Boxes are taken so much larger, in units of all of them: rays begin above the vertices, and are rounded.
+_SLACK = 2.0**-15
+
+
+def may_block(light: Light, vertices: Box | None, parts: Box) -> BoolArray:
+    """Which parts inside of boxes can be between vertices and a light; all where too little is known.
+
+    What is between a box and that of a light is their convex hull: all boxes that come of one while it moves to the
+    other, (1 − t) a + t b with t from 0 to 1. The way to a light without a place has no end.
 
     Parameters
     ----------
     light : Light
         In the world.
-    vertices : Sphere or None
-        Around them.
-    part : Sphere
-        Around the part.
+    vertices : (low, high) or None
+        Least and greatest coordinates of the vertices, shape (3,).
+    parts : (low, high)
+        Those of m parts, shape (m, 3).
+
+    Returns
+    -------
+    ndarray
+        Shape (m,), bool.
     """
+    all_of_them = np.ones(len(parts[0]), bool)
     if vertices is None or (light.is_even and light.has_size):  # the latter comes from all sides
-        return True
-    center = np.array(vertices.center)
-    to_part, reach = np.array(part.center) - center, (vertices.radius + part.radius) * ROUNDED_UP
-    if light.is_even:  # is it near the ray from the vertices to the light?
-        along = float(to_part @ np.ravel(light.arrival(np.zeros((3, 1))).direction))
-        across = math.sqrt(max(float(to_part @ to_part) - along * along, 0.0))
-        return along >= -reach and across <= reach
-    places = [place_of(node) for node in light.nodes(NODES)]
-    if None in places:
-        return True
-    around = np.array(places, np.float64)
-    middle = around.mean(axis=0)
-    size = float(np.sqrt(((around - middle) ** 2).sum(axis=1).max()))
-    to_light = middle - center  # is it near the segment from the vertices to the light?
-    square = float(to_light @ to_light)
-    along = min(max(float(to_part @ to_light) / square, 0.0), 1.0) if square > 0.0 else 0.0
-    # nodes fill the light but for its rim: as they are inside of it, half as much again is certainly around it
-    return float(np.linalg.norm(to_part - along * to_light)) <= reach + 1.5 * size
+        return all_of_them
+    low, high = vertices
+    if light.is_even:
+        low_step = high_step = np.ravel(light.arrival(np.zeros((3, 1))).direction).astype(np.float64)
+        last = math.inf
+    else:
+        places = [place_of(node) for node in light.nodes(NODES)]
+        if None in places:
+            return all_of_them
+        around = np.array(places, np.float64)
+        middle = around.mean(axis=0)
+        # nodes fill the light but for its rim: as they are inside of it, half as much again is certainly around it
+        size = 1.5 * float(np.sqrt(((around - middle) ** 2).sum(axis=1).max()))
+        low_step, high_step, last = middle - size - low, middle + size - high, 1.0
+    # each of six faces is passed where begin + t step is not above 0: from some t on, or up to some
+    slack = _slack(vertices, parts)
+    begin = np.concatenate([low - parts[1], parts[0] - high], axis=1) - slack
+    step = np.concatenate([low_step, -high_step])
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+        passed = -begin / step
+    enters = np.where(step < 0.0, passed, 0.0).max(axis=1)
+    leaves = np.where(step > 0.0, passed, last).min(axis=1)
+    never = ((step == 0.0) & (begin > 0.0)).any(axis=1)
+    return ~((np.maximum(enters, 0.0) > np.minimum(leaves, last)) | never)
+
+
+def may_hide(vertices: Box | None, parts: Box, distance: float) -> BoolArray:
+    """Which parts inside of boxes may be no further from vertices than a distance; arguments as for `may_block`."""
+    if vertices is None:
+        return np.ones(len(parts[0]), bool)
+    low, high = vertices
+    gaps = np.maximum(np.maximum(parts[0] - high, low - parts[1]), 0.0)
+    return np.hypot.reduce(gaps, axis=1) <= 1.001 * distance + _slack(vertices, parts)
+
+
+def _slack(vertices: Box, parts: Box) -> float:
+    sizes = np.concatenate([[vertices[1]], parts[1]]).max(axis=0) - np.concatenate([[vertices[0]], parts[0]]).min(
+        axis=0
+    )
+    return _SLACK * float(sizes.max())
 
 
 # --- the vertices of one mesh that look at lights, at the sky, and at each other

@@ -18,11 +18,20 @@ from pvphong.base import check, sobol, text, threads
 from pvphong.base.text import html_table
 from pvphong.base.types import BoolArray, Float64Array, FloatArray, IntArray
 from pvphong.base.vectors import dot
-from pvphong.geometry.extent import Sphere
+from pvphong.geometry.extent import Box
 from pvphong.optics.area.sampling import Sampling, sky_frame, sky_sample, sky_seen
 from pvphong.optics.light import Light
 from pvphong.rays.casting import BYTES_PER_TRIANGLE, BlockingFaces, Occluders, warn_of_slow_rays
-from pvphong.rays.rays import BEFORE_LIGHT, Receiver, may_block, part_by_arrays, place_of, place_or_direction, rays_to
+from pvphong.rays.rays import (
+    BEFORE_LIGHT,
+    Receiver,
+    may_block,
+    may_hide,
+    part_by_arrays,
+    place_of,
+    place_or_direction,
+    rays_to,
+)
 from pvphong.rays.sampling import Cast, Seen, look
 from pvphong.scene.light_model import LightModel
 from pvphong.shading import kernel
@@ -56,6 +65,8 @@ class Tracer:
         So many rays for each vertex in place of that.
     ambient : float
         The sky's brightness, which that tolerance counts with.
+    first : int
+        Number of the first vertex, by which its rays are chosen: where it is a piece of a larger mesh.
     """
 
     receiver: Receiver
@@ -65,6 +76,7 @@ class Tracer:
     tolerance: float = 1.0 / 255.0
     samples: int | None = None
     ambient: float = 1.0
+    first: int = 0
 
     def light(self, light: Light) -> Seen:
         """What the vertices see of a light in the world."""
@@ -134,7 +146,7 @@ class Tracer:
         def cast(vertices: IntArray, begin: int, end: int) -> Cast:
             normals = self.receiver.unit_normals[vertices] * sides[vertices, None]
             origins = self._origins(vertices, sides[vertices, None])
-            given = numbers, origins, normals, sobol.seeds(vertices), begin, end, margin
+            given = numbers, origins, normals, sobol.seeds(self.first + vertices), begin, end, margin
             if stages is not None:
                 return Cast(*kernel.part_seen(stages, *given, compiled))
             return Cast(*part_by_arrays(sampling, *given, self.occluders))
@@ -328,26 +340,23 @@ class Visibility:
 
     def why_clear(self, light: int) -> str:
         """Why nothing can block a light; "" where something may."""
-        seen_from = self._receiver.extent.sphere
-        return self._why_nothing(lambda part: may_block(self._lights[light], seen_from, part), "stands between")
+        seen_from = self._receiver.extent.box
+        return self._why_nothing(lambda parts: may_block(self._lights[light], seen_from, parts), "stands between")
 
     def why_open(self) -> str:
         """Why nothing can hide the sky; "" where something may."""
-        sphere, distance = self._receiver.extent.sphere, self._tracer.distance
+        seen_from, distance = self._receiver.extent.box, self._tracer.distance
+        nothing = "is around it" if math.isinf(distance) else "is near enough"
+        return self._why_nothing(lambda parts: may_hide(seen_from, parts, distance), nothing)
 
-        def may_hide(part: Sphere) -> bool:
-            if sphere is None:
-                return True
-            return math.dist(part.center, sphere.center) <= 1.001 * (part.radius + sphere.radius + distance)
-
-        return self._why_nothing(may_hide, "is around it" if math.isinf(distance) else "is near enough")
-
-    def _why_nothing(self, may_block: Callable[[Sphere], bool], nothing: str) -> str:
-        own, spheres = self._receiver.part, self._tracer.occluders.spheres
-        others = [sphere for index, sphere in enumerate(spheres) if sphere and index != own]
-        if any(map(may_block, others)):
-            return ""
-        if own is None or spheres[own] is None:
+    def _why_nothing(self, may_count: Callable[[Box], BoolArray], nothing: str) -> str:
+        own, boxes = self._receiver.part, self._tracer.occluders.boxes
+        others = [box for index, box in enumerate(boxes) if box and index != own]
+        if others:
+            low, high = np.transpose(others, (1, 0, 2))
+            if may_count((low, high)).any():
+                return ""
+        if own is None or boxes[own] is None:
             return f"nothing {nothing}"
         if self._tracer.two_sided or not self._receiver.is_convex:
             return ""

@@ -33,6 +33,17 @@ def surfaces(mesh, across=3):
     return [part.extract_surface(algorithm=None) for part in cut(mesh, across)]
 
 
+def houses(across=6, cells=6):
+    """A sheet with flat roofs of different heights, with normals of its own."""
+    side = across * cells
+    heights = np.kron(np.random.default_rng(1).random((across, across)), np.pad(np.ones((cells - 2,) * 2), 1))
+    sheet = bare(pv.Plane(i_size=across, j_size=across, i_resolution=side, j_resolution=side).triangulate())
+    column, row = np.rint((sheet.points[:, :2] + across / 2) * cells).astype(int).T
+    sheet.points[:, 2] = 1.5 * np.pad(heights, (0, 1))[row, column]
+    sheet.point_data.active_normals = sheet.phong.normals()
+    return sheet
+
+
 def save_pieces(pieces, folder, suffix):
     """Files of pieces, and an index that names them; gives the index."""
     folder = Path(folder)
@@ -54,6 +65,15 @@ def read_whole(path):
     reader.SetFileName(str(path))
     reader.Update()
     return pv.wrap(reader.GetOutput())
+
+
+def as_in_one_piece(pieces, scene, folder="lit/whole"):
+    """Assert that lit pieces are, to the bit, what they are when they are lit as one mesh; gives that."""
+    whole = pieces[0].append_polydata(*pieces[1:]).phong.shade(scene, components=True)
+    lit = [pv.read(f"{folder}/part_{number}.vtp") for number in range(len(pieces))]
+    for name in ("phong", *(name for name in whole.point_data if "visibility" in name or "sky" in name)):
+        np.testing.assert_array_equal(np.concatenate([piece[name] for piece in lit]), whole[name])
+    return whole
 
 
 def _file(kind, inner):

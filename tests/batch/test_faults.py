@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import pyvista as pv
-from batch.cutting import SCENE, bare
+from batch.cutting import SCENE, as_in_one_piece, bare, houses, save_pieces, surfaces
 
 import pvphong as ph
 from pvphong.batch import worker
@@ -21,6 +21,7 @@ distributed = pytest.importorskip("distributed")
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="nothing is killed there")
 
 COUNT = 12
+LAMP = ph.SphereLight(position=(3, 2, 4), radius=0.7)
 
 
 @pytest.fixture
@@ -89,6 +90,35 @@ def test_a_worker_that_is_killed_loses_nothing(files, cluster):
     assert len(all_whole()) == COUNT
     runs = {json.loads(worker.receipt_path(Path(f"lit/{path.name}")).read_text())["run"] for path in files}
     assert len(runs) == 1
+
+
+def test_a_piece_that_is_lost_in_the_middle_of_a_cast_is_done_again(cluster):
+    _, client = cluster
+    pieces, scene = surfaces(houses(4)), ph.Scene([LAMP], SCENE.viewer, ph.LightModel(shadows=True))
+    index = save_pieces(pieces, "in", ".pvtp")
+
+    def dies_while_it_casts():
+        from pvphong.rays import visibility
+
+        look = visibility.look
+
+        def dying(count, cast, *more, **options):
+            def last(vertices, begin, end):
+                cast(vertices, begin, end)
+                os.kill(os.getpid(), signal.SIGKILL)
+
+            return look(count, last, *more, **options)
+
+        visibility.look = dying
+        return os.getpid()
+
+    victim = next(iter(client.scheduler_info()["workers"]))
+    (process,) = client.run(dies_while_it_casts, workers=[victim]).values()
+    batch = ph.shade_files(index, "lit", scene, client=client, components=True)
+    assert process not in client.run(os.getpid).values()
+    assert (len(batch.done), batch.failed) == (len(pieces) + 1, {})
+    as_in_one_piece(pieces, scene)
+    assert not list(Path("lit").rglob(".pvphong-*"))
 
 
 @pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")  # Dask's, of its lost connection

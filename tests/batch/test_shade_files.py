@@ -204,7 +204,7 @@ def odd_files():
     Path("file").write_text("mine")
 
 
-SHADOWY = replace(SCENE, light_model=ph.LightModel(shadows=True))
+BOUNCING = replace(SCENE, light_model=ph.LightModel(shadows=True, bounces=1))
 REFUSED = {
     r"^paths must be a pattern that some file matches; got no/\*\.vtp\.": {"paths": "no/*.vtp"},
     r"^paths must be files with different names; got in/ball_0\.vtp and odd/ball_0\.stl, both lit": {
@@ -220,8 +220,8 @@ REFUSED = {
     r"^paths must be an index that names files; .* One of its entries names ''": {"paths": "odd/nameless.pvd"},
     r"^out must be another folder than that of the files; got in": {"out": "in"},
     r"^out must be a folder that can be made; got file": {"out": "file"},
-    r"^light_model must be without shadows, .* for the pieces of odd/whole\.pvtp": {
-        "paths": "odd/whole.pvtp", "scene": SHADOWY
+    r"^light_model must be without bounces .* for the pieces of odd/whole\.pvtp": {
+        "paths": "odd/whole.pvtp", "scene": BOUNCING
     },
     r"^scene must be a Scene": {"scene": "sun"},
     r"^material must be a Material": {"material": "gld"},
