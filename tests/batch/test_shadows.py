@@ -1,6 +1,7 @@
 """Pieces of a surface shadow each other as it does in one piece, to the bit; each reads what may block it."""
 
 import threading
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -10,6 +11,7 @@ from batch.cutting import as_in_one_piece, bare, houses, save_pieces, surfaces
 
 import pvphong as ph
 from pvphong.batch import worker
+from pvphong.batch.shadows import outline_of, surroundings_of
 
 LIGHTS = {
     "point": ph.PointLight(position=(3, 2, 4)),
@@ -45,6 +47,34 @@ def test_occlusion_up_to_a_distance_and_seams_that_are_kept(client):
     as_in_one_piece(pieces, scene)
 
 
+WEST = ph.DirectionalLight(direction=(2.5, 0, -1))
+IN_A_ROW = {
+    "a wall of 0.45 throws a shadow of 1.1": (scene_of(WEST), (2, 1)),
+    "neighbours touch": (scene_of(ph.PointLight(position=(0.5, 0, 50))), (1, 1)),
+    "all in between": (scene_of(ph.PointLight(position=(-3.5, 0, 0.5))), (5, 1)),
+    "off": (scene_of(replace(WEST, on=False)), (0, 0)),
+    "the sky up to 1.5": (scene_of(ambient_occlusion=1.5), (2, 2)),
+    "the sky": (scene_of(ambient_occlusion=True), (5, 5)),
+}
+"""Scenes, and how many pieces on either side may block light for a piece."""
+
+
+def row_of_pieces():
+    """Six pieces along x, 1 long."""
+    row = bare(pv.Plane(i_size=6, i_resolution=12, j_resolution=2).triangulate())
+    row.points[::3, 2] = 0.45
+    place = np.floor(row.cell_centers().points[:, 0])
+    return [row.extract_cells(place == each).extract_surface(algorithm=None) for each in np.unique(place)]
+
+
+@pytest.mark.parametrize("case", IN_A_ROW)
+def test_what_may_block_a_piece_is_between_it_and_a_light(case):
+    scene, (before, after) = IN_A_ROW[case]
+    found = surroundings_of(scene, range(6), [outline_of(piece) for piece in row_of_pieces()])
+    blockers = [[other for other in range(6) if other != k and -before <= other - k <= after] for k in range(6)]
+    assert [list(each.blockers) for each in found] == blockers
+
+
 def test_a_piece_reads_itself_and_what_may_block_it(client, monkeypatch):
     at_work, reads, lit, read_mesh = threading.local(), [], worker._lit, worker.read_mesh
 
@@ -60,26 +90,10 @@ def test_a_piece_reads_itself_and_what_may_block_it(client, monkeypatch):
 
     monkeypatch.setattr(worker, "_lit", lit_at)
     monkeypatch.setattr(worker, "read_mesh", noted)
-    row = bare(pv.Plane(i_size=6, i_resolution=12, j_resolution=2).triangulate())  # six pieces along x, 1 long
-    row.points[::3, 2] = 0.45
-    place = np.floor(row.cell_centers().points[:, 0])
-    pieces = [row.extract_cells(place == each).extract_surface(algorithm=None) for each in np.unique(place)]
-    index = save_pieces(pieces, "in", ".pvtp")
-
-    def read_by(scene):
-        reads.clear()
-        assert not ph.shade_files(index, "lit", scene, client=client).failed
-        return [sorted(int(Path(path).stem[-1]) for on, path in reads if on == f"part_{k}.vtp") for k in range(6)]
-
-    west = ph.DirectionalLight(direction=(2.5, 0, -1))  # a wall of 0.45 is seen from 1.1 away
-    assert read_by(scene_of(west)) == [[0], [0, 1], [0, 1, 2], [1, 2, 3], [2, 3, 4], [3, 4, 5]]
-    lamp = ph.PointLight(position=(-3.5, 0, 0.5))
-    assert read_by(scene_of(lamp)) == [list(range(k + 1)) for k in range(6)]
-    above = ph.PointLight(position=(0.5, 0, 50))  # only those beside a piece, which touch it
-    assert read_by(scene_of(above)) == [[0, 1], [0, 1, 2], [1, 2, 3], [2, 3, 4], [3, 4, 5], [4, 5]]
-    assert read_by(scene_of(ambient_occlusion=True)) == [list(range(6))] * 6
-    assert read_by(scene_of(ambient_occlusion=1.5)) == [list(range(max(k - 2, 0), min(k + 3, 6))) for k in range(6)]
-    assert read_by(ph.Scene([west], VIEWER)) == [[k] for k in range(6)]
+    index = save_pieces(row_of_pieces(), "in", ".pvtp")
+    assert not ph.shade_files(index, "lit", scene_of(WEST), client=client).failed
+    read = [sorted(Path(path).stem[-1] for name, path in reads if name == f"part_{k}.vtp") for k in range(6)]
+    assert read == [list(each) for each in ("01", "012", "0123", "1234", "2345", "345")]
 
 
 def test_what_may_block_is_there_again_when_it_can_be_read(client):
