@@ -250,6 +250,11 @@ class Visibility:
         self.channels(range(len(self.lights)), sky=True)
         return StandardError(self._errors[:-1], self._errors[-1])
 
+    @property
+    def blocking(self) -> tuple[Occluders, int | None]:
+        """What can block the rays, and which part of it the mesh's own faces are, if they are one."""
+        return self._tracer.occluders, self._receiver.part
+
     def expected_cost(self) -> Cost:
         """What all that is not computed yet will take, by rays from some vertices; roughly.
 

@@ -12,9 +12,11 @@ from pvphong.base.types import Float64Array, FloatArray, IntArray
 from pvphong.geometry.transform import transform_points
 from pvphong.meshes.point_data import given_maps
 from pvphong.meshes.surfaces import has_faces, shallow_copy
+from pvphong.meshes.visibility import KnownOccluders
 from pvphong.optics.maps import Map, fractions
 from pvphong.optics.material import Material
 from pvphong.shading.plan.plan import Plan
+from pvphong.shading.visibility import GivenVisibility
 from pvphong.studies.accuracy.result import Errors, Row
 from pvphong.studies.accuracy.timing import Clock, timed
 from pvphong.studies.accuracy.variants import Subject, Variant, vertices_of
@@ -22,6 +24,7 @@ from pvphong.studies.refine import interpolation_error, refine
 
 AS_IT_IS = "as it is"
 ADAPTIVE = "refined adaptively"
+UNIFORM = "refined {}×"
 
 _ERROR = "phong_interpolation_error"
 _HIDDEN = "_pvphong_"
@@ -39,6 +42,13 @@ _WORST, _OTHERS = 400, 300
 
 # Measured: evaluations that the search of a triangle takes.
 _EVALUATIONS = 40.0
+
+# Measured: places of a triangle from which rays are cast; to a quarter of the standard error at vertices, which falls
+# with the number of rays to the power ¾. And vertices from which some are cast to know what they take.
+_PLACES, _FINER_RAYS, _PROBED = 15.0, 4.0 ** (4.0 / 3.0), 500
+
+# Measured, generously: seconds in which all of a surface is looked at for the edge of a hard shadow.
+_PER_EDGE = 1.0
 
 # Measured: a point that refinement adds costs some times the search of one triangle, and never less than this.
 _SEARCHES_PER_POINT, _LEAST_PER_POINT = 3.0, 5e-5
@@ -93,6 +103,19 @@ class Interpolation(NamedTuple):
     left_out: dict[str, str]
 
 
+def seconds_of_rays(subject: Subject) -> float:
+    """About the seconds that rays inside triangles add to a float64 evaluation of all vertices; 0 where all is open."""
+    equation, visibility = subject.equation, subject.visibility
+    if visibility is None or not (equation.shadowed or equation.is_occluded):
+        return 0.0
+    lights, rows = subject.scene.world_lights, np.arange(0, len(subject.points), len(subject.points) // _PROBED + 1)
+    probe = visibility.afresh(rows=rows)
+    probe.channels(equation.shadowed, sky=equation.is_occluded)
+    is_sampled = equation.is_occluded or any(lights[k].has_size for k in equation.shadowed)
+    each = probe.seconds / len(rows) * (_FINER_RAYS if is_sampled else 1.0)
+    return each * len(subject.points) * _PLACES / _EVALUATIONS
+
+
 def least_seconds(mesh: pv.PolyData, exact_seconds: float) -> float:
     """About how long `interpolation` takes at least, where a float64 evaluation of all vertices takes some seconds."""
     return _EVALUATIONS * exact_seconds * min(mesh.n_cells, _FEWEST_SEARCHED) / mesh.n_points
@@ -108,11 +131,11 @@ def interpolation(
     mesh : pyvista.PolyData
         A checked surface.
     subject : Subject
-        Its points and normals, and what lights them.
+        Its points and normals, and what lights them; rays are cast inside triangles where it has a visibility.
     tolerance : float
         What it is refined to where it errs.
     exact_seconds : float
-        What a float64 evaluation of all vertices takes.
+        What a float64 evaluation of all vertices takes, with its rays.
     clock : Clock
         Its budget is what this may take.
     """
@@ -152,7 +175,7 @@ def interpolation(
     whole = as_it_is
     preparation = spent = 0.0
     for level in _LEVELS:
-        name = f"refined {level}×"
+        name = UNIFORM.format(level)
         count = len(whole.points) + 3 * len(whole.corners) // 2  # of a closed mesh: as many as it has sides
         if count > _MOST_POINTS:
             left_out[name] = f"it would have {count / 1e6:.1f} million points"
@@ -182,9 +205,12 @@ def _variant(
 ) -> Variant:
     """A mesh that is evaluated at its points."""
     backend = subject.backend_for(subject.equation, len(whole.points))
+    seen = None
+    if subject.visibility is not None:  # known, as at the mesh's own vertices; its values do not count in the time
+        seen = GivenVisibility("visibility", np.ones((subject.equation.lights + 1, len(whole.points)), np.float32))
 
     def run() -> FloatArray:
-        vertices = vertices_of(whole.points, whole.normals, whole.material)
+        vertices = vertices_of(whole.points, whole.normals, whole.material, seen)
         plan = Plan.of(subject.scene, whole.material, vertices, matrix=subject.matrix)
         return plan.run(vertices, backend=backend).rgb
 
@@ -225,7 +251,10 @@ def _errors(subject: Subject, triangles: Triangles) -> Float64Array:
     """The largest interpolation error in each triangle, shape (m,)."""
     mesh = pv.PolyData.from_regular_faces(triangles.points, triangles.corners)
     mesh.point_data.active_normals = triangles.normals
-    result = interpolation_error(mesh, subject.scene, triangles.material, matrix=subject.matrix)
+    options: dict[str, Any] = {"matrix": subject.matrix}
+    if subject.visibility is not None:  # they are some of the mesh's triangles, and all of it blocks light
+        options["occluders"] = KnownOccluders(subject.visibility.blocking[0], None)
+    result = interpolation_error(mesh, subject.scene, triangles.material, **options)
     return np.asarray(result.cell_data[_ERROR], np.float64)
 
 
@@ -234,16 +263,23 @@ def _adaptive(
 ) -> Variant | str:
     """The mesh refined to the tolerance, or as far as the time reaches; or the reason why it was not."""
     left = clock.left
-    if 2.0 * count * seconds_each > left:
-        return f"searching {count} triangles takes about {count * seconds_each:.2g} s; {left:.2g} s were left"
+    edges = 0
+    if subject.visibility is not None:
+        lights = subject.scene.world_lights
+        edges = sum(not lights[k].has_size for k in subject.equation.shadowed)
+    search = count * seconds_each + edges * _PER_EDGE
+    if search + count * seconds_each > left:
+        return f"searching {count} triangles takes about {search:.2g} s; {left:.2g} s were left"
     per_point = max(_SEARCHES_PER_POINT * seconds_each, _LEAST_PER_POINT)
-    most = mesh.n_points + max(int((left - count * seconds_each) / per_point), 0)
+    most = mesh.n_points + max(int((left - search) / per_point), 0)
     clock.say(ADAPTIVE)
     named, carrier = subject.material, shallow_copy(mesh)
     for name, each in given_maps(subject.material).items():  # as point arrays they are refined with the mesh
         carrier.point_data[f"{_HIDDEN}{name}"] = fractions(name, np.asarray(each))
         named = named.with_values({name: f"{_HIDDEN}{name}"})
     options: dict[str, Any] = {"tolerance": tolerance, "max_points": most, "matrix": subject.matrix}
+    if subject.visibility is not None:
+        options["occluders"] = KnownOccluders(*subject.visibility.blocking)
     result, seconds = timed(lambda: refine(carrier, subject.scene, named, **options))
     note, nothing_added = _STOPPED[str(result.field_data["phong_refinement_stopped"])]
     if result.n_points == mesh.n_points:

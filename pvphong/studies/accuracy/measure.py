@@ -24,7 +24,13 @@ from pvphong.shading import kernel
 from pvphong.shading.plan.draft import Draft
 from pvphong.shading.plan.effects import EFFECTS
 from pvphong.studies.accuracy import physics
-from pvphong.studies.accuracy.interpolation import AS_IT_IS, Interpolation, interpolation, least_seconds
+from pvphong.studies.accuracy.interpolation import (
+    AS_IT_IS,
+    Interpolation,
+    interpolation,
+    least_seconds,
+    seconds_of_rays,
+)
 from pvphong.studies.accuracy.peers import LIGHT_SOURCE, PER_PIXEL, TEXTBOOK, light_source, textbook, vtk_frames
 from pvphong.studies.accuracy.report import Tradeoff, circumstances
 from pvphong.studies.accuracy.result import NO_ERROR, Errors, LedgerEntry, PredictedBound, Row, Timing, with_fronts
@@ -78,8 +84,8 @@ def tradeoff(
     arithmetic (against the same equation in float64) and light model (between two equations in float64), both at the
     vertices, and interpolation (colours blended across triangles against per-pixel shading, in float64). Where the
     scene has shadows or ambient occlusion there is a fourth, sampling: colours by few rays for each vertex against
-    colours by 4096, at vertices chosen at random. The other kinds then take what the vertices see as known, and
-    interpolation is measured without shadows, for no rays are cast inside triangles.
+    colours by 4096, at vertices chosen at random. Arithmetic and light model then take what the vertices see as
+    known; interpolation casts rays inside triangles, if there is time for them.
 
     Parameters
     ----------
@@ -268,12 +274,14 @@ class _Measurement:
         s, model = self.subject, self.subject.scene.light_model
         if not self._has_time_for("inside triangles", least_seconds(self.mesh, self.exact_seconds)):
             return Interpolation([], np.zeros(0), np.zeros(0), {})
-        if model.needs_surroundings:
-            why = "no rays are cast there; interpolation is measured without them"
-            self.left_out["shadows and occlusion inside triangles"] = why
+        rays = seconds_of_rays(s)
+        if rays and least_seconds(self.mesh, self.exact_seconds + rays) > self._left():
+            why = "there was no time for rays there; interpolation is measured without them"
+            self.left_out["shadows and occlusion inside triangles"], rays = why, 0.0
+        if model.needs_rays and not rays:
             s = replace(s, scene=replace(s.scene, light_model=model.without_rays()), visibility=None)
         clock = self.clock.part(_FOR_INSIDE * self._left())
-        found = interpolation(self.mesh, s, self.tolerance, self.exact_seconds, clock)
+        found = interpolation(self.mesh, s, self.tolerance, self.exact_seconds + rays, clock)
         self.left_out |= found.left_out
         for row, run, _ in found.variants:
             self._add(row, run, timed(run)[1])

@@ -25,6 +25,7 @@ from pvphong.shading.plan.effects import EFFECTS
 from pvphong.shading.plan.plan import Plan, is_worth_loading
 from pvphong.shading.reference import Shading
 from pvphong.shading.vertices import Vertices
+from pvphong.shading.visibility import VisibilityLike
 from pvphong.studies.accuracy.result import NO_ERROR, Errors, Row, Timing
 from pvphong.studies.accuracy.timing import Clock, timed
 
@@ -171,7 +172,7 @@ class Subject:
 
 
 def vertices_of(
-    points: FloatArray, normals: FloatArray, material: Material, visibility: Visibility | None = None
+    points: FloatArray, normals: FloatArray, material: Material, visibility: VisibilityLike | None = None
 ) -> Vertices:
     """Points and normals with a material's maps."""
     return Vertices(points, normals, material.maps, visibility, tangents=material.tangents)

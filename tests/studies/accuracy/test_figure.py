@@ -29,6 +29,23 @@ def test_one_row_of_any_time_has_room_in_both_directions(seconds, error):
     assert 0 < low < min(error or np.inf, 1 / 255) <= max(error, 1 / 255) < high
 
 
+def test_the_panel_of_interpolation_says_how_the_error_falls_with_the_points():
+    def row(name, points, rms):
+        errors = Errors(1.0, rms, 1.0, 10)
+        return Row(name, "interpolation", "numpy", "float32", points, Timing.of([1e-3 * points]), interpolation=errors)
+
+    rows = [row("as it is", 100, 0.16), row("refined 1×", 400, 0.11), row("refined 2×", 1600, 0.08)]
+    rows.append(row("refined adaptively", 200, 0.016))
+    whole = figure.Figure(layout="constrained")
+    draw_fronts(whole, SimpleNamespace(rows=with_fronts(rows), tolerance=1 / 255, chosen=()))
+    whole.draw_without_rendering()
+    told = whole.axes[0].get_xlabel().split("\n")
+    assert told[1:] == [
+        "refined n×: RMS falls as points$^{-0.25}$",
+        "refined adaptively: RMS 10× less by 2× the points",
+    ]
+
+
 @pytest.fixture(scope="module")
 def report():
     scene = ph.Scene([ph.PointLight(position=(1, 1, 2))], ph.Viewer(position=(0, 0, 3)))

@@ -7,7 +7,7 @@ import pytest
 import pyvista as pv
 
 import pvphong as ph
-from pvphong.studies.accuracy.interpolation import ADAPTIVE, AS_IT_IS, Triangles, interpolation, split
+from pvphong.studies.accuracy.interpolation import ADAPTIVE, AS_IT_IS, Triangles, interpolation, seconds_of_rays, split
 from pvphong.studies.accuracy.timing import Clock
 from pvphong.studies.accuracy.variants import Subject
 
@@ -42,6 +42,31 @@ def test_without_time_meshes_are_left_out_and_few_triangles_searched():
     assert set(left_out) == {ADAPTIVE, "refined 1×", "refined 2×", "refined 3×"}
     whole = large.phong.interpolation_error(SCENE, SHINY)["phong_interpolation_error"]
     assert set(errors.round(12)) <= set(whole.round(12))
+
+
+def test_the_saw_of_a_hard_shadow_falls_with_the_fourth_root_of_the_points_and_is_cut():
+    """The edge is straight, so that all triangles along it are alike."""
+    ground = pv.Plane(i_size=4, j_size=4, i_resolution=16, j_resolution=16).triangulate()
+    roof = pv.Plane(center=(3.03, 0, 1), i_size=6, j_size=8)
+    scene = ph.Scene([ph.DirectionalLight(direction=(0, 0, -1))], SCENE.viewer, ph.LightModel(shadows=True))
+    seen = ground.phong.visibility(scene, occluders=[roof])
+    subject = Subject(np.asarray(ground.points), ground.phong.normals(), scene, SHINY, None, seen)
+    assert seconds_of_rays(subject) > 0
+    found = interpolation(ground, subject, 0.01, 1e-4, Clock(3600.0))
+    expected = ground.phong.interpolation_error(scene, SHINY, occluders=[roof])["phong_interpolation_error"]
+    np.testing.assert_allclose(found.errors, expected, atol=1e-12)
+    errors = {variant.row.name: variant.row.error for variant in found.variants}
+    assert errors[ADAPTIVE].largest <= 0.01
+    saws = [errors[name] for name in (AS_IT_IS, "refined 1×", "refined 2×", "refined 3×")]
+    assert min(saw.largest for saw in saws) > 0.4
+    powers = np.diff(np.log2([saw.rms for saw in saws])) / 2
+    assert powers.mean() == pytest.approx(-0.25, abs=0.05)
+
+
+def test_rays_that_need_not_be_cast_take_no_time():
+    ball, scene = pv.Sphere(), replace(SCENE, light_model=ph.LightModel(shadows=True))
+    seen = ball.phong.visibility(scene)
+    assert seconds_of_rays(Subject(np.asarray(ball.points), ball.phong.normals(), scene, SHINY, None, seen)) == 0
 
 
 def test_some_triangles_stand_for_all_on_refined_meshes(monkeypatch):

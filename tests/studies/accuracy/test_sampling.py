@@ -90,7 +90,13 @@ def test_a_rows_error_is_that_of_its_colours(floor, roof, rows):
 def test_the_other_kinds_take_what_is_seen_as_known(report):
     exact = next(row for row in report.rows if row.name == "float64 reference")
     assert exact.arithmetic.largest == 0.0
-    assert "shadows and occlusion inside triangles" in report.left_out
+
+
+def test_without_time_for_rays_inside_triangles_there_is_no_shadow(floor, roof, monkeypatch):
+    monkeypatch.setattr("pvphong.studies.accuracy.measure.seconds_of_rays", lambda _: 1e9)
+    found = floor.phong.tradeoff(scene(SUN, shadows=True), CLAY, seconds=1.0, occluders=[roof])
+    assert "no time for rays" in found.left_out["shadows and occlusion inside triangles"]
+    assert found.inside_errors.max(initial=0.0) < 1e-6
 
 
 def test_the_ledger_prices_shadows_and_occlusion_with_their_rays(report):
