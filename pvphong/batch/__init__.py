@@ -1,7 +1,7 @@
 """Many files, lit by many processes, in the order in which to read it.
 
-`pieces` (which files are lit, where the lit ones go, and the indices that name them), `seams` (normals across the
-pieces of one surface), `shadows` (which of these may block light for which), `worker` (what a process does with a
-piece, and the receipt by which the next run knows that it is done), `cluster` (the processes: Dask's), and `shading`
-(`shade_files`: what is asked of them in which order, and the results).
+`pieces` (which files are lit, where the lit ones go, and the indices that name them), `surroundings` (which pieces of
+one surface touch each other, and which may block light for which), `seams` (normals across such pieces), `worker` (what
+a process does with a piece, and the receipt by which the next run knows that it is done), `cluster` (the processes:
+Dask's), and `shading` (`shade_files`: what is asked of them in which order, and the results).
 """

@@ -17,6 +17,7 @@ import pyvista as pv
 from numpy.typing import NDArray
 
 from pvphong.base.types import BoolArray, FloatArray, IntArray
+from pvphong.batch.surroundings import Outline, outline_of
 from pvphong.meshes.cells import cells
 from pvphong.meshes.surfaces import FeatureAngle, polygons, split_sharp_edges, vertex_normals
 
@@ -29,7 +30,7 @@ _FOREIGN = "_pvphong_foreign"
 
 @dataclass(frozen=True)
 class Border:
-    """The faces of a piece that touch its border.
+    """The faces of a piece that touch its border, and where it is.
 
     Attributes
     ----------
@@ -41,8 +42,8 @@ class Border:
         Shape (m,): whether it is on the border.
     connectivity, offsets : ndarray
         The faces, by rows of `points`.
-    count : int
-        How many points the piece has.
+    outline : Outline
+        Where the whole piece is, and how many points it has.
     """
 
     points: FloatArray
@@ -50,7 +51,7 @@ class Border:
     is_border: BoolArray
     connectivity: IntArray
     offsets: IntArray
-    count: int
+    outline: Outline
 
 
 @dataclass(frozen=True)
@@ -89,40 +90,35 @@ def border_of(surface: pv.PolyData, *, of_volume: bool = False) -> Border:
     touches[face[on_border[connectivity]]] = True
     numbers, corners = np.unique(connectivity[touches[face]], return_inverse=True)
     points = np.asarray(surface.points)[numbers]
-    return Border(points, numbers, on_border[numbers], corners, _offsets(sizes[touches]), surface.n_points)
+    return Border(points, numbers, on_border[numbers], corners, _offsets(sizes[touches]), outline_of(surface))
 
 
-def neighbours_of(borders: Sequence[Border]) -> list[Neighbours]:
-    """For each piece the others' faces with a corner on one of its border points."""
+def neighbours_of(border: Border, others: Sequence[Border]) -> Neighbours:
+    """The faces of other pieces with a corner on one of a piece's border points."""
     # all faces along borders, one piece after the other: of each corner its row among all points, and its place, a
     # number that points have in common whose coordinates are the same
-    points = np.concatenate([border.points.astype(np.float64) for border in borders])
+    borders = [border, *others]
+    points = np.concatenate([each.points.astype(np.float64) for each in borders])
     place = np.unique(points, axis=0, return_inverse=True)[1].reshape(-1)
-    first = _offsets([len(border.points) for border in borders])
-    corners = np.concatenate([border.connectivity + row for border, row in zip(borders, first, strict=False)])
-    sizes = np.concatenate([np.diff(border.offsets) for border in borders])
+    own, rows = np.unique(place[: len(border.points)][border.is_border], return_index=True)
+    first = _offsets([len(each.points) for each in borders])
+    corners = np.concatenate([each.connectivity + row for each, row in zip(borders, first, strict=False)])
+    sizes = np.concatenate([np.diff(each.offsets) for each in borders])
     offsets = _offsets(sizes)
-    piece = np.repeat(np.arange(len(borders)), [len(border.offsets) - 1 for border in borders])
-    order = np.argsort(place[corners], kind="stable")
-    places, faces = place[corners][order], np.repeat(np.arange(len(sizes)), sizes)[order]
-    result = []
-    for number, border in enumerate(borders):
-        own = place[first[number] : first[number + 1]][border.is_border]
-        low, high = (np.searchsorted(places, own, side=side) for side in ("left", "right"))
-        near = np.unique(faces[_ranges(low, high)])
-        near = near[piece[near] != number]
-        around = corners[_ranges(offsets[near], offsets[near + 1])]
-        # by the piece's own number where it has a border point at that place, the first of several
-        found, some, inverse = np.unique(place[around], return_index=True, return_inverse=True)
-        own, rows = np.unique(own, return_index=True)
-        at = np.searchsorted(own, found).clip(max=len(own) - 1)
-        is_own = own[at] == found
-        numbers = np.empty(len(found), np.intp)
-        numbers[is_own] = border.numbers[border.is_border][rows[at[is_own]]]
-        numbers[~is_own] = border.count + np.arange(np.count_nonzero(~is_own))
-        others = points[around[some[~is_own]]].astype(border.points.dtype)
-        result.append(Neighbours(others, numbers[inverse], _offsets(sizes[near])))
-    return result
+    is_near = np.zeros(len(sizes), bool)
+    is_near[np.repeat(np.arange(len(sizes)), sizes)[np.isin(place[corners], own)]] = True
+    is_near[: len(border.offsets) - 1] = False
+    near = np.flatnonzero(is_near)
+    around = corners[_ranges(offsets[near], offsets[near + 1])]
+    # by the piece's own number where it has a border point at that place, the first of several
+    found, some, inverse = np.unique(place[around], return_index=True, return_inverse=True)
+    at = np.searchsorted(own, found).clip(max=len(own) - 1)
+    is_own = own[at] == found
+    numbers = np.empty(len(found), np.intp)
+    numbers[is_own] = border.numbers[border.is_border][rows[at[is_own]]]
+    numbers[~is_own] = border.outline.count + np.arange(np.count_nonzero(~is_own))
+    strangers = points[around[some[~is_own]]].astype(border.points.dtype)
+    return Neighbours(strangers, numbers[inverse], _offsets(sizes[near]))
 
 
 def with_normals(surface: pv.PolyData, neighbours: Neighbours, feature_angle: FeatureAngle) -> pv.PolyData:

@@ -8,7 +8,8 @@ from collections import Counter, defaultdict
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
-from operator import getitem
+from itertools import repeat
+from operator import attrgetter
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, get_args
 
@@ -21,7 +22,7 @@ from pvphong.base.types import Backend, Precision
 from pvphong.batch.cluster import connected, ended
 from pvphong.batch.pieces import Index, Piece, Seams, paths_of, pieces_and_indices, write_index
 from pvphong.batch.seams import neighbours_of
-from pvphong.batch.shadows import surroundings_of
+from pvphong.batch.surroundings import surroundings_of, touching
 from pvphong.batch.worker import Job, Result, border_in, bounds_of, checksum_of, light, look, outline_in
 from pvphong.meshes.blocks import DEFAULT
 from pvphong.meshes.default_scene import default_scene_of
@@ -233,7 +234,7 @@ class _Run:
             self._end(piece, result)
 
     def _begin_together(self, pieces: Sequence[Piece], *, merges: bool) -> dict[Any, Piece]:
-        """Tasks for the pieces of one surface: each depends on all, for their faces and their shadows."""
+        """Tasks for the pieces of one surface: each gets faces that touch it, and the names of what may block it."""
         looked = dict(self._each(look, self._left(pieces), self._job))
         made_from = checksum_of([looked[piece][0] if piece in looked else "" for piece in pieces])
         if not merges:
@@ -244,30 +245,34 @@ class _Run:
         if not self._left(pieces):
             return {}
         known = [piece for piece in pieces if piece in looked]
-        borders, outlines = dict[Piece, Any](), dict[Piece, Any]()
-        if merges:
+        if merges:  # their faces stay with the workers
             borders = dict(self._each(border_in, known, fetches=False))
-            known = [piece for piece in known if piece in borders]
-        if self._job.scene.light_model.needs_rays:
-            outlines = dict(self._each(outline_in, known))
-            known = [piece for piece in known if piece in outlines]
+            where = attrgetter("outline")
+            outlines = dict(
+                self._values({self._client.submit(where, borders[each], pure=False): each for each in borders})
+            )
+        else:
+            borders, outlines = {}, dict(self._each(outline_in, known))
+        known = [piece for piece in known if piece in outlines]
         if not known:
             return {}
-        there = set(known)
-        missing = [number for number, piece in enumerate(pieces) if piece not in there]
+        missing = [number for number, piece in enumerate(pieces) if piece not in outlines]
         if missing:  # the others have to be lit again when these are there
             made_from = checksum_of([made_from, missing])
-        neighbours: list[Any] = [None] * len(known)
-        around: list[Any] = [None] * len(known)
+        known_outlines = [outlines[piece] for piece in known]
+        neighbours: Iterable[Any] = repeat(None, len(known))
+        around: Iterable[Any] = repeat(None, len(known))
         if merges:
-            shared = self._client.submit(neighbours_of, [borders[piece] for piece in known], pure=False)
-            neighbours = [self._client.submit(getitem, shared, number) for number in range(len(known))]
-        if outlines:
-            names = [_found_anywhere(piece) for piece in known]
-            around = [*surroundings_of(self._job.scene, names, [outlines[piece] for piece in known])]
+            faces = [borders[piece] for piece in known]
+            neighbours = (
+                self._client.submit(neighbours_of, faces[number], [faces[other] for other in others], pure=False)
+                for number, others in enumerate(touching(known_outlines))
+            )
+        if self._job.scene.light_model.needs_rays:
+            around = surroundings_of(self._job.scene, [*map(_found_anywhere, known)], known_outlines)
         return {
-            self._begin(light, piece, self._job, faces, others, made_from): piece
-            for piece, faces, others in zip(known, neighbours, around, strict=True)
+            self._begin(light, piece, self._job, beside, blocking, made_from): piece
+            for piece, beside, blocking in zip(known, neighbours, around, strict=True)
             if piece.output not in self._results
         }
 
@@ -302,7 +307,9 @@ class _Run:
         self, work: Callable[..., Any], pieces: Iterable[Piece], *more: Any, fetches: bool = True
     ) -> Iterator[tuple[Piece, Any]]:
         """The pieces, and the value of some work on each, as it ends; a piece whose task has failed has ended."""
-        tasks = {self._begin(work, piece, *more): piece for piece in pieces}
+        return self._values({self._begin(work, piece, *more): piece for piece in pieces}, fetches=fetches)
+
+    def _values(self, tasks: Mapping[Any, Piece], *, fetches: bool = True) -> Iterator[tuple[Piece, Any]]:
         for piece, value in ended(self._client, tasks, fetches=fetches):
             if isinstance(value, Result):
                 self._end(piece, value)

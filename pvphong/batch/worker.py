@@ -19,7 +19,7 @@ from pvphong.base import check, threads
 from pvphong.base.files import write_json
 from pvphong.batch.pieces import ArrayType, Piece
 from pvphong.batch.seams import NORMALS, Border, Neighbours, border_of, with_normals, without_ghosts
-from pvphong.batch.shadows import Outline, Surroundings, outline_of
+from pvphong.batch.surroundings import Outline, Surroundings, outline_of
 from pvphong.meshes.blocks import DEFAULT, materials_of
 from pvphong.meshes.files import Compression, read_mesh, save_lit
 from pvphong.meshes.lit import shade_mesh

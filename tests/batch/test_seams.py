@@ -9,6 +9,7 @@ from batch.cutting import SCENE, bare, cut, read_whole, save_pieces, series, sur
 
 import pvphong as ph
 from pvphong.batch.seams import border_of, neighbours_of, with_normals, without_ghosts
+from pvphong.batch.surroundings import touching
 from pvphong.meshes.surfaces import polygons, split_sharp_edges
 
 MESHES = {
@@ -18,6 +19,13 @@ MESHES = {
     "airplane": pv.examples.load_airplane(),
 }
 BRIGHT = ph.Material(specular=0.4, shininess=20)
+
+
+def all_neighbours(pieces):
+    """Of each piece those faces that pieces whose boxes touch it have along its border."""
+    borders = [border_of(piece) for piece in pieces]
+    near = touching([border.outline for border in borders])
+    return [neighbours_of(border, [borders[k] for k in others]) for border, others in zip(borders, near, strict=True)]
 
 
 def at_corners(mesh, name):
@@ -44,7 +52,7 @@ def test_normals_and_sharp_edges_are_those_of_one_piece(mesh, angle):
     whole.point_data["n"] = ph.vertex_normals(whole)
     pieces = surfaces(bare(MESHES[mesh]))
     found = []
-    for piece, around in zip(pieces, neighbours_of([border_of(piece) for piece in pieces]), strict=True):
+    for piece, around in zip(pieces, all_neighbours(pieces), strict=True):
         own = with_normals(piece, around, angle)
         assert own.n_points == piece.n_points or angle is not None
         own.point_data["n"] = own.point_data.active_normals
@@ -58,7 +66,7 @@ def test_normals_and_sharp_edges_are_those_of_one_piece(mesh, angle):
         apart = [
             piece.translate((2e-7 * k, 0, 0)) for k, piece in enumerate(pieces)
         ]  # no point is another's to the bit
-        assert not any(len(around.points) for around in neighbours_of([border_of(piece) for piece in apart]))
+        assert not any(len(around.points) for around in all_neighbours(apart))
 
 
 def test_arrays_lines_and_lonely_points_stay_with_their_piece():
@@ -70,7 +78,7 @@ def test_arrays_lines_and_lonely_points_stay_with_their_piece():
     left.lines = [2, 0, 3]
     left.cell_data["kind"] = np.arange(left.n_cells)
     left.field_data["time"] = [2.5]
-    around = neighbours_of([border_of(left), border_of(right)])[0]
+    around = neighbours_of(border_of(left), [border_of(right)])
     assert len(around.offsets) > 1
     own = with_normals(left, around, None)
     assert (own.n_lines, own.n_cells, own.field_data["time"].tolist()) == (1, left.n_cells, [2.5])

@@ -1,9 +1,9 @@
-"""Shadows across the pieces of one surface: each piece gets the names of those pieces that may block light for it.
+"""Which pieces of one surface are around one: those that touch it, and those that may block light for it.
 
-What is known of all pieces are boxes around them. Between the box of a piece and a light is the hull of both, or the
-piece's box swept towards the sun; only pieces whose boxes meet it are read for its rays. Rays are cast in the
-coordinates of the whole surface, and vertices are numbered one piece after the other: so a piece sees to the bit what
-its vertices see in the surface in one piece.
+What is known of all pieces are boxes around them. A piece's normals need the pieces whose boxes touch its own. Between
+its box and a light is the hull of both, or its box swept towards a sun; only pieces whose boxes meet that are read for
+its rays. Rays are cast in the coordinates of the whole surface, and vertices are numbered one piece after the other:
+so a piece sees, to the bit, what it sees as a part of one mesh.
 """
 
 from __future__ import annotations
@@ -66,6 +66,16 @@ def outline_of(surface: pv.PolyData) -> Outline:
     """Where a surface is."""
     faces, extent = world_faces(surface), Extent(surface.points, None, None)
     return Outline(extent.box, faces.box if len(faces.sound) else None, surface.n_points)
+
+
+def touching(outlines: Sequence[Outline]) -> Iterator[list[int]]:
+    """For each piece the numbers of the others that may have points in common with it."""
+    everywhere = np.full(3, -np.inf), np.full(3, np.inf)
+    boxes = [everywhere if outline.points is None else outline.points for outline in outlines]
+    lows, highs = np.transpose(boxes, (1, 0, 2))
+    for number, (low, high) in enumerate(boxes):
+        is_near = ((lows <= high) & (highs >= low)).all(axis=1)
+        yield [other for other in np.flatnonzero(is_near).tolist() if other != number]
 
 
 def surroundings_of(scene: Scene, names: Sequence[Name], outlines: Sequence[Outline]) -> Iterator[Surroundings[Name]]:

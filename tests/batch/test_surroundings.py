@@ -11,7 +11,7 @@ from batch.cutting import as_in_one_piece, bare, houses, save_pieces, surfaces
 
 import pvphong as ph
 from pvphong.batch import worker
-from pvphong.batch.shadows import outline_of, surroundings_of
+from pvphong.batch.surroundings import outline_of, surroundings_of
 
 LIGHTS = {
     "point": ph.PointLight(position=(3, 2, 4)),
