@@ -2,14 +2,14 @@
 
 What is known of all pieces are boxes around them. A piece's normals need the pieces whose boxes touch its own. Between
 its box and a light is the hull of both, or its box swept towards a sun; only pieces whose boxes meet that are read for
-its rays. Rays are cast in the coordinates of the whole surface, and vertices are numbered one piece after the other:
-so a piece sees, to the bit, what it sees as a part of one mesh.
+its rays, and of these only triangles that may meet it are kept. Rays are cast in the coordinates of the whole surface,
+and vertices are numbered one piece after the other: so a piece sees, to the bit, what it sees as a part of one mesh.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Generic, TypeVar
 
 import numpy as np
@@ -18,10 +18,14 @@ import pyvista as pv
 from pvphong.base.types import BoolArray
 from pvphong.geometry.extent import Box, Extent
 from pvphong.meshes.visibility import world_faces
-from pvphong.rays.rays import may_block, may_hide
+from pvphong.rays.casting import BlockingFaces
+from pvphong.rays.rays import BEGUN_ABOVE, may_block, may_hide
 from pvphong.scene.scene import Scene
 
 Name = TypeVar("Name")
+
+# Triangles that are kept or left out together, for those that follow each other are mostly neighbours.
+_RUN, _RUNS_AT_ONCE = 32, 2**11
 
 
 @dataclass(frozen=True)
@@ -51,6 +55,8 @@ class Surroundings(Generic[Name]):
     ----------
     within : (low, high)
         Around all of it.
+    points : (low, high) or None
+        Around the places where the piece's rays begin; None where that is not known.
     first : int
         Number of the piece's first point among those of all pieces.
     blockers : tuple
@@ -58,8 +64,33 @@ class Surroundings(Generic[Name]):
     """
 
     within: Box
+    points: Box | None
     first: int
     blockers: tuple[Name, ...]
+
+    def may_count(self, scene: Scene, parts: Box) -> BoolArray:
+        """Which parts inside of boxes, shape (m, 3), may block a light of the scene, or hide its sky, for the piece."""
+        model = scene.light_model
+        result: BoolArray = np.zeros(len(parts[0]), bool)
+        for light in scene.world_lights if model.shadows else ():
+            if light.on:
+                result |= may_block(light, self.points, parts)
+        if model.ambient_occlusion is not False:
+            result |= may_hide(self.points, parts, model.occlusion_distance)
+        return result
+
+    def blocking(self, scene: Scene, faces: BlockingFaces) -> BlockingFaces:
+        """Those of another piece's triangles that may count, and some that follow each other with them."""
+        kept = []
+        for start in range(0, len(faces), _RUN * _RUNS_AT_ONCE):
+            corners = faces.corners[start : start + _RUN * _RUNS_AT_ONCE]
+            coordinates, runs = faces.points[corners.ravel()], np.arange(0, 3 * len(corners), 3 * _RUN)
+            parts = np.minimum.reduceat(coordinates, runs), np.maximum.reduceat(coordinates, runs)
+            kept.append(corners[np.repeat(self.may_count(scene, parts), _RUN)[: len(corners)]])
+        rows = np.concatenate([*kept, faces.corners[:0]])
+        used = np.zeros(len(faces.points), bool)
+        used[rows] = True
+        return BlockingFaces(faces.points[used], (np.cumsum(used) - 1)[rows])
 
 
 def outline_of(surface: pv.PolyData) -> Outline:
@@ -88,18 +119,15 @@ def surroundings_of(scene: Scene, names: Sequence[Name], outlines: Sequence[Outl
     names, outlines : sequence
         Of all pieces of the surface.
     """
-    blocking = [number for number, outline in enumerate(outlines) if outline.faces is not None]
-    boxes = [outline.faces for outline in outlines if outline.faces is not None]
-    lows, highs = np.transpose(boxes, (1, 0, 2)) if boxes else np.zeros((2, 0, 3))
-    within = (lows.min(axis=0), highs.max(axis=0)) if boxes else (np.zeros(3), np.zeros(3))
-    model, first = scene.light_model, 0
-    lights = [light for light in scene.world_lights if light.on and model.shadows]
+    boxes = [outline.faces for outline in outlines]
+    blocking = [number for number, box in enumerate(boxes) if box is not None]
+    lows, highs = np.transpose([box for box in boxes if box is not None] or np.zeros((0, 2, 3)), (1, 0, 2))
+    within = (lows.min(axis=0), highs.max(axis=0)) if blocking else (np.zeros(3), np.zeros(3))
+    above, first = BEGUN_ABOVE * float((within[1] - within[0]).max()), 0
     for number, outline in enumerate(outlines):
-        counts: BoolArray = np.zeros(len(blocking), bool)
-        for light in lights:
-            counts |= may_block(light, outline.points, (lows, highs))
-        if model.ambient_occlusion is not False:
-            counts |= may_hide(outline.points, (lows, highs), model.occlusion_distance)
-        others = (names[blocking[row]] for row in np.flatnonzero(counts) if blocking[row] != number)
-        yield Surroundings(within, first, tuple(others))
+        points = None if outline.points is None else (outline.points[0] - above, outline.points[1] + above)
+        alone: Surroundings[Name] = Surroundings(within, points, first, ())
+        counts = np.flatnonzero(alone.may_count(scene, (lows, highs)))
+        others = tuple(names[blocking[row]] for row in counts if blocking[row] != number)
+        yield replace(alone, blockers=others)
         first += outline.count

@@ -240,7 +240,7 @@ def _surface(piece: Piece) -> tuple[pv.PolyData, bool]:
 def _lit(piece: Piece, job: Job, neighbours: Neighbours | None, around: Surroundings[Piece] | None) -> pv.PolyData:
     mesh, _ = _surface(piece)
     material, angle = job.materials.get(piece.label) or job.materials[DEFAULT], job.feature_angle
-    options = job.options if around is None else job.options | {"occluders": _occluders(mesh, around)}
+    options = job.options if around is None else job.options | {"occluders": _occluders(mesh, job.scene, around)}
     has_own = has_normals(mesh) and angle in (None, "auto")
     if neighbours is None or has_own or len(neighbours.offsets) == 1:
         return shade_mesh(mesh, job.scene, material, feature_angle=angle, **options)
@@ -249,9 +249,10 @@ def _lit(piece: Piece, job: Job, neighbours: Neighbours | None, around: Surround
     return lit
 
 
-def _occluders(mesh: pv.PolyData, around: Surroundings[Piece]) -> KnownOccluders:
-    """A piece's own triangles, and those of the pieces that may block its light, which are read one by one."""
-    parts = [world_faces(mesh), *(world_faces(_surface(piece)[0]) for piece in around.blockers)]
+def _occluders(mesh: pv.PolyData, scene: Scene, around: Surroundings[Piece]) -> KnownOccluders:
+    """A piece's own triangles, and those that may block its light of other pieces, which are read one by one."""
+    others = (around.blocking(scene, world_faces(_surface(piece)[0])) for piece in around.blockers)
+    parts = [world_faces(mesh), *others]
     return KnownOccluders(Occluders(parts, around.within), 0 if len(parts[0]) else None, around.first)
 
 

@@ -125,8 +125,8 @@ def around_by_arrays(
 # --- the occlusion test: why nothing can block light between vertices and a light, known before any ray is cast
 
 
-# Boxes are taken so much larger, in units of all of them: rays begin above the vertices, and are rounded.
-_SLACK = 2.0**-15
+BEGUN_ABOVE = 2.0**-15
+"""Boxes are taken so much larger, by their common size: rays begin above the vertices, and are rounded."""
 
 
 def may_block(light: Light, vertices: Box | None, parts: Box) -> BoolArray:
@@ -190,7 +190,7 @@ def _slack(vertices: Box, parts: Box) -> float:
     sizes = np.concatenate([[vertices[1]], parts[1]]).max(axis=0) - np.concatenate([[vertices[0]], parts[0]]).min(
         axis=0
     )
-    return _SLACK * float(sizes.max())
+    return BEGUN_ABOVE * float(sizes.max())
 
 
 # --- the vertices of one mesh that look at lights, at the sky, and at each other

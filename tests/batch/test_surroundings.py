@@ -11,7 +11,8 @@ from batch.cutting import as_in_one_piece, bare, houses, save_pieces, surfaces
 
 import pvphong as ph
 from pvphong.batch import worker
-from pvphong.batch.surroundings import outline_of, surroundings_of
+from pvphong.batch.surroundings import outline_of, surroundings_of, touching
+from pvphong.meshes.visibility import world_faces
 
 LIGHTS = {
     "point": ph.PointLight(position=(3, 2, 4)),
@@ -94,6 +95,30 @@ def test_a_piece_reads_itself_and_what_may_block_it(client, monkeypatch):
     assert not ph.shade_files(index, "lit", scene_of(WEST), client=client).failed
     read = [sorted(Path(path).stem[-1] for name, path in reads if name == f"part_{k}.vtp") for k in range(6)]
     assert read == [list(each) for each in ("01", "012", "0123", "1234", "2345", "345")]
+
+
+def test_of_a_piece_that_may_block_those_triangles_are_kept_that_may():
+    pieces, scene = surfaces(houses(9), 3), scene_of(ph.DirectionalLight(direction=(0, -1, -4)))
+    outlines = [outline_of(piece) for piece in pieces]
+    around = list(surroundings_of(scene, range(9), outlines))[4]
+    assert 7 in around.blockers  # the sun is there
+    faces = world_faces(pieces[7])
+    kept = around.blocking(scene, faces)
+    assert 0 < len(kept) < len(faces) / 2
+    corners = faces.points[faces.corners]
+    above = corners[:, :, 2] - 4 * (corners[:, :, 1] - outlines[4].points[1][1])  # the sun seen from the upper edge
+    near = corners[(above > 1e-9).any(axis=1)]
+    there = {corners.tobytes() for corners in kept.points[kept.corners]}
+    assert len(near)
+    assert all(corners.tobytes() in there for corners in near)
+
+
+def test_a_piece_with_a_spoiled_point_takes_all_pieces_for_its_neighbours():
+    pieces = row_of_pieces()
+    pieces[0].points[0] = np.nan
+    outlines = [outline_of(piece) for piece in pieces]
+    assert next(touching(outlines)) == [1, 2, 3, 4, 5]
+    assert next(surroundings_of(scene_of(WEST), range(6), outlines)).blockers == (1, 2, 3, 4, 5)
 
 
 def test_what_may_block_is_there_again_when_it_can_be_read(client):

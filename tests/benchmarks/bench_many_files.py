@@ -14,8 +14,8 @@ from pathlib import Path
 
 import psutil
 import pyvista as pv
-from common import measured_scene, table
-from distributed import Client, LocalCluster
+from common import measured_scene, new_cluster, peak, reset_peak, table
+from distributed import Client
 from rich.console import Console
 
 import pvphong as ph
@@ -37,28 +37,9 @@ def wavy(points, number):
     return sheet.translate((0, 0, number))
 
 
-def new_cluster(workers):
-    """Of single threads, as `shade_files` starts one."""
-    return LocalCluster(
-        n_workers=workers, threads_per_worker=1, dashboard_address=":0", env={"VTK_SMP_MAX_THREADS": "1"}
-    )
-
-
 def load_all(path):
     """In a worker: have all code loaded."""
     read_mesh(path).phong.shade(*measured_scene(), backend="numba").save(Path(tempfile.mkdtemp()) / "lit.vtp")
-
-
-def reset_peak():
-    """In a worker: forget how much memory it has had, and say how much it has."""
-    Path("/proc/self/clear_refs").write_text("5")
-    return psutil.Process().memory_info().rss
-
-
-def peak():
-    """In a worker: how much memory it has had."""
-    status = Path("/proc/self/status").read_text()
-    return 1024 * int(status.split("VmHWM:")[1].split()[0])
 
 
 def seconds_and_memory(cluster, files, out):

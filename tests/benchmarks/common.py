@@ -22,6 +22,9 @@ __all__ = [
     "least_in_turns",
     "mark",
     "measured_scene",
+    "new_cluster",
+    "peak",
+    "reset_peak",
     "slope",
     "table",
     "textbook",
@@ -86,6 +89,29 @@ def apart(code, *arguments, **environment):
     command = [sys.executable, "-c", code, *map(str, arguments)]
     run = subprocess.run(command, env=variables, capture_output=True, text=True, check=False)
     return run.stdout if run.returncode == 0 else sys.exit(run.stderr)
+
+
+def new_cluster(workers):
+    """Of single threads, as `shade_files` starts one."""
+    from distributed import LocalCluster
+
+    return LocalCluster(
+        n_workers=workers, threads_per_worker=1, dashboard_address=":0", env={"VTK_SMP_MAX_THREADS": "1"}
+    )
+
+
+def reset_peak():
+    """In a worker: forget how much memory it has had, and say how much it has."""
+    import psutil
+
+    Path("/proc/self/clear_refs").write_text("5")
+    return psutil.Process().memory_info().rss
+
+
+def peak():
+    """In a worker: how much memory it has had."""
+    status = Path("/proc/self/status").read_text()
+    return 1024 * int(status.split("VmHWM:")[1].split()[0])
 
 
 def table(title, *headings, texts=1):

@@ -1,0 +1,325 @@
+"""Pieces of a city measured here, and a cluster's schedule for 10¹² vertices from that.
+
+`python bench_large.py [vertices] [pieces across]`
+
+A scan of houses under a low sun, in square pieces, is lit by `shade_files` with two workers: seconds, memory of the
+worker that takes most, and how many pieces each one reads. Then one process does each kind of task by itself, and a
+scheduler and a client are timed with tasks that do nothing. These times, and not a model of them, go through a queue:
+workers take pieces, the scheduler hands them out one by one, the storage has so many bytes a second for all, and
+processes die now and then; what they were doing, and the borders that they held, are done again. Processors as here.
+"""
+
+import heapq
+import itertools
+import pickle
+import sys
+import tempfile
+import time
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+import psutil
+import pyvista as pv
+from distributed import Client
+from rich.console import Console
+
+import pvphong as ph
+from pvphong.batch.pieces import Piece
+from pvphong.batch.seams import neighbours_of
+from pvphong.batch.surroundings import Outline, Surroundings, surroundings_of, touching
+from pvphong.batch.worker import Job, border_in, light, look
+
+try:
+    from benchmarks.common import new_cluster, peak, reset_peak, table
+except ImportError:  # started as a script
+    from common import new_cluster, peak, reset_peak, table
+
+ALL = 1e12
+HOUSE = 12
+SUN = ph.DirectionalLight(direction=(-2.0, -1.0, -1.5))
+SCENE = ph.Scene([SUN], ph.Viewer(position=(50.0, 40.0, 90.0)), ph.LightModel(shadows=True))
+NOTHING, OUTLINES, TURNS = 2000, 20_000, 20
+
+# --- a city in pieces
+
+
+def piece_of_city(column, row, houses):
+    """A square of so many houses each way, 2 wide each, that meets its neighbours in the same points; no normals."""
+    side, rng = houses * HOUSE, np.random.default_rng([column, row])
+    z = np.zeros((side + 1, side + 1))
+    z[:-1, :-1] = np.kron(4.0 * rng.random((houses, houses)) ** 3, np.pad(np.ones((HOUSE - 2, HOUSE - 2)), 1))
+    x, y = (2.0 / HOUSE * (np.arange(side + 1) + side * place) for place in (column, row))
+    points = np.stack([*np.meshgrid(x, y, indexing="ij"), z], axis=2).reshape(-1, 3).astype(np.float32)
+    first = (np.arange(side)[:, None] * (side + 1) + np.arange(side)).ravel()
+    corners = np.stack([first, first + side + 1, first + side + 2, first, first + side + 2, first + 1], axis=1)
+    return pv.PolyData.from_regular_faces(points, corners.reshape(-1, 3))
+
+
+def save_city(folder, vertices, across):
+    """Its pieces' files, row by row."""
+    houses = max(round(vertices**0.5 / across / HOUSE), 1)
+    for number in range(across * across):
+        piece_of_city(*divmod(number, across), houses).save(Path(folder, f"{number:05}.vtp"))
+    return sorted(Path(folder).glob("*.vtp"))
+
+
+# --- what is measured
+
+
+@dataclass(frozen=True)
+class Task:
+    """What one piece takes of one kind of task."""
+
+    name: str
+    seconds: float
+    """Of one worker, files in the page cache."""
+    bytes: float
+    """Read and written."""
+    messages: float = 1.0
+    """Tasks that the scheduler hands out for it."""
+    serial: float = 0.0
+    """Seconds of the client beside that."""
+    kept: bool = False
+    """Whether the result stays with the worker until all is lit."""
+
+
+@dataclass(frozen=True)
+class Measured:
+    """What a piece takes here."""
+
+    vertices: int
+    look: Task
+    border: Task
+    light: Task
+    blockers: float
+    """Pieces that are read for its shadows, beside itself."""
+    per_pair: float
+    """Seconds of the client for a piece and another: do they touch, may one block the other?"""
+    per_message: float
+    """Seconds of scheduler and client for a task."""
+    held: float
+    """Bytes that scheduler and client hold for a task."""
+
+
+def timed(call, *arguments):
+    """A call's seconds, the least of two, and its value."""
+    seconds = []
+    for _ in range(2):
+        start = time.perf_counter()
+        value = call(*arguments)
+        seconds.append(time.perf_counter() - start)
+    return min(seconds), value
+
+
+def measured(files, out, client):
+    """What a piece in the middle takes, of each kind of task."""
+    out.mkdir()
+    pieces = [Piece(path, Path(out, path.name), surface="city") for path in files]
+    options = {"name": "phong", "backend": "numba"}
+    job, middle = (
+        Job(SCENE, {"default": ph.Material()}, None, options, "run"),
+        len(files) // 2 + int(len(files) ** 0.5) // 2,
+    )
+    borders = [border_in(piece) for piece in pieces]
+    outlines = [border.outline for border in borders]
+    beside = [borders[other] for other in list(touching(outlines))[middle]]
+    around = list(surroundings_of(SCENE, pieces, outlines))[middle]
+    light(replace(pieces[middle], output=Path(out, "first.vtp")), job, None, around)  # code is loaded
+    looking, _ = timed(look, pieces[middle], job)
+    bordering, _ = timed(border_in, pieces[middle])
+    meeting, faces = timed(neighbours_of, borders[middle], beside)
+    start = time.perf_counter()
+    result = light(pieces[middle], job, faces, around, "x")
+    lighting = time.perf_counter() - start
+    assert not result.reason, result
+    size, lit = files[middle].stat().st_size, pieces[middle].output.stat().st_size
+    moved = size * (1 + len(around.blockers)) + 2 * lit + sum(len(pickle.dumps(border)) for border in beside)
+    per_message, held = overhead(client, pieces[middle], job, around)
+    return Measured(
+        vertices=outlines[middle].count,
+        look=Task("look", looking, size),
+        border=Task("border", bordering, size, messages=2.0, kept=True),
+        light=Task("light", meeting + lighting, moved, messages=2.0),
+        blockers=float(np.mean([len(each.blockers) for each in surroundings_of(SCENE, pieces, outlines)])),
+        per_pair=pairing(OUTLINES),
+        per_message=per_message,
+        held=held,
+    )
+
+
+def pairing(count):
+    """Seconds for a piece and another, of so many."""
+    lows = np.random.default_rng(0).random((count, 3))
+    outlines = [Outline((low, low + 1e-3), (low, low + 1e-3), 1) for low in lows]
+    some = zip(touching(outlines), surroundings_of(SCENE, range(count), outlines), strict=True)
+    next(some)  # makes arrays of all
+    start = time.perf_counter()
+    for _ in itertools.islice(some, TURNS):
+        pass
+    return (time.perf_counter() - start) / TURNS / count
+
+
+def overhead(client, piece, job, around: Surroundings):
+    """Seconds of scheduler and client for a task that does nothing, and bytes that they hold for it."""
+    process = psutil.Process()
+    busy, memory = sum(process.cpu_times()[:2]), process.memory_info().rss
+    tasks = [client.submit(idle, replace(piece, label=str(k)), job, around, pure=False) for k in range(NOTHING)]
+    client.gather(tasks)
+    used, grown = sum(process.cpu_times()[:2]) - busy, process.memory_info().rss - memory
+    return used / NOTHING, max(grown, 0) / NOTHING
+
+
+def idle(*_):
+    """Do nothing, in a worker."""
+
+
+def city_lit(files, out, cluster):
+    """Seconds of all of it with two workers, and the bytes that the worker with the most took."""
+    with Client(cluster) as client:
+        before = client.run(reset_peak)
+        start = time.perf_counter()
+        batch = ph.shade_files(files, out, SCENE, client=client, seams="merge", backend="numba")
+        seconds = time.perf_counter() - start
+        assert len(batch.done) == len(files), batch
+        return seconds, max(most - before[worker] for worker, most in client.run(peak).items())
+
+
+# --- the schedule
+
+
+@dataclass(frozen=True)
+class Cluster:
+    """What a cluster has."""
+
+    workers: int
+    storage: float = 100e9
+    """Bytes a second, for all."""
+    link: float = 1e9
+    """Bytes a second, for one worker."""
+    per_message: float = 1e-3
+    """Seconds of scheduler and client for a task."""
+    lives: float = 30 * 86400.0
+    """Seconds after which a worker dies, in the mean."""
+    restart: float = 60.0
+    """Seconds until another is in its place."""
+
+
+@dataclass(frozen=True)
+class Schedule:
+    """How a run went."""
+
+    seconds: float
+    busy: dict[str, float]
+    """Shares of that time: of the workers, of the scheduler with its client, and of the storage."""
+    deaths: int
+    redone: float
+    """Share of the pieces' tasks that were done again."""
+
+
+def simulate(tasks, pieces, cluster, seed=0):
+    """Light so many pieces: kinds of task one after the other, each piece by the worker that is free next."""
+    rng, now = np.random.default_rng(seed), 0.0
+    busy, deaths, redone, kept = {"workers": 0.0, "scheduler": 0.0, "storage": 0.0}, 0, 0.0, 0.0
+    for task in tasks:
+        handing, moving = task.messages * cluster.per_message + task.serial, task.bytes / cluster.storage
+        working = task.seconds + task.bytes / cluster.link
+        handed = moved = now
+        free, left = [now] * cluster.workers, float(pieces)
+        while left > 0.0:
+            start = heapq.heappop(free)
+            handed = max(handed, start) + handing
+            moved = max(moved, handed) + moving
+            end = max(moved, handed + working)
+            busy["scheduler"], busy["storage"] = busy["scheduler"] + handing, busy["storage"] + moving
+            busy["workers"] += working
+            if rng.random() < (end - start) / cluster.lives:
+                deaths += 1
+                # and borders that it held of pieces that are not lit yet, in tasks of this kind
+                lost = kept / working / cluster.workers * left / pieces
+                left, redone, end = left + lost, redone + lost + 1.0, end + cluster.restart
+            else:
+                left -= 1.0
+            heapq.heappush(free, end)
+        kept += task.kept * pieces * working
+        now = max(free)
+    shares = {"workers": cluster.workers, "scheduler": 1, "storage": 1}
+    return Schedule(
+        now, {name: value / shares[name] / now for name, value in busy.items()}, deaths, redone / pieces / len(tasks)
+    )
+
+
+def tasks_of(found, vertices, pieces, per_pair):
+    """The tasks of a piece of so many vertices: of times and bytes that grow with it, but for its border."""
+    larger = vertices / found.vertices
+    grown = [
+        replace(task, seconds=task.seconds * larger, bytes=task.bytes * larger)
+        for task in (found.look, found.border, found.light)
+    ]
+    grown[-1] = replace(grown[-1], serial=per_pair * pieces)
+    return grown
+
+
+CASES = (
+    ("pieces of a million", 1e6, Cluster(100), {}),
+    ("ten times the workers", 1e6, Cluster(1000), {}),
+    ("pieces of ten million", 1e7, Cluster(1000), {}),
+    ("ten times the workers", 1e7, Cluster(10_000), {}),
+    ("and ten times the storage", 1e7, Cluster(10_000, storage=1e12), {}),
+    ("and workers that live a day", 1e7, Cluster(10_000, storage=1e12, lives=86400.0), {}),
+    ("and boxes found in a tree", 1e7, Cluster(10_000, storage=1e12), {"per_pair": 0.0}),
+    ("pieces of a million, boxes in a tree", 1e6, Cluster(10_000, storage=1e12), {"per_pair": 0.0}),
+)
+"""What changes from row to row: the vertices of a piece, and the cluster."""
+
+
+def main():
+    """Measure, simulate, and print two tables."""
+    console = Console(width=140)
+    vertices, across = (int(float(word)) for word in [*sys.argv[1:], *("4e6", "4")[len(sys.argv) - 1 :]])
+    with tempfile.TemporaryDirectory() as folder, new_cluster(2) as cluster:
+        files = save_city(folder, vertices, across)
+        city_lit(files[:2], Path(folder, "first"), cluster)
+        seconds, memory = city_lit(files, Path(folder, "lit"), cluster)
+        with Client(cluster) as client:
+            found = measured(files, Path(folder, "one"), client)
+        size = files[0].stat().st_size
+    made = table(f"{len(files)} pieces of {found.vertices:,} vertices, two workers, a low sun", "what", "measured")
+    for name, value in (
+        ("all of it", f"{seconds:.1f} s"),
+        ("memory of a worker beyond its libraries", f"{memory / 1e6:.0f} MB"),
+        ("that, by a piece's file", f"{memory / size:.1f}"),
+        ("pieces that are read for a piece's shadows", f"{found.blockers:.1f}"),
+        ("to look at a piece", f"{found.look.seconds:.3f} s"),
+        ("its border and box", f"{found.border.seconds:.3f} s"),
+        ("its normals, shadows, colours, file", f"{found.light.seconds:.3f} s"),
+        ("bytes moved for that, by a piece's file", f"{found.light.bytes / size:.1f}"),
+        ("scheduler and client for a task", f"{1e3 * found.per_message:.2f} ms"),
+        ("what they hold for it", f"{found.held / 1e3:.1f} kB"),
+        ("client for a pair of pieces", f"{1e9 * found.per_pair:.0f} ns"),
+    ):
+        made.add_row(name, value)
+    console.print(made)
+    headings = "vertices of a piece", "workers", "GB/s", "hours", "workers", "scheduler", "storage", "deaths", "again"
+    made = table("10¹² vertices: simulated; how busy each is", "", *headings, "scheduler holds")
+    for name, vertices, there, change in CASES:
+        pieces = round(ALL / vertices)
+        tasks = tasks_of(found, vertices, pieces, change.get("per_pair", found.per_pair))
+        run = simulate(tasks, pieces, replace(there, per_message=found.per_message))
+        holds = pieces * sum(task.messages for task in tasks) * found.held
+        made.add_row(
+            name,
+            f"{vertices:.0e}",
+            f"{there.workers:,}",
+            f"{there.storage / 1e9:.0f}",
+            f"{run.seconds / 3600:.1f}",
+            *(f"{100 * run.busy[each]:.0f} %" for each in ("workers", "scheduler", "storage")),
+            f"{run.deaths}",
+            f"{100 * run.redone:.2f} %",
+            f"{holds / 1e9:.1f} GB",
+        )
+    console.print(made)
+
+
+if __name__ == "__main__":
+    main()
