@@ -24,6 +24,7 @@ from pvphong.scene.scene import Scene
 from pvphong.studies.validate.validation import Comparison, validate
 from pvphong.studio.gizmos import Gizmo, Gizmos, History, Interaction, Keys, Options, check_keys
 from pvphong.studio.lit_actors import ARRAY, LitMesh, lit_meshes
+from pvphong.studio.refining import Refining
 from pvphong.studio.subplot import Subplot
 from pvphong.studio.window_lights import RendererLight
 
@@ -67,6 +68,7 @@ class PlotterPhong:
         *,
         feature_angle: FeatureAngle = "auto",
         casts_shadows: bool = True,
+        refine: float | None = None,
         **add_mesh_options: Any,
     ) -> pv.Actor | tuple[pv.Actor, ...]:
         """Draw a mesh, or all blocks of a MultiBlock, with lit colours, and keep them current.
@@ -90,6 +92,11 @@ class PlotterPhong:
         casts_shadows : bool, default True
             Whether it blocks light where `light_model` has shadows or ambient occlusion: all such meshes of a
             subplot that are visible shadow each other and themselves.
+        refine : float, optional
+            Largest colour error inside of triangles, > 0, as the tolerance of `mesh.phong.refine`; 1/255 is one step of
+            a display. While nothing is dragged or edited the mesh is drawn refined, with crisp edges of hard shadows
+            and cones; until that is computed, in the background, at its own vertices. Pictures and exports wait for it.
+            It adds 200,000 points at most, and none where light bounces or vertices or lines are drawn as such.
         **add_mesh_options
             As for `pyvista.Plotter.add_mesh`, without those that colour the mesh. With a `name` blocks are called
             "name[block]", and replace those drawn under the name before.
@@ -106,9 +113,11 @@ class PlotterPhong:
         """
         refuse_colouring(add_mesh_options, "Colour comes from `material` here.")
         check.flag("casts_shadows", casts_shadows)
+        tolerance = None if refine is None else check.number("refine", refine, above=0.0)
         subplot, meshes = self._subplot, lit_meshes(mesh, material, feature_angle)
         for lit in meshes.values():
             lit.casts_shadows = casts_shadows
+            lit.refining = None if tolerance is None else Refining(tolerance)
             subplot.lit.light(lit)
         name = add_mesh_options.pop("name", None)
         if name is not None:
@@ -445,7 +454,9 @@ class PlotterPhong:
             @functools.wraps(method)
             def output(*args: Any, **kwargs: Any) -> Any:
                 alive = component()
-                with nullcontext() if alive is None else alive._prepared():
+                # with False as its file the picture is one that every `show` keeps of its end, asked or not
+                waits = not (args and args[0] is False)
+                with nullcontext() if alive is None else alive._prepared(waits):
                     return method(owner(), *args, **kwargs)
 
             return output
@@ -457,15 +468,17 @@ class PlotterPhong:
                 setattr(self._plotter, name, self._wrapped[name])
 
     @contextmanager
-    def _prepared(self) -> Iterator[None]:
-        """Colours brought up to date, for an exporter draws no frame; gizmos out of sight."""
+    def _prepared(self, waits: bool) -> Iterator[None]:
+        """Colours brought up to date, for an exporter draws no frame; gizmos out of sight.
+
+        It may wait for refined pictures.
+        """
         interactions = self._interactions
-        for subplot in self._subplots:
-            subplot.lit.refresh()
+        is_refined = max([subplot.lit.refresh(waits=waits) for subplot in self._subplots], default=False)
         with ExitStack() as stack:
             for interaction in interactions:
                 stack.enter_context(interaction.out_of_sight())
-            if interactions:
+            if interactions or is_refined:
                 self._plotter.render()
             yield
         if interactions:

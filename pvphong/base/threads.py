@@ -20,6 +20,28 @@ from typing import Any
 from pvphong.base import text
 
 _limit: ContextVar[int] = ContextVar("limit", default=sys.maxsize)
+_stop: ContextVar[threading.Event | None] = ContextVar("stop", default=None)
+
+
+class StoppedError(Exception):
+    """Work was told to stop, for nobody wants its result any more."""
+
+
+@contextlib.contextmanager
+def stopped_by(event: threading.Event) -> Iterator[None]:
+    """While it lasts, `run` and `go_on` raise `StoppedError` in the calling thread as soon as the event is set."""
+    token = _stop.set(event)
+    try:
+        yield
+    finally:
+        _stop.reset(token)
+
+
+def go_on() -> None:
+    """Raise `StoppedError` if the calling thread was told to stop."""
+    event = _stop.get()
+    if event is not None and event.is_set():
+        raise StoppedError
 
 
 def count() -> int:
@@ -54,9 +76,11 @@ def _executor(_process: int) -> ThreadPoolExecutor:
 def run(work: Callable[[int, int], Any], stop: int, step: int) -> None:
     """Call `work(first, last)` for all ranges of a length from 0 to `stop`, on no more than `count()` threads at once.
 
+    Nothing is begun where the calling thread was told to stop.
     After an exception in any of them, or where the calling thread is interrupted, no other range is begun; it is raised
     when all are done.
     """
+    go_on()
     ranges, lock, note = iter(range(0, stop, step)), threading.Lock(), text.counting(stop)
 
     def take_ranges() -> None:

@@ -39,6 +39,7 @@ from pvphong.shading import interreflection
 from pvphong.shading.interreflection import Sent
 from pvphong.shading.plan.plan import Plan
 from pvphong.shading.vertices import Vertices
+from pvphong.studio.refining import Refining
 
 ARRAY = "phong"
 """Name of the drawn mesh's colours, uint8 RGB."""
@@ -75,6 +76,8 @@ class LitMesh:
         Degrees from which edges are sharp, as for `shade`.
     casts_shadows : bool, default True
         Whether it blocks light, where the light model has shadows or ambient occlusion.
+    refining : Refining, optional
+        What shows a refined picture of it while nothing moves.
     """
 
     def __init__(
@@ -84,12 +87,14 @@ class LitMesh:
         *,
         feature_angle: FeatureAngle = None,
         casts_shadows: bool = True,
+        refining: Refining | None = None,
     ) -> None:
         surface(mesh)  # refuses what has nothing that can be lit
         self.mesh = mesh
         self.feature_angle: FeatureAngle = feature_angle
         self.shared_material = material if isinstance(material, SharedMaterial) else SharedMaterial(material)
         self.casts_shadows = casts_shadows
+        self.refining = refining
         self.drawn = pv.PolyData()
         self.actor: pv.Actor | None = None
         self.evaluations = 0
@@ -116,6 +121,11 @@ class LitMesh:
         """A stamp of what is lit, which changes with it; cheap to compare."""
         maps = tuple((name, self._version_of(given)) for name, given in given_maps(self.material).items())
         return self.material, self.geometry(), maps
+
+    @property
+    def state(self) -> Any:
+        """What its colours were computed for last; cheap to compare."""
+        return self._lit_for, self._eye if self._plan is not None and self._plan.view_dependent else None
 
     def planned(
         self, scene: Scene, occluders: KnownOccluders | None = None, samples: int | None = None
@@ -186,6 +196,8 @@ class LitMesh:
 
     def blank(self) -> None:
         """Draw nothing, until it can be refreshed again: an index that no point has would end the process."""
+        if self.refining is not None:
+            self.refining.forget(self)
         self.drawn.Initialize()
         self._geometry = self._lit_for = None
 
@@ -326,6 +338,7 @@ _PREVIEW_SAMPLES = 16  # rays of each vertex to a light with a size while someth
 _BEFORE_GIZMOS = 1.0  # a frame's gizmos show where highlights are
 _MESSAGE_WIDTH, _MESSAGE_PLACE = 60, (10.0, 10.0)  # letters of a line; pixels from the lower left
 
+_ASK_AGAIN = 100  # milliseconds until a refined picture is asked for again
 _BOUNCES_LIVE = 2**13  # so many vertices have their own bounces while something is dragged
 
 
@@ -373,6 +386,7 @@ class LitActors:
         self._occluders = Occluders(())
         self._bounced: _Bounced | None = None
         self._unlit: dict[LitMesh, str] = {}
+        self._timer: tuple[Any, int, int] | None = None
         self._message = vtkTextActor()
         self._message.UseBoundsOff()
         self._message.PickableOff()
@@ -409,10 +423,20 @@ class LitActors:
         """Light a mesh that is not drawn yet among those that are; ValueError if it cannot be lit."""
         self._refreshing([*self.shown, mesh])(mesh)
 
-    def refresh(self) -> None:
+    def refresh(self, *, waits: bool = False) -> bool:
         """Bring all visible meshes up to date.
 
         One that cannot be lit is not drawn, for its last colours would not be true, until it can be lit again.
+
+        Parameters
+        ----------
+        waits : bool, default False
+            Whether to come back with refined pictures, where there are to be any, and not before.
+
+        Returns
+        -------
+        bool
+            Whether there is a new refined picture, which a frame that is drawn already does not show.
 
         Warns
         -----
@@ -430,6 +454,7 @@ class LitActors:
                     names = [name for name, actor in self._renderer.actors.items() if actor is mesh.actor]
                     which = f"The mesh {names[0]!r}" if names and "(Addr=" not in names[0] else "A mesh"
                     unlit[mesh] = f"{which} is not lit: {error}"
+        is_refined = self._refine([mesh for mesh in shown if mesh not in unlit], waits)
         before, self._unlit = self._unlit, unlit
         if unlit != before:
             lines = [line for text in unlit.values() for line in textwrap.wrap(text, _MESSAGE_WIDTH)]
@@ -438,6 +463,40 @@ class LitActors:
             for mesh, text in unlit.items():
                 if before.get(mesh) != text:
                     warnings.warn(text, LightingWarning, stacklevel=2)
+        return is_refined
+
+    def _refine(self, meshes: Sequence[LitMesh], waits: bool) -> bool:
+        """Show the refined pictures that there are, and whether one is new; if more are to come, ask again soon."""
+        scene, is_awaited, is_new = self._scene(), False, False
+        for mesh in meshes:
+            if mesh.refining is not None:
+                before = mesh.refining.pictures
+                own = list(self._blocking).index(mesh) if mesh in self._blocking else None
+                occluders = KnownOccluders(self._occluders, own) if scene.light_model.needs_rays else None
+                held = self.uses_preview_rays
+                is_awaited |= mesh.refining.update(mesh, scene, occluders, held=held, waits=waits)
+                is_new |= mesh.refining.pictures > before
+        window = self._renderer.GetRenderWindow()
+        interactor = None if window is None else window.GetInteractor()
+        if not is_awaited:
+            self._end_timer()
+        elif self._timer is None and interactor is not None and interactor.GetInitialized():
+            actors = weakref.ref(self)
+
+            def passed(_interactor: Any, _event: str) -> None:
+                if (alive := actors()) is not None and alive._timer is not None and alive.refresh():
+                    alive._renderer.GetRenderWindow().Render()
+
+            tag = interactor.AddObserver("TimerEvent", passed)
+            self._timer = interactor, tag, interactor.CreateRepeatingTimer(_ASK_AGAIN)
+        return is_new
+
+    def _end_timer(self) -> None:
+        if self._timer is not None:
+            interactor, tag, timer = self._timer
+            interactor.RemoveObserver(tag)
+            interactor.DestroyTimer(timer)
+            self._timer = None
 
     def _refreshing(self, meshes: Sequence[LitMesh]) -> Callable[[LitMesh], bool]:
         """What brings one of some meshes up to date, which shadow each other where the light model has shadows."""
@@ -536,4 +595,8 @@ class LitActors:
     def release(self) -> None:
         """Let go of the renderer."""
         self._renderer.RemoveObserver(self._tag)
+        self._end_timer()
+        for mesh in self._meshes:
+            if mesh.refining is not None:
+                mesh.refining.forget(mesh)
         self._meshes.clear()

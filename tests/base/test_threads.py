@@ -2,6 +2,8 @@
 
 import threading
 
+import pytest
+
 from pvphong.base import threads
 
 
@@ -25,3 +27,19 @@ def test_a_limit_is_the_calling_threads_own():
         other.join()
         counts.append(threads.count())
     assert counts == [threads.count(), 1]
+
+
+def test_who_is_told_to_stop_begins_nothing_more_and_others_go_on():
+    stop, done = threading.Event(), []
+    with threads.stopped_by(stop):
+        threads.run(lambda first, _: done.append(first), 2, 1)
+        stop.set()
+        other = threading.Thread(target=lambda: threads.run(lambda *_: done.append("other"), 1, 1))
+        other.start()
+        other.join()
+        with pytest.raises(threads.StoppedError):
+            threads.run(lambda first, _: done.append(first), 2, 1)
+        with pytest.raises(threads.StoppedError):
+            threads.go_on()
+    threads.go_on()
+    assert sorted(done, key=str) == [0, 1, "other"]

@@ -7,6 +7,7 @@ from typing import Literal
 
 import numpy as np
 
+from pvphong.base import threads
 from pvphong.base.types import BoolArray, Float64Array, FloatArray, IntArray
 from pvphong.shading.inside.cutting import PIXEL, Cuts, cut_edges
 from pvphong.shading.inside.interpolation import (
@@ -122,6 +123,7 @@ class Refinement:
             self.cuts = cut_edges(self._surface, tolerance, limit)
         self._measure(np.arange(len(self.triangles)))
         while len(rows := self._next_round(tolerance)):
+            threads.go_on()
             marks = self.triangles.marks(rows, self._known["visible"])
             if self.triangles.n_vertices + np.count_nonzero(marks) > limit:
                 self._spend_what_is_left(tolerance, limit)

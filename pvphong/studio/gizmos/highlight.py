@@ -148,6 +148,8 @@ class Surfaces:
         self._picker.PickFromListOn()
         for mesh in meshes:
             assert mesh.actor is not None
+            if mesh.refining is not None:
+                mesh.refining.forget(mesh)  # what is hit is a triangle of the mesh's own
             self._picker.AddPickList(mesh.actor)
             locator = vtkStaticCellLocator()
             locator.SetDataSet(mesh.actor.GetMapper().GetInput())  # the picker knows it by the mapper's own

@@ -1,0 +1,184 @@
+"""Refined pictures of lit meshes: computed in the background, and shown for as long as they are true.
+
+A thread refines a copy of what is drawn, when nothing has changed for a moment. It is stopped where something does:
+then the mesh's own vertices are drawn again, in the colours that they have now.
+"""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any, Protocol
+
+import numpy as np
+import pyvista as pv
+
+from pvphong.base import threads
+from pvphong.base.types import Float64Array, FloatArray
+from pvphong.meshes.visibility import KnownOccluders
+from pvphong.optics.maps import Map, fractions
+from pvphong.optics.material import Material
+from pvphong.scene.scene import Scene
+from pvphong.shading.plan.plan import Plan
+from pvphong.shading.vertices import Vertices
+from pvphong.studies.refine import refine
+
+_ARRAY = "phong"
+_AFTER = 0.2  # seconds in which nothing has changed
+_MOST_ADDED = 200_000  # points
+
+
+class Drawn(Protocol):
+    """A lit mesh in a window, as `pvphong.studio.lit_actors.LitMesh` is one."""
+
+    drawn: pv.PolyData
+    actor: pv.Actor | None
+
+    @property
+    def state(self) -> Any:
+        """What its colours were computed for last; cheap to compare."""
+
+    @property
+    def material(self) -> Material:
+        """The surface's material."""
+
+    @property
+    def matrix(self) -> Float64Array | None:
+        """The actor's model matrix."""
+
+    @property
+    def normals(self) -> FloatArray:
+        """The point normals that it is lit with."""
+
+    def planned(self, scene: Scene, occluders: KnownOccluders | None = None) -> tuple[Plan, Vertices]:
+        """What will run, and on what."""
+
+
+class _Job:
+    """A refinement that runs in a thread."""
+
+    def __init__(self, work: Callable[[], pv.PolyData]) -> None:
+        self.result: pv.PolyData | None = None
+        self._work, self._stop = work, threading.Event()
+        self._thread = threading.Thread(target=self._run, name="pvphong refining", daemon=True)
+        self._thread.start()
+
+    def _run(self) -> None:
+        try:
+            with threads.stopped_by(self._stop):
+                self.result = self._work()
+        except threads.StoppedError:
+            pass
+
+    @property
+    def is_done(self) -> bool:
+        """Whether it has ended."""
+        return not self._thread.is_alive()
+
+    def wait(self) -> None:
+        """Until it has ended."""
+        self._thread.join()
+
+    def stop(self) -> None:
+        """Have it end soon, without a result."""
+        self._stop.set()
+
+
+class Refining:
+    """The refined picture of one lit mesh.
+
+    Parameters
+    ----------
+    tolerance : float
+        As for `refine`.
+    """
+
+    def __init__(self, tolerance: float) -> None:
+        self.pictures = 0
+        """How many have been made."""
+        self._tolerance = tolerance
+        self._state: Any = None
+        self._since = 0.0
+        self._job: _Job | None = None
+        self._shown: pv.PolyData | None = None
+
+    def update(
+        self, mesh: Drawn, scene: Scene, occluders: KnownOccluders | None, *, held: bool, waits: bool = False
+    ) -> bool:
+        """Show the refined picture of a mesh if there is one of what it is now; else begin to make it.
+
+        Parameters
+        ----------
+        mesh : Drawn
+            It is up to date.
+        scene : Scene
+            What lights it.
+        occluders : KnownOccluders, optional
+            What casts shadows on it.
+        held : bool
+            Whether something is being dragged: then its own vertices are shown, and nothing is refined.
+        waits : bool, default False
+            Whether to come back with the picture, and not before.
+
+        Returns
+        -------
+        bool
+            Whether the picture is still to come.
+        """
+        drawn = mesh.drawn
+        is_left_alone = held or scene.light_model.bounces or drawn.n_verts + drawn.n_lines or not drawn.n_cells
+        if is_left_alone or mesh.state != self._state:
+            self.forget(mesh)
+        if is_left_alone:
+            return False
+        if self._state is None:
+            self._state, self._since = mesh.state, time.monotonic()
+        if self._shown is None and self._job is None and (waits or time.monotonic() - self._since >= _AFTER):
+            self._job = _Job(self._work(mesh, scene, occluders))
+        if self._job is not None and waits:
+            self._job.wait()
+        if self._job is not None and self._job.is_done:
+            self._shown, self._job, self.pictures = self._job.result or drawn, None, self.pictures + 1
+        if self._shown is not None:
+            _show(mesh, self._shown)
+        return self._shown is None
+
+    def forget(self, mesh: Drawn) -> None:
+        """Show the mesh's own vertices, and stop what runs."""
+        if self._job is not None:
+            self._job.stop()
+        self._state = self._job = self._shown = None
+        _show(mesh, mesh.drawn)
+
+    def _work(self, mesh: Drawn, scene: Scene, occluders: KnownOccluders | None) -> Callable[[], pv.PolyData]:
+        """What makes the picture, of nothing that anybody else may edit meanwhile."""
+        _, vertices = mesh.planned(scene, occluders)
+        arrays = {name: Map(np.array(fractions(name, values.rows))) for name, values in vertices.maps.items()}
+        reflectance = mesh.material.reflectance
+        if reflectance is not None and "tangents" in reflectance.needs:
+            arrays["tangents"] = Map(np.array(vertices.tangents))
+        material = replace(mesh.material, tangents=None).with_values(arrays)
+        surface = mesh.drawn.copy()
+        surface.clear_data()
+        surface.point_data.active_normals = np.array(mesh.normals)
+        options: dict[str, Any] = {"matrix": mesh.matrix, "max_points": surface.n_points + _MOST_ADDED}
+        options |= {"occluders": occluders or (), "tolerance": self._tolerance}
+
+        def work() -> pv.PolyData:
+            refined = refine(surface, scene, material, **options)
+            colors = np.rint(np.clip(refined[_ARRAY], 0.0, 1.0) * 255.0).astype(np.uint8)
+            normals = np.asarray(refined.point_data.active_normals)
+            refined.clear_data()
+            refined.point_data.active_normals = normals
+            refined.point_data[_ARRAY] = colors
+            refined.set_active_scalars(_ARRAY, preference="point")
+            return refined
+
+        return work
+
+
+def _show(mesh: Drawn, picture: pv.PolyData) -> None:
+    if mesh.actor is not None and mesh.actor.mapper.dataset is not picture:
+        mesh.actor.mapper.dataset = picture

@@ -1,0 +1,159 @@
+"""Refined pictures in windows: shown while nothing moves, of what is there then; else the mesh's own vertices."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import pyvista as pv
+from mouse import Mouse
+
+import pvphong as ph
+from pvphong.base import threads
+from pvphong.studio import refining
+
+LAMP = ph.PointLight(position=(0.3, 0.2, 3), name="lamp")
+WHITE = ph.Material(ambient=0.3, diffuse=0.7)
+SHINY = replace(WHITE, specular=0.3, shininess=30)
+TOLERANCE = 0.02
+
+
+class Window:
+    """A floor under a ball, both refined."""
+
+    def __init__(self, plotter, refine=TOLERANCE, **model):
+        self.plotter, self.phong = plotter, plotter.phong
+        self.phong.light_model = ph.LightModel(ambient=1.0, shadows=True, **model)
+        self.phong.add_light(LAMP)
+        self.ground = pv.Plane(i_size=4, j_size=4, i_resolution=12, j_resolution=12)
+        self.ball = pv.Icosphere(radius=0.5, center=(0, 0, 1), nsub=3)
+        self.floor = self.phong.add_mesh(self.ground, WHITE, refine=refine)
+        self.over = self.phong.add_mesh(self.ball, SHINY, refine=refine)
+        self.plotter.camera_position = [(0, -6, 5), (0, 0, 0.7), (0, 0, 1)]
+        self.plotter.show(auto_close=False)
+
+    @property
+    def points(self):
+        return [actor.mapper.dataset.n_points for actor in (self.floor, self.over)]
+
+    def shows_own(self):
+        own = all(actor.mapper.dataset is self.phong.mesh(actor).drawn for actor in (self.floor, self.over))
+        return own and self.points == [self.ground.n_points, self.ball.n_points]
+
+    def wait(self):
+        """Frames until the refined pictures are there."""
+        for _ in range(1000):
+            self.plotter.render()
+            if not self.shows_own():
+                return
+            time.sleep(0.01)
+        raise AssertionError("no picture came")
+
+
+@pytest.fixture
+def window(new_plotter, monkeypatch):
+    monkeypatch.setattr(refining, "_AFTER", 0.0)
+    return lambda **options: Window(new_plotter((200, 200)), **options)
+
+
+def test_a_picture_waits_for_what_refine_gives_and_own_vertices_are_lit_as_soon_as_something_moves(window):
+    w = window()
+    given = w.ground.copy()
+    image = w.plotter.screenshot(return_img=True)
+    for light in (LAMP, replace(LAMP, position=(-0.5, 0.2, 3))):
+        w.phong.set_light("lamp", light)
+        w.plotter.render()
+        assert (light is LAMP) or w.shows_own()
+        image = w.plotter.screenshot(return_img=True)
+        expected = w.ground.phong.refine(w.phong.scene, WHITE, tolerance=TOLERANCE, occluders=[w.ball])
+        shown = w.floor.mapper.dataset
+        np.testing.assert_array_equal(shown.points, expected.points)
+        assert np.abs(shown["phong"] - 255 * expected["phong"]).max() <= 0.51
+        assert expected.field_data["phong_refinement_cut"][0] > 20
+        lit = w.ground.phong.shade(w.phong.scene, WHITE, occluders=[w.ball])
+        assert np.abs(np.asarray(w.phong.mesh(w.floor).drawn["phong"]) - 255 * lit["phong"]).max() <= 0.51
+    again = w.plotter.screenshot(return_img=True)
+    np.testing.assert_array_equal(again, image)
+    assert w.ground == given
+
+
+def test_a_drag_shows_own_vertices_and_its_end_the_refined_ones(window):
+    w = window()
+    w.phong.add_gizmos()
+    w.wait()
+    mouse = Mouse(w.plotter)
+    end = mouse.pull(mouse.at("lamp", "position"), (12, 5))
+    w.plotter.render()
+    assert w.shows_own()
+    time.sleep(0.05)
+    w.plotter.render()
+    assert w.shows_own()
+    mouse.release(end)
+    w.wait()
+    assert w.phong.lights[0].position != LAMP.position
+
+
+def test_a_highlight_is_dragged_over_the_users_mesh(window):
+    ends = []
+    for refine in (TOLERANCE, None):
+        w = window(refine=refine)
+        w.phong.add_gizmos()
+        mouse = Mouse(w.plotter)
+        mouse.click(mouse.at("lamp", "position"))
+        if refine:
+            w.wait()
+        place = mouse.at(mouse.gizmo("lamp").highlight)
+        mouse.drag(place, (6, -4))
+        ends.append(w.phong.lights[0].position)
+    np.testing.assert_allclose(*ends, atol=1e-6)
+    assert np.abs(np.array(ends[0]) - LAMP.position).max() > 0.01
+
+
+def test_what_is_outdated_is_stopped_and_never_shown(window, monkeypatch):
+    begun, stopped = [], []
+
+    def endless(surface, *_, **__):
+        begun.append(surface)
+        try:
+            while True:
+                threads.go_on()
+                time.sleep(0.001)
+        except threads.StoppedError:
+            stopped.append(surface)
+            raise
+
+    def until(condition):
+        for _ in range(2000):
+            if condition():
+                return
+            time.sleep(0.005)
+        raise AssertionError("it did not come")
+
+    monkeypatch.setattr(refining, "refine", endless)
+    w = window()
+    w.plotter.render()
+    until(lambda: len(begun) == 2)
+    w.phong.set_light("lamp", replace(LAMP, position=(1, 0, 3)))
+    w.plotter.render()
+    until(lambda: len(stopped) == 2)
+    w.plotter.render()
+    until(lambda: len(begun) == 4)
+    assert w.shows_own()
+    w.plotter.close()
+    until(lambda: len(stopped) == 4)
+
+
+def test_bounces_are_not_refined(window):
+    w = window(bounces=1)
+    w.plotter.screenshot(return_img=True)
+    assert w.shows_own()
+
+
+@pytest.mark.parametrize("given", [0, -1.0, "fine", True, float("nan")])
+def test_another_tolerance_is_refused_and_nothing_is_drawn(new_plotter, given):
+    plotter = new_plotter()
+    with pytest.raises(ValueError, match="refine must be"):
+        plotter.phong.add_mesh(pv.Sphere(), refine=given)
+    assert not plotter.actors
