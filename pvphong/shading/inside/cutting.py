@@ -149,7 +149,9 @@ class _Edge:
         added = len(triangles) - len(self._is_hidden)
         self._is_hidden = np.concatenate([self._is_hidden, np.zeros(added, dtype=bool)])
         self._is_lit_inside = np.concatenate([self._is_lit_inside, np.zeros((added, len(_INSIDE)), dtype=bool)])
-        sides = np.unique(triangles.sides[rows])
+        is_looked_at = np.zeros(len(triangles.ends), dtype=bool)
+        is_looked_at[triangles.sides[rows]] = True
+        sides = np.flatnonzero(is_looked_at)
         ends = triangles.ends[sides]
         quarters = self._surface.seen_on_sides(self._light, sides, _QUARTERS) > 0.5
         along = np.column_stack([is_lit[ends[:, 0]], quarters, is_lit[ends[:, 1]]])
