@@ -8,14 +8,15 @@ and vertices are numbered one piece after the other: so a piece sees, to the bit
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from typing import Generic, TypeVar
+from functools import partial
+from typing import Any, Generic, TypeVar
 
 import numpy as np
 import pyvista as pv
 
-from pvphong.base.types import BoolArray
+from pvphong.base.types import BoolArray, IntArray
 from pvphong.geometry.extent import Box, Extent
 from pvphong.meshes.visibility import world_faces
 from pvphong.rays.casting import BlockingFaces
@@ -99,14 +100,46 @@ def outline_of(surface: pv.PolyData) -> Outline:
     return Outline(extent.box, faces.box if len(faces.sound) else None, surface.n_points)
 
 
+class _Boxes:
+    """Boxes, and boxes around runs of them, so that not each one is looked at: pieces that follow each other are near.
+
+    Parameters
+    ----------
+    boxes : sequence of (low, high)
+        At least one.
+    """
+
+    def __init__(self, boxes: Sequence[Box]) -> None:
+        self._lows, self._highs = np.transpose(boxes, (1, 0, 2))
+        self._run = max(round(len(boxes) ** 0.5), 1)
+        starts = np.arange(0, len(boxes), self._run)
+        self._around = np.minimum.reduceat(self._lows, starts), np.maximum.reduceat(self._highs, starts)
+
+    @property
+    def whole(self) -> Box:
+        """Around all of them."""
+        return self._around[0].min(axis=0), self._around[1].max(axis=0)
+
+    def met(self, meets: Callable[[Box], BoolArray]) -> IntArray:
+        """The numbers of those that meet something: who meets a box meets all boxes around it."""
+        runs = np.flatnonzero(meets(self._around))
+        rows = (self._run * runs[:, None] + np.arange(self._run)).ravel()
+        rows = rows[rows < len(self._lows)]
+        return rows[meets((self._lows[rows], self._highs[rows]))]
+
+
 def touching(outlines: Sequence[Outline]) -> Iterator[list[int]]:
     """For each piece the numbers of the others that may have points in common with it."""
     everywhere = np.full(3, -np.inf), np.full(3, np.inf)
     boxes = [everywhere if outline.points is None else outline.points for outline in outlines]
-    lows, highs = np.transpose(boxes, (1, 0, 2))
-    for number, (low, high) in enumerate(boxes):
-        is_near = ((lows <= high) & (highs >= low)).all(axis=1)
-        yield [other for other in np.flatnonzero(is_near).tolist() if other != number]
+    of_all = _Boxes(boxes)
+    for number, box in enumerate(boxes):
+        yield [other for other in of_all.met(partial(_touch, box)).tolist() if other != number]
+
+
+def _touch(box: Box, parts: Box) -> BoolArray:
+    touches: Any = (parts[0] <= box[1]) & (parts[1] >= box[0])
+    return np.asarray(touches.all(axis=1))
 
 
 def surroundings_of(scene: Scene, names: Sequence[Name], outlines: Sequence[Outline]) -> Iterator[Surroundings[Name]]:
@@ -119,15 +152,15 @@ def surroundings_of(scene: Scene, names: Sequence[Name], outlines: Sequence[Outl
     names, outlines : sequence
         Of all pieces of the surface.
     """
-    boxes = [outline.faces for outline in outlines]
-    blocking = [number for number, box in enumerate(boxes) if box is not None]
-    lows, highs = np.transpose([box for box in boxes if box is not None] or np.zeros((0, 2, 3)), (1, 0, 2))
-    within = (lows.min(axis=0), highs.max(axis=0)) if blocking else (np.zeros(3), np.zeros(3))
+    blocking = [number for number, outline in enumerate(outlines) if outline.faces is not None]
+    nowhere = np.zeros(3), np.zeros(3)
+    boxes = _Boxes([outline.faces for outline in outlines if outline.faces is not None] or [nowhere])
+    within = boxes.whole
     above, first = BEGUN_ABOVE * float((within[1] - within[0]).max()), 0
     for number, outline in enumerate(outlines):
         points = None if outline.points is None else (outline.points[0] - above, outline.points[1] + above)
         alone: Surroundings[Name] = Surroundings(within, points, first, ())
-        counts = np.flatnonzero(alone.may_count(scene, (lows, highs)))
+        counts = boxes.met(partial(alone.may_count, scene)) if blocking else ()
         others = tuple(names[blocking[row]] for row in counts if blocking[row] != number)
         yield replace(alone, blockers=others)
         first += outline.count

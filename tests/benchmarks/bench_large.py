@@ -4,8 +4,8 @@
 
 A scan of houses under a low sun, in square pieces, is lit by `shade_files` with two workers: seconds, memory of the
 worker that takes most, and how many pieces each one reads. Then one process does each kind of task by itself, and a
-scheduler and a client are timed with tasks that do nothing. These times, and not a model of them, go through a queue:
-workers take pieces, the scheduler hands them out one by one, the storage has so many bytes a second for all, and
+scheduler and a client are timed with tasks that do nothing, all in seconds of a processor. These times go through a
+queue: workers take pieces, the scheduler hands them out one by one, the storage has so many bytes a second for all, and
 processes die now and then; what they were doing, and the borders that they held, are done again. Processors as here.
 """
 
@@ -15,6 +15,7 @@ import pickle
 import sys
 import tempfile
 import time
+import tracemalloc
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -40,7 +41,7 @@ ALL = 1e12
 HOUSE, ROUGH = 12, 0.02
 SUN = ph.DirectionalLight(direction=(-2.0, -1.0, -1.5))
 SCENE = ph.Scene([SUN], ph.Viewer(position=(50.0, 40.0, 90.0)), ph.LightModel(shadows=True))
-NOTHING, OUTLINES, TURNS = 2000, 20_000, 20
+NOTHING, FEW, OUTLINES, TURNS = 1000, 200, 20_000, 20
 
 # --- a city in pieces
 
@@ -96,8 +97,8 @@ class Measured:
     light: Task
     blockers: float
     """Pieces that are read for its shadows, beside itself."""
-    per_pair: float
-    """Seconds of the client for a piece and another: do they touch, may one block the other?"""
+    among: float
+    """Seconds of the client to find what is around a piece among `OUTLINES`; they go with the root of that number."""
     per_message: float
     """Seconds of scheduler and client for a task."""
     held: float
@@ -105,12 +106,12 @@ class Measured:
 
 
 def timed(call, *arguments):
-    """A call's seconds, the least of two, and its value."""
+    """A call's seconds of a processor, the least of two, and its value."""
     seconds = []
     for _ in range(2):
-        start = time.perf_counter()
+        start = time.process_time()
         value = call(*arguments)
-        seconds.append(time.perf_counter() - start)
+        seconds.append(time.process_time() - start)
     return min(seconds), value
 
 
@@ -131,9 +132,9 @@ def measured(files, out, client):
     looking, _ = timed(look, pieces[middle], job)
     bordering, _ = timed(border_in, pieces[middle])
     meeting, faces = timed(neighbours_of, borders[middle], beside)
-    start = time.perf_counter()
+    start = time.process_time()
     result = light(pieces[middle], job, faces, around, "x")
-    lighting = time.perf_counter() - start
+    lighting = time.process_time() - start
     assert not result.reason, result
     size, lit = files[middle].stat().st_size, pieces[middle].output.stat().st_size
     moved = size * (1 + len(around.blockers)) + 2 * lit + sum(len(pickle.dumps(border)) for border in beside)
@@ -144,32 +145,43 @@ def measured(files, out, client):
         border=Task("border", bordering, size, messages=2.0, kept=True),
         light=Task("light", meeting + lighting, moved, messages=2.0),
         blockers=float(np.mean([len(each.blockers) for each in surroundings_of(SCENE, pieces, outlines)])),
-        per_pair=pairing(OUTLINES),
+        among=among(OUTLINES),
         per_message=per_message,
         held=held,
     )
 
 
-def pairing(count):
-    """Seconds for a piece and another, of so many."""
-    lows = np.random.default_rng(0).random((count, 3))
-    outlines = [Outline((low, low + 1e-3), (low, low + 1e-3), 1) for low in lows]
-    some = zip(touching(outlines), surroundings_of(SCENE, range(count), outlines), strict=True)
+def among(count):
+    """Seconds to find out which of so many pieces touch one, and which may block its light."""
+    side = round(count**0.5)
+    lows = np.stack([*np.divmod(np.arange(side**2), side), np.zeros(side**2)], axis=1)
+    outlines = [Outline((low, low + 1.0), (low, low + 1.0), 1) for low in lows]
+    some = zip(touching(outlines), surroundings_of(SCENE, range(side**2), outlines), strict=True)
     next(some)  # makes arrays of all
-    start = time.perf_counter()
+    start = time.process_time()
     for _ in itertools.islice(some, TURNS):
         pass
-    return (time.perf_counter() - start) / TURNS / count
+    return (time.process_time() - start) / TURNS
 
 
 def overhead(client, piece, job, around: Surroundings):
     """Seconds of scheduler and client for a task that does nothing, and bytes that they hold for it."""
     process = psutil.Process()
-    busy, memory = sum(process.cpu_times()[:2]), process.memory_info().rss
-    tasks = [client.submit(idle, replace(piece, label=str(k)), job, around, pure=False) for k in range(NOTHING)]
-    client.gather(tasks)
-    used, grown = sum(process.cpu_times()[:2]) - busy, process.memory_info().rss - memory
-    return used / NOTHING, max(grown, 0) / NOTHING
+
+    def begin(count):
+        tasks = [client.submit(idle, replace(piece, label=str(k)), job, around, pure=False) for k in range(count)]
+        client.gather(tasks)
+        return tasks
+
+    begin(FEW)
+    busy = sum(process.cpu_times()[:2])
+    begin(NOTHING)
+    used = sum(process.cpu_times()[:2]) - busy
+    tracemalloc.start()
+    tasks = begin(FEW)
+    held, _ = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    return used / NOTHING, held / len(tasks)
 
 
 def idle(*_):
@@ -251,28 +263,28 @@ def simulate(tasks, pieces, cluster, seed=0):
     )
 
 
-def tasks_of(found, vertices, pieces, per_pair):
+def tasks_of(found, vertices, pieces):
     """The tasks of a piece of so many vertices: of times and bytes that grow with it, but for its border."""
     larger = vertices / found.vertices
     grown = [
         replace(task, seconds=task.seconds * larger, bytes=task.bytes * larger)
         for task in (found.look, found.border, found.light)
     ]
-    grown[-1] = replace(grown[-1], serial=per_pair * pieces)
+    grown[-1] = replace(grown[-1], serial=found.among * (pieces / OUTLINES) ** 0.5)
     return grown
 
 
 CASES = (
-    ("pieces of a million", 1e6, Cluster(100), {}),
-    ("ten times the workers", 1e6, Cluster(1000), {}),
-    ("pieces of ten million", 1e7, Cluster(1000), {}),
-    ("ten times the workers", 1e7, Cluster(10_000), {}),
-    ("and ten times the storage", 1e7, Cluster(10_000, storage=1e12), {}),
-    ("and workers that live a day", 1e7, Cluster(10_000, storage=1e12, lives=86400.0), {}),
-    ("and boxes found in a tree", 1e7, Cluster(10_000, storage=1e12), {"per_pair": 0.0}),
-    ("pieces of a million, boxes in a tree", 1e6, Cluster(10_000, storage=1e12), {"per_pair": 0.0}),
+    ("pieces of a million", 1e6, Cluster(100)),
+    ("ten times the workers", 1e6, Cluster(1000)),
+    ("pieces of ten million", 1e7, Cluster(1000)),
+    ("ten times the workers", 1e7, Cluster(10_000)),
+    ("a tenth of the storage", 1e7, Cluster(10_000, storage=1e10)),
+    ("ten times the storage", 1e7, Cluster(10_000, storage=1e12)),
+    ("workers that live a day", 1e7, Cluster(10_000, lives=86400.0)),
+    ("workers that live an hour", 1e7, Cluster(10_000, lives=3600.0)),
 )
-"""What changes from row to row: the vertices of a piece, and the cluster."""
+"""What changes: the vertices of a piece, and the cluster."""
 
 
 def main():
@@ -299,15 +311,15 @@ def main():
         ("bytes moved for that, by a piece's file", f"{found.light.bytes / size:.1f}"),
         ("scheduler and client for a task", f"{1e3 * found.per_message:.2f} ms"),
         ("what they hold for it", f"{found.held / 1e3:.1f} kB"),
-        ("client for a pair of pieces", f"{1e9 * found.per_pair:.0f} ns"),
+        (f"client, to find what is around a piece of {OUTLINES:,}", f"{1e3 * found.among:.2f} ms"),
     ):
         made.add_row(name, value)
     console.print(made)
     headings = "vertices of a piece", "workers", "GB/s", "hours", "workers", "scheduler", "storage", "deaths", "again"
     made = table("10¹² vertices: simulated; how busy each is", "", *headings, "scheduler holds")
-    for name, vertices, there, change in CASES:
+    for name, vertices, there in CASES:
         pieces = round(ALL / vertices)
-        tasks = tasks_of(found, vertices, pieces, change.get("per_pair", found.per_pair))
+        tasks = tasks_of(found, vertices, pieces)
         run = simulate(tasks, pieces, replace(there, per_message=found.per_message))
         holds = pieces * sum(task.messages for task in tasks) * found.held
         made.add_row(
