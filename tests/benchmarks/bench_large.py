@@ -290,7 +290,7 @@ CASES = (
 def main():
     """Measure, simulate, and print two tables."""
     console = Console(width=140)
-    vertices, across = (int(float(word)) for word in [*sys.argv[1:], *("4e6", "4")[len(sys.argv) - 1 :]])
+    vertices, across = (int(float(word)) for word in [*sys.argv[1:], *("2e6", "4")[len(sys.argv) - 1 :]])
     with tempfile.TemporaryDirectory() as folder, new_cluster(2) as cluster:
         files = save_city(folder, vertices, across)
         city_lit(files[:2], Path(folder, "first"), cluster)
