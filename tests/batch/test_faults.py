@@ -94,7 +94,7 @@ def test_a_worker_that_is_killed_loses_nothing(files, cluster):
 
 def test_a_piece_that_is_lost_in_the_middle_of_a_cast_is_done_again(cluster):
     _, client = cluster
-    pieces, scene = surfaces(houses(4)), ph.Scene([LAMP], SCENE.viewer, ph.LightModel(shadows=True))
+    pieces, scene = surfaces(houses(4), 2), ph.Scene([LAMP], SCENE.viewer, ph.LightModel(shadows=True))
     index = save_pieces(pieces, "in", ".pvtp")
 
     def dies_while_it_casts():
