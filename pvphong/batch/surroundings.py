@@ -3,7 +3,8 @@
 What is known of all pieces are boxes around them. A piece's normals need the pieces whose boxes touch its own. Between
 its box and a light is the hull of both, or its box swept towards a sun; only pieces whose boxes meet that are read for
 its rays, and of these only triangles that may meet it are kept. Rays are cast in the coordinates of the whole surface,
-and vertices are numbered one piece after the other: so a piece sees, to the bit, what it sees as a part of one mesh.
+and vertices are numbered one piece after the other: so a piece sees, to the bit, what it sees as a part of one mesh
+whose points along borders are kept apart.
 """
 
 from __future__ import annotations
