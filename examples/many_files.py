@@ -1,4 +1,4 @@
-"""Many files: a wave in a hundred pieces, ten moments of ten tiles, lit by the processes of a local Dask cluster.
+"""Many files: a wave in forty pieces, four moments of ten tiles, lit by the processes of a local Dask cluster.
 
 A .pvd file names the tiles by their times. Each is lit by whoever is free; along their borders the tiles of one moment
 get the normals of the surface in one piece, so no seam is seen. Run again, a finished file is not lit again. The
@@ -15,7 +15,7 @@ from distributed import Client, LocalCluster
 
 import pvphong as ph
 
-MOMENTS, TILES, SIDE = 10, 10, 40
+TIMES, TILES, SIDE = (0.1, 0.3, 0.5, 0.8), 10, 40
 SCENE = ph.Scene(
     [
         ph.DirectionalLight(direction=(-1.0, 0.6, -0.7), diffuse=(1.0, 0.85, 0.65), name="low sun"),
@@ -39,31 +39,31 @@ def tile(number: int, time: float) -> pv.PolyData:
 
 
 def write_series(folder: Path) -> Path:
-    """A hundred files, and the one that names them."""
+    """Forty files, and the one that names them."""
     lines = []
-    for moment in range(MOMENTS):
+    for time in TIMES:
         for number in range(TILES):
-            name = f"tile_{moment}_{number}.vtp"
-            tile(number, moment / MOMENTS).save(folder / name)
-            lines.append(f'<DataSet timestep="{moment / MOMENTS}" part="{number}" file="{name}"/>')
+            name = f"tile_{time}_{number}.vtp"
+            tile(number, time).save(folder / name)
+            lines.append(f'<DataSet timestep="{time}" part="{number}" file="{name}"/>')
     index = folder / "wave.pvd"
     index.write_text(f'<VTKFile type="Collection">\n<Collection>{"".join(lines)}</Collection>\n</VTKFile>\n')
     return index
 
 
 def draw(lit: Path, picture: Path) -> None:
-    """Four of the moments."""
+    """The four moments."""
     reader = pv.get_reader(lit)
     plotter = pv.Plotter(shape=(2, 2), off_screen=OFF_SCREEN, window_size=(1200, 800), border=False)
-    for subplot, moment in enumerate((1, 3, 5, 8)):
+    for subplot, time in enumerate(TIMES):
         plotter.subplot(*divmod(subplot, 2))
         plotter.set_background("#101820")
-        reader.set_active_time_point(moment)
+        reader.set_active_time_point(subplot)
         for piece in reader.read():
             plotter.add_mesh(piece, scalars="phong", rgb=True, lighting=False)
         plotter.camera_position = [SCENE.viewer.position, SCENE.viewer.focal_point, SCENE.viewer.up]
         plotter.camera.zoom(1.1)
-        plotter.add_text(f"time {moment / MOMENTS}", position=(12, 12), font_size=12, color="white")
+        plotter.add_text(f"time {time}", position=(12, 12), font_size=12, color="white")
     plotter.enable_anti_aliasing("ssaa")
     plotter.show(screenshot=picture)
 

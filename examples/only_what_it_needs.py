@@ -55,7 +55,7 @@ MORE = {
     "soft shadow of the ball": ([BALL], replace(BRIGHT, shadows=True)),
     "ambient occlusion": ([BULB], replace(BRIGHT, ambient_occlusion=True)),
 }
-ROUNDS, FEW_ROUNDS = 15, 2
+ROUNDS, FEW_ROUNDS = 9, 2
 TOLERANCE = 0.02  # of the colours that rays are cast for
 BACKEND = "numba" if find_spec("numba") else "numpy"  # by name: "auto" would change over once compiled code is there
 
@@ -105,7 +105,7 @@ def draw_bars(axes: Axes, costs: dict[str, float], labels: list[str], title: str
     axes.spines[["top", "right"]].set_visible(False)
 
 
-mesh = pv.Sphere(theta_resolution=600, phi_resolution=600)
+mesh = pv.Sphere(theta_resolution=400, phi_resolution=400)
 points, normals = np.asarray(mesh.points), np.asarray(mesh.point_data.active_normals)
 calls, pictures, plans = {}, [], {}
 for title, (lights, material, model, matrix) in SCENES.items():

@@ -2,12 +2,19 @@
 
 from __future__ import annotations
 
+import gc
 import sys
 from collections.abc import Callable, Iterator
 from typing import Any
 
 import pytest
 import pyvista as pv
+
+
+def pytest_collection_finish() -> None:
+    """Ten thousand tests are no garbage: who collects it need not look through them again and again."""
+    gc.collect()
+    gc.freeze()
 
 
 @pytest.fixture(autouse=True)

@@ -20,7 +20,7 @@ from strategies import MATRIX_CLASSES, Case, Dice, hard_case, matrix_of, moderat
 
 from pvphong import DirectionalLight, LightModel, Material, PointLight, Scene, Shading, SpotLight, Viewer
 
-FEW, MANY = 600, 100_000
+FEW, MANY = 200, 100_000
 
 FLATTENING_IS_NO_FAILURE = pytest.mark.filterwarnings("ignore::pvphong.geometry.transform.SingularMatrixWarning")
 """Every other warning is one: NumPy's about overflow, division by zero and invalid operations."""

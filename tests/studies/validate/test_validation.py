@@ -51,7 +51,7 @@ def assert_equals_vtk(comparison, *, tier=None, converted=None, share=0.9):
 
 RANDOM = 200
 in_blocks = pytest.mark.parametrize(
-    "block", [pytest.param(block, marks=[pytest.mark.long] * (block >= 5)) for block in range(10)]
+    "block", [pytest.param(block, marks=[pytest.mark.long] * (block >= 2)) for block in range(10)]
 )
 
 
