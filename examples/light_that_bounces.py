@@ -16,13 +16,13 @@ import pvphong as ph
 
 def wall(center: tuple[float, float, float], inward: tuple[float, float, float]) -> pv.PolyData:
     """A square of side 2, of which the side that looks inward sends light."""
-    plane = pv.Plane(center=center, direction=inward, i_size=2, j_size=2, i_resolution=64, j_resolution=64)
+    plane = pv.Plane(center=center, direction=inward, i_size=2, j_size=2, i_resolution=68, j_resolution=68)
     plane.point_data.active_normals = np.tile(np.array(inward, np.float32), (plane.n_points, 1))
     return plane
 
 
 ball = pv.Sphere(radius=0.42, center=(0.42, -0.25, -0.58), theta_resolution=90, phi_resolution=90)
-block = pv.Cube(center=(0, 0, 0), x_length=0.6, y_length=0.6, z_length=1.2).triangulate().subdivide(4)
+block = pv.Cube(center=(0, 0, 0), x_length=0.6, y_length=0.6, z_length=1.2).triangulate().subdivide(5)
 block = block.compute_normals(split_vertices=True).rotate_z(20).translate((-0.4, 0.35, -0.398))
 room = pv.MultiBlock(
     {
@@ -46,7 +46,7 @@ scene = ph.Scene(
 )
 
 start = time.perf_counter()
-transport, seen = room.phong.transport(samples=128), room.phong.visibility(scene)
+transport, seen = room.phong.transport(samples=256), room.phong.visibility(scene)
 shares = {"components": True, "shares_by_bounce": True}
 lit = room.phong.shade(scene, materials, transport=transport, visibility=seen, **shares)
 print(f"with rays: {time.perf_counter() - start:.2f} s; {transport}")

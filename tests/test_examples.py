@@ -1,11 +1,9 @@
-import os
-import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
 import pyvista as pv
+from forked import run_script
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
 SCRIPTS = sorted(script for script in EXAMPLES.glob("*.py") if script.stem != "arguments")
@@ -28,20 +26,16 @@ def test_the_gallery_shows_every_example_and_links_to_it():
     assert gallery.count(".py)") == len(SCRIPTS)
 
 
-def run(script, *options, folder, **variables):
-    command = [sys.executable, "-W", "error", str(script), str(folder), *options]
-    process = subprocess.run(
-        command, capture_output=True, text=True, timeout=300, check=False, cwd=folder, env=os.environ | variables
-    )
-    assert process.returncode == 0, process.stderr
+def run(script, *options, folder, off_screen=False):
+    told = run_script(script, folder, *options, folder=folder, off_screen=off_screen)
     (picture,) = folder.iterdir()
     assert picture.name == f"{script.stem}.png"
-    return picture, process.stdout
+    return picture, told
 
 
 @pytest.mark.parametrize("name", ["lit_airplane", "live_window", "place_lights"])
 def test_its_window_leaves_a_picture_too(name, tmp_path):
-    run(EXAMPLES / f"{name}.py", "--window", folder=tmp_path, PYVISTA_OFF_SCREEN="true")
+    run(EXAMPLES / f"{name}.py", "--window", folder=tmp_path, off_screen=True)
 
 
 @pytest.mark.parametrize("script", SCRIPTS, ids=lambda script: script.stem)

@@ -12,6 +12,7 @@ from pathlib import Path
 
 import pytest
 import pyvista as pv
+from forked import run_code
 
 import pvphong as ph
 from pvphong.meshes.pictures import HEADLESS_PACKAGES
@@ -53,7 +54,7 @@ def test_the_python_blocks_run(code, tmp_path):
     if code is PYTHON[0]:  # the quick start's array is as it says
         code += "colors = lit['phong']\nassert (colors.shape, colors.dtype) == ((lit.n_points, 3), 'float32')\n"
         code += "assert 0 <= colors.min() < colors.max() <= 1\n"
-    run([sys.executable, "-W", "error", "-c", code], tmp_path)
+    run_code(code, tmp_path)
 
 
 def test_the_pvphong_commands_run_one_after_the_other(tmp_path):
