@@ -14,7 +14,7 @@ from pvphong.shading import kernel
 from pvphong.shading.plan.plan import Plan
 from pvphong.shading.vertices import Vertices
 
-COUNT = 15
+COUNT = 6
 BACKENDS = ["numpy", *(["numba"] if kernel.is_available() else [])]
 RANGES = {name: (max(field.least, 0.05), min(field.most, 1.0)) for name, field in FIELDS.items()} | {
     "shininess": (0.0, 90.0),

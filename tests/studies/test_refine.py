@@ -482,9 +482,7 @@ def test_triangles_without_area_end_and_keep_their_neighbours_whole():
     assert (errors[1:4] > 0.1).all()
 
 
-@pytest.mark.parametrize(
-    "examples", [pytest.param(8, id="few"), pytest.param(1000, id="many", marks=pytest.mark.long)]
-)
+@pytest.mark.parametrize("examples", [pytest.param(8, id="few"), pytest.param(1000, id="many", marks=pytest.mark.long)])
 def test_any_soup_of_triangles_ends_within_its_points(examples):
     def check(dice):
         case, count = moderate_case(dice, "standard"), dice.randint(3, 20)

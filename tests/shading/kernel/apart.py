@@ -12,9 +12,9 @@ def lit(backend, n=3):
 """
 
 
-def run_apart(code, **environment):
+def run_apart(code, *arguments, **environment):
     process = subprocess.run(
-        [sys.executable, "-W", "error", "-c", code],
+        [sys.executable, "-W", "error", "-c", code, *arguments],
         capture_output=True,
         text=True,
         timeout=120,
