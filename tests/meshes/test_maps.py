@@ -77,7 +77,7 @@ CALLS = {
     "blocks": (lambda mesh, material: pv.MultiBlock({"a": mesh}).phong.shade(SCENE, material)["a"]["phong"], 1e-4),
     "pieces of a surface": (lambda mesh, m: mesh.cast_to_unstructured_grid().phong.shade(SCENE, m)["phong"], 1e-4),
     "refine": (
-        lambda mesh, material: mesh.phong.refine(SCENE, material, tolerance=0.1)["phong"][: mesh.n_points],
+        lambda mesh, material: mesh.phong.refine(SCENE, material, tolerance=0.3)["phong"][: mesh.n_points],
         1e-4,
     ),
     "filter": (filtered, 1e-9),
