@@ -27,10 +27,10 @@ def few_or_many(few, many):
     )
 
 
-@few_or_many(20, 10_000)
+@few_or_many(24, 10_000)
 @pytest.mark.parametrize("what", ["window", "update", "vtk_shader"])
 def test_nothing_is_left(what, count):
-    count *= 20 if what == "update" else 1  # `undo` keeps 256 of them
+    count *= 40 if what == "update" else 1  # `undo` keeps 256 of them
     done = subprocess.run([sys.executable, __file__, what, str(count)], capture_output=True, text=True, check=True)
     (begin, objects, files), (end, objects_at_last, files_at_last) = json.loads(done.stdout)
     assert objects_at_last <= objects + count // 20

@@ -114,7 +114,7 @@ def test_a_piece_that_is_lost_in_the_middle_of_a_cast_is_done_again(cluster):
 
     victim = next(iter(client.scheduler_info()["workers"]))
     (process,) = client.run(dies_while_it_casts, workers=[victim]).values()
-    batch = ph.shade_files(index, "lit", scene, client=client, components=True)
+    batch = ph.shade_files(index, "lit", scene, client=client, components=True, backend="numpy")
     assert process not in client.run(os.getpid).values()
     assert (len(batch.done), batch.failed) == (len(pieces) + 1, {})
     as_in_one_piece(pieces, scene)

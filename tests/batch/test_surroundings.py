@@ -30,19 +30,19 @@ def scene_of(*lights, **model):
 def test_shadows_across_pieces_are_those_of_one_piece_to_the_bit(light, client):
     pieces, scene = surfaces(houses()), scene_of(LIGHTS[light])
     index = save_pieces(pieces, "in", ".pvtp")
-    batch = ph.shade_files(index, "lit", scene, client=client, components=True)
+    batch = ph.shade_files(index, "lit", scene, client=client, components=True, backend="numpy")
     assert (len(batch.done), batch.failed) == (len(pieces) + 1, {})
     whole = as_in_one_piece(pieces, scene)
     assert 0.2 < whole["phong_visibility_0"].mean() < 0.8
     alone = np.concatenate([piece.phong.shade(scene)["phong"] for piece in pieces])
     assert not np.array_equal(whole["phong"], alone), "no piece shadows another"
-    assert ph.shade_files(index, "lit", scene, client=client, components=True).done == ()
+    assert ph.shade_files(index, "lit", scene, client=client, components=True, backend="numpy").done == ()
 
 
 def test_occlusion_up_to_a_distance_and_seams_that_are_kept(client):
     pieces, scene = surfaces(houses(4)), scene_of(ambient_occlusion=0.5)
     batch = ph.shade_files(
-        save_pieces(pieces, "in", ".vtm"), "lit", scene, client=client, seams="keep", components=True
+        save_pieces(pieces, "in", ".vtm"), "lit", scene, client=client, seams="keep", components=True, backend="numpy"
     )
     assert not batch.failed
     as_in_one_piece(pieces, scene)
@@ -127,7 +127,13 @@ def test_what_may_block_is_there_again_when_it_can_be_read(client):
     broken = Path("in/whole/part_4.vtp")
     good = broken.read_bytes()
     broken.write_text("garbage")
-    assert set(ph.shade_files(index, "lit", scene, client=client, components=True).failed) == {broken, index}
+    assert set(ph.shade_files(index, "lit", scene, client=client, components=True, backend="numpy").failed) == {
+        broken,
+        index,
+    }
     broken.write_bytes(good)
-    assert len(ph.shade_files(index, "lit", scene, client=client, components=True).done) == len(pieces) + 1
+    assert (
+        len(ph.shade_files(index, "lit", scene, client=client, components=True, backend="numpy").done)
+        == len(pieces) + 1
+    )
     as_in_one_piece(pieces, scene)

@@ -14,7 +14,7 @@ from pvphong.shading import kernel
 from pvphong.shading.plan.plan import Plan
 from pvphong.shading.vertices import Vertices
 
-COUNT = 6
+COUNT = 60
 BACKENDS = ["numpy", *(["numba"] if kernel.is_available() else [])]
 RANGES = {name: (max(field.least, 0.05), min(field.most, 1.0)) for name, field in FIELDS.items()} | {
     "shininess": (0.0, 90.0),
@@ -65,7 +65,7 @@ def test_each_vertex_has_a_material_of_its_own(given, name, field, precision, mo
     mapped = material.with_values({field: numbers})
     lit = ph.evaluate(points, normals, SCENE, mapped, precision=precision, backend=backend)
     parts = ph.evaluate(points, normals, SCENE, mapped, precision=precision, components=True)
-    for k in range(COUNT):
+    for k in range(0, COUNT, 10):
         part = slice(k, k + 1)
         own = at_vertex(material, k, {field: numbers})
         one = ph.evaluate(points[part], normals[part], SCENE, own, precision=precision, components=True)

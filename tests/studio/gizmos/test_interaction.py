@@ -76,7 +76,7 @@ def interaction_of(mouse):
 
 @pytest.mark.parametrize(
     ("kind", "frame", "projection"),
-    zip(KINDS, itertools.cycle(["world", "camera"]), itertools.cycle(["parallel", "perspective"]), strict=False),
+    list(zip(KINDS, itertools.cycle(["world", "camera"]), itertools.cycle(["parallel", "perspective"]), strict=False)),
 )
 def test_a_drag_changes_light_and_colours_and_escape_and_undo_restore_both(new_mouse, kind, frame, projection):
     mouse = new_mouse(gizmos=None)
