@@ -20,7 +20,7 @@ import time
 from argparse import ArgumentParser
 from collections.abc import Callable
 from contextlib import suppress
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cache, partial
 from importlib.metadata import PackageNotFoundError, version
 from typing import Any
@@ -197,13 +197,18 @@ def shade(job: scene_peers.Job) -> Callable[[int], scene_peers.Lit]:
 def exactly(job: scene_peers.Job) -> np.ndarray:
     (block,), (material,) = job.blocks, job.materials.values()
     how = {"precision": "float64", "backend": "numpy"}
-    return ph.evaluate(block.points, block.point_data.active_normals, job.scene, material, **how).rgb
+    return ph.evaluate(block.points, block.point_data.active_normals, _without_rays(job.scene), material, **how).rgb
+
+
+def _without_rays(scene: ph.Scene) -> ph.Scene:
+    return replace(scene, light_model=scene.light_model.without_rays())
 
 
 def by_textbook(job: scene_peers.Job) -> Callable[[int], scene_peers.Lit]:
     (block,), (material,) = job.blocks, job.materials.values()
     points, normals = np.array(block.points, float), np.array(block.point_data.active_normals, float)
-    return scene_peers.timed(lambda _: textbook(points, normals, job.scene, material))
+    scene = _without_rays(job.scene)
+    return scene_peers.timed(lambda _: textbook(points, normals, scene, material))
 
 
 def by_shader(job: scene_peers.Job) -> Callable[[int], scene_peers.Lit]:
@@ -281,7 +286,16 @@ def rows_of(blender: str | None) -> list[Row]:
 
 def shown(rows: list[Row], sizes: tuple[int, ...]):
     headings = [f"{size:,} vertices, s" for size in sizes]
-    made = table("At equal error, processor seconds", "job", "by", "error, by rays", *headings, "times ours", "prepared, s", texts=3)
+    made = table(
+        "At equal error, processor seconds",
+        "job",
+        "by",
+        "error, by rays",
+        *headings,
+        "times ours",
+        "prepared, s",
+        texts=3,
+    )
     for row in rows:
         for way in row.ways:
             job = f"{row.name}, to {row.error:.1e}" if way is row.ways[0] else ""
@@ -290,9 +304,16 @@ def shown(rows: list[Row], sizes: tuple[int, ...]):
                 continue
             errors = ", ".join(f"{rays}: {error:.0e}" for rays, error in zip(way.rays, way.errors, strict=True))
             taken = [way.seconds_to(row.error, size) for size in sizes]
-            times = [mine / ours for mine, ours in zip(taken, (row.ways[0].seconds_to(row.error, size) for size in sizes), strict=True)]
-            cells = [f"{seconds:.3g}{'' if size <= way.most else ' *'}" for seconds, size in zip(taken, sizes, strict=True)]
-            made.add_row(job, way.name, errors, *cells, " / ".join(f"{each:.3g}" for each in times), f"{way.preparing:.2g}")
+            times = [
+                mine / ours
+                for mine, ours in zip(taken, (row.ways[0].seconds_to(row.error, size) for size in sizes), strict=True)
+            ]
+            cells = [
+                f"{seconds:.3g}{'' if size <= way.most else ' *'}" for seconds, size in zip(taken, sizes, strict=True)
+            ]
+            made.add_row(
+                job, way.name, errors, *cells, " / ".join(f"{each:.3g}" for each in times), f"{way.preparing:.2g}"
+            )
         made.add_section()
     return made
 
@@ -330,7 +351,9 @@ def machine() -> str:
         return f"no {name}"
 
     names = "numpy", "pyvista", "vtk", "numba", "embreex", "mitsuba", "libigl"
-    return f"{platform.processor() or platform.machine()}, Python {platform.python_version()}, {', '.join(map(of, names))}"
+    return (
+        f"{platform.processor() or platform.machine()}, Python {platform.python_version()}, {', '.join(map(of, names))}"
+    )
 
 
 def main() -> None:

@@ -28,9 +28,6 @@ from unittest.mock import patch
 
 import numpy as np
 import pyvista as pv
-import ray_peers as peers
-from common import equal_error_seconds, slope, table
-from ray_peers import Caster, Job, timed
 from rich.console import Console
 
 import pvphong as ph
@@ -39,6 +36,15 @@ from pvphong.rays import casting
 from pvphong.rays.casting import Embree, Embreex, Locator, Occluders, ray_backend
 from pvphong.shading import kernel
 from pvphong.studio.lit_actors import LitMesh
+
+try:
+    from benchmarks import ray_peers as peers
+    from benchmarks.common import equal_error_seconds, slope, table
+    from benchmarks.ray_peers import Caster, Job, timed
+except ImportError:
+    import ray_peers as peers
+    from common import equal_error_seconds, slope, table
+    from ray_peers import Caster, Job, timed
 
 TURNS, QUICK, RAYS, TRUTH, BLENDERS_TRUTH = 3, 5.0, (16, 64, 256), 4096, 2048
 """Ways that take less than `QUICK` seconds have so many turns, others one after their first answers."""
@@ -234,9 +240,7 @@ def figure(scenes: dict[str, list[Way]], path: str) -> None:
         panel.spines[["top", "right"]].set_visible(False)
         for rays, at in zip(ways[0].rays, ways[0].curve if not ways[0].obstacle else (), strict=False):
             color = styles[ways[0].name][0]
-            panel.annotate(
-                f"{rays} rays", at, (-8, -4), textcoords="offset points", ha="right", va="top", color=color, fontsize=9
-            )
+            panel.annotate(f"{rays} rays", at, (9, 3), textcoords="offset points", color=color, fontsize=9)
     panels[0].set_ylabel("RMS error of the part that is seen")
     drawn.legend(handles.values(), handles, loc="outside lower center", ncols=4, frameon=False)
     drawn.savefig(path, dpi=100)

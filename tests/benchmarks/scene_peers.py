@@ -112,7 +112,12 @@ def _emitter(light: ph.Light) -> dict:
 def _bsdf(material: ph.Material) -> dict:
     if material.reflectance is None:
         return {"type": "diffuse", "reflectance": _rgb(material.diffuse)}
-    return {"type": "roughconductor", "material": "none", "distribution": "ggx", "alpha": material.reflectance.roughness**2}
+    return {
+        "type": "roughconductor",
+        "material": "none",
+        "distribution": "ggx",
+        "alpha": material.reflectance.roughness**2,
+    }
 
 
 def mitsuba(job: Job) -> Caster:
