@@ -157,13 +157,17 @@ def _errors(found: list[np.ndarray], way: Way, cast: Callable[[int], Any], truth
 # --- jobs
 
 
-def ball(size: int, lights: list[ph.Light], material: ph.Material) -> scene_peers.Job:
-    """Nothing that is convex blocks its own light: who knows that casts no ray."""
+EYE = (2.0, -3.0, 1.5)
+
+
+def ball(size: int, lights: list[ph.Light], material: ph.Material, *, is_cap: bool = False) -> scene_peers.Job:
+    """Nothing that is convex blocks its own light: who knows that casts no ray. Of a cap the eye sees every vertex."""
     side = max(round(size**0.5), 4)
-    mesh = pv.Sphere(radius=1.0, theta_resolution=side, phi_resolution=side)
+    angles = {"theta_resolution": side, "phi_resolution": side, "end_phi": 60.0 if is_cap else 180.0}
+    mesh = pv.Sphere(radius=1.0, direction=EYE, **angles)
     mesh.point_data.active_normals = np.array(mesh.points / np.linalg.norm(mesh.points, axis=1)[:, None])
-    model = ph.LightModel(ambient=0.0, clamp=False, shadows=True)
-    scene = ph.Scene(lights, ph.Viewer((2.0, -3.0, 1.5), (0, 0, 0), (0, 0, 1)), model)
+    model = ph.LightModel(ambient=0.0, clamp=False, shadows=not is_cap)
+    scene = ph.Scene(lights, ph.Viewer(EYE, (0, 0, 0), (0, 0, 1)), model)
     return scene_peers.Job(pv.MultiBlock({"ball": mesh}), scene, {"ball": material})
 
 
@@ -231,7 +235,7 @@ def direct(name: str, count: int, blender: Callable) -> Row:
 
 
 def glossy(blender: Callable) -> Row:
-    """A mirror of GGX below a sky: rays go to both, and the judge is paths of light."""
+    """The judge is paths of light: what `shade` looks up for a lobe under a sky of many colours is no integral."""
     mirror = ph.Material(ambient=0.0, diffuse=0.0, specular=0.0, reflectance=ph.GGX(0.4, (1.0, 1.0, 1.0)))
     ways = [
         Way(OURS, shade),
@@ -239,7 +243,7 @@ def glossy(blender: Callable) -> Row:
         Way(BLENDER, blender),
     ]
     sky = [ph.EnvironmentLight(sky_image())]
-    return Row("A mirror of GGX under a sky", lambda size: ball(size, sky, mirror), _by_paths, ways)
+    return Row("A mirror of GGX under a sky", lambda size: ball(size, sky, mirror, is_cap=True), _by_paths, ways)
 
 
 def _by_paths(job: scene_peers.Job) -> np.ndarray:
@@ -285,17 +289,9 @@ def rows_of(blender: str | None) -> list[Row]:
 
 
 def shown(rows: list[Row], sizes: tuple[int, ...]):
-    headings = [f"{size:,} vertices, s" for size in sizes]
-    made = table(
-        "At equal error, processor seconds",
-        "job",
-        "by",
-        "error, by rays",
-        *headings,
-        "times ours",
-        "prepared, s",
-        texts=3,
-    )
+    """A star marks times that are multiplied from those of fewer vertices."""
+    headings = "job", "by", "error, by rays", *(f"{size:,} vertices, s" for size in sizes), "times ours", "prepared, s"
+    made = table("At equal error, processor seconds", *headings, texts=3)
     for row in rows:
         for way in row.ways:
             job = f"{row.name}, to {row.error:.1e}" if way is row.ways[0] else ""
@@ -303,17 +299,14 @@ def shown(rows: list[Row], sizes: tuple[int, ...]):
                 made.add_row(job, way.name, way.obstacle)
                 continue
             errors = ", ".join(f"{rays}: {error:.0e}" for rays, error in zip(way.rays, way.errors, strict=True))
-            taken = [way.seconds_to(row.error, size) for size in sizes]
-            times = [
-                mine / ours
-                for mine, ours in zip(taken, (row.ways[0].seconds_to(row.error, size) for size in sizes), strict=True)
-            ]
+            taken = {size: way.seconds_to(row.error, size) for size in sizes}
+            times = [taken[size] / row.ways[0].seconds_to(row.error, size) for size in sizes]
             cells = [
-                f"{seconds:.3g}{'' if size <= way.most else ' *'}" for seconds, size in zip(taken, sizes, strict=True)
+                f"{seconds:.3g}{'' if size <= way.most else ' *'}" if np.isfinite(seconds) else "never"
+                for size, seconds in taken.items()
             ]
-            made.add_row(
-                job, way.name, errors, *cells, " / ".join(f"{each:.3g}" for each in times), f"{way.preparing:.2g}"
-            )
+            ratio = " / ".join(f"{each:.3g}" if 0.0 < each < np.inf else "-" for each in times)
+            made.add_row(job, way.name, errors, *cells, ratio, f"{way.preparing:.2g}")
         made.add_section()
     return made
 

@@ -100,7 +100,11 @@ def _emitter(light: ph.Light) -> dict:
     import mitsuba as mi
 
     if isinstance(light, ph.EnvironmentLight):
-        return {"type": "envmap", "bitmap": mi.Bitmap(np.array(light.image, np.float32))}
+        ahead, right, up = light.axes
+        turn = np.eye(4)
+        turn[:3, :3] = np.stack([-right, up, ahead], axis=1)
+        texels = light.image.image.repeat(8, axis=0).repeat(8, axis=1).astype(np.float32)  # it blends between texels
+        return {"type": "envmap", "bitmap": mi.Bitmap(texels), "to_world": mi.ScalarTransform4f(turn)}
     place = list(light.position)
     if isinstance(light, ph.SphereLight):
         glow = {"type": "area", "radiance": _rgb(light.intensity / light.radius**2)}
@@ -208,7 +212,8 @@ for thing in things:
     part = np.zeros((len(thing.data.vertices), 4), np.float32)
     thing.data.color_attributes["seen"].data.foreach_get("color", part.ravel())
     seen.append(part[:, :3])
-np.savez(sys.argv[2], seen=np.concatenate(seen), seconds=(taken[1] - taken[0]) * rays / max(rays - 1, 1))
+seconds = (taken[1] - taken[0]) * rays / (rays - 1) if rays > 1 else taken[1]
+np.savez(sys.argv[2], seen=np.concatenate(seen), seconds=seconds)
 """
 
 
