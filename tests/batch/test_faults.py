@@ -117,7 +117,7 @@ def test_a_piece_that_is_lost_in_the_middle_of_a_cast_is_done_again(cluster):
     batch = ph.shade_files(index, "lit", scene, client=client, components=True, backend="numpy")
     assert process not in client.run(os.getpid).values()
     assert (len(batch.done), batch.failed) == (len(pieces) + 1, {})
-    as_in_one_piece(pieces, scene)
+    as_in_one_piece(pieces, scene, off=1e-6)  # one process may have compiled code, and another not yet
     assert not list(Path("lit").rglob(".pvphong-*"))
 
 
