@@ -12,7 +12,7 @@ import pyvista as pv
 
 
 def pytest_collection_finish() -> None:
-    """Ten thousand tests are no garbage: who collects it need not look through them again and again."""
+    """Keep the garbage collector from looking through ten thousand collected tests each time."""
     gc.collect()
     gc.freeze()
 

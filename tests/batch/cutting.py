@@ -67,12 +67,12 @@ def read_whole(path):
     return pv.wrap(reader.GetOutput())
 
 
-def as_in_one_piece(pieces, scene, folder="lit/whole", off=0.0):
+def as_in_one_piece(pieces, scene, folder="lit/whole"):
     """Assert that pieces, lit by NumPy, are to the bit what they are when they are lit as one mesh; gives that."""
     whole = pieces[0].append_polydata(*pieces[1:]).phong.shade(scene, components=True, backend="numpy")
     lit = [pv.read(f"{folder}/part_{number}.vtp") for number in range(len(pieces))]
     for name in ("phong", *(name for name in whole.point_data if "visibility" in name or "sky" in name)):
-        np.testing.assert_allclose(np.concatenate([piece[name] for piece in lit]), whole[name], rtol=0.0, atol=off)
+        np.testing.assert_array_equal(np.concatenate([piece[name] for piece in lit]), whole[name])
     return whole
 
 

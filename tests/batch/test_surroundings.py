@@ -8,12 +8,13 @@ import numpy as np
 import pytest
 import pyvista as pv
 from batch.cutting import as_in_one_piece, bare, houses, save_pieces, surfaces
+from ray_backends import BACKENDS
 
 import pvphong as ph
 from pvphong.batch import worker
 from pvphong.batch.surroundings import outline_of, surroundings_of, touching
 from pvphong.meshes.visibility import world_faces
-from pvphong.shading import kernel
+from pvphong.rays import casting
 
 LIGHTS = {
     "point": ph.PointLight(position=(3, 2, 4)),
@@ -23,18 +24,14 @@ LIGHTS = {
 VIEWER = ph.Viewer(position=(3, 4, 9))
 
 
-@pytest.fixture(autouse=True)
-def by_the_same_code(monkeypatch):
-    """Else compiled code, which another process may be making, could come in between; its last bits are others."""
-    monkeypatch.setattr(kernel, "stages_of", lambda _: None)
-
-
 def scene_of(*lights, **model):
     return ph.Scene(lights, VIEWER, ph.LightModel(shadows=True, **model))
 
 
 @pytest.mark.parametrize("light", LIGHTS)
-def test_shadows_across_pieces_are_those_of_one_piece_to_the_bit(light, client):
+@pytest.mark.parametrize("backend", BACKENDS)
+def test_shadows_across_pieces_are_those_of_one_piece_to_the_bit(light, backend, client, monkeypatch):
+    monkeypatch.setattr(casting, "ray_backend", lambda: (BACKENDS[backend], ""))
     pieces, scene = surfaces(houses()), scene_of(LIGHTS[light])
     index = save_pieces(pieces, "in", ".pvtp")
     batch = ph.shade_files(index, "lit", scene, client=client, components=True, backend="numpy")

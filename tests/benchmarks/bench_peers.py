@@ -13,7 +13,6 @@ Others are compared if they are there: `pip install mitsuba libigl`, Mitsuba wit
 a Python that has `pip install bpy`. Those that are missing, crash, or draw black are named.
 """
 
-import os
 import platform
 import subprocess
 import time
@@ -30,18 +29,17 @@ import pyvista as pv
 from rich.console import Console
 
 import pvphong as ph
-from pvphong.shading import kernel
 from pvphong.vtk.oracle import vtk_shade
 
 try:
     from benchmarks import bench_transport, bench_visibility, ray_peers, scene_peers
-    from benchmarks.common import equal_error_seconds, table, textbook
+    from benchmarks.common import Caster, begin_on, equal_error_seconds, table, textbook, timed
 except ImportError:
     import bench_transport
     import bench_visibility
     import ray_peers
     import scene_peers
-    from common import equal_error_seconds, table, textbook
+    from common import Caster, begin_on, equal_error_seconds, table, textbook, timed
 
 SIZES, TURNS, QUICK = (10_000, 100_000, 1_000_000), 3, 3.0
 """Ways that take less than `QUICK` seconds have so many turns, and the least counts; others have one."""
@@ -73,7 +71,7 @@ class Way:
     """
 
     name: str
-    prepare: Callable[[Any], Callable[[int], Any]]
+    prepare: Callable[[Any], Caster]
     rays: tuple[int, ...] = (1,)
     most: int = 10**9
     own_truth: int = 0
@@ -140,7 +138,7 @@ class Row:
         way.seconds[size] = [seconds / share for seconds in taken]
 
 
-def _errors(found: list[np.ndarray], way: Way, cast: Callable[[int], Any], truth: np.ndarray) -> list[float]:
+def _errors(found: list[np.ndarray], way: Way, cast: Caster, truth: np.ndarray) -> list[float]:
     """Relative RMS errors."""
     if way.own_truth:
         own = cast(way.own_truth)[1]
@@ -187,7 +185,7 @@ def sky_image() -> np.ndarray:
     return 0.3 + 0.4 * rows[..., None] * np.array([0.4, 0.6, 1.0]) + 6.0 * spot[..., None] * np.array([1.0, 0.9, 0.7])
 
 
-def shade(job: scene_peers.Job) -> Callable[[int], scene_peers.Lit]:
+def shade(job: scene_peers.Job) -> Caster:
     """The whole call; `precision` is float32, its default."""
 
     def work(_rays: int) -> np.ndarray:
@@ -195,7 +193,7 @@ def shade(job: scene_peers.Job) -> Callable[[int], scene_peers.Lit]:
         return np.concatenate([block["phong"] for block in lit])
 
     work(1)
-    return scene_peers.timed(work)
+    return timed(work)
 
 
 def exactly(job: scene_peers.Job) -> np.ndarray:
@@ -208,17 +206,17 @@ def _without_rays(scene: ph.Scene) -> ph.Scene:
     return replace(scene, light_model=scene.light_model.without_rays())
 
 
-def by_textbook(job: scene_peers.Job) -> Callable[[int], scene_peers.Lit]:
+def by_textbook(job: scene_peers.Job) -> Caster:
     (block,), (material,) = job.blocks, job.materials.values()
     points, normals = np.array(block.points, float), np.array(block.point_data.active_normals, float)
     scene = _without_rays(job.scene)
-    return scene_peers.timed(lambda _: textbook(points, normals, scene, material))
+    return timed(lambda _: textbook(points, normals, scene, material))
 
 
-def by_shader(job: scene_peers.Job) -> Callable[[int], scene_peers.Lit]:
+def by_shader(job: scene_peers.Job) -> Caster:
     """Drawn in software where there is no graphics card, and read back."""
     (block,), (material,) = job.blocks, job.materials.values()
-    return scene_peers.timed(lambda _: vtk_shade(block, job.scene.lights, material, job.scene.viewer))
+    return timed(lambda _: vtk_shade(block, job.scene.lights, material, job.scene.viewer))
 
 
 def direct(name: str, count: int, blender: Callable) -> Row:
@@ -355,10 +353,7 @@ def main() -> None:
     parser.add_argument("--figure", help="where curves are drawn")
     parser.add_argument("--blender", help="a Python that imports bpy")
     given = parser.parse_args()
-    if hasattr(os, "sched_setaffinity"):
-        os.sched_setaffinity(0, sorted(os.sched_getaffinity(0))[: scene_peers.THREADS])
-    with suppress(kernel.CannotCompile):
-        kernel.compile_all(lambda *_: None)
+    begin_on(scene_peers.THREADS)
     CONSOLE.print(machine())
     rows, sizes = rows_of(given.blender), tuple(sorted(given.vertices))
     for row in rows:

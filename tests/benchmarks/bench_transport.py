@@ -21,10 +21,10 @@ import pvphong as ph
 
 try:
     from benchmarks import scene_peers as peers
-    from benchmarks.common import equal_error_seconds, slope, table
+    from benchmarks.common import Cast, equal_error_seconds, slope, table, timed
 except ImportError:
     import scene_peers as peers
-    from common import equal_error_seconds, slope, table
+    from common import Cast, equal_error_seconds, slope, table, timed
 
 OURS = "transport and all bounces"
 JUDGE_PATHS = 1024
@@ -96,13 +96,13 @@ def ours(job, again=None):
         if again is not None:
             job.blocks.phong.shade(job.scene, job.materials, **how)
             again.append(time.process_time() - middle)
-        return peers.Lit(middle - start, joined(lit, lambda block: block["phong"]))
+        return Cast(middle - start, joined(lit, lambda block: block["phong"]))
 
     return cast
 
 
 def paths(job):
-    return peers.timed(lambda rays: judged(job, rays)[0])
+    return timed(lambda rays: judged(job, rays)[0])
 
 
 def compare(cells, python):

@@ -16,7 +16,6 @@ Others that are compared if they are there: `pip install mitsuba libigl`, Mitsub
 `--blender` a Python that has `pip install bpy`. Those that are missing are named.
 """
 
-import os
 import subprocess
 import time
 from argparse import ArgumentParser
@@ -34,17 +33,16 @@ import pvphong as ph
 from pvphong.meshes.visibility import KnownOccluders, world_faces
 from pvphong.rays import casting
 from pvphong.rays.casting import Embree, Embreex, Locator, Occluders, ray_backend
-from pvphong.shading import kernel
 from pvphong.studio.lit_actors import LitMesh
 
 try:
     from benchmarks import ray_peers as peers
-    from benchmarks.common import equal_error_seconds, slope, table
-    from benchmarks.ray_peers import Caster, Job, timed
+    from benchmarks.common import Caster, begin_on, equal_error_seconds, slope, table, timed
+    from benchmarks.ray_peers import Job
 except ImportError:
     import ray_peers as peers
-    from common import equal_error_seconds, slope, table
-    from ray_peers import Caster, Job, timed
+    from common import Caster, begin_on, equal_error_seconds, slope, table, timed
+    from ray_peers import Job
 
 TURNS, QUICK, RAYS, TRUTH, BLENDERS_TRUTH = 3, 5.0, (16, 64, 256), 4096, 2048
 """Ways that take less than `QUICK` seconds have so many turns, others one after their first answers."""
@@ -110,7 +108,7 @@ def truth_of(job: Job) -> np.ndarray:
     last = job.mesh.n_points - 1
     turned = pv.PolyData.from_regular_faces(np.array(job.mesh.points[::-1]), last - job.mesh.regular_faces)
     turned.point_data.active_normals = np.array(job.mesh.point_data.active_normals[::-1])
-    return ours(replace(job, mesh=turned))(TRUTH).part[::-1]
+    return ours(replace(job, mesh=turned))(TRUTH).found[::-1]
 
 
 @dataclass
@@ -132,7 +130,7 @@ class Way:
         self.seconds = dict.fromkeys(self.rays, np.inf)
         try:
             self.cast = self.prepare(self.job)
-            truth = self.cast(self.truth).part if isinstance(self.truth, int) else self.truth
+            truth = self.cast(self.truth).found if isinstance(self.truth, int) else self.truth
             parts = self.measure()
             self.errors = {rays: float(np.sqrt(np.mean((part - truth) ** 2))) for rays, part in parts.items()}
         except NotImplementedError as reason:
@@ -145,7 +143,7 @@ class Way:
         casts = {rays: self.cast(rays) for rays in self.rays}
         self.seconds = {rays: min(self.seconds[rays], cast.seconds / self.share) for rays, cast in casts.items()}
         self.takes = sum(cast.seconds for cast in casts.values())
-        return {rays: cast.part for rays, cast in casts.items()}
+        return {rays: cast.found for rays, cast in casts.items()}
 
     @property
     def curve(self) -> list[tuple[float, float]]:
@@ -289,10 +287,7 @@ def main() -> None:
     parser.add_argument("--figure", help="where curves are drawn")
     parser.add_argument("--blender", help="a Python that imports bpy")
     given = parser.parse_args()
-    if hasattr(os, "sched_setaffinity"):
-        os.sched_setaffinity(0, sorted(os.sched_getaffinity(0))[: peers.THREADS])
-    with suppress(kernel.CannotCompile):
-        kernel.compile_all(lambda *_: None)
+    begin_on(peers.THREADS)
     CONSOLE.print(hard_shadows(10 * given.vertices))
     CONSOLE.print(drags(given.vertices))
     scenes = {}

@@ -7,16 +7,23 @@ import os
 import subprocess
 import sys
 import time
+from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 from rich.table import Table
 
 from pvphong import Material, PointLight, Scene, Viewer
+from pvphong.shading import kernel
 from pvphong.studies.accuracy.peers import textbook_colors as textbook
 
 __all__ = [
+    "Cast",
+    "Caster",
     "apart",
+    "begin_on",
     "equal_error_seconds",
     "in_turns",
     "least_in_turns",
@@ -28,6 +35,7 @@ __all__ = [
     "slope",
     "table",
     "textbook",
+    "timed",
     "vertices",
 ]
 
@@ -67,6 +75,37 @@ def in_turns(calls, repeats, clock=time.perf_counter):
 def least_in_turns(calls, repeats, clock=time.perf_counter):
     """Name → seconds of the fastest repeat."""
     return {name: min(times) for name, times in in_turns(calls, repeats, clock).items()}
+
+
+class Cast(NamedTuple):
+    """What rays have found, and what that took."""
+
+    seconds: float
+    """Of processors, all threads together."""
+    found: np.ndarray
+
+
+Caster = Callable[[int], Cast]
+"""Casts so many rays for each vertex."""
+
+
+def timed(work: Callable[[int], np.ndarray]) -> Caster:
+    """The whole call counts."""
+
+    def cast(rays: int) -> Cast:
+        start = time.process_time()
+        found = work(rays)
+        return Cast(time.process_time() - start, found)
+
+    return cast
+
+
+def begin_on(threads):
+    """Keep to so many processors, and have all code compiled."""
+    if hasattr(os, "sched_setaffinity"):
+        os.sched_setaffinity(0, sorted(os.sched_getaffinity(0))[:threads])
+    with suppress(kernel.CannotCompile):
+        kernel.compile_all(lambda *_: None)
 
 
 def slope(numbers, errors):

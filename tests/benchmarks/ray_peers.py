@@ -8,17 +8,20 @@ from every corner of every face, a little inside of it, and libigl weights direc
 import subprocess
 import tempfile
 import time
-from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import cached_property, partial
 from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
 import pyvista as pv
 
 import pvphong as ph
+
+try:
+    from benchmarks.common import Cast, Caster, timed
+except ImportError:
+    from common import Cast, Caster, timed
 
 THREADS = 2
 ABOVE = 1e-4
@@ -61,26 +64,6 @@ class Job:
         few = pv.PolyData(self.mesh.points[::step])
         few.point_data.active_normals = self.mesh.point_data.active_normals[::step]
         return Job(few, (self.mesh, *self.occluders), self.light)
-
-
-class Cast(NamedTuple):
-    seconds: float
-    part: np.ndarray
-    """Shape (n,): what each vertex sees."""
-
-
-Caster = Callable[[int], Cast]
-
-
-def timed(work: Callable[[int], np.ndarray]) -> Caster:
-    """The whole call counts: processor time of all threads together."""
-
-    def cast(rays: int) -> Cast:
-        start = time.process_time()
-        part = work(rays)
-        return Cast(time.process_time() - start, part)
-
-    return cast
 
 
 # --- plain random rays, by embreex's own `run`

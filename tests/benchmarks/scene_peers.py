@@ -8,16 +8,18 @@ of GGX that reflect all light.
 import math
 import subprocess
 import tempfile
-import time
-from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
 import pyvista as pv
 
 import pvphong as ph
+
+try:
+    from benchmarks.common import Cast, Caster, timed
+except ImportError:
+    from common import Cast, Caster, timed
 
 THREADS = 2
 MITSUBAS_PATHS_AT_ONCE = 2**22
@@ -68,24 +70,6 @@ def _inward(block: pv.PolyData) -> np.ndarray:
     for corner in corners.T:
         moved[corner] = block.points[corner] + 1e-3 * (middles - block.points[corner])
     return moved
-
-
-class Lit(NamedTuple):
-    seconds: float
-    colors: np.ndarray
-    """Shape (n, 3)."""
-
-
-Caster = Callable[[int], Lit]
-
-
-def timed(work: Callable[[int], np.ndarray]) -> Caster:
-    def cast(rays: int) -> Lit:
-        start = time.process_time()
-        colors = work(rays)
-        return Lit(time.process_time() - start, colors)
-
-    return cast
 
 
 # --- Mitsuba 3
@@ -231,13 +215,13 @@ def blender(job: Job, python: str | None) -> Caster:
     data |= {"radii": np.array([getattr(light, "radius", 0.0) for light in lights])}
     data |= {"powers": np.array([light.intensity for light in lights])}
 
-    def cast(rays: int) -> Lit:
+    def cast(rays: int) -> Cast:
         with tempfile.TemporaryDirectory() as folder:
             given, result = Path(folder) / "given.npz", Path(folder) / "result.npz"
             np.savez(given, **data)
             command = [python, "-c", _BAKE, str(given), str(result), str(rays), str(THREADS)]
             subprocess.run(command, check=True, capture_output=True)
             with np.load(result) as found:
-                return Lit(float(found["seconds"]), found["seen"])
+                return Cast(float(found["seconds"]), found["seen"])
 
     return cast

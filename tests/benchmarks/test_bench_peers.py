@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from benchmarks import bench_peers
 from benchmarks.bench_peers import OURS, TEXTBOOK, Row, Way
-from benchmarks.scene_peers import Lit
+from benchmarks.common import Cast
 
 
 def test_direct_light_is_the_textbooks_and_who_is_not_there_is_named():
@@ -19,7 +19,7 @@ def test_direct_light_is_the_textbooks_and_who_is_not_there_is_named():
 
 
 def casts(error, seconds_of_a_ray=1e-3):
-    return lambda _job: lambda rays: Lit(rays * seconds_of_a_ray, np.full(4, 1.0 + error(rays)))
+    return lambda _job: lambda rays: Cast(rays * seconds_of_a_ray, np.full(4, 1.0 + error(rays)))
 
 
 def test_times_are_compared_at_our_error_and_what_is_too_much_is_multiplied():

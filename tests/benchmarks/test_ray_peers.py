@@ -35,7 +35,7 @@ def test_a_peer_sees_what_we_see(peer, needs, light):
     scene = job(light)
     seen = scene.mesh.phong.visibility(scene.scene, occluders=scene.occluders, samples=1024)
     truth = seen.sky if light is None else seen.per_light[0]
-    part = peer(scene, **options)(RAYS).part
+    part = peer(scene, **options)(RAYS).found
     plain_error = np.sqrt(truth * (1 - truth) / RAYS)
     assert 0.2 < truth.min() < 0.9 if light is None else truth.min() == 0.0
     assert np.abs(part - truth).max() < 5 * plain_error.max()
@@ -47,7 +47,7 @@ def test_libigl_sees_an_even_sky():
     scene = job(None)
     height, distance = 1.0, np.hypot(scene.points[:, 0] - 0.1, scene.points[:, 1])
     hidden = 1.0 - np.sqrt(1.0 - 0.25 / (height**2 + distance**2))  # a cone's share of the hemisphere
-    part = peers.libigl(scene)(1024).part
+    part = peers.libigl(scene)(1024).found
     np.testing.assert_allclose(part, 1.0 - hidden, atol=0.05)
 
 

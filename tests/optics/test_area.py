@@ -199,7 +199,7 @@ def test_a_disk_that_faces_the_vertex_has_no_direction_of_its_own(size, tilt):
         assert got == pytest.approx(of_polygon(form, axis, n, middle, offsets), rel=1e-7)
 
 
-@pytest.mark.parametrize("power", [0.0, 3.0, 50.0, 1e6])
+@pytest.mark.parametrize("power", [0.0, 0.5, 3.0, 50.0, 1e4, 1e6])
 @pytest.mark.parametrize("aside", [-1.0, 0.0, 1.0, 1.000001, 4.0])
 def test_a_lobe_that_goes_to_the_middle_an_edge_beside_it_or_far_off(power, aside):
     middle, n, form = np.array([0.0, 0.0, 4.0]), np.array([0.0, 0.0, 1.0]), CosinePower("mirror", power)

@@ -251,7 +251,7 @@ def test_rays_are_as_many_as_the_error_of_the_colour_asks_for(patch):
 
 def test_little_memory_is_held_beside_the_result():
     plane = pv.Plane(center=(0.7, 0, -1), i_size=1, j_size=1, i_resolution=300, j_resolution=300)
-    seen = plane.phong.visibility(ph.Scene([ph.SphereLight((0, 0, 4), radius=1.2)]), occluders=[BALL], tolerance=1e-3)
+    seen = plane.phong.visibility(ph.Scene([ph.SphereLight((0, 0, 4), radius=1.2)]), occluders=[BALL], tolerance=1e-5)
     seen.expected_cost()
     tracemalloc.start()
     before = tracemalloc.get_traced_memory()[0]

@@ -65,7 +65,7 @@ def test_each_vertex_has_a_material_of_its_own(given, name, field, precision, mo
     mapped = material.with_values({field: numbers})
     lit = ph.evaluate(points, normals, SCENE, mapped, precision=precision, backend=backend)
     parts = ph.evaluate(points, normals, SCENE, mapped, precision=precision, components=True)
-    for k in range(0, COUNT, 10):
+    for k in np.linspace(0, COUNT - 1, 10, dtype=int):
         part = slice(k, k + 1)
         own = at_vertex(material, k, {field: numbers})
         one = ph.evaluate(points[part], normals[part], SCENE, own, precision=precision, components=True)

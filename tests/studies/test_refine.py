@@ -142,7 +142,7 @@ HELD = {
 def test_dense_samples_are_within_the_tolerance(make, scene, material, options):
     options = {"tolerance": STEP} | options
     fine = refine(make(), scene, material, **options)
-    errors = dense_errors(fine, evaluated(scene, material, matrix=options.get("matrix")), count=40)
+    errors = dense_errors(fine, evaluated(scene, material, matrix=options.get("matrix")), count=100)
     assert stopped(fine) == "tolerance"
     assert left(fine) <= options["tolerance"]
     assert errors.max() <= options["tolerance"]
@@ -302,7 +302,7 @@ def test_what_hangs_together_stays_so_and_nothing_of_the_input_changes(shape, pl
     mesh = SHAPES[shape]()
     before, whole = mesh.copy(), surface(mesh).triangulate()
     scene = ph.Scene(lights=[SUN, ph.PointLight(position=(0.9, 0.8, 0.7))], viewer=ph.Viewer(position=EYE))
-    fine = refine(mesh, scene, SHARP, tolerance=STEP, placement=placement, max_points=1500)
+    fine = refine(mesh, scene, SHARP, tolerance=STEP, placement=placement, max_points=4000)
     assert mesh == before
     assert fine.n_points > whole.n_points
     assert fine.points.dtype == whole.points.dtype

@@ -255,21 +255,22 @@ def angles(a, b):
     return 2.0 * np.arcsin(np.minimum(0.5 * np.linalg.norm(a - b, axis=-2), 1.0))
 
 
-def thrown_farther(kind, seed):
-    """As `thrown`: as far away, three times, or thirty times."""
-    light, points, _ = thrown(kind, seed)
-    return light.moved(lambda place: triple((1.0, 3.0, 30.0)[seed % 3] * np.array(place))), points
+def with_many_nodes(light, every, count):
+    """Vertices as of `all_and_single`, and what arrives at them from so many nodes."""
+    strengths, directions = from_nodes(light.nodes(count), every)
+    for rows in (slice(None), *np.arange(6)[:, None]):
+        yield every[rows], strengths[:, rows], directions[..., rows]
 
 
 @with_a_place_and_a_size
-def test_a_light_without_a_size_is_no_further_off_all_its_parts_than_is_said(kind, seed):
-    (light, every), count = thrown_farther(kind, seed), 512
-    nodes = light.nodes(count)
-    for points in all_and_single(every):
+@pytest.mark.parametrize("farther", [1.0, 3.0, 30.0])
+def test_a_light_without_a_size_is_no_further_off_all_its_parts_than_is_said(kind, seed, farther):
+    light, every, _ = thrown(kind, seed)
+    light, count = light.moved(lambda place: triple(farther * np.array(place))), 512
+    for points, strengths, directions in with_many_nodes(light, every, count):
         choice = light.simpler("size", extent_of(points), exactly=False)
         if choice is None or choice.make is None:
             continue
-        strengths, directions = from_nodes(nodes, points)
         total, (there, even) = strengths.sum(axis=0), of_its_middle(choice.make()[0], points)
         astray = 4.0 * choice.turn / count * choice.strongest  # so many nodes are not quite around the middle
         assert (np.abs(choice.factor * even - total) <= choice.spread + astray).all()
@@ -278,13 +279,14 @@ def test_a_light_without_a_size_is_no_further_off_all_its_parts_than_is_said(kin
 
 
 @with_a_place_and_a_size
-def test_fewer_nodes_are_no_further_off_than_is_said(kind, seed):
-    light, every = thrown_farther(kind, seed)
-    for points, count in itertools.product(all_and_single(every), (1, 4, 16)):
+@pytest.mark.parametrize("farther", [1.0, 3.0, 30.0])
+def test_fewer_nodes_are_no_further_off_than_is_said(kind, seed, farther):
+    light, every, _ = thrown(kind, seed)
+    light = light.moved(lambda place: triple(farther * np.array(place)))
+    for (points, strengths, directions), count in itertools.product(with_many_nodes(light, every, NODES), (1, 4, 16)):
         choice = merged_nodes(light, count, extent_of(points))
         if choice is None:
             continue
-        strengths, directions = from_nodes(light.nodes(NODES), points)
         fewer, ways = from_nodes(choice.make(), points)
         assert len(choice.make()) <= count
         assert (np.abs(fewer.sum(axis=0) - strengths.sum(axis=0)) <= choice.spread).all()

@@ -56,8 +56,9 @@ def left_to_the_reference(monkeypatch, arguments):
 
 @pytest.mark.parametrize("kind", ["disk", "environment", "sphere", "rectangle", "polygon"])
 @pytest.mark.parametrize("precision", ["float32", "float64"])
-def test_it_is_within_the_bound_of_the_reference_and_no_vertex_is_declined(kind, precision, monkeypatch):
-    for seed in range(20):
+@pytest.mark.parametrize("count", [pytest.param(20, id="few"), pytest.param(600, id="many", marks=pytest.mark.long)])
+def test_it_is_within_the_bound_of_the_reference_and_no_vertex_is_declined(kind, precision, count, monkeypatch):
+    for seed in range(count):
         arguments, bound = thrown(kind, seed)
         exact = ph.evaluate(*arguments, precision="float64", backend="numpy").rgb
         got = ph.evaluate(*arguments, precision=precision, backend="numba").rgb
