@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import gc
 import sys
 from collections.abc import Callable, Iterator
@@ -9,6 +10,15 @@ from typing import Any
 
 import pytest
 import pyvista as pv
+
+from pvphong.shading import kernel
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_xdist_setupnodes() -> None:
+    """Before several processes run tests: they share code that would else be compiled while tests wait."""
+    with contextlib.suppress(kernel.CannotCompile):
+        kernel.compile_all(lambda *_: None)
 
 
 def pytest_collection_finish() -> None:

@@ -25,6 +25,7 @@ from __future__ import annotations
 import functools
 import importlib.util
 from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures.process import BrokenProcessPool
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, get_args
 
@@ -106,12 +107,12 @@ class CannotCompile(Exception):
 
 
 def compile_all(report: Callable[[str, int, int], object]) -> Path:
-    """Compile all code for pvphong's own lights and reflectances, or read what is there; the folder where it is kept.
+    """Compile all code for pvphong's own lights and reflectances, by several processes; the folder where it is kept.
 
     Parameters
     ----------
     report : callable
-        Is given each piece's name before it is compiled, how many are done, and how many there are.
+        As for `ahead.compile_all`.
 
     Raises
     ------
@@ -122,17 +123,18 @@ def compile_all(report: Callable[[str, int, int], object]) -> Path:
     if library is None:
         where, remedy = obstacle() or ("", "")
         raise CannotCompile(f"nothing can be compiled {where}. {remedy}")
-    from pvphong.shading.kernel.ahead import is_kept, pieces
+    from pvphong.shading.kernel import ahead
 
     folder = library.folder
     if folder is None:
         remedy = "Set NUMBA_CACHE_DIR to a folder that can be written to."
         raise CannotCompile(f"there is no folder to keep compiled code in: neither pvphong's nor your own. {remedy}")
-    todo = pieces(library)
-    for done, piece in enumerate(todo):
-        report(piece.name, done, len(todo))
-        piece.compile()
-    if not is_kept():
+    if not ahead.is_kept():
+        try:
+            ahead.compile_all(report)
+        except BrokenProcessPool:
+            raise CannotCompile("a process that compiles was killed: see whether there is memory.") from None
+    if not ahead.is_kept():
         raise CannotCompile(f"compiled code could not be written to {folder}: see whether there is room.")
     return folder
 

@@ -1,20 +1,25 @@
 """Compiling in advance: what an equation needs, and all that pvphong's own lights and reflectances need.
 
-`python -m pvphong.shading.kernel.ahead`, which `code` starts, compiles both, the equation's code first.
+`python -m pvphong.shading.kernel.ahead`, which `code` starts, compiles both, the equation's code first, by itself and
+at low priority; `compile_all` is for who waits, and has all processors work.
 """
 
 from __future__ import annotations
 
 import contextlib
+import multiprocessing
 import os
 import pickle
+import signal
 import sys
 from collections.abc import Callable, Iterable
+from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import MISSING, fields
-from functools import partial
+from functools import cache, partial
 from itertools import product
 from typing import Any, NamedTuple
 
+from pvphong.base import threads
 from pvphong.base.files import locked
 from pvphong.optics.area.lobes import CosinePower
 from pvphong.optics.area.sampling import image_sample, sky_frame, sky_sample
@@ -69,6 +74,45 @@ def is_kept() -> bool:
     except NotCompiled:
         return False
     return True
+
+
+def compile_all(report: Callable[[str, int, int], object]) -> None:
+    """Compile what is not on disk, by as many processes as threads work at once.
+
+    Parameters
+    ----------
+    report : callable
+        Is given the name of each piece that is done, how many are done, and how many there are.
+
+    Raises
+    ------
+    BrokenProcessPool
+        If one of the processes is killed.
+    """
+    names = [piece.name for piece in pieces(Library())]
+    start = multiprocessing.get_context("spawn")  # threads do not survive a fork
+    pool = ProcessPoolExecutor(threads.count(), start, initializer=_leave_interrupts)
+    try:
+        running = {pool.submit(_compile, number): name for number, name in enumerate(names)}
+        for done, future in enumerate(as_completed(running), 1):
+            future.result()
+            report(running[future], done, len(names))
+    finally:
+        pool.shutdown(cancel_futures=True)
+
+
+def _leave_interrupts() -> None:
+    """Ctrl-C is for the process that waits."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+
+
+@cache
+def _own_pieces() -> list[CompilationUnit]:
+    return pieces(Library())
+
+
+def _compile(number: int) -> None:
+    _own_pieces()[number].compile()
 
 
 _Named = Iterable[tuple[str, Callable[..., Any]]]
