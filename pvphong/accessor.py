@@ -12,6 +12,7 @@ from collections.abc import Callable, Mapping
 from itertools import repeat
 from typing import TYPE_CHECKING, Any, Concatenate, ParamSpec, TypeVar
 
+import numpy as np
 import pyvista as pv
 
 from pvphong.base.types import Backend, MatrixLike, Weighting
@@ -210,14 +211,14 @@ class BlocksPhong:
     @_options_of(MeshPhong.refine)
     def refine(self, scene: SceneLike | None = None, material: Materials = _PLAIN, **options: Any) -> pv.MultiBlock:
         """A new MultiBlock of refined meshes, each block by itself; `max_points` is for each block."""
-        return map_blocks(self._blocks, self._each("refine", scene, material, options))
+        return map_blocks(self._blocks, self._inside("refine", scene, material, options))
 
     @_options_of(MeshPhong.interpolation_error)
     def interpolation_error(
         self, scene: SceneLike | None = None, material: Materials = _PLAIN, **options: Any
     ) -> pv.MultiBlock:
         """A new MultiBlock of meshes with the errors inside triangles."""
-        return map_blocks(self._blocks, self._each("interpolation_error", scene, material, options))
+        return map_blocks(self._blocks, self._inside("interpolation_error", scene, material, options))
 
     @_options_of(MeshPhong.validate)
     def validate(
@@ -267,6 +268,22 @@ class BlocksPhong:
             return getattr(block.phong, method)(scene, own, **how)
 
         return self._each_with(call, scene, material, options, takes_rays=method in _WITH_RAYS)
+
+    def _inside(
+        self, method: str, scene: SceneLike | None, material: Materials, options: dict[str, Any]
+    ) -> Callable[[pv.DataSet], Any]:
+        """As `_each`, for what looks inside of triangles: light that bounces between all is found at their vertices."""
+        scene, transport = scene_for(map_blocks(self._blocks, surface), scene, options.get("matrix")), "transport"
+        if not scene.light_model.bounces:
+            return self._each(method, scene, material, options)
+        how = {name: options[name] for name in (*_OF_SURFACES, "occluders", transport) if name in options}
+        lit_blocks = self.shade(scene, material, components=True, precision="float64", **how)
+        bounced = (np.asarray(block.point_data["phong_bounced"]) for _, block in datasets(lit_blocks))
+
+        def look(block: pv.DataSet, own: Material | str, how: dict[str, Any]) -> pv.DataSet:
+            return getattr(block.phong, method)(scene, own, **how | {transport: refinement.BouncedLight(next(bounced))})
+
+        return self._each_with(look, scene, material, options, takes_rays=True)
 
     def _each_with(
         self,

@@ -96,7 +96,7 @@ class PlotterPhong:
             Largest colour error inside of triangles, > 0, as the tolerance of `mesh.phong.refine`; 1/255 is one step of
             a display. While nothing is dragged or edited the mesh is drawn refined, with crisp edges of hard shadows
             and cones; until that is computed, in the background, at its own vertices. Pictures and exports wait for it.
-            It adds 200,000 points at most, and none where light bounces or vertices or lines are drawn as such.
+            It adds 200,000 points at most, and none where vertices or lines are drawn as such.
         **add_mesh_options
             As for `pyvista.Plotter.add_mesh`, without those that colour the mesh. With a `name` blocks are called
             "name[block]", and replace those drawn under the name before.

@@ -110,8 +110,8 @@ SHOWN = "it shows colours that are there already"
 WITHOUT = {
     "shade": {},
     "plan": dict.fromkeys(("precision", "backend"), "nothing is computed; a plan is the same for all"),
-    "refine": {"visibility": INSIDE, "transport": DIRECT, "backend": IN_FLOAT64},
-    "interpolation_error": {"visibility": INSIDE, "transport": DIRECT}
+    "refine": {"visibility": INSIDE, "backend": IN_FLOAT64},
+    "interpolation_error": {"visibility": INSIDE}
     | dict.fromkeys(("precision", "backend"), IN_FLOAT64)
     | {"tolerance": "it is the error itself that is asked for"},
     "validate": dict.fromkeys(("occluders", "visibility", "transport"), NOT_VTKS)

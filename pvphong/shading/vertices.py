@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from pvphong.base import check
-from pvphong.base.types import BoolArray, Float64Array, FloatArray, MatrixLike
+from pvphong.base.types import BoolArray, Float64Array, FloatArray, MatrixLike, rgb
 from pvphong.base.vectors import unit
 from pvphong.geometry.extent import Extent
 from pvphong.geometry.transform import transform_vectors
@@ -152,6 +152,14 @@ class Vertices:
     def without_maps(self, material: Material) -> Material:
         """The material with no less than any vertex has, in place of its maps."""
         return material.with_values({name: values.most for name, values in self.maps.items()})
+
+    def sending(self, colors: FloatArray, material: Material) -> Vertices:
+        """The same vertices; they send colours, shape (n, 3), beside what the material has them emit."""
+        emitted = self.maps.get("emission")
+        own = rgb(material.emission) if emitted is None else fractions("emission", emitted.rows)
+        maps = {name: values.rows for name, values in self.maps.items()} | {"emission": colors + own}
+        how: Any = {"tangents": self._tangents, "transport": self.transport}
+        return Vertices(self.points, self._normals, maps, self.visibility, **how)
 
     @property
     def ranges(self) -> dict[str, tuple[float, float]]:

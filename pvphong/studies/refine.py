@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numbers
+from dataclasses import replace
 from typing import Any, Literal, NamedTuple, get_args
 
 import numpy as np
@@ -17,10 +18,15 @@ from pvphong.meshes.point_data import surface_and_maps
 from pvphong.meshes.surfaces import ORIGINAL_POINT, FeatureAngle, has_faces, point_normals, shallow_copy
 from pvphong.optics.maps import maps_on_material
 from pvphong.optics.material import Material, as_material
-from pvphong.scene.scene import SceneLike, light_labels
+from pvphong.rays.transport import Transport
+from pvphong.scene.scene import Scene, SceneLike, light_labels
+from pvphong.shading import interreflection
 from pvphong.shading.inside.interpolation import Lighting, all_errors
 from pvphong.shading.inside.splitting import Refinement, Stopped
 from pvphong.shading.inside.surface import Added
+from pvphong.shading.plan.plan import Plan
+from pvphong.shading.vertices import Vertices
+from pvphong.shading.visibility import transport_of
 
 Placement = Literal["linear", "smooth"]
 
@@ -46,6 +52,13 @@ _ERROR = "_interpolation_error"
 _PAIR = "_refinement_pair"
 
 
+class BouncedLight(NamedTuple):
+    """In place of a transport: what the vertices of a mesh reflect of light that bounces, known already."""
+
+    colors: FloatArray
+    """Shape (n, 3), with what is left of ambient light."""
+
+
 @maps_on_material
 def refine(
     mesh: pv.DataSet,
@@ -60,6 +73,7 @@ def refine(
     precision: Precision = "float32",
     feature_angle: FeatureAngle = None,
     occluders: Any = (),
+    transport: Transport | BouncedLight | None = None,
     cut: bool = True,
 ) -> pv.PolyData:
     """A new mesh with lit colours, split where colours interpolated across its triangles miss the evaluated ones.
@@ -107,6 +121,9 @@ def refine(
     occluders : sequence, optional
         As for `mesh.phong.shade`. Soft shadows and occlusion are continuous; what of them may be noise is not split:
         errors count from three standard errors on, and rays are cast until these are a quarter of the tolerance.
+    transport : Transport, optional
+        As for `mesh.phong.shade`, where the light model has bounces: light that has bounced is found at the mesh's own
+        points, and interpolated like maps.
     cut : bool, default True
         Whether to cut where the colour jumps; without, triangles are split there until they are tiny.
 
@@ -185,7 +202,7 @@ def refine(
     smooth = check.choice("placement", placement, get_args(Placement)) == "smooth"
     real = check.choice("precision", precision, get_args(Precision))
     cut, rays = check.flag("cut", cut), tolerance * _OF_RAYS
-    lit = _lit_triangles(mesh, scene, material, matrix, feature_angle, occluders, rays, cuts=cut)
+    lit = _lit_triangles(mesh, scene, material, matrix, feature_angle, occluders, transport, rays, cuts=cut)
     count = lit.mesh.n_points
     limit = count + _MOST_ADDED if max_points is None else max_points
     if isinstance(limit, bool) or not isinstance(limit, numbers.Integral) or limit < count:
@@ -227,12 +244,13 @@ def interpolation_error(
     matrix: MatrixLike | None = None,
     feature_angle: FeatureAngle = None,
     occluders: Any = (),
+    transport: Transport | BouncedLight | None = None,
 ) -> pv.PolyData:
     """A new mesh that says how far colours interpolated across each triangle are from per-pixel shading.
 
     Parameters
     ----------
-    mesh, scene, material, matrix, feature_angle, occluders
+    mesh, scene, material, matrix, feature_angle, occluders, transport
         As for `refine`.
 
     Returns
@@ -248,7 +266,7 @@ def interpolation_error(
     ValueError
         As `refine`.
     """
-    lit = _lit_triangles(mesh, scene, material, matrix, feature_angle, occluders, _OF_RAYS / 255.0)
+    lit = _lit_triangles(mesh, scene, material, matrix, feature_angle, occluders, transport, _OF_RAYS / 255.0)
     with _far_ranges_allowed():
         vertices = lit.lighting.vertices(lit.mesh.points, lit.blended)
         errors = all_errors(vertices, lit.corners, lit.lighting)
@@ -276,6 +294,7 @@ def _lit_triangles(
     matrix: MatrixLike | None,
     feature_angle: FeatureAngle,
     occluders: Any,
+    transport: Transport | BouncedLight | None,
     rays: float,
     *,
     cuts: bool = False,
@@ -299,12 +318,31 @@ def _lit_triangles(
     blended[~np.isfinite(blended).all(axis=1)] = 0.0
     exponent = int(np.frexp(np.abs(blended).max(initial=0.0))[1])
     corners, blended = triangles.regular_faces.astype(np.intp), np.ldexp(blended, -exponent)
-    if scene.light_model.bounces:
-        remedy = "replace(scene.light_model, bounces=0) is the same without them; mesh.phong.shade has them."
-        check.refuse("light_model", "one with them", "without bounces where colours inside of triangles count", remedy)
-    vertices = vertices_of(source, maps, tangents, scene=scene, matrix=matrix, occluders=occluders, tolerance=rays)
+    given: Any = {"occluders": occluders, "tolerance": rays, "matrix": matrix}
+    direct = _of_direct_light(scene)
+    if isinstance(transport, BouncedLight):
+        vertices = vertices_of(source, maps, tangents, scene=direct, **given)
+    else:
+        vertices = vertices_of(source, maps, tangents, scene=scene, transport=transport, **given)
+        transport = _bounced_light(vertices, scene, material, matrix) if scene.light_model.bounces else None
+    if transport is not None:
+        scene, vertices = direct, vertices.sending(transport.colors, material)
     lighting = Lighting(scene, material, matrix, vertices, cuts=cuts)
     return _LitTriangles(triangles, corners, normals, blended, exponent, lighting)
+
+
+def _of_direct_light(scene: Scene) -> Scene:
+    """Without bounces, and without the ambient light that stands for them."""
+    lights = [replace(light, ambient=0.0) for light in scene.lights]
+    return replace(scene, lights=lights, light_model=replace(scene.light_model, bounces=0, ambient=0.0))
+
+
+def _bounced_light(vertices: Vertices, scene: Scene, material: Material, matrix: MatrixLike | None) -> BouncedLight:
+    plan = Plan.of(scene, material, vertices, matrix=matrix)
+    if not plan.equation.bounces:  # nothing sees anything
+        return BouncedLight(np.zeros((len(vertices), 3)))
+    sent, gather = plan.sent(vertices, precision="float64"), transport_of(vertices).gather
+    return BouncedLight(interreflection.bounced(sent, gather, plan.equation.bounces, apart=False)[0])
 
 
 def _far_ranges_allowed() -> np.errstate:

@@ -99,6 +99,8 @@ class LitMesh:
         self.actor: pv.Actor | None = None
         self.evaluations = 0
         """How many times its colours have been computed."""
+        self.bounced: FloatArray | None = None
+        """Shape (1, n, 3): light that arrived by bounces then."""
         self._colors: Any = None
         self._geometry: Any = None
         self._computed_normals: FloatArray | None = None
@@ -189,7 +191,7 @@ class LitMesh:
             self._plan.sent(vertices)  # says why there is none
             bounced = np.zeros((1, len(vertices), 3), np.float32)
         self._plan.run_for_display(vertices, vtk_to_numpy(self._colors), bounced)
-        self._lit_for, self._eye = state, eye
+        self._lit_for, self._eye, self.bounced = state, eye, bounced
         self._colors.Modified()
         self.evaluations += 1
         return True

@@ -23,7 +23,7 @@ from pvphong.optics.material import Material
 from pvphong.scene.scene import Scene
 from pvphong.shading.plan.plan import Plan
 from pvphong.shading.vertices import Vertices
-from pvphong.studies.refine import refine
+from pvphong.studies.refine import BouncedLight, refine
 
 _ARRAY = "phong"
 _AFTER = 0.2  # seconds in which nothing has changed
@@ -35,6 +35,7 @@ class Drawn(Protocol):
 
     drawn: pv.PolyData
     actor: pv.Actor | None
+    bounced: FloatArray | None
 
     @property
     def state(self) -> Any:
@@ -128,7 +129,7 @@ class Refining:
             Whether the picture is still to come.
         """
         drawn = mesh.drawn
-        is_left_alone = held or scene.light_model.bounces or drawn.n_verts + drawn.n_lines or not drawn.n_cells
+        is_left_alone = held or drawn.n_verts + drawn.n_lines or not drawn.n_cells
         if is_left_alone or mesh.state != self._state:
             self.forget(mesh)
         if is_left_alone:
@@ -165,6 +166,8 @@ class Refining:
         surface.point_data.active_normals = np.array(mesh.normals)
         options: dict[str, Any] = {"matrix": mesh.matrix, "max_points": surface.n_points + _MOST_ADDED}
         options |= {"occluders": occluders or (), "tolerance": self._tolerance}
+        if mesh.bounced is not None:
+            options["transport"] = BouncedLight(mesh.bounced.sum(axis=0))
 
         def work() -> pv.PolyData:
             refined = refine(surface, scene, material, **options)

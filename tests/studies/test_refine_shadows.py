@@ -321,6 +321,41 @@ def test_blocks_shadow_each_other():
     assert errors.max() > 0.5
 
 
+def test_light_that_bounces_is_interpolated_between_the_vertices_and_changes_no_triangle():
+    """Of a floor with colours of its own, which glows, and gets light from a ball."""
+    ball = pv.Icosphere(radius=RADIUS, center=CENTER, nsub=2)
+    ground, several = floor(9), {"shadows": True, "clamp": False, "ambient": 0.5}
+    ground["glow"] = np.random.default_rng(1).random((ground.n_points, 3))
+    colored = replace(MATT, diffuse=(0.9, 0.5, 0.2), emission="glow", ambient=0.4)
+    blocks, materials = pv.MultiBlock({"floor": ground, "ball": ball}), {"floor": colored, "ball": MATT}
+    rig, options = scene(SUN, LAMP, bounces=3, **several), {"tolerance": STEP, "precision": "float64"}
+    lit = blocks.phong.shade(rig, materials, components=True, precision="float64")["floor"]
+    found = blocks.phong.refine(rig, materials, **options)["floor"]
+    np.testing.assert_allclose(found["phong"][: ground.n_points], lit["phong"], atol=1e-7)
+    ground["bounced"] = lit["phong_bounced"]
+    dark = scene(SUN, LAMP, **several | {"ambient": 0.0})
+    direct = ground.phong.refine(dark, colored, occluders=[ball], **options)
+    assert direct["bounced"].max() > 0.02
+    np.testing.assert_array_equal(found.points, direct.points)
+    np.testing.assert_allclose(found["phong"], direct["phong"] + direct["bounced"], atol=1e-7)
+    meshes = [blocks.phong.interpolation_error(given, materials)["floor"] for given in (rig, dark)]
+    errors = [mesh["phong_interpolation_error"] for mesh in meshes]  # in some triangles other places are looked at
+    assert np.quantile(np.abs(errors[0] - errors[1]), 0.9) < 1e-7
+
+
+def test_a_bowl_lights_itself_by_a_transport_that_is_given_or_is_not():
+    bowl = pv.Sphere(end_phi=90, theta_resolution=12, phi_resolution=6).flip_faces()
+    bowl = bowl.compute_normals(auto_orient_normals=False, consistent_normals=False)
+    rig, transport = scene(LAMP, bounces=2, shadows=False), bowl.phong.transport()
+    refined = bowl.phong.refine(rig, MATT, tolerance=STEP, transport=transport)
+    np.testing.assert_array_equal(refined["phong"], bowl.phong.refine(rig, MATT, tolerance=STEP)["phong"])
+    lit = bowl.phong.shade(rig, MATT, transport=transport)["phong"]
+    np.testing.assert_allclose(refined["phong"][: bowl.n_points], lit, atol=1e-6)
+    assert np.abs(lit - bowl.phong.shade(scene(LAMP, shadows=False), MATT)["phong"]).max() > 5 * STEP
+    with pytest.raises(ValueError, match="transport must be"):
+        BALL.phong.refine(rig, MATT, tolerance=STEP, transport=transport)
+
+
 @pytest.mark.parametrize(
     ("options", "message"),
     [

@@ -145,10 +145,14 @@ def test_what_is_outdated_is_stopped_and_never_shown(window, monkeypatch):
     until(lambda: len(stopped) == 4)
 
 
-def test_bounces_are_not_refined(window):
+def test_light_that_bounces_is_in_refined_pictures(window):
     w = window(bounces=1)
     w.plotter.screenshot(return_img=True)
-    assert w.shows_own()
+    own, shown = w.phong.mesh(w.floor).drawn, w.floor.mapper.dataset
+    assert shown.n_points > own.n_points
+    np.testing.assert_allclose(shown["phong"][: own.n_points].astype(int), own["phong"], atol=1)
+    direct = w.ground.phong.shade(replace(w.phong.scene, light_model=ph.LightModel(ambient=0.0, shadows=True)), WHITE)
+    assert np.abs(own["phong"] - 255.0 * direct["phong"]).max() > 5.0
 
 
 @pytest.mark.parametrize("given", [0, -1.0, "fine", True, float("nan")])
