@@ -67,7 +67,7 @@ POSITION_EFFECT, SIZE_EFFECT = "position", "size"
 """The plan's effects of lights that have a place, and of lights that have a size."""
 
 NODES = 64
-"""A light with a size is evaluated as so many lights without one where there is no closed form."""
+"""A light with a size is evaluated as so many lights without one where there is no closed form, or as `nodes_for`."""
 
 
 class Integral(NamedTuple):
@@ -308,6 +308,10 @@ class Light:
         A light without a size is its own only node.
         """
         return (self,)
+
+    def nodes_for(self, sharpness: float) -> int:  # noqa: ARG002 lobes that are sharper than its nodes are close
+        """How many nodes it is evaluated as for a lobe of a sharpness, as `Reflectance.sharpness` has it."""
+        return NODES
 
     @property
     def bands(self) -> int:

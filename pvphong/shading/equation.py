@@ -23,7 +23,7 @@ from pvphong.base import check
 from pvphong.base.formulas import BRIGHTEST, FARTHEST
 from pvphong.base.types import ColorLike, Float64Array, MatrixLike, Vector, VectorLike, rgb
 from pvphong.optics.area.lobes import CosinePower
-from pvphong.optics.light import NODES, Light
+from pvphong.optics.light import Light
 from pvphong.optics.lights import light_from_homogeneous, light_from_values, refuse_unless_in_vtk
 from pvphong.optics.material import Material, nearest_in_vtk
 from pvphong.optics.reflectance import Component, Lobe, Reflectance
@@ -531,18 +531,20 @@ def in_parts(equation: Equation) -> Equation:
     """
     if not any(term.light.has_size for term in equation.terms):
         return equation
-    terms = tuple(part for term in equation.terms for part in _parts(term, equation.forms))
+    terms = tuple(part for term in equation.terms for part in _parts(equation, term, equation.forms))
     return replace(equation, terms=terms)
 
 
 def as_nodes(equation: Equation, count: int) -> Equation:
     """The equation with every light that has a size as the sum of so many nodes, whatever it has a closed form for."""
     nothing = (None,) * len(equation.reflectance.lobes)
-    terms = tuple(part for term in equation.terms for part in _parts(term, nothing, count))
+    terms = tuple(part for term in equation.terms for part in _parts(equation, term, nothing, count))
     return replace(equation, terms=terms)
 
 
-def _parts(term: LightTerm, forms: Sequence[CosinePower | None], most: int = NODES) -> Iterator[LightTerm]:
+def _parts(
+    equation: Equation, term: LightTerm, forms: Sequence[CosinePower | None], count: int | None = None
+) -> Iterator[LightTerm]:
     light = term.light
     if not light.has_size:
         yield term
@@ -557,7 +559,8 @@ def _parts(term: LightTerm, forms: Sequence[CosinePower | None], most: int = NOD
         for node in light.nodes(1):
             yield replace(term, light=node, colors=black)
     if any(map(any, summed)):
-        for node in light.nodes(most) if term.nodes is None else term.nodes:
+        count = count or light.nodes_for(equation.sharpness)
+        for node in light.nodes(count) if term.nodes is None else term.nodes:
             colors = _tinted(summed, rgb(node.diffuse))
             yield replace(term, light=node, ambient=BLACK, colors=colors, gain=term.gain * node.intensity)
 

@@ -25,7 +25,7 @@ from pvphong.optics.area.sampling import (
     sky_sample,
     sky_seen,
 )
-from pvphong.optics.light import Integral, Light, Reach
+from pvphong.optics.light import NODES, Integral, Light, Reach
 from pvphong.optics.lights.directional import DirectionalLight
 from pvphong.optics.panorama import Panorama, checked, directions, row_areas
 from pvphong.optics.roles import Role, Turn, Up, meaning
@@ -39,6 +39,8 @@ _LEAST = 1e-9
 _NOTHING = 1e-15
 # Directions that nodes are chosen from, at least, in rows.
 _ROWS = 48
+# Nodes for lobes sharper than 1, by their sharpness: of GGX with roughness 0.4 they are 1 % off. And the most.
+_NODES_IN_LOBES, _MOST_NODES = 4.0, 1024
 # Rows of an image that rays are chosen by, at most: cells of it have the mean of their texels.
 _MOST_ROWS = 256
 # What harmonics may have more than the image that they are of.
@@ -56,7 +58,8 @@ class EnvironmentLight(Light):
     much the other bands hold at most, and how many are enough for a tolerance. Highlights are the image blurred by the
     lobe, looked up in the mirror direction, times the part of the lobe that is above the horizon: exact for one colour,
     and where the horizon cuts the lobe off by at most (brightest − darkest) / (2 (shininess + 1)). What other
-    reflectances make of it is that of 64 parallel lights of the same energy.
+    reflectances make of it is that of 64 parallel lights of the same energy, and for sharp lobes of up to 1024: some
+    1 % off for `GGX` and `PBR` down to a roughness of 0.4, 5 % at 0.3, and below they show as spots.
 
     Phong's lobe is not normalised: under a uniform sky its highlight is 2/(shininess + 1), dark for a mirror.
     `ModifiedPhong` and `GGX` are.
@@ -127,6 +130,11 @@ class EnvironmentLight(Light):
         light probe sampling", 2005).
         """
         return _nodes(self.panorama, tuple(self.axes.ravel().tolist()), count)
+
+    def nodes_for(self, sharpness: float) -> int:
+        """A power of two that has several in any lobe, as far as `_MOST_NODES` does."""
+        several = 2 ** math.ceil(math.log2(max(_NODES_IN_LOBES * sharpness, 1.0)))
+        return min(max(several, NODES), _MOST_NODES)
 
     @cached_property
     def sampling(self) -> Sampling:
@@ -260,20 +268,19 @@ def _nodes(image: Panorama, axes: tuple[float, ...], count: int) -> tuple[Direct
 def _halved(powers: Float64Array, count: int) -> list[tuple[slice, slice]]:
     """Rows and columns of at most so many parts: that with most power is halved across its longer side, each time."""
     height, width = powers.shape
-    parts, sums = [(slice(0, height), slice(0, width))], [float(powers.sum())]
-    while len(parts) < count:
-        k = max(range(len(parts)), key=lambda i: sums[i] if powers[parts[i]].size > 1 else -1.0)
+    parts, sums = [(slice(0, height), slice(0, width))], [float(powers.sum())]  # −1 for what cannot be halved
+    while len(parts) < count and max(sums) >= 0.0:
+        k = sums.index(max(sums))
         part = rows, columns = parts[k]
         cells = powers[part]
-        if cells.size == 1:
-            break
         wide = 2.0 * cells.shape[1] / width * math.sin(math.pi * 0.5 * (rows.start + rows.stop) / height)
         axis = 0 if cells.shape[1] == 1 or (cells.shape[0] > 1 and cells.shape[0] / height >= wide) else 1
         along = cells.sum(axis=1 - axis).cumsum()
         cut = part[axis].start + 1 + int(np.abs(along[:-1] - 0.5 * along[-1]).argmin())
         ends = slice(part[axis].start, cut), slice(cut, part[axis].stop)
         halves = [(end, columns) if axis == 0 else (rows, end) for end in ends]
-        parts[k : k + 1], sums[k : k + 1] = halves, [float(powers[half].sum()) for half in halves]
+        parts[k : k + 1] = halves
+        sums[k : k + 1] = [float(powers[half].sum()) if powers[half].size > 1 else -1.0 for half in halves]
     return parts
 
 

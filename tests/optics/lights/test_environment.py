@@ -12,7 +12,7 @@ import pyvista as pv
 from sky_oracle import texels
 from strategies import Dice
 
-from pvphong import BlinnPhong, EnvironmentLight, LightModel, Material, Scene, Viewer, evaluate, plan
+from pvphong import GGX, BlinnPhong, EnvironmentLight, LightModel, Material, Scene, Viewer, evaluate, plan
 from pvphong.optics.area.lobes import CosinePower
 from pvphong.shading import kernel
 
@@ -113,6 +113,38 @@ def test_other_reflectances_make_of_it_what_they_make_of_its_nodes():
     material = Material(ambient=0.0, diffuse=0.0, specular=1.0, reflectance=BlinnPhong(5.0))
     normals = normals_of(5)
     np.testing.assert_allclose(lit(light, normals, material), lit_by_nodes(light, normals, 64, material), atol=1e-12)
+
+
+def mirrored_by_facets(light, normals, roughness):
+    """By texels: D·V·F·n·l after Walter et al. 2007 and Heitz 2014, of facets that reflect all, seen from +z."""
+    ways, areas, colors = texels(light, (48, 48))
+    square, view = roughness**4, np.array([0.0, 0.0, 1.0])
+    half = (ways + view) / np.linalg.norm(ways + view, axis=1, keepdims=True)
+    result = []
+    for n in normals:
+        x, y, z = np.maximum(ways @ n, 0.0), n @ view, half @ n
+        d = square / (np.pi * (z * z * (square - 1.0) + 1.0) ** 2)
+        v = 0.5 / (x * np.sqrt(square + (1 - square) * y * y) + y * np.sqrt(square + (1 - square) * x * x))
+        result.append((d * v * x * areas) @ colors)
+    return np.array(result)
+
+
+@pytest.mark.parametrize(("roughness", "most"), [(0.4, 0.02), (0.5, 0.03), (0.7, 0.02), (1.0, 0.03)])
+def test_facets_mirror_it_by_as_many_nodes_as_their_lobe_is_narrow(roughness, most):
+    """And 64 nodes are not enough for narrow ones."""
+    light, material = sky(4), Material(ambient=0.0, diffuse=0.0, reflectance=GGX(roughness, (1.0, 1.0, 1.0)))
+    normals = normals_of(4, 200) * 0.5 + (0.0, 0.0, 1.0)
+    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+    exact = mirrored_by_facets(light, normals, roughness)
+    found, few = lit(light, normals, material, eye=(0, 0, 1e6)), lit_by_nodes(light, normals, 64, material)
+
+    def off(colors):
+        return np.sqrt(np.square(colors - exact).mean()) / exact.mean()
+
+    assert off(found) < most
+    assert (off(few) > 5 * most) == (roughness < 0.5)
+    assert light.nodes_for(0.0) == light.nodes_for(1.0) == 64
+    assert light.nodes_for(1e9) == 1024
 
 
 @pytest.mark.parametrize("dtype", [np.float16, np.float32, np.float64])
