@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import functools
 import importlib.util
+import os
 import weakref
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager, nullcontext
@@ -406,7 +407,15 @@ class PlotterPhong:
 
     # -- the studio --------------------------------------------------------------------------------------
 
-    def studio(self, *, file: str = "mesh.vtp", port: int = 0, host: str = "127.0.0.1", browser: bool = True) -> Any:
+    def studio(
+        self,
+        *,
+        file: str = "mesh.vtp",
+        port: int = 0,
+        host: str = "127.0.0.1",
+        browser: bool = True,
+        keep: str | os.PathLike[str] | None = None,
+    ) -> Any:
         """Edit lights, materials and light model of the active subplot in a web page, with the gizmos in its view.
 
         Needs the extra `trame`. What is edited there is the plotter's own: afterwards `lights`, `scene` and the
@@ -425,6 +434,9 @@ class PlotterPhong:
             ends with a token, without which nothing is answered.
         browser : bool, default True
             Whether to open the page in a browser; not in a notebook.
+        keep : path, optional
+            A file (JSON) to which lights, viewer, light model and materials are written whenever they have changed, as
+            `Scene.save` writes them, until another mesh is opened.
 
         Returns
         -------
@@ -442,7 +454,8 @@ class PlotterPhong:
 
         if not self.gizmos:
             self.add_gizmos()
-        return serve(self._plotter, self._subplot, self._history, file=file, port=port, host=host, browser=browser)
+        options: dict[str, Any] = {"file": file, "port": port, "host": host, "browser": browser, "keep": keep}
+        return serve(self._plotter, self._subplot, self._history, **options)
 
     # -- pictures and exports ----------------------------------------------------------------------------
 

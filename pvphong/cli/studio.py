@@ -24,6 +24,7 @@ def studio(
     port: int = 0,
     host: str = "127.0.0.1",
     no_browser: Annotated[bool, Parameter(negative="", show_default=False)] = False,
+    keep: Annotated[bool, Parameter(negative="", show_default=False)] = False,
 ) -> None:
     """Light a mesh in the browser: its lights, material and scene in panels, gizmos in its view; Ctrl-C ends it.
 
@@ -40,14 +41,20 @@ def studio(
         with a token, without which nothing is answered.
     no_browser
         Do not open a browser; the page's address is printed alone on the last line.
+    keep
+        Keep the rig beside the mesh, in NAME-rig.json, as it is edited, and begin with it if it is there.
     """
     if importlib.util.find_spec("trame_pyvista") is None:
         check.refuse("pvphong studio", "none of its packages", "installed", 'pip install "pvphong[trame]".')
     from pvphong.studio.web.serving import free_port
 
     port = free_port(host, port)  # refused before anything is read
-    if mesh is None and scene is not None:
-        check.refuse("--scene", scene, "left out without a mesh", "The page takes rigs too.")
+    for option, given in (("--scene", scene), ("--keep", keep or None)):
+        if mesh is None and given is not None:
+            check.refuse(option, given, "left out without a mesh", "The page takes rigs, and gives them.")
+    kept = Path(mesh).with_name(f"{Path(mesh).stem}-rig.json") if mesh is not None and keep else None
+    if kept is not None and scene is None and kept.exists():
+        scene = kept
     with preferring(drawing_window()):
         plotter = pv.Plotter(off_screen=True, window_size=list(SIZE), lighting="none")
     plotter.set_background(BACKGROUND)
@@ -62,4 +69,4 @@ def studio(
         plotter.reset_camera_clipping_range()
     if hasattr(signal, "SIGPIPE"):  # a browser that goes in the middle of a frame does not end this, as a pipe's reader
         signal.signal(signal.SIGPIPE, signal.SIG_IGN)
-    plotter.phong.studio(file=mesh or "mesh", port=port, host=host, browser=not no_browser)
+    plotter.phong.studio(file=mesh or "mesh", port=port, host=host, browser=not no_browser, keep=kept)

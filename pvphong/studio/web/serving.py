@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import asyncio
+import os
 import socket
 from contextlib import suppress
 from html import escape
+from pathlib import Path
 from typing import Any
 
 import pyvista as pv
@@ -45,9 +47,19 @@ class StudioFrame:
 
 
 def serve(
-    plotter: pv.Plotter, subplot: Subplot, history: History, *, file: str, port: int, host: str, browser: bool
+    plotter: pv.Plotter,
+    subplot: Subplot,
+    history: History,
+    *,
+    port: int,
+    browser: bool,
+    file: str,
+    host: str,
+    keep: str | os.PathLike[str] | None,
 ) -> StudioFrame | None:
     """Serve a studio: until Ctrl-C; or in the loop that runs already, and give what shows it there.
+
+    Options are those of `plotter.phong.studio`.
 
     Raises
     ------
@@ -57,6 +69,8 @@ def serve(
     check.flag("browser", browser)
     port = free_port(host, port)
     options: dict[str, Any] = {"file": check.text("file", file), "host": host}
+    if keep is not None:
+        options["keep"] = Path(keep if isinstance(keep, os.PathLike) else check.text("keep", keep))
     if _is_in_loop():
         studio = Studio(plotter, subplot, history, **options)
         studio.start(port)

@@ -76,12 +76,21 @@ class Studio:
         Name of the file that the mesh was read from, as the script that is taken home reads it.
     host : str
         The address to listen on.
+    keep : Path, optional
+        The rig is written there whenever it has changed, until another mesh is opened.
     """
 
     def __init__(
-        self, plotter: pv.Plotter, subplot: Subplot, history: History, *, file: str, host: str = "127.0.0.1"
+        self,
+        plotter: pv.Plotter,
+        subplot: Subplot,
+        history: History,
+        *,
+        file: str,
+        host: str = "127.0.0.1",
+        keep: Path | None = None,
     ) -> None:
-        self._plotter, self._subplot, self._host = plotter, subplot, host
+        self._plotter, self._subplot, self._host, self._keep = plotter, subplot, host, keep
         self._reading, self._stem = reading_file(file), PurePath(file).stem
         self.document = Document(plotter.phong, subplot, history)
         self.door = Door(host)
@@ -228,6 +237,15 @@ class Studio:
         with self.server.state as state:
             state.plan = {"accuracy": shown[0]["accuracy"] if shown else "", "meshes": shown}
             state.script = script
+        self._save()
+
+    def _save(self) -> None:
+        """Keep the rig, where that was asked for."""
+        if self._keep is not None:
+            try:
+                self.take_home.save_rig(self._keep)
+            except ValueError:  # its message has the whole path
+                self.say(f"The rig is not kept: {self._keep.name} cannot be written.")
 
     # -- meshes and files
 
@@ -264,7 +282,7 @@ class Studio:
         aim(self._plotter, scene.viewer)
         self._plotter.reset_camera_clipping_range()
         self.document.history.clear()
-        self._stem, self._reading = PurePath(file).stem, reading or reading_file(file)
+        self._stem, self._reading, self._keep = PurePath(file).stem, reading or reading_file(file), None
 
     def open_example(self, name: str) -> None:
         """Show one of the meshes that PyVista brings along."""
@@ -465,6 +483,7 @@ class Studio:
 
     async def close(self) -> None:
         """Stop serving, and let go of the plotter."""
+        self._save()
         for soon in (self._show_soon, self._plan_soon, self._hush_soon):
             if soon is not None:
                 soon.cancel()

@@ -154,7 +154,7 @@ class TakeHome:
             what, f"{self._stem}-lit.{what}"
         )
         if what == "rig":
-            self._scene.save(path, materials=self.materials)
+            self.save_rig(path)
         elif what == "py":
             path.write_text(self.script(), encoding="utf-8")
         elif what == "gltf":
@@ -165,6 +165,10 @@ class TakeHome:
         else:
             save_lit(self.lit(), path, "phong")
         return path
+
+    def save_rig(self, path: Path) -> None:
+        """Write scene and materials; ValueError if that cannot be done."""
+        self._scene.save(path, materials=self.materials)
 
     def read(self, what: str, plotter: pv.Plotter, size: tuple[int, int]) -> tuple[str, bytes]:
         """The name and the bytes of one of `FILES`; see `write`."""

@@ -44,6 +44,60 @@ def test_in_a_notebook_the_page_stands_below_the_cell(plotter):
     assert plotter.phong.lights == (ph.DirectionalLight(intensity=0.5, name="sun"),)
 
 
+def test_the_rig_is_kept_when_it_changes_where_that_is_asked_for(plotter, tmp_path):
+    path = tmp_path / "ball-rig.json"
+
+    async def cell():
+        shown = plotter.phong.studio(file="ball.ply", keep=path)
+        studio = shown.studio
+        assert not path.exists()
+        studio._triggers["edit"]("light.1.intensity", 0.5)
+        for _ in range(100):
+            await asyncio.sleep(0.05)
+            if path.exists():
+                break
+        assert ph.Scene.load(path) == plotter.phong.scene
+        assert ph.load_materials(path) == {"default": ph.Material()}
+        studio._triggers["edit"]("light.1.intensity", 0.25)
+        await shown.close()  # what has changed last too
+
+    asyncio.run(cell())
+    assert ph.Scene.load(path).lights[0].intensity == 0.25
+    assert [each.name for each in tmp_path.iterdir()] == [path.name]
+
+
+def test_a_rig_that_cannot_be_kept_is_said_without_the_servers_folders_and_another_mesh_is_not_kept_there(
+    plotter, tmp_path
+):
+    async def cell():
+        shown = plotter.phong.studio(keep=tmp_path / "gone" / "a-rig.json")
+        shown.studio._save()
+        said = shown.studio.server.state.notice
+        shown.studio.open_example("nut")
+        shown.studio.say("")
+        shown.studio._save()
+        again = shown.studio.server.state.notice
+        await shown.close()
+        return said, again
+
+    assert asyncio.run(cell()) == ("The rig is not kept: a-rig.json cannot be written.", "")
+
+
+def test_the_command_begins_with_the_rig_that_was_kept(tmp_path, monkeypatch):
+    mesh, rig = tmp_path / "ball.vtp", tmp_path / "ball-rig.json"
+    pv.Sphere().save(mesh)
+    given = []
+    monkeypatch.setattr("pvphong.plotter.PlotterPhong.studio", lambda phong, **how: given.append((phong.lights, how)))
+    assert main(["studio", str(mesh), "--keep", "--no-browser"]) == 0
+    lamp = ph.PointLight((1, 2, 3), name="mine")
+    ph.Scene([lamp], ph.Viewer((0, 0, 5))).save(rig)
+    assert main(["studio", str(mesh), "--no-browser"]) == 0
+    assert main(["studio", str(mesh), "--keep", "--no-browser"]) == 0
+    (first, how), (second, _), (third, _) = given
+    assert (first, third) == (second, (lamp,))
+    assert how["keep"] == rig
+
+
 def test_a_port_that_is_taken_is_refused():
     with socket.socket() as taken:
         taken.bind(("127.0.0.1", 0))
@@ -63,6 +117,7 @@ def test_a_port_that_is_taken_is_refused():
         ({"host": "nowhere.invalid"}, "port must be one that this machine can listen on at nowhere.invalid"),
         ({"file": 3}, "file must be a string"),
         ({"browser": 3}, "browser must be True or False"),
+        ({"keep": 3}, "keep must be a string"),
     ],
 )
 def test_what_is_not_allowed_is_refused_before_anything_is_served(plotter, options, message):
@@ -76,6 +131,7 @@ def test_what_is_not_allowed_is_refused_before_anything_is_served(plotter, optio
         (["nowhere.stl"], "error: mesh must be a file that exists; got nowhere.stl."),
         (["--port", "99999"], "error: port must be a whole number from 0 to 65535; got 99999."),
         (["--scene", "rig.json"], "error: --scene must be left out without a mesh; got rig.json."),
+        (["--keep"], "error: --keep must be left out without a mesh; got True."),
         (["--host", "nowhere.invalid"], "error: port must be one that this machine can listen on at nowhere.invalid"),
     ],
 )
