@@ -243,7 +243,7 @@ def check_promises(seeds):
 
 
 def test_no_plan_breaks_its_promise():
-    check_promises(range(60))
+    check_promises([*range(60), 153])  # 153: facets so white that their sum over nodes is above 1
 
 
 @pytest.mark.long
