@@ -477,7 +477,10 @@ class LitActors:
                 occluders = KnownOccluders(self._occluders, own) if scene.light_model.needs_rays else None
                 held = self.uses_preview_rays
                 is_awaited |= mesh.refining.update(mesh, scene, occluders, held=held, waits=waits)
-                is_new |= mesh.refining.pictures > before
+                if mesh.refining.pictures > before:
+                    is_new = True
+                    if mesh.refining.reason:
+                        warnings.warn(f"A mesh is not refined: {mesh.refining.reason}", LightingWarning, stacklevel=2)
         window = self._renderer.GetRenderWindow()
         interactor = None if window is None else window.GetInteractor()
         if not is_awaited:

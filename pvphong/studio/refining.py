@@ -62,6 +62,8 @@ class _Job:
 
     def __init__(self, work: Callable[[], pv.PolyData]) -> None:
         self.result: pv.PolyData | None = None
+        self.reason = ""
+        """Why there is none, if it failed."""
         self._work, self._stop = work, threading.Event()
         self._thread = threading.Thread(target=self._run, name="pvphong refining", daemon=True)
         self._thread.start()
@@ -72,6 +74,8 @@ class _Job:
                 self.result = self._work()
         except threads.StoppedError:
             pass
+        except Exception as error:  # of a light or an array of the user's, too: said by who asks for the picture
+            self.reason = str(error) or type(error).__name__
 
     @property
     def is_done(self) -> bool:
@@ -99,6 +103,8 @@ class Refining:
     def __init__(self, tolerance: float) -> None:
         self.pictures = 0
         """How many have been made."""
+        self.reason = ""
+        """Why the last one is the mesh's own; "" where it is refined."""
         self._tolerance = tolerance
         self._state: Any = None
         self._since = 0.0
@@ -141,6 +147,7 @@ class Refining:
         if self._job is not None and waits:
             self._job.wait()
         if self._job is not None and self._job.is_done:
+            self.reason = self._job.reason
             self._shown, self._job, self.pictures = self._job.result or drawn, None, self.pictures + 1
         if self._shown is not None:
             _show(mesh, self._shown)

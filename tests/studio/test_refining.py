@@ -13,6 +13,7 @@ from mouse import Mouse
 import pvphong as ph
 from pvphong.base import threads
 from pvphong.studio import refining
+from pvphong.studio.lit_actors import LightingWarning
 
 LAMP = ph.PointLight(position=(0.3, 0.2, 3), name="lamp")
 WHITE = ph.Material(ambient=0.3, diffuse=0.7)
@@ -143,6 +144,18 @@ def test_what_is_outdated_is_stopped_and_never_shown(window, monkeypatch):
     assert w.shows_own()
     w.plotter.close()
     until(lambda: len(stopped) == 4)
+
+
+def test_what_cannot_be_refined_is_said_once_and_drawn_as_it_is(window, monkeypatch):
+    def failing(*_, **__):
+        raise ValueError("no light in this one")
+
+    monkeypatch.setattr(refining, "refine", failing)
+    with pytest.warns(LightingWarning, match="A mesh is not refined: no light in this one") as warned:
+        w = window()
+    assert len(warned) == 2  # of the floor, and of the ball
+    w.plotter.screenshot(return_img=True)  # another warning would be an error
+    assert w.shows_own()
 
 
 def test_light_that_bounces_is_in_refined_pictures(window):
