@@ -277,8 +277,9 @@ class BlocksPhong:
         if not scene.light_model.bounces:
             return self._each(method, scene, material, options)
         how = {name: options[name] for name in (*_OF_SURFACES, "occluders", transport) if name in options}
-        lit_blocks = self.shade(scene, material, components=True, precision="float64", **how)
-        bounced = (np.asarray(block.point_data["phong_bounced"]) for _, block in datasets(lit_blocks))
+        lit_blocks = self.shade(scene, material, name="pvphong", components=True, precision="float64", **how)
+        blocks = (block for _, block in datasets(lit_blocks))  # one that is alone may have no such array
+        bounced = (np.array(b.point_data.get("pvphong_bounced", np.zeros((b.n_points, 3)))) for b in blocks)
 
         def look(block: pv.DataSet, own: Material | str, how: dict[str, Any]) -> pv.DataSet:
             return getattr(block.phong, method)(scene, own, **how | {transport: refinement.BouncedLight(next(bounced))})

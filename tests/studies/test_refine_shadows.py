@@ -356,6 +356,15 @@ def test_a_bowl_lights_itself_by_a_transport_that_is_given_or_is_not():
         BALL.phong.refine(rig, MATT, tolerance=STEP, transport=transport)
 
 
+def test_a_block_that_sees_nothing_reflects_no_light_that_bounces():
+    ball = pv.Icosphere(nsub=2)
+    ball["phong_bounced"] = np.ones((ball.n_points, 3))  # of another time
+    rig = scene(LAMP, bounces=2, shadows=False)
+    (refined,) = pv.MultiBlock([ball]).phong.refine(rig, MATT, tolerance=0.05)
+    np.testing.assert_array_equal(refined["phong"], ball.phong.refine(rig, MATT, tolerance=0.05)["phong"])
+    np.testing.assert_allclose(refined["phong"][: ball.n_points], ball.phong.shade(rig, MATT)["phong"], atol=1e-6)
+
+
 @pytest.mark.parametrize(
     ("options", "message"),
     [
