@@ -168,7 +168,7 @@ def refine(
         ``<name>_refinement_strip``
             About the area, along all cuts, in which colours are those of the other side of the edge; beside a bent
             edge it may be somewhat more. Triangles smaller than 1/1024 of the diagonal that hide the tip of a shadow
-            count with it.
+            count with it, and those that could not be cut, as where edges of several lights run together.
 
     Raises
     ------

@@ -75,6 +75,22 @@ def cut_edges(surface: LitSurface, tolerance: float, limit: int) -> Cuts:
     return Cuts(sum(sides), sum(strips), sum(missed), any(spent))
 
 
+def uncut_area(surface: LitSurface, tolerance: float) -> float:
+    """The area of triangles that an edge crosses and no cut, with a jump that is larger than a tolerance.
+
+    Their parts would have had no area; there are some where edges of several lights run together.
+    """
+    corners, vertices = surface.triangles.corners, surface.vertices
+    is_crossed = np.zeros(len(corners), dtype=bool)
+    for light in surface.lighting.sharp:
+        is_lit = vertices.seen[corners, light] > 0.5
+        rows = np.flatnonzero(is_lit.any(axis=1) & ~is_lit.all(axis=1))
+        steps = steps_at(light, vertices, corners[rows], _INSIDE, surface.lighting)
+        is_crossed[rows[steps.max(axis=1, initial=0.0) > tolerance]] = True
+    longest, height = sizes(vertices.points[corners[is_crossed]])
+    return float((longest * height).sum() / 2.0)
+
+
 class _Crossings(NamedTuple):
     """Where an edge crosses sides and triangles."""
 
@@ -290,6 +306,8 @@ class _Edge:
         missed, strip = len(longest), float((longest * height).sum() / 2.0)
         signs = self._snapped(found)
         is_cut = triangles.with_tied((found.step > 0.0) & (signs[triangles.ends] != 0).all(axis=1))
+        is_crossed = signs[triangles.ends].prod(axis=1) < 0
+        is_cut &= ~triangles.with_tied(is_cut & ~is_crossed)  # an edge that ends at another is left on both sheets
         along = np.nan_to_num(found.along)
         while len(bad := self._turned_over(is_cut, along)):
             marks = np.zeros(len(is_cut), dtype=bool)

@@ -9,7 +9,7 @@ import numpy as np
 
 from pvphong.base import threads
 from pvphong.base.types import BoolArray, Float64Array, FloatArray, IntArray
-from pvphong.shading.inside.cutting import PIXEL, Cuts, cut_edges
+from pvphong.shading.inside.cutting import PIXEL, Cuts, cut_edges, uncut_area
 from pvphong.shading.inside.interpolation import (
     DENSE,
     Lighting,
@@ -129,6 +129,9 @@ class Refinement:
                 self._spend_what_is_left(tolerance, limit)
                 break
             self._split(marks)
+        if cut:
+            strip = self.cuts.strip + uncut_area(self._surface, tolerance)
+            self.cuts = self.cuts._replace(strip=strip)
         left = self.errors > tolerance
         if not left.any():
             return "tolerance"
