@@ -273,16 +273,17 @@ class BlocksPhong:
         self, method: str, scene: SceneLike | None, material: Materials, options: dict[str, Any]
     ) -> Callable[[pv.DataSet], Any]:
         """As `_each`, for what looks inside of triangles: light that bounces between all is found at their vertices."""
-        scene, transport = scene_for(map_blocks(self._blocks, surface), scene, options.get("matrix")), "transport"
+        scene = scene_for(map_blocks(self._blocks, surface), scene, options.get("matrix"))
         if not scene.light_model.bounces:
             return self._each(method, scene, material, options)
-        how = {name: options[name] for name in (*_OF_SURFACES, "occluders", transport) if name in options}
+        how = {name: options[name] for name in (*_OF_SURFACES, "occluders", "transport") if name in options}
         lit_blocks = self.shade(scene, material, name="pvphong", components=True, precision="float64", **how)
         blocks = (block for _, block in datasets(lit_blocks))  # one that is alone may have no such array
         bounced = (np.array(b.point_data.get("pvphong_bounced", np.zeros((b.n_points, 3)))) for b in blocks)
 
         def look(block: pv.DataSet, own: Material | str, how: dict[str, Any]) -> pv.DataSet:
-            return getattr(block.phong, method)(scene, own, **how | {transport: refinement.BouncedLight(next(bounced))})
+            how = how | {"transport": refinement.BouncedLight(next(bounced))}
+            return getattr(block.phong, method)(scene, own, **how)
 
         return self._each_with(look, scene, material, options, takes_rays=True)
 

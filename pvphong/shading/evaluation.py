@@ -66,7 +66,7 @@ def evaluate(
     precision : {"float32", "float64"}
         Of the result, and of the arithmetic after positions are subtracted. float32 errs by at most
         (4√n + 16) · 2⁻²⁴ · (1 + number of lights) for colours of size 1, n the largest of the material's
-        shininess and the spot lights' exponents; a light with a size counts as 64, the sky as up to 1024, where it is
+        shininess and the spot lights' exponents; a light with a size counts as 64, a sky as 256 to 1024, where it is
         summed over nodes, and where the horizon cuts one of the angular size s, a normal's rounding counts 1/s times.
         (A power between 0 and 1 errs by more where its cosine is nearly 0: it is infinitely steep there.)
     backend : {"auto", "numpy", "numba"}

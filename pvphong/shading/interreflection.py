@@ -28,8 +28,8 @@ from pvphong.shading.equation import BLACK, Equation, LightTerm, in_parts
 Gather = Callable[[FloatArray], FloatArray]
 """The mean colours that vertices see, (n, k), of what they send, (n, k)."""
 
-# So much more than 1 may a sum over 64 nodes of the white sky make a reflectance: 0.029 that of matt facets.
-_ROUNDED = 0.03
+# So much more than 1 may a sum over nodes of the white sky make a reflectance.
+_ROUNDED = 0.01
 # What no longer changes the sum, as a share of it.
 _NOTHING = 2.0**-26
 

@@ -41,8 +41,9 @@ except ImportError:
     import scene_peers
     from common import Caster, begin_on, equal_error_seconds, table, textbook, timed
 
-SIZES, TURNS, QUICK = (10_000, 100_000, 1_000_000), 3, 3.0
-"""Ways that take less than `QUICK` seconds have so many turns, and the least counts; others have one."""
+SIZES, TURNS, QUICK, VERY_QUICK = (10_000, 100_000, 1_000_000), 3, 3.0, 0.1
+"""Ways that take less than `QUICK` seconds have so many turns, below `VERY_QUICK` ten times as many, and the least
+counts; others have one."""
 OURS, MITSUBA, BLENDER, LIBIGL = "pvphong", "Mitsuba 3", "Blender's bake", "libigl"
 TEXTBOOK, SHADER = "textbook, NumPy", "VTK's shader"
 LEAST_ERROR, WANTED = 1e-8, 1e-3
@@ -133,7 +134,8 @@ class Row:
         if not way.errors:
             way.errors = _errors([found for _, found in first], way, cast, truth())
         taken = [seconds for seconds, _ in first]
-        for _ in range(TURNS - 1 if sum(taken) < QUICK else 0):
+        turns = 10 * TURNS if sum(taken) < VERY_QUICK else TURNS
+        for _ in range(turns - 1 if sum(taken) < QUICK else 0):
             taken = [min(least, cast(rays)[0]) for least, rays in zip(taken, way.rays, strict=True)]
         way.seconds[size] = [seconds / share for seconds in taken]
 
@@ -205,8 +207,7 @@ def exactly(job: scene_peers.Job) -> np.ndarray:
 def by_textbook(job: scene_peers.Job) -> Caster:
     (block,), (material,) = job.blocks, job.materials.values()
     points, normals = np.array(block.points, float), np.array(block.point_data.active_normals, float)
-    scene = job.scene
-    return timed(lambda _: textbook(points, normals, scene, material))
+    return timed(lambda _: textbook(points, normals, job.scene, material))
 
 
 def by_shader(job: scene_peers.Job) -> Caster:

@@ -127,7 +127,7 @@ def test_light_goes_both_ways_alike_and_none_is_made():
     assert (matrix.diagonal() == 0.0).mean() > 0.9
 
 
-@pytest.mark.parametrize("seed", range(8))
+@pytest.mark.parametrize("seed", [*range(8), *(pytest.param(seed, marks=pytest.mark.long) for seed in range(8, 208))])
 def test_no_row_adds_up_to_more_than_one_or_than_is_known_beforehand(seed):
     random = np.random.default_rng(seed)
     shapes = [pv.Cube(), pv.Sphere(theta_resolution=12, phi_resolution=12), pv.Cone(), pv.ParametricTorus()]

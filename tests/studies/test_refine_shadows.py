@@ -225,6 +225,54 @@ def test_colours_hold_at_64_places_of_each_triangle_but_for_a_strip_that_is_repo
     assert refined.field_data["phong_refinement_stopped"] == ("jump" if case == "sheet through" else "tolerance")
 
 
+def thrown(seed):
+    """A floor under things of several kinds, which may stand through it, and lights without a size."""
+    random = np.random.default_rng(seed)
+
+    def thing():
+        center = random.uniform((-1, -1, 0.15), (1, 1, 1.4))
+        kinds = [
+            lambda: pv.Icosphere(radius=random.uniform(0.2, 0.6), nsub=int(random.integers(1, 5))),
+            lambda: box((0, 0, 0), random.uniform(0.1, 0.8, 3)),
+            lambda: pv.Disc(inner=random.uniform(0.1, 0.4), outer=random.uniform(0.5, 0.8), c_res=40).triangulate(),
+            lambda: pv.ParametricTorus(crosssectionradius=random.uniform(0.05, 0.2), u_res=40, v_res=20).scale(0.5),
+            lambda: pv.Cone(radius=random.uniform(0.2, 0.5), resolution=int(random.integers(3, 40))),
+            lambda: pv.Plane(i_size=random.uniform(0.2, 1), j_size=random.uniform(0.2, 1)),
+        ]
+        made = kinds[random.integers(len(kinds))]()
+        return made.rotate_vector(random.normal(size=3), random.uniform(0, 360)).translate(center)
+
+    def light():
+        diffuse, place = random.uniform(0.3, 1.0), tuple(random.uniform((-1, -1, 2.2), (1, 1, 4)).tolist())
+        down = (*random.uniform(-0.6, 0.6, 2).tolist(), -1.0)
+        kinds = [
+            ph.DirectionalLight(down, diffuse=diffuse),
+            ph.PointLight(place, diffuse=diffuse),
+            ph.SpotLight(place, direction=down, cone_angle=random.uniform(10, 35), diffuse=diffuse),
+        ]
+        return kinds[random.integers(len(kinds))]
+
+    occluders = [thing() for _ in range(random.integers(1, 4))]
+    return floor(int(random.integers(5, 31))), occluders, scene(*[light() for _ in range(random.integers(1, 4))])
+
+
+@pytest.mark.parametrize("count", [pytest.param(4, id="few"), pytest.param(200, id="many", marks=pytest.mark.long)])
+def test_in_any_scene_points_are_paired_no_triangle_is_turned_over_and_colours_hold_but_for_the_strip(count):
+    for seed in range(count):
+        mesh, occluders, rig = thrown(seed)
+        options = {"tolerance": 2 * STEP, "precision": "float64", "max_points": 60_000}
+        refined = mesh.phong.refine(rig, MATT, occluders=occluders, **options)
+        assert areas(refined).min() > 0.0, seed
+        if "phong_refinement_pair" in refined.point_data:
+            pair, points = refined["phong_refinement_pair"], refined.points
+            np.testing.assert_array_equal(points[pair[pair >= 0]], points[pair >= 0], f"seed {seed}")
+        some = np.random.default_rng(1).choice(refined.n_cells, min(2000, refined.n_cells), replace=False)
+        part = pv.PolyData.from_regular_faces(refined.points, refined.regular_faces[some])
+        part["phong"] = refined["phong"]
+        wrong = looked_at(part, mesh, occluders, rig).sum() * refined.n_cells / len(some)
+        assert wrong <= reported(refined, "strip"), seed
+
+
 def test_without_cuts_it_stops_at_the_jump():
     refined = floor(6).phong.refine(scene(SUN), MATT, tolerance=STEP, occluders=[BALL], cut=False, max_points=30_000)
     assert refined.field_data["phong_refinement_stopped"] == "jump"

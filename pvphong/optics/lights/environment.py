@@ -25,7 +25,7 @@ from pvphong.optics.area.sampling import (
     sky_sample,
     sky_seen,
 )
-from pvphong.optics.light import NODES, Integral, Light, Reach
+from pvphong.optics.light import Integral, Light, Reach
 from pvphong.optics.lights.directional import DirectionalLight
 from pvphong.optics.panorama import Panorama, checked, directions, row_areas
 from pvphong.optics.roles import Role, Turn, Up, meaning
@@ -39,8 +39,9 @@ _LEAST = 1e-9
 _NOTHING = 1e-15
 # Directions that nodes are chosen from, at least, in rows.
 _ROWS = 48
-# Nodes for lobes sharper than 1, by their sharpness: of GGX with roughness 0.4 they are 1 % off. And the most.
-_NODES_IN_LOBES, _MOST_NODES = 4.0, 1024
+# Nodes by the sharpness of lobes; and how many there are at least (matt facets under a white sky are 0.5 % off, by 64
+# nodes 2.9 %) and at most (GGX with roughness 0.4 is 1 % off).
+_NODES_IN_LOBES, _LEAST_NODES, _MOST_NODES = 4.0, 256, 1024
 # Rows of an image that rays are chosen by, at most: cells of it have the mean of their texels.
 _MOST_ROWS = 256
 # What harmonics may have more than the image that they are of.
@@ -58,8 +59,8 @@ class EnvironmentLight(Light):
     much the other bands hold at most, and how many are enough for a tolerance. Highlights are the image blurred by the
     lobe, looked up in the mirror direction, times the part of the lobe that is above the horizon: exact for one colour,
     and where the horizon cuts the lobe off by at most (brightest − darkest) / (2 (shininess + 1)). What other
-    reflectances make of it is that of 64 parallel lights of the same energy, and for sharp lobes of up to 1024: some
-    1 % off for `GGX` and `PBR` down to a roughness of 0.4, 5 % at 0.3, and below they show as spots.
+    reflectances make of it is that of 256 parallel lights of the same energy, and for sharp lobes of up to 1024: some
+    1 % off for `GGX` down to a roughness of 0.4, 5 % at 0.3, 23 % at 0.2, where they show as spots.
 
     Phong's lobe is not normalised: under a uniform sky its highlight is 2/(shininess + 1), dark for a mirror.
     `ModifiedPhong` and `GGX` are.
@@ -134,7 +135,7 @@ class EnvironmentLight(Light):
     def nodes_for(self, sharpness: float) -> int:
         """A power of two that has several in any lobe, as far as `_MOST_NODES` does."""
         several = 2 ** math.ceil(math.log2(max(_NODES_IN_LOBES * sharpness, 1.0)))
-        return min(max(several, NODES), _MOST_NODES)
+        return min(max(several, _LEAST_NODES), _MOST_NODES)
 
     @cached_property
     def sampling(self) -> Sampling:

@@ -70,7 +70,9 @@ def serve(
     port = free_port(host, port)
     options: dict[str, Any] = {"file": check.text("file", file), "host": host}
     if keep is not None:
-        options["keep"] = Path(keep if isinstance(keep, os.PathLike) else check.text("keep", keep))
+        if not isinstance(keep, str | os.PathLike):
+            check.refuse("keep", keep, "a path, or None", "Lights and materials are written there as they change.")
+        options["keep"] = Path(keep)
     if _is_in_loop():
         studio = Studio(plotter, subplot, history, **options)
         studio.start(port)

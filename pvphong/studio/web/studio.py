@@ -245,7 +245,9 @@ class Studio:
             try:
                 self.take_home.save_rig(self._keep)
             except ValueError:  # its message has the whole path
-                self.say(f"The rig is not kept: {self._keep.name} cannot be written.")
+                self.say(
+                    f"The rig is not kept: {self._keep.name} cannot be written, or a map is an array without a name."
+                )
 
     # -- meshes and files
 

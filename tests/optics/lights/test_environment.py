@@ -112,7 +112,7 @@ def test_other_reflectances_make_of_it_what_they_make_of_its_nodes():
     light = sky(5)
     material = Material(ambient=0.0, diffuse=0.0, specular=1.0, reflectance=BlinnPhong(5.0))
     normals = normals_of(5)
-    np.testing.assert_allclose(lit(light, normals, material), lit_by_nodes(light, normals, 64, material), atol=1e-12)
+    np.testing.assert_allclose(lit(light, normals, material), lit_by_nodes(light, normals, 256, material), atol=1e-12)
 
 
 def mirrored_by_facets(light, normals, roughness):
@@ -143,7 +143,7 @@ def test_facets_mirror_it_by_as_many_nodes_as_their_lobe_is_narrow(roughness, mo
 
     assert off(found) < most
     assert (off(few) > 5 * most) == (roughness < 0.5)
-    assert light.nodes_for(0.0) == light.nodes_for(1.0) == 64
+    assert light.nodes_for(0.0) == light.nodes_for(1.0) == 256
     assert light.nodes_for(1e9) == 1024
 
 

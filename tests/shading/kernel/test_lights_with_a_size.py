@@ -36,13 +36,6 @@ def thrown(kind, seed):
     square = 1.0 if light.is_even else np.maximum(((points - place) ** 2).sum(axis=1), 1e-9)
     brightest = np.maximum(1.0, light.intensity / square * np.ones(COUNT))
     bound = (4 * math.sqrt(power if specular else 0.0) + 16) * 2.0**-24 * 2 * brightest
-    if not light.is_even:  # where the horizon cuts it, a normal's rounding counts as often as it is small
-        nodes = np.array([node.position for node in light.nodes(64)])
-        to_light = nodes.mean(axis=0) - points
-        size = 2.0 * np.linalg.norm(nodes - nodes.mean(axis=0), axis=1).max() / np.linalg.norm(to_light, axis=1)
-        lengths = np.linalg.norm(to_light, axis=1) * np.linalg.norm(normals, axis=1)
-        is_cut = np.abs((to_light * normals).sum(axis=1)) < size * lengths
-        bound = np.where(is_cut, bound / np.minimum(size, 1.0), bound)
     return (points, normals, scene, material), bound[:, None]
 
 

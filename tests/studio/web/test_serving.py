@@ -80,7 +80,8 @@ def test_a_rig_that_cannot_be_kept_is_said_without_the_servers_folders_and_anoth
         await shown.close()
         return said, again
 
-    assert asyncio.run(cell()) == ("The rig is not kept: a-rig.json cannot be written.", "")
+    said = "The rig is not kept: a-rig.json cannot be written, or a map is an array without a name."
+    assert asyncio.run(cell()) == (said, "")
 
 
 def test_the_command_begins_with_the_rig_that_was_kept(tmp_path, monkeypatch):
@@ -117,7 +118,7 @@ def test_a_port_that_is_taken_is_refused():
         ({"host": "nowhere.invalid"}, "port must be one that this machine can listen on at nowhere.invalid"),
         ({"file": 3}, "file must be a string"),
         ({"browser": 3}, "browser must be True or False"),
-        ({"keep": 3}, "keep must be a string"),
+        ({"keep": 3}, "keep must be a path, or None; got 3. Lights"),
     ],
 )
 def test_what_is_not_allowed_is_refused_before_anything_is_served(plotter, options, message):
