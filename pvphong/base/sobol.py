@@ -13,6 +13,7 @@ alone. Digits are kept last one first, in the form in which the hash takes them.
 
 from __future__ import annotations
 
+import functools
 from typing import Any
 
 import numpy as np
@@ -53,6 +54,34 @@ def _apart(exponent: int) -> int:
 
 NEIGHBOURS = (0, *(_apart(exponent) for exponent in range(1, MOST.bit_length())))
 """By m: of 2ᵐ points, the k-th and that with the number k xor this are alone in a square, or in half of one."""
+
+
+@functools.lru_cache(maxsize=64)
+def in_squares(begin: int, end: int, size: int) -> NDArray[np.uint32]:
+    """Digits of the first and second coordinates of points, from one number to another, ordered by where they are.
+
+    Points that follow each other, 2ᵐ after a multiple of as many, are together in a square, or in half of one, and
+    remain so when they are scrambled, for that exchanges halves of squares.
+
+    Parameters
+    ----------
+    begin, end : int
+        Numbers of points, up to `MOST`.
+    size : int
+        The last point is repeated, until there are a multiple of so many.
+
+    Returns
+    -------
+    ndarray
+        Shape (2, n), C-contiguous.
+    """
+    numbers = np.arange(begin, end, dtype=np.uint32)
+    curve = np.zeros(len(numbers), np.uint32)  # Morton's: digits of both coordinates by turns, the first ones first
+    for digit in range(MOST.bit_length() - 1):
+        for column in (numbers, SECOND[begin:end]):
+            curve = curve << _ONE | column >> np.uint32(digit) & _ONE
+    order = np.pad(np.argsort(curve, kind="stable"), (0, -len(numbers) % size), "edge")
+    return np.stack([numbers[order], SECOND[begin:end][order]])
 
 
 def seeds(numbers: NDArray[np.integer[Any]], stream: int = 0) -> NDArray[np.uint32]:

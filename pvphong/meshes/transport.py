@@ -60,19 +60,19 @@ def transport(
     feature_angle : float, "auto" or None, default None
         As for `shade`.
     memory : float, default 2e9
-        Bytes that the matrix may take. Where it would take more, 8 bytes times vertices times samples, it is not kept,
-        and rays are cast for each bounce.
+        Bytes that what rays meet may take. Where it would take more, 4 bytes times vertices times samples, it is not
+        kept, and rays are cast for each bounce.
 
     Returns
     -------
     Transport
-        `.gather(colors)` gives the mean colour that each vertex sees, `.matrix` is sparse; `.expected_cost()`,
-        `.save(path)`, and `pvphong.Transport.load(path)`.
+        `.gather(colors)` gives the mean colour that each vertex sees, `.matrix` is of `scipy.sparse`;
+        `.expected_cost()`, `.save(path)`, and `pvphong.Transport.load(path)`.
 
     Raises
     ------
     ValueError
-        If an argument is not allowed, the mesh has nothing that can be lit, or SciPy is missing.
+        If an argument is not allowed, or the mesh has nothing that can be lit.
 
     Examples
     --------

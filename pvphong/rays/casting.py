@@ -355,7 +355,7 @@ class Occluders:
     """
 
     def __init__(self, parts: Sequence[BlockingFaces], within: Box | None = None) -> None:
-        self._parts, self._within = tuple(parts), within
+        self.parts, self._within = tuple(parts), within
 
     @property
     def count(self) -> int:
@@ -365,17 +365,17 @@ class Occluders:
     @property
     def counts(self) -> list[int]:
         """The number of triangles of each part."""
-        return list(map(len, self._parts))
+        return list(map(len, self.parts))
 
     @property
     def boxes(self) -> list[Box | None]:
         """Around each part, least and greatest coordinates; None for one without a triangle."""
-        return [part.box if len(part.sound) else None for part in self._parts]
+        return [part.box if len(part.sound) else None for part in self.parts]
 
     @property
     def spheres(self) -> list[Sphere | None]:
         """Around each part; None for one without a triangle."""
-        return [part.sphere for part in self._parts]
+        return [part.sphere for part in self.parts]
 
     @cached_property
     def _groups(self) -> list[list[int]]:
@@ -409,7 +409,7 @@ class Occluders:
             check.refuse("occluders", got, allowed, "Fewer will do for shadows: mesh.decimate(0.9) takes nine in ten.")
         casters = []
         for group in self._groups:
-            parts = [self._parts[index] for index in group]
+            parts = [self.parts[index] for index in group]
             faces = parts[0] if len(parts) == 1 else BlockingFaces(*_joined(parts))
             casters.append(Caster(faces, self._within))
         return casters
@@ -417,20 +417,20 @@ class Occluders:
     @cached_property
     def triangles(self) -> Triangles:
         """Those of all parts, one part after the other."""
-        firsts = np.cumsum([0, *map(len, self._parts)])
+        firsts = np.cumsum([0, *map(len, self.parts)])
         numbers = [
-            np.concatenate([firsts[index] + self._parts[index].sound_numbers for index in group])
+            np.concatenate([firsts[index] + self.parts[index].sound_numbers for index in group])
             for group in self._groups
         ]
         starts = np.cumsum([0, *map(len, numbers)])[:-1]
         empty = np.zeros(0, np.int64)
-        corners = _joined(self._parts)[1] if self._parts else np.zeros((0, 3), np.int64)
+        corners = _joined(self.parts)[1] if self.parts else np.zeros((0, 3), np.int64)
         return Triangles(starts.astype(np.int64), np.concatenate([empty, *numbers]), np.ascontiguousarray(corners))
 
     @property
     def points(self) -> FloatArray:
         """Those of all parts, one part after the other."""
-        return _joined(self._parts)[0] if self._parts else np.zeros((0, 3))
+        return _joined(self.parts)[0] if self.parts else np.zeros((0, 3))
 
     @property
     def are_slow(self) -> bool:

@@ -117,7 +117,7 @@ def around_by_arrays(
     chance = sobol.random(points.astype(np.uint32), seeds[2][:, None])[vertex, turn]
     corner = np.where(chance < hits.weights[:, 0], 1, np.where(chance < hits.weights.sum(axis=1), 2, 0))
     met = np.full(u.shape, -1, np.int32)
-    seen = np.where(is_front, triangles.corners[hits.triangles, corner], -2)
+    seen = np.where(is_front, triangles.corners[hits.triangles, corner], -1)
     met[vertex, turn] = np.where(is_met, seen, -1)
     return met, len(rays)
 

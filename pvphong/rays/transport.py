@@ -152,9 +152,10 @@ class HemisphereTracer:
 
 # --- what they met, kept
 
-_FORMAT, _VERSION = "pvphong transport", 1
+_FORMAT, _VERSION = "pvphong transport", 2
 _PROBED = 512  # vertices, to find out what the rays of all will take
-_BYTES_PER_ENTRY = 8
+_BYTES_PER_RAY = 4
+_GATHERED_AT_ONCE = 2**18  # rays
 MEMORY = 2.0e9
 """Bytes that a transport takes at most by default; where it would take more, rays are cast for each bounce."""
 
@@ -165,7 +166,7 @@ class TransportCost(NamedTuple):
     rays: int
     seconds: float
     memory: int
-    """Bytes of the matrix; 0 where it is not kept."""
+    """Bytes of what rays meet; 0 where it is not kept."""
 
 
 class Transport:
@@ -191,7 +192,7 @@ class Transport:
         self, tracer: HemisphereTracer | None, memory: float, checksum: str, counts: tuple[int, ...], samples: int
     ) -> None:
         self._tracer, self._memory, self._checksum, self._counts = tracer, memory, checksum, counts
-        self._kept: list[Any] | None = None
+        self._kept: NDArray[np.int32] | None = None
         self.samples = samples
         """How many rays each vertex has."""
         self.rays = 0
@@ -201,14 +202,7 @@ class Transport:
 
     @classmethod
     def of(cls, tracer: HemisphereTracer, memory: float) -> Self:
-        """Of what a tracer casts.
-
-        Raises
-        ------
-        ValueError
-            Where SciPy is missing.
-        """
-        refuse_without_scipy()
+        """Of what a tracer casts."""
         counts = tuple(np.diff(tracer.starts).tolist())
         return cls(tracer, memory, checksum_of(tracer), counts, tracer.samples)
 
@@ -232,8 +226,8 @@ class Transport:
 
     @property
     def is_kept(self) -> bool:
-        """Whether the matrix is kept, for it fits into the memory that it may take."""
-        return self._kept is not None or _BYTES_PER_ENTRY * len(self) * self.samples <= self._memory
+        """Whether what rays meet is kept, for it fits into the memory that it may take."""
+        return self._kept is not None or _BYTES_PER_RAY * len(self) * self.samples <= self._memory
 
     def expected_cost(self) -> TransportCost:
         """What rays that are not cast yet will take, by those of some vertices; roughly.
@@ -244,14 +238,13 @@ class Transport:
             return TransportCost(0, 0.0, 0)
         count = self._counts[0]
         rows = np.unique(np.linspace(0, max(count - 1, 0), min(_PROBED, count)).astype(np.int64))
-        entries = list[int]()
         with threads.limited(1):
             self._tracer.cast(lambda *_: None, rows[:1])  # what is built and loaded by the first ray is not counted
             start = time.perf_counter()
-            rays = self._tracer.cast(lambda _first, _last, met: entries.append(len(_entries(met)[0])), rows)
+            rays = self._tracer.cast(lambda *_: None, rows)
             taken = time.perf_counter() - start
         share, at_once = len(self) / max(len(rows), 1), 1 if self._tracer.occluders.are_slow else threads.count()
-        memory = round(_BYTES_PER_ENTRY * sum(entries) * share) if self.is_kept else 0
+        memory = _BYTES_PER_RAY * len(self) * self.samples if self.is_kept else 0
         return TransportCost(round(rays * share), taken * share / at_once, memory)
 
     def gather(self, colors: Any) -> FloatArray:
@@ -275,24 +268,24 @@ class Transport:
         given = check.real_array("colors", colors, f"an array of shape ({len(self)}, k)")
         if given.ndim != 2 or len(given) != len(self):
             check.refuse("colors", f"an array of shape {given.shape}", f"one of shape ({len(self)}, k)")
-        sent, result = np.ascontiguousarray(given, np.float32), np.zeros(given.shape, np.float32)
-        if not self.is_kept:
+        triples, channels = -(-given.shape[1] // 3), given.shape[1]
+        sent = np.zeros((len(self) + 1, 3 * triples), np.float32)  # the last is of nothing, whose number is −1
+        sent[:-1, :channels] = given
+        by_triple = np.ascontiguousarray(sent.reshape(-1, triples, 3).transpose(1, 0, 2))
+        result = np.empty((triples, len(self), 3), np.float32)
 
-            def add(first: int, last: int, met: NDArray[np.int32]) -> None:
-                seen = np.where(met[:, :, None] >= 0, sent[met], np.float32(0.0))
-                result[first:last] = seen.mean(axis=1)
+        def add(first: int, last: int, met: NDArray[np.int32]) -> None:
+            for colors, means in zip(by_triple, result, strict=True):
+                found = kernel.gathered(met, colors)
+                means[first:last] = _mean_by_arrays(met, colors) if found is None else found
 
+        if self.is_kept:
+            kept = self._met
+            work = lambda first, last: add(first, last, kept[first:last])  # noqa: E731
+            threads.run(work, len(self), max(_GATHERED_AT_ONCE // self.samples, 1))
+        else:
             self._cast(add)
-            return result
-        rows = self._rows
-        starts = np.cumsum([0, *(part.shape[0] for part in rows)]).tolist()
-
-        def multiply(first: int, last: int) -> None:
-            for index in range(first, last):
-                result[starts[index] : starts[index + 1]] = rows[index] @ sent
-
-        threads.run(multiply, len(rows), max(len(rows) // 64, 1))
-        return result
+        return result.transpose(1, 0, 2).reshape(len(self), -1)[:, :channels]
 
     @property
     def matrix(self) -> Any:
@@ -303,31 +296,36 @@ class Transport:
         Raises
         ------
         ValueError
-            If it would take more memory than it may.
+            If what rays meet takes more memory than it may, or SciPy is missing.
         """
-        if not self.is_kept:
-            need = _BYTES_PER_ENTRY * len(self) * self.samples
-            remedy = "transport(memory=...) allows more; gather works without."
-            check.refuse("memory", f"{self._memory:.3g} bytes", f"at least {need:.3g} to keep the matrix", remedy)
+        met = self._met
+        if importlib.util.find_spec("scipy") is None:
+            remedy = 'pip install "pvphong[rays]" installs it; gather works without.'
+            check.refuse("matrix", "one of scipy.sparse", "left out where SciPy is not installed", remedy)
         from scipy import sparse
 
-        return sparse.vstack(self._rows, "csr") if self._rows else sparse.csr_array((0, 0), dtype=np.float32)
+        is_met = met >= 0
+        columns, ends = met[is_met], np.append(0, np.cumsum(is_met.sum(axis=1)))
+        shares = np.full(len(columns), 1.0 / self.samples, np.float32)
+        result = sparse.csr_array((shares, columns, ends), shape=(len(self), len(self)))
+        result.sum_duplicates()
+        return result
 
     @property
-    def _rows(self) -> list[Any]:
-        """Some rows each, one after the other."""
+    def _met(self) -> NDArray[np.int32]:
+        """Shape (n, samples): the number of the vertex that each ray meets; −1 where nothing is met, or a back."""
+        if not self.is_kept:
+            need = _BYTES_PER_RAY * len(self) * self.samples
+            remedy = "transport(memory=...) allows more; gather works without."
+            check.refuse("memory", f"{self._memory:.3g} bytes", f"at least {need:.3g} to keep what rays meet", remedy)
         if self._kept is None:
-            from scipy import sparse
-
-            found = dict[int, Any]()
+            found = np.empty((len(self), self.samples), np.int32)
 
             def keep(first: int, last: int, met: NDArray[np.int32]) -> None:
-                columns, counts, ends = _entries(met)
-                shares = counts * np.float32(1.0 / self.samples)
-                found[first] = sparse.csr_array((shares, columns, ends), shape=(last - first, len(self)))
+                found[first:last] = met
 
             self._cast(keep)
-            self._kept = [found[first] for first in sorted(found)]
+            self._kept = found
         return self._kept
 
     def _cast(self, found: Met) -> None:
@@ -343,9 +341,8 @@ class Transport:
 
     @cached_property
     def _sums(self) -> Float64Array:
-        """Shape (n,): of the rows that are kept."""
-        sums = [np.asarray(part.sum(axis=1), np.float64).ravel() for part in self._rows]
-        return np.concatenate([np.zeros(0), *sums])
+        """Shape (n,): of the rows that are kept, the share of rays that meet a front."""
+        return (self._met >= 0).mean(axis=1)
 
     def most(self, part: int) -> float:
         """The most that a row of a mesh's vertices adds up to: as it is, or as far as is known before rays are cast."""
@@ -397,19 +394,12 @@ class Transport:
         Raises
         ------
         ValueError
-            If the file cannot be written, or the matrix is not kept.
+            If the file cannot be written, or what rays meet is not kept.
         """
-        matrix = self.matrix
+        met = self._met
         with written_aside(path) as aside, aside.open("wb") as file:
-            np.savez(
-                file,
-                format=np.array([_FORMAT, str(_VERSION), self._checksum]),
-                counts=np.array(self._counts, np.int64),
-                samples=np.array(self.samples),
-                data=matrix.data,
-                indices=matrix.indices,
-                indptr=matrix.indptr,
-            )
+            kind = np.array([_FORMAT, str(_VERSION), self._checksum])
+            np.savez(file, format=kind, counts=np.array(self._counts, np.int64), met=met)
 
     @classmethod
     def load(cls, path: str | os.PathLike[str]) -> Self:
@@ -420,14 +410,10 @@ class Transport:
         ValueError
             If the file cannot be read, is none of such, is damaged, or of another version.
         """
-        refuse_without_scipy()
-        from scipy import sparse
-
         allowed = "a file that Transport.save has written"
         try:
             with open(path, "rb") as opened, np.load(opened, allow_pickle=False) as file:
-                names = "format", "counts", "samples", "data", "indices", "indptr"
-                kind, counts, samples, data, indices, ends = (file[name] for name in names)
+                kind, counts, met = (file[name] for name in ("format", "counts", "met"))
         except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile) as error:
             check.refuse("path", os.fspath(path), allowed, f"{type(error).__name__}: {error}.")
         written = kind.tolist() if kind.shape == (3,) else []
@@ -437,25 +423,15 @@ class Transport:
         count = int(counts.sum())
         is_sound = (
             (counts >= 0).all()
-            and samples.shape == ()
-            and ends.shape == (count + 1,)
-            and data.shape == indices.shape == (ends[-1],)
-            and ends[0] == 0
-            and (np.diff(ends) >= 0).all()
-            and (indices.min(initial=0) >= 0 and indices.max(initial=-1) < count)
-            and (np.isfinite(data).all() and data.min(initial=0.0) >= 0.0)
+            and met.dtype == np.int32
+            and met.ndim == 2
+            and len(met) == count
+            and (met.min(initial=-1) >= -1 and met.max(initial=-1) < count)
         )
         if not is_sound:
             check.refuse("path", os.fspath(path), allowed, "It is damaged; mesh.phong.transport() makes a new one.")
-        result = cls(None, math.inf, str(written[2]), tuple(counts.tolist()), int(samples))
-        step = max(count // 64, 1)
-        pieces = ((first, min(first + step, count)) for first in range(0, count, step))
-        result._kept = [
-            sparse.csr_array(
-                (data[ends[a] : ends[b]], indices[ends[a] : ends[b]], ends[a : b + 1] - ends[a]), shape=(b - a, count)
-            )
-            for a, b in pieces
-        ]
+        result = cls(None, math.inf, str(written[2]), tuple(counts.tolist()), met.shape[1])
+        result._kept = np.ascontiguousarray(met)
         return result
 
 
@@ -484,40 +460,29 @@ class TransportPart:
         return self.whole.gather(colors)
 
 
-def refuse_without_scipy() -> None:
-    """Raise ValueError where SciPy, which keeps sparse matrices, is missing."""
-    if importlib.util.find_spec("scipy") is None:
-        remedy = 'pip install "pvphong[rays]" installs it.'
-        check.refuse("bounces", "some", "0 where SciPy is not installed", remedy)
-
-
 def checksum_of(tracer: HemisphereTracer) -> str:
     """Of the points and triangles of all that exchanges or blocks light, and of which does what."""
     found = hashlib.blake2b(digest_size=16)
     for each in tracer.receivers:
         found.update(repr((len(each.points), each.part)).encode())
-        found.update(each.points.tobytes())
-    found.update(tracer.occluders.points.astype(np.float64).tobytes())
-    found.update(tracer.occluders.triangles.corners.tobytes())
+        found.update(np.ascontiguousarray(each.points if each.part is None else each.points[:0]).ravel().data)
+    for part in tracer.occluders.parts:
+        found.update(repr((len(part.points), len(part))).encode())
+        found.update(np.ascontiguousarray(part.points, np.float64).ravel().data)
+        found.update(part.corners.astype(np.uint32).ravel().data)
     return found.hexdigest()
 
 
 def refuse_too_large(samples: int, count: int, memory: float) -> None:
     """Raise ValueError where there is less memory than a transport may take, and would."""
-    available, needed = available_memory(), min(_BYTES_PER_ENTRY * samples * count, memory)
+    available, needed = available_memory(), min(_BYTES_PER_RAY * samples * count, memory)
     if available is not None and needed > available:
         allowed = f"at most {available:.3g}, the bytes that are free"
-        check.refuse("memory", f"{memory:.3g}", allowed, "Where the matrix is not kept, rays are cast for each bounce.")
+        check.refuse("memory", f"{memory:.3g}", allowed, "Where less is allowed, rays are cast for each bounce.")
 
 
-def _entries(met: NDArray[np.int32]) -> tuple[NDArray[np.int32], IntArray, NDArray[np.int32]]:
-    """Of rows of numbers: which there are from 0 on, in order, how often, and where each row of them ends."""
-    ordered = np.sort(met, axis=1)
-    is_first = ordered >= 0
-    is_first[:, 1:] &= ordered[:, 1:] != ordered[:, :-1]
-    places = np.flatnonzero(is_first)
-    rows, width = places // met.shape[1], met.shape[1]
-    ends_of_rows = (rows + 1) * width
-    counts = np.minimum(np.append(places[1:], met.size), ends_of_rows) - places
-    ends = np.concatenate([[0], np.cumsum(is_first.sum(axis=1))])
-    return ordered.ravel()[places], counts, ends.astype(np.int32)
+def _mean_by_arrays(met: NDArray[np.int32], colors: FloatArray) -> FloatArray:
+    """What compiled code does, as `pvphong.shading.kernel.hits.gathered` has it."""
+    numbers = met.astype(np.intp)
+    columns = np.ascontiguousarray(colors.T)
+    return np.stack([np.take(column, numbers, mode="wrap").sum(axis=1) for column in columns], axis=1) / met.shape[1]

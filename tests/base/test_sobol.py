@@ -51,6 +51,23 @@ def test_neighbours_share_a_square_or_half_of_one(exponent):
     assert (np.diff(np.sort(square, axis=0)[::2], axis=0) > 0).all()
 
 
+@pytest.mark.parametrize("exponent", EXPONENTS)
+@pytest.mark.parametrize("together", [2, 8, 16])
+def test_points_in_squares_remain_together_when_they_are_scrambled(exponent, together):
+    count = 2**exponent
+    for begin in (0, count):
+        first, second = sobol.in_squares(begin, begin + count, together)
+        numbers = np.arange(begin, begin + count)
+        np.testing.assert_array_equal(np.unique(first), numbers)
+        np.testing.assert_array_equal(second, sobol.SECOND[first])
+        assert len(first) == -(-count // together) * together
+        seeds = sobol.seeds(np.arange(20))[:, :, None]
+        u, v = sobol.coordinate(first, seeds[0]), sobol.coordinate(second, seeds[1])
+        apart = max(exponent - together.bit_length() + 1, 0)
+        square = np.floor(u * 2 ** -(-apart // 2)) * count + np.floor(v * 2 ** (apart // 2))
+        assert (np.ptp(square.reshape(20, -1, together), axis=2) == 0).all()
+
+
 def test_each_point_is_evenly_distributed_over_seeds_and_depends_on_nothing_else():
     u, v = coordinates(4, range(20_000))
     for each in (*u, *v):

@@ -51,6 +51,7 @@ def pieces(library: Library) -> list[CompilationUnit]:
         CompilationUnit("rays to a point", partial(rays.point_code, library)),
         CompilationUnit("rays to a part", partial(rays.part_code, library)),
         CompilationUnit("rays to what is around", partial(hits.around_code, library)),
+        CompilationUnit("light along rays", partial(hits.gather_code, library)),
         CompilationUnit("rays to what they meet first", partial(hits.find_code, library)),
     ]
     result += (CompilationUnit(name, partial(library.stage, x, "float32")) for name, x in _of_samplings())

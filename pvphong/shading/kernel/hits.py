@@ -1,7 +1,8 @@
 """What rays meet first, found by Embree sixteen at a time, in compiled code; `rays` tests whether they meet anything.
 
 In reading order: `_find`, what open rays meet first; `look_around`, many rays from each vertex to what is around it,
-for light that bounces; `find`, rays that are given; and the functions of Python's that call them.
+for light that bounces, and `gather`, the light that comes along them; `find`, rays that are given; and the functions of
+Python's that call them.
 """
 
 from __future__ import annotations
@@ -107,8 +108,8 @@ def look_around(
     origins: Any,
     normals: Any,
     seeds: Any,
-    second: Any,
     count: int,
+    points: Any,
     begin: int,
     end: int,
     casters: int,
@@ -143,7 +144,7 @@ def look_around(
     corners
         Numbers of the three vertices of each.
     met
-        Shape (count, end − begin), filled in: the number of a vertex; −1 where nothing is met, −2 where it is a back.
+        Shape (count, end − begin), filled in: the number of a vertex; −1 where nothing is met, or a back.
     others
         As for `look_at_part`.
 
@@ -158,11 +159,11 @@ def look_around(
         for axis in range(3):
             wide[VERTEX + axis], wide[VERTEX + 3 + axis] = origins[3 * i + axis], normals[3 * i + axis]
         call_stage(frame, numbers, rows, wide)
-        for first in range(begin, end, LANES):
-            own = shifted(second, first)
+        for first in range(0, end - begin, LANES):
+            own, other = shifted(points, first), shifted(points, end - begin + first)
             for j in range(LANES):
-                rows[U + j] = sobol.coordinate(np.uint32(first + j), seeds[i])
-                rows[V + j] = sobol.coordinate(own[j], seeds[count + i])
+                rows[U + j] = sobol.coordinate(own[j], seeds[i])
+                rows[V + j] = sobol.coordinate(other[j], seeds[count + i])
             call_stage(sample, numbers, rows, wide)
             for j in range(LANES):
                 is_sent = rows[WEIGHT + j] > ZERO
@@ -175,13 +176,36 @@ def look_around(
                 found = np.int32(-1)
                 triangle = np.intp(marks[MET + j])
                 if triangle >= 0:
-                    chance = sobol.random(np.uint32(first + j), seeds[2 * count + i])
+                    chance = sobol.random(own[j], seeds[2 * count + i])
                     b, c = rows[MET_SECOND + j], rows[MET_THIRD + j]
                     corner = 1 if chance < b else (2 if chance < b + c else 0)
                     is_front = rows[MET_COSINE + j] * np.float32(sides[triangle]) < ZERO
-                    found = np.int32(corners[3 * triangle + corner]) if is_front else np.int32(-2)
-                met[(end - begin) * i + first - begin + j] = found
+                    found = np.int32(corners[3 * triangle + corner]) if is_front else np.int32(-1)
+                met[(end - begin) * i + np.intp(own[j]) - begin] = found
     return cast
+
+
+def gather(met: Any, count: int, samples: int, colors: Any, nothing: int, means: Any) -> int:
+    """The mean colour of what the rays of each vertex meet.
+
+    Parameters
+    ----------
+    met
+        What `look_around` fills in for `count` vertices.
+    colors
+        Three numbers of each vertex, and of what has the number `nothing`, which is black.
+    means
+        Filled in, three numbers of each vertex.
+    """
+    share = ONE / np.float32(samples)
+    for i in range(count):
+        x, y, z = ZERO, ZERO, ZERO
+        for k in range(samples * i, samples * (i + 1)):
+            vertex = np.intp(met[k])
+            place = 3 * (vertex if vertex >= 0 else nothing)
+            x, y, z = x + colors[place], y + colors[place + 1], z + colors[place + 2]
+        means[3 * i], means[3 * i + 1], means[3 * i + 2] = share * x, share * y, share * z
+    return count
 
 
 def find(
@@ -222,10 +246,15 @@ _FINDERS = *CASTERS, INTEGERS, DOUBLES, INTEGERS, INTEGERS
 
 def around_code(library: Library) -> Callable[..., int]:
     """`look_around`, compiled."""
-    vertices = types.intp, types.intp, DOUBLES, DOUBLES, DOUBLES, WORDS, WORDS, *(types.intp,) * 3
+    vertices = types.intp, types.intp, DOUBLES, DOUBLES, DOUBLES, WORDS, types.intp, WORDS, types.intp, types.intp
     return library.call(
         look_around, lambda: types.intp(*vertices, *_FINDERS, types.CPointer(types.int8), INTEGERS, MARKS, *SCRATCH)
     )
+
+
+def gather_code(library: Library) -> Callable[..., int]:
+    """`gather`, compiled."""
+    return library.call(gather, lambda: types.intp(MARKS, types.intp, types.intp, SINGLES, types.intp, SINGLES))
 
 
 def find_code(library: Library) -> Callable[..., int]:
@@ -270,10 +299,28 @@ def vertices_met(
     count, seeds = len(origins), np.ascontiguousarray(seeds)
     numbers, origins, normals = plain(numbers, origins, normals)
     met = np.empty((count, end - begin), np.int32)
-    of_vertices = *map(address, (numbers, origins, normals, seeds, sobol.SECOND)), count, begin, end
+    points = sobol.in_squares(begin, end, LANES)
+    of_vertices = *map(address, (numbers, origins, normals, seeds)), count, address(points), begin, end
     among = *_finding(casters, triangles), address(triangles.sides), address(triangles.corners)
     rays = around_code(library)(*stages, *of_vertices, *among, address(met), *memory.addresses)
     return met, rays
+
+
+def gathered(library: Library, met: NDArray[np.int32], colors: FloatArray) -> FloatArray:
+    """The mean colour of what rays meet, shape (m, 3).
+
+    Parameters
+    ----------
+    library : Library
+        Compiles.
+    met
+        What `vertices_met` gives, shape (m, samples), C-contiguous.
+    colors
+        Shape (n + 1, 3), C-contiguous, of the vertices and of nothing.
+    """
+    means = np.empty((len(met), 3), np.float32)
+    gather_code(library)(address(met), *met.shape, address(colors), len(colors) - 1, address(means))
+    return means
 
 
 def hits(

@@ -189,8 +189,8 @@ def look_at_part(
     origins: Any,
     normals: Any,
     seeds: Any,
-    second: Any,
     count: int,
+    points: Any,
     begin: int,
     end: int,
     margin: Any,
@@ -214,10 +214,12 @@ def look_at_part(
         Addresses of the light's stages, which read `numbers`.
     origins, normals
         Vectors of all vertices, one after the other.
-    seeds, second
-        What `sobol.seeds` gives, and `sobol.SECOND`.
+    seeds
+        What `sobol.seeds` gives.
     count : int
         Of vertices.
+    points
+        What `sobol.in_squares` gives: rays are cast together that are close together.
     margin
         A pointer to the length by which rays end before the light.
     casters, function, scenes, places
@@ -235,6 +237,7 @@ def look_at_part(
         How many rays were cast.
     """
     prepare(rows, marks)
+    seconds = shifted(points, (end - begin + LANES - 1) // LANES * LANES)
     cast = 0
     for i in range(count):
         for axis in range(3):
@@ -242,11 +245,11 @@ def look_at_part(
         call_stage(frame, numbers, rows, wide)
         scales[i] = wide[VERTEX + _SCALE]
         reach, less, seed, other_seed = wide[VERTEX + _REACH], margin[0], seeds[i], seeds[count + i]
-        for first in range(begin, end, LANES):
-            lanes, own = min(LANES, end - first), shifted(second, first)
+        for first in range(0, end - begin, LANES):
+            lanes, own, other = min(LANES, end - begin - first), shifted(points, first), shifted(seconds, first)
             for j in range(LANES):
-                rows[U + j] = sobol.coordinate(np.uint32(first + j), seed)
-                rows[V + j] = sobol.coordinate(own[j], other_seed)
+                rows[U + j] = sobol.coordinate(own[j], seed)
+                rows[V + j] = sobol.coordinate(other[j], other_seed)
             call_stage(sample, numbers, rows, wide)
             open_rays = 0
             x, y, z = wide[VERTEX], wide[VERTEX + 1], wide[VERTEX + 2]
@@ -261,7 +264,7 @@ def look_at_part(
                 _test(casters, function, scenes, places, rows, wide, valid)
             cast += open_rays
             for j in range(lanes):
-                place = (first - begin + j) * count + i
+                place = (np.intp(own[j]) - begin) * count + i
                 sent[place], seen[place] = rows[WEIGHT + j], rows[WEIGHT + j] * rows[OPEN + j]
     return cast
 
@@ -390,8 +393,8 @@ CASTERS = types.intp, types.intp
 
 def part_code(library: Library) -> Callable[..., int]:
     """`look_at_part`, compiled."""
-    stages, integers = (types.intp, types.intp, DOUBLES), (types.intp,) * 3
-    vertices = DOUBLES, DOUBLES, WORDS, WORDS
+    stages, integers = (types.intp, types.intp, DOUBLES), (types.intp,) * 2
+    vertices = DOUBLES, DOUBLES, WORDS, types.intp, WORDS
     results = SINGLES, SINGLES, DOUBLES
     kinds = *stages, *vertices, *integers, DOUBLES, *CASTERS, INTEGERS, DOUBLES, *results, *SCRATCH
     return library.call(look_at_part, lambda: types.intp(*kinds))
@@ -464,8 +467,8 @@ def part_seen(
     numbers, origins, normals = plain(numbers, origins, normals)
     sent, seen = np.empty((end - begin, count), np.float32), np.empty((end - begin, count), np.float32)
     scales = np.empty(count)
-    ends = np.array([margin])
-    of_vertices = *map(address, (numbers, origins, normals, seeds, sobol.SECOND)), count, begin, end, address(ends)
+    ends, points = np.array([margin]), sobol.in_squares(begin, end, LANES)
+    of_vertices = *map(address, (numbers, origins, normals, seeds)), count, address(points), begin, end, address(ends)
     results = map(address, (sent, seen, scales))
     rays = part_code(library)(*stages, *of_vertices, *_testing(casters), *results, *memory.addresses)
     return sent, seen, scales, rays
