@@ -41,9 +41,9 @@ except ImportError:
     import scene_peers
     from common import Caster, begin_on, equal_error_seconds, table, textbook, timed
 
-SIZES, TURNS, QUICK, VERY_QUICK = (10_000, 100_000, 1_000_000), 3, 3.0, 0.1
-"""Ways that take less than `QUICK` seconds have so many turns, below `VERY_QUICK` ten times as many, and the least
-counts; others have one."""
+SIZES, TURNS, QUICK, VERY_QUICK, TIMES_A_TURN = (10_000, 100_000, 1_000_000), 5, 3.0, 0.1, 10
+"""Ways that take less than `QUICK` seconds have so many turns more, one after the other, so that a busy machine slows
+all of them down; below `VERY_QUICK` they run so many times in each. The least counts."""
 OURS, MITSUBA, BLENDER, LIBIGL = "pvphong", "Mitsuba 3", "Blender's bake", "libigl"
 TEXTBOOK, SHADER = "textbook, NumPy", "VTK's shader"
 LEAST_ERROR, WANTED = 1e-8, 1e-3
@@ -110,21 +110,27 @@ class Row:
     def measure(self, sizes: tuple[int, ...]) -> None:
         jobs, truth = cache(self.make), cache(lambda size: self.judge(self.make(size)))
         for size in sizes:
+            again = list[Callable[[], None]]()
             for way in self.ways:
                 if not way.obstacle:
                     try:
-                        self._measure(way, size, jobs(min(size, way.most)), partial(truth, min(size, way.most)))
+                        most = min(size, way.most)
+                        again.append(self._measure(way, size, jobs(most), partial(truth, most)))
                     except NotImplementedError as reason:
                         way.obstacle = str(reason)
                     except (ImportError, OSError, RuntimeError, subprocess.SubprocessError) as reason:
                         way.obstacle = f"missing: {str(reason).splitlines()[0][:70]}"
+            for _ in range(TURNS):
+                for run in again:
+                    run()
 
-    def _measure(self, way: Way, size: int, job: Any, truth: Callable[[], np.ndarray]) -> None:
+    def _measure(self, way: Way, size: int, job: Any, truth: Callable[[], np.ndarray]) -> Callable[[], None]:
+        """Measure it once; what measures it again is given."""
         share = min(way.most / size, 1.0)
         known = next(((before, times) for before, times in way.seconds.items() if before >= way.most), None)
         if known:
             way.seconds[size] = [taken * size / known[0] for taken in known[1]]
-            return
+            return lambda: None
         start = time.process_time()
         cast = way.prepare(job)
         way.preparing = time.process_time() - start
@@ -133,11 +139,16 @@ class Row:
         first = [cast(rays) for rays in way.rays]
         if not way.errors:
             way.errors = _errors([found for _, found in first], way, cast, truth())
-        taken = [seconds for seconds, _ in first]
-        turns = 10 * TURNS if sum(taken) < VERY_QUICK else TURNS
-        for _ in range(turns - 1 if sum(taken) < QUICK else 0):
-            taken = [min(least, cast(rays)[0]) for least, rays in zip(taken, way.rays, strict=True)]
-        way.seconds[size] = [seconds / share for seconds in taken]
+        way.seconds[size] = [seconds / share for seconds, _ in first]
+        taken = sum(seconds for seconds, _ in first)
+        times = 0 if taken > QUICK else TIMES_A_TURN if taken < VERY_QUICK else 1
+
+        def again() -> None:
+            for _ in range(times):
+                least = zip(way.seconds[size], way.rays, strict=True)
+                way.seconds[size] = [min(before, cast(rays)[0] / share) for before, rays in least]
+
+        return again
 
 
 def _errors(found: list[np.ndarray], way: Way, cast: Caster, truth: np.ndarray) -> list[float]:
