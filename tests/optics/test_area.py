@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from pvphong.optics.area.disk import disk_highlight, disk_irradiance, sphere_highlight, sphere_irradiance
-from pvphong.optics.area.lobes import CosinePower, lobe_numbers
+from pvphong.optics.area.lobes import BEYOND, SMOOTH_FROM, CosinePower, lobe_numbers
 from pvphong.optics.area.polygon import polygon_highlight, polygon_irradiance
 
 POWERS = (0.0, 0.3, 20.0, 1e4)
@@ -82,6 +82,39 @@ def test_a_power_over_a_polygon(power, distance, is_cut):
     off = 1e-9 + is_cut * 1e-15 * distance  # where the horizon is on it is known to a rounding of n·p
     assert got == pytest.approx(exact, abs=off)
     assert of_polygon(CosinePower("mirror", power), w, n, middle, offsets[::-1]) == pytest.approx(got / distance**2)
+
+
+@pytest.mark.parametrize("power", [4.0, 20.0, 300.0])
+@pytest.mark.parametrize("rounded", [True, False])
+def test_a_thin_strip_where_the_lobe_ends(power, rounded):
+    """What is left out there is at most zᵏ; a step of zᵖ would count for more where one long side alone is beyond."""
+    random, count, length, width, distance = np.random.default_rng(0), 500, 1.4, 0.0146, 1e3
+    lobe = lobe_numbers(power, rounded=rounded)
+    with_step = [1.0 if place == BEYOND else number for place, number in enumerate(lobe)]
+    end = (1.0 - lobe[BEYOND]) ** (1.0 / (power + 1.0))
+    middle = distance * unit(np.array([0.3, 0.2, 1.0]))
+    nodes, weights = np.polynomial.legendre.leggauss(12)
+    errors = []
+    for turn in np.linspace(0.0, math.pi, 9):
+        along, across = np.array([(math.cos(turn), math.sin(turn), 0.0), (-math.sin(turn), math.cos(turn), 0.0)])
+        offsets = [0.5 * (a * length * along + b * width * across) for a, b in ((-1, -1), (1, -1), (1, 1), (-1, 1))]
+        own = [0.0, 0.0, 1.0, 1.0, math.sqrt(length * width), 0.5 * math.hypot(length, width), 4.0, *np.ravel(offsets)]
+        cosines = end + random.uniform(-2.0, 2.0, count) * length / distance
+        aside = np.cross(middle, random.normal(size=(count, 3)))
+        aside *= np.sqrt(1.0 - cosines**2)[:, None] / np.linalg.norm(aside, axis=1)[:, None]
+        w = (cosines[:, None] * unit(middle) + aside).T
+        vertices = np.tile(middle[:, None], count), np.tile(unit(middle)[:, None], count), w
+        exact = np.zeros(count)
+        for (a, first), (b, second) in product(zip(nodes, weights, strict=True), repeat=2):
+            x = middle + 0.5 * (a * length * along + b * width * across)
+            exact += 0.25 * first * second * np.maximum(unit(x) @ w, 0.0) ** power * x[2] / np.linalg.norm(x) ** 3
+        errors.append(
+            [abs(polygon_highlight(own, each, *vertices) - exact).max() * distance**2 for each in (lobe, with_step)]
+        )
+    got, naive = np.max(errors, axis=0)
+    assert got <= 1.1 * end**power + (1e-7 if rounded else 1e-10)
+    if power > SMOOTH_FROM:  # lower ones do not end before the equator
+        assert naive > 50.0 * got
 
 
 @pytest.mark.parametrize("is_cut", [False, True])

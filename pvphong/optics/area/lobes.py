@@ -48,11 +48,11 @@ class CosinePower(NamedTuple):
     """The k, >= 0."""
 
 
-# What formulas read of a lobe: the k and p; the 1 − z from which on zᵖ is taken as 0, and the angle; the angular size
-# below which a light is a point to the lobe; half the angle on a rim that the nodes are enough for; half an arc that
-# fewer nodes are enough for, how many these are, and where they begin; how many nodes, then nodes on [−1, 1] and their
-# weights by turns.
-POWER, RAISED, NOTHING, WINDOW, POINT, PIECE, SHORT, FEW, FEW_NODES, COUNT, NODES = range(11)
+# What formulas read of a lobe: the k and p; the 1 − z from which on the lobe is taken as 0, the angle, and the 1 − zᵖ;
+# the angular size below which a light is a point to the lobe; half the angle on a rim that the nodes are enough for;
+# half an arc that fewer nodes are enough for, how many these are, and where they begin; how many nodes, then nodes on
+# [−1, 1] and their weights by turns.
+POWER, RAISED, NOTHING, WINDOW, BEYOND, POINT, PIECE, SHORT, FEW, FEW_NODES, COUNT, NODES = range(12)
 
 SMOOTH_FROM = 8.0
 """For a lower power p integrands are not smooth on the equator of w, and nodes crowd there."""
@@ -62,7 +62,7 @@ class _Accuracy(NamedTuple):
     """How accurate integrals of a lobe are that is 1 at its middle."""
 
     nothing: float
-    """The zᵖ that is taken as 0."""
+    """The zᵖ from which on a smooth lobe is taken as 0."""
     nodes: int
     """How many are used along an arc, where the lobe is a Gaussian cut off there."""
     crowded_nodes: int
@@ -75,6 +75,8 @@ class _Accuracy(NamedTuple):
     """How many are used along an arc of two lobe widths at most."""
 
 
+# The same where nodes crowd, in both.
+_NOTHING_AT_LOW_POWERS = 1e-16
 # To some 1e-11 and, for results in float32, some 1e-7.
 _EXACT, _ROUNDED = _Accuracy(1e-12, 32, 64, 5.0, 4e-5, 12), _Accuracy(1e-7, 12, 24, 3.0, 5e-4, 6)
 
@@ -90,14 +92,15 @@ def gauss_legendre(count: int) -> tuple[Float64Array, Float64Array]:
 def lobe_numbers(power: float, *, rounded: bool = False) -> tuple[float, ...]:
     """What formulas read of a lobe with a power, for results in float64, or to be rounded to float32."""
     accuracy, raised = _ROUNDED if rounded else _EXACT, power + 1.0
-    nothing, width = -math.expm1(math.log(accuracy.nothing) / raised), 1.0 / math.sqrt(raised)
     is_smooth = raised >= SMOOTH_FROM
+    least = accuracy.nothing if is_smooth else _NOTHING_AT_LOW_POWERS
+    nothing, width = -math.expm1(math.log(least) / raised), 1.0 / math.sqrt(raised)
     nodes, weights = gauss_legendre(accuracy.nodes if is_smooth else accuracy.crowded_nodes)
     if not is_smooth:
         nodes, weights = 0.5 * nodes * (3.0 - nodes * nodes), 1.5 * weights * (1.0 - nodes * nodes)
     few = np.stack(gauss_legendre(accuracy.few_nodes), axis=1)
     piece = accuracy.piece * min(width, 0.14)  # the rest of an integrand is smooth over so much
-    own = power, raised, nothing, math.acos(1.0 - nothing), accuracy.point * width, piece
+    own = power, raised, nothing, math.acos(1.0 - nothing), 1.0 - least, accuracy.point * width, piece
     counts = width if is_smooth else 0.0, float(len(few)), float(NODES + 2 * len(nodes)), float(len(nodes))
     return (*own, *counts, *np.stack([nodes, weights], axis=1).ravel().tolist(), *few.ravel().tolist())
 
@@ -107,7 +110,8 @@ def great_arc(lobe: Any, along: Any, across: Any, first: Any, length: Any) -> An
     """∫ (1 − max(z, 0)ᵖ) dφ along arcs of great circles, counter-clockwise around their poles m.
 
     At the angle y from where it is next to w, z = across · cos y and dφ = along · dy / (1 − z²), and 1 − z is
-    pole + 2 across sin² y/2, with nothing that cancels.
+    pole + 2 across sin² y/2, with nothing that cancels. Beyond where the lobe is taken as 0, zᵖ stays as it is there:
+    a step would be as large as the integral, where one long side of a thin light is beyond, and the other is not.
 
     Parameters
     ----------
@@ -141,7 +145,7 @@ def great_arc(lobe: Any, along: Any, across: Any, first: Any, length: Any) -> An
         total = total * along * half
     if any_of(~is_shown_all):
         rise = abs(along)
-        rest = _turn(rise, first, last, length) - _turn(rise, start, stop, shown)
+        rest = lobe[BEYOND] * (_turn(rise, first, last, length) - _turn(rise, start, stop, shown))
         total = total + where(is_shown_all, 0.0, where(along < 0.0, -rest, rest))
     return total
 
