@@ -76,9 +76,8 @@ def _executor(_process: int) -> ThreadPoolExecutor:
 def run(work: Callable[[int, int], Any], stop: int, step: int) -> None:
     """Call `work(first, last)` for all ranges of a length from 0 to `stop`, on no more than `count()` threads at once.
 
-    Nothing is begun where the calling thread was told to stop.
-    After an exception in any of them, or where the calling thread is interrupted, no other range is begun; it is raised
-    when all are done.
+    After an exception in any of them, or where the calling thread is interrupted or told to stop, no other range is
+    begun; it is raised when all are done.
     """
     go_on()
     ranges, lock, note = iter(range(0, stop, step)), threading.Lock(), text.counting(stop)
@@ -87,6 +86,7 @@ def run(work: Callable[[int, int], Any], stop: int, step: int) -> None:
         nonlocal ranges
         try:
             while True:
+                go_on()  # helpers are never told: they find no more ranges
                 with lock:
                     first = next(ranges, stop)
                 if first >= stop:

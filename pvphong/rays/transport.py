@@ -21,7 +21,7 @@ import time
 import zipfile
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any, NamedTuple, Self
 
 import numpy as np
@@ -42,6 +42,7 @@ from pvphong.shading import kernel
 _RAYS_AT_ONCE, _RAYS_OF_VTK_AT_ONCE = 2**17, 2**13
 _AT_ONCE = 16  # rays that compiled code casts together
 _WORTH_A_WARNING = 2**12  # vertices
+_FEW_RAYS, _FEW_RAYS_OF_VTK = 2**20, 2**15  # which are cast in a tenth of a second or two
 _STREAM, _STREAM_OF_CORNERS = 1, 2  # of random numbers, other than those of visibility
 
 Met = Callable[[int, int, NDArray[np.int32]], None]
@@ -120,9 +121,9 @@ class HemisphereTracer:
         compiled, sampling = self.occluders.compiled, Sampling(sky_frame, sky_sample, sky_seen, (math.inf, 1.0))
         numbers, triangles = np.asarray(sampling.numbers, np.float64), self.triangles
         stages = None if compiled is None else kernel.stages_of(sampling)
-        rays = list[int]()
+        rays, pieces, step = list[int](), list[Callable[[], None]](), self.vertices_at_once
 
-        def cast_of(receiver: Receiver, own: IntArray, start: int) -> None:
+        def add_pieces_of(receiver: Receiver, own: IntArray, start: int) -> None:
             seeing, height = self.may_see(receiver)[own], self.occluders.resolution(receiver.part)
 
             def work(first: int, last: int) -> None:
@@ -140,13 +141,16 @@ class HemisphereTracer:
                 found(start + first, start + last, met)
 
             receiver.origins  # noqa: B018  found now: threads share it
-            threads.run(work, len(own), self.vertices_at_once)
+            starts = range(0, len(own), step)
+            pieces.extend(partial(work, first, min(first + step, len(own))) for first in starts)
 
         for receiver, start in zip(self.receivers, self.starts.tolist(), strict=False):
             if rows is None:
-                cast_of(receiver, np.arange(len(receiver.points)), start)
+                add_pieces_of(receiver, np.arange(len(receiver.points)), start)
             elif receiver is self.receivers[0]:
-                cast_of(receiver, rows, start)
+                add_pieces_of(receiver, rows, start)
+        with text.about("rays between vertices"):
+            threads.run(lambda first, _last: pieces[first](), len(pieces), 1)
         return sum(rays)
 
 
@@ -228,6 +232,14 @@ class Transport:
     def is_kept(self) -> bool:
         """Whether what rays meet is kept, for it fits into the memory that it may take."""
         return self._kept is not None or _BYTES_PER_RAY * len(self) * self.samples <= self._memory
+
+    @property
+    def takes_long(self) -> bool:
+        """Whether so many rays are cast when it is used next that nobody should be kept waiting for them."""
+        rays = len(self) * self.samples
+        if self._tracer is None or self._kept is not None or rays <= _FEW_RAYS_OF_VTK:
+            return False
+        return rays > _FEW_RAYS or self._tracer.occluders.are_slow
 
     def expected_cost(self) -> TransportCost:
         """What rays that are not cast yet will take, by those of some vertices; roughly.
@@ -334,9 +346,7 @@ class Transport:
         start = time.perf_counter()
         if len(self) >= _WORTH_A_WARNING and self._tracer.occluders.are_slow:
             warn_of_slow_rays()
-        with text.about("rays between vertices"):
-            rays = self._tracer.cast(found)
-        self.rays += rays
+        self.rays += self._tracer.cast(found)
         self.seconds += time.perf_counter() - start
 
     @cached_property

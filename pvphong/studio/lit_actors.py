@@ -7,14 +7,13 @@ be lit are not drawn, and the window says why.
 
 from __future__ import annotations
 
-import contextlib
 import textwrap
 import warnings
 import weakref
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
-from functools import cache, partial
-from typing import Any, NamedTuple
+from dataclasses import dataclass, replace
+from functools import cache
+from typing import Any
 
 import numpy as np
 import pyvista as pv
@@ -22,23 +21,19 @@ from vtkmodules.util.numpy_support import vtk_to_numpy
 from vtkmodules.vtkRenderingCore import vtkTextActor
 
 from pvphong.base import check
-from pvphong.base.formulas import FAINTEST
-from pvphong.base.types import Float64Array, FloatArray, rgb
+from pvphong.base.types import Float64Array, FloatArray
 from pvphong.meshes.blocks import DEFAULT, datasets, materials_of, single_material
 from pvphong.meshes.point_data import given_maps, tangents_from, texture_version, values_at
 from pvphong.meshes.surfaces import FeatureAngle, has_normals, point_normals, split_sharp_edges, surface
-from pvphong.meshes.transport import Exchanging, transport_of
 from pvphong.meshes.visibility import KnownOccluders, visibility_of, world_faces
 from pvphong.optics.maps import Map, is_image_path, is_texture
 from pvphong.optics.material import Material, as_material
 from pvphong.rays.casting import BlockingFaces, Occluders
-from pvphong.rays.transport import Transport
 from pvphong.rays.visibility import Visibility
 from pvphong.scene.scene import Scene, light_labels
-from pvphong.shading import interreflection
-from pvphong.shading.interreflection import Sent
 from pvphong.shading.plan.plan import Plan
 from pvphong.shading.vertices import Vertices
+from pvphong.studio.gathering import Gathering
 from pvphong.studio.refining import Refining
 
 ARRAY = "phong"
@@ -340,28 +335,7 @@ _PREVIEW_SAMPLES = 16  # rays of each vertex to a light with a size while someth
 _BEFORE_GIZMOS = 1.0  # a frame's gizmos show where highlights are
 _MESSAGE_WIDTH, _MESSAGE_PLACE = 60, (10.0, 10.0)  # letters of a line; pixels from the lower left
 
-_ASK_AGAIN = 100  # milliseconds until a refined picture is asked for again
-_BOUNCES_LIVE = 2**13  # so many vertices have their own bounces while something is dragged
-
-
-class _Bounced(NamedTuple):
-    """Light that bounces between meshes, as it was computed last."""
-
-    state: Any
-    """What it was computed for."""
-    geometry: Any
-    """The meshes, and stamps of where they are."""
-    among: Transport
-    brightness: Float64Array
-    """Shape (3,): the lights' colours together."""
-    light: dict[LitMesh, FloatArray]
-
-
-def _brightness(scene: Scene) -> Float64Array:
-    """The colours of all lights together, shape (3,)."""
-    lights = [light.intensity * np.array(rgb(light.diffuse)) for light in scene.lights if light.on]
-    return np.sum([np.zeros(3), *lights], axis=0)
-
+_ASK_AGAIN = 100  # milliseconds until results from the background are asked for again
 
 MaterialsState = dict[SharedMaterial, Material]
 
@@ -382,11 +356,16 @@ class LitActors:
         """Whether shadows of lights with a size are made of few rays: so while something is dragged."""
         self.note = ""
         """What is to be said of colours that are not final."""
+        self.is_in_a_page = False
+        """Whether a web page asks for results from the background, by `refresh` while `is_awaiting`."""
+        self.is_mixed = False
+        """Whether faders write the colours: so there are no refined pictures of them."""
+        self.gathering = Gathering()
+        self._gathered = 0  # how often light has come from there that frames show
         self._renderer, self._scene = renderer, scene
         self._meshes: list[LitMesh] = []
         self._blocking: dict[LitMesh, tuple[Any, BlockingFaces]] = {}
         self._occluders = Occluders(())
-        self._bounced: _Bounced | None = None
         self._unlit: dict[LitMesh, str] = {}
         self._timer: tuple[Any, int, int] | None = None
         self._message = vtkTextActor()
@@ -417,6 +396,12 @@ class LitActors:
         """The lit meshes that are visible."""
         return [mesh for mesh in self.meshes if mesh.actor is not None and mesh.actor.GetVisibility()]
 
+    @property
+    def is_awaiting(self) -> bool:
+        """Whether something of what is to be shown is still computed in the background."""
+        is_refining = any(mesh.refining is not None and mesh.refining.is_awaited for mesh in self.shown)
+        return is_refining or self.gathering.part is not None
+
     def add(self, mesh: LitMesh) -> None:
         """Keep a mesh current from now on, until its actor is removed."""
         self._meshes.append(mesh)
@@ -433,12 +418,13 @@ class LitActors:
         Parameters
         ----------
         waits : bool, default False
-            Whether to come back with refined pictures, where there are to be any, and not before.
+            Whether to come back with light that bounces and with refined pictures, where there are to be any, and not
+            before.
 
         Returns
         -------
         bool
-            Whether there is a new refined picture, which a frame that is drawn already does not show.
+            Whether the background has given something new, which a frame that is drawn already does not show.
 
         Warns
         -----
@@ -447,7 +433,7 @@ class LitActors:
         """
         shown, unlit = self.shown, dict[LitMesh, str]()
         if shown:
-            refresh = self._refreshing(shown)
+            refresh = self._refreshing(shown, waits)
             for mesh in shown:
                 try:
                     refresh(mesh)
@@ -456,7 +442,15 @@ class LitActors:
                     names = [name for name, actor in self._renderer.actors.items() if actor is mesh.actor]
                     which = f"The mesh {names[0]!r}" if names and "(Addr=" not in names[0] else "A mesh"
                     unlit[mesh] = f"{which} is not lit: {error}"
-        is_refined = self._refine([mesh for mesh in shown if mesh not in unlit], waits)
+        else:
+            self.gathering.stop()
+        is_new = self._refine([mesh for mesh in shown if mesh not in unlit], waits)
+        if self.gathering.count > self._gathered:
+            self._gathered, is_new = self.gathering.count, True
+            if self.gathering.reason:
+                text = f"Light that bounces is not gathered: {self.gathering.reason}"
+                warnings.warn(text, LightingWarning, stacklevel=2)
+        self._ask_again()
         before, self._unlit = self._unlit, unlit
         if unlit != before:
             lines = [line for text in unlit.values() for line in textwrap.wrap(text, _MESSAGE_WIDTH)]
@@ -465,25 +459,29 @@ class LitActors:
             for mesh, text in unlit.items():
                 if before.get(mesh) != text:
                     warnings.warn(text, LightingWarning, stacklevel=2)
-        return is_refined
+        return is_new
 
     def _refine(self, meshes: Sequence[LitMesh], waits: bool) -> bool:
-        """Show the refined pictures that there are, and whether one is new; if more are to come, ask again soon."""
-        scene, is_awaited, is_new = self._scene(), False, False
+        """Show the refined pictures that there are; whether one is new."""
+        scene, is_new = self._scene(), False
+        held = self.uses_preview_rays or self.is_mixed or self.gathering.part is not None  # refined is what is final
         for mesh in meshes:
             if mesh.refining is not None:
                 before = mesh.refining.pictures
                 own = list(self._blocking).index(mesh) if mesh in self._blocking else None
                 occluders = KnownOccluders(self._occluders, own) if scene.light_model.needs_rays else None
-                held = self.uses_preview_rays
-                is_awaited |= mesh.refining.update(mesh, scene, occluders, held=held, waits=waits)
+                mesh.refining.update(mesh, scene, occluders, held=held, waits=waits)
                 if mesh.refining.pictures > before:
                     is_new = True
                     if mesh.refining.reason:
                         warnings.warn(f"A mesh is not refined: {mesh.refining.reason}", LightingWarning, stacklevel=2)
+        return is_new
+
+    def _ask_again(self) -> None:
+        """Have the window ask for results from the background soon, if there are to be any."""
         window = self._renderer.GetRenderWindow()
         interactor = None if window is None else window.GetInteractor()
-        if not is_awaited:
+        if not self.is_awaiting or self.is_in_a_page:
             self._end_timer()
         elif self._timer is None and interactor is not None and interactor.GetInitialized():
             actors = weakref.ref(self)
@@ -494,7 +492,6 @@ class LitActors:
 
             tag = interactor.AddObserver("TimerEvent", passed)
             self._timer = interactor, tag, interactor.CreateRepeatingTimer(_ASK_AGAIN)
-        return is_new
 
     def _end_timer(self) -> None:
         if self._timer is not None:
@@ -503,7 +500,7 @@ class LitActors:
             interactor.DestroyTimer(timer)
             self._timer = None
 
-    def _refreshing(self, meshes: Sequence[LitMesh]) -> Callable[[LitMesh], bool]:
+    def _refreshing(self, meshes: Sequence[LitMesh], waits: bool = False) -> Callable[[LitMesh], bool]:
         """What brings one of some meshes up to date, which shadow each other where the light model has shadows."""
         scene, self.note = self._scene(), ""
         model, samples, own = scene.light_model, None, dict[LitMesh, KnownOccluders]()
@@ -512,14 +509,31 @@ class LitActors:
             if self.uses_preview_rays and any(light.has_size for light in scene.lights):
                 samples, self.note = _PREVIEW_SAMPLES, f"shadows by {_PREVIEW_SAMPLES} rays until let go"
             own, others = self._occluders_of(meshes), KnownOccluders(self._occluders, None)
-        bounced = dict[LitMesh, FloatArray]()
+        bounced: dict[LitMesh, FloatArray] | None = {}
         if model.bounces:
-            bounced = self._bounced_light(meshes, scene, lambda mesh: own.get(mesh, others), samples)
+
+            def planned(mesh: LitMesh) -> tuple[Plan, Vertices]:
+                return mesh.planned(scene, own.get(mesh, others), samples)
+
+            waits = waits or not (self.is_in_a_page or self._is_on_screen)
+            how: dict[str, Any] = {"held": self.uses_preview_rays, "waits": waits}
+            bounced = self.gathering.light(meshes, planned, scene, samples, **how)
+            self.note = self.gathering.note or self.note
+        else:
+            self.gathering.stop()
+        lit = scene if bounced is not None else replace(scene, light_model=replace(model, bounces=0))
 
         def refresh(mesh: LitMesh) -> bool:
-            return mesh.refresh(scene, own.get(mesh, others), samples=samples, bounced=bounced.get(mesh))
+            light = None if bounced is None else bounced.get(mesh)
+            return mesh.refresh(lit, own.get(mesh, others), samples=samples, bounced=light)
 
         return refresh
+
+    @property
+    def _is_on_screen(self) -> bool:
+        """Whether frames will come by themselves; who draws one off screen looks at that one."""
+        window = self._renderer.GetRenderWindow()
+        return window is not None and not window.GetOffScreenRendering()
 
     def _occluders_of(self, meshes: Sequence[LitMesh]) -> dict[LitMesh, KnownOccluders]:
         """Each mesh that casts shadows, among all that do."""
@@ -539,51 +553,6 @@ class LitActors:
             self._occluders, self._blocking = Occluders([faces for _, faces in blocking.values()]), blocking
         return {mesh: KnownOccluders(self._occluders, index) for index, mesh in enumerate(blocking)}
 
-    def _bounced_light(
-        self,
-        meshes: Sequence[LitMesh],
-        scene: Scene,
-        occluders: Callable[[LitMesh], KnownOccluders | None],
-        samples: int | None,
-    ) -> dict[LitMesh, FloatArray]:
-        """Shape (1, n, 3) for each mesh: light that all send each other.
-
-        While something is dragged, that of many vertices is as before, in the lights' colours now.
-        """
-        exchanging: dict[LitMesh, tuple[Plan, Vertices]] = {}
-        versions = []
-        for mesh in meshes:
-            with contextlib.suppress(ValueError):  # one that cannot be lit sends nothing, and says so elsewhere
-                exchanging[mesh] = mesh.planned(scene, occluders(mesh), samples)
-                versions.append((mesh, mesh.version))
-        state = scene.lights, scene.light_model, versions, samples
-        if self._bounced is not None and self._bounced.state == state:
-            return self._bounced.light
-        geometry = [(mesh, mesh.geometry()) for mesh in exchanging]
-        before, brightness = self._bounced, _brightness(scene)
-        if before is not None and before.geometry == geometry:
-            among = before.among
-            if self.uses_preview_rays and len(among) > _BOUNCES_LIVE:
-                self.note = "light that bounces follows when let go"
-                was = np.maximum(before.brightness, FAINTEST)
-                factor = np.where(before.brightness > 0.0, brightness / was, 1.0).astype(np.float32)
-                return {mesh: light * factor for mesh, light in before.light.items()}
-        else:
-            surfaces = [Exchanging(mesh.drawn, partial(getattr, mesh, "normals"), mesh.matrix) for mesh in exchanging]
-            among = transport_of(surfaces)
-        sent, silent = list[Sent](), set[LitMesh]()
-        for mesh, (plan, vertices) in exchanging.items():
-            try:
-                sent.append(plan.sent(vertices))
-            except ValueError:  # its own refreshing says why
-                silent.add(mesh)
-                sent.append(Sent(*np.zeros((3, len(vertices), 3), np.float32)))
-        shares = interreflection.bounced(Sent.of_all(sent), among.gather, scene.light_model.bounces, apart=False)
-        each = zip(exchanging, among.slices, strict=True)
-        light = {mesh: shares[:, rows] for mesh, rows in each if mesh not in silent}
-        self._bounced = _Bounced(state, geometry, among, brightness, light)
-        return light
-
     # -- materials, whose edits can be undone
 
     @property
@@ -597,11 +566,25 @@ class LitActors:
             if then.get(shared, material) != material:
                 shared.material = then[shared]
 
+    # -- refined pictures, and the end
+
+    def refine(self, tolerance: float | None) -> None:
+        """Show all meshes refined within a tolerance from now on, as `Refining` does; None: at their own vertices."""
+        for mesh in self.meshes:
+            if mesh.refining is not None:
+                mesh.refining.forget(mesh)
+            mesh.refining = None if tolerance is None else Refining(tolerance)
+
+    def stop(self) -> None:
+        """End what is computed in the background; the next frame begins it again."""
+        self.gathering.stop()
+        for mesh in self._meshes:
+            if mesh.refining is not None:
+                mesh.refining.forget(mesh)
+
     def release(self) -> None:
         """Let go of the renderer."""
         self._renderer.RemoveObserver(self._tag)
         self._end_timer()
-        for mesh in self._meshes:
-            if mesh.refining is not None:
-                mesh.refining.forget(mesh)
+        self.stop()
         self._meshes.clear()

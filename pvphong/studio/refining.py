@@ -6,7 +6,6 @@ then the mesh's own vertices are drawn again, in the colours that they have now.
 
 from __future__ import annotations
 
-import threading
 import time
 from collections.abc import Callable
 from dataclasses import replace
@@ -15,7 +14,6 @@ from typing import Any, Protocol
 import numpy as np
 import pyvista as pv
 
-from pvphong.base import threads
 from pvphong.base.types import Float64Array, FloatArray
 from pvphong.meshes.visibility import KnownOccluders
 from pvphong.optics.maps import Map, fractions
@@ -24,6 +22,7 @@ from pvphong.scene.scene import Scene
 from pvphong.shading.plan.plan import Plan
 from pvphong.shading.vertices import Vertices
 from pvphong.studies.refine import BouncedLight, refine
+from pvphong.studio.background import Job
 
 _ARRAY = "phong"
 _AFTER = 0.2  # seconds in which nothing has changed
@@ -57,40 +56,6 @@ class Drawn(Protocol):
         """What will run, and on what."""
 
 
-class _Job:
-    """A refinement that runs in a thread."""
-
-    def __init__(self, work: Callable[[], pv.PolyData]) -> None:
-        self.result: pv.PolyData | None = None
-        self.reason = ""
-        """Why there is none, if it failed."""
-        self._work, self._stop = work, threading.Event()
-        self._thread = threading.Thread(target=self._run, name="pvphong refining", daemon=True)
-        self._thread.start()
-
-    def _run(self) -> None:
-        try:
-            with threads.stopped_by(self._stop):
-                self.result = self._work()
-        except threads.StoppedError:
-            pass
-        except Exception as error:  # of a light or an array of the user's, too: said by who asks for the picture
-            self.reason = str(error) or type(error).__name__
-
-    @property
-    def is_done(self) -> bool:
-        """Whether it has ended."""
-        return not self._thread.is_alive()
-
-    def wait(self) -> None:
-        """Until it has ended."""
-        self._thread.join()
-
-    def stop(self) -> None:
-        """Have it end soon, without a result."""
-        self._stop.set()
-
-
 class Refining:
     """The refined picture of one lit mesh.
 
@@ -101,19 +66,20 @@ class Refining:
     """
 
     def __init__(self, tolerance: float) -> None:
+        self.tolerance = tolerance
+        """As it was given."""
         self.pictures = 0
         """How many have been made."""
         self.reason = ""
         """Why the last one is the mesh's own; "" where it is refined."""
-        self._tolerance = tolerance
         self._state: Any = None
         self._since = 0.0
-        self._job: _Job | None = None
+        self._job: Job[pv.PolyData] | None = None
         self._shown: pv.PolyData | None = None
 
     def update(
         self, mesh: Drawn, scene: Scene, occluders: KnownOccluders | None, *, held: bool, waits: bool = False
-    ) -> bool:
+    ) -> None:
         """Show the refined picture of a mesh if there is one of what it is now; else begin to make it.
 
         Parameters
@@ -128,22 +94,17 @@ class Refining:
             Whether something is being dragged: then its own vertices are shown, and nothing is refined.
         waits : bool, default False
             Whether to come back with the picture, and not before.
-
-        Returns
-        -------
-        bool
-            Whether the picture is still to come.
         """
         drawn = mesh.drawn
         is_left_alone = held or drawn.n_verts + drawn.n_lines or not drawn.n_cells
         if is_left_alone or mesh.state != self._state:
             self.forget(mesh)
         if is_left_alone:
-            return False
+            return
         if self._state is None:
             self._state, self._since = mesh.state, time.monotonic()
         if self._shown is None and self._job is None and (waits or time.monotonic() - self._since >= _AFTER):
-            self._job = _Job(self._work(mesh, scene, occluders))
+            self._job = Job("refining", self._work(mesh, scene, occluders))
         if self._job is not None and waits:
             self._job.wait()
         if self._job is not None and self._job.is_done:
@@ -151,13 +112,24 @@ class Refining:
             self._shown, self._job, self.pictures = self._job.result or drawn, None, self.pictures + 1
         if self._shown is not None:
             _show(mesh, self._shown)
-        return self._shown is None
+
+    @property
+    def is_awaited(self) -> bool:
+        """Whether there is to be a picture of what the mesh is now, and there is none yet."""
+        return self._state is not None and self._shown is None
+
+    def cancel(self, mesh: Drawn) -> None:
+        """Make no picture of what the mesh is now: its own vertices are shown until it changes."""
+        if self.is_awaited:
+            self.forget(mesh)
+            self._state, self._shown, self.reason = mesh.state, mesh.drawn, "cancelled"
 
     def forget(self, mesh: Drawn) -> None:
         """Show the mesh's own vertices, and stop what runs."""
         if self._job is not None:
             self._job.stop()
         self._state = self._job = self._shown = None
+        self.reason = ""
         _show(mesh, mesh.drawn)
 
     def _work(self, mesh: Drawn, scene: Scene, occluders: KnownOccluders | None) -> Callable[[], pv.PolyData]:
@@ -172,7 +144,7 @@ class Refining:
         surface.clear_data()
         surface.point_data.active_normals = np.array(mesh.normals)
         options: dict[str, Any] = {"matrix": mesh.matrix, "max_points": surface.n_points + _MOST_ADDED}
-        options |= {"occluders": occluders or (), "tolerance": self._tolerance}
+        options |= {"occluders": occluders or (), "tolerance": self.tolerance}
         if mesh.bounced is not None:
             options["transport"] = BouncedLight(mesh.bounced.sum(axis=0))
 

@@ -29,6 +29,18 @@ def test_a_limit_is_the_calling_threads_own():
     assert counts == [threads.count(), 1]
 
 
+def test_who_is_told_to_stop_in_the_middle_ends_there_and_so_do_the_helpers():
+    stop, begun = threading.Event(), []
+
+    def work(first, _last):
+        begun.append(first)
+        stop.set()
+
+    with threads.stopped_by(stop), pytest.raises(threads.StoppedError):
+        threads.run(work, 10_000, 1)
+    assert len(begun) < 10_000
+
+
 def test_who_is_told_to_stop_begins_nothing_more_and_others_go_on():
     stop, done = threading.Event(), []
     with threads.stopped_by(stop):

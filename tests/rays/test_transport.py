@@ -9,7 +9,7 @@ import pyvista as pv
 from ray_backends import BACKENDS, FASTEST
 
 import pvphong as ph
-from pvphong.base import threads
+from pvphong.base import text, threads
 from pvphong.rays import casting
 from pvphong.rays import transport as transports
 
@@ -331,3 +331,22 @@ def test_slow_rays_are_said(monkeypatch):
     with pytest.warns(casting.SlowRaysWarning, match=r"pvphong\[rays\]"):
         room(2).phong.transport(samples=16).gather(np.ones((54, 1)))
     assert FASTEST in BACKENDS
+
+
+def test_the_rays_of_several_meshes_are_counted_as_one_work():
+    blocks = pv.MultiBlock([grid((0, 0, 0), (0, 0, 1.0), cells=40), grid((0, 0, 1), (0, 0, -1.0), cells=40)])
+    among, heard = blocks.phong.transport(), []
+    with text.listening(lambda what, part: heard.append((what, part))):
+        among.gather(np.ones((len(among), 1)))
+    assert {what for what, _ in heard} == {"rays between vertices"}
+    parts = [part for _, part in heard]
+    assert parts == sorted(parts)
+    assert len(parts) > 3
+    assert parts[-1] == 1.0
+
+
+def test_who_would_wait_is_told():
+    few, many = (grid((0, 0, 0), (0, 0, 1.0), cells=cells).phong.transport() for cells in (5, 70))
+    assert (few.takes_long, many.takes_long) == (False, True)
+    many.gather(np.ones((len(many), 1)))
+    assert not many.takes_long  # its rays are kept

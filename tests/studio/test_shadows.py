@@ -191,7 +191,7 @@ def test_windows_have_light_that_bounces(window, monkeypatch):
     plotter.render()
     assert lit.evaluations == before
     actors = window.phong._subplot.lit
-    monkeypatch.setattr("pvphong.studio.lit_actors._BOUNCES_LIVE", 10)
+    monkeypatch.setattr("pvphong.studio.gathering._LIVE", 10)
     actors.uses_preview_rays = True
     window.phong.set_light("lamp", replace(LAMP, intensity=0.5))
     plotter.render()

@@ -38,6 +38,10 @@ from pvphong.studio.web.mix import Mix
 from pvphong.studio.window_lights import RendererLight
 
 
+def _number_or_none(name: str, value: Any, **limits: Any) -> float | None:
+    return None if value is None else check.number(name, value, **limits)
+
+
 @dataclass(frozen=True)
 class Accuracy:
     """How exact colours have to be.
@@ -46,10 +50,14 @@ class Accuracy:
     ----------
     tolerance : float, default 0
         Largest colour error that may be traded for time, of 1 = full; 1/255 = 0.0039 is one step of a display. The plan
-        and what is downloaded keep to it; the view is exact.
+        and what is downloaded keep to it; the view is exact at vertices.
+    refine : float, optional
+        Largest colour error inside of triangles in the view, which is drawn refined where nothing moves, with crisp
+        edges of shadows and cones. Without, it is drawn at the mesh's own vertices.
     """
 
     tolerance: float = check.field(partial(check.number, at_least=0.0, at_most=0.1), 0.0)
+    refine: float | None = check.field(partial(_number_or_none, above=0.0), None)
 
     def __post_init__(self) -> None:
         check.fields(self)
@@ -87,12 +95,24 @@ class Document:
 
     def __init__(self, phong: Any, subplot: Subplot, history: History) -> None:
         self._phong, self._subplot, self.history = phong, subplot, history
-        self.accuracy = Accuracy()
+        refined = [mesh.refining.tolerance for mesh in subplot.lit.meshes if mesh.refining is not None]
+        self._accuracy = Accuracy(refine=min(refined, default=None))
         self.mix = Mix(subplot)
         self._numbers: dict[RendererLight, int] = {}
         self._last_number = 0
-        self._middles: dict[str, float] = {}
+        self._middles = {"accuracy.refine": -8.0}  # 1/256, as fine as a display
         self._sliding: tuple[str, Any] | None = None
+
+    @property
+    def accuracy(self) -> Accuracy:
+        """How exact colours have to be; can be set."""
+        return self._accuracy
+
+    @accuracy.setter
+    def accuracy(self, accuracy: Accuracy) -> None:
+        before, self._accuracy = self._accuracy, accuracy
+        if accuracy.refine != before.refine:
+            self._subplot.lit.refine(accuracy.refine)
 
     # -- as one thing that history can turn back
 
@@ -137,6 +157,25 @@ class Document:
         """Take the last step that was undone again; False if there is none."""
         self.settle()
         return self.history.redo()
+
+    # -- what is computed in the background, and not awaited any longer
+
+    def cancel_bounces(self) -> str:
+        """Gather no more light: so many bounces are left as are in what is drawn; gives what is to be said of it."""
+        gathering, model = self._subplot.lit.gathering, self._phong.light_model
+        if gathering.part is None:
+            return "no light is being gathered"
+        drawn = gathering.bounces
+        kept = drawn if drawn != model.bounces else 0  # the same number would be gathered again
+        self.edit("model.bounces", kept)
+        as_before = ", as before" if kept == drawn else ""
+        return f"Light that bounces is no longer gathered: bounces are {kept}{as_before}."
+
+    def cancel_refining(self) -> None:
+        """Leave what is drawn as it is, until something is edited."""
+        for mesh in self._subplot.lit.shown:
+            if mesh.refining is not None:
+                mesh.refining.cancel(mesh)
 
     # -- edits of one value
 
@@ -401,7 +440,7 @@ class Document:
             "lights": lights,
             "materials": materials,
             "model": form_of(self._phong.light_model, "model", self._middles),
-            "tolerance": form_of(self.accuracy, "accuracy", self._middles)[0],
+            "accuracy": {entry["name"]: entry for entry in form_of(self.accuracy, "accuracy", self._middles)},
             "mixing": self.mix.is_on,
             "evaluations": sum(mesh.evaluations for mesh in self._subplot.lit.meshes) + self.mix.evaluations,
             "mix_ms": round(1e3 * self.mix.seconds, 1),

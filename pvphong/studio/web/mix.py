@@ -176,6 +176,7 @@ class Mix:
     @state.setter
     def state(self, state: MixState) -> None:
         self.is_on, faders, self.soloed = state
+        self._subplot.lit.is_mixed = self.is_on
         self.faders = dict(faders)
 
     # -- faders
@@ -213,6 +214,8 @@ class Mix:
                     mesh.drawn.GetPointData().GetAbstractArray(ARRAY).Modified()
             self._shares, self._mixed_for = {}, None
             return
+        if bounces := self._subplot.scene.light_model.bounces:
+            check.refuse("bounces", bounces, "0 while lights are mixed", "Light that bounces is no share of one light.")
         lights = self._subplot.lights.renderer_lights
         factors = {each: self._heard(each).factors for each in lights}
         known = factors, [(mesh, mesh.evaluations) for mesh in shown]
@@ -237,4 +240,5 @@ class Mix:
 
     def release(self) -> None:
         """Let go of the renderer."""
+        self._subplot.lit.is_mixed = False
         self._subplot.renderer.RemoveObserver(self._tag)

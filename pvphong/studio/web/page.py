@@ -53,6 +53,7 @@ html { overflow: hidden !important }
 .studio-panels input::-webkit-inner-spin-button { display: none }
 .studio-code textarea { font-family: monospace; font-size: 11px; line-height: 1.35; white-space: pre; overflow-x: auto }
 .studio-start { position: absolute; top: 50%; left: 50%; transform: translate(-50%, -50%); width: 90% }
+.studio-awaited { position: absolute; top: 8px; left: 8px; width: 290px; max-width: calc(100% - 16px) }
 .studio-plan td, .studio-plan th { padding: 2px 6px !important; height: auto !important; font-size: 12px;
   vertical-align: top }
 """
@@ -144,6 +145,12 @@ def build(server: Any, plotter: Any, kinds: Mapping[str, str]) -> Any:
         ):
             view = PyVistaRCAView(plotter, send_mouse_move=True, style="width: 100%; height: 100%")
             _start()
+            with html.Div(classes="studio-awaited"):
+                for condition, name, doing, cancel in (
+                    ("gathering !== null", "gathering", "gathering light that bounces", "cancel_bounces"),
+                    ("refining", "refining", "refining the view", "cancel_refining"),
+                ):
+                    _awaited(condition, name, doing, cancel)
         v.VSnackbar(
             "{{ notice }}",
             model_value=("!!notice",),
@@ -367,7 +374,7 @@ def _scene() -> None:
 
 def _plan() -> None:
     with _panel("Plan", "what runs, and what is left out"):
-        number_input("tolerance", "tolerance")
+        number_input("accuracy.tolerance", "tolerance")
         html.Div("{{ plan.accuracy }}", classes="text-caption mt-2")
         with v.VTable(density="compact", classes="studio-plan mt-1", v_for="mesh in plan.meshes", key=("mesh.name",)):
             html.Caption("{{ mesh.name }}", v_if="plan.meshes.length > 1")
@@ -385,6 +392,22 @@ def _plan() -> None:
 
 def _accuracy() -> None:
     with _panel("Accuracy", "what it costs in time"):
+        with html.Div(classes="studio-row mt-0", raw_attrs=[':title="accuracy.refine.help"']):
+            v.VSwitch(
+                key=("'refine' + accuracy.refine.set + refusals",),
+                model_value=("accuracy.refine.set",),
+                label="refine the view",
+                density="compact",
+                hide_details=True,
+                color="primary",
+                inset=True,
+                update_modelValue="trigger('edit', ['accuracy.refine', $event ? 1 / 255 : null])",
+                **found_by("refine"),
+            )
+            html.Span("{{ refined }}", classes="studio-unit", **found_by("refined", raw=['role="status"']))
+        with html.Div(v_if="accuracy.refine.set"):
+            number_input("accuracy.refine", "refine-tolerance")
+        html.Div("Report", classes="text-caption mt-3")
         with html.Div(classes="studio-row"):
             v.VTextField(
                 model_value=("seconds",),
@@ -490,7 +513,7 @@ def _files() -> None:
                 )
             _take(
                 "picture",
-                "What the view shows, of that size, without gizmos, .png",
+                "What the view shows at the mesh's vertices, of that size, without gizmos, .png",
                 "png",
                 "'take/png?width=' + picture.width + '&height=' + picture.height",
             )
@@ -547,6 +570,30 @@ def _examples() -> None:
             min_width=0,
             click="trigger('open_example', [name])",
             raw_attrs=[":data-test=\"'example-' + name\"", ":aria-label=\"'Open the example ' + name\""],
+        )
+
+
+def _awaited(condition: str, name: str, doing: str, cancel: str) -> None:
+    """What stands in the view while something is computed in the background."""
+    with v.VCard(v_if=condition, classes="pl-3 pr-1 py-1 mb-1", **found_by(name)):
+        with html.Div(style="display: flex; align-items: center; gap: 8px"):
+            html.Span(doing, classes="text-body-2", raw_attrs=['role="status"'])
+            v.VSpacer()
+            v.VBtn(
+                "Cancel",
+                size="small",
+                variant="text",
+                classes="text-none",
+                click=f"trigger('{cancel}')",
+                **found_by(cancel.replace("_", "-"), f"Cancel: {doing}"),
+            )
+        v.VProgressLinear(
+            model_value=("gathering",) if name == "gathering" else 0,
+            indeterminate=("!gathering",) if name == "gathering" else True,
+            color="primary",
+            height=4,
+            rounded=True,
+            raw_attrs=[f'aria-label="How much is done: {doing}"'],
         )
 
 

@@ -43,11 +43,12 @@ from pvphong.studio.web.document import Document
 from pvphong.studio.web.door import Door, Messages
 from pvphong.studio.web.page import build
 from pvphong.studio.web.report import Measuring
-from pvphong.studio.web.take_home import EXAMPLES, TakeHome, reading_file
+from pvphong.studio.web.take_home import EXAMPLES, LIT, TakeHome, reading_file
 from pvphong.studio.web.thumbnails import thumbnail
 
-_SHOW_AFTER, _PLAN_AFTER = 0.06, 0.25
-"""Seconds from a frame until the page shows what has changed, and from then until the plan is made again."""
+_SHOW_AFTER, _PLAN_AFTER, _ASK_AGAIN = 0.06, 0.25, 0.1
+"""Seconds from a frame until the page shows what has changed, from then until the plan is made again, and between two
+questions for what is computed in the background."""
 
 _SAID_FOR = 8.0
 """Seconds for which a line is shown."""
@@ -95,9 +96,11 @@ class Studio:
         self.document = Document(plotter.phong, subplot, history)
         self.door = Door(host)
         self._loop = asyncio.get_running_loop()
+        subplot.lit.is_in_a_page = True
         plotter.render_window.SetMultiSamples(0)  # drawn by a processor, four make a frame take five times as long
         self._show_soon: asyncio.TimerHandle | None = None
         self._plan_soon: asyncio.TimerHandle | None = None
+        self._ask_soon: asyncio.TimerHandle | None = None
         self._hush_soon: asyncio.TimerHandle | None = None
         self._planned_for: Any = None
         self._serving: Any = None
@@ -147,6 +150,8 @@ class Studio:
             "start_mix": document.start_mix,
             "solo_fader": document.solo_fader,
             "keep_mix": document.keep_mix,
+            "cancel_bounces": document.cancel_bounces,
+            "cancel_refining": document.cancel_refining,
             "report": self.measure,
             "cancel_report": self._measuring.cancel,
             "mark_worst": self.mark_worst,
@@ -205,15 +210,47 @@ class Studio:
         meshes = self._subplot.lit.shown
         points = sum(mesh.drawn.n_points for mesh in meshes)
         title = f"{self._stem}: {points:,} points" if meshes else "no mesh yet"
-        return self.document.shown() | {"title": title, "has_mesh": bool(meshes)}
+        return self.document.shown() | self._awaited() | {"title": title, "has_mesh": bool(meshes)}
+
+    def _awaited(self) -> dict[str, Any]:
+        """What is computed in the background, and what has come of refining."""
+        meshes = [mesh for mesh in self._subplot.lit.shown if mesh.refining is not None]
+        refined, part = (
+            [mesh.refining for mesh in meshes if mesh.refining is not None],
+            self._subplot.lit.gathering.part,
+        )
+        is_awaited = any(each.is_awaited for each in refined)
+        reason = next((each.reason for each in refined if each.reason), "")
+        if refined and self.document.mix.is_on:
+            reason = "lights are mixed"
+        drawn = sum(mesh.actor.mapper.dataset.n_points for mesh in meshes if mesh.actor is not None)
+        added = drawn - sum(mesh.drawn.n_points for mesh in meshes)
+        said = f"not refined: {reason}" if reason else f"refined, by {added:,} points" if added else ""
+        return {
+            "gathering": None if part is None else round(100.0 * part),
+            "refining": is_awaited,
+            "refined": "being refined" if is_awaited else said,
+        }
 
     def _show(self) -> None:
         self._show_soon = None
         with self.server.state as state:
             state.update(self._shown())
+        if self._ask_soon is None:
+            self._ask()
         if self._plan_soon is not None:
             self._plan_soon.cancel()
         self._plan_soon = self._loop.call_later(_PLAN_AFTER, self._show_plan)
+
+    def _ask(self) -> None:
+        """Draw what the background has given, as long as something is awaited from it."""
+        self._ask_soon, lit = None, self._subplot.lit
+        if lit.is_awaiting:
+            if lit.refresh():
+                self.draw()
+            with self.server.state as state:
+                state.update(self._awaited())
+            self._ask_soon = self._loop.call_later(_ASK_AGAIN, self._ask)
 
     def _show_plan(self) -> None:
         self._plan_soon = None
@@ -273,7 +310,7 @@ class Studio:
         before = [each.actor for each in self._subplot.lit.meshes]
         self._measuring.cancel()
         self.mark_worst(False)
-        phong.add_mesh(outside)
+        phong.add_mesh(outside, refine=self.document.accuracy.refine)
         for actor in before:
             self._plotter.remove_actor(actor, render=False)
         for light in lights.renderer_lights:
@@ -302,9 +339,14 @@ class Studio:
         """Answer with one of the files that can be taken home."""
         self.mark_worst(False)
         width, height = (request.query.get(name, "")[:9] for name in ("width", "height"))
+        what, home = request.match_info["what"], self.take_home
         try:
             size = int(width) if width.isdecimal() else 0, int(height) if height.isdecimal() else 0
-            name, content = self.take_home.read(request.match_info["what"], self._plotter, size)
+            if what in LIT:
+                await asyncio.to_thread(home.lit)  # which takes long where light bounces
+            while what == "gltf" and self._subplot.lit.is_awaiting:  # it has what the view shows
+                await asyncio.sleep(_ASK_AGAIN)
+            name, content = home.read(what, self._plotter, size)
         except ValueError as error:
             self.say(str(error))
             return web.Response(status=400, text=str(error))
@@ -486,10 +528,12 @@ class Studio:
     async def close(self) -> None:
         """Stop serving, and let go of the plotter."""
         self._save()
-        for soon in (self._show_soon, self._plan_soon, self._hush_soon):
+        for soon in (self._show_soon, self._plan_soon, self._ask_soon, self._hush_soon):
             if soon is not None:
                 soon.cancel()
         self._subplot.renderer.RemoveObserver(self._tag)
+        self._subplot.lit.is_in_a_page = False
+        self._subplot.lit.stop()
         self.document.mix.release()
         self._measuring.cancel()
         await self._view.handler.close()

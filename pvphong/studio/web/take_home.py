@@ -9,6 +9,7 @@ from dataclasses import MISSING, fields
 from pathlib import Path, PurePath
 from typing import Any
 
+import numpy as np
 import pyvista as pv
 
 from pvphong.base import check
@@ -37,6 +38,9 @@ EXAMPLES: Mapping[str, str] = {
 FILES = ("rig", "vtp", "ply", "vtkhdf", "gltf", "png", "py")
 """What can be taken home, by the endings of names; "rig" is a .json."""
 
+LIT = ("vtp", "ply", "vtkhdf", "png")
+"""What of that is made of the lit mesh."""
+
 
 class TakeHome:
     """What a studio's files are made of, as it is now.
@@ -57,6 +61,7 @@ class TakeHome:
 
     def __init__(self, meshes: Mapping[str, LitMesh], scene: Scene, tolerance: float, reading: str, stem: str) -> None:
         self._meshes, self._scene, self._tolerance = meshes, scene, tolerance
+        self._lit: Any = None
         self._reading, self._stem = reading, re.sub(r"[^\w.-]+", "-", stem).strip(".-") or "mesh"
 
     @property
@@ -79,25 +84,28 @@ class TakeHome:
         if not meshes:
             check.refuse("mesh", "none", "there", "Open one first.")
         angles, matrices = {mesh.feature_angle for mesh in meshes}, [mesh.matrix for mesh in meshes]
-        if len(angles) > 1 or (len(meshes) > 1 and any(matrix is not None for matrix in matrices)):
-            check.refuse(
-                "meshes", "some moved each by itself", "in place, with one feature angle, to be lit as one call"
-            )
+        matrix = matrices[0]
+        if len(angles) > 1 or len({None if each is None else each.tobytes() for each in matrices}) > 1:
+            allowed = "in place, or moved together, with one feature angle, to be lit as one call"
+            check.refuse("meshes", "some moved each by itself", allowed)
         found: dict[str, Any] = {"feature_angle": meshes[0].feature_angle}
-        if matrices[0] is not None:
-            found["matrix"] = matrices[0].tolist()
+        if matrix is not None:
+            found["matrix"] = matrix.tolist()
         if self._tolerance:
             found["tolerance"] = self._tolerance
         return found | {"backend": "numba" if kernel.has_run() else "numpy"}
 
     def lit(self) -> Any:
-        """The lit mesh, or the lit blocks."""
-        options, materials = self.options, self.materials
-        if len(self._meshes) == 1:
-            mesh = next(iter(self._meshes.values())).mesh
-            return mesh.phong.shade(self._scene, materials[DEFAULT], **options)
-        blocks = pv.MultiBlock({name: mesh.mesh for name, mesh in self._meshes.items()})
-        return blocks.phong.shade(self._scene, materials, **options)
+        """The lit mesh, or the lit blocks, lit once; by any thread."""
+        if self._lit is None:
+            options, materials = self.options, self.materials
+            if len(self._meshes) == 1:
+                mesh = next(iter(self._meshes.values())).mesh
+                self._lit = mesh.phong.shade(self._scene, materials[DEFAULT], **options)
+            else:
+                blocks = pv.MultiBlock({name: mesh.mesh for name, mesh in self._meshes.items()})
+                self._lit = blocks.phong.shade(self._scene, materials, **options)
+        return self._lit
 
     def script(self) -> str:
         """Python that reads the mesh, lights it as here, and writes it.
@@ -160,7 +168,10 @@ class TakeHome:
         elif what == "gltf":
             plotter.export_gltf(path)
         elif what == "png":
-            image = draw(self.lit(), self._scene.viewer, size=size, background=plotter.background_color.hex_rgb)
+            lit, matrix = self.lit(), self.options.get("matrix")
+            if matrix is not None:
+                lit = lit.transform(np.array(matrix), inplace=False)
+            image = draw(lit, self._scene.viewer, size=size, background=plotter.background_color.hex_rgb)
             save_picture(image, path)
         else:
             save_lit(self.lit(), path, "phong")
@@ -199,7 +210,7 @@ def python_of(value: Any, indent: str = "") -> str:
         return f"ph.Scene(\n{''.join(f'{inside}{part},{chr(10)}' for part in parts)}{indent})"
     if isinstance(value, tuple) and isinstance(value[0] if value else None, _CODED):
         return f"[\n{''.join(f'{inside}{python_of(each, inside)},{chr(10)}' for each in value)}{indent}]"
-    if isinstance(value, float | str | tuple | bool | None):
+    if isinstance(value, float | int | str | tuple | None):
         return repr(value)
     if kind not in _CODED:
         raise HasArrays

@@ -442,3 +442,74 @@ def test_meshes_and_rigs_are_brought_and_what_is_broken_is_refused(page, folder)
     page.until(lambda: page.state("title") == "box: 24 points" and len(page.state("lights")) == 3)
     page.trigger("open_example", "nut")
     page.until(lambda: page.state("title").startswith("nut") and "load_nut" in page.state("script"))
+
+
+# --- what is computed in the background
+
+
+def switch(page, name):
+    page.all(name)[0].find_element("css selector", "input").click()
+
+
+def test_the_view_is_refined_when_an_edit_is_over_and_that_is_cancelled(page):
+    page.trigger("open_example", "airplane")
+    page.until(lambda: page.state("title").startswith("airplane"))
+    switch(page, "refine")
+    page.until(lambda: page.all("refined")[0].text == "being refined")
+    page.until(lambda: page.all("refined")[0].text.startswith("refined, by "))
+    assert not page.all("refining")
+    page.until(lambda: "1,513 points" in page.state("title"))
+    page.type("refine-tolerance", "0.0001")  # which takes longer
+    page.until(lambda: page.all("refining"))
+    page.click("cancel-refining")
+    page.until(lambda: page.all("refined")[0].text == "not refined: cancelled")
+    assert not page.all("refining")
+    page.type("refine-tolerance", "0.05")
+    page.until(lambda: page.all("refined")[0].text.startswith("refined, by "))
+    switch(page, "refine")
+    page.until(lambda: page.all("refined")[0].text == "")
+    page.click("undo")
+    page.until(lambda: page.all("refined")[0].text.startswith("refined, by "))
+
+
+def test_light_that_bounces_is_gathered_while_the_page_is_live(page, folder):
+    """On a mesh on which that takes seconds: first it is cancelled, and then it comes."""
+    from selenium.webdriver.common.keys import Keys
+
+    pv.ParametricTorus(ringradius=1.0, crosssectionradius=0.45, u_res=330, v_res=330).save(folder / "ring.vtp")
+    bring(page, "mesh", folder / "ring.vtp")
+    page.until(lambda: page.state("title").startswith("ring") and len(page.state("lights")) == 3)
+    page.until(lambda: not page.state("busy"))
+
+    def bounces():
+        return next(entry for entry in page.state("model") if entry["name"] == "bounces")["value"]
+
+    def bounce(count):
+        field = page.driver.find_element("css selector", '#panel-scene [data-field="bounces"] input')
+        page.driver.execute_script("arguments[0].scrollIntoView({block: 'center'})", field)
+        field.send_keys(Keys.CONTROL, "a")
+        field.send_keys(str(count), Keys.ENTER)
+
+    def brightness():
+        return page.picture()[60:-150].mean()  # without what is said above and below
+
+    plain = page.settled(brightness)
+    bounce(2)
+    page.until(lambda: page.all("gathering"))
+    page.click("cancel-bounces")
+    page.until(lambda: page.all("notice")[0].text.endswith("bounces are 0, as before."))
+    page.until(lambda: not page.all("gathering") and bounces() == 0)
+    assert page.settled(brightness) == pytest.approx(plain, abs=0.2)
+    bounce(2)
+    shown = set()
+    page.until(lambda: shown.add(page.state("gathering")) or (page.state("gathering") or 0) > 0)
+    page.trigger("edit", page.light("key")["intensity"]["key"], 0.5)
+    page.until(lambda: page.light("key")["intensity"]["value"] == 0.5)
+    assert page.all("gathering")  # it is edited long before the light has come
+    page.until(lambda: shown.add(page.state("gathering")) or not page.all("gathering"), seconds=240.0)
+    assert len(shown - {None}) > 3  # how far it is
+    assert bounces() == 2
+    lit = page.settled(brightness)
+    page.trigger("edit", "model.bounces", 0)
+    page.until(lambda: bounces() == 0)
+    assert abs(page.settled(brightness) - lit) > 0.3

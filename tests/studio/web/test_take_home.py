@@ -98,6 +98,39 @@ def test_the_script_of_blocks_gives_the_same_bits(plotter, tmp_path, monkeypatch
     assert json.loads(home.read("rig", plotter, (0, 0))[1])["materials"].keys() == {"ball", "floor"}
 
 
+TURNED = pv.Transform().rotate_z(40).scale(1.0, 0.5, -2.0).translate((0.3, 0.1, 0.7)).matrix
+
+
+@pytest.mark.parametrize("bounces", [0, 2])
+def test_what_is_moved_is_lit_where_the_view_has_it(plotter, tmp_path, monkeypatch, bounces):
+    """By a matrix and a position, mirrored; two blocks together."""
+    bowl = pv.Sphere(end_phi=100, theta_resolution=16, phi_resolution=12).compute_normals(auto_orient_normals=False)
+    blocks = pv.MultiBlock({"bowl": bowl, "floor": pv.Plane(center=(0, 0, -0.6), i_size=3, j_size=3)})
+    plotter.phong.light_model = ph.LightModel(shadows=True, bounces=bounces)
+    for mesh in (bowl, blocks):
+        name = "part.vtm" if mesh is blocks else "part.vtp"
+        mesh.save(tmp_path / name)
+        actors = plotter.phong.add_mesh(mesh, name="part")
+        for actor in actors if mesh is blocks else [actors]:
+            actor.user_matrix = TURNED
+            actor.position = (0.2, -0.4, 0.1)
+            actor.rotate_x(25)
+        plotter.show(auto_close=False)
+        plotter.render()
+        lits = plotter.phong._subplot.lit.meshes
+        names = blocks.keys() if mesh is blocks else ["part"]
+        home = TakeHome(dict(zip(names, lits, strict=True)), plotter.phong.scene, 0.0, reading_file(name), "part")
+        lit, again = home.lit(), run(home.script(), tmp_path, monkeypatch)
+        for which, shown in zip(names, lits, strict=True):
+            own, other = (lit[which], again[which]) if mesh is blocks else (lit, again)
+            np.testing.assert_array_equal(other["phong"], own["phong"])
+            assert np.abs(np.asarray(shown.drawn["phong"]) - 255.0 * own["phong"]).max() <= 1.01
+        image = np.asarray(pv.read(tmp_path / home.write("png", tmp_path, plotter, (64, 48))).active_scalars)
+        view = plotter.screenshot(return_img=True)[::-1].reshape(-1, 3)
+        assert np.abs(image.astype(int) - view).mean() < 6.0
+        plotter.remove_actor(actors)
+
+
 def test_what_no_code_can_hold_is_read_from_the_rig(plotter, tmp_path, monkeypatch):
     mesh = pv.Sphere()
     mesh.save(tmp_path / "part.vtp")

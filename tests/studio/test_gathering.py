@@ -1,0 +1,283 @@
+"""Light that bounces in windows, where rays take long: gathered in the background, while all else is live."""
+
+from __future__ import annotations
+
+import threading
+import time
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import pyvista as pv
+
+import pvphong as ph
+from pvphong.base import text, threads
+from pvphong.rays.transport import HemisphereTracer, Transport
+from pvphong.studio.lit_actors import LightingWarning
+from pvphong.studio.web.document import Document
+
+LAMP = ph.PointLight(position=(0.5, 0.2, 2.0), name="lamp")
+WHITE = ph.Material(ambient=0.5, diffuse=0.9)
+
+
+def until(is_so):
+    for _ in range(4000):
+        if is_so():
+            return
+        time.sleep(0.005)
+    raise AssertionError("it did not come")
+
+
+class Rays:
+    """Rays of which a tenth is cast, and the others when they may be."""
+
+    def __init__(self, monkeypatch):
+        self.may, self.begun, self.stopped = threading.Event(), 0, 0
+        cast = HemisphereTracer.cast
+
+        def slow(tracer, *args):
+            if threading.current_thread() is threading.main_thread():  # for what is expected
+                return cast(tracer, *args)
+            self.begun += 1
+            with text.about("rays"):
+                text.counting(10)(1)
+            try:
+                while not self.may.is_set():
+                    threads.go_on()
+                    time.sleep(0.001)
+            except threads.StoppedError:
+                self.stopped += 1
+                raise
+            return cast(tracer, *args)
+
+        monkeypatch.setattr(HemisphereTracer, "cast", slow)
+        monkeypatch.setattr(Transport, "takes_long", property(lambda self: self._kept is None))
+
+
+class Window:
+    """A floor, a bowl over it, and gizmos; as in a web page, which asks again for what is awaited."""
+
+    def __init__(self, plotter):
+        self.plotter, self.phong = plotter, plotter.phong
+        self.phong.light_model = ph.LightModel(ambient=0.0)
+        self.phong.add_light(LAMP)
+        self.floor = pv.Plane(center=(0, 0, -0.6), i_size=3, j_size=3, i_resolution=8, j_resolution=8)
+        self.bowl = pv.Sphere(start_phi=90, theta_resolution=16, phi_resolution=8).flip_faces()
+        self.actors = [self.phong.add_mesh(mesh, WHITE) for mesh in (self.floor, self.bowl)]
+        self.phong.add_gizmos()
+        self.plotter.show(auto_close=False)
+        self.lit = self.phong._subplot.lit
+        self.lit.is_in_a_page = True
+        self.document = Document(self.phong, self.phong._subplot, self.phong._history)
+
+    def bounce(self, count):
+        self.document.edit("model.bounces", count)
+        self.plotter.render()
+
+    def until_final(self):
+        """As a page asks."""
+        until(lambda: self.lit.refresh() or not self.lit.is_awaiting)
+        assert not self.lit.is_awaiting
+
+    @property
+    def shown(self):
+        return [np.asarray(mesh.drawn["phong"]).astype(int) for mesh in self.lit.meshes]
+
+    def expected(self, **model):
+        """What is shown in the end, computed at once."""
+        scene = replace(self.phong.scene, light_model=replace(self.phong.light_model, **model))
+        blocks = pv.MultiBlock([self.floor, self.bowl])
+        lit = blocks.phong.shade(scene, WHITE, feature_angle="auto")
+        return [np.rint(255.0 * np.asarray(block["phong"])) for block in lit]
+
+    def check(self, **model):
+        for shown, expected in zip(self.shown, self.expected(**model), strict=True):
+            np.testing.assert_allclose(shown, expected, atol=1.0)
+
+
+@pytest.fixture
+def window(new_plotter):
+    return Window(new_plotter((120, 90)))
+
+
+@pytest.fixture
+def rays(window, monkeypatch):  # after a frame without bounces
+    assert window.shown
+    return Rays(monkeypatch)
+
+
+def test_all_is_live_while_rays_are_cast_once_and_then_light_bounces(window, rays):
+    window.bounce(2)
+    until(lambda: window.lit.gathering.part == 0.1)
+    assert window.lit.is_awaiting
+    window.plotter.render()
+    assert window.lit.note == "light that bounces is gathered: 10%"
+    window.document.edit("light.1.intensity", 0.5)
+    window.document.edit("model.bounces", 3)
+    window.plotter.render()
+    window.check(bounces=0)
+    assert not window.lit.refresh()
+    rays.may.set()
+    window.until_final()
+    assert not window.lit.is_awaiting
+    assert window.lit.note == ""
+    assert rays.begun == 1
+    window.check()
+    window.bounce(1)  # of rays that are kept
+    window.check()
+    assert not window.lit.is_awaiting
+
+
+def test_cancelled_bounces_are_as_many_as_before(window, rays):
+    before = window.shown
+    assert window.document.cancel_bounces() == "no light is being gathered"
+    window.bounce(2)
+    until(lambda: rays.begun)
+    assert window.document.cancel_bounces() == "Light that bounces is no longer gathered: bounces are 0, as before."
+    until(lambda: rays.stopped)
+    window.plotter.render()
+    assert not window.lit.is_awaiting
+    assert window.phong.light_model.bounces == 0
+    for shown, own in zip(window.shown, before, strict=True):
+        np.testing.assert_array_equal(shown, own)
+    window.document.undo()  # of what was cancelled, and of the edit
+    window.document.undo()
+    assert window.phong.light_model.bounces == 0
+    assert not window.document.history.can_undo
+
+
+def test_where_rays_are_not_kept_the_last_light_is_shown_until_there_is_another(window, rays, monkeypatch):
+    monkeypatch.setattr(Transport, "is_kept", property(lambda _: False))
+    rays.may.set()
+    window.bounce(1)
+    window.until_final()
+    window.check()
+    rays.may.clear()
+    window.document.edit("light.1.intensity", 0.5)
+    window.plotter.render()
+    assert window.lit.is_awaiting
+    window.check()  # one light was dimmed: that is linear
+    window.bounce(4)
+    assert "bounces are 1, as before" in window.document.cancel_bounces()
+    window.plotter.render()
+    assert window.phong.light_model.bounces == 1
+
+
+def test_what_is_moved_meanwhile_is_gathered_again_and_what_is_hidden_is_not(window, rays):
+    window.bounce(1)
+    until(lambda: rays.begun == 1)
+    window.actors[1].position = (0, 0, 0.5)
+    window.plotter.render()
+    until(lambda: rays.begun == 2 and rays.stopped == 1)
+    for actor in window.actors:
+        actor.visibility = False
+    window.plotter.render()
+    until(lambda: rays.stopped == 2)
+    assert not window.lit.is_awaiting
+
+
+@pytest.mark.parametrize("end", ["close", "stop"])
+def test_the_end_of_a_window_is_that_of_its_rays(window, rays, end):
+    window.bounce(1)
+    until(lambda: rays.begun)
+    window.plotter.close() if end == "close" else window.lit.stop()
+    until(lambda: rays.stopped)
+
+
+def test_pictures_and_windows_that_nobody_asks_again_wait(window, rays):
+    window.bounce(2)
+    assert window.lit.is_awaiting
+    threading.Timer(0.2, rays.may.set).start()
+    window.plotter.screenshot(return_img=True)
+    window.check()
+    window.lit.is_in_a_page = False
+    window.actors[1].position = (0, 0, 0.1)
+    window.plotter.render()
+    assert not window.lit.is_awaiting
+
+
+def test_refined_pictures_come_after_the_light(window, rays):
+    window.document.edit("accuracy.refine", 0.05)
+    window.bounce(1)
+    until(lambda: rays.begun)
+    assert not any(mesh.refining.is_awaited for mesh in window.lit.meshes)
+    rays.may.set()
+    window.plotter.screenshot(return_img=True)
+    window.check()
+    assert all(mesh.refining.pictures for mesh in window.lit.meshes)
+
+
+@pytest.mark.usefixtures("rays")
+def test_why_nothing_is_gathered_is_said(window, monkeypatch):
+    def fail(*_):
+        raise MemoryError("no room for rays")
+
+    monkeypatch.setattr(HemisphereTracer, "cast", fail)
+
+    def frames():
+        window.bounce(1)
+        window.until_final()
+        window.plotter.render()
+
+    with pytest.warns(LightingWarning, match="Light that bounces is not gathered: no room for rays") as warned:
+        frames()
+    assert len(warned) == 1
+
+
+def test_lights_are_not_mixed_where_light_bounces(window):
+    window.document.start_mix(True)
+    with pytest.raises(ValueError, match="bounces must be 0 while lights are mixed; got 2"):
+        window.document.edit("model.bounces", 2)
+    assert window.phong.light_model.bounces == 0
+    window.document.start_mix(False)
+    window.bounce(1)
+    with pytest.raises(ValueError, match="bounces must be 0 while lights are mixed; got 1"):
+        window.document.start_mix(True)
+    assert not window.document.mix.is_on
+
+
+# --- how a page refines
+
+
+def test_refining_is_an_edit_that_is_undone_and_can_be_cancelled(window, monkeypatch):
+    begun = []
+
+    def endless(*_, **__):
+        begun.append(1)
+        while True:
+            threads.go_on()
+            time.sleep(0.001)
+
+    monkeypatch.setattr("pvphong.studio.refining._AFTER", 0.0)
+    monkeypatch.setattr("pvphong.studio.refining.refine", endless)
+    window.document.edit("accuracy.refine", "0.02")
+    assert [mesh.refining.tolerance for mesh in window.lit.meshes] == [0.02, 0.02]
+    window.plotter.render()
+    until(lambda: len(begun) == 2)
+    assert window.lit.is_awaiting
+    window.document.cancel_refining()
+    assert not window.lit.is_awaiting
+    window.plotter.render()
+    assert not window.lit.is_awaiting
+    assert {mesh.refining.reason for mesh in window.lit.meshes} == {"cancelled"}
+    assert all(mesh.actor.mapper.dataset is mesh.drawn for mesh in window.lit.meshes)
+    window.document.edit("light.1.intensity", 0.5)
+    window.plotter.render()
+    until(lambda: len(begun) == 4)
+    window.document.start_mix(True)  # whose colours are those of vertices
+    window.plotter.render()
+    assert not window.lit.is_awaiting
+    for _ in range(3):
+        window.document.undo()
+    assert {mesh.refining for mesh in window.lit.meshes} == {None}
+    for given in (0, -1, "fine"):
+        with pytest.raises(ValueError, match="refine must be"):
+            window.document.edit("accuracy.refine", given)
+
+
+def test_a_studio_of_refined_meshes_says_so(new_plotter):
+    plotter = new_plotter()
+    plotter.phong.add_mesh(pv.Sphere(), refine=0.5)
+    document = Document(plotter.phong, plotter.phong._subplot, plotter.phong._history)
+    assert document.accuracy.refine == 0.5
+    document.mix.release()
