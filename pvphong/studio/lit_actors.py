@@ -68,7 +68,7 @@ class LitMesh:
         A material of its own, or one that is shared with others. Named arrays and textures in it are followed when they
         are edited or replaced; of an array that is given, edits are seen if it is a mesh's.
     feature_angle : float, "auto" or None, default None
-        Degrees from which edges are sharp, as for `shade`.
+        Degrees from which edges are sharp, as for `shade`. Can be set at any time.
     casts_shadows : bool, default True
         Whether it blocks light, where the light model has shadows or ambient occlusion.
     refining : Refining, optional
@@ -243,9 +243,9 @@ class LitMesh:
             data = mesh.GetPointData()
             parts = (mesh.GetPoints(), mesh.GetPolys(), mesh.GetStrips(), data.GetNormals(), data.GetTCoords())
             # the number of points too: what resizes an array in place need not say that it is modified
-            geometry: Any = mesh.GetNumberOfPoints(), *map(_version, parts)
+            geometry: Any = self.feature_angle, mesh.GetNumberOfPoints(), *map(_version, parts)
         else:
-            geometry = mesh.GetMTime()
+            geometry = self.feature_angle, mesh.GetMTime()
         if geometry == self._geometry:
             return geometry, place
         try:

@@ -1,8 +1,8 @@
 """The document that a studio edits: lights, materials, light model and tolerance, with one history for all of it.
 
 Edits name what they change by a key: "light.3.intensity", "material.0.diffuse", "reflectance.0.roughness",
-"model.shadows", "fader.3.gain", "accuracy.tolerance". The number of a light stays its own for as long as the studio
-runs.
+"model.shadows", "surfaces.feature_angle", "fader.3.gain", "accuracy.tolerance". The number of a light stays its own for
+as long as the studio runs.
 """
 
 from __future__ import annotations
@@ -24,6 +24,7 @@ from pvphong.base.types import Vector
 from pvphong.base.vectors import unit_vector
 from pvphong.optics.light import Light
 from pvphong.optics.lights import LIGHT_TYPES
+from pvphong.optics.maps import FIELDS, Map
 from pvphong.optics.material import Material, as_material
 from pvphong.optics.reflectances import REFLECTANCES
 from pvphong.optics.roles import Aim, Corners, Length, Place, Up
@@ -63,8 +64,27 @@ class Accuracy:
         check.fields(self)
 
 
+@dataclass(frozen=True)
+class Surfaces:
+    """How edges of the meshes are lit.
+
+    Parameters
+    ----------
+    feature_angle : float, optional
+        Between the normals of two faces, in degrees, from which their edge is sharp; 0 is flat shading. Without, all
+        edges are smooth.
+    """
+
+    feature_angle: float | None = check.field(partial(_number_or_none, at_least=0.0, at_most=180.0), None)
+
+    def __post_init__(self) -> None:
+        check.fields(self)
+
+
 _IN_ROW = ("name", "on", "diffuse", "intensity")
 """Fields of a light that its row shows."""
+
+_AUTO = 30.0  # degrees, where edges are sharp as PyVista has them
 
 # In sizes of the scene: where a new light stands off its middle, to the right, up and towards the viewer, and how large
 # it is. The colour that a white surface gets from it there.
@@ -98,6 +118,8 @@ class Document:
         refined = [mesh.refining.tolerance for mesh in subplot.lit.meshes if mesh.refining is not None]
         self._accuracy = Accuracy(refine=min(refined, default=None))
         self.mix = Mix(subplot)
+        self.textures: dict[Map, str] = {}
+        """The names of the files that textures have been brought as."""
         self._numbers: dict[RendererLight, int] = {}
         self._last_number = 0
         self._middles = {"accuracy.refine": -8.0}  # 1/256, as fine as a display
@@ -114,13 +136,25 @@ class Document:
         if accuracy.refine != before.refine:
             self._subplot.lit.refine(accuracy.refine)
 
+    @property
+    def surfaces(self) -> Surfaces:
+        """How edges are lit, of the first mesh; of all, if it is set."""
+        angle = next((mesh.feature_angle for mesh in self._subplot.lit.meshes), None)
+        return Surfaces(_AUTO if isinstance(angle, str) else angle)
+
+    @surfaces.setter
+    def surfaces(self, surfaces: Surfaces) -> None:
+        for mesh in self._subplot.lit.meshes:
+            mesh.feature_angle = surfaces.feature_angle
+
     # -- as one thing that history can turn back
 
     @property
     def state(self) -> Any:
         """Everything that can be edited, as history keeps it."""
         lights, materials = self._subplot.lights.state, self._subplot.lit.state
-        return lights, materials, self._phong.light_model, self.accuracy, self.mix.state
+        angles = {mesh: mesh.feature_angle for mesh in self._subplot.lit.meshes}
+        return lights, materials, self._phong.light_model, self.accuracy, self.mix.state, angles
 
     def revert(self, now: Any, then: Any) -> None:
         """Undo what changed from `then` to `now`."""
@@ -132,6 +166,9 @@ class Document:
             self.accuracy = then[3]
         if now[4] != then[4]:
             self.mix.state = then[4]
+        if now[5] != then[5]:
+            for mesh, angle in then[5].items():
+                mesh.feature_angle = angle
 
     @contextmanager
     def _step(self) -> Iterator[None]:
@@ -208,6 +245,8 @@ class Document:
         what, *rest = check.text("key", key).split(".")
         if what == "accuracy" and len(rest) == 1:
             self.accuracy = change(self.accuracy, rest[0])
+        elif what == "surfaces" and len(rest) == 1:
+            self.surfaces = change(self.surfaces, rest[0])
         elif what == "model" and len(rest) == 1:
             self._phong.light_model = change(self._phong.light_model, rest[0])
         elif what == "light" and len(rest) == 2:
@@ -395,6 +434,31 @@ class Document:
             reflectance = new_reflectance(name) if name else None
             shared.material = replace(shared.material, reflectance=reflectance)
 
+    def set_texture(self, number: Any, field: str, texture: pv.Texture, name: str) -> None:
+        """Give a field of a material, or of its reflectance, a texture.
+
+        Parameters
+        ----------
+        number
+            The material's.
+        field : str
+            One that may be a map.
+        texture : pyvista.Texture
+            Is laid on by the meshes' texture coordinates.
+        name : str
+            Of the file that it was read from.
+
+        Raises
+        ------
+        ValueError
+            If there is no such field, the texture is not allowed in it, or a mesh has no texture coordinates.
+        """
+        shared = self._material(number)
+        check.choice("field", field, textured(shared.material))
+        with self._step():
+            shared.material = shared.material.with_values({field: texture})
+            self.textures[Map(texture)] = name
+
     # -- what the page shows
 
     def shown(self) -> dict[str, Any]:
@@ -429,6 +493,7 @@ class Document:
                     "number": number,
                     "name": name,
                     "preset": commands.name_of(material),
+                    "textured": textured(material),
                     "fields": form_of(material, f"material.{number}", self._middles, hidden=("reflectance",)),
                     "reflectance": next((k for k, v in REFLECTANCES.items() if type(reflectance) is v), ""),
                     "reflectance_fields": []
@@ -440,6 +505,7 @@ class Document:
             "lights": lights,
             "materials": materials,
             "model": form_of(self._phong.light_model, "model", self._middles),
+            "surfaces": form_of(self.surfaces, "surfaces", self._middles),
             "accuracy": {entry["name"]: entry for entry in form_of(self.accuracy, "accuracy", self._middles)},
             "mixing": self.mix.is_on,
             "evaluations": sum(mesh.evaluations for mesh in self._subplot.lit.meshes) + self.mix.evaluations,
@@ -466,6 +532,13 @@ def _slid(given: Any, value: Any, name: str) -> Any:
         if has_stops(field):
             given = 2.0 ** min(max(given, -_MOST_STOPS), _MOST_STOPS)
     return edited(value, name, given)
+
+
+def textured(material: Material) -> list[str]:
+    """The fields that a texture may be given to, of a material and of its reflectance."""
+    reflectance = material.reflectance
+    fields = *fields_of(type(material)), *(() if reflectance is None else fields_of(type(reflectance)))
+    return [field.name for field in fields if field.takes == "map" and field.name in FIELDS]
 
 
 def kind_of(light: Light) -> str:

@@ -16,7 +16,7 @@ from typing import Any, Literal, NamedTuple
 
 from pvphong.base import check
 from pvphong.base.types import rgb
-from pvphong.optics.maps import Map, is_image_path
+from pvphong.optics.maps import Map, is_image_path, is_texture
 
 Kind = Literal["number", "numbers", "points", "color", "flag", "choice", "text", "reflectance"]
 
@@ -57,6 +57,8 @@ class Field(NamedTuple):
     """Whether it may be left out, None."""
     takes: str = ""
     """What it may be in place of its kind: "map", "image", or a "number" beside a flag."""
+    default: Any = None
+    """What it is if it is not given, or 0.5."""
     choices: tuple[str, ...] = ()
 
 
@@ -104,6 +106,7 @@ def _field(field: dataclasses.Field[Any], what: str, text: str) -> Field:
         "is_whole": base == "int",
         "most": limits.get("at_most", math.inf),
         "is_optional": more.endswith("optional"),
+        "default": 0.5 if field.default is dataclasses.MISSING else field.default,
     }
     if what.startswith("{"):
         return Field(field.name, "choice", text, choices=tuple(limits["allowed"]))
@@ -150,10 +153,12 @@ def _entry(field: Field, value: Any, key: str, middles: dict[str, float]) -> dic
         "optional": field.is_optional,
         "takes": field.takes,
         "map": "",
+        "default": field.default,
         "set": value is not None,
     }
     if isinstance(value, Map) or (field.takes == "map" and isinstance(value, str)):
-        entry["map"] = f"array {value!r}" if isinstance(value, str) else "array or texture of its own"
+        is_of_image = isinstance(value, Map) and is_texture(value.source)
+        entry["map"] = f"array {value!r}" if isinstance(value, str) else "a texture" if is_of_image else "an array"
     elif field.takes == "image" and not isinstance(value, (float, tuple)):
         entry["map"] = "image {1} × {0}".format(*value.image.shape)
     elif field.kind == "number":

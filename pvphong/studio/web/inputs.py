@@ -137,11 +137,11 @@ def form(entries: str) -> None:
             html.Span("{{ field.label }}", classes="studio-label")
             v.VChip("{{ field.map }}", size="small", prepend_icon="mdi-texture")
             v.VBtn(
-                "white",
-                v_if="field.takes == 'image'",
+                "{{ field.takes == 'image' ? 'white' : 'remove' }}",
                 size="x-small",
                 variant="text",
-                click="trigger('edit', [field.key, '#ffffff'])",
+                click="trigger('edit', [field.key, field.default])",
+                **found_by("remove-map", raw=[":aria-label=\"'Remove the map of ' + field.label\""]),
             )
         with html.Div(v_else_if="field.kind == 'number'"):
             number_input("field")

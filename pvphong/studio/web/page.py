@@ -325,32 +325,52 @@ def _mix() -> None:
 
 
 def _materials() -> None:
-    with _panel("Material"), html.Div(v_for="material in materials", key=("material.number",)):
-        html.Div("{{ material.name }}", v_if="materials.length > 1", classes="text-subtitle-2 mt-3")
-        with v.VAutocomplete(
-            model_value=("material.preset || null",),
-            items=("material_names",),
-            label="preset",
-            placeholder="of its own",
-            persistent_placeholder=True,
+    with _panel("Material"):
+        with html.Div(v_for="material in materials", key=("material.number",)):
+            _material()
+        with html.Div(v_if="has_mesh", classes="mt-2"):
+            number_input("surfaces[0]", "feature-angle")
+
+
+def _material() -> None:
+    html.Div("{{ material.name }}", v_if="materials.length > 1", classes="text-subtitle-2 mt-3")
+    with v.VAutocomplete(
+        model_value=("material.preset || null",),
+        items=("material_names",),
+        label="preset",
+        placeholder="of its own",
+        persistent_placeholder=True,
+        classes="mt-2",
+        update_modelValue="$event && trigger('choose_material', [material.number, $event])",
+        **DENSE,
+        **found_by("material", "Named materials"),
+    ):
+        _balls("material")
+    with v.VSelect(
+        model_value=("material.reflectance",),
+        items=("reflectance_names.map((name) => ({ value: name, title: name || 'as the light model has it' }))",),
+        label="reflectance",
+        classes="mt-3",
+        update_modelValue="trigger('choose_reflectance', [material.number, $event])",
+        **DENSE,
+        **found_by("reflectance", "How it reflects"),
+    ):
+        _balls("reflectance")
+    form("material.reflectance_fields")
+    form("material.fields")
+    with html.Div(v_if="material.textured.length", classes="studio-row mt-2"):
+        chosen = "(local['texture ' + material.number] ?? 'albedo')"
+        v.VSelect(
+            model_value=(chosen,),
+            items=("material.textured",),
+            label="texture of",
             classes="mt-2",
-            update_modelValue="$event && trigger('choose_material', [material.number, $event])",
+            update_modelValue="local['texture ' + material.number] = $event; flushState('local')",
             **DENSE,
-            **found_by("material", "Named materials"),
-        ):
-            _balls("material")
-        with v.VSelect(
-            model_value=("material.reflectance",),
-            items=("reflectance_names.map((name) => ({ value: name, title: name || 'as the light model has it' }))",),
-            label="reflectance",
-            classes="mt-3",
-            update_modelValue="trigger('choose_reflectance', [material.number, $event])",
-            **DENSE,
-            **found_by("reflectance", "How it reflects"),
-        ):
-            _balls("reflectance")
-        form("material.reflectance_fields")
-        form("material.fields")
+            **found_by("texture-of", "Which field a texture is laid on"),
+        )
+        more = f" + '&material=' + material.number + '&field=' + {chosen}"
+        file_input("texture", "image", more=more)
 
 
 def _balls(kind: str) -> None:

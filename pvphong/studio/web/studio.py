@@ -26,12 +26,12 @@ from trame.app import get_server
 from pvphong.base import check
 from pvphong.meshes.blocks import DEFAULT, map_blocks
 from pvphong.meshes.default_scene import default_scene
-from pvphong.meshes.files import read
+from pvphong.meshes.files import read, read_texture
 from pvphong.meshes.lit import plan
 from pvphong.meshes.pictures import aim
 from pvphong.meshes.surfaces import shallow_copy, surface
 from pvphong.optics.lights import LIGHT_TYPES
-from pvphong.optics.maps import is_image_path
+from pvphong.optics.maps import IMAGES, is_image_path
 from pvphong.optics.material import Material
 from pvphong.optics.reflectances import REFLECTANCES
 from pvphong.scene.scene import Scene, load_materials
@@ -333,7 +333,8 @@ class Studio:
         """What can be taken home now."""
         meshes = {self.document.mesh_name(mesh): mesh for mesh in self._subplot.lit.shown}
         tolerance = self.document.accuracy.tolerance
-        return TakeHome(meshes, self._subplot.scene, tolerance, self._reading, self._stem)
+        textures = self.document.textures
+        return TakeHome(meshes, self._subplot.scene, tolerance, self._reading, self._stem, textures)
 
     async def _give(self, request: web.Request) -> web.StreamResponse:
         """Answer with one of the files that can be taken home."""
@@ -371,6 +372,11 @@ class Studio:
     async def _take_sky(self, _name: str, path: Path, query: Mapping[str, str]) -> None:
         image = await asyncio.to_thread(read, path, guarded=True)
         await self.document.set_image(query.get("light", ""), image)
+
+    async def _take_texture(self, name: str, path: Path, query: Mapping[str, str]) -> None:
+        field = query.get("field", "")
+        texture = await asyncio.to_thread(read_texture, str(path), field)
+        self.document.set_texture(query.get("material", ""), field, texture, name)
 
     # -- the accuracy report
 
@@ -479,6 +485,7 @@ class Studio:
             ("mesh", MESHES, self._take_mesh),
             ("rig", (".json",), self._take_rig),
             ("sky", SKIES, self._take_sky),
+            ("texture", IMAGES, self._take_texture),
         ):
             server.app.router.add_post(f"/bring/{what}", self.door.upload(suffixes, take, self._brought))
 

@@ -17,6 +17,7 @@ from pvphong.meshes.blocks import DEFAULT
 from pvphong.meshes.files import save_lit
 from pvphong.meshes.pictures import draw, save_picture
 from pvphong.optics.lights import LIGHT_TYPES
+from pvphong.optics.maps import Map
 from pvphong.optics.material import Material
 from pvphong.optics.reflectances import REFLECTANCES
 from pvphong.scene.light_model import LightModel
@@ -57,10 +58,20 @@ class TakeHome:
         Python that gives the mesh, or the blocks, from `pv` and `ph`.
     stem : str
         What the names of files begin with.
+    textures : mapping
+        Of textures that were read from files, these files' names: rig and script name them, where they are to be.
     """
 
-    def __init__(self, meshes: Mapping[str, LitMesh], scene: Scene, tolerance: float, reading: str, stem: str) -> None:
-        self._meshes, self._scene, self._tolerance = meshes, scene, tolerance
+    def __init__(
+        self,
+        meshes: Mapping[str, LitMesh],
+        scene: Scene,
+        tolerance: float,
+        reading: str,
+        stem: str,
+        textures: Mapping[Map, str],
+    ) -> None:
+        self._meshes, self._scene, self._tolerance, self._textures = meshes, scene, tolerance, textures
         self._lit: Any = None
         self._reading, self._stem = reading, re.sub(r"[^\w.-]+", "-", stem).strip(".-") or "mesh"
 
@@ -70,6 +81,16 @@ class TakeHome:
         found = {name: mesh.material for name, mesh in self._meshes.items()}
         first = next(iter(found.values()), Material())
         return {DEFAULT: first} if all(material == first for material in found.values()) else found
+
+    @property
+    def _written(self) -> dict[str, Material]:
+        """The materials as they are written: textures by their files' names."""
+
+        def named(material: Material) -> Material:
+            maps = {name: each for name, each in material.maps.items() if isinstance(each, Map)}
+            return material.with_values({name: self._textures.get(each, each) for name, each in maps.items()})
+
+        return {name: named(material) for name, material in self.materials.items()}
 
     @property
     def options(self) -> dict[str, Any]:
@@ -112,7 +133,7 @@ class TakeHome:
 
         Lights and materials that no code can hold, images and arrays, are read from the rig.
         """
-        options, materials, stem = self.options, self.materials, self._stem
+        options, materials, stem = self.options, self._written, self._stem
         ending = "vtp" if len(self._meshes) == 1 else "vtkhdf"
         try:
             scene = python_of(self._scene)
@@ -179,7 +200,7 @@ class TakeHome:
 
     def save_rig(self, path: Path) -> None:
         """Write scene and materials; ValueError if that cannot be done."""
-        self._scene.save(path, materials=self.materials)
+        self._scene.save(path, materials=self._written)
 
     def read(self, what: str, plotter: pv.Plotter, size: tuple[int, int]) -> tuple[str, bytes]:
         """The name and the bytes of one of `FILES`; see `write`."""

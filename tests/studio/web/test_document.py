@@ -94,6 +94,41 @@ def test_what_cannot_be_lit_is_put_back(document):
     assert document.state == before
 
 
+def test_edges_are_as_sharp_as_asked_and_undone(document, plotter):
+    (lit,) = plotter.phong._subplot.lit.meshes
+    before, smooth = lit.feature_angle, lit.drawn.n_points
+    document.edit("surfaces.feature_angle", "0")
+    assert lit.drawn.n_points == 3 * lit.drawn.n_cells
+    assert document.shown()["surfaces"][0]["value"] == 0.0
+    document.edit("surfaces.feature_angle", None)
+    assert lit.drawn.n_points == smooth
+    with pytest.raises(ValueError, match=r"^feature_angle must be .*180"):
+        document.edit("surfaces.feature_angle", 181)
+    assert document.undo()
+    assert document.undo()
+    assert lit.feature_angle == before
+
+
+def test_textures_are_laid_on_and_removed(document, plotter):
+    texture = pv.Texture(np.full((4, 4, 3), (255, 0, 0), np.uint8))
+    with pytest.raises(ValueError, match="texture coordinates"):
+        document.set_texture(0, "albedo", texture, "red.png")  # the sphere has none
+    (lit,) = plotter.phong._subplot.lit.meshes
+    lit.mesh.active_texture_coordinates = np.zeros((lit.mesh.n_points, 2), np.float32)
+    document.set_texture(0, "albedo", texture, "red.png")
+    assert lit.drawn["phong"][:, 1:].max() == 0
+    assert list(document.textures.values()) == ["red.png"]
+    (field,) = (each for each in document.shown()["materials"][0]["fields"] if each["name"] == "albedo")
+    assert field["map"]
+    document.edit("material.0.albedo", field["default"])
+    assert lit.material.albedo == 1.0
+    assert document.undo()
+    assert lit.material.albedo.source is texture
+    for what in ("ambient", "tangents", "roughness", ""):
+        with pytest.raises(ValueError, match=r"^field must be one of 'diffuse'"):
+            document.set_texture(0, what, texture, "red.png")
+
+
 def test_moves_of_a_slider_are_one_step(document, plotter):
     for stops in (0.1, 0.5, 1.0):
         document.slide("light.1.intensity", stops)

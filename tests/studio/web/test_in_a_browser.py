@@ -416,6 +416,31 @@ def test_what_is_taken_home_is_made_again_by_its_script(page, folder):
     assert pv.read(home / "ball.png").dimensions == (320, 200, 1)
 
 
+def test_a_texture_is_brought_and_its_script_gives_the_same_bits(page, folder):
+    home = folder / "textured"
+    home.mkdir()
+    pv.Plane(i_resolution=20, j_resolution=20).save(home / "sheet.vtp")
+    stripes = np.uint8(np.indices((16, 16))[0] % 2 * 255)
+    pv.Texture(np.stack([stripes, stripes // 2, 255 - stripes], axis=2)).to_image().save(home / "stripes.png")
+    bring(page, "mesh", home / "sheet.vtp")
+    page.until(lambda: page.state("title").startswith("sheet"))
+    bring(page, "texture", home / "stripes.png")
+    page.until(lambda: "stripes.png" in page.state("script"))
+    page.until(lambda: page.all("remove-map"))
+    page.trigger("edit", "surfaces.feature_angle", 0)
+    page.until(lambda: "feature_angle=0.0" in page.state("script"))
+    (home / "sheet-lit.py").write_text(page.state("script"))
+    page.driver.execute_cdp_cmd("Browser.setDownloadBehavior", {"behavior": "allow", "downloadPath": str(home)})
+    page.click("download-vtp")
+    page.until(lambda: (home / "sheet-lit.vtp").exists())
+    lit = pv.read(home / "sheet-lit.vtp")
+    done = subprocess.run([sys.executable, "sheet-lit.py"], cwd=home, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    np.testing.assert_array_equal(pv.read(home / "sheet-lit.vtp")["phong"], lit["phong"])
+    assert lit.n_points == 4 * 400
+    assert np.ptp(lit["phong"][:, 2]) > 0.3
+
+
 def test_meshes_and_rigs_are_brought_and_what_is_broken_is_refused(page, folder):
     rig = ph.Scene([ph.PointLight((1, 1, 1), name="lamp")], light_model=ph.LightModel(ambient=0.5))
     rig.save(folder / "rig.json", materials={"default": "gold"})

@@ -28,7 +28,9 @@ def plotter(new_plotter):
 
 def taken(plotter, reading='ph.read("part.vtp")', **options):
     meshes = {f"part {k}" if k else "part": mesh for k, mesh in enumerate(plotter.phong._subplot.lit.meshes)}
-    return TakeHome(meshes, plotter.phong.scene, options.get("tolerance", 0.0), reading, options.get("stem", "part"))
+    return TakeHome(
+        meshes, plotter.phong.scene, options.get("tolerance", 0.0), reading, options.get("stem", "part"), {}
+    )
 
 
 def run(script, folder, monkeypatch):
@@ -91,7 +93,7 @@ def test_the_script_of_blocks_gives_the_same_bits(plotter, tmp_path, monkeypatch
     plotter.phong.light_model = ph.LightModel(shadows=True)
     plotter.phong.add_mesh(blocks, {"ball": ph.Material.named("gold"), "floor": ph.Material()})
     meshes = dict(zip(blocks.keys(), plotter.phong._subplot.lit.meshes, strict=True))
-    home = TakeHome(meshes, plotter.phong.scene, 0.0, reading_file("part.vtm"), "part")
+    home = TakeHome(meshes, plotter.phong.scene, 0.0, reading_file("part.vtm"), "part", {})
     lit, again = home.lit(), run(home.script(), tmp_path, monkeypatch)
     for name in blocks.keys():  # noqa: SIM118 a MultiBlock is not a mapping
         np.testing.assert_array_equal(again[name]["phong"], lit[name]["phong"])
@@ -119,7 +121,7 @@ def test_what_is_moved_is_lit_where_the_view_has_it(plotter, tmp_path, monkeypat
         plotter.render()
         lits = plotter.phong._subplot.lit.meshes
         names = blocks.keys() if mesh is blocks else ["part"]
-        home = TakeHome(dict(zip(names, lits, strict=True)), plotter.phong.scene, 0.0, reading_file(name), "part")
+        home = TakeHome(dict(zip(names, lits, strict=True)), plotter.phong.scene, 0.0, reading_file(name), "part", {})
         lit, again = home.lit(), run(home.script(), tmp_path, monkeypatch)
         for which, shown in zip(names, lits, strict=True):
             own, other = (lit[which], again[which]) if mesh is blocks else (lit, again)
