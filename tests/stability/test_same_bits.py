@@ -70,10 +70,10 @@ def _loses_no_bit(case: Case, other: Case, k: int, m: int) -> bool:
     )
 
 
-def _in_range(case: Case, reach: int) -> Case:
-    """Attenuations and intensities no further from 1 than 2^reach, and no coordinate of a light that is subnormal.
+def _in_range(case: Case, reach: int, least: float) -> Case:
+    """Attenuations and intensities no further from 1 than 2^reach, and no coordinate of a light below the least.
 
-    (Products with such a coordinate are rounded to the least float, and that may decide whether n·l is 0.)
+    (Subnormal ones, and products with them, are rounded to the least float, and that may decide whether n·l is 0.)
     """
 
     def within(value: float) -> float:
@@ -83,7 +83,7 @@ def _in_range(case: Case, reach: int) -> Case:
         old = replace(old, intensity=within(old.intensity))
         if isinstance(old, DirectionalLight):
             return old
-        position = triple(np.where(np.abs(old.position) < 2.0**-1000, 0.0, old.position))
+        position = triple(np.where(np.abs(old.position) < least, 0.0, old.position))
         return replace(old, position=position, attenuation=tuple(within(a) for a in old.attenuation))
 
     return replace(case, scene=replace(case.scene, lights=[light(old) for old in case.scene.lights]))
@@ -96,8 +96,8 @@ def _with_units(dice: Dice, backend: str) -> tuple[Case, int, int, str]:
     floats would round it. Normals change their length only where no product with one comes near the least float.
     """
     precision = dice.choice(("float32", "float64"))
-    reach = 150 if backend == "numpy" and precision == "float64" else 25
-    case = _in_range(mixed_case(dice, reach), 3 * reach)
+    reach, least = (150, 2.0**-1000) if backend == "numpy" and precision == "float64" else (25, 2.0**-100)
+    case = _in_range(mixed_case(dice, reach), 3 * reach, least)
     sizes = np.abs(np.concatenate([case.points, case.normals]))
     ordinary = bool(np.isin(np.frexp(sizes[sizes != 0.0])[1], range(-20, 20)).all())
     return case, dice.randint(-reach, reach), dice.randint(-60, 60) if ordinary else 0, precision
