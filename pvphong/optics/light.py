@@ -187,6 +187,9 @@ class Light:
     is_even: ClassVar[bool] = False
     """Whether it arrives at every vertex alike."""
 
+    intensity_unit: ClassVar[str] = ""
+    """What `intensity` is measured in; "" where a facing white patch gets so much of a colour."""
+
     __signature__ = InitSignature()
 
     def __new__(cls, *_given: Any, **fields: Any) -> Self:

@@ -146,11 +146,14 @@ class Turn(Role):
 class Falloff(Role):
     """How the light weakens: the coefficients of the distance, or as its kinds say."""
 
+    unit: ClassVar[str] = f"1, 1/{MESH_UNIT}, 1/{MESH_UNIT}²"
     labels: ClassVar[tuple[str, ...]] = ("constant", "linear", "quadratic")
 
 
 class Power(Falloff):
     """The exponent of a light that is a power of the cosine off its aim."""
+
+    unit: ClassVar[str] = ""
 
 
 def meaning(role: Role, default: Any) -> Any:

@@ -10,7 +10,7 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import cached_property
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -32,6 +32,7 @@ from pvphong.optics.light import (
 )
 from pvphong.optics.lights.point import parallel_at
 from pvphong.optics.lights.spot import SpotLight
+from pvphong.optics.roles import MESH_UNIT
 
 # VTK has no cone of 90°.
 _NEARLY_90 = 89.999
@@ -138,6 +139,8 @@ class Flat:
     two_sided: Any
     outline: Any
     area: Any
+
+    intensity_unit: ClassVar[str] = f"{MESH_UNIT}²"
 
     @cached_property
     def center(self) -> Vector:

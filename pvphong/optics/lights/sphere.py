@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import cache, lru_cache
+from typing import ClassVar
 
 import numpy as np
 
@@ -17,7 +18,7 @@ from pvphong.optics.attenuation import INVERSE_SQUARE
 from pvphong.optics.light import SIZE_EFFECT, Integral, Light, Reach, StandIn
 from pvphong.optics.lights.point import PointLight, parallel_at
 from pvphong.optics.lights.sized import as_point, reach_within
-from pvphong.optics.roles import length, place
+from pvphong.optics.roles import MESH_UNIT, length, place
 
 
 @dataclass(frozen=True)
@@ -47,6 +48,8 @@ class SphereLight(Light):
 
     position: VectorLike = place()
     radius: float = length(1.0, "radius", "A light without a size is a PointLight with attenuation=(0, 0, 1).")
+
+    intensity_unit: ClassVar[str] = f"{MESH_UNIT}²"
 
     def nodes(self, count: int) -> tuple[PointLight, ...]:
         """Point lights inside the sphere.

@@ -53,8 +53,8 @@ class Accuracy:
         Largest colour error that may be traded for time, of 1 = full; 1/255 = 0.0039 is one step of a display. The plan
         and what is downloaded keep to it; the view is exact at vertices.
     refine : float, optional
-        Largest colour error inside of triangles in the view, which is drawn refined where nothing moves, with crisp
-        edges of shadows and cones. Without, it is drawn at the mesh's own vertices.
+        Largest colour error inside of triangles in the view, of 1 = full. The view is drawn refined where nothing
+        moves, with crisp edges of shadows and cones. Without, it is drawn at the mesh's own vertices.
     """
 
     tolerance: float = check.field(partial(check.number, at_least=0.0, at_most=0.1), 0.0)

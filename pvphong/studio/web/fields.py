@@ -36,6 +36,9 @@ _SECTION = re.compile(r"^Parameters\n-+\n(.*?)(?=^\w[^\n]*\n-+\n|\Z)", re.MULTIL
 _ENTRY = re.compile(r"^(\w[\w, ]*) : ([^\n]+)\n((?:    [^\n]*\n|\n)*)", re.MULTILINE)
 _NOT_TEXT = re.compile(r"[`*]")
 
+_UNITS: Mapping[str, str] = {"in degrees": "°", "of 1 = full": "of 1"}
+"""What a field's text says of its unit → the unit, where no role says it."""
+
 _STOPS = 8.0
 """A slider of a number without an upper end reaches so many stops up and down: 2⁸ = 256 times as much or as little."""
 
@@ -80,7 +83,8 @@ def _fields_of(kind: Any) -> tuple[Field, ...]:
     found = {each.name: each for each in dataclasses.fields(kind)}
     if missing := found.keys() - documented.keys():
         raise TypeError(f"{kind.__name__} does not document its fields {', '.join(sorted(missing))}.")
-    return tuple(_field(found[name], *documented[name]) for name in own if name in found)
+    units = {"intensity": getattr(kind, "intensity_unit", "")}
+    return tuple(_field(found[name], units.get(name, ""), *documented[name]) for name in own if name in found)
 
 
 def _documented(kind: Any) -> dict[str, tuple[str, str]]:
@@ -94,13 +98,13 @@ def _documented(kind: Any) -> dict[str, tuple[str, str]]:
     return found
 
 
-def _field(field: dataclasses.Field[Any], what: str, text: str) -> Field:
+def _field(field: dataclasses.Field[Any], unit: str, what: str, text: str) -> Field:
     checked, role = field.metadata.get("check"), field.metadata.get("role")
     limits = getattr(checked, "keywords", {})
     base, _, more = what.partition(", ")
     base, _, other = base.partition(" or ")
     shared: dict[str, Any] = {
-        "unit": getattr(role, "unit", "") or ("°" if "in degrees" in text else ""),
+        "unit": unit or getattr(role, "unit", "") or next((said for part, said in _UNITS.items() if part in text), ""),
         "least": limits.get("at_least", limits.get("above", -math.inf)),
         "is_open": "above" in limits,
         "is_whole": base == "int",

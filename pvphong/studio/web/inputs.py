@@ -97,15 +97,16 @@ def _color_numbers(entry: str) -> None:
         )
 
 
-def number_input(entry: str, name: str = "") -> None:
-    """A number: digits with the unit, and a slider where there are ends."""
+def number_input(entry: str, name: str = "", label: str = "") -> None:
+    """A number: digits with the unit, and a slider where there are ends; the label is the field's unless given."""
+    called = f"'{label}'" if label else f"{entry}.label"
     moved = f"local[{entry}.key]"
     value = f"({moved} === undefined ? {entry}.value : {entry}.stops ? 2 ** {moved} : {moved})"
     with html.Div(classes="studio-row", **found_by(name or "number", raw=[f':title="{entry}.help"'])):
         v.VTextField(
             key=(f"{entry}.key + refusals",),
             model_value=(f"{value} == null ? '' : " + _NUMBER.format(value),),
-            label=(f"{entry}.label + ({entry}.unit.length > 2 ? ', ' + {entry}.unit : '')",),
+            label=(f"{called} + ({entry}.unit.length > 2 ? ', ' + {entry}.unit : '')",),
             suffix=(f"{entry}.unit.length > 2 ? '' : {entry}.unit",),
             type="number",
             step="any",
@@ -126,7 +127,7 @@ def number_input(entry: str, name: str = "") -> None:
             color="primary",
             update_modelValue=(f"{moved} = $event; flushState('local'); trigger('slide', [{entry}.key, $event])"),
             end=f"trigger('settle').then(() => {{ delete {moved}; flushState('local') }})",
-            raw_attrs=[f":aria-label=\"{entry}.label + ', slider'\""],
+            raw_attrs=[f":aria-label=\"{called} + ', slider'\""],
         )
 
 
@@ -160,7 +161,7 @@ def form(entries: str) -> None:
                 raw_attrs=[':title="field.help"'],
             )
             with html.Div(
-                v_for="(point, row) in field.value", key=("row",), style="display: flex; gap: 6px", classes="mt-1"
+                v_for="(point, row) in field.value", key=("row",), style="display: flex; gap: 6px", classes="mt-2"
             ):
                 _coordinate(
                     "(number, k) in point",
@@ -168,7 +169,9 @@ def form(entries: str) -> None:
                     "[row, k]",
                     "field.labels[k] + ' of ' + (row + 1)",
                 )
-        with html.Div(v_else_if="field.kind == 'color'", classes="studio-row", raw_attrs=[':title="field.help"']):
+        with html.Div(
+            v_else_if="field.kind == 'color'", classes="studio-row studio-color", raw_attrs=[':title="field.help"']
+        ):
             html.Span("{{ field.label }}", classes="studio-label")
             with html.Div(v_if="field.set", style="display: flex; gap: 4px"):
                 color_picker("field")
@@ -176,13 +179,19 @@ def form(entries: str) -> None:
             v.VChip("as diffuse", v_if="!field.set", size="small")
             v.VSpacer()
             v.VBtn(
-                "{{ field.set ? 'as diffuse' : 'own' }}",
+                "{{ field.set ? 'as diffuse' : 'own colour' }}",
                 v_if="field.optional",
-                size="x-small",
+                size="small",
                 variant="text",
+                classes="text-none px-1",
                 click="trigger('edit', [field.key, field.set ? null : '#ffffff'])",
             )
-            file_input("sky", "image", v_if="field.takes == 'image'", more=" + '&light=' + field.key.split('.')[1]")
+            file_input(
+                "sky",
+                "image: .hdr .png .jpg",
+                v_if="field.takes == 'image'",
+                more=" + '&light=' + field.key.split('.')[1]",
+            )
         with html.Div(v_else_if="field.kind == 'flag'", classes="studio-row", raw_attrs=[':title="field.help"']):
             v.VSwitch(
                 key=("field.key + field.value + refusals",),

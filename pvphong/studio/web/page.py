@@ -38,7 +38,10 @@ html { overflow: hidden !important }
 .studio-label { flex: 0 0 116px; font-size: 13px; line-height: 1.2; overflow-wrap: anywhere }
 .studio-unit { opacity: .7; font-size: 12px }
 .studio-hex { flex: 0 0 86px }
-.studio-hex input { padding: 0 8px !important; font-size: 14px }
+.studio-hex input, .studio-name input { padding: 0 8px !important; font-size: 14px }
+.studio-color { flex-wrap: wrap }
+.studio-color .v-file-input { flex: 1 0 100%; margin-top: 2px !important }
+.studio-size { flex: 0 0 116px }
 .studio-swatch { width: 32px; height: 40px !important; min-width: 32px !important;
   border: 1px solid rgba(128, 128, 128, .6) }
 .studio-panel { max-width: 92vw }
@@ -54,6 +57,7 @@ html { overflow: hidden !important }
 .studio-code textarea { font-family: monospace; font-size: 11px; line-height: 1.35; white-space: pre; overflow-x: auto }
 .studio-start { position: absolute; top: 50%; left: 50%; transform: translate(-50%, -50%); width: 90% }
 .studio-awaited { position: absolute; top: 8px; left: 8px; width: 290px; max-width: calc(100% - 16px) }
+@media (max-width: 480px) { .studio-head .studio-hex { display: none } }
 .studio-plan td, .studio-plan th { padding: 2px 6px !important; height: auto !important; font-size: 12px;
   vertical-align: top }
 """
@@ -216,7 +220,7 @@ def _lights(kinds: Mapping[str, str]) -> None:
 
 
 def _light_row() -> None:
-    with html.Div(style="display: flex; align-items: center; gap: 6px"):
+    with html.Div(style="display: flex; align-items: center; gap: 6px", classes="studio-head"):
         with html.Div(style="display: flex; gap: 4px", **found_by("colour")):
             color_picker("light.diffuse")
             color_text("light.diffuse")
@@ -225,6 +229,7 @@ def _light_row() -> None:
             key=("light.name.key + refusals",),
             label=("light.kind",),
             placeholder="without a name",
+            classes="studio-name",
             change="trigger('edit', [light.name.key, $event.target.value])",
             **DENSE,
             **found_by("light-name", raw=[":aria-label=\"'Name of the light, ' + light.kind\""]),
@@ -326,6 +331,7 @@ def _mix() -> None:
 
 def _materials() -> None:
     with _panel("Material"):
+        html.Div("No mesh is open.", v_if="!has_mesh", classes="studio-unit")
         with html.Div(v_for="material in materials", key=("material.number",)):
             _material()
         with html.Div(v_if="has_mesh", classes="mt-2"):
@@ -399,7 +405,7 @@ def _plan() -> None:
         with v.VTable(density="compact", classes="studio-plan mt-1", v_for="mesh in plan.meshes", key=("mesh.name",)):
             html.Caption("{{ mesh.name }}", v_if="plan.meshes.length > 1")
             with html.Thead(), html.Tr():
-                for heading in ("effect", "", "why", "bound", "ns"):
+                for heading in ("effect", "run", "why", "bound", "ns"):
                     html.Th(heading, raw_attrs=['scope="col"'])
             with html.Tbody(), html.Tr(v_for="row in mesh.rows", key=("row[0]",), **found_by("plan-row")):
                 html.Td("{{ row[0] }}")
@@ -407,7 +413,11 @@ def _plan() -> None:
                 html.Td("{{ row[2] }}")
                 html.Td("{{ row[3] }}")
                 html.Td("{{ row[4] }}")
-        html.Div("ns: nanoseconds a vertex of the compiled evaluator, on one core.", classes="studio-unit mt-1")
+        html.Div(
+            "bound: largest colour error, of 1 = full; "
+            "ns: nanoseconds a vertex of the compiled evaluator, on one core.",
+            classes="studio-unit mt-1",
+        )
 
 
 def _accuracy() -> None:
@@ -426,7 +436,7 @@ def _accuracy() -> None:
             )
             html.Span("{{ refined }}", classes="studio-unit", **found_by("refined", raw=['role="status"']))
         with html.Div(v_if="accuracy.refine.set"):
-            number_input("accuracy.refine", "refine-tolerance")
+            number_input("accuracy.refine", "refine-tolerance", "tolerance")
         html.Div("Report", classes="text-caption mt-3")
         with html.Div(classes="studio-row"):
             v.VTextField(
@@ -488,10 +498,13 @@ def _accuracy() -> None:
                 **found_by("mark-worst"),
             )
             html.Div(
+                "Colour error, of 1 = full: "
                 "{{ report.worst.map(([index, error]) => `vertex ${index}: ${error}`).join(', ') }}",
                 classes="studio-unit",
             )
-        with html.A(v_if="report.figure", href=("report.figure",), target="_blank"):
+        with html.A(
+            v_if="report.figure", href=("report.figure",), target="_blank", raw_attrs=['title="Open in full size"']
+        ):
             html.Img(
                 src=("report.figure",),
                 style="width: 100%",
@@ -527,13 +540,13 @@ def _files() -> None:
                     label=side,
                     suffix="px",
                     type="number",
-                    classes="studio-number",
+                    classes="studio-size",
                     **DENSE,
                     **found_by(f"picture-{side}"),
                 )
             _take(
-                "picture",
-                "What the view shows at the mesh's vertices, of that size, without gizmos, .png",
+                "picture .png",
+                "What the view shows at the mesh's vertices, of that size, without gizmos",
                 "png",
                 "'take/png?width=' + picture.width + '&height=' + picture.height",
             )

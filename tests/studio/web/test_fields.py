@@ -15,7 +15,7 @@ from pvphong.optics.material import Material
 from pvphong.optics.reflectances import PBR, REFLECTANCES
 from pvphong.optics.roles import angle, place
 from pvphong.scene.light_model import LightModel
-from pvphong.studio.web.document import new_reflectance
+from pvphong.studio.web.document import Accuracy, new_reflectance
 from pvphong.studio.web.fields import edited, fields_of, form_of, hex_of
 
 EDITED = [kind() for kind in LIGHT_TYPES.values()]
@@ -60,6 +60,18 @@ def test_a_new_kind_of_light_has_its_form():
     )
     assert form["smokes"]["help"] == "Whether it smokes."
     assert edited(Torch(), "position", "2,5", [1]).position == (0.0, 2.5, 0.0)
+
+
+def test_units_are_those_of_the_formulas():
+    units = {
+        name: {entry["name"]: entry["unit"] for entry in form_of(kind(), "light.1", {})}
+        for name, kind in LIGHT_TYPES.items()
+    }
+    sized = {name for name, of in units.items() if of["intensity"] == "mesh unit²"}  # over the square of the distance
+    assert sized == {"disk", "polygon", "rectangle", "sphere"}
+    assert units["directional"]["intensity"] == units["spot"]["exponent"] == ""
+    assert units["spot"]["attenuation"] == units["point"]["attenuation"] == "1, 1/mesh unit, 1/mesh unit²"
+    assert [field.unit for field in fields_of(Accuracy)] == ["of 1", "of 1"]
 
 
 @edited_ones
