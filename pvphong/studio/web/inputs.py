@@ -97,15 +97,16 @@ def _color_numbers(entry: str) -> None:
         )
 
 
-def number_input(entry: str, name: str = "") -> None:
-    """A number: digits with the unit, and a slider where there are ends."""
+def number_input(entry: str, name: str = "", label: str = "") -> None:
+    """A number: digits with the unit, and a slider where there are ends; by default its label is the field's."""
+    called = f"'{label}'" if label else f"{entry}.label"
     moved = f"local[{entry}.key]"
     value = f"({moved} === undefined ? {entry}.value : {entry}.stops ? 2 ** {moved} : {moved})"
     with html.Div(classes="studio-row", **found_by(name or "number", raw=[f':title="{entry}.help"'])):
         v.VTextField(
             key=(f"{entry}.key + refusals",),
             model_value=(f"{value} == null ? '' : " + _NUMBER.format(value),),
-            label=(f"{entry}.label + ({entry}.unit.length > 2 ? ', ' + {entry}.unit : '')",),
+            label=(f"{called} + ({entry}.unit.length > 2 ? ', ' + {entry}.unit : '')",),
             suffix=(f"{entry}.unit.length > 2 ? '' : {entry}.unit",),
             type="number",
             step="any",
@@ -126,7 +127,7 @@ def number_input(entry: str, name: str = "") -> None:
             color="primary",
             update_modelValue=(f"{moved} = $event; flushState('local'); trigger('slide', [{entry}.key, $event])"),
             end=f"trigger('settle').then(() => {{ delete {moved}; flushState('local') }})",
-            raw_attrs=[f":aria-label=\"{entry}.label + ', slider'\""],
+            raw_attrs=[f":aria-label=\"{called} + ', slider'\""],
         )
 
 
