@@ -160,7 +160,8 @@ class Light:
     ambient : color, default (0, 0, 0)
         Colour that the light adds everywhere it reaches, whatever the normal, La.
     intensity : float, default 1
-        Multiplies all three colours; >= 0.
+        Multiplies all three colours; >= 0. A light that weakens with 1/d², as those with a size do, needs as much more
+        as its distance squared.
     on : bool, default True
         Whether the light shines.
     frame : {"world", "camera", "headlight"}

@@ -36,8 +36,10 @@ class RectangleLight(Flat, Light):
     up : sequence of float, default (0, 1, 0)
         Along its height, once what of it is along the normal is taken away; of any length. Where nothing is left, the
         coordinate axis that is farthest from the normal takes its place.
-    width, height : float, default 1
-        Across `up` and along it, > 0, in the mesh's unit.
+    width : float, default 1
+        Across `up`, > 0, in the mesh's unit.
+    height : float, default 1
+        Along `up`, > 0, in the mesh's unit.
     two_sided : bool, default False
         Whether its back glows too.
     **common

@@ -281,7 +281,9 @@ class Interaction:
             return False
         view, found = gizmos.view, ""
         off = {key: math.dist(view.project(point), cursor) for key, point in self._handles.items()}
-        self._nearest = min(off, key=lambda key: off[key], default=None)
+        # where dots overlap, the selected light's is meant
+        on_selected = [key for key in off if key[0].is_selected and off[key] <= TOLERANCE / 2]
+        self._nearest = min(on_selected or off, key=lambda key: off[key], default=None)
         self._widget.SetProcessEvents(self._nearest is not None)
         if self._nearest is not None:
             self._representation.SetWorldPosition(self._handles[self._nearest].tolist())

@@ -32,6 +32,8 @@ from pvphong.scene.scene import Scene
 from pvphong.scene.viewer import Viewer
 from pvphong.studio.gizmos import Gizmo, Gizmos, History, commands
 from pvphong.studio.gizmos.gizmo import called
+from pvphong.studio.gizmos.handles import LightInScene
+from pvphong.studio.gizmos.view import STANDS_OFF, Scenery
 from pvphong.studio.lit_actors import SharedMaterial
 from pvphong.studio.subplot import Subplot
 from pvphong.studio.web.fields import edited, fields_of, form_of, has_stops
@@ -85,10 +87,13 @@ _IN_ROW = ("name", "on", "diffuse", "intensity")
 """Fields of a light that its row shows."""
 
 _AUTO = 30.0  # degrees, where edges are sharp as PyVista has them
+_FIRST_OF_SCENE = ("ambient", "shadows", "ambient_occlusion", "bounces")
+"""Fields of the light model that are shown before the others."""
 
 # In sizes of the scene: where a new light stands off its middle, to the right, up and towards the viewer, and how large
 # it is. The colour that a white surface gets from it there.
 _PLACE, _LARGE, _BRIGHT = (-0.6, 0.6, 0.5), 0.2, 0.6
+_APART = 0.45  # how far to the right of a light that stands there already
 _MOST_STOPS = 100.0
 
 _ACTS: Mapping[str, Callable[[Gizmos, Gizmo], Any]] = {
@@ -299,10 +304,19 @@ class Document:
         return check.refuse("light", number, "one that is still there")
 
     def add(self, kind: str) -> None:
-        """Add a light of a kind, by its name in files, which shines on the scene from the upper left; select it."""
+        """Add a light of a kind, by its name in files, and select it.
+
+        It shines on the scene from the upper left, or from the right of the lights that stand there already.
+        """
         made = LIGHT_TYPES[check.choice("kind", kind, LIGHT_TYPES)]
         center, size = self.gizmos.extent
-        light = placed_before(made(), center, size, self._subplot.lights.viewer)
+        scenery = Scenery(center, size, center, STANDS_OFF * size)
+        taken = [gizmo.in_scene(self.gizmos.view).origin for gizmo in self.gizmos.all]
+        for column in range(len(taken) + 1):
+            light = placed_before(made(), center, size, self._subplot.lights.viewer, right=_APART * column)
+            origin = LightInScene(light, scenery).origin
+            if all(math.dist(origin, other) > _LARGE * size for other in taken):
+                break
         name = commands.free_name(kind, {known.name for known in self._subplot.lights.values})
         with self._step():
             self.gizmos.add(replace(light, name=name))
@@ -501,11 +515,12 @@ class Document:
                     else form_of(reflectance, f"reflectance.{number}", self._middles),
                 }
             )
+        model = form_of(self._phong.light_model, "model", self._middles)
         return {
             "lights": lights,
             "materials": materials,
-            "model": form_of(self._phong.light_model, "model", self._middles),
             "surfaces": form_of(self.surfaces, "surfaces", self._middles),
+            "model": sorted(model, key=lambda entry: entry["name"] not in _FIRST_OF_SCENE),
             "accuracy": {entry["name"]: entry for entry in form_of(self.accuracy, "accuracy", self._middles)},
             "mixing": self.mix.is_on,
             "evaluations": sum(mesh.evaluations for mesh in self._subplot.lit.meshes) + self.mix.evaluations,
@@ -558,7 +573,7 @@ def new_reflectance(name: str) -> Any:
     return kind(**given)
 
 
-def placed_before(light: Light, center: Vector, size: float, viewer: Viewer) -> Light:
+def placed_before(light: Light, center: Vector, size: float, viewer: Viewer, *, right: float = 0.0) -> Light:
     """A light of the world that shines on a scene from the upper left, as bright as its roles and its size allow.
 
     Parameters
@@ -569,9 +584,11 @@ def placed_before(light: Light, center: Vector, size: float, viewer: Viewer) -> 
         The scene's middle, and half its diagonal.
     viewer : Viewer
         Where left and up are.
+    right : float, default 0
+        How far to the right of that it stands, in sizes of the scene.
     """
     middle, axes = np.array(center), viewer.axes
-    place = middle + size * np.array(_PLACE) @ axes
+    place = middle + size * np.add(_PLACE, (right, 0.0, 0.0)) @ axes
     ahead = np.array(unit_vector((middle - place).tolist()))
     across = np.array(unit_vector(np.cross(axes[1], ahead).tolist()))
     local = np.stack([across, np.cross(across, ahead), -ahead])  # flat lights face along −z by themselves

@@ -38,9 +38,9 @@ class Fader:
     Parameters
     ----------
     gain : float, default 1
-        How many times as much of it there is.
+        What its share is multiplied by: 1 as it is, 2 twice as bright.
     tint : color, default (1, 1, 1)
-        What its channels are multiplied by too.
+        What red, green and blue of its share are multiplied by.
     muted : bool, default False
         Whether it is left out.
     """

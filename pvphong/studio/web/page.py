@@ -243,7 +243,7 @@ def _light_row() -> None:
         icon_button(
             "light.soloed ? 'mdi-alpha-s-circle' : 'mdi-alpha-s-circle-outline'",
             "light-solo",
-            "'This light alone, or all'",
+            "'Solo: this light alone, or all'",
             "trigger('act', ['solo', light.number])",
         )
         with v.VMenu():
@@ -253,7 +253,11 @@ def _light_row() -> None:
                     size="x-small",
                     variant="text",
                     v_bind="props",
-                    **found_by("light-menu", "More that can be done with the light"),
+                    **found_by(
+                        "light-menu",
+                        "More that can be done with the light",
+                        raw=['title="Duplicate, to camera, reset, delete"'],
+                    ),
                 )
             with v.VList(density="compact"):
                 for what, icon in (
@@ -311,13 +315,13 @@ def _mix() -> None:
                     icon_button(
                         "light.fader[2].value ? 'mdi-volume-off' : 'mdi-volume-high'",
                         "fader-mute",
-                        "'Leave it out, or not'",
+                        "'Mute: leave this share out, or not'",
                         "trigger('edit', [light.fader[2].key, !light.fader[2].value])",
                     )
                     icon_button(
                         "light.fader_soloed ? 'mdi-alpha-s-circle' : 'mdi-alpha-s-circle-outline'",
                         "fader-solo",
-                        "'It alone, or all'",
+                        "'Solo: this share alone, or all'",
                         "trigger('solo_fader', [light.number])",
                     )
                 with html.Div(v_if="light.fader.length"):
@@ -344,7 +348,7 @@ def _material() -> None:
         model_value=("material.preset || null",),
         items=("material_names",),
         label="preset",
-        placeholder="of its own",
+        placeholder="none of these",
         persistent_placeholder=True,
         classes="mt-2",
         update_modelValue="$event && trigger('choose_material', [material.number, $event])",
@@ -354,7 +358,7 @@ def _material() -> None:
         _balls("material")
     with v.VSelect(
         model_value=("material.reflectance",),
-        items=("reflectance_names.map((name) => ({ value: name, title: name || 'as the light model has it' }))",),
+        items=("reflectance_names.map((name) => ({ value: name, title: name || 'the reflection in Scene' }))",),
         label="reflectance",
         classes="mt-3",
         update_modelValue="trigger('choose_reflectance', [material.number, $event])",
@@ -436,7 +440,7 @@ def _accuracy() -> None:
             )
             html.Span("{{ refined }}", classes="studio-unit", **found_by("refined", raw=['role="status"']))
         with html.Div(v_if="accuracy.refine.set"):
-            number_input("accuracy.refine", "refine-tolerance", "tolerance")
+            number_input("accuracy.refine", "refine-tolerance", "largest error")
         html.Div("Report", classes="text-caption mt-3")
         with html.Div(classes="studio-row"):
             v.VTextField(
@@ -570,10 +574,15 @@ def _files() -> None:
             **found_by("copy-script"),
         )
         html.Div("Open another mesh, or take over a rig", classes="text-caption mt-4")
+        html.Div(
+            "Another mesh begins with lights of its own: take the rig home first, to take it over again.",
+            classes="studio-unit",
+        )
         _examples()
         file_input("mesh", "mesh: .stl .ply .obj .vtp .vtu .vtk .glb …")
-        file_input("rig", "rig: .json")
-        file_input("rig", "only the materials of a rig: .json", name="material", more=" + '&part=material'")
+        file_input("rig", "rig: .json", accept=".json")
+        only, more = "only the materials of a rig: .json", " + '&part=material'"
+        file_input("rig", only, name="material", more=more, accept=".json")
 
 
 def _take(label: str, tip: str, what: str, address: str, **more: Any) -> None:
@@ -634,6 +643,6 @@ def _start() -> None:
     """What stands in the view as long as there is no mesh."""
     with v.VCard(v_if="!has_mesh", classes="studio-start pa-4", max_width=420, **found_by("start")):
         html.Div("Light a mesh", classes="text-h6")
-        html.Div("Take one of these, or a file of yours.", classes="text-body-2 mb-2")
+        html.Div("Take one of these, or a file of yours; lights and scene begin with it.", classes="text-body-2 mb-2")
         _examples()
         file_input("mesh", "mesh: .stl .ply .obj .vtp .vtu .vtk .glb …", name="first-mesh")

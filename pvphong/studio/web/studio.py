@@ -120,7 +120,7 @@ class Studio:
         self._triggers = {name: self._trigger(act) for name, act in self._acts.items()}
         for name, trigger in self._triggers.items():
             self.server.controller.trigger(name)(trigger)
-        kinds = {name: (kind.__doc__ or "").splitlines()[0] for name, kind in LIGHT_TYPES.items()}
+        kinds = {name: (kind.__doc__ or "").splitlines()[0].replace("`", "") for name, kind in LIGHT_TYPES.items()}
         self._view = build(self.server, plotter, kinds)
         self.server.controller.on_server_bind.add(self._bind)
         studio = weakref.ref(self)
@@ -225,7 +225,7 @@ class Studio:
             reason = "lights are mixed"
         drawn = sum(mesh.actor.mapper.dataset.n_points for mesh in meshes if mesh.actor is not None)
         added = drawn - sum(mesh.drawn.n_points for mesh in meshes)
-        said = f"not refined: {reason}" if reason else f"refined, by {added:,} points" if added else ""
+        said = f"not refined: {reason}" if reason else f"refined, by {added:,} points more" if added else ""
         return {
             "gathering": None if part is None else round(100.0 * part),
             "refining": is_awaited,

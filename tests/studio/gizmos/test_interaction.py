@@ -419,6 +419,19 @@ def test_handles_are_easier_to_hit_than_they_look_and_of_two_the_nearer_is_grabb
         assert [gizmo.light.name for gizmo in mouse.plotter.phong.gizmos if gizmo.hovered] == [hit] * bool(hit)
 
 
+@pytest.mark.parametrize("chosen", ["lamp", "double"])
+def test_of_two_handles_in_one_place_the_selected_lights_is_grabbed(new_mouse, chosen):
+    mouse = new_mouse(LAMP, replace(LAMP, name="double"))
+    for gizmo in mouse.plotter.phong.gizmos:
+        gizmo.is_selected = gizmo.light.name == chosen
+    at = mouse.at("lamp", "position")
+    mouse.press(at)
+    mouse.move(np.add(at, (30, 0)))
+    mouse.release()
+    moved = [light.name for light in mouse.plotter.phong.lights if light.position != LAMP.position]
+    assert moved == [chosen]
+
+
 def test_behind_the_camera_a_handle_cannot_be_grabbed(mouse, plotter):
     plotter.camera_position = [(0.8, -0.4, 0.4), (0.8, 5, 0.4), (0, 0, 1)]
     plotter.phong.set_light("lamp", replace(LAMP, position=(0.8, -5, 0.4)))

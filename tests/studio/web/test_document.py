@@ -1,7 +1,7 @@
 """The document: edits by key, one history with the gizmos, and a refused edit changes nothing."""
 
 import asyncio
-from dataclasses import replace
+from dataclasses import fields, replace
 
 import numpy as np
 import pytest
@@ -188,6 +188,16 @@ def test_a_new_light_shines_as_bright_on_any_scale(kind):
         assert 0.4 < rgb.rgb[0].max() < 0.75
 
 
+def test_no_new_light_stands_where_another_does(document, plotter):
+    for kind in ("sphere", "rectangle", "spot", "point", "directional", "directional"):
+        document.add(kind)
+    view, size = document.gizmos.view, document.gizmos.extent[1]
+    origins = [gizmo.in_scene(view).origin for gizmo in document.gizmos.all]
+    apart = np.linalg.norm(np.array(origins)[:, None] - origins, axis=-1)
+    assert apart[~np.eye(len(origins), dtype=bool)].min() > 0.1 * size
+    assert len(plotter.phong.lights) == 7
+
+
 def test_lights_are_duplicated_deleted_soloed_and_moved_to_the_camera(document, plotter):
     document.add("point")
     number = document.shown()["lights"][1]["number"]
@@ -267,3 +277,9 @@ def test_an_image_becomes_a_sky_bytes_as_srgb_and_floats_as_they_are(document, p
     for number, given in ((1, image), (2, pv.Sphere()), (2, pv.ImageData(dimensions=(2, 2, 1))), (9, image)):
         with pytest.raises(ValueError, match="must be"):
             asyncio.run(document.set_image(number, given))
+
+
+def test_what_changes_a_picture_most_comes_first_in_the_scene(document):
+    shown = [entry["name"] for entry in document.shown()["model"]]
+    assert shown[:4] == ["ambient", "shadows", "ambient_occlusion", "bounces"]
+    assert sorted(shown) == sorted(each.name for each in fields(ph.LightModel))
