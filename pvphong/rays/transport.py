@@ -472,7 +472,7 @@ class TransportPart:
 
 def checksum_of(tracer: HemisphereTracer) -> str:
     """Of the points and triangles of all that exchanges or blocks light, and of which does what."""
-    found = hashlib.blake2b(digest_size=16)
+    found = hashlib.sha256()  # which processors have instructions for
     for each in tracer.receivers:
         found.update(repr((len(each.points), each.part)).encode())
         found.update(np.ascontiguousarray(each.points if each.part is None else each.points[:0]).ravel().data)

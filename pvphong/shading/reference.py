@@ -268,6 +268,7 @@ def _integrated(integral: Integral, form: CosinePower, block: Block, *, rounded:
         d = np.array(integral.place)[:, None] - p
         (lit,) = np.nonzero(dot(n, d) > -integral.radius)
         for start in range(0, len(lit), _INTEGRATED):
-            rows = lit[start : start + _INTEGRATED]
+            some = slice(start, start + _INTEGRATED)
+            rows = some if len(lit) == len(result) else lit[some]
             result[rows] = integral.formula(integral.numbers, lobe, d[:, rows], n[:, rows], a[:, rows])
     return result
