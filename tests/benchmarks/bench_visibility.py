@@ -59,6 +59,7 @@ STYLES = [
     ("#6fa8d6", "o"),
     ("#b3cde3", "o"),
     ("#c2571a", "s"),
+    ("#e3ab85", "s"),
     ("#2a7f3f", "^"),
     ("#6b4c9a", "D"),
     ("#9a9a9a", "v"),
@@ -160,6 +161,7 @@ def measured(make: Callable[[int], Job], count: int, blender: str | None) -> lis
         Way("pvphong: embreex's run", partial(ours, backend=Embreex), job, truth),
         Way("pvphong: VTK's locator", partial(ours, backend=Locator), few, truth[::SLOW], share=share),
         Way("Mitsuba 3", peers.mitsuba, job, truth),
+        Way("Mitsuba 3 as it comes", peers.mitsuba_as_it_comes, job, truth),
         Way("libigl", peers.libigl, job.some(8), TRUTH, share=len(job.points[::8]) / len(job.points)),
         Way(
             "Blender's bake",

@@ -8,6 +8,7 @@ from every corner of every face, a little inside of it, and libigl weights direc
 import subprocess
 import tempfile
 import time
+from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import cached_property, partial
@@ -143,19 +144,18 @@ def embreex_alone(mesh: pv.PolyData, lights: list) -> dict[str, float]:
 # --- Mitsuba 3
 
 
-def mitsuba(job: Job) -> Caster:
-    """What its `direct` integrator does at a surface, in LLVM mode: multijittered samples of the light, or of a cosine.
-
-    Samples of the light are divided by what they would send if nothing were in between, which its integrator does not
-    do, and which makes its error smaller.
-    """
+def _scene_of_mitsuba(job: Job):
+    """In LLVM mode; white, and seen from both sides."""
     import drjit as dr
     import mitsuba as mi
 
     mi.set_variant("llvm_ad_mono")
     dr.set_thread_count(THREADS)
     points, corners = job.triangles
-    shape = mi.Mesh("triangles", len(points), len(corners))
+    white = {"type": "diffuse", "reflectance": {"type": "spectrum", "value": 1.0}}
+    properties = mi.Properties()
+    properties["bsdf"] = mi.load_dict({"type": "twosided", "white": white})
+    shape = mi.Mesh("triangles", len(points), len(corners), props=properties)
     parameters = mi.traverse(shape)
     parameters["vertex_positions"], parameters["faces"] = points.ravel(), corners.astype(np.uint32).ravel()
     parameters.update()
@@ -163,7 +163,29 @@ def mitsuba(job: Job) -> Caster:
     if job.light:
         place, radius = list(job.light.position), job.light.radius
         emitter = {"type": "sphere", "center": place, "radius": radius, "emitter": {"type": "area"}}
-    scene = mi.load_dict({"type": "scene", "triangles": shape, "emitter": emitter})
+    return mi.load_dict({"type": "scene", "triangles": shape, "emitter": emitter})
+
+
+def _by_parts(job: Job, of_some: Callable[[int, int, int], np.ndarray]) -> Caster:
+    """Of what gives the answers of some vertices, by so many rays each."""
+
+    def work(rays: int) -> np.ndarray:
+        step, count = max(MITSUBAS_RAYS_AT_ONCE // rays, 1), len(job.points)
+        return np.concatenate([of_some(rays, at, min(at + step, count)) for at in range(0, count, step)])
+
+    return timed(work)
+
+
+def mitsuba(job: Job) -> Caster:
+    """What its `direct` integrator does at a surface: multijittered samples of the light, or of a cosine.
+
+    Its sampler is told which samples are one vertex's, and samples of the light are divided by what they would send if
+    nothing were in between; its integrator does neither, and both make its error smaller.
+    """
+    import drjit as dr
+    import mitsuba as mi
+
+    scene = _scene_of_mitsuba(job)
     places, normals = mi.Point3f(job.points.T), mi.Normal3f(job.normals.T)
 
     def of_some(rays: int, first: int, last: int) -> np.ndarray:
@@ -184,11 +206,36 @@ def mitsuba(job: Job) -> Caster:
         seen, whole = dr.block_sum(dr.select(is_free, sent, 0), rays), dr.block_sum(sent, rays)
         return np.array(seen / whole)
 
-    def work(rays: int) -> np.ndarray:
-        step, count = max(MITSUBAS_RAYS_AT_ONCE // rays, 1), len(job.points)
-        return np.concatenate([of_some(rays, at, min(at + step, count)) for at in range(0, count, step)])
+    return _by_parts(job, of_some)
 
-    return timed(work)
+
+def mitsuba_as_it_comes(job: Job) -> Caster:
+    """Its `direct` integrator itself, along rays that meet the surface at the vertices, of the light alone.
+
+    One multijittered sampler is seeded for all of them. What arrives is divided by what would if nothing were in
+    between, by as many samples as the truth has.
+    """
+    import drjit as dr
+    import mitsuba as mi
+
+    if job.light is None:
+        raise NotImplementedError("needs a point within a face, and meets a knot beside its vertices")
+    scenes = [_scene_of_mitsuba(each) for each in (job, Job(job.mesh, (), job.light))]
+    integrator = mi.load_dict({"type": "direct", "emitter_samples": 1, "bsdf_samples": 0})
+    inside = job.points + 1e-6 * (job.points.mean(axis=0) - job.points)  # rays to the border may miss it
+    begins, backward = mi.Point3f((inside + 1e-3 * job.normals).T), mi.Vector3f(-job.normals.T)
+
+    def arriving(scene, rays: int, first: int, last: int) -> np.ndarray:
+        count = (last - first) * rays
+        sampler = mi.load_dict({"type": "multijitter", "sample_count": rays})
+        sampler.seed(dr.opaque(mi.UInt32, first), count)
+        row = dr.arange(mi.UInt32, count) // rays + dr.opaque(mi.UInt32, first)
+        ray = mi.Ray3f(dr.gather(mi.Point3f, begins, row), dr.gather(mi.Vector3f, backward, row))
+        found, _, _ = integrator.sample(scene, sampler, mi.RayDifferential3f(ray))
+        return np.array(dr.block_sum(found[0], rays)) / rays
+
+    _, whole = _by_parts(job, partial(arriving, scenes[1]))(4096)
+    return _by_parts(job, lambda rays, first, last: arriving(scenes[0], rays, first, last) / whole[first:last])
 
 
 # --- libigl
