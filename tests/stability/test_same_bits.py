@@ -96,7 +96,8 @@ def _with_units(dice: Dice, backend: str) -> tuple[Case, int, int, str]:
     floats would round it. Normals change their length only where no product with one comes near the least float.
     """
     precision = dice.choice(("float32", "float64"))
-    reach, least = (150, 2.0**-1000) if backend == "numpy" and precision == "float64" else (25, 2.0**-100)
+    reach = 150 if backend == "numpy" and precision == "float64" else 25
+    least = 2.0**-1000 if precision == "float64" else 2.0**-100
     case = _in_range(mixed_case(dice, reach), 3 * reach, least)
     sizes = np.abs(np.concatenate([case.points, case.normals]))
     ordinary = bool(np.isin(np.frexp(sizes[sizes != 0.0])[1], range(-20, 20)).all())

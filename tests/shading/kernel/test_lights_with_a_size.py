@@ -9,7 +9,6 @@ import pytest
 from strategies import LIGHT_SHAPES, Dice, triple
 
 import pvphong as ph
-from pvphong.optics.area.lobes import CosinePower
 from pvphong.optics.lights import LIGHT_TYPES
 from pvphong.shading import kernel, reference
 from pvphong.shading.kernel import evaluation
@@ -37,22 +36,7 @@ def thrown(kind, seed):
     square = 1.0 if light.is_even else np.maximum(((points - place) ** 2).sum(axis=1), 1e-9)
     brightest = np.maximum(1.0, light.intensity / square * np.ones(COUNT))
     bound = (4 * math.sqrt(power if specular else 0.0) + 16) * 2.0**-24 * 2 * brightest
-    return (points, normals, scene, material), bound[:, None] + beyond_rounding(points, normals, scene, material)
-
-
-def beyond_rounding(points, normals, scene, material):
-    """By how much more `evaluate` says that float32 may err: where the horizon cuts a light, and at powers below 1."""
-    (light,) = scene.lights
-    power, more = material.shininess if material.specular else 0.0, np.zeros(len(points))
-    if 0.0 < power < 1.0:
-        more += 2.0 ** (-24 * power)
-    if not light.is_even:
-        away = np.asarray(light.places[0]) - points
-        distance, size = np.linalg.norm(away, axis=1), light.closed(CosinePower("normal", 1.0)).radius
-        height = (away * normals).sum(axis=1) / np.linalg.norm(normals, axis=1)
-        more[abs(height) <= size] += 2.0**-24
-        more *= np.maximum(distance / size, 1.0)
-    return more[:, None]
+    return (points, normals, scene, material), bound[:, None]
 
 
 def left_to_the_reference(monkeypatch, arguments):
