@@ -285,11 +285,11 @@ class Transport:
         sent[:-1, :channels] = given
         by_triple = np.ascontiguousarray(sent.reshape(-1, triples, 3).transpose(1, 0, 2))
         result = np.empty((triples, len(self), 3), np.float32)
+        mean = kernel.gatherer() or _mean_by_arrays  # the same for all, whatever is compiled meanwhile
 
         def add(first: int, last: int, met: NDArray[np.int32]) -> None:
             for colors, means in zip(by_triple, result, strict=True):
-                found = kernel.gathered(met, colors)
-                means[first:last] = _mean_by_arrays(met, colors) if found is None else found
+                means[first:last] = mean(met, colors)
 
         if self.is_kept:
             kept = self._met
@@ -435,6 +435,7 @@ class Transport:
             (counts >= 0).all()
             and met.dtype == np.int32
             and met.ndim == 2
+            and met.shape[1] > 0
             and len(met) == count
             and (met.min(initial=-1) >= -1 and met.max(initial=-1) < count)
         )

@@ -227,7 +227,7 @@ def test_equal_calls_give_equal_bits_whatever_the_threads_and_memory(monkeypatch
     np.testing.assert_array_equal(bare.gather(colors), expected)
     assert not bare.is_kept
     assert bare.expected_cost().memory == 0
-    monkeypatch.setattr(transports.kernel, "gathered", lambda _met, _colors: None)
+    monkeypatch.setattr(transports.kernel, "gatherer", lambda: None)
     np.testing.assert_allclose(mesh.phong.transport(samples=64).gather(colors), expected, rtol=3e-6)
     with pytest.raises(ValueError, match=r"^memory must be at least.*gather works"):
         bare.matrix  # noqa: B018
@@ -292,11 +292,12 @@ def test_what_is_no_such_file_is_refused(tmp_path):
     path.write_bytes(whole[: len(whole) // 2])
     with pytest.raises(ValueError, match=r"^path must be a file that Transport\.save has written"):
         ph.Transport.load(path)
-    for name, wrong in {
-        "format": np.array(["pvphong transport", "1", ""]),
-        "met": good["met"] + mesh.n_points,
-        "counts": good["counts"] + 1,
-    }.items():
+    for name, wrong in [
+        ("format", np.array(["pvphong transport", "1", ""])),
+        ("met", good["met"] + mesh.n_points),
+        ("met", good["met"][:, :0]),
+        ("counts", good["counts"] + 1),
+    ]:
         np.savez(path, **{**good, name: wrong})
         with pytest.raises(ValueError, match="version 2" if name == "format" else "damaged"):
             ph.Transport.load(path)

@@ -286,18 +286,19 @@ def vertices_met(*arguments: Any) -> tuple[NDArray[np.int32], int]:
     return hits.vertices_met(_compiled(), *arguments)
 
 
-def gathered(met: NDArray[np.int32], colors: FloatArray) -> FloatArray | None:
-    """As `hits.gathered`; None without Numba, or where its code is missing, and another process compiles it."""
+def gatherer() -> Callable[[NDArray[np.int32], FloatArray], FloatArray] | None:
+    """`hits.gathered`; None without Numba, or where its code is missing, and another process compiles it."""
     library = _library()
     if library is None:
         return None
     from pvphong.shading.kernel import code, hits
 
     try:
-        return hits.gathered(library.cached_only, met, colors)
+        hits.gather_code(library.cached_only)
     except code.NotCompiled as missing:
         code.ask_for(missing.key, None, library.lock)
         return None
+    return functools.partial(hits.gathered, library)
 
 
 def ray_hits(*arguments: Any) -> tuple[IntArray, FloatArray, Float64Array]:

@@ -209,6 +209,7 @@ class Library:
 
     def __init__(self) -> None:
         self._lock = threading.RLock()
+        self._is_compiling = threading.Event()
         self._codes: dict[Key, Code] = {}
         self._looks_again: dict[Key, float] = {}
         self._compiles = True
@@ -250,10 +251,15 @@ class Library:
             return code
         if not self._compiles and time.monotonic() < self._looks_again.get(key, 0.0):
             raise NotCompiled(key)
-        if not self._lock.acquire(blocking=self._compiles):
-            raise NotCompiled(key)  # another thread compiles, maybe for seconds
+        waits = (
+            self._compiles or not self._is_compiling.is_set()
+        )  # for another thread that reads, not one that compiles
+        if not self._lock.acquire(blocking=waits):
+            raise NotCompiled(key)
         try:
             if key not in self._codes:
+                if self._compiles:
+                    self._is_compiling.set()
                 types_of_arguments = signature(*(_REALS[kind] for kind in kinds))
                 self._codes[key] = Code(function, types_of_arguments, compiles=self._compiles)
             return self._codes[key]
@@ -261,6 +267,7 @@ class Library:
             self._looks_again[key] = time.monotonic() + _PATIENCE
             raise NotCompiled(key) from None
         finally:
+            self._is_compiling.clear()
             self._lock.release()
 
 

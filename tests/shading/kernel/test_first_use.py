@@ -5,8 +5,10 @@ from __future__ import annotations
 import os
 import signal
 import sys
+import threading
 import time
 from collections import Counter
+from concurrent.futures import ThreadPoolExecutor
 from itertools import count
 
 import numpy as np
@@ -80,6 +82,36 @@ def test_normals_are_numpys_meanwhile(without_code):
     ((_, request, _),) = without_code
     assert request is None  # they are compiled with all the rest
     assert not kernel.has_run()
+
+
+def test_threads_wait_for_one_that_reads_code_and_not_for_one_that_compiles(monkeypatch):
+    expected = ph.evaluate(POINTS, NORMALS, SCENE, MATERIAL, backend="numba").rgb  # its code is kept from here on
+    library, asked, in_numpy = kernel_code.Library(), [], ph.evaluate(POINTS, NORMALS, SCENE, MATERIAL, backend="numpy")
+    monkeypatch.setattr(kernel, "_library", lambda: library)
+    monkeypatch.setattr(kernel_code, "ask_for", lambda *request: asked.append(request))
+    begun, ended, real = threading.Event(), threading.Event(), kernel_code.Code
+
+    def slow(*arguments, compiles):
+        begun.set()
+        if compiles:
+            ended.wait(60.0)
+        else:
+            time.sleep(0.1)
+        return real(*arguments, compiles=compiles)
+
+    monkeypatch.setattr(kernel_code, "Code", slow)
+    with ThreadPoolExecutor(2) as pool:
+        for found in [pool.submit(light) for _ in range(2)]:
+            np.testing.assert_array_equal(found.result(), expected)
+        assert not asked
+        library._codes.clear()
+        begun.clear()
+        compiling = pool.submit(ph.evaluate, POINTS, NORMALS, SCENE, MATERIAL, backend="numba")
+        assert begun.wait(60.0)
+        np.testing.assert_array_equal(light(), in_numpy.rgb)
+        assert len(asked) == 1
+        ended.set()
+        np.testing.assert_array_equal(compiling.result().rgb, expected)
 
 
 @pytest.fixture
