@@ -23,7 +23,7 @@ from pvphong.meshes.default_scene import scene_for
 from pvphong.meshes.point_data import surface_and_maps, tangents_from
 from pvphong.meshes.surfaces import FeatureAngle, point_normals, shallow_copy, split_sharp_edges, surface
 from pvphong.meshes.transport import Exchanging, checked_transport, transport_of
-from pvphong.meshes.visibility import visibility_of
+from pvphong.meshes.visibility import KnownOccluders, visibility_of
 from pvphong.optics.maps import maps_on_material
 from pvphong.optics.material import Material, as_material
 from pvphong.rays.transport import Transport, TransportPart
@@ -34,7 +34,7 @@ from pvphong.shading.equation import Equation
 from pvphong.shading.interreflection import Sent
 from pvphong.shading.plan.plan import Plan
 from pvphong.shading.vertices import Vertices
-from pvphong.shading.visibility import TransportLike, VisibilityLike, checked_visibility
+from pvphong.shading.visibility import VisibilityLike, checked_visibility
 
 _PLAIN = Material()
 
@@ -428,18 +428,20 @@ def vertices_of(
 ) -> Vertices:
     """A surface's vertices for a scene; normals, tangents and rays are found when they are first used."""
     normals = functools.cache(lambda: point_normals(source, backend=backend))
+    among: TransportPart | None = None
+    if isinstance(transport, TransportPart):
+        among = transport
+    elif scene.light_model.bounces:
+        own = [Exchanging(source, normals, matrix)]
+        whole = transport_of(own, occluders) if transport is None else checked_transport(transport, own, occluders)
+        (among,) = whole.parts
+    if among is not None and among.blocking is not None:
+        occluders = KnownOccluders(*among.blocking)  # the same ones: what rays are tested with is built once
     seen: VisibilityLike | None = None
     if visibility is not None:
         seen = checked_visibility("visibility", visibility, source.points, matrix, scene)
     elif scene.light_model.needs_rays:
         seen = visibility_of(source, normals, scene, occluders=occluders, tolerance=tolerance, matrix=matrix)
-    among: TransportLike | None = None
-    if isinstance(transport, TransportPart):
-        among = transport
-    elif scene.light_model.bounces:
-        own, blocking = [Exchanging(source, normals, matrix)], occluders
-        whole = transport_of(own, blocking) if transport is None else checked_transport(transport, own, blocking)
-        (among,) = whole.parts
     tangents = tangents_from(source, normals) if tangents is None else tangents
     return Vertices(source.points, normals, maps, seen, tangents=tangents, transport=among)
 

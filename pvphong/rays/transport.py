@@ -458,6 +458,12 @@ class TransportPart:
         """Whether there are other meshes, whose vertices send light too."""
         return len(self.whole.slices) > 1
 
+    @property
+    def blocking(self) -> tuple[Occluders, int | None] | None:
+        """What its rays meet, and which of the parts the mesh is; None where it was read from a file."""
+        tracer = self.whole._tracer
+        return None if tracer is None else (tracer.occluders, tracer.receivers[self.index].part)
+
     def most(self) -> float:
         """As `Transport.most`."""
         return self.whole.most(self.index)

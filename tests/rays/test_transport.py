@@ -255,6 +255,31 @@ def test_it_says_what_it_costs_and_keeps_nothing_of_what_is_interrupted(monkeypa
     assert among.expected_cost() == (0, 0.0, 0)
 
 
+def test_shadows_are_of_the_same_triangles_which_are_built_once(monkeypatch, tmp_path):
+    built, backend = list[int](), casting.ray_backend()[0]
+
+    def counted(faces):
+        built.append(len(faces))
+        return backend(faces)
+
+    monkeypatch.setattr(casting, "ray_backend", lambda: (counted, ""))
+    mesh, wall = room(3), grid((0.1, 0, 0), (0, 0, 1), size=0.3, cells=2)
+    scene = ph.Scene([ph.PointLight((0.1, 0, 0.3))], light_model=ph.LightModel(bounces=1, shadows=True))
+    lit = mesh.phong.shade(scene, occluders=[wall])["phong"]
+    once = len(built)
+    among = mesh.phong.transport(occluders=[wall])
+    for _ in range(2):
+        np.testing.assert_array_equal(mesh.phong.shade(scene, occluders=[wall], transport=among)["phong"], lit)
+    assert len(built) == 2 * once
+    among.save(tmp_path / "room.npz")
+    read = ph.Transport.load(tmp_path / "room.npz")
+    np.testing.assert_array_equal(mesh.phong.shade(scene, occluders=[wall], transport=read)["phong"], lit)
+    built.clear()
+    blocks = pv.MultiBlock([mesh, wall])
+    blocks.phong.shade(scene)
+    assert built == [mesh.n_cells + wall.n_cells]
+
+
 # --- files
 
 

@@ -251,9 +251,8 @@ class Library:
             return code
         if not self._compiles and time.monotonic() < self._looks_again.get(key, 0.0):
             raise NotCompiled(key)
-        waits = (
-            self._compiles or not self._is_compiling.is_set()
-        )  # for another thread that reads, not one that compiles
+        # another thread reads code in milliseconds, and compiles it in seconds
+        waits = self._compiles or not self._is_compiling.is_set()
         if not self._lock.acquire(blocking=waits):
             raise NotCompiled(key)
         try:

@@ -33,6 +33,8 @@ from pvphong.shading.visibility import transport_of
 # Vertices times lights from which the compiled evaluator is worth the half second that it takes to load. The rule looks
 # at nothing that has been called before, so that equal calls on few vertices give equal bits.
 _WORTH_LOADING = 2**18
+# Where light bounces, what vertices send and reflect is evaluated too, under a sky: so many lights take as long.
+_AS_LIGHT_THAT_BOUNCES = 32
 # Those from which it is worth its start in a window once it is loaded; what is drawn is rounded anyway.
 _WORTH_STARTING = 2**13
 # Vertices whose float colours are held at once before they become 0-255.
@@ -303,4 +305,5 @@ class Plan:
 
 def is_worth_loading(count: int, equation: Equation) -> bool:
     """Whether `backend="auto"` takes the compiled evaluator, if its code is there: not for few vertices."""
-    return count * len(equation.terms) >= _WORTH_LOADING
+    lights = len(equation.terms) + (_AS_LIGHT_THAT_BOUNCES if equation.bounces else 0)
+    return count * lights >= _WORTH_LOADING
