@@ -82,7 +82,8 @@ class Integral(NamedTuple):
     """The point to which d leads."""
 
     radius: float
-    """All of the light is within a sphere of that radius around there."""
+    """All of the light is within a sphere of that radius around there. The formula is not asked where none of it is
+    above the horizon, or a lobe around the mirrored viewer is 0: see `lobes.may_rise` and `lobes.shows`."""
 
     numbers: tuple[float, ...]
 

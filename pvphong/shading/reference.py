@@ -23,7 +23,7 @@ from pvphong.base.formulas import BRIGHTEST
 from pvphong.base.types import Float64Array, FloatArray, Vector
 from pvphong.base.vectors import columns, dot, moderate, towards
 from pvphong.geometry.transform import transform_normals, transform_points
-from pvphong.optics.area.lobes import CosinePower, lobe_numbers
+from pvphong.optics.area.lobes import CosinePower, lobe_numbers, may_rise, shows
 from pvphong.optics.light import Integral
 from pvphong.optics.reflectance import Lobe, Reflectance
 from pvphong.optics.surface import Surface
@@ -266,7 +266,10 @@ def _integrated(integral: Integral, form: CosinePower, block: Block, *, rounded:
     a, p = (np.broadcast_to(w if w.shape[1] else 0.0, n.shape) for w in (a, block.points))
     with np.errstate(all="ignore"):  # of two sides, one of which is then chosen
         d = np.array(integral.place)[:, None] - p
-        (lit,) = np.nonzero(dot(n, d) > -integral.radius)
+        is_lit = may_rise(n, d, integral.radius)
+        if form.around == "mirror":
+            is_lit &= shows(lobe, a, d, np.sqrt(dot(d, d)), integral.radius)
+        (lit,) = np.nonzero(is_lit)
         for start in range(0, len(lit), _INTEGRATED):
             some = slice(start, start + _INTEGRATED)
             rows = some if len(lit) == len(result) else lit[some]

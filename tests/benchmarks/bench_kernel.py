@@ -15,7 +15,21 @@ import numpy as np
 from common import least_in_turns, mark, table, textbook, vertices
 from rich.console import Console
 
-from pvphong import GGX, DirectionalLight, LightModel, Material, Plan, PointLight, Scene, Shading, SpotLight, Viewer
+from pvphong import (
+    GGX,
+    DirectionalLight,
+    DiskLight,
+    LightModel,
+    Material,
+    Plan,
+    PointLight,
+    RectangleLight,
+    Scene,
+    Shading,
+    SphereLight,
+    SpotLight,
+    Viewer,
+)
 from pvphong.base import threads
 from pvphong.shading import kernel
 from pvphong.shading.evaluation import evaluate
@@ -35,6 +49,11 @@ SPOT = SpotLight(
     position=(2.0, 1.0, 2.5), direction=(-2.0, -1.0, -2.5), cone_angle=40, exponent=8, attenuation=(1, 0.1, 0.05)
 )
 SUN = DirectionalLight(direction=(-1.0, -1.0, -2.0))
+WITH_A_SIZE = {
+    "square": RectangleLight((2.0, 1.0, 2.5), (-2.0, -1.0, -2.5), (0, 0, 1), 1.0, 1.0),
+    "disk": DiskLight((2.0, 1.0, 2.5), (-2.0, -1.0, -2.5), 0.5),
+    "sphere": SphereLight((2.0, 1.0, 2.5), 0.5),
+}
 VIEWER = Viewer(position=(1.0, 0.5, 4.0))
 
 
@@ -99,6 +118,13 @@ def workloads(count):
         "ambient only": compiled(small, scene_of(), DULL, np.float32),
         "1 lamp, highlights": compiled(small, scene_of(LAMPS[0]), SHINY, np.float32),
         "1 spot, highlights": compiled(small, scene_of(SPOT), SHINY, np.float32),
+        **{
+            f"1 {name}, dull": compiled(small, scene_of(light), DULL, np.float32) for name, light in WITH_A_SIZE.items()
+        },
+        **{
+            f"1 {name}, highlights": compiled(small, scene_of(light), SHINY, np.float32)
+            for name, light in WITH_A_SIZE.items()
+        },
         "4 lamps, with plan": compiled(small, scene_of(*lit), SHINY, np.float32, planned=True),
         "64 lights, 60 miss, with plan": compiled(small, scene_of(*lit, *missing), SHINY, np.float32, planned=True),
         **{f"evaluate, {name}": evaluated(small, material) for name, material in mapped(count).items()},
@@ -117,6 +143,10 @@ def targets(least, book):
         ("1 sun, dull: over a + b", least["1 sun, dull"] / add, 0.8, False),
         ("ambient only: over a + b", least["ambient only"] / add, 0.5, False),
         ("1 spot over 1 lamp", least["1 spot, highlights"] / least["1 lamp, highlights"], 1.6, False),
+        *[
+            (f"1 {name} over 1 lamp", least[f"1 {name}, highlights"] / least["1 lamp, highlights"], 12.0, False)
+            for name in WITH_A_SIZE
+        ],
         ("float64: textbook over it", book / least["3 lamps, highlights, float64"], 12.0, True),
         ("0-255 over float32", least["3 lamps, highlights, 0-255"] / highlights, 1.0, False),
         *[

@@ -181,12 +181,27 @@ def arc_between(lobe: Any, w: Any, x: Any, y: Any, side: Any) -> Any:
 
 @formula
 def shows(lobe: Any, w: Any, m: Any, distance: Any, size: Any) -> Any:
-    """Whether a lobe reaches something of a size whose middle is at the offset m."""
-    aside = cross(w, m)
-    off = arctan2(sqrt(dot(aside, aside)), dot(w, m))
-    is_near = size >= distance
-    wide = arctan2(size, sqrt(maximum((distance - size) * (distance + size), 0.0)))
-    return is_near | (off - wide < lobe[WINDOW])
+    """Whether a lobe reaches something of a size whose middle is at the offset m; it may where that is not known.
+
+    With α the angle between w and m, β that under which the size is seen, and ω the one from which on the lobe is taken
+    as 0, it does where sin(α − β − ω) < 0.
+    """
+    aside, ahead = cross(w, m), dot(w, m)
+    off, clear = sqrt(dot(aside, aside)), sqrt(maximum((distance - size) * (distance + size), 0.0))
+    nothing = lobe[NOTHING]
+    is_within = (off * clear - ahead * size) * (1.0 - nothing) < (ahead * clear + off * size) * sqrt(
+        nothing * (2.0 - nothing)
+    )
+    return ~(size < distance) | is_within
+
+
+@formula
+def may_rise(n: Any, m: Any, size: Any) -> Any:
+    """Whether something of a size whose middle is at the offset m is above the horizon; it may where that is not known.
+
+    Something of no end is.
+    """
+    return ~(dot(n, m) <= -size)
 
 
 @formula

@@ -218,17 +218,40 @@ def _two_to(_typing: Any, shifted: Any) -> Any:
     return LANES(shifted), generate
 
 
+def _listed(builder: Any, row: Any, start: Any, rows: Any, place: Any) -> list[Any]:
+    """Pointers to eight numbers of a row, whose places in it are listed."""
+    places = [builder.load(builder.gep(rows, [builder.add(place, place.type(lane))])) for lane in range(WIDTH)]
+    return [builder.gep(row, [builder.add(start, builder.fptosi(each, start.type))]) for each in places]
+
+
 @intrinsic
-def load(_typing: Any, rows: Any, place: Any) -> Any:  # noqa: ARG001 Numba wants it by name
-    """Eight numbers, one after the other in memory, as float64."""
+def load_listed(_typing: Any, row: Any, start: Any, rows: Any, place: Any) -> Any:  # noqa: ARG001 Numba's names
+    """Eight numbers of a row that begins at `start`, as float64; rows from `place` on list which.
+
+    Those whose last is seven after the first are side by side.
+    """
 
     def generate(_context: Any, builder: Any, _given: Any, values: Any) -> Any:
-        start = builder.gep(values[0], [values[1]])
-        kind = ir.VectorType(start.type.pointee, WIDTH)
-        found = builder.load(builder.bitcast(start, kind.as_pointer()), align=rows.dtype.bitwidth // 8)
+        pointers = _listed(builder, *values)
+        kind = ir.VectorType(pointers[0].type.pointee, WIDTH)
+        first, last = (builder.ptrtoint(pointers[lane], _I64.element) for lane in (0, -1))
+        apart = (WIDTH - 1) * row.dtype.bitwidth // 8
+        side_by_side = builder.icmp_unsigned("==", builder.sub(last, first), _I64.element(apart))
+        with builder.if_else(side_by_side) as (then, otherwise):
+            with then:
+                together = builder.load(builder.bitcast(pointers[0], kind.as_pointer()), align=row.dtype.bitwidth // 8)
+                after_then = builder.block
+            with otherwise:
+                collected: Any = ir.Constant(kind, ir.Undefined)
+                for lane, pointer in enumerate(pointers):
+                    collected = builder.insert_element(collected, builder.load(pointer), ir.IntType(32)(lane))
+                after_otherwise = builder.block
+        found = builder.phi(kind)
+        found.add_incoming(together, after_then)
+        found.add_incoming(collected, after_otherwise)
         return found if kind == _F64 else builder.fpext(found, _F64)
 
-    return LANES(rows, types.intp), generate
+    return LANES(row, types.intp, rows, types.intp), generate
 
 
 @intrinsic
@@ -242,6 +265,20 @@ def store(_typing: Any, rows: Any, place: Any, numbers: Any) -> Any:  # noqa: AR
         builder.store(rounded, builder.bitcast(start, kind.as_pointer()), align=rows.dtype.bitwidth // 8)
 
     return types.void(rows, types.intp, LANES), generate
+
+
+@intrinsic
+def store_listed(_typing: Any, rows: Any, start: Any, place: Any, numbers: Any) -> Any:  # noqa: ARG001 as above
+    """Eight numbers into a row that begins at `start`, rounded to its type; rows from `place` on list where."""
+
+    def generate(_context: Any, builder: Any, _given: Any, values: Any) -> Any:
+        to, start, place, numbers = values
+        for lane, pointer in enumerate(_listed(builder, to, start, to, place)):
+            number = builder.extract_element(numbers, ir.IntType(32)(lane))
+            kind = pointer.type.pointee
+            builder.store(number if kind == _F64.element else builder.fptrunc(number, kind), pointer)
+
+    return types.void(rows, types.intp, types.intp, LANES), generate
 
 
 # --- operations that are polynomials

@@ -26,13 +26,14 @@ from pvphong.base.formulas import (
     sqrt,
     subtract,
     times,
+    where,
 )
-from pvphong.optics.area.lobes import POWER, CosinePower, lobe_numbers
+from pvphong.optics.area.lobes import POWER, CosinePower, lobe_numbers, may_rise, shows
 from pvphong.optics.attenuation import divisor
 from pvphong.optics.light import Integral, Placement
 from pvphong.optics.reflectance import Geometry, Reflectance
 from pvphong.shading.kernel.arithmetic import exp2, inlined, like, log2_power, plain, shifted
-from pvphong.shading.kernel.lanes import WIDTH, load, store
+from pvphong.shading.kernel.lanes import WIDTH, load_listed, store, store_listed
 from pvphong.shading.kernel.vertices import (
     BLOCK,
     DX,
@@ -59,6 +60,9 @@ from pvphong.shading.kernel.vertices import (
 )
 
 _NEVER = np.float32(-np.inf)
+
+# Which vertices of a block formulas are run on: numbers, in a row that nothing else uses meanwhile.
+LIST = DX
 
 _STRONGEST = np.float32(2.0**126)
 """Light is strengthened by no more than this."""
@@ -270,12 +274,15 @@ def _weaken(rows: Any, numbers: Any) -> None:
         rows[STRENGTH + i] = minimum(ONE / divisor(constant, linear, quadratic, rows[STRENGTH + i]), _STRONGEST)
 
 
-# Where an integral's numbers begin: after the light's place and gain, and where the others are.
-_OWN_OF_INTEGRAL = 7
+# Where an integral's numbers begin: after the light's place, gain and radius, and where the others are.
+_OWN_OF_INTEGRAL = 8
 
 
 def integral_stage(integrals: Sequence[Integral | None], forms: Sequence[CosinePower | None]) -> Callable[..., Any]:
     """(numbers, rows, points) → 1: writes what lobes reflect of all of a light with a size into their factors' rows.
+
+    Formulas are run where the light may be above the horizon and a lobe reaches it: such vertices are listed, and
+    taken from the block eight at a time.
 
     Parameters
     ----------
@@ -289,23 +296,78 @@ def integral_stage(integrals: Sequence[Integral | None], forms: Sequence[CosineP
 
     def integrate(numbers: Any, rows: Any, points: Any) -> int:
         gain = numbers[3]
-        own, second = shifted(numbers, _OWN_OF_INTEGRAL), shifted(numbers, int(numbers[4]))
-        lobe, second_lobe = shifted(own, int(numbers[5])), shifted(second, int(numbers[6]))
+        own, second = shifted(numbers, _OWN_OF_INTEGRAL), shifted(numbers, int(numbers[5]))
+        lobe, second_lobe = shifted(own, int(numbers[6])), shifted(second, int(numbers[7]))
+        place, radius = (numbers[0], numbers[1], numbers[2]), numbers[4]
+        for i in range(BLOCK):
+            rows[LIST + i] = like(rows, i)
         for i in range(0, BLOCK, WIDTH):
-            p = load(points, i), load(points, BLOCK + i), load(points, 2 * BLOCK + i)
-            d = numbers[0] - p[0], numbers[1] - p[1], numbers[2] - p[2]
-            n = _unit((load(rows, NX + i), load(rows, NY + i), load(rows, NZ + i)))
+            d, n = _towards(place, rows, points, i)
+            is_lit = may_rise(n, d, radius)
             if cosine_row >= 0:
-                store(rows, cosine_row + i, minimum(cosine(own, lobe, d, n, n) * gain, BRIGHTEST))
+                store(rows, cosine_row + i, where(is_lit, 1.0, 0.0))
             if power_row >= 0:
-                a = n
-                if second_lobe[POWER] > 0.0:  # 0⁰ is 1 all over the hemisphere around n
-                    v = _unit((load(rows, VX + i), load(rows, VY + i), load(rows, VZ + i)))
-                    a = _unit(subtract(times(n, 2.0 * dot(n, v)), v))
-                store(rows, power_row + i, minimum(power(second, second_lobe, d, n, a) * gain, BRIGHTEST))
+                reaches = is_lit & shows(second_lobe, _axis(second_lobe, rows, i, n), d, sqrt(dot(d, d)), radius)
+                store(rows, power_row + i, where(reaches, 1.0, 0.0))
+        if cosine_row >= 0:
+            for k in range(0, _list(rows, cosine_row), WIDTH):
+                d, n = _towards(place, rows, points, k)
+                found = minimum(cosine(own, lobe, d, n, n) * gain, BRIGHTEST)
+                store_listed(rows, cosine_row, LIST + k, found)
+        if power_row >= 0:
+            for k in range(0, _list(rows, power_row), WIDTH):
+                d, n = _towards(place, rows, points, k)
+                found = power(second, second_lobe, d, n, _axis(second_lobe, rows, k, n))
+                store_listed(rows, power_row, LIST + k, minimum(found * gain, BRIGHTEST))
         return 1
 
     return integrate
+
+
+@inlined
+def _towards(place: Any, rows: Any, points: Any, k: int) -> Any:
+    """Offsets to a place and unit normals, of eight vertices that are listed."""
+    p = (
+        load_listed(points, 0, rows, LIST + k),
+        load_listed(points, BLOCK, rows, LIST + k),
+        load_listed(points, 2 * BLOCK, rows, LIST + k),
+    )
+    n = (
+        load_listed(rows, NX, rows, LIST + k),
+        load_listed(rows, NY, rows, LIST + k),
+        load_listed(rows, NZ, rows, LIST + k),
+    )
+    return (place[0] - p[0], place[1] - p[1], place[2] - p[2]), _unit(n)
+
+
+@inlined
+def _axis(lobe: Any, rows: Any, k: int, n: Any) -> Any:
+    """The directions to the viewer mirrored at n, of eight vertices that are listed; n itself for the power 0."""
+    if lobe[POWER] > 0.0:  # 0⁰ is 1 all over the hemisphere around n
+        v = _unit(
+            (
+                load_listed(rows, VX, rows, LIST + k),
+                load_listed(rows, VY, rows, LIST + k),
+                load_listed(rows, VZ, rows, LIST + k),
+            )
+        )
+        return _unit(subtract(times(n, 2.0 * dot(n, v)), v))
+    return n
+
+
+@plain
+def _list(rows: Any, flags: int) -> int:
+    """List the vertices whose flag is not 0; gives how many.
+
+    The last eight places are filled up with the first of them, so that they do not look like eight side by side.
+    """
+    count = 0
+    for i in range(BLOCK):
+        rows[LIST + count] = like(rows, i)
+        count += 1 if rows[flags + i] > ZERO else 0
+    for k in range(count, -(-count // WIDTH) * WIDTH):
+        rows[LIST + k] = rows[LIST + count // WIDTH * WIDTH]
+    return count
 
 
 @formula
@@ -321,16 +383,17 @@ def _unit(w: Any) -> Any:
 def integral_numbers(
     gain: float, integrals: Sequence[Integral | None], forms: Sequence[CosinePower | None], real: str
 ) -> tuple[float, ...]:
-    """What `integral_stage` reads: place, gain; of each integral its own numbers and those of its lobe."""
-    place: tuple[float, ...] = (0.0, 0.0, 0.0)
+    """What `integral_stage` reads: place, gain, radius; of each integral its own numbers and those of its lobe."""
+    place, radius = (0.0, 0.0, 0.0), 0.0
     parts: dict[str, tuple[tuple[float, ...], tuple[float, ...]]] = {"normal": ((), ()), "mirror": ((), ())}
     for each, form in zip(integrals, forms, strict=True):
         if each is not None and form is not None:
             parts[form.around] = each.numbers, lobe_numbers(form.power, rounded=real == "float32")
-            place = each.place
+            place, radius = each.place, each.radius
     (own, lobe), (second, second_lobe) = parts["normal"], parts["mirror"]
     ahead = _OWN_OF_INTEGRAL + len(own) + len(lobe)
-    return (*place, gain, float(ahead), float(len(own)), float(len(second)), *own, *lobe, *second, *second_lobe)
+    starts = float(ahead), float(len(own)), float(len(second))
+    return (*place, gain, radius, *starts, *own, *lobe, *second, *second_lobe)
 
 
 def light_numbers(light: Placement) -> tuple[float, ...]:
