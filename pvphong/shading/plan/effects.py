@@ -324,19 +324,23 @@ class Size(LightEffect):
         return None
 
     def decide(self, draft: Draft) -> Decision:
-        """Its reason also says how lobes are integrated over the lights: exactly, or by nodes."""
-        decision, equation = super().decide(draft), draft.equation
+        """Its reason also says how lobes are integrated over the lights: exactly, or by nodes.
+
+        What it takes is for each integral; nodes are lights like others.
+        """
+        decision, equation, integrals = super().decide(draft), draft.equation, 0
         by_method: dict[str, list[str]] = {}
         components: tuple[Component, ...] = ("diffuse", "specular")
         for component in components if decision.on else ():
             for term in equation.terms:
                 if self.has(equation, term) and equation.has(term, component):
-                    _, summed = by_closed_form(term, equation.forms)
+                    exact, summed = by_closed_form(term, equation.forms)
+                    integrals += sum(any(exact[k]) for k in equation.lobes_of[component])
                     is_summed = any(any(summed[k]) for k in equation.lobes_of[component])
                     method = f"by {NODES if term.nodes is None else len(term.nodes)} nodes" if is_summed else "exact"
                     by_method.setdefault(method, []).append(component)
         said = ", ".join(f"{' and '.join(dict.fromkeys(found))} {method}" for method, found in by_method.items())
-        return replace(decision, why=f"{decision.why}: {said}") if said else decision
+        return replace(decision, why=f"{decision.why}: {said}", lights=integrals) if said else decision
 
 
 class Sky(Effect):
@@ -544,7 +548,7 @@ EFFECTS: tuple[Effect, ...] = (
     Ambient("ambient", (), "black ambient light or ambient reflectance", {"ambient": BLACK}, each=0.3),
     Bounces(BOUNCES, ("points", "normals"), "the light model has no bounces", {"bounces": 0}),
     Lights(_LIGHTS, (), _NO_LIGHT, {"terms": ()}),
-    Size(SIZE_EFFECT, ("points",), "no light has a size"),
+    Size(SIZE_EFFECT, ("points",), "no light has a size", each=20.0),
     Sky("sky", ("normals",), "no light from all around varies", each=13.0),  # for each channel, with about nine bands
     LightEffect("cone", ("points",), "no spot light", each=1.6),
     Specular("specular", ("normals", "viewer"), "black specular colour", each=1.4),

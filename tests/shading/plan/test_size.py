@@ -106,3 +106,21 @@ def test_no_scene_exceeds_the_bound_of_fewer_nodes():
         assert np.abs(got - exact).max() <= plan.error_bound + 1e-9 <= 0.1 + 1e-9, seed
         found[seed] = count, float(f"{size.bound:.2g}")
     assert found == RECORDED
+
+
+@pytest.mark.parametrize(
+    ("material", "integrals"),
+    [
+        (ph.Material(), 1),
+        (ph.Material(specular=0.5, shininess=20), 2),
+        (ph.Material(reflectance=ph.GGX(0.4)), 0),  # nodes are lights like others
+        (ph.Material(diffuse=0.0, specular=0.5, shininess=20), 1),
+    ],
+)
+def test_each_integral_takes_its_time(material, integrals):
+    lamps = [ph.SphereLight((0, 0, 3), 0.5), ph.PointLight((3, 0, 0)), ph.RectangleLight((0, 3, 0), (0, -1, 0))]
+    scene = ph.Scene(lamps, ph.Viewer())
+    plan = ph.plan([[0.0, 0.0, 0.0]], scene, material)
+    assert plan.effects["size"].lights == 2 * integrals
+    (cost,) = (row[-1] for row in plan._rows if row[0] == "size")
+    assert float(cost or 0) == 2 * integrals * 20.0
