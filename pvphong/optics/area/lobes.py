@@ -184,15 +184,13 @@ def shows(lobe: Any, w: Any, m: Any, distance: Any, size: Any) -> Any:
     """Whether a lobe reaches something of a size whose middle is at the offset m; it may where that is not known.
 
     With α the angle between w and m, β that under which the size is seen, and ω the one from which on the lobe is taken
-    as 0, it does where sin(α − β − ω) < 0.
+    as 0, it does where sin(α − β − ω) < 0; it is not needed to know the angles.
     """
     aside, ahead = cross(w, m), dot(w, m)
     off, clear = sqrt(dot(aside, aside)), sqrt(maximum((distance - size) * (distance + size), 0.0))
-    nothing = lobe[NOTHING]
-    is_within = (off * clear - ahead * size) * (1.0 - nothing) < (ahead * clear + off * size) * sqrt(
-        nothing * (2.0 - nothing)
-    )
-    return ~(size < distance) | is_within
+    cosine_of_end, sine_of_end = 1.0 - lobe[NOTHING], sqrt(lobe[NOTHING] * (2.0 - lobe[NOTHING]))
+    sine_less, cosine_less = off * clear - ahead * size, ahead * clear + off * size  # of α − β, times |m|²
+    return ~(size < distance) | (sine_less * cosine_of_end < cosine_less * sine_of_end)
 
 
 @formula

@@ -327,32 +327,26 @@ def integral_stage(integrals: Sequence[Integral | None], forms: Sequence[CosineP
 @inlined
 def _towards(place: Any, rows: Any, points: Any, k: int) -> Any:
     """Offsets to a place and unit normals, of eight vertices that are listed."""
-    p = (
-        load_listed(points, 0, rows, LIST + k),
-        load_listed(points, BLOCK, rows, LIST + k),
-        load_listed(points, 2 * BLOCK, rows, LIST + k),
-    )
-    n = (
-        load_listed(rows, NX, rows, LIST + k),
-        load_listed(rows, NY, rows, LIST + k),
-        load_listed(rows, NZ, rows, LIST + k),
-    )
-    return (place[0] - p[0], place[1] - p[1], place[2] - p[2]), _unit(n)
+    return subtract(place, _listed(points, 0, rows, k)), _unit(_listed(rows, NX, rows, k))
 
 
 @inlined
 def _axis(lobe: Any, rows: Any, k: int, n: Any) -> Any:
     """The directions to the viewer mirrored at n, of eight vertices that are listed; n itself for the power 0."""
     if lobe[POWER] > 0.0:  # 0⁰ is 1 all over the hemisphere around n
-        v = _unit(
-            (
-                load_listed(rows, VX, rows, LIST + k),
-                load_listed(rows, VY, rows, LIST + k),
-                load_listed(rows, VZ, rows, LIST + k),
-            )
-        )
+        v = _unit(_listed(rows, VX, rows, k))
         return _unit(subtract(times(n, 2.0 * dot(n, v)), v))
     return n
+
+
+@inlined
+def _listed(array: Any, start: int, rows: Any, k: int) -> Any:
+    """The vectors of eight vertices that are listed, from three rows."""
+    return (
+        load_listed(array, start, rows, LIST + k),
+        load_listed(array, start + BLOCK, rows, LIST + k),
+        load_listed(array, start + 2 * BLOCK, rows, LIST + k),
+    )
 
 
 @plain
