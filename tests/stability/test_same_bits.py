@@ -73,7 +73,8 @@ def _loses_no_bit(case: Case, other: Case, k: int, m: int) -> bool:
 def _in_range(case: Case, reach: int, least: float) -> Case:
     """Attenuations and intensities no further from 1 than 2^reach, and no coordinate of a light below the least.
 
-    (Subnormal ones, and products with them, are rounded to the least float, and that may decide whether n·l is 0.)
+    Nor is one of a normal, as a part of its largest. (Subnormal ones, and products with them, are rounded to the least
+    float, and that may decide whether n·l is 0.)
     """
 
     def within(value: float) -> float:
@@ -86,7 +87,11 @@ def _in_range(case: Case, reach: int, least: float) -> Case:
         position = triple(np.where(np.abs(old.position) < least, 0.0, old.position))
         return replace(old, position=position, attenuation=tuple(within(a) for a in old.attenuation))
 
-    return replace(case, scene=replace(case.scene, lights=[light(old) for old in case.scene.lights]))
+    sizes = np.abs(case.normals)
+    with np.errstate(invalid="ignore", under="ignore"):
+        normals = np.where(sizes < least * sizes.max(axis=1, keepdims=True), 0.0, case.normals)
+    scene = replace(case.scene, lights=[light(old) for old in case.scene.lights])
+    return replace(case, normals=normals.astype(case.normals.dtype), scene=scene)
 
 
 def _with_units(dice: Dice, backend: str) -> tuple[Case, int, int, str]:
