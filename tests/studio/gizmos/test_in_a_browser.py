@@ -15,7 +15,7 @@ pytestmark = pytest.mark.skipif(
     bool(MISSING),
     reason=f"a page in a browser needs {', '.join(MISSING)} (Debian: chromium, chromium-driver; extras: test, trame)",
 )
-LAMP, SPOT, GUEST = 0, 1, 2
+LAMP, SPOT = 0, 1
 
 
 @pytest.fixture(scope="module")
