@@ -4,13 +4,12 @@ import ast
 import inspect
 import json
 import re
-import subprocess
-import sys
 from functools import cache
 from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
 
 import pytest
+from apart import run_apart
 
 import pvphong
 from pvphong.optics.lights import LIGHT_TYPES
@@ -183,14 +182,8 @@ print(json.dumps(sorted(name for name in sys.modules if name.split(".")[0] in {h
 """
 
 
-def run(code):
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=120)
-    assert done.returncode == 0, done.stderr
-    return json.loads(done.stdout)
-
-
 def test_the_core_lights_without_pyvista_and_vtk():
-    assert run(LOAD_CORE.format(hosts=HOSTS, path=str(PACKAGE), names=CORE_MODULES)) == []
+    assert json.loads(run_apart(LOAD_CORE.format(hosts=HOSTS, path=str(PACKAGE), names=CORE_MODULES))) == []
 
 
 NEW_MODULES = """
@@ -204,7 +197,7 @@ print(json.dumps(sorted(set(sys.modules) - before)))
 
 
 def test_importing_pvphong_loads_nothing_heavy_beside_pyvista():
-    new = run(NEW_MODULES)
+    new = json.loads(run_apart(NEW_MODULES))
     assert "pvphong.shading.evaluation" in new
     heavy = {"dask", "distributed", "matplotlib", "numba", "llvmlite", "rich", "cyclopts", "scipy", "PIL"}
     assert not [name for name in new if name.split(".")[0] in heavy]
