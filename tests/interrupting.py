@@ -55,9 +55,13 @@ def writers():
     }
 
 
+def is_read_as_bytes(path):
+    return path.suffix not in (".vtm", ".vtkhdf")
+
+
 def digest(path):
     """Of what a file holds: a mesh's points and colours, or the bytes."""
-    if path.suffix not in (".vtm", ".vtkhdf"):
+    if is_read_as_bytes(path):
         return hashlib.sha256(path.read_bytes()).digest()
     from pvphong.meshes.files import read_mesh
 
@@ -108,7 +112,8 @@ class Format:
         return forked(lambda: self.writer(self.folder / self.name, seed), **how)[0]
 
     def digest(self):
-        return forked(lambda: digest(self.folder / self.name))[1]
+        path = self.folder / self.name
+        return digest(path) if is_read_as_bytes(path) else forked(lambda: digest(path))[1]
 
     def fault(self):
         """What is wrong with the file that is there, or None."""

@@ -14,21 +14,6 @@ from windowed import SIZE, Program, end_at_errors, furnish, told
 
 ESCAPE = "\ue00c"
 """As WebDriver names the key."""
-FLAGS = """
-headless no-sandbox disable-gpu disable-quic no-first-run disable-background-networking disable-component-update
-disable-sync disable-dev-shm-usage hide-scrollbars force-device-scale-factor=1
-"""
-
-
-def new_browser(chromium, driver, profile):
-    """Headless Chromium with an empty profile; to be ended with `quit`."""
-    from selenium import webdriver
-
-    options = webdriver.ChromeOptions()
-    options.binary_location = chromium
-    for flag in (*FLAGS.split(), f"user-data-dir={profile}"):
-        options.add_argument(f"--{flag}")
-    return webdriver.Chrome(options=options, service=webdriver.ChromeService(driver))
 
 
 class Server(Program):

@@ -2,14 +2,13 @@
 
 import ast
 import inspect
-import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
 import pyvista as pv
 import vtk
+from apart import run_apart
 
 import pvphong as ph
 from pvphong import DirectionalLight, Material, PointLight, Scene
@@ -49,9 +48,7 @@ print("done")
 )
 def test_works_with_nothing_imported_but_pyvista(mesh, check):
     """PyVista finds the accessor and the plotter component by their entry points."""
-    code = USE.format(mesh=mesh, check=check)
-    done = subprocess.run([sys.executable, "-W", "error", "-c", code], capture_output=True, text=True, timeout=120)
-    assert (done.returncode, done.stdout.strip()) == (0, "done"), done.stderr
+    assert run_apart(USE.format(mesh=mesh, check=check)) == "done\n"
 
 
 @pytest.mark.parametrize("mesh", DATASETS, ids=lambda mesh: type(mesh).__name__)

@@ -4,13 +4,12 @@ import ast
 import inspect
 import json
 import re
-import subprocess
-import sys
 from functools import cache
 from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
 
 import pytest
+from apart import run_apart
 
 import pvphong
 from pvphong.optics.lights import LIGHT_TYPES
@@ -112,13 +111,13 @@ def test_every_module_has_a_floor():
 PACKAGES = sorted({path.parent for path in MODULES.values() if path.parent != PACKAGE})
 
 
-@pytest.mark.parametrize("folder", PACKAGES, ids=lambda folder: folder.relative_to(PACKAGE).as_posix())
-def test_a_package_says_what_is_in_it(folder):
+def test_a_package_says_what_is_in_it():
     """By name, in the order in which to read it. Of lights and reflectances, which are a file each, its table does."""
-    text = (folder / "__init__.py").read_text(encoding="utf-8")
-    inside = [path.stem for path in folder.glob("*.py") if path.stem != "__init__"]
-    inside += [path.parent.name for path in folder.glob("*/__init__.py")]
-    assert not [name for name in inside if not re.search(rf"\b{name}\b", text)]
+    for folder in PACKAGES:
+        text = (folder / "__init__.py").read_text(encoding="utf-8")
+        inside = [path.stem for path in folder.glob("*.py") if path.stem != "__init__"]
+        inside += [path.parent.name for path in folder.glob("*/__init__.py")]
+        assert not [name for name in inside if not re.search(rf"\b{name}\b", text)], folder
 
 
 def test_no_file_is_longer_than_can_be_read_in_one_go():
@@ -126,21 +125,20 @@ def test_no_file_is_longer_than_can_be_read_in_one_go():
     assert not {module: length for module, length in lengths.items() if length > 700}
 
 
-@pytest.mark.parametrize("module", MODULES)
-def test_imports_point_downward(module):
+def test_imports_point_downward():
     """To lower floors, or to where the module itself is."""
-    here = floor_of(module), room_of(module)
-    wrong = {
-        name: floor_of(name) for name in own_imports(module) if floor_of(name) >= here[0] and room_of(name) != here[1]
-    }
-    assert not wrong, f"{module} is on floor {here[0]}"
+    for module in MODULES:
+        here, room = floor_of(module), room_of(module)
+        found = {name: floor_of(name) for name in own_imports(module) if room_of(name) != room}
+        assert not {name for name, floor in found.items() if floor >= here}, f"{module} is on floor {here}"
 
 
-@pytest.mark.parametrize("module", MODULES)
-def test_no_module_takes_private_names_of_another(module):
-    parted = (name.removeprefix("pvphong.") for name in imports_of(module))
-    taken = (name.rpartition(".") for name in parted if name not in MODULES)
-    assert not [f"{owner}.{name}" for owner, _, name in taken if owner in MODULES and name.startswith("_")]
+def test_no_module_takes_private_names_of_another():
+    for module in MODULES:
+        parted = (name.removeprefix("pvphong.") for name in imports_of(module))
+        taken = (name.rpartition(".") for name in parted if name not in MODULES)
+        private = [f"{owner}.{name}" for owner, _, name in taken if owner in MODULES and name.startswith("_")]
+        assert not private, module
 
 
 def test_imports_do_not_run_in_circles():
@@ -151,10 +149,13 @@ def test_imports_do_not_run_in_circles():
     assert len(order) == len(MODULES)
 
 
-@pytest.mark.parametrize("module", [module for module in MODULES if 0 <= floor_of(module) <= CORE])
-def test_the_core_imports_no_host(module):
-    hosts = {name for name in imports_of(module, types=False) if name.split(".")[0].startswith(HOSTS)}
-    assert not hosts, f"{module} is on floor {floor_of(module)}; ask `base.host` instead"
+CORE_MODULES = [module for module in MODULES if 0 <= floor_of(module) <= CORE]
+
+
+def test_the_core_imports_no_host():
+    for module in CORE_MODULES:
+        hosts = {name for name in imports_of(module, types=False) if name.split(".")[0].startswith(HOSTS)}
+        assert not hosts, f"{module} is on floor {floor_of(module)}; ask `base.host` instead"
 
 
 LOAD_CORE = """
@@ -181,15 +182,8 @@ print(json.dumps(sorted(name for name in sys.modules if name.split(".")[0] in {h
 """
 
 
-def run(code):
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=120)
-    assert done.returncode == 0, done.stderr
-    return json.loads(done.stdout)
-
-
 def test_the_core_lights_without_pyvista_and_vtk():
-    names = [module for module in MODULES if 0 <= floor_of(module) <= CORE]
-    assert run(LOAD_CORE.format(hosts=HOSTS, path=str(PACKAGE), names=names)) == []
+    assert json.loads(run_apart(LOAD_CORE.format(hosts=HOSTS, path=str(PACKAGE), names=CORE_MODULES))) == []
 
 
 NEW_MODULES = """
@@ -203,7 +197,7 @@ print(json.dumps(sorted(set(sys.modules) - before)))
 
 
 def test_importing_pvphong_loads_nothing_heavy_beside_pyvista():
-    new = run(NEW_MODULES)
+    new = json.loads(run_apart(NEW_MODULES))
     assert "pvphong.shading.evaluation" in new
     heavy = {"dask", "distributed", "matplotlib", "numba", "llvmlite", "rich", "cyclopts", "scipy", "PIL"}
     assert not [name for name in new if name.split(".")[0] in heavy]

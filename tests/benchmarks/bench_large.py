@@ -33,9 +33,9 @@ from pvphong.batch.worker import Job, border_in, light, look
 from pvphong.meshes.files import read_mesh
 
 try:
-    from benchmarks.common import new_cluster, peak, reset_peak, table
+    from benchmarks.common import files_lit, new_cluster, table
 except ImportError:  # started as a script
-    from common import new_cluster, peak, reset_peak, table
+    from common import files_lit, new_cluster, table
 
 ALL = 1e12
 HOUSE, ROUGH = 12, 0.02
@@ -188,17 +188,6 @@ def idle(*_):
     """Do nothing, in a worker."""
 
 
-def city_lit(files, out, cluster):
-    """Seconds of all of it with two workers, and the bytes that the worker with the most took."""
-    with Client(cluster) as client:
-        before = client.run(reset_peak)
-        start = time.perf_counter()
-        batch = ph.shade_files(files, out, SCENE, client=client, seams="merge", backend="numba")
-        seconds = time.perf_counter() - start
-        assert len(batch.done) == len(files), batch
-        return seconds, max(most - before[worker] for worker, most in client.run(peak).items())
-
-
 # --- the schedule
 
 
@@ -293,8 +282,8 @@ def main():
     vertices, across = (int(float(word)) for word in [*sys.argv[1:], *("2e6", "4")[len(sys.argv) - 1 :]])
     with tempfile.TemporaryDirectory() as folder, new_cluster(2) as cluster:
         files = save_city(folder, vertices, across)
-        city_lit(files[:2], Path(folder, "first"), cluster)
-        seconds, memory = city_lit(files, Path(folder, "lit"), cluster)
+        files_lit(cluster, files[:2], Path(folder, "first"), SCENE, seams="merge")
+        seconds, memory = files_lit(cluster, files, Path(folder, "lit"), SCENE, seams="merge")
         with Client(cluster) as client:
             found = measured(files, Path(folder, "one"), client)
         piece = read_mesh(str(files[0]))

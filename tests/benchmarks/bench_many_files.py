@@ -14,7 +14,7 @@ from pathlib import Path
 
 import psutil
 import pyvista as pv
-from common import measured_scene, new_cluster, peak, reset_peak, table
+from common import files_lit, measured_scene, new_cluster, table
 from distributed import Client
 from rich.console import Console
 
@@ -42,17 +42,6 @@ def load_all(path):
     read_mesh(path).phong.shade(*measured_scene(), backend="numba").save(Path(tempfile.mkdtemp()) / "lit.vtp")
 
 
-def seconds_and_memory(cluster, files, out):
-    """Of a run in which nothing is done yet; the memory that the worker with the most has taken."""
-    with Client(cluster) as client:
-        before = client.run(reset_peak)
-        begun = time.perf_counter()
-        batch = ph.shade_files(files, out, *measured_scene(), client=client, backend="numba")
-        seconds = time.perf_counter() - begun
-        assert len(batch.done) == len(files), batch
-        return seconds, max(most - before[worker] for worker, most in client.run(peak).items())
-
-
 def main():
     """Measure, and print a table."""
     rows = []
@@ -69,7 +58,8 @@ def main():
                     client.run(load_all, str(files[0]))
             for turn in range(TURNS):
                 for workers, cluster in ((1, one), (2, two)):
-                    seconds, taken = seconds_and_memory(cluster, files, Path(folder, f"lit-{turn}-{workers}"))
+                    out = Path(folder, f"lit-{turn}-{workers}")
+                    seconds, taken = files_lit(cluster, files, out, *measured_scene())
                     least[workers] = min(seconds, least.get(workers, seconds))
                     memory[workers] = max(taken / size, memory.get(workers, 0))
             rows += [

@@ -2,27 +2,22 @@
 
     python tests/benchmarks/bench_peers.py [--vertices 10000 100000 1000000] [--figure FILE] [--blender PYTHON]
 
-Time is that of processors, two threads together. Preparation (trees, textures, compiling what a scene needs) stands
-apart. Errors are RMS over the vertices of the smallest size, as a share of the mean: how far rays are off does not
-depend on how many vertices there are. Judges are `mesh.phong.truth`, our own visibility with many and other rays, and
+`ways.py` says how they are measured. Errors are over the vertices of the smallest size: how far rays are off does not
+depend on how many there are. Judges are `mesh.phong.truth`, our own visibility with many and other rays, and
 float64 where no rays are needed. Those who place the same vertices a little elsewhere (Mitsuba, which needs a point
 within a face, Blender, libigl) are judged by a truth of their own, with many rays, and left out if that is another
-picture than ours. Ways that take long are measured on fewer vertices, and their times multiplied.
+picture than ours.
 
 Others are compared if they are there: `pip install mitsuba libigl`, Mitsuba with LLVM's library; and with `--blender`
 a Python that has `pip install bpy`. Those that are missing, crash, or draw black are named.
 """
 
 import platform
-import subprocess
-import time
 from argparse import ArgumentParser
 from collections.abc import Callable
 from contextlib import suppress
-from dataclasses import dataclass, field
-from functools import cache, partial
+from functools import partial
 from importlib.metadata import PackageNotFoundError, version
-from typing import Any
 
 import numpy as np
 import pyvista as pv
@@ -33,136 +28,21 @@ from pvphong.vtk.oracle import vtk_shade
 
 try:
     from benchmarks import bench_transport, bench_visibility, ray_peers, scene_peers
-    from benchmarks.common import Caster, begin_on, equal_error_seconds, table, textbook, timed
+    from benchmarks.common import THREADS, Caster, begin_on, textbook, timed
+    from benchmarks.ways import BLENDER, LIBIGL, MITSUBA, OURS, Row, Way, figure, shown
 except ImportError:
     import bench_transport
     import bench_visibility
     import ray_peers
     import scene_peers
-    from common import Caster, begin_on, equal_error_seconds, table, textbook, timed
+    from common import THREADS, Caster, begin_on, textbook, timed
+    from ways import BLENDER, LIBIGL, MITSUBA, OURS, Row, Way, figure, shown
 
-SIZES, TURNS, QUICK, VERY_QUICK, TIMES_A_TURN = (10_000, 100_000, 1_000_000), 5, 3.0, 0.1, 10
-"""Ways that take less than `QUICK` seconds have so many turns more, one after the other, so that a busy machine slows
-all of them down; below `VERY_QUICK` they run so many times in each. The least counts."""
-OURS, MITSUBA, BLENDER, LIBIGL = "pvphong", "Mitsuba 3", "Blender's bake", "libigl"
+SIZES = (10_000, 100_000, 1_000_000)
 TEXTBOOK, SHADER = "textbook, NumPy", "VTK's shader"
-LEAST_ERROR, WANTED = 1e-8, 1e-3
-"""Errors below the first count as it; times are compared at ours, or at the second where that is larger."""
-ALIKE = 0.05
-"""A truth of another's own that is farther from ours, relative to the mean, is another picture."""
 STYLES = {OURS: ("#1b6ca8", "o"), MITSUBA: ("#c2571a", "s"), BLENDER: ("#6b4c9a", "D"), LIBIGL: ("#2a7f3f", "^")}
 STYLES |= {TEXTBOOK: ("#8a8a8a", "v"), SHADER: ("#c9a227", "P")}
 CONSOLE = Console(width=180)
-
-
-@dataclass
-class Way:
-    """One way to do a job.
-
-    Parameters
-    ----------
-    prepare : callable
-        Of a job, what casts so many rays and gives seconds and an array.
-    rays : tuple of int
-        Numbers of rays that are measured; one number where none are needed.
-    most : int
-        On more vertices it is not measured.
-    own_truth : int
-        So many rays judge it; 0 for the judge of the job.
-    """
-
-    name: str
-    prepare: Callable[[Any], Caster]
-    rays: tuple[int, ...] = (1,)
-    most: int = 10**9
-    own_truth: int = 0
-    obstacle: str = ""
-    preparing: float = 0.0
-    seconds: dict[int, list[float]] = field(default_factory=dict)
-    errors: list[float] = field(default_factory=list)
-
-    def curve(self, size: int) -> list[tuple[float, float]]:
-        return list(zip(self.seconds[size], self.errors, strict=True))
-
-    def seconds_to(self, error: float, size: int) -> float:
-        """Infinite if no number of rays gets there."""
-        curve = self.curve(size)
-        if len(curve) == 1 or curve[0][1] <= error:
-            return curve[0][0] if curve[0][1] <= error else np.inf
-        return equal_error_seconds(curve, error)
-
-
-@dataclass
-class Row:
-    """One job, at any size, and its ways; the first is ours."""
-
-    name: str
-    make: Callable[[int], Any]
-    judge: Callable[[Any], np.ndarray]
-    ways: list[Way]
-    judged_at: int = 0
-    """Which of our numbers of rays says at what error times are compared."""
-
-    @property
-    def error(self) -> float:
-        return max(self.ways[0].errors[self.judged_at], WANTED)
-
-    def measure(self, sizes: tuple[int, ...]) -> None:
-        jobs, truth = cache(self.make), cache(lambda size: self.judge(self.make(size)))
-        for size in sizes:
-            again = list[Callable[[], None]]()
-            for way in self.ways:
-                if not way.obstacle:
-                    try:
-                        most = min(size, way.most)
-                        again.append(self._measure(way, size, jobs(most), partial(truth, most)))
-                    except NotImplementedError as reason:
-                        way.obstacle = str(reason)
-                    except (ImportError, OSError, RuntimeError, subprocess.SubprocessError) as reason:
-                        way.obstacle = f"missing: {str(reason).splitlines()[0][:70]}"
-            for _ in range(TURNS):
-                for run in again:
-                    run()
-
-    def _measure(self, way: Way, size: int, job: Any, truth: Callable[[], np.ndarray]) -> Callable[[], None]:
-        """Measure it once; what measures it again is given."""
-        share = min(way.most / size, 1.0)
-        known = next(((before, times) for before, times in way.seconds.items() if before >= way.most), None)
-        if known:
-            way.seconds[size] = [taken * size / known[0] for taken in known[1]]
-            return lambda: None
-        start = time.process_time()
-        cast = way.prepare(job)
-        way.preparing = time.process_time() - start
-        if not way.errors:
-            cast(way.rays[0])  # compiles
-        first = [cast(rays) for rays in way.rays]
-        if not way.errors:
-            way.errors = _errors([found for _, found in first], way, cast, truth())
-        way.seconds[size] = [seconds / share for seconds, _ in first]
-        taken = sum(seconds for seconds, _ in first)
-        times = 0 if taken > QUICK else TIMES_A_TURN if taken < VERY_QUICK else 1
-
-        def again() -> None:
-            for _ in range(times):
-                least = zip(way.seconds[size], way.rays, strict=True)
-                way.seconds[size] = [min(before, cast(rays)[0] / share) for before, rays in least]
-
-        return again
-
-
-def _errors(found: list[np.ndarray], way: Way, cast: Caster, truth: np.ndarray) -> list[float]:
-    """Relative RMS errors."""
-    if way.own_truth:
-        own = cast(way.own_truth)[1]
-        if not own.any():
-            raise NotImplementedError("draws black")
-        if way.name != LIBIGL:  # which weights all directions alike
-            off = float(np.sqrt(np.square(own - truth).mean()) / truth.mean())
-            if off > ALIKE:
-                raise NotImplementedError(f"draws another picture: {off:.0%} off")
-        truth = own
-    return [max(float(np.sqrt(np.square(one - truth).mean()) / truth.mean()), LEAST_ERROR) for one in found]
 
 
 # --- jobs
@@ -248,24 +128,8 @@ def glossy(blender: Callable) -> Row:
         Way(MITSUBA, scene_peers.mitsuba, (16, 64, 256), 100_000, own_truth=4096),
         Way(BLENDER, blender),
     ]
-    sky = [ph.EnvironmentLight(sky_image())]
-    return Row("A mirror of GGX under a sky", lambda size: ball(size, sky, mirror, is_cap=True), _by_paths, ways)
-
-
-def _by_paths(job: scene_peers.Job) -> np.ndarray:
-    return bench_transport.judged(job, 4096)[0]
-
-
-def bouncing(name: str, bounces: int, blender: Callable) -> Row:
-    def make(size: int) -> scene_peers.Job:
-        return bench_transport.room(max(round((size / 6.1) ** 0.5) - 1, 2), bounces)
-
-    ways = [
-        Way(OURS, bench_transport.ours, (16, 64, 256), 100_000),
-        Way(MITSUBA, scene_peers.mitsuba, (16, 64, 256), 10_000, own_truth=2048),
-        Way(BLENDER, blender, (16, 64), 1200, own_truth=1024),
-    ]
-    return Row(name, make, lambda job: bench_transport.judged(job, 1024)[0], ways, judged_at=1)
+    sky, by_paths = [ph.EnvironmentLight(sky_image())], partial(bench_transport.judged, paths=4096)
+    return Row("A mirror of GGX under a sky", lambda size: ball(size, sky, mirror, is_cap=True), by_paths, ways)
 
 
 def seen(name: str, make: Callable[[int], ray_peers.Job], blender: str | None) -> Row:
@@ -285,62 +149,10 @@ def rows_of(blender: str | None) -> list[Row]:
         direct("64 lamps", 64, bake),
         seen("A penumbra", bench_visibility.penumbra, blender),
         seen("The sky, with occlusion", bench_visibility.open_sky, blender),
-        bouncing("One bounce", 1, bake),
-        bouncing("All bounces", scene_peers.ALL_BOUNCES, bake),
+        bench_transport.row("One bounce", 1, blender),
+        bench_transport.row("All bounces", scene_peers.ALL_BOUNCES, blender),
         glossy(bake),
     ]
-
-
-# --- what is told
-
-
-def shown(rows: list[Row], sizes: tuple[int, ...]):
-    """A star marks times that are multiplied from those of fewer vertices."""
-    headings = "job", "by", "error, by rays", *(f"{size:,} vertices, s" for size in sizes), "times ours", "prepared, s"
-    made = table("At equal error, processor seconds", *headings, texts=3)
-    for row in rows:
-        for way in row.ways:
-            job = f"{row.name}, to {row.error:.1e}" if way is row.ways[0] else ""
-            if way.obstacle:
-                made.add_row(job, way.name, way.obstacle)
-                continue
-            errors = ", ".join(f"{rays}: {error:.0e}" for rays, error in zip(way.rays, way.errors, strict=True))
-            taken = {size: way.seconds_to(row.error, size) for size in sizes}
-            times = [taken[size] / row.ways[0].seconds_to(row.error, size) for size in sizes]
-            cells = [
-                f"{seconds:.3g}{'' if size <= way.most else ' *'}" if np.isfinite(seconds) else "never"
-                for size, seconds in taken.items()
-            ]
-            ratio = " / ".join(f"{each:.3g}" if 0.0 < each < np.inf else "-" for each in times)
-            made.add_row(job, way.name, errors, *cells, ratio, f"{way.preparing:.2g}")
-        made.add_section()
-    return made
-
-
-def figure(rows: list[Row], size: int, path: str) -> None:
-    """Seconds against error, a panel for each job; marks alone are ways that need no rays."""
-    from matplotlib.figure import Figure
-
-    drawn = Figure(figsize=(13.0, 6.6), layout="constrained", facecolor="white")
-    panels, handles = drawn.subplots(2, 4).ravel(), {}
-    for panel, row in zip(panels, rows, strict=False):
-        for way in row.ways:
-            if way.obstacle:
-                continue
-            color, marker = STYLES[way.name]
-            looks = {"color": color, "marker": marker, "linewidth": 2.6 if way.name == OURS else 1.6}
-            (handles[way.name],) = panel.loglog(*zip(*way.curve(size), strict=True), **looks)
-        panel.axhline(row.error, color="#999999", linewidth=0.8, linestyle=":")
-        panel.set_title(row.name, fontsize=12)
-        panel.grid(which="major", color="#e4e4e4")
-        panel.spines[["top", "right"]].set_visible(False)
-    for panel in panels[4:]:
-        panel.set_xlabel("processor seconds")
-    for panel in panels[::4]:
-        panel.set_ylabel("relative RMS error")
-    panels[-1].set_axis_off()
-    panels[-1].legend(handles.values(), handles, loc="center", frameon=False, title=f"{size:,} vertices, two threads")
-    drawn.savefig(path, dpi=100)
 
 
 def machine() -> str:
@@ -361,14 +173,14 @@ def main() -> None:
     parser.add_argument("--figure", help="where curves are drawn")
     parser.add_argument("--blender", help="a Python that imports bpy")
     given = parser.parse_args()
-    begin_on(scene_peers.THREADS)
+    begin_on(THREADS)
     CONSOLE.print(machine())
     rows, sizes = rows_of(given.blender), tuple(sorted(given.vertices))
     for row in rows:
         row.measure(sizes)
         CONSOLE.print(shown([row], sizes))
     if given.figure:
-        figure(rows, sizes[min(1, len(sizes) - 1)], given.figure)
+        figure(rows, [sizes[min(1, len(sizes) - 1)]] * len(rows), given.figure, STYLES)
 
 
 if __name__ == "__main__":

@@ -3,25 +3,21 @@
     python tests/benchmarks/bench_visibility.py [vertices] [--figure FILE] [--blender PYTHON]
 
 Two scenes: the penumbra of a torus on a plane of 100,000 vertices, or as many as are given, and the sky as a knot of
-half as many sees it. All have two threads; time is that of processors, both threads together, for on a busy machine
-that of a clock says nothing. So what keeps one thread busy, as VTK does, looks up to twice as fast as it is. Hard
-shadows and updates per second are by the clock. Preparation (trees of triangles, compiling) does not count, and of some
-turns in one run the least does.
+half as many sees it. `ways.py` says how they are measured; what keeps one thread busy, as VTK does, looks up to twice
+as fast as it is. Hard shadows and updates per second are by the clock.
 
-Errors are RMS over all vertices, against 4096 rays of ours that are chosen with other numbers, or a truth of their own
-(`ray_peers` says whose and why). What takes long looks from some of the vertices, and its time is multiplied: VTK,
-libigl, and Blender, which bakes a coarser mesh.
+Errors are against 4096 rays of ours that are chosen with other numbers, or a truth of their own (`ray_peers` says whose
+and why). VTK and libigl look from some of the vertices, and Blender bakes a coarser mesh.
 
 Others that are compared if they are there: `pip install mitsuba libigl`, Mitsuba with LLVM's library; and with
 `--blender` a Python that has `pip install bpy`. Those that are missing are named.
 """
 
-import subprocess
 import time
 from argparse import ArgumentParser
 from collections.abc import Callable
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 from unittest.mock import patch
 
@@ -37,34 +33,23 @@ from pvphong.studio.lit_actors import LitMesh
 
 try:
     from benchmarks import ray_peers as peers
-    from benchmarks.common import Caster, begin_on, equal_error_seconds, slope, table, timed
+    from benchmarks.common import THREADS, Caster, begin_on, equal_error_seconds, table, timed
     from benchmarks.ray_peers import Job
+    from benchmarks.ways import BLENDER, LIBIGL, MITSUBA, Row, Way, figure, relative, shown
 except ImportError:
     import ray_peers as peers
-    from common import Caster, begin_on, equal_error_seconds, slope, table, timed
+    from common import THREADS, Caster, begin_on, equal_error_seconds, table, timed
     from ray_peers import Job
+    from ways import BLENDER, LIBIGL, MITSUBA, Row, Way, figure, relative, shown
 
-TURNS, QUICK, RAYS, TRUTH, BLENDERS_TRUTH = 3, 5.0, (16, 64, 256), 4096, 2048
-"""Ways that take less than `QUICK` seconds have so many turns, others one after their first answers."""
-JUDGED_AT = RAYS.index(256)
-"""Seconds are compared at the error that we have with so many rays."""
-SLOW, VERTICES_OF_BLENDER, PREVIEW = 64, 1200, 16
+TURNS, RAYS, TRUTH, PREVIEW = 3, (16, 64, 256), 4096, 16
 LIGHTS = [
     ph.DirectionalLight(direction=(1, 0, -1), name="sun"),
     ph.PointLight(position=(0, 0, 3), name="lamp"),
     ph.PointLight(position=(3, 0, 1), name="bulb"),
 ]
-STYLES = [
-    ("#1b6ca8", "o"),
-    ("#6fa8d6", "o"),
-    ("#b3cde3", "o"),
-    ("#c2571a", "s"),
-    ("#e3ab85", "s"),
-    ("#2a7f3f", "^"),
-    ("#6b4c9a", "D"),
-    ("#9a9a9a", "v"),
-]
-"""Colours and markers of the ways, in their order."""
+COLORS = "#1b6ca8", "#6fa8d6", "#b3cde3", "#c2571a", "#e3ab85", "#2a7f3f", "#6b4c9a", "#9a9a9a"
+"""Of the ways, in their order."""
 CONSOLE = Console(width=160)
 
 
@@ -112,138 +97,39 @@ def truth_of(job: Job) -> np.ndarray:
     return ours(replace(job, mesh=turned))(TRUTH).found[::-1]
 
 
-@dataclass
-class Way:
-    """One way to cast rays, and what came of it."""
-
-    name: str
-    prepare: Callable[[Job], Caster]
-    job: Job
-    truth: np.ndarray | int
-    """Shape (n,); or so many rays of its own."""
-    rays: tuple[int, ...] = RAYS
-    share: float = 1.0
-    """The share of the vertices that it looks from."""
-    obstacle: str = ""
-
-    def begin(self) -> None:
-        """Prepare, and have first answers."""
-        self.seconds = dict.fromkeys(self.rays, np.inf)
-        try:
-            self.cast = self.prepare(self.job)
-            truth = self.cast(self.truth).found if isinstance(self.truth, int) else self.truth
-            parts = self.measure()
-            self.errors = {rays: float(np.sqrt(np.mean((part - truth) ** 2))) for rays, part in parts.items()}
-        except NotImplementedError as reason:
-            self.obstacle = str(reason)
-        except (ImportError, OSError, RuntimeError, subprocess.SubprocessError) as reason:
-            self.obstacle = f"missing: {str(reason).splitlines()[0]}"
-
-    def measure(self) -> dict[int, np.ndarray]:
-        """What is seen, by rays."""
-        casts = {rays: self.cast(rays) for rays in self.rays}
-        self.seconds = {rays: min(self.seconds[rays], cast.seconds / self.share) for rays, cast in casts.items()}
-        self.takes = sum(cast.seconds for cast in casts.values())
-        return {rays: cast.found for rays, cast in casts.items()}
-
-    @property
-    def curve(self) -> list[tuple[float, float]]:
-        """Seconds and error, by rays."""
-        return [(self.seconds[rays], self.errors[rays]) for rays in self.rays]
-
-
-def measured(make: Callable[[int], Job], count: int, blender: str | None) -> list[Way]:
-    job = make(count)
-    truth, few, coarse = truth_of(job), job.some(SLOW), make(VERTICES_OF_BLENDER)
-    share = len(few.points) / len(job.points)
+def row(name: str, make: Callable[[int], Job], blender: str | None) -> Row:
     ways = [
-        Way("pvphong: compiled code, Embree", partial(ours, backend=Embree), job, truth, (*RAYS, 1024)),
-        Way("pvphong: embreex's run", partial(ours, backend=Embreex), job, truth),
-        Way("pvphong: VTK's locator", partial(ours, backend=Locator), few, truth[::SLOW], share=share),
-        Way("Mitsuba 3", peers.mitsuba, job, truth),
-        Way("Mitsuba 3 as it comes", peers.mitsuba_as_it_comes, job, truth),
-        Way("libigl", peers.libigl, job.some(8), TRUTH, share=len(job.points[::8]) / len(job.points)),
-        Way(
-            "Blender's bake",
-            partial(peers.blender, python=blender),
-            coarse,
-            BLENDERS_TRUTH,
-            share=len(coarse.points) / len(job.points),
-        ),
-        Way("plain random rays, embreex's run", peers.plain_rays, job, truth),
+        Way("pvphong: compiled code, Embree", partial(ours, backend=Embree), (*RAYS, 1024)),
+        Way("pvphong: embreex's run", partial(ours, backend=Embreex), RAYS),
+        Way("pvphong: VTK's locator", partial(ours, backend=Locator), RAYS, step=64),
+        Way(MITSUBA, peers.mitsuba, RAYS),
+        Way("Mitsuba 3 as it comes", peers.mitsuba_as_it_comes, RAYS),
+        Way(LIBIGL, peers.libigl, RAYS, step=8, own_truth=TRUTH),
+        Way(BLENDER, partial(peers.blender, python=blender), RAYS, most=1200, own_truth=2048),
+        Way("plain random rays, embreex's run", peers.plain_rays, RAYS),
     ]
-    for way in ways:
-        way.begin()
-    for turn in range(TURNS):
-        for way in ways:
-            if not way.obstacle and (turn == 0 or way.takes < QUICK):
-                way.measure()
-    return ways
+    return Row(name, make, truth_of, ways, judged_at=RAYS.index(256), wanted=0.0)
 
 
-def error_table(name: str, ways: list[Way]):
-    best = ways[0] if not ways[0].obstacle else next(way for way in ways if not way.obstacle)
-    error, seconds = best.curve[JUDGED_AT][::-1]
-    headings = [f"{rays} rays" for rays in (*RAYS, 1024)]
-    made = table(name, "cast by", *headings, "slope", f"seconds to {error:.1e}", "times the first")
-    for way in ways:
-        if way.obstacle:
-            made.add_row(way.name, way.obstacle)
-            continue
-        cells = [f"{taken:.3g} s, {off:.1e}" for taken, off in way.curve] + [""] * (len(headings) - len(way.curve))
-        same = equal_error_seconds(way.curve, error)
-        falls = slope(way.rays, list(way.errors.values()))
-        made.add_row(way.name, *cells, f"{falls:.2f}", f"{same:.3g}", f"{same / seconds:.3g}")
-    return made
-
-
-def adaptive_table(scenes: dict[str, list[Way]]):
+def adaptive_table(rows: tuple[Row, ...], sizes: tuple[int, ...]):
     """As many rays as the tolerance asks for, beside as many for all vertices."""
     headings = "scene", "tolerance", "seconds", "RMS error", "rays a vertex", "fixed over adaptive, same error"
     made = table("Adaptive", *headings)
-    for name, (fixed, *_) in scenes.items():
-        for tolerance in (0.02, 1 / 255) if not fixed.obstacle else ():
-            job, seconds = fixed.job, []
+    for each, size in zip(rows, sizes, strict=True):
+        job = each.make(size)
+        truth = each.judge(job)
+        for tolerance in (0.02, 1 / 255) if each.first is each.ways[0] else ():
+            seconds = []
             known = job.mesh.phong.visibility(job.scene, occluders=job.occluders, tolerance=tolerance)
             seen_by(known)
             for _ in range(TURNS):
                 again = known.afresh()
                 seconds.append(timed(lambda _, again=again: seen_by(again))(0).seconds)
-            error = float(np.sqrt(np.mean((seen_by(known) - fixed.truth) ** 2)))
-            over = equal_error_seconds(fixed.curve, error) / min(seconds)
+            error = relative(seen_by(known), truth)
+            over = equal_error_seconds(each.first.curve(size), error) / min(seconds)
             numbers = f"{min(seconds):.3g}", f"{error:.1e}", f"{known.rays / len(job.points):.0f}", f"{over:.2f}"
-            made.add_row(name, f"{tolerance:.4f}", *numbers)
+            made.add_row(each.name, f"{tolerance:.4f}", *numbers)
     return made
-
-
-def figure(scenes: dict[str, list[Way]], path: str) -> None:
-    """Seconds against error of all ways, a panel for each scene."""
-    from matplotlib.figure import Figure
-
-    drawn = Figure(figsize=(12.0, 6.0), layout="constrained", facecolor="white")
-    styles = dict(zip((way.name for way in next(iter(scenes.values()))), STYLES, strict=True))
-    panels, handles = drawn.subplots(1, len(scenes), sharey=True), {}
-    for panel, (name, ways) in zip(panels, scenes.items(), strict=True):
-        for way in ways:
-            if not way.obstacle:
-                color, marker = styles[way.name]
-                is_first = way is ways[0]
-                looks = {
-                    "linewidth": 3.0 if is_first else 1.6,
-                    "markersize": 8 if is_first else 6,
-                    "zorder": 3 if is_first else 2,
-                }
-                (handles[way.name],) = panel.loglog(*zip(*way.curve, strict=True), marker, color=color, ls="-", **looks)
-        panel.set_title(f"{name}, {len(ways[0].job.points):,} vertices", fontsize=13)
-        panel.set_xlabel("processor seconds, two threads together")
-        panel.grid(which="major", color="#e4e4e4")
-        panel.spines[["top", "right"]].set_visible(False)
-        for rays, at in zip(ways[0].rays, ways[0].curve if not ways[0].obstacle else (), strict=False):
-            color = styles[ways[0].name][0]
-            panel.annotate(f"{rays} rays", at, (9, 3), textcoords="offset points", color=color, fontsize=9)
-    panels[0].set_ylabel("RMS error of the part that is seen")
-    drawn.legend(handles.values(), handles, loc="outside lower center", ncols=4, frameon=False)
-    drawn.savefig(path, dpi=100)
 
 
 # --- hard shadows, and a light that moves
@@ -289,16 +175,18 @@ def main() -> None:
     parser.add_argument("--figure", help="where curves are drawn")
     parser.add_argument("--blender", help="a Python that imports bpy")
     given = parser.parse_args()
-    begin_on(peers.THREADS)
+    begin_on(THREADS)
     CONSOLE.print(hard_shadows(10 * given.vertices))
     CONSOLE.print(drags(given.vertices))
-    scenes = {}
-    for name, make, count in (("A penumbra", penumbra, given.vertices), ("The sky", open_sky, given.vertices // 2)):
-        ways = scenes[name] = measured(make, count, given.blender)
-        CONSOLE.print(error_table(f"{name}, {len(ways[0].job.points):,} vertices: processor seconds, RMS error", ways))
-    CONSOLE.print(adaptive_table(scenes))
+    sizes = given.vertices, given.vertices // 2
+    rows = row("A penumbra", penumbra, given.blender), row("The sky", open_sky, given.blender)
+    for each, size in zip(rows, sizes, strict=True):
+        each.measure((size,))
+        CONSOLE.print(shown([each], (size,)))
+    CONSOLE.print(adaptive_table(rows, sizes))
     if given.figure:
-        figure(scenes, given.figure)
+        styles = {way.name: (color, "o") for way, color in zip(rows[0].ways, COLORS, strict=True)}
+        figure(rows, sizes, given.figure, styles)
 
 
 if __name__ == "__main__":

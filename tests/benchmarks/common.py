@@ -6,38 +6,22 @@ Calls take turns, so that a busy machine slows all of them down alike.
 import os
 import subprocess
 import sys
+import tempfile
 import time
 from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from rich.table import Table
 
 from pvphong import Material, PointLight, Scene, Viewer
 from pvphong.shading import kernel
-from pvphong.studies.accuracy.peers import textbook_colors as textbook
+from pvphong.studies.accuracy.peers import textbook_colors as textbook  # noqa: F401 for benchmarks
 
-__all__ = [
-    "Cast",
-    "Caster",
-    "apart",
-    "begin_on",
-    "equal_error_seconds",
-    "in_turns",
-    "least_in_turns",
-    "mark",
-    "measured_scene",
-    "new_cluster",
-    "peak",
-    "reset_peak",
-    "slope",
-    "table",
-    "textbook",
-    "timed",
-    "vertices",
-]
+THREADS = 2
+"""Of those who are compared."""
 
 
 def measured_scene():
@@ -100,6 +84,34 @@ def timed(work: Callable[[int], np.ndarray]) -> Caster:
     return cast
 
 
+def by_parts(at_once: int, count: int, of_some: Callable[[int, int, int], np.ndarray]) -> Caster:
+    """Of what gives the answers of some vertices, by so many rays each: so many rays at once."""
+
+    def work(rays: int) -> np.ndarray:
+        step = max(at_once // rays, 1)
+        return np.concatenate([of_some(rays, at, min(at + step, count)) for at in range(0, count, step)])
+
+    return timed(work)
+
+
+def baked(code: str, python: str | None, data: dict[str, Any]) -> Caster:
+    """Of a script for Blender, which gets files for data and result, a number of rays, and one of threads."""
+    if python is None:
+        raise FileNotFoundError("no Python with bpy was named")
+    subprocess.run([python, "-c", "import bpy"], check=True, capture_output=True)
+
+    def cast(rays: int) -> Cast:
+        with tempfile.TemporaryDirectory() as folder:
+            given, result = Path(folder) / "given.npz", Path(folder) / "result.npz"
+            np.savez(given, **data)
+            command = [python, "-c", code, str(given), str(result), str(rays), str(THREADS)]
+            subprocess.run(command, check=True, capture_output=True)
+            with np.load(result) as found:
+                return Cast(float(found["seconds"]), found["seen"])
+
+    return cast
+
+
 def begin_on(threads):
     """Keep to so many processors, and have all code compiled."""
     if hasattr(os, "sched_setaffinity"):
@@ -137,6 +149,21 @@ def new_cluster(workers):
     return LocalCluster(
         n_workers=workers, threads_per_worker=1, dashboard_address=":0", env={"VTK_SMP_MAX_THREADS": "1"}
     )
+
+
+def files_lit(cluster, files, out, *lighting, **options):
+    """Seconds of a run in which nothing is done yet, and the bytes that the worker with the most took."""
+    from distributed import Client
+
+    from pvphong import shade_files
+
+    with Client(cluster) as client:
+        before = client.run(reset_peak)
+        start = time.perf_counter()
+        batch = shade_files(files, out, *lighting, client=client, backend="numba", **options)
+        seconds = time.perf_counter() - start
+        assert len(batch.done) == len(files), batch
+        return seconds, max(most - before[worker] for worker, most in client.run(peak).items())
 
 
 def reset_peak():

@@ -5,14 +5,10 @@ vertex, and says how long that took. Two answer another question, and are judged
 from every corner of every face, a little inside of it, and libigl weights directions evenly, not with the cosine.
 """
 
-import subprocess
-import tempfile
 import time
-from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import cached_property, partial
-from pathlib import Path
 
 import numpy as np
 import pyvista as pv
@@ -20,14 +16,13 @@ import pyvista as pv
 import pvphong as ph
 
 try:
-    from benchmarks.common import Cast, Caster, timed
+    from benchmarks.common import THREADS, Cast, Caster, baked, by_parts, timed
 except ImportError:
-    from common import Cast, Caster, timed
+    from common import THREADS, Cast, Caster, baked, by_parts, timed
 
-THREADS = 2
 ABOVE = 1e-4
 """Lengths: so far above the surface plain rays begin; meshes are some six units wide."""
-MITSUBAS_RAYS_AT_ONCE = 2**25
+RAYS_AT_ONCE = 2**25  # by Mitsuba
 FAR = 1e6
 
 
@@ -166,16 +161,6 @@ def _scene_of_mitsuba(job: Job):
     return mi.load_dict({"type": "scene", "triangles": shape, "emitter": emitter})
 
 
-def _by_parts(job: Job, of_some: Callable[[int, int, int], np.ndarray]) -> Caster:
-    """Of what gives the answers of some vertices, by so many rays each."""
-
-    def work(rays: int) -> np.ndarray:
-        step, count = max(MITSUBAS_RAYS_AT_ONCE // rays, 1), len(job.points)
-        return np.concatenate([of_some(rays, at, min(at + step, count)) for at in range(0, count, step)])
-
-    return timed(work)
-
-
 def mitsuba(job: Job) -> Caster:
     """What its `direct` integrator does at a surface: multijittered samples of the light, or of a cosine.
 
@@ -206,7 +191,7 @@ def mitsuba(job: Job) -> Caster:
         seen, whole = dr.block_sum(dr.select(is_free, sent, 0), rays), dr.block_sum(sent, rays)
         return np.array(seen / whole)
 
-    return _by_parts(job, of_some)
+    return by_parts(RAYS_AT_ONCE, len(job.points), of_some)
 
 
 def mitsuba_as_it_comes(job: Job) -> Caster:
@@ -234,8 +219,9 @@ def mitsuba_as_it_comes(job: Job) -> Caster:
         found, _, _ = integrator.sample(scene, sampler, mi.RayDifferential3f(ray))
         return np.array(dr.block_sum(found[0], rays)) / rays
 
-    _, whole = _by_parts(job, partial(arriving, scenes[1]))(4096)
-    return _by_parts(job, lambda rays, first, last: arriving(scenes[0], rays, first, last) / whole[first:last])
+    seen_by = partial(by_parts, RAYS_AT_ONCE, len(job.points))
+    _, whole = seen_by(partial(arriving, scenes[1]))(4096)
+    return seen_by(lambda rays, first, last: arriving(scenes[0], rays, first, last) / whole[first:last])
 
 
 # --- libigl
@@ -302,9 +288,6 @@ def blender(job: Job, *, python: str | None) -> Caster:
 
     What a bake of one sample takes is taken off. Light is divided by what would arrive if nothing were in between.
     """
-    if python is None:
-        raise FileNotFoundError("no Python with bpy was named")
-    subprocess.run([python, "-c", "import bpy"], check=True, capture_output=True)
     meshes = [job.mesh, *job.occluders]
     data = {f"points{number}": np.array(mesh.points) for number, mesh in enumerate(meshes)}
     data |= {f"corners{number}": np.array(mesh.regular_faces) for number, mesh in enumerate(meshes)}
@@ -314,13 +297,10 @@ def blender(job: Job, *, python: str | None) -> Caster:
         to_light = np.array(job.light.position) - job.points
         unblocked = (to_light * job.normals).sum(axis=1) / np.linalg.norm(to_light, axis=1) ** 3
 
+    bake = baked(_BAKE, python, {"count": len(meshes)} | data)
+
     def cast(rays: int) -> Cast:
-        with tempfile.TemporaryDirectory() as folder:
-            given, result = Path(folder) / "given.npz", Path(folder) / "result.npz"
-            np.savez(given, count=len(meshes), **data)
-            command = [python, "-c", _BAKE, str(given), str(result), str(rays), str(THREADS)]
-            subprocess.run(command, check=True, capture_output=True)
-            with np.load(result) as found:
-                return Cast(float(found["seconds"]), found["seen"] / unblocked)
+        seconds, seen = bake(rays)
+        return Cast(seconds, seen / unblocked)
 
     return cast

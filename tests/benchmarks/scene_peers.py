@@ -6,10 +6,7 @@ of GGX that reflect all light.
 """
 
 import math
-import subprocess
-import tempfile
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 import pyvista as pv
@@ -17,12 +14,11 @@ import pyvista as pv
 import pvphong as ph
 
 try:
-    from benchmarks.common import Cast, Caster, timed
+    from benchmarks.common import THREADS, Caster, baked, by_parts
 except ImportError:
-    from common import Cast, Caster, timed
+    from common import THREADS, Caster, baked, by_parts
 
-THREADS = 2
-MITSUBAS_PATHS_AT_ONCE = 2**22
+PATHS_AT_ONCE = 2**22  # by Mitsuba
 ALL_BOUNCES = 64
 
 
@@ -141,11 +137,7 @@ def mitsuba(job: Job) -> Caster:
         found, _, _ = integrator.sample(whole, sampler, mi.RayDifferential3f(mi.Ray3f(p, d)))
         return np.stack([np.array(dr.block_sum(channel, rays)) / rays for channel in found], axis=1)
 
-    def work(rays: int) -> np.ndarray:
-        step = max(MITSUBAS_PATHS_AT_ONCE // rays, 1)
-        return np.concatenate([of_some(rays, at, min(at + step, job.count)) for at in range(0, job.count, step)])
-
-    return timed(work)
+    return by_parts(PATHS_AT_ONCE, job.count, of_some)
 
 
 # --- Blender
@@ -203,8 +195,6 @@ np.savez(sys.argv[2], seen=np.concatenate(seen), seconds=seconds)
 
 def blender(job: Job, python: str | None) -> Caster:
     """Its bake of vertex colours by Cycles, in a process of its own; what it takes beside its rays does not count."""
-    if python is None:
-        raise FileNotFoundError("no Python with bpy was named")
     lights, materials = job.scene.lights, [job.materials[name] for name in job.blocks.keys()]  # noqa: SIM118
     if not all(hasattr(light, "position") for light in lights) or any(each.reflectance for each in materials):
         raise NotImplementedError("bakes no mirrors and no skies here")
@@ -214,14 +204,4 @@ def blender(job: Job, python: str | None) -> Caster:
     data |= {"places": np.array([light.position for light in lights]), "bounces": job.bounces}
     data |= {"radii": np.array([getattr(light, "radius", 0.0) for light in lights])}
     data |= {"powers": np.array([light.intensity for light in lights])}
-
-    def cast(rays: int) -> Cast:
-        with tempfile.TemporaryDirectory() as folder:
-            given, result = Path(folder) / "given.npz", Path(folder) / "result.npz"
-            np.savez(given, **data)
-            command = [python, "-c", _BAKE, str(given), str(result), str(rays), str(THREADS)]
-            subprocess.run(command, check=True, capture_output=True)
-            with np.load(result) as found:
-                return Cast(float(found["seconds"]), found["seen"])
-
-    return cast
+    return baked(_BAKE, python, data)

@@ -9,6 +9,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import pyvista as pv
+from waiting import endless, until
 
 import pvphong as ph
 from pvphong.base import text, threads
@@ -18,14 +19,6 @@ from pvphong.studio.web.document import Document
 
 LAMP = ph.PointLight(position=(0.5, 0.2, 2.0), name="lamp")
 WHITE = ph.Material(ambient=0.5, diffuse=0.9)
-
-
-def until(is_so):
-    for _ in range(4000):
-        if is_so():
-            return
-        time.sleep(0.005)
-    raise AssertionError("it did not come")
 
 
 class Rays:
@@ -241,15 +234,8 @@ def test_lights_are_not_mixed_where_light_bounces(window):
 
 def test_refining_is_an_edit_that_is_undone_and_can_be_cancelled(window, monkeypatch):
     begun = []
-
-    def endless(*_, **__):
-        begun.append(1)
-        while True:
-            threads.go_on()
-            time.sleep(0.001)
-
     monkeypatch.setattr("pvphong.studio.refining._AFTER", 0.0)
-    monkeypatch.setattr("pvphong.studio.refining.refine", endless)
+    monkeypatch.setattr("pvphong.studio.refining.refine", endless(begun, []))
     window.document.edit("accuracy.refine", "0.02")
     assert [mesh.refining.tolerance for mesh in window.lit.meshes] == [0.02, 0.02]
     window.plotter.render()

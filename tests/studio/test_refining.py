@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 import pyvista as pv
 from mouse import Mouse
+from waiting import endless, until
 
 import pvphong as ph
-from pvphong.base import threads
 from pvphong.studio import refining
 from pvphong.studio.lit_actors import LightingWarning
 
@@ -114,25 +114,7 @@ def test_a_highlight_is_dragged_over_the_users_mesh(window):
 
 def test_what_is_outdated_is_stopped_and_never_shown(window, monkeypatch):
     begun, stopped = [], []
-
-    def endless(surface, *_, **__):
-        begun.append(surface)
-        try:
-            while True:
-                threads.go_on()
-                time.sleep(0.001)
-        except threads.StoppedError:
-            stopped.append(surface)
-            raise
-
-    def until(condition):
-        for _ in range(2000):
-            if condition():
-                return
-            time.sleep(0.005)
-        raise AssertionError("it did not come")
-
-    monkeypatch.setattr(refining, "refine", endless)
+    monkeypatch.setattr(refining, "refine", endless(begun, stopped))
     w = window()
     w.plotter.render()
     until(lambda: len(begun) == 2)

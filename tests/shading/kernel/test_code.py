@@ -5,7 +5,7 @@ from __future__ import annotations
 import shutil
 
 import pytest
-from shading.kernel.apart import EVALUATE, run_apart
+from apart import EVALUATE, run_apart
 
 from pvphong.shading import kernel
 

@@ -13,7 +13,7 @@ from itertools import count
 
 import numpy as np
 import pytest
-from shading.kernel.apart import run_apart
+from apart import run_apart
 
 import pvphong as ph
 from pvphong.base.files import locked

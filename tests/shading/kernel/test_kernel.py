@@ -22,7 +22,6 @@ COUNT = 1500  # more than two of the kernel's blocks, and not a multiple of thei
 SUN = ph.DirectionalLight(direction=(-1, -1, -2), diffuse=(1, 0.9, 0.7), ambient=0.1)
 LAMP = ph.PointLight(position=(2, -1, 3), attenuation=(1, 0.1, 0.02), diffuse=(0.5, 0.7, 1))
 SPOT = ph.SpotLight(position=(1, 1, 4), direction=(-1, -1, -4), cone_angle=20, exponent=9, ambient=0.2)
-BULB = ph.PointLight(position=(-2, 1, 2), diffuse=(0.8, 0.7, 0.4))
 EVEN = ph.SpotLight(position=(1, 1, 4), direction=(-1, -1, -4), cone_angle=20, exponent=0, attenuation=(0, 1, 0))
 HEAD = ph.DirectionalLight(frame="headlight")
 SHINY = ph.Material(ambient=0.3, diffuse=(0.4, 0.5, 0.6), specular=(0.5, 0.4, 0.3), shininess=25, emission=0.05)
@@ -30,20 +29,16 @@ DULL = replace(SHINY, specular=0.0)
 WHITE = ph.Material(ambient=0.0, diffuse=1.0, specular=1.0, shininess=9.0)
 
 SCENES = {
-    "sun, dull": ([SUN], DULL, {}),
-    "lamp, dull": ([LAMP], DULL, {}),
-    "lamp": ([LAMP], SHINY, {}),
-    "bulbs, dull": ([BULB, replace(BULB, position=(1, 2, -1))], DULL, {}),
-    "bulb": ([BULB], SHINY, {}),
-    "all": ([SUN, LAMP, SPOT, EVEN, HEAD], SHINY, {}),
-    "blinn-phong": ([SUN, LAMP, SPOT], SHINY, {"reflection": "blinn-phong"}),
-    "two-sided": ([SUN, LAMP], SHINY, {"two_sided": True}),
+    "sun, dull": ([SUN], DULL),
+    "lamp, dull": ([LAMP], DULL),
+    "lamp": ([LAMP], SHINY),
+    "all": ([SUN, LAMP, SPOT, EVEN, HEAD], SHINY),
 }
 
 
 def scene_of(name):
-    lights, material, model = SCENES[name]
-    return ph.Scene(lights, ph.Viewer(position=(0, -3, 4)), ph.LightModel(**model)), material
+    lights, material = SCENES[name]
+    return ph.Scene(lights, ph.Viewer(position=(0, -3, 4))), material
 
 
 @pytest.fixture(scope="module")
@@ -51,11 +46,6 @@ def vertices():
     random = np.random.default_rng(7)
     points = random.normal(size=(COUNT, 3))
     return points, points + 0.3 * random.normal(size=(COUNT, 3))
-
-
-def shade(vertices, name, backend, precision, **options):
-    scene, material = scene_of(name)
-    return ph.evaluate(*vertices, scene, material, backend=backend, precision=precision, **options).rgb
 
 
 @pytest.mark.parametrize("precision", ["float32", "float64"])

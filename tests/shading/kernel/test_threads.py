@@ -7,7 +7,7 @@ import threading
 import time
 
 import pytest
-from shading.kernel.apart import EVALUATE, run_apart
+from apart import EVALUATE, run_apart
 
 from pvphong.base import threads
 from pvphong.shading import kernel

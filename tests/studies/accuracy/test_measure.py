@@ -33,7 +33,7 @@ def mesh():
 
 @pytest.fixture(scope="module")
 def report(mesh):
-    return tradeoff(mesh, SCENE, SHINY, seconds=7)
+    return tradeoff(mesh, SCENE, SHINY, seconds=4)
 
 
 def row(report, name):

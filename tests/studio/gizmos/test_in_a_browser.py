@@ -1,26 +1,18 @@
 """Gizmos in a web page: trame sends pictures to the browser, and the browser's mouse and keys come back."""
 
-import importlib.util
-import shutil
-
 import numpy as np
 import pytest
-from served import ESCAPE, SIZE, VIEWS, Page, Server, new_browser
+from browsers import needs_a_browser, new_browser
+from served import ESCAPE, SIZE, VIEWS, Page, Server
 from windowed import essence
 
-PROGRAMS = {name: shutil.which(name) for name in ("chromium", "chromedriver")}
-MISSING = [name for name, path in PROGRAMS.items() if path is None]
-MISSING += [name for name in ("selenium", "trame_pyvista") if importlib.util.find_spec(name) is None]
-pytestmark = pytest.mark.skipif(
-    bool(MISSING),
-    reason=f"a page in a browser needs {', '.join(MISSING)} (Debian: chromium, chromium-driver; extras: test, trame)",
-)
-LAMP, SPOT, GUEST = 0, 1, 2
+pytestmark = needs_a_browser
+LAMP, SPOT = 0, 1
 
 
 @pytest.fixture(scope="module")
 def browser(tmp_path_factory):
-    driver = new_browser(PROGRAMS["chromium"], PROGRAMS["chromedriver"], tmp_path_factory.mktemp("profile"))
+    driver = new_browser(tmp_path_factory.mktemp("profile"))
     yield driver
     driver.quit()
 
