@@ -205,6 +205,7 @@ class Gizmos:
     @property
     def surfaces(self) -> Surfaces:
         """The lit meshes as they are now, to be asked what is under a cursor."""
+        self.lit.show_own_vertices()  # what is hit is a triangle of a mesh's own
         return Surfaces(self.renderer, self.view, self.lit.shown)
 
     @property

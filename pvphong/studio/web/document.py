@@ -34,7 +34,7 @@ from pvphong.studio.gizmos import Gizmo, Gizmos, History, commands
 from pvphong.studio.gizmos.gizmo import called
 from pvphong.studio.gizmos.handles import LightInScene
 from pvphong.studio.gizmos.view import STANDS_OFF, Scenery
-from pvphong.studio.lit_actors import SharedMaterial
+from pvphong.studio.lit_mesh import SharedMaterial
 from pvphong.studio.subplot import Subplot
 from pvphong.studio.web.fields import edited, fields_of, form_of, has_stops
 from pvphong.studio.web.mix import Mix
@@ -120,7 +120,7 @@ class Document:
 
     def __init__(self, phong: Any, subplot: Subplot, history: History) -> None:
         self._phong, self._subplot, self.history = phong, subplot, history
-        refined = [mesh.refining.tolerance for mesh in subplot.lit.meshes if mesh.refining is not None]
+        refined = (each.tolerance for each in subplot.lit.refining.values())
         self._accuracy = Accuracy(refine=min(refined, default=None))
         self.mix = Mix(subplot)
         self.textures: dict[Map, str] = {}
@@ -215,9 +215,8 @@ class Document:
 
     def cancel_refining(self) -> None:
         """Leave what is drawn as it is, until something is edited."""
-        for mesh in self._subplot.lit.shown:
-            if mesh.refining is not None:
-                mesh.refining.cancel(mesh)
+        for refining in self._subplot.lit.refining.values():
+            refining.cancel()
 
     # -- edits of one value
 

@@ -21,7 +21,7 @@ from pvphong.base.types import ByteArray, ColorLike, FloatArray, Vector, rgb
 from pvphong.meshes.lit import shade_mesh
 from pvphong.optics.light import Light
 from pvphong.scene.scene import light_labels
-from pvphong.studio.lit_actors import ARRAY, LitMesh
+from pvphong.studio.lit_mesh import ARRAY, LitMesh
 from pvphong.studio.subplot import Subplot
 from pvphong.studio.window_lights import RendererLight
 

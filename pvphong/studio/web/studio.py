@@ -214,21 +214,16 @@ class Studio:
 
     def _awaited(self) -> dict[str, Any]:
         """What is computed in the background, and what has come of refining."""
-        meshes = [mesh for mesh in self._subplot.lit.shown if mesh.refining is not None]
-        refined, part = (
-            [mesh.refining for mesh in meshes if mesh.refining is not None],
-            self._subplot.lit.gathering.part,
-        )
-        is_awaited = any(each.is_awaited for each in refined)
-        reason = next((each.reason for each in refined if each.reason), "")
-        if refined and self.document.mix.is_on:
+        part, refining = self._subplot.lit.gathering.part, self._subplot.lit.refining
+        is_awaited = any(each.is_awaited for each in refining.values())
+        reason = next((each.reason for each in refining.values() if each.reason), "")
+        if refining and self.document.mix.is_on:
             reason = "lights are mixed"
-        drawn = sum(mesh.actor.mapper.dataset.n_points for mesh in meshes if mesh.actor is not None)
-        added = drawn - sum(mesh.drawn.n_points for mesh in meshes)
+        added = sum(mesh.actor.mapper.dataset.n_points - mesh.drawn.n_points for mesh in refining if mesh.actor)
         said = f"not refined: {reason}" if reason else f"refined, by {added:,} points more" if added else ""
         return {
             "gathering": None if part is None else round(100.0 * part),
-            "refining": is_awaited,
+            "refining": 0 if is_awaited else None,
             "refined": "being refined" if is_awaited else said,
         }
 
