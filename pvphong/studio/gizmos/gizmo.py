@@ -58,13 +58,17 @@ class Gizmo:
         self.first = renderer_light.light(gizmos.lights.viewer)
         """The light as it was when it got its gizmo."""
         self.is_selected = False
-        self.hovered: str | None = None
-        """The handle under the cursor."""
         self._gizmos = gizmos
         self._held: tuple[Any, Scenery] | None = None
 
     def __repr__(self) -> str:
         return f"Gizmo({self.light!r})"
+
+    @property
+    def hovered(self) -> str | None:
+        """The handle under the cursor."""
+        gizmo, handle = self._gizmos.hovered or (None, None)
+        return handle if gizmo is self else None
 
     @property
     def light(self) -> Light:
@@ -146,6 +150,8 @@ class Gizmos:
     ) -> None:
         self.renderer, self.interactor, self.render = renderer, interactor, render
         self.lights, self.lit, self.history, self.options = lights, lit, history, options
+        self.hovered: tuple[Gizmo, str] | None = None
+        """The handle under the cursor, and whose it is."""
         self.is_hidden, self.shows_help, self.notice = False, False, ""
         self._only = None if only is None else list(only)
         self.overlay = Overlay()
