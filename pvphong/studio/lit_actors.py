@@ -99,6 +99,10 @@ class LitActors:
         """The lit meshes that are visible."""
         return [mesh for mesh in self.meshes if mesh.actor is not None and mesh.actor.GetVisibility()]
 
+    def others(self, mesh: LitMesh) -> list[LitMesh]:
+        """The visible meshes that cast shadows on one."""
+        return [each for each in self.shown if each is not mesh and each.casts_shadows]
+
     @property
     def refining(self) -> dict[LitMesh, Refining]:
         """What shows refined pictures of the visible meshes of which there are to be any."""
@@ -114,6 +118,11 @@ class LitActors:
         self._meshes.append(mesh)
         if refine is not None:
             self._refining[mesh] = Refining(mesh, refine)
+
+    def name_of(self, mesh: LitMesh) -> str:
+        """The name that a mesh was drawn by; "" if it was drawn without one."""
+        names = [name for name, actor in self._renderer.actors.items() if actor is mesh.actor]
+        return names[0] if names and "(Addr=" not in names[0] else ""
 
     def light(self, mesh: LitMesh) -> None:
         """Light a mesh that is not drawn yet among those that are; ValueError if it cannot be lit."""
@@ -150,8 +159,8 @@ class LitActors:
                     mesh.blank()
                     if mesh in self._refining:
                         self._refining[mesh].forget()
-                    names = [name for name, actor in self._renderer.actors.items() if actor is mesh.actor]
-                    which = f"The mesh {names[0]!r}" if names and "(Addr=" not in names[0] else "A mesh"
+                    name = self.name_of(mesh)
+                    which = f"The mesh {name!r}" if name else "A mesh"
                     unlit[mesh] = f"{which} is not lit: {error}"
         else:
             self.gathering.stop()
@@ -179,9 +188,7 @@ class LitActors:
         for mesh, refining in self.refining.items():
             if mesh not in unlit:
                 before = refining.pictures
-                own = list(self._blocking).index(mesh) if mesh in self._blocking else None
-                occluders = KnownOccluders(self._occluders, own) if scene.light_model.needs_rays else None
-                refining.update(scene, occluders, held=held, waits=waits)
+                refining.update(scene, self._occluders_of(mesh, scene), held=held, waits=waits)
                 if refining.pictures > before:
                     is_new = True
                     if refining.reason:
@@ -214,21 +221,19 @@ class LitActors:
     def _refreshing(self, meshes: Sequence[LitMesh], waits: bool = False) -> Callable[[LitMesh], bool]:
         """What brings one of some meshes up to date, which shadow each other where the light model has shadows."""
         scene, self.note = self._scene(), ""
-        model, samples, own = scene.light_model, None, dict[LitMesh, KnownOccluders]()
-        others: KnownOccluders | None = None
+        model, samples = scene.light_model, None
         if model.needs_rays:
             if self.uses_preview_rays and any(light.has_size for light in scene.lights):
                 samples, self.note = _PREVIEW_SAMPLES, f"shadows by {_PREVIEW_SAMPLES} rays until let go"
-            own, others = self._occluders_of(meshes), KnownOccluders(self._occluders, None)
+            self._gather_occluders(meshes)
         bounced: dict[LitMesh, FloatArray] | None = {}
         if model.bounces:
 
             def planned(mesh: LitMesh) -> tuple[Plan, Vertices]:
-                return mesh.planned(scene, own.get(mesh, others), samples)
+                return mesh.planned(scene, self._occluders_of(mesh, scene), samples)
 
-            waits = waits or not (self.is_in_a_page or self._is_on_screen)
-            how: dict[str, Any] = {"held": self.uses_preview_rays, "waits": waits}
-            bounced = self.gathering.light(meshes, planned, scene, samples, **how)
+            held, waits = self.uses_preview_rays, waits or not (self.is_in_a_page or self._is_on_screen)
+            bounced = self.gathering.light(meshes, planned, scene, samples, held=held, waits=waits)
             self.note = self.gathering.note or self.note
         else:
             self.gathering.stop()
@@ -236,7 +241,7 @@ class LitActors:
 
         def refresh(mesh: LitMesh) -> bool:
             light = None if bounced is None else bounced.get(mesh)
-            return mesh.refresh(lit, own.get(mesh, others), samples=samples, bounced=light)
+            return mesh.refresh(lit, self._occluders_of(mesh, scene), samples=samples, bounced=light)
 
         return refresh
 
@@ -246,8 +251,13 @@ class LitActors:
         window = self._renderer.GetRenderWindow()
         return window is not None and not window.GetOffScreenRendering()
 
-    def _occluders_of(self, meshes: Sequence[LitMesh]) -> dict[LitMesh, KnownOccluders]:
-        """Each mesh that casts shadows, among all that do."""
+    def _occluders_of(self, mesh: LitMesh, scene: Scene) -> KnownOccluders | None:
+        """What casts shadows on a mesh; None in a scene without shadows and occlusion."""
+        own = list(self._blocking).index(mesh) if mesh in self._blocking else None
+        return KnownOccluders(self._occluders, own) if scene.light_model.needs_rays else None
+
+    def _gather_occluders(self, meshes: Sequence[LitMesh]) -> None:
+        """Know all of some meshes that cast shadows, where they are now."""
         blocking = dict[LitMesh, tuple[Any, BlockingFaces]]()
         for mesh in meshes:
             if mesh.casts_shadows:
@@ -262,7 +272,6 @@ class LitActors:
         is_same = list(blocking) == list(self._blocking)
         if not is_same or any(self._blocking[mesh] is not faces for mesh, faces in blocking.items()):
             self._occluders, self._blocking = Occluders([faces for _, faces in blocking.values()]), blocking
-        return {mesh: KnownOccluders(self._occluders, index) for index, mesh in enumerate(blocking)}
 
     # -- materials, whose edits can be undone
 
