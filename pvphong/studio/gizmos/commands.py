@@ -155,7 +155,7 @@ def add(gizmos: Gizmos) -> None:
     if below is None:
         gizmos.notice = "new light: point at a lit mesh"
         return
-    height = _ABOVE * gizmos.extent[1]
+    height = _ABOVE * gizmos.scenery.size
     place = vector(np.array(below.point) + height * np.array(below.normal))
     _put(gizmos, PointLight(position=place, attenuation=(1.0, 0.0, height**-2), name="point"))
 
@@ -169,7 +169,7 @@ def duplicate(gizmos: Gizmos, gizmo: Gizmo) -> None:
         return
     world, right = light.in_world(viewer), viewer.axes[0]
     if world.places:
-        double = world.moved(lambda place: vector(np.array(place) + _BESIDE * gizmos.extent[1] * right))
+        double = world.moved(lambda place: vector(np.array(place) + _BESIDE * gizmos.scenery.size * right))
     else:
         turned: dict[str, Any] = {
             field: vector(math.hypot(*aim) * (np.array(unit_vector(aim)) - 2.0 * _BESIDE * right))

@@ -103,9 +103,8 @@ class Gizmo:
         grabbed it turns around the end that is not, for as long as the scene stays.
         """
         light = self.renderer_light.light(view.viewer)
-        center, size = self._gizmos.extent
-        scene = center, size, view.viewer if light.frame == "camera" else None  # the eye, if the light goes along
-        scenery = Scenery(center, size, center, STANDS_OFF * size)
+        scenery = self._gizmos.scenery
+        scene = scenery, view.viewer if light.frame == "camera" else None  # the eye, if the light goes along
         if self._held is not None and self._held[0] == scene:
             scenery = self._held[1]
         placed = light.in_world(view.viewer)
@@ -199,14 +198,16 @@ class Gizmos:
         return View(self.lights.viewer, (max(width, 1), max(height, 1)), (x, y))
 
     @property
-    def extent(self) -> tuple[Vector, float]:
-        """Middle and half the diagonal of what is drawn; of nothing: what the camera looks at."""
+    def scenery(self) -> Scenery:
+        """What is drawn, or without that what the camera looks at; icons without a place stand before its middle."""
         bounds = np.array(self.renderer.ComputeVisiblePropBounds()).reshape(3, 2)
         size = 0.5 * float(np.linalg.norm(bounds[:, 1] - bounds[:, 0]))
         if (bounds[:, 0] > bounds[:, 1]).any() or not 0.0 < size < np.inf:
             viewer = self.lights.viewer
-            return vector(viewer.focal_point), 0.5 * viewer.distance
-        return vector(bounds.mean(axis=1)), size
+            center, size = vector(viewer.focal_point), 0.5 * viewer.distance
+        else:
+            center = vector(bounds.mean(axis=1))
+        return Scenery(center, size, center, STANDS_OFF * size)
 
     @property
     def surfaces(self) -> Surfaces:

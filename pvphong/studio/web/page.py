@@ -415,8 +415,8 @@ def _accuracy() -> None:
         html.Div("{{ report.doing }}", v_if="report.doing", classes="text-caption mt-2", **found_by("report-doing"))
         v.VProgressLinear(
             v_if="report.running",
-            model_value=("report.percent",),
-            indeterminate=("!report.percent",),
+            model_value=("100 * report.part",),
+            indeterminate=("!report.part",),
             height=6,
             **found_by("", "How much of this is done"),
         )
@@ -427,12 +427,12 @@ def _accuracy() -> None:
             classes="text-body-2 mt-2",
             **found_by("report-line"),
         )
-        with html.Div(v_if="report.worst && report.worst.length"):
+        with html.Div(v_if="report.worst.length"):
             mark = "mark the worst vertices in the view"
             switch("mark-worst", "marked", mark, "trigger('mark_worst', [$event])")
             html.Div(
                 "Colour error, of 1 = full: "
-                "{{ report.worst.map(([index, error]) => `vertex ${index}: ${error}`).join(', ') }}",
+                "{{ report.worst.map(([index, error]) => `vertex ${index}: ${error.toPrecision(2)}`).join(', ') }}",
                 classes="studio-unit",
             )
         with html.A(v_if="report.figure", href=("report.figure",), target="_blank", title="Open in full size"):
