@@ -24,8 +24,7 @@ from pvphong.scene.light_model import LightModel
 from pvphong.scene.scene import Scene
 from pvphong.studies.validate.validation import Comparison, validate
 from pvphong.studio.gizmos import Gizmo, Gizmos, History, Interaction, Keys, Options, check_keys
-from pvphong.studio.lit_actors import ARRAY, LitMesh, lit_meshes
-from pvphong.studio.refining import Refining
+from pvphong.studio.lit_mesh import ARRAY, LitMesh, lit_meshes
 from pvphong.studio.subplot import Subplot
 from pvphong.studio.window_lights import RendererLight
 
@@ -118,7 +117,6 @@ class PlotterPhong:
         subplot, meshes = self._subplot, lit_meshes(mesh, material, feature_angle)
         for lit in meshes.values():
             lit.casts_shadows = casts_shadows
-            lit.refining = None if tolerance is None else Refining(tolerance)
             subplot.lit.light(lit)
         name = add_mesh_options.pop("name", None)
         if name is not None:
@@ -127,7 +125,7 @@ class PlotterPhong:
         for block, lit in meshes.items():
             named = {} if name is None else {"name": f"{name}[{block}]" if block else name}
             lit.actor = self._draw(lit.drawn, ARRAY, add_mesh_options | named)
-            subplot.lit.add(lit)
+            subplot.lit.add(lit, tolerance)
         self._prepare_outputs()
         actors = tuple(lit.actor for lit in meshes.values())
         return actors if isinstance(mesh, pv.MultiBlock) else actors[0]

@@ -9,10 +9,9 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from functools import partial
-from typing import Any, NamedTuple, Protocol
+from typing import Any, NamedTuple
 
 import numpy as np
-import pyvista as pv
 
 from pvphong.base.formulas import FAINTEST
 from pvphong.base.types import Float64Array, FloatArray, rgb
@@ -24,32 +23,12 @@ from pvphong.shading.interreflection import Sent
 from pvphong.shading.plan.plan import Plan
 from pvphong.shading.vertices import Vertices
 from pvphong.studio.background import Job
+from pvphong.studio.lit_mesh import LitMesh
 
 _LIVE = 2**13  # so many vertices have their own bounces while something is dragged
 
 
-class Drawn(Protocol):
-    """A lit mesh in a window, as `pvphong.studio.lit_actors.LitMesh` is one."""
-
-    drawn: pv.PolyData
-
-    @property
-    def version(self) -> Any:
-        """A stamp of what is lit."""
-
-    @property
-    def matrix(self) -> Float64Array | None:
-        """The actor's model matrix."""
-
-    @property
-    def normals(self) -> FloatArray:
-        """The point normals that it is lit with."""
-
-    def geometry(self) -> Any:
-        """A stamp of points, faces, normals and matrix."""
-
-
-Planned = Callable[[Any], tuple[Plan, Vertices]]
+Planned = Callable[[LitMesh], tuple[Plan, Vertices]]
 """What will light one of the meshes, and on what; ValueError where it cannot be lit."""
 
 
@@ -64,10 +43,10 @@ class _Gathered(NamedTuple):
     among: Transport
     brightness: Float64Array
     """Shape (3,): the lights' colours together."""
-    light: dict[Any, FloatArray]
+    light: dict[LitMesh, FloatArray]
     """Shape (1, n, 3) for each mesh; none where there is none."""
 
-    def at_brightness(self, brightness: Float64Array) -> dict[Any, FloatArray]:
+    def at_brightness(self, brightness: Float64Array) -> dict[LitMesh, FloatArray]:
         """The light in the lights' colours now."""
         was = np.maximum(self.brightness, FAINTEST)
         factor = np.where(self.brightness > 0.0, brightness / was, 1.0).astype(np.float32)
@@ -85,7 +64,7 @@ class Gathering:
         self.count = 0
         """How often light has come from the background."""
         self._last: _Gathered | None = None
-        self._job: Job[dict[Any, FloatArray]] | None = None
+        self._job: Job[dict[LitMesh, FloatArray]] | None = None
         self._awaited: _Gathered | None = None
 
     @property
@@ -100,15 +79,15 @@ class Gathering:
         return 0 if last is None or awaited is None or last.geometry != awaited.geometry else last.bounces
 
     def light(
-        self, meshes: Sequence[Drawn], planned: Planned, scene: Scene, samples: int | None, *, held: bool, waits: bool
-    ) -> dict[Any, FloatArray] | None:
+        self, meshes: Sequence[LitMesh], planned: Planned, scene: Scene, samples: int | None, *, held: bool, waits: bool
+    ) -> dict[LitMesh, FloatArray] | None:
         """Shape (1, n, 3) for each mesh: light that all send each other. None where none is known yet.
 
         While something is dragged, that of many vertices is as before, in the lights' colours now.
 
         Parameters
         ----------
-        meshes : sequence of Drawn
+        meshes : sequence of LitMesh
             Those that can be lit exchange light.
         planned : callable
             Gives each one's plan and vertices in the scene.
@@ -121,7 +100,7 @@ class Gathering:
         waits : bool
             Whether to come back with the light, and not before.
         """
-        exchanging, versions = dict[Any, tuple[Plan, Vertices]](), dict[Any, Any]()
+        exchanging, versions = dict[LitMesh, tuple[Plan, Vertices]](), dict[LitMesh, Any]()
         for mesh in meshes:
             with suppress(ValueError):  # one that cannot be lit sends nothing, and says so elsewhere
                 exchanging[mesh] = planned(mesh)
@@ -141,7 +120,7 @@ class Gathering:
             sent, silent = _sent(exchanging)
             gathered = _Gathered(state, geometry, scene.light_model.bounces, among, brightness, {})
 
-            def gather() -> dict[Any, FloatArray]:
+            def gather() -> dict[LitMesh, FloatArray]:
                 shares = interreflection.bounced(sent, among.gather, gathered.bounces, apart=False)
                 each = zip(exchanging, among.slices, strict=True)
                 return {mesh: shares[:, rows] for mesh, rows in each if mesh not in silent}
@@ -179,9 +158,9 @@ def _transport_of(meshes: Any) -> Transport:
     return transport_of([Exchanging(mesh.drawn, partial(np.array, mesh.normals), mesh.matrix) for mesh in meshes])
 
 
-def _sent(exchanging: dict[Any, tuple[Plan, Vertices]]) -> tuple[Sent, set[Any]]:
+def _sent(exchanging: dict[LitMesh, tuple[Plan, Vertices]]) -> tuple[Sent, set[LitMesh]]:
     """What all meshes send before light has bounced, and those that cannot say."""
-    sent, silent = list[Sent](), set[Any]()
+    sent, silent = list[Sent](), set[LitMesh]()
     for mesh, (plan, vertices) in exchanging.items():
         try:
             sent.append(plan.sent(vertices))

@@ -9,51 +9,21 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 from dataclasses import replace
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 import pyvista as pv
 
-from pvphong.base.types import Float64Array, FloatArray
 from pvphong.meshes.visibility import KnownOccluders
 from pvphong.optics.maps import Map, fractions
-from pvphong.optics.material import Material
 from pvphong.scene.scene import Scene
-from pvphong.shading.plan.plan import Plan
-from pvphong.shading.vertices import Vertices
 from pvphong.studies.refine import BouncedLight, refine
 from pvphong.studio.background import Job
+from pvphong.studio.lit_mesh import LitMesh
 
 _ARRAY = "phong"
 _AFTER = 0.2  # seconds in which nothing has changed
 _MOST_ADDED = 200_000  # points
-
-
-class Drawn(Protocol):
-    """A lit mesh in a window, as `pvphong.studio.lit_actors.LitMesh` is one."""
-
-    drawn: pv.PolyData
-    actor: pv.Actor | None
-    bounced: FloatArray | None
-
-    @property
-    def state(self) -> Any:
-        """What its colours were computed for last; cheap to compare."""
-
-    @property
-    def material(self) -> Material:
-        """The surface's material."""
-
-    @property
-    def matrix(self) -> Float64Array | None:
-        """The actor's model matrix."""
-
-    @property
-    def normals(self) -> FloatArray:
-        """The point normals that it is lit with."""
-
-    def planned(self, scene: Scene, occluders: KnownOccluders | None = None) -> tuple[Plan, Vertices]:
-        """What will run, and on what."""
 
 
 class Refining:
@@ -61,13 +31,14 @@ class Refining:
 
     Parameters
     ----------
+    mesh : LitMesh
+        What is refined.
     tolerance : float
         As for `refine`.
     """
 
-    def __init__(self, tolerance: float) -> None:
-        self.tolerance = tolerance
-        """As it was given."""
+    def __init__(self, mesh: LitMesh, tolerance: float) -> None:
+        self._mesh, self.tolerance = mesh, tolerance
         self.pictures = 0
         """How many have been made."""
         self.reason = ""
@@ -77,63 +48,60 @@ class Refining:
         self._job: Job[pv.PolyData] | None = None
         self._shown: pv.PolyData | None = None
 
-    def update(
-        self, mesh: Drawn, scene: Scene, occluders: KnownOccluders | None, *, held: bool, waits: bool = False
-    ) -> None:
-        """Show the refined picture of a mesh if there is one of what it is now; else begin to make it.
+    def update(self, scene: Scene, occluders: KnownOccluders | None, *, held: bool, waits: bool) -> None:
+        """Show the refined picture of the mesh, which is up to date, if there is one of it; else begin to make it.
 
         Parameters
         ----------
-        mesh : Drawn
-            It is up to date.
         scene : Scene
             What lights it.
         occluders : KnownOccluders, optional
             What casts shadows on it.
         held : bool
             Whether something is being dragged: then its own vertices are shown, and nothing is refined.
-        waits : bool, default False
+        waits : bool
             Whether to come back with the picture, and not before.
         """
-        drawn = mesh.drawn
+        mesh, drawn = self._mesh, self._mesh.drawn
         is_left_alone = held or drawn.n_verts + drawn.n_lines or not drawn.n_cells
         if is_left_alone or mesh.state != self._state:
-            self.forget(mesh)
+            self.forget()
         if is_left_alone:
             return
         if self._state is None:
             self._state, self._since = mesh.state, time.monotonic()
         if self._shown is None and self._job is None and (waits or time.monotonic() - self._since >= _AFTER):
-            self._job = Job("refining", self._work(mesh, scene, occluders))
+            self._job = Job("refining", self._work(scene, occluders))
         if self._job is not None and waits:
             self._job.wait()
         if self._job is not None and self._job.is_done:
             self.reason = self._job.reason
             self._shown, self._job, self.pictures = self._job.result or drawn, None, self.pictures + 1
         if self._shown is not None:
-            _show(mesh, self._shown)
+            self._show(self._shown)
 
     @property
     def is_awaited(self) -> bool:
         """Whether there is to be a picture of what the mesh is now, and there is none yet."""
         return self._state is not None and self._shown is None
 
-    def cancel(self, mesh: Drawn) -> None:
+    def cancel(self) -> None:
         """Make no picture of what the mesh is now: its own vertices are shown until it changes."""
         if self.is_awaited:
-            self.forget(mesh)
-            self._state, self._shown, self.reason = mesh.state, mesh.drawn, "cancelled"
+            self.forget()
+            self._state, self._shown, self.reason = self._mesh.state, self._mesh.drawn, "cancelled"
 
-    def forget(self, mesh: Drawn) -> None:
+    def forget(self) -> None:
         """Show the mesh's own vertices, and stop what runs."""
         if self._job is not None:
             self._job.stop()
         self._state = self._job = self._shown = None
         self.reason = ""
-        _show(mesh, mesh.drawn)
+        self._show(self._mesh.drawn)
 
-    def _work(self, mesh: Drawn, scene: Scene, occluders: KnownOccluders | None) -> Callable[[], pv.PolyData]:
+    def _work(self, scene: Scene, occluders: KnownOccluders | None) -> Callable[[], pv.PolyData]:
         """What makes the picture, of nothing that anybody else may edit meanwhile."""
+        mesh = self._mesh
         _, vertices = mesh.planned(scene, occluders)
         arrays = {name: Map(np.array(fractions(name, values.rows))) for name, values in vertices.maps.items()}
         reflectance = mesh.material.reflectance
@@ -160,7 +128,7 @@ class Refining:
 
         return work
 
-
-def _show(mesh: Drawn, picture: pv.PolyData) -> None:
-    if mesh.actor is not None and mesh.actor.mapper.dataset is not picture:
-        mesh.actor.mapper.dataset = picture
+    def _show(self, picture: pv.PolyData) -> None:
+        actor = self._mesh.actor
+        if actor is not None and actor.mapper.dataset is not picture:
+            actor.mapper.dataset = picture

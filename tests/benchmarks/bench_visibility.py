@@ -29,7 +29,7 @@ import pvphong as ph
 from pvphong.meshes.visibility import KnownOccluders, world_faces
 from pvphong.rays import casting
 from pvphong.rays.casting import Embree, Embreex, Locator, Occluders, ray_backend
-from pvphong.studio.lit_actors import LitMesh
+from pvphong.studio.lit_mesh import LitMesh
 
 try:
     from benchmarks import ray_peers as peers

@@ -6,7 +6,7 @@ import pyvista as pv
 
 import pvphong as ph
 from pvphong.meshes.surfaces import ORIGINAL_POINT, split_sharp_edges
-from pvphong.studio.lit_actors import LitMesh
+from pvphong.studio.lit_mesh import LitMesh
 
 SUN = ph.Scene([ph.DirectionalLight(direction=(-1.0, -2.0, -3.0))], ph.Viewer(position=(2.0, 3.0, 4.0)))
 DULL = ph.Material(ambient=0.1)

@@ -10,7 +10,7 @@ from vtkmodules.util.numpy_support import vtk_to_numpy
 
 from pvphong import DirectionalLight, Material, PhongFilter, PointLight, Scene, Viewer
 from pvphong.meshes.surfaces import shallow_copy, surface
-from pvphong.studio.lit_actors import LitMesh
+from pvphong.studio.lit_mesh import LitMesh
 
 SCENE = Scene([DirectionalLight(direction=(-1, 0.5, -1)), PointLight(position=(2, -1, 3))], Viewer(position=(1, 2, 6)))
 MATERIAL = Material(ambient=0.1, specular=0.4, shininess=12)

@@ -193,11 +193,11 @@ def test_refined_pictures_come_after_the_light(window, rays):
     window.document.edit("accuracy.refine", 0.05)
     window.bounce(1)
     until(lambda: rays.begun)
-    assert not any(mesh.refining.is_awaited for mesh in window.lit.meshes)
+    assert not any(each.is_awaited for each in window.lit.refining.values())
     rays.may.set()
     window.plotter.screenshot(return_img=True)
     window.check()
-    assert all(mesh.refining.pictures for mesh in window.lit.meshes)
+    assert [bool(each.pictures) for each in window.lit.refining.values()] == [True, True]
 
 
 @pytest.mark.usefixtures("rays")
@@ -237,7 +237,7 @@ def test_refining_is_an_edit_that_is_undone_and_can_be_cancelled(window, monkeyp
     monkeypatch.setattr("pvphong.studio.refining._AFTER", 0.0)
     monkeypatch.setattr("pvphong.studio.refining.refine", endless(begun, []))
     window.document.edit("accuracy.refine", "0.02")
-    assert [mesh.refining.tolerance for mesh in window.lit.meshes] == [0.02, 0.02]
+    assert [each.tolerance for each in window.lit.refining.values()] == [0.02, 0.02]
     window.plotter.render()
     until(lambda: len(begun) == 2)
     assert window.lit.is_awaiting
@@ -245,7 +245,7 @@ def test_refining_is_an_edit_that_is_undone_and_can_be_cancelled(window, monkeyp
     assert not window.lit.is_awaiting
     window.plotter.render()
     assert not window.lit.is_awaiting
-    assert {mesh.refining.reason for mesh in window.lit.meshes} == {"cancelled"}
+    assert {each.reason for each in window.lit.refining.values()} == {"cancelled"}
     assert all(mesh.actor.mapper.dataset is mesh.drawn for mesh in window.lit.meshes)
     window.document.edit("light.1.intensity", 0.5)
     window.plotter.render()
@@ -255,7 +255,7 @@ def test_refining_is_an_edit_that_is_undone_and_can_be_cancelled(window, monkeyp
     assert not window.lit.is_awaiting
     for _ in range(3):
         window.document.undo()
-    assert {mesh.refining for mesh in window.lit.meshes} == {None}
+    assert not window.lit.refining
     for given in (0, -1, "fine"):
         with pytest.raises(ValueError, match="refine must be"):
             window.document.edit("accuracy.refine", given)

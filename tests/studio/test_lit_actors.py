@@ -7,7 +7,8 @@ import pytest
 import pyvista as pv
 
 from pvphong import DirectionalLight, Material, PointLight, Scene, Viewer
-from pvphong.studio.lit_actors import ARRAY, LightingWarning, LitMesh
+from pvphong.studio.lit_actors import LightingWarning
+from pvphong.studio.lit_mesh import ARRAY, LitMesh
 
 SCENE = Scene(lights=[PointLight(position=(2, 2, 2))], viewer=Viewer(position=(0, 0, 5)))
 SHINY = Material(specular=0.5, shininess=20)

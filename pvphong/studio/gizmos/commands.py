@@ -49,14 +49,12 @@ def select_next(gizmos: Gizmos) -> None:
     gizmos.notice = "" if chosen else "no light selected"
 
 
-def undo(gizmos: Gizmos) -> None:
-    """Take the last step back."""
-    gizmos.notice = "undone" if gizmos.history.undo() else "nothing to undo"
-
-
-def redo(gizmos: Gizmos) -> None:
-    """Take the last step that was undone again."""
-    gizmos.notice = "done again" if gizmos.history.redo() else "nothing to redo"
+def undo_or_redo(gizmos: Gizmos, step: int) -> None:
+    """Take the last step back, or the last step that was undone again."""
+    if step < 0:
+        gizmos.notice = "undone" if gizmos.history.undo() else "nothing to undo"
+    else:
+        gizmos.notice = "done again" if gizmos.history.redo() else "nothing to redo"
 
 
 # -- the selected light: what it becomes
@@ -81,23 +79,21 @@ def to_camera(gizmos: Gizmos, gizmo: Gizmo) -> Light:
     return aimed.in_frame(light.frame, viewer)
 
 
-def brighten(gizmos: Gizmos, gizmo: Gizmo, thirds: int) -> Light:
+def brighten(gizmos: Gizmos, gizmo: Gizmo, step: int) -> Light:
     """So many thirds of a stop more: three make it twice as bright."""
     light = gizmo.light
-    intensity = by_thirds(light.intensity, thirds)
+    intensity = on_scale(light.intensity, 3, step) if light.intensity else 0.0
     stops = f" = {math.log2(intensity):+.2g} stops" if intensity else ": Enter, to type one"
     gizmos.notice = f"{called(light)}: intensity {intensity:.4g}{stops}"
     return replace(light, intensity=intensity)
 
 
-def by_thirds(intensity: float, thirds: int) -> float:
-    """An intensity times 2^(thirds/3); on the scale of thirds around 1 without rounding errors piling up."""
-    if not intensity:
-        return 0.0
-    steps = 3.0 * math.log2(intensity)
-    if abs(steps - round(steps)) < 1e-9:
-        return float(2.0 ** ((round(steps) + thirds) / 3.0))
-    return float(intensity * 2.0 ** (thirds / 3.0))
+def on_scale(value: float, parts: int, step: int) -> float:
+    """A number times 2^(step/parts); on the scale of such steps around 1 without rounding errors piling up."""
+    at = parts * math.log2(value)
+    if abs(at - round(at)) < 1e-9:
+        return float(2.0 ** ((round(at) + step) / parts))
+    return float(value * 2.0 ** (step / parts))
 
 
 _HUE_STEP = 15.0  # degrees
@@ -124,7 +120,17 @@ def warmed(color: ColorLike, steps: float) -> Vector:
     return vector(tinted * (luminance(color) / luminance(tinted.tolist()))) if tinted.any() else rgb(color)
 
 
-def recolor(gizmos: Gizmos, gizmo: Gizmo, what: str, change: Callable[[ColorLike], Vector]) -> Light:
+def turn_hue(gizmos: Gizmos, gizmo: Gizmo, step: int) -> Light:
+    """Its hue so many steps further."""
+    return _recolor(gizmos, gizmo, "hue", partial(hue_turned, degrees=_HUE_STEP * step))
+
+
+def warm(gizmos: Gizmos, gizmo: Gizmo, step: int) -> Light:
+    """Its colours so many steps warmer."""
+    return _recolor(gizmos, gizmo, "warmer" if step > 0 else "cooler", partial(warmed, steps=step))
+
+
+def _recolor(gizmos: Gizmos, gizmo: Gizmo, what: str, change: Callable[[ColorLike], Vector]) -> Light:
     """All colours that it has of its own changed alike."""
     light = gizmo.light
     colors = {"diffuse": light.diffuse, "specular": light.specular, "ambient": light.ambient}
@@ -149,7 +155,7 @@ def add(gizmos: Gizmos) -> None:
     if below is None:
         gizmos.notice = "new light: point at a lit mesh"
         return
-    height = _ABOVE * gizmos.extent[1]
+    height = _ABOVE * gizmos.scenery.size
     place = vector(np.array(below.point) + height * np.array(below.normal))
     _put(gizmos, PointLight(position=place, attenuation=(1.0, 0.0, height**-2), name="point"))
 
@@ -163,7 +169,7 @@ def duplicate(gizmos: Gizmos, gizmo: Gizmo) -> None:
         return
     world, right = light.in_world(viewer), viewer.axes[0]
     if world.places:
-        double = world.moved(lambda place: vector(np.array(place) + _BESIDE * gizmos.extent[1] * right))
+        double = world.moved(lambda place: vector(np.array(place) + _BESIDE * gizmos.scenery.size * right))
     else:
         turned: dict[str, Any] = {
             field: vector(math.hypot(*aim) * (np.array(unit_vector(aim)) - 2.0 * _BESIDE * right))
@@ -207,7 +213,6 @@ def solo(gizmos: Gizmos, gizmo: Gizmo) -> None:
 _NAMED = {name: Material.named(name) for name in Material.names()}
 _NAMED = {name: named for name, named in _NAMED.items() if named.reflectance is None or not named.reflectance.needs}
 """Without those for which a mesh needs tangents."""
-_HIGHLIGHT_STEP = 0.1
 
 
 def next_material(material: Material, step: int) -> Material:
@@ -230,18 +235,17 @@ def shine(material: Material, step: int) -> Material:
     """A narrower highlight, or a wider: √2 times the exponent, on the scale of powers of √2; below 1 is 0."""
     if "shininess" in material.maps:
         return material
-    at = 2.0 * math.log2(material.shininess) if material.shininess > 0.0 else -1.0
-    nearest = round(at) if abs(at - round(at)) < 1e-9 else at
-    return replace(material, shininess=2.0 ** ((nearest + step) / 2.0) if nearest + step >= 0.0 else 0.0)
+    shininess = on_scale(material.shininess or 0.5**0.5, 2, step)  # 0 is one step below 1
+    return replace(material, shininess=shininess if shininess >= 1.0 else 0.0)
 
 
-def strengthen(material: Material, step: float) -> Material:
-    """So much more of specular reflectance, at most 1 in any channel."""
+def strengthen(material: Material, step: int) -> Material:
+    """So many tenths more of specular reflectance, at most 1 in any channel."""
     if "specular" in material.maps:
         return material
     colors = rgb(material.specular)
     largest = max(colors)
-    level = round(min(max(largest + step, 0.0), max(1.0, largest)), 10)
+    level = round(min(max(largest + 0.1 * step, 0.0), max(1.0, largest)), 10)
     return replace(material, specular=[level * c / largest for c in colors] if largest else level)
 
 
@@ -257,7 +261,7 @@ class Command(NamedTuple):
     what: str
     """What the help says."""
 
-    acts: tuple[Callable[..., Any], ...]
+    act: Callable[..., Any]
     """What each of the keys does, as `edits` says."""
 
     edits: str = ""
@@ -268,55 +272,30 @@ class Command(NamedTuple):
     under the cursor becomes, or those of all meshes. Nothing: a function of the gizmos.
     """
 
+    steps: tuple[int, ...] = ()
+    """The `step` that the act is given by each of the keys, if it takes one."""
+
+
+_BACK_ON = (-1, 1)
 
 COMMANDS = (
-    Command("h", "these keys", (toggle_help,)),
-    Command("g", "hide or show the gizmos", (toggle_hidden,)),
-    Command("n", "select the next light", (select_next,)),
-    Command("z y", "undo, redo", (undo, redo)),
-    Command("m", "light off or on", (mute,), "light"),
-    Command("o", "this light alone, or all", (solo,), "light"),
-    Command("k", "light to the camera", (to_camera,), "light"),
-    Command("0", "light as it was at first", (reset,), "light"),
-    Command(
-        "Left Right",
-        "dimmer, brighter by 1/3 stop",
-        (partial(brighten, thirds=-1), partial(brighten, thirds=1)),
-        "light",
-    ),
-    Command(
-        "comma period",
-        "hue back, on",
-        tuple(
-            partial(recolor, what="hue", change=partial(hue_turned, degrees=step)) for step in (-_HUE_STEP, _HUE_STEP)
-        ),
-        "light",
-    ),
-    Command(
-        "1 2",
-        "cooler, warmer",
-        (
-            partial(recolor, what="cooler", change=partial(warmed, steps=-1.0)),
-            partial(recolor, what="warmer", change=partial(warmed, steps=1.0)),
-        ),
-        "light",
-    ),
-    Command("N", "new light where the cursor points", (add,), "lights"),
-    Command("D", "duplicate the light", (duplicate,), "light"),
-    Command("Delete BackSpace", "delete the light", (delete, delete), "light"),
-    Command(
-        "M K",
-        "material: next, previous",
-        (partial(next_material, step=1), partial(next_material, step=-1)),
-        "material",
-    ),
-    Command("5 6", "less, more shiny", (partial(shine, step=-1), partial(shine, step=1)), "material"),
-    Command(
-        "7 8",
-        "weaker, stronger highlight",
-        (partial(strengthen, step=-_HIGHLIGHT_STEP), partial(strengthen, step=_HIGHLIGHT_STEP)),
-        "material",
-    ),
+    Command("h", "these keys", toggle_help),
+    Command("g", "hide or show the gizmos", toggle_hidden),
+    Command("n", "select the next light", select_next),
+    Command("z y", "undo, redo", undo_or_redo, steps=_BACK_ON),
+    Command("m", "light off or on", mute, "light"),
+    Command("o", "this light alone, or all", solo, "light"),
+    Command("k", "light to the camera", to_camera, "light"),
+    Command("0", "light as it was at first", reset, "light"),
+    Command("Left Right", "dimmer, brighter by 1/3 stop", brighten, "light", _BACK_ON),
+    Command("comma period", "hue back, on", turn_hue, "light", _BACK_ON),
+    Command("1 2", "cooler, warmer", warm, "light", _BACK_ON),
+    Command("N", "new light where the cursor points", add, "lights"),
+    Command("D", "duplicate the light", duplicate, "light"),
+    Command("Delete BackSpace", "delete the light", delete, "light"),
+    Command("M K", "material: next, previous", next_material, "material", (1, -1)),
+    Command("5 6", "less, more shiny", shine, "material", _BACK_ON),
+    Command("7 8", "weaker, stronger highlight", strengthen, "material", _BACK_ON),
 )
 _TYPING = {"Enter": "type a value; in a drag: digits"}
 _MOUSE = {
@@ -331,9 +310,9 @@ TAKEN = frozenset({*"qQeErRwWsSpPbBvVCcfFuUiI3lLjJtTaA+-", "Up", "Down", "plus",
 """What vtkInteractorStyle::OnChar, `Plotter.reset_key_events`, PyVista's picking and VTK's widgets listen to."""
 
 _OF_KEYS = {
-    key: (act, command.edits)
+    key: (command, {"step": command.steps[at]} if command.steps else {})
     for command in COMMANDS
-    for key, act in zip(command.keys.split(), command.acts, strict=True)
+    for at, key in enumerate(command.keys.split())
 }
 OURS = frozenset({*_OF_KEYS, "Return", "KP_Enter"})
 """The keys that have a meaning here."""
@@ -344,7 +323,8 @@ def run(gizmos: Gizmos, key: str, *, control: bool = False) -> bool:
     if control and key not in ("z", "y"):
         return False
     if key in _OF_KEYS:
-        act, edits = _OF_KEYS[key]
+        command, step = _OF_KEYS[key]
+        act, edits = partial(command.act, **step), command.edits
         gizmos.notice = ""
         if not edits:
             act(gizmos)
@@ -356,13 +336,20 @@ def run(gizmos: Gizmos, key: str, *, control: bool = False) -> bool:
                 act(gizmos)
             elif (gizmo := gizmos.selected) is None:
                 gizmos.notice = "no light is selected: n, or a click on one, does"
-            elif (changed := act(gizmos, gizmo)) is not None:
-                gizmo.renderer_light.set(changed, gizmos.lights.viewer)
+            else:
+                change_light(gizmos, gizmo, act)
         return True
     if key in gizmos.options.keys:
         gizmos.notice = gizmos.options.keys[key][1]() or ""
         return True
     return False
+
+
+def change_light(gizmos: Gizmos, gizmo: Gizmo, act: Callable[[Gizmos, Gizmo], Light | None]) -> None:
+    """Make a light what an act says it becomes, if that says so."""
+    changed = act(gizmos, gizmo)
+    if changed is not None:
+        gizmo.renderer_light.set(changed, gizmos.lights.viewer)
 
 
 def _change_material(gizmos: Gizmos, change: Callable[[Material], Material]) -> None:

@@ -283,10 +283,7 @@ class Overlay:
         (style.SetJustificationToLeft if right else style.SetJustificationToRight)()
         (style.SetVerticalJustificationToBottom if up else style.SetVerticalJustificationToTop)()
         x, y = cursor
-        if right:
-            x = min(x + _FROM_CURSOR, size[0] - needed[0] + _FROM_CURSOR)
-        else:
-            x = max(x - _FROM_CURSOR, needed[0] - _FROM_CURSOR)
+        x = min(x, size[0] - needed[0]) + _FROM_CURSOR if right else max(x, needed[0]) - _FROM_CURSOR
         self._readout.SetPosition(x, y + (_FROM_CURSOR if up else -_FROM_CURSOR))
         self._show_text(self._readout, text)
 

@@ -58,13 +58,17 @@ class Gizmo:
         self.first = renderer_light.light(gizmos.lights.viewer)
         """The light as it was when it got its gizmo."""
         self.is_selected = False
-        self.hovered: str | None = None
-        """The handle under the cursor."""
         self._gizmos = gizmos
         self._held: tuple[Any, Scenery] | None = None
 
     def __repr__(self) -> str:
         return f"Gizmo({self.light!r})"
+
+    @property
+    def hovered(self) -> str | None:
+        """The handle under the cursor."""
+        gizmo, handle = self._gizmos.hovered or (None, None)
+        return handle if gizmo is self else None
 
     @property
     def light(self) -> Light:
@@ -99,9 +103,8 @@ class Gizmo:
         grabbed it turns around the end that is not, for as long as the scene stays.
         """
         light = self.renderer_light.light(view.viewer)
-        center, size = self._gizmos.extent
-        scene = center, size, view.viewer if light.frame == "camera" else None  # the eye, if the light goes along
-        scenery = Scenery(center, size, center, STANDS_OFF * size)
+        scenery = self._gizmos.scenery
+        scene = scenery, view.viewer if light.frame == "camera" else None  # the eye, if the light goes along
         if self._held is not None and self._held[0] == scene:
             scenery = self._held[1]
         placed = light.in_world(view.viewer)
@@ -146,6 +149,8 @@ class Gizmos:
     ) -> None:
         self.renderer, self.interactor, self.render = renderer, interactor, render
         self.lights, self.lit, self.history, self.options = lights, lit, history, options
+        self.hovered: tuple[Gizmo, str] | None = None
+        """The handle under the cursor, and whose it is."""
         self.is_hidden, self.shows_help, self.notice = False, False, ""
         self._only = None if only is None else list(only)
         self.overlay = Overlay()
@@ -193,18 +198,21 @@ class Gizmos:
         return View(self.lights.viewer, (max(width, 1), max(height, 1)), (x, y))
 
     @property
-    def extent(self) -> tuple[Vector, float]:
-        """Middle and half the diagonal of what is drawn; of nothing: what the camera looks at."""
+    def scenery(self) -> Scenery:
+        """What is drawn, or without that what the camera looks at; icons without a place stand before its middle."""
         bounds = np.array(self.renderer.ComputeVisiblePropBounds()).reshape(3, 2)
         size = 0.5 * float(np.linalg.norm(bounds[:, 1] - bounds[:, 0]))
         if (bounds[:, 0] > bounds[:, 1]).any() or not 0.0 < size < np.inf:
             viewer = self.lights.viewer
-            return vector(viewer.focal_point), 0.5 * viewer.distance
-        return vector(bounds.mean(axis=1)), size
+            center, size = vector(viewer.focal_point), 0.5 * viewer.distance
+        else:
+            center = vector(bounds.mean(axis=1))
+        return Scenery(center, size, center, STANDS_OFF * size)
 
     @property
     def surfaces(self) -> Surfaces:
         """The lit meshes as they are now, to be asked what is under a cursor."""
+        self.lit.show_own_vertices()  # what is hit is a triangle of a mesh's own
         return Surfaces(self.renderer, self.view, self.lit.shown)
 
     @property

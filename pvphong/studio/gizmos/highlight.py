@@ -19,7 +19,7 @@ from pvphong.optics.light import Light
 from pvphong.optics.roles import Aim, Corners, Place
 from pvphong.studio.gizmos.handles import comes_from_somewhere, fields
 from pvphong.studio.gizmos.view import View, vector
-from pvphong.studio.lit_actors import LitMesh
+from pvphong.studio.lit_mesh import LitMesh
 
 # The brightest of so many vertices of a mesh is taken: it places a handle, it does not light anything.
 _ASKED = 20_000
@@ -148,8 +148,6 @@ class Surfaces:
         self._picker.PickFromListOn()
         for mesh in meshes:
             assert mesh.actor is not None
-            if mesh.refining is not None:
-                mesh.refining.forget(mesh)  # what is hit is a triangle of the mesh's own
             self._picker.AddPickList(mesh.actor)
             locator = vtkStaticCellLocator()
             locator.SetDataSet(mesh.actor.GetMapper().GetInput())  # the picker knows it by the mapper's own

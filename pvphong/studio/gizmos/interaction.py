@@ -265,8 +265,7 @@ class Interaction:
                 points[HIGHLIGHT] = np.array(highlight)
             self._handles |= {(gizmo, name): point for name, point in points.items() if view.is_ahead(point)}
         self._hover()
-        active = next(((gizmo, gizmo.hovered) for gizmo in gizmos.all if gizmo.hovered), None)
-        readout = ""
+        active, readout = gizmos.hovered, ""
         if edit is not None:
             active, readout = (edit.gizmo, edit.handle), edit.readout
         if readout and (note := gizmos.lit.note):
@@ -279,21 +278,19 @@ class Interaction:
         gizmos, cursor = self.gizmos, self.gizmos.cursor
         if self._is_held:
             return False
-        view, found = gizmos.view, ""
+        view, before = gizmos.view, gizmos.hovered
         off = {key: math.dist(view.project(point), cursor) for key, point in self._handles.items()}
         # where dots overlap, the selected light's is meant
         on_selected = [key for key in off if key[0].is_selected and off[key] <= TOLERANCE / 2]
         self._nearest = min(on_selected or off, key=lambda key: off[key], default=None)
         self._widget.SetProcessEvents(self._nearest is not None)
+        gizmos.hovered = None
         if self._nearest is not None:
             self._representation.SetWorldPosition(self._handles[self._nearest].tolist())
             self._representation.BuildRepresentation()  # else it is grabbed where it was at the last frame
             is_near = self._representation.ComputeInteractionState(*gizmos.interactor.GetEventPosition())
-            found = self._nearest[1] if is_near and gizmos.is_pointed_at else ""
-        before = [gizmo.hovered for gizmo in gizmos.all]
-        for gizmo in gizmos.all:
-            gizmo.hovered = found if found and self._nearest is not None and self._nearest[0] is gizmo else None
-        return before != [gizmo.hovered for gizmo in gizmos.all]
+            gizmos.hovered = self._nearest if is_near and gizmos.is_pointed_at else None
+        return before != gizmos.hovered
 
     @property
     def _is_held(self) -> bool:

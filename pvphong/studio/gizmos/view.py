@@ -126,18 +126,17 @@ class View:
 
     def across(self, along: Float64Array, point: VectorLike | Float64Array) -> Float64Array:
         """Unit vector square to one through a point, as nearly as can be in the picture; at the eye: to the right."""
-        side = np.cross(along, self.towards_eye(point))
-        if np.linalg.norm(side) < _AT_THE_EYE:
-            right = self.viewer.axes[0]
-            side = right - (right @ along) * along
-        return side / np.linalg.norm(side)
+        return self._square_to(along, self.towards_eye(point))
 
     def level(self, normal: Float64Array) -> Float64Array:
         """Unit vector that is square to one and parallel to the picture; to the right where that faces the eye."""
-        right, _, back = self.viewer.axes
-        side = np.cross(normal, back)
+        return self._square_to(normal, self.viewer.axes[2])
+
+    def _square_to(self, axis: Float64Array, other: Float64Array) -> Float64Array:
+        """Unit vector that is square to two; where these are parallel, square to the axis, to the right."""
+        side, right = np.cross(axis, other), self.viewer.axes[0]
         if np.linalg.norm(side) < _AT_THE_EYE:
-            side = right - (right @ normal) * normal
+            side = right - (right @ axis) * axis
         return np.asarray(side / np.linalg.norm(side))
 
     def along(self, point: Float64Array, axis: Float64Array, motion: Float64Array) -> Float64Array:

@@ -33,10 +33,9 @@ from pvphong.scene.viewer import Viewer
 from pvphong.studio.gizmos import Gizmo, Gizmos, History, commands
 from pvphong.studio.gizmos.gizmo import called
 from pvphong.studio.gizmos.handles import LightInScene
-from pvphong.studio.gizmos.view import STANDS_OFF, Scenery
-from pvphong.studio.lit_actors import SharedMaterial
+from pvphong.studio.lit_mesh import SharedMaterial
 from pvphong.studio.subplot import Subplot
-from pvphong.studio.web.fields import edited, fields_of, form_of, has_stops
+from pvphong.studio.web.fields import edited, field_of, fields_of, form_of, has_stops
 from pvphong.studio.web.mix import Mix
 from pvphong.studio.window_lights import RendererLight
 
@@ -120,13 +119,12 @@ class Document:
 
     def __init__(self, phong: Any, subplot: Subplot, history: History) -> None:
         self._phong, self._subplot, self.history = phong, subplot, history
-        refined = [mesh.refining.tolerance for mesh in subplot.lit.meshes if mesh.refining is not None]
+        refined = (each.tolerance for each in subplot.lit.refining.values())
         self._accuracy = Accuracy(refine=min(refined, default=None))
         self.mix = Mix(subplot)
         self.textures: dict[Map, str] = {}
         """The names of the files that textures have been brought as."""
         self._numbers: dict[RendererLight, int] = {}
-        self._last_number = 0
         self._middles = {"accuracy.refine": -8.0}  # 1/256, as fine as a display
         self._sliding: tuple[str, Any] | None = None
 
@@ -215,9 +213,8 @@ class Document:
 
     def cancel_refining(self) -> None:
         """Leave what is drawn as it is, until something is edited."""
-        for mesh in self._subplot.lit.shown:
-            if mesh.refining is not None:
-                mesh.refining.cancel(mesh)
+        for refining in self._subplot.lit.refining.values():
+            refining.cancel()
 
     # -- edits of one value
 
@@ -247,28 +244,28 @@ class Document:
 
     def _set(self, key: str, change: Callable[[Any, str], Any]) -> None:
         """Change what a key names, by a function of a dataclass and of a field's name."""
-        what, *rest = check.text("key", key).split(".")
-        if what == "accuracy" and len(rest) == 1:
-            self.accuracy = change(self.accuracy, rest[0])
-        elif what == "surfaces" and len(rest) == 1:
-            self.surfaces = change(self.surfaces, rest[0])
-        elif what == "model" and len(rest) == 1:
-            self._phong.light_model = change(self._phong.light_model, rest[0])
-        elif what == "light" and len(rest) == 2:
-            self._set_light(self._light(rest[0]), rest[1], change)
-        elif what == "fader" and len(rest) == 2:
-            each = self._light(rest[0])
-            self.mix.faders[each] = change(self.mix.fader(each), rest[1])
-        elif what == "material" and len(rest) == 2:
-            shared = self._material(rest[0])
-            shared.material = change(shared.material, rest[1])
-        elif what == "reflectance" and len(rest) == 2:
-            shared = self._material(rest[0])
-            if shared.material.reflectance is None:
-                check.refuse("key", key, "that of a field that is there")
-            shared.material = replace(shared.material, reflectance=change(shared.material.reflectance, rest[1]))
-        else:
-            check.refuse("key", key, "that of a field")
+        match check.text("key", key).split("."):
+            case "accuracy", name:
+                self.accuracy = change(self.accuracy, name)
+            case "surfaces", name:
+                self.surfaces = change(self.surfaces, name)
+            case "model", name:
+                self._phong.light_model = change(self._phong.light_model, name)
+            case "light", number, name:
+                self._set_light(self._light(number), name, change)
+            case "fader", number, name:
+                light = self._light(number)
+                self.mix.faders[light] = change(self.mix.fader(light), name)
+            case "material", number, name:
+                shared = self._material(number)
+                shared.material = change(shared.material, name)
+            case "reflectance", number, name:
+                shared = self._material(number)
+                if shared.material.reflectance is None:
+                    check.refuse("key", key, "that of a field that is there")
+                shared.material = replace(shared.material, reflectance=change(shared.material.reflectance, name))
+            case _:
+                check.refuse("key", key, "that of a field")
 
     def _set_light(self, renderer_light: RendererLight, name: str, change: Callable[[Any, str], Any]) -> None:
         viewer = self._subplot.lights.viewer
@@ -292,10 +289,7 @@ class Document:
 
     def number(self, renderer_light: RendererLight) -> int:
         """The number by which keys name a light."""
-        if renderer_light not in self._numbers:
-            self._last_number += 1
-            self._numbers[renderer_light] = self._last_number
-        return self._numbers[renderer_light]
+        return self._numbers.setdefault(renderer_light, 1 + len(self._numbers))
 
     def _light(self, number: Any) -> RendererLight:
         for each in self._subplot.lights.renderer_lights:
@@ -309,13 +303,12 @@ class Document:
         It shines on the scene from the upper left, or from the right of the lights that stand there already.
         """
         made = LIGHT_TYPES[check.choice("kind", kind, LIGHT_TYPES)]
-        center, size = self.gizmos.extent
-        scenery = Scenery(center, size, center, STANDS_OFF * size)
+        scenery, viewer = self.gizmos.scenery, self._subplot.lights.viewer
         taken = [gizmo.in_scene(self.gizmos.view).origin for gizmo in self.gizmos.all]
         for column in range(len(taken) + 1):
-            light = placed_before(made(), center, size, self._subplot.lights.viewer, right=_APART * column)
+            light = placed_before(made(), scenery.center, scenery.size, viewer, right=_APART * column)
             origin = LightInScene(light, scenery).origin
-            if all(math.dist(origin, other) > _LARGE * size for other in taken):
+            if all(math.dist(origin, other) > _LARGE * scenery.size for other in taken):
                 break
         name = commands.free_name(kind, {known.name for known in self._subplot.lights.values})
         with self._step():
@@ -329,9 +322,7 @@ class Document:
         assert gizmo is not None
         gizmos.notice = ""
         with self._step():
-            changed = act(gizmos, gizmo)
-            if changed is not None:
-                gizmo.renderer_light.set(changed, self._subplot.lights.viewer)
+            commands.change_light(gizmos, gizmo, act)
         return gizmos.notice
 
     async def set_image(self, number: Any, image: Any) -> None:
@@ -424,9 +415,8 @@ class Document:
         return {name: shared for shared, name in found.items()}
 
     def mesh_name(self, mesh: Any) -> str:
-        """What a mesh is called: as it was drawn, in brackets the block; "" if it was drawn without a name."""
-        names = [name for name, actor in self._subplot.renderer.actors.items() if actor is mesh.actor]
-        return names[0] if names and "(Addr=" not in names[0] else f"mesh {1 + self._subplot.lit.meshes.index(mesh)}"
+        """What a mesh is called: as it was drawn, in brackets the block; its number if it was drawn without a name."""
+        return self._subplot.lit.name_of(mesh) or f"mesh {1 + self._subplot.lit.meshes.index(mesh)}"
 
     def _material(self, number: Any) -> SharedMaterial:
         materials = list(self.materials.values())
@@ -539,8 +529,8 @@ def _with_image(light: Light, name: str, image: Any) -> Light:
 
 def _slid(given: Any, value: Any, name: str) -> Any:
     """A dataclass with another value in a field, as its slider or its colour picker gives it."""
-    field = next((each for each in fields_of(type(value)) if each.name == name), None)
-    if field is None or field.kind not in ("number", "color"):
+    field = field_of(value, name)
+    if field.kind not in ("number", "color"):
         check.refuse("field", name, "one that has a slider or a picker")
     if field.kind == "number":
         given = check.number(name, given)

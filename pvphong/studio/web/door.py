@@ -239,11 +239,8 @@ def view_event(given: Any) -> dict[str, Any]:
         return {"type": kind}
     if kind not in {"MouseMove", *_MOUSE, *_WHEEL, *_KEYS, *_TOUCH}:
         raise Malformed("no such event")
-    event: dict[str, Any] = {"type": kind}
-    for name in _MODIFIERS:
-        event[name] = int(bool(given.get(name)))
-    for name, most in (("x", _MOST_PIXELS), ("y", _MOST_PIXELS), ("w", _MOST_PIXELS), ("h", _MOST_PIXELS)):
-        event[name] = _number(given.get(name, 0.0), -most, most)
+    event: dict[str, Any] = {"type": kind} | {name: int(bool(given.get(name))) for name in _MODIFIERS}
+    event |= {name: _number(given.get(name, 0.0), -_MOST_PIXELS, _MOST_PIXELS) for name in "xywh"}
     if kind in _WHEEL:
         event["spinY"] = _number(given.get("spinY", 0.0), -100.0, 100.0)
     if kind in _KEYS:

@@ -79,12 +79,17 @@ def fields_of(kind: Any) -> tuple[Field, ...]:
 @cache
 def _fields_of(kind: Any) -> tuple[Field, ...]:
     documented = _documented(kind)
-    own = list(documented)
     found = {each.name: each for each in dataclasses.fields(kind)}
     if missing := found.keys() - documented.keys():
         raise TypeError(f"{kind.__name__} does not document its fields {', '.join(sorted(missing))}.")
     units = {"intensity": getattr(kind, "intensity_unit", "")}
-    return tuple(_field(found[name], units.get(name, ""), *documented[name]) for name in own if name in found)
+    return tuple(_field(found[name], units.get(name, ""), *documented[name]) for name in documented if name in found)
+
+
+def field_of(value: Any, name: str) -> Field:
+    """A field of a dataclass instance; ValueError if there is no such one."""
+    known = {each.name: each for each in fields_of(type(value))}
+    return known.get(name) or check.refuse("field", name, f"one of {', '.join(known)}")
 
 
 def _documented(kind: Any) -> dict[str, tuple[str, str]]:
@@ -146,20 +151,10 @@ def form_of(value: Any, key: str, middles: dict[str, float], *, hidden: Sequence
 
 
 def _entry(field: Field, value: Any, key: str, middles: dict[str, float]) -> dict[str, Any]:
-    entry: dict[str, Any] = {
-        "key": key,
-        "name": field.name,
-        "label": field.name.replace("_", " "),
-        "kind": field.kind,
-        "help": field.help,
-        "unit": field.unit,
-        "labels": list(field.labels),
-        "optional": field.is_optional,
-        "takes": field.takes,
-        "map": "",
-        "default": field.default,
-        "set": value is not None,
-    }
+    as_they_are = ("name", "kind", "help", "unit", "labels", "takes", "default", "choices")
+    entry = {name: getattr(field, name) for name in as_they_are}
+    entry |= {"key": key, "label": field.name.replace("_", " "), "map": ""}
+    entry |= {"optional": field.is_optional, "set": value is not None}
     if isinstance(value, Map) or (field.takes == "map" and isinstance(value, str)):
         is_of_image = isinstance(value, Map) and is_texture(value.source)
         entry["map"] = f"array {value!r}" if isinstance(value, str) else "a texture" if is_of_image else "an array"
@@ -177,7 +172,7 @@ def _entry(field: Field, value: Any, key: str, middles: dict[str, float]) -> dic
         is_number = not isinstance(value, bool)
         entry |= {"value": is_number or value, "number": value if is_number else None}
     elif field.kind == "choice":
-        entry |= {"value": value, "choices": list(field.choices)}
+        entry["value"] = value
     elif field.kind == "text":
         entry["value"] = value or ""
     return entry
@@ -228,9 +223,7 @@ def edited(value: Any, name: str, given: Any, index: Sequence[int] = ()) -> Any:
     ValueError
         If there is no such field, or the value is not allowed; the message names the field.
     """
-    field = next((each for each in fields_of(type(value)) if each.name == name), None)
-    if field is None:
-        check.refuse("field", name, f"one of {', '.join(each.name for each in fields_of(type(value)))}")
+    field = field_of(value, name)
     before = getattr(value, name)
     if field.takes == "map" and is_image_path(given):
         check.refuse(name, given, "a value or the name of an array", "Files of this machine are not read for a page.")
@@ -249,14 +242,9 @@ def edited(value: Any, name: str, given: Any, index: Sequence[int] = ()) -> Any:
             return value  # grey stays one number
     elif field.kind == "color" and isinstance(given, str):
         given = given.strip()
-    if field.kind == "color" and given == hex_of_or_none(before):
+    if field.kind == "color" and isinstance(before, float | tuple) and given == hex_of(before):
         return value  # the hex string is rounded: what was not changed keeps its bits
     return dataclasses.replace(value, **{name: given})
-
-
-def hex_of_or_none(color: Any) -> str | None:
-    """The hex string of a colour, None for what is none."""
-    return hex_of(color) if isinstance(color, (float, tuple)) else None
 
 
 def _number(name: str, given: Any) -> float:

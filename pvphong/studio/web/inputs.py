@@ -1,4 +1,4 @@
-"""Inputs of the page: a number with its slider, a colour, a file, and a form of whatever fields there are.
+"""Inputs of the page: a number with its slider, a colour, a switch, a file, and a form of whatever fields there are.
 
 What an input does is one trigger: "edit" for a value, "slide" while a slider or a picker moves, "settle" when it is let
 go. While a slider moves, the browser shows its own value (`local`), for those of the server come later.
@@ -11,34 +11,63 @@ from typing import Any
 from trame.widgets import html
 from trame.widgets import vuetify3 as v
 
-DENSE = {"density": "compact", "variant": "outlined", "hide_details": True}
-"""How all inputs look."""
+Text = str | tuple[str]
+"""A text, or in a tuple the expression that gives it, as trame has them."""
+
+_DENSE = {"density": "compact", "hideDetails": True}
+_OUTLINED = {**_DENSE, "variant": "outlined"}
+DEFAULTS = {
+    **dict.fromkeys(("VTextField", "VTextarea", "VSelect", "VAutocomplete", "VFileInput"), _OUTLINED),
+    "VSwitch": {**_DENSE, "color": "primary", "inset": True},
+    "VBtn": {"size": "small", "variant": "tonal"},
+    "VProgressLinear": {"color": "primary", "rounded": True},
+}
+"""How Vuetify's components look where nothing else is said."""
 
 _NUMBER = "Number(({0}).toPrecision(6))"
 """How a number is shown: with six digits."""
 
 
-def found_by(name: str, label: str = "", **more: Any) -> dict[str, Any]:
-    """The attributes by which tests, and screen readers where a label is given, find an element."""
+def found_by(name: str, label: Text = "", *, status: bool = False) -> dict[str, Any]:
+    """The attributes by which tests, and screen readers where a label is given, find an element.
+
+    Of one with a status, screen readers say what changes in it.
+    """
     raw = [f'data-test="{name}"'] if name else []
-    raw += [f'aria-label="{label}"'] if label else []
-    return {"raw_attrs": raw + more.pop("raw", []), **more}
+    if label:
+        raw.append(f':aria-label="{label[0]}"' if isinstance(label, tuple) else f'aria-label="{label}"')
+    if status:
+        raw.append('role="status"')
+    return {"raw_attrs": raw}
 
 
-def icon_button(icon: str, name: str, label: str, click: str) -> None:
-    """A small button, whose icon and label are expressions."""
+def icon_button(icon: Text, name: str, label: Text, click: str, *, size: str = "x-small", **more: Any) -> None:
+    """A small button without a text."""
     v.VBtn(
-        icon=(icon,),
-        size="x-small",
+        icon=icon,
+        size=size,
         variant="text",
+        title=label,
         __events=[("click_stop", "click.stop")],
         click_stop=click,
-        **found_by(name, raw=[f':aria-label="{label}"', f':title="{label}"']),
+        **found_by(name, label),
+        **more,
+    )
+
+
+def switch(name: str, value: str, label: Text, changed: str) -> None:
+    """On or off; what was refused puts it back."""
+    v.VSwitch(
+        key=(f"'{name}' + {value} + refusals",),
+        model_value=(value,),
+        label=label,
+        update_modelValue=changed,
+        **found_by(name),
     )
 
 
 def color_picker(entry: str) -> None:
-    """A swatch that opens Vuetify's picker, and the linear numbers under it."""
+    """A swatch that opens Vuetify's picker, and the linear numbers under it, which may be above 1."""
     shown = f"(local[{entry}.key] ?? {entry}.hex)"
     picked = "$event.slice(0, 7)"
     with v.VMenu(
@@ -49,12 +78,10 @@ def color_picker(entry: str) -> None:
             v.VBtn(
                 v_bind="props",
                 classes="studio-swatch",
-                flat=True,
+                variant="flat",
                 color=(shown,),
-                **found_by(
-                    "swatch",
-                    raw=[f":aria-label=\"{entry}.label + ' colour ' + {shown}\"", f':title="{entry}.help"'],
-                ),
+                title=(f"{entry}.help",),
+                **found_by("swatch", (f"{entry}.label + ' colour ' + {shown}",)),
             )
         with v.VCard(width=300):
             v.VColorPicker(
@@ -66,8 +93,8 @@ def color_picker(entry: str) -> None:
                     f"local[{entry}.key] = {picked}; flushState('local'); trigger('slide', [{entry}.key, {picked}])"
                 ),
             )
-            with html.Div(classes="px-3 pb-3"):
-                _color_numbers(entry)
+            with html.Div(classes="px-3 pb-3 studio-numbers"):
+                _numbers(entry, f"{entry}.value", "[k]", "['red', 'green', 'blue'][k]")
 
 
 def color_text(entry: str) -> None:
@@ -77,32 +104,17 @@ def color_text(entry: str) -> None:
         model_value=(f"local[{entry}.key] ?? {entry}.hex",),
         classes="studio-hex",
         change=f"trigger('edit', [{entry}.key, $event.target.value])",
-        **DENSE,
-        raw_attrs=[f":aria-label=\"{entry}.label + ' colour, as #rrggbb or a name'\"", f':title="{entry}.help"'],
+        title=(f"{entry}.help",),
+        **found_by("", (f"{entry}.label + ' colour, as #rrggbb or a name'",)),
     )
 
 
-def _color_numbers(entry: str) -> None:
-    """Red, green and blue as linear numbers, which may be above 1."""
-    with html.Div(style="display: flex; gap: 6px"):
-        v.VTextField(
-            v_for=f"(channel, k) in {entry}.value",
-            key=(f"{entry}.key + k + refusals",),
-            model_value=(_NUMBER.format("channel"),),
-            label=("['red', 'green', 'blue'][k]",),
-            type="number",
-            step="any",
-            change=f"trigger('edit', [{entry}.key, $event.target.value, [k]])",
-            **DENSE,
-        )
-
-
-def number_input(entry: str, name: str = "", label: str = "") -> None:
+def number_input(entry: str, name: str = "number", label: str = "") -> None:
     """A number: digits with the unit, and a slider where there are ends; the label is the field's unless given."""
     called = f"'{label}'" if label else f"{entry}.label"
     moved = f"local[{entry}.key]"
     value = f"({moved} === undefined ? {entry}.value : {entry}.stops ? 2 ** {moved} : {moved})"
-    with html.Div(classes="studio-row", **found_by(name or "number", raw=[f':title="{entry}.help"'])):
+    with html.Div(classes="studio-row", title=(f"{entry}.help",), **found_by(name)):
         v.VTextField(
             key=(f"{entry}.key + refusals",),
             model_value=(f"{value} == null ? '' : " + _NUMBER.format(value),),
@@ -112,7 +124,6 @@ def number_input(entry: str, name: str = "", label: str = "") -> None:
             step="any",
             classes="studio-number",
             change=f"trigger('edit', [{entry}.key, $event.target.value === '' ? null : $event.target.value])",
-            **DENSE,
         )
         v.VSlider(
             v_if=f"{entry}.to !== undefined",
@@ -125,16 +136,29 @@ def number_input(entry: str, name: str = "", label: str = "") -> None:
             thumb_size=14,
             track_size=3,
             color="primary",
-            update_modelValue=(f"{moved} = $event; flushState('local'); trigger('slide', [{entry}.key, $event])"),
+            update_modelValue=f"{moved} = $event; flushState('local'); trigger('slide', [{entry}.key, $event])",
             end=f"trigger('settle').then(() => {{ delete {moved}; flushState('local') }})",
-            raw_attrs=[f":aria-label=\"{called} + ', slider'\""],
+            **found_by("", (f"{called} + ', slider'",)),
         )
+
+
+def _numbers(entry: str, values: str, index: str, label: str) -> None:
+    """Numbers side by side, each edited by its index."""
+    v.VTextField(
+        v_for=f"(number, k) in {values}",
+        key=(f"{entry}.key + {index} + refusals",),
+        model_value=(_NUMBER.format("number"),),
+        label=(label,),
+        type="number",
+        step="any",
+        change=f"trigger('edit', [{entry}.key, $event.target.value, {index}])",
+    )
 
 
 def form(entries: str) -> None:
     """An input for each of some fields, as its kind needs it."""
     with html.Div(v_for=f"field in {entries}", key=("field.key",), raw_attrs=[':data-field="field.name"']):
-        with html.Div(v_if="field.map", classes="studio-row", raw_attrs=[':title="field.help"']):
+        with html.Div(v_if="field.map", classes="studio-row", title=("field.help",)):
             html.Span("{{ field.label }}", classes="studio-label")
             v.VChip("{{ field.map }}", size="small", prepend_icon="mdi-texture")
             v.VBtn(
@@ -142,38 +166,25 @@ def form(entries: str) -> None:
                 size="x-small",
                 variant="text",
                 click="trigger('edit', [field.key, field.default])",
-                **found_by("remove-map", raw=[":aria-label=\"'Remove the map of ' + field.label\""]),
+                **found_by("remove-map", ("'Remove the map of ' + field.label",)),
             )
         with html.Div(v_else_if="field.kind == 'number'"):
             number_input("field")
-        with html.Div(v_else_if="field.kind == 'numbers'"):
-            html.Div(
-                "{{ field.label }} <span class='studio-unit'>{{ field.unit }}</span>",
-                classes="text-caption mt-2",
-                raw_attrs=[':title="field.help"'],
-            )
-            with html.Div(style="display: flex; gap: 6px", classes="mt-1"):
-                _coordinate("(number, k) in field.value", "field.key + k", "[k]", "field.labels[k]")
-        with html.Div(v_else_if="field.kind == 'points'"):
-            html.Div(
-                "{{ field.label }} <span class='studio-unit'>{{ field.unit }}</span>",
-                classes="text-caption mt-2",
-                raw_attrs=[':title="field.help"'],
-            )
-            with html.Div(
-                v_for="(point, row) in field.value", key=("row",), style="display: flex; gap: 6px", classes="mt-2"
-            ):
-                _coordinate(
-                    "(number, k) in point",
-                    "field.key + row + '.' + k",
-                    "[row, k]",
-                    "field.labels[k] + ' of ' + (row + 1)",
-                )
-        with html.Div(
-            v_else_if="field.kind == 'color'", classes="studio-row studio-color", raw_attrs=[':title="field.help"']
+        for kind, rows, index, label in (
+            ("numbers", "[field.value]", "[k]", "field.labels[k]"),
+            ("points", "field.value", "[row, k]", "field.labels[k] + ' of ' + (row + 1)"),
         ):
+            with html.Div(v_else_if=f"field.kind == '{kind}'"):
+                html.Div(
+                    "{{ field.label }} <span class='studio-unit'>{{ field.unit }}</span>",
+                    classes="text-caption mt-2",
+                    title=("field.help",),
+                )
+                with html.Div(v_for=f"(values, row) in {rows}", key=("row",), classes="studio-numbers mt-2"):
+                    _numbers("field", "values", index, label)
+        with html.Div(v_else_if="field.kind == 'color'", classes="studio-row studio-color", title=("field.help",)):
             html.Span("{{ field.label }}", classes="studio-label")
-            with html.Div(v_if="field.set", style="display: flex; gap: 4px"):
+            with html.Div(v_if="field.set", classes="studio-numbers"):
                 color_picker("field")
                 color_text("field")
             v.VChip("as diffuse", v_if="!field.set", size="small")
@@ -181,28 +192,13 @@ def form(entries: str) -> None:
             v.VBtn(
                 "{{ field.set ? 'as diffuse' : 'own colour' }}",
                 v_if="field.optional",
-                size="small",
                 variant="text",
-                classes="text-none px-1",
                 click="trigger('edit', [field.key, field.set ? null : '#ffffff'])",
             )
-            file_input(
-                "sky",
-                "image: .hdr .png .jpg",
-                v_if="field.takes == 'image'",
-                more=" + '&light=' + field.key.split('.')[1]",
-            )
-        with html.Div(v_else_if="field.kind == 'flag'", classes="studio-row", raw_attrs=[':title="field.help"']):
-            v.VSwitch(
-                key=("field.key + field.value + refusals",),
-                model_value=("field.value",),
-                label=("field.label",),
-                density="compact",
-                hide_details=True,
-                color="primary",
-                inset=True,
-                update_modelValue="trigger('edit', [field.key, $event])",
-            )
+            to_light = " + '&light=' + field.key.split('.')[1]"
+            file_input("sky", "image: .hdr .png .jpg", more=to_light, v_if="field.takes == 'image'")
+        with html.Div(v_else_if="field.kind == 'flag'", classes="studio-row", title=("field.help",)):
+            switch("flag", "field.value", ("field.label",), "trigger('edit', [field.key, $event])")
             v.VTextField(
                 v_if="field.takes == 'number' && field.value",
                 key=("field.key + 'number' + refusals",),
@@ -213,7 +209,6 @@ def form(entries: str) -> None:
                 step="any",
                 persistent_placeholder=True,
                 change="trigger('edit', [field.key, $event.target.value === '' ? true : Number($event.target.value)])",
-                **DENSE,
             )
         v.VSelect(
             v_else_if="field.kind == 'choice'",
@@ -222,22 +217,8 @@ def form(entries: str) -> None:
             items=("field.choices",),
             label=("field.label",),
             update_modelValue="trigger('edit', [field.key, $event])",
-            raw_attrs=[':title="field.help"'],
-            **DENSE,
+            title=("field.help",),
         )
-
-
-def _coordinate(each: str, key: str, index: str, label: str) -> None:
-    v.VTextField(
-        v_for=each,
-        key=(f"{key} + refusals",),
-        model_value=(_NUMBER.format("number"),),
-        label=(label,),
-        type="number",
-        step="any",
-        change=f"trigger('edit', [field.key, $event.target.value, {index}])",
-        **DENSE,
-    )
 
 
 def file_input(what: str, label: str, *, name: str = "", more: str = "", **attributes: Any) -> None:
@@ -255,7 +236,6 @@ def file_input(what: str, label: str, *, name: str = "", more: str = "", **attri
             f"[].concat($event)[0] && (busy = true, utils.get('fetch')({sent},"
             " { method: 'POST', body: [].concat($event)[0] }).finally(() => { busy = false; uploads += 1 }))"
         ),
-        **DENSE,
         **attributes,
         **found_by(f"upload-{name or what}"),
     )

@@ -21,7 +21,7 @@ from pvphong.base.types import ByteArray, ColorLike, FloatArray, Vector, rgb
 from pvphong.meshes.lit import shade_mesh
 from pvphong.optics.light import Light
 from pvphong.scene.scene import light_labels
-from pvphong.studio.lit_actors import ARRAY, LitMesh
+from pvphong.studio.lit_mesh import ARRAY, LitMesh
 from pvphong.studio.subplot import Subplot
 from pvphong.studio.window_lights import RendererLight
 
@@ -105,7 +105,7 @@ class Shares:
             check.refuse("material", "one with a gamma", "one of which the lights' shares add up to the colour")
         self._moved: RendererLight | None = None
         self._rest: FloatArray = self._base
-        self._others: Any = None
+        self._factors: dict[RendererLight, Vector] = {}
 
     def mix(self, factors: Mapping[RendererLight, Vector], out: ByteArray) -> None:
         """Write the colours of a mix, 0 to 255, shape (n, 3).
@@ -113,19 +113,15 @@ class Shares:
         The sum of all shares but the one that is moved is kept, for it will be moved again.
         """
         known = {each: factors.get(each, (1.0, 1.0, 1.0)) for each in self._shares}
-        changed = [each for each in known if self._others is None or self._others.get(each) != known[each]]
-        moved = self._moved if not changed and self._moved else changed[-1] if changed else None
-        if moved is None:
-            moved = next(iter(known), None)
-        if moved is not self._moved or [each for each in changed if each is not moved]:
-            self._rest = self._base.astype(np.float32)
+        changed = [each for each in known if self._factors.get(each) != known[each]]
+        if any(each is not self._moved for each in changed):
+            self._moved, self._rest = changed[-1], self._base.astype(np.float32)
             for each, factor in known.items():
-                if each is not moved and any(factor):
+                if each is not self._moved and any(factor):
                     self._rest += self._shares[each] * np.array(factor, np.float32)
-            self._moved = moved
-        self._others = known
-        share = self._base if moved is None else self._shares[moved]
-        scale = np.array((0.0, 0.0, 0.0) if moved is None else known[moved], np.float32)
+        self._factors = known
+        share = self._base if self._moved is None else self._shares[self._moved]
+        scale = np.array((0.0, 0.0, 0.0) if self._moved is None else known[self._moved], np.float32)
         block = np.empty((_ROWS, 3), np.float32)
         for start in range(0, len(out), _ROWS):
             part = slice(start, start + _ROWS)
@@ -235,8 +231,7 @@ class Mix:
         self.evaluations += 1
         scene = self._subplot.scene
         lit = replace(scene, lights=[replace(light, on=True) for light in scene.lights])
-        others = [each for each in self._subplot.lit.shown if each is not mesh and each.casts_shadows]
-        return Shares(mesh, lights, lit, [(each.drawn, each.matrix) for each in others])
+        return Shares(mesh, lights, lit, [(each.drawn, each.matrix) for each in self._subplot.lit.others(mesh)])
 
     def release(self) -> None:
         """Let go of the renderer."""

@@ -15,7 +15,7 @@ from trame.widgets import vuetify3 as v
 from trame_pyvista.widgets import PyVistaRCAView
 
 from pvphong.studio.web.inputs import (
-    DENSE,
+    DEFAULTS,
     color_picker,
     color_text,
     file_input,
@@ -23,6 +23,7 @@ from pvphong.studio.web.inputs import (
     found_by,
     icon_button,
     number_input,
+    switch,
 )
 
 _WIDTH, _NARROW = 400, 860
@@ -33,8 +34,12 @@ _STYLE = """
 html { overflow: hidden !important }
 .studio-view { position: absolute; inset: 0; touch-action: none }
 .studio-view:focus-within { outline: 2px solid rgb(var(--v-theme-primary)); outline-offset: -2px }
+.v-application .v-btn:not(.v-btn--icon) { text-transform: none; min-width: 0; padding: 0 8px }
 .studio-number { flex: 0 0 142px }
+.studio-numbers { display: flex; gap: 6px }
+.studio-buttons { display: flex; flex-wrap: wrap; gap: 4px }
 .studio-row { display: flex; align-items: center; gap: 8px; margin-top: 10px }
+.studio-head { display: flex; align-items: center; gap: 6px }
 .studio-label { flex: 0 0 116px; font-size: 13px; line-height: 1.2; overflow-wrap: anywhere }
 .studio-unit { opacity: .7; font-size: 12px }
 .studio-hex { flex: 0 0 86px }
@@ -46,6 +51,7 @@ html { overflow: hidden !important }
   border: 1px solid rgba(128, 128, 128, .6) }
 .studio-panel { max-width: 92vw }
 .studio-jump { display: flex; overflow-x: auto; padding: 4px 8px; border-bottom: 1px solid rgba(128, 128, 128, .3) }
+.v-application .studio-jump .v-btn { padding: 0 4px }
 .studio-light { border-color: rgba(128, 128, 128, .35) }
 .studio-selected { border-color: rgb(var(--v-theme-primary)); box-shadow: 0 0 0 1px rgb(var(--v-theme-primary)) }
 .studio-panels .v-expansion-panel-title, .studio-panels .v-expansion-panel--active > .v-expansion-panel-title {
@@ -89,6 +95,8 @@ _SHOW_SELECTED = (
 )
 """Scrolls to the row of the light that is selected, once it is there."""
 
+_SOLO_ICON = "{0} ? 'mdi-alpha-s-circle' : 'mdi-alpha-s-circle-outline'"
+
 
 def build(server: Any, plotter: Any, kinds: Mapping[str, str]) -> Any:
     """Lay the page out, and give its view.
@@ -102,15 +110,24 @@ def build(server: Any, plotter: Any, kinds: Mapping[str, str]) -> Any:
     kinds : mapping
         Each kind of light that can be added, by its name in files → what it is, for a tooltip.
     """
-    server.state.client_only("local", "drawer", "open_panels", "busy", "uploads", "picture", "seconds")
-    server.state.update({"seconds": 20})
-    server.state.update({"busy": False, "uploads": 0, "picture": {"width": 1920, "height": 1080}})
-    server.state.update({"local": {}, "drawer": None, "open_panels": list(range(len(_PANELS)))})
-    server.state.update({"refusals": 0, "notice": "", "theme": "dark", "trame__title": "pvphong studio"})
-    with VAppLayout(server, theme=("theme",)):
+    own: dict[str, Any] = {"local": {}, "drawer": None, "open_panels": list(range(len(_PANELS))), "seconds": 20}
+    own |= {"busy": False, "uploads": 0, "picture": {"width": 1920, "height": 1080}}
+    server.state.client_only(*own)
+    server.state.update(own | {"refusals": 0, "notice": "", "theme": "dark", "trame__title": "pvphong studio"})
+    with VAppLayout(server, vuetify_config={"defaults": DEFAULTS}, theme=("theme",)):
         client.Style(_STYLE)
         client.Script(_KEYS)
-        _bar()
+        with v.VAppBar(density="compact", flat=True, border=True):
+            v.VAppBarTitle("{{ title }}", classes="text-body-1 font-weight-medium")
+            for icon, name, label, click, more in (
+                ("undo", "undo", "Undo (Ctrl+Z)", "trigger('undo')", {"disabled": ("!can_undo",)}),
+                ("redo", "redo", "Redo (Ctrl+Y)", "trigger('redo')", {"disabled": ("!can_redo",)}),
+                ("fit-to-screen-outline", "fit", "Show all of the model", "trigger('fit')", {}),
+                ("vector-point-select", "gizmos", "Show or hide the gizmos", "trigger('gizmos')", {}),
+                ("theme-light-dark", "theme", "Dark or light page", "trigger('theme')", {}),
+                ("dock-right", "drawer", "Show or hide the panels", f"drawer = !({_DRAWN})", {}),
+            ):
+                icon_button(f"mdi-{icon}", name, label, click, size="small", **more)
         with v.VNavigationDrawer(
             model_value=(_DRAWN,),
             update_modelValue="drawer = $event",
@@ -123,22 +140,16 @@ def build(server: Any, plotter: Any, kinds: Mapping[str, str]) -> Any:
         ):
             with v.Template(v_slot_prepend=True), html.Div(classes="studio-jump"):
                 for number, name in enumerate(_PANELS):
-                    v.VBtn(
-                        name.capitalize(),
-                        size="small",
-                        variant="text",
-                        classes="text-none px-1",
-                        min_width=0,
-                        click=_JUMP.format(number=number, name=name),
-                        **found_by(f"go-{name}"),
-                    )
+                    jump = _JUMP.format(number=number, name=name)
+                    v.VBtn(name.capitalize(), variant="text", click=jump, **found_by(f"go-{name}"))
             with v.VExpansionPanels(
                 v_model=("open_panels",), multiple=True, variant="accordion", flat=True, classes="studio-panels"
             ):
                 _lights(kinds)
                 _mix()
                 _materials()
-                _scene()
+                with _panel("Scene"):
+                    form("model")
                 _plan()
                 _accuracy()
                 _files()
@@ -150,39 +161,19 @@ def build(server: Any, plotter: Any, kinds: Mapping[str, str]) -> Any:
             view = PyVistaRCAView(plotter, send_mouse_move=True, style="width: 100%; height: 100%")
             _start()
             with html.Div(classes="studio-awaited"):
-                for condition, name, doing, cancel in (
-                    ("gathering !== null", "gathering", "gathering light that bounces", "cancel_bounces"),
-                    ("refining", "refining", "refining the view", "cancel_refining"),
-                ):
-                    _awaited(condition, name, doing, cancel)
+                _awaited("gathering", "gathering light that bounces", "cancel_bounces")
+                _awaited("refining", "refining the view", "cancel_refining")
         v.VSnackbar(
             "{{ notice }}",
             model_value=("!!notice",),
             timeout=-1,
             location="bottom left",
-            **found_by("notice", raw=['role="status"']),
+            **found_by("notice", status=True),
         )
     return view
 
 
 # --- parts
-
-
-def _bar() -> None:
-    with v.VAppBar(density="compact", flat=True, border=True):
-        v.VAppBarTitle("{{ title }}", classes="text-body-1 font-weight-medium")
-        _button("mdi-undo", "undo", "Undo (Ctrl+Z)", "trigger('undo')", disabled=("!can_undo",))
-        _button("mdi-redo", "redo", "Redo (Ctrl+Y)", "trigger('redo')", disabled=("!can_redo",))
-        _button("mdi-fit-to-screen-outline", "fit", "Show all of the model", "trigger('fit')")
-        _button("mdi-vector-point-select", "gizmos", "Show or hide the gizmos", "trigger('gizmos')")
-        _button("mdi-theme-light-dark", "theme", "Dark or light page", "trigger('theme')")
-        _button("mdi-dock-right", "drawer", "Show or hide the panels", f"drawer = !({_DRAWN})")
-
-
-def _button(icon: str, name: str, label: str, click: str, **more: Any) -> None:
-    v.VBtn(
-        icon=icon, size="small", variant="text", click=click, **found_by(name, label, raw=[f'title="{label}"']), **more
-    )
 
 
 @contextmanager
@@ -196,17 +187,10 @@ def _panel(title: str, note: str = "") -> Iterator[None]:
 
 def _lights(kinds: Mapping[str, str]) -> None:
     with _panel("Lights"):
-        with html.Div(style="display: flex; flex-wrap: wrap; gap: 4px", **found_by("", "Add a light")):
+        with html.Div(classes="studio-buttons", **found_by("", "Add a light")):
             for kind, what in kinds.items():
-                v.VBtn(
-                    f"+ {kind}",
-                    size="small",
-                    variant="tonal",
-                    classes="text-none px-2",
-                    min_width=0,
-                    click=f"trigger('add', ['{kind}']).then(() => {_SHOW_SELECTED})",
-                    **found_by(f"add-{kind}", f"Add a light: {kind}", raw=[f'title="{what}"']),
-                )
+                add = f"trigger('add', ['{kind}']).then(() => {_SHOW_SELECTED})"
+                v.VBtn(f"+ {kind}", click=add, title=what, **found_by(f"add-{kind}", f"Add a light: {kind}"))
         with v.VCard(
             v_for="light in lights",
             key=("light.number",),
@@ -214,118 +198,105 @@ def _lights(kinds: Mapping[str, str]) -> None:
             classes=("'studio-light mt-3 pa-2' + (light.selected ? ' studio-selected' : '')",),
             click="light.selected || trigger('select', [light.number])",
             ripple=False,
-            **found_by("light-row", raw=[":aria-label=\"'Light ' + light.called\""]),
+            **found_by("light-row", ("'Light ' + light.called",)),
         ):
-            _light_row()
+            with html.Div(classes="studio-head"):
+                _light_head()
+            number_input("light.intensity", "intensity")
+            with html.Div(v_if="light.selected"):
+                form("light.fields")
 
 
-def _light_row() -> None:
-    with html.Div(style="display: flex; align-items: center; gap: 6px", classes="studio-head"):
-        with html.Div(style="display: flex; gap: 4px", **found_by("colour")):
-            color_picker("light.diffuse")
-            color_text("light.diffuse")
-        v.VTextField(
-            model_value=("light.name.value",),
-            key=("light.name.key + refusals",),
-            label=("light.kind",),
-            placeholder="without a name",
-            classes="studio-name",
-            change="trigger('edit', [light.name.key, $event.target.value])",
-            **DENSE,
-            **found_by("light-name", raw=[":aria-label=\"'Name of the light, ' + light.kind\""]),
-        )
-        icon_button(
-            "light.on.value ? 'mdi-lightbulb-on-outline' : 'mdi-lightbulb-off-outline'",
-            "light-on",
-            "'Light off or on'",
-            "trigger('edit', [light.on.key, !light.on.value])",
-        )
-        icon_button(
-            "light.soloed ? 'mdi-alpha-s-circle' : 'mdi-alpha-s-circle-outline'",
-            "light-solo",
-            "'Solo: this light alone, or all'",
-            "trigger('act', ['solo', light.number])",
-        )
-        with v.VMenu():
-            with v.Template(v_slot_activator="{ props }"):
-                v.VBtn(
-                    icon="mdi-dots-vertical",
-                    size="x-small",
-                    variant="text",
-                    v_bind="props",
-                    **found_by(
-                        "light-menu",
-                        "More that can be done with the light",
-                        raw=['title="Duplicate, to camera, reset, delete"'],
-                    ),
+def _light_head() -> None:
+    """Colour, name, on and solo of a light, and a menu of what else can be done with it."""
+    with html.Div(classes="studio-numbers", **found_by("colour")):
+        color_picker("light.diffuse")
+        color_text("light.diffuse")
+    v.VTextField(
+        model_value=("light.name.value",),
+        key=("light.name.key + refusals",),
+        label=("light.kind",),
+        placeholder="without a name",
+        classes="studio-name",
+        change="trigger('edit', [light.name.key, $event.target.value])",
+        **found_by("light-name", ("'Name of the light, ' + light.kind",)),
+    )
+    icon_button(
+        ("light.on.value ? 'mdi-lightbulb-on-outline' : 'mdi-lightbulb-off-outline'",),
+        "light-on",
+        "Light off or on",
+        "trigger('edit', [light.on.key, !light.on.value])",
+    )
+    icon_button(
+        (_SOLO_ICON.format("light.soloed"),),
+        "light-solo",
+        "Solo: this light alone, or all",
+        "trigger('act', ['solo', light.number])",
+    )
+    with v.VMenu():
+        with v.Template(v_slot_activator="{ props }"):
+            v.VBtn(
+                icon="mdi-dots-vertical",
+                size="x-small",
+                variant="text",
+                v_bind="props",
+                title="Duplicate, to camera, reset, delete",
+                **found_by("light-menu", "More that can be done with the light"),
+            )
+        with v.VList(density="compact"):
+            for what, icon in (
+                ("duplicate", "mdi-content-copy"),
+                ("to camera", "mdi-camera-outline"),
+                ("reset", "mdi-restore"),
+                ("delete", "mdi-delete-outline"),
+            ):
+                v.VListItem(
+                    title=what.capitalize(),
+                    prepend_icon=icon,
+                    click=f"trigger('act', ['{what}', light.number])",
+                    **found_by(f"light-{what.replace(' ', '-')}"),
                 )
-            with v.VList(density="compact"):
-                for what, icon in (
-                    ("duplicate", "mdi-content-copy"),
-                    ("to camera", "mdi-camera-outline"),
-                    ("reset", "mdi-restore"),
-                    ("delete", "mdi-delete-outline"),
-                ):
-                    v.VListItem(
-                        title=what.capitalize(),
-                        prepend_icon=icon,
-                        click=f"trigger('act', ['{what}', light.number])",
-                        **found_by(f"light-{what.replace(' ', '-')}"),
-                    )
-    number_input("light.intensity", "intensity")
-    with html.Div(v_if="light.selected"):
-        form("light.fields")
 
 
 def _mix() -> None:
     with _panel("Mix", "faders: no light is evaluated again"):
         with html.Div(classes="studio-row mt-0"):
-            v.VSwitch(
-                key=("'mixing' + mixing + refusals",),
-                model_value=("mixing",),
-                label="mix the lights' shares",
-                density="compact",
-                hide_details=True,
-                color="primary",
-                inset=True,
-                update_modelValue="trigger('start_mix', [$event])",
-                **found_by("mix"),
-            )
+            switch("mix", "mixing", "mix the lights' shares", "trigger('start_mix', [$event])")
             v.VSpacer()
             v.VBtn(
                 "Keep this mix",
                 v_if="mixing",
-                size="small",
-                variant="tonal",
-                classes="text-none",
                 click="trigger('keep_mix')",
-                **found_by("keep-mix", raw=['title="Write it into the lights\' intensities and colours"']),
+                title="Write it into the lights' intensities and colours",
+                **found_by("keep-mix"),
             )
         with html.Div(v_if="mixing"):
-            with html.Div(
-                v_for="light in lights",
-                key=("light.number",),
-                classes="mt-2",
-                **found_by("fader", raw=[":aria-label=\"'Fader of ' + light.called\""]),
+            with (
+                html.Div(
+                    v_for="light in lights",
+                    key=("light.number",),
+                    classes="mt-2",
+                    **found_by("fader", ("'Fader of ' + light.called",)),
+                ),
+                v.Template(v_if="light.fader.length"),
             ):
-                with html.Div(style="display: flex; align-items: center; gap: 4px", v_if="light.fader.length"):
+                with html.Div(classes="studio-head"):
                     color_picker("light.fader[1]")
                     html.Span("{{ light.called }}", classes="studio-label ml-1")
                     v.VSpacer()
                     icon_button(
-                        "light.fader[2].value ? 'mdi-volume-off' : 'mdi-volume-high'",
+                        ("light.fader[2].value ? 'mdi-volume-off' : 'mdi-volume-high'",),
                         "fader-mute",
-                        "'Mute: leave this share out, or not'",
+                        "Mute: leave this share out, or not",
                         "trigger('edit', [light.fader[2].key, !light.fader[2].value])",
                     )
                     icon_button(
-                        "light.fader_soloed ? 'mdi-alpha-s-circle' : 'mdi-alpha-s-circle-outline'",
+                        (_SOLO_ICON.format("light.fader_soloed"),),
                         "fader-solo",
-                        "'Solo: this share alone, or all'",
+                        "Solo: this share alone, or all",
                         "trigger('solo_fader', [light.number])",
                     )
-                with html.Div(v_if="light.fader.length"):
-                    number_input("light.fader[0]", "fader-gain")
+                number_input("light.fader[0]", "fader-gain")
             html.Div(
                 "Lights evaluated: {{ evaluations }} times since the start; the last mix took {{ mix_ms }} ms.",
                 classes="studio-unit mt-2",
@@ -352,7 +323,6 @@ def _material() -> None:
         persistent_placeholder=True,
         classes="mt-2",
         update_modelValue="$event && trigger('choose_material', [material.number, $event])",
-        **DENSE,
         **found_by("material", "Named materials"),
     ):
         _balls("material")
@@ -362,7 +332,6 @@ def _material() -> None:
         label="reflectance",
         classes="mt-3",
         update_modelValue="trigger('choose_reflectance', [material.number, $event])",
-        **DENSE,
         **found_by("reflectance", "How it reflects"),
     ):
         _balls("reflectance")
@@ -376,7 +345,6 @@ def _material() -> None:
             label="texture of",
             classes="mt-2",
             update_modelValue="local['texture ' + material.number] = $event; flushState('local')",
-            **DENSE,
             **found_by("texture-of", "Which field a texture is laid on"),
         )
         more = f" + '&material=' + material.number + '&field=' + {chosen}"
@@ -397,11 +365,6 @@ def _balls(kind: str) -> None:
         )
 
 
-def _scene() -> None:
-    with _panel("Scene"):
-        form("model")
-
-
 def _plan() -> None:
     with _panel("Plan", "what runs, and what is left out"):
         number_input("accuracy.tolerance", "tolerance")
@@ -412,11 +375,9 @@ def _plan() -> None:
                 for heading in ("effect", "run", "why", "bound", "ns"):
                     html.Th(heading, raw_attrs=['scope="col"'])
             with html.Tbody(), html.Tr(v_for="row in mesh.rows", key=("row[0]",), **found_by("plan-row")):
-                html.Td("{{ row[0] }}")
-                html.Td("{{ row[1] }}", classes=("row[1] == 'on' ? 'text-primary font-weight-bold' : ''",))
-                html.Td("{{ row[2] }}")
-                html.Td("{{ row[3] }}")
-                html.Td("{{ row[4] }}")
+                is_on = "k == 1 && cell == 'on'"
+                is_marked = f"{is_on} ? 'text-primary font-weight-bold' : ''"
+                html.Td("{{ cell }}", v_for="(cell, k) in row", key=("k",), classes=(is_marked,))
         html.Div(
             "bound: largest colour error, of 1 = full; "
             "ns: nanoseconds a vertex of the compiled evaluator, on one core.",
@@ -426,19 +387,10 @@ def _plan() -> None:
 
 def _accuracy() -> None:
     with _panel("Accuracy", "what it costs in time"):
-        with html.Div(classes="studio-row mt-0", raw_attrs=[':title="accuracy.refine.help"']):
-            v.VSwitch(
-                key=("'refine' + accuracy.refine.set + refusals",),
-                model_value=("accuracy.refine.set",),
-                label="refine the view",
-                density="compact",
-                hide_details=True,
-                color="primary",
-                inset=True,
-                update_modelValue="trigger('edit', ['accuracy.refine', $event ? 1 / 255 : null])",
-                **found_by("refine"),
-            )
-            html.Span("{{ refined }}", classes="studio-unit", **found_by("refined", raw=['role="status"']))
+        with html.Div(classes="studio-row mt-0", title=("accuracy.refine.help",)):
+            refine = "trigger('edit', ['accuracy.refine', $event ? 1 / 255 : null])"
+            switch("refine", "accuracy.refine.set", "refine the view", refine)
+            html.Span("{{ refined }}", classes="studio-unit", **found_by("refined", status=True))
         with html.Div(v_if="accuracy.refine.set"):
             number_input("accuracy.refine", "refine-tolerance", "largest error")
         html.Div("Report", classes="text-caption mt-3")
@@ -450,37 +402,23 @@ def _accuracy() -> None:
                 suffix="s",
                 type="number",
                 classes="studio-number",
-                **DENSE,
                 **found_by("report-seconds"),
             )
             v.VBtn(
                 "Measure",
                 v_if="!report.running",
-                size="small",
-                variant="tonal",
-                classes="text-none",
                 disabled=("!has_mesh",),
                 click="trigger('report', [Number(seconds)])",
                 **found_by("report", "Measure what accuracy costs in time"),
             )
-            v.VBtn(
-                "Cancel",
-                v_if="report.running",
-                size="small",
-                variant="tonal",
-                classes="text-none",
-                click="trigger('cancel_report')",
-                **found_by("cancel-report"),
-            )
+            v.VBtn("Cancel", v_if="report.running", click="trigger('cancel_report')", **found_by("cancel-report"))
         html.Div("{{ report.doing }}", v_if="report.doing", classes="text-caption mt-2", **found_by("report-doing"))
         v.VProgressLinear(
             v_if="report.running",
-            model_value=("report.percent",),
-            indeterminate=("!report.percent",),
-            color="primary",
+            model_value=("100 * report.part",),
+            indeterminate=("!report.part",),
             height=6,
-            rounded=True,
-            raw_attrs=['aria-label="How much of this is done"'],
+            **found_by("", "How much of this is done"),
         )
         html.Div(
             "{{ line }}",
@@ -489,26 +427,15 @@ def _accuracy() -> None:
             classes="text-body-2 mt-2",
             **found_by("report-line"),
         )
-        with html.Div(v_if="report.worst && report.worst.length"):
-            v.VSwitch(
-                key=("'marked' + marked",),
-                model_value=("marked",),
-                label="mark the worst vertices in the view",
-                density="compact",
-                hide_details=True,
-                color="primary",
-                inset=True,
-                update_modelValue="trigger('mark_worst', [$event])",
-                **found_by("mark-worst"),
-            )
+        with html.Div(v_if="report.worst.length"):
+            mark = "mark the worst vertices in the view"
+            switch("mark-worst", "marked", mark, "trigger('mark_worst', [$event])")
             html.Div(
                 "Colour error, of 1 = full: "
-                "{{ report.worst.map(([index, error]) => `vertex ${index}: ${error}`).join(', ') }}",
+                "{{ report.worst.map(([index, error]) => `vertex ${index}: ${error.toPrecision(2)}`).join(', ') }}",
                 classes="studio-unit",
             )
-        with html.A(
-            v_if="report.figure", href=("report.figure",), target="_blank", raw_attrs=['title="Open in full size"']
-        ):
+        with html.A(v_if="report.figure", href=("report.figure",), target="_blank", title="Open in full size"):
             html.Img(
                 src=("report.figure",),
                 style="width: 100%",
@@ -521,21 +448,13 @@ def _accuracy() -> None:
 def _files() -> None:
     with _panel("Files"):
         html.Div("Take home", classes="text-caption")
-        with html.Div(style="display: flex; flex-wrap: wrap; gap: 4px", classes="mt-1"):
-            for what, label, tip in (
-                ("rig", "rig", "Lights, viewer, light model and materials, .json: for pvphong --scene"),
-                ("vtp", "mesh .vtp", "The lit mesh, colours as floats"),
-                ("ply", "mesh .ply", "The lit mesh, colours of 8 bits"),
-                ("gltf", "glTF", "The lit mesh for other programs, with its colours"),
-                ("py", "Python", "The script below, as a file"),
-            ):
-                _take(
-                    label,
-                    tip,
-                    what,
-                    f"'take/{what}'",
-                    v_if={"vtp": "materials.length < 2", "ply": "materials.length < 2"}.get(what, "true"),
-                )
+        with html.Div(classes="studio-buttons mt-1"):
+            single = "materials.length < 2"
+            _take("rig", "rig", "Lights, viewer, light model and materials, .json: for pvphong --scene")
+            _take("vtp", "mesh .vtp", "The lit mesh, colours as floats", v_if=single)
+            _take("ply", "mesh .ply", "The lit mesh, colours of 8 bits", v_if=single)
+            _take("gltf", "glTF", "The lit mesh for other programs, with its colours")
+            _take("py", "Python", "The script below, as a file")
         with html.Div(classes="studio-row", style="flex-wrap: wrap"):
             for side in ("width", "height"):
                 v.VTextField(
@@ -545,14 +464,11 @@ def _files() -> None:
                     suffix="px",
                     type="number",
                     classes="studio-size",
-                    **DENSE,
                     **found_by(f"picture-{side}"),
                 )
+            size = "?width=' + picture.width + '&height=' + picture.height + '"
             _take(
-                "picture .png",
-                "What the view shows at the mesh's vertices, of that size, without gizmos",
-                "png",
-                "'take/png?width=' + picture.width + '&height=' + picture.height",
+                "png", "picture .png", "What the view shows at the mesh's vertices, of that size, without gizmos", size
             )
         html.Div("Python that makes it, to the bit", classes="text-caption mt-3")
         v.VTextarea(
@@ -561,15 +477,12 @@ def _files() -> None:
             rows=8,
             no_resize=True,
             classes="studio-code mt-1",
-            **DENSE,
             **found_by("script", "Python that lights the mesh as it is lit here"),
         )
         v.VBtn(
             "Copy",
-            size="small",
-            variant="tonal",
             prepend_icon="mdi-content-copy",
-            classes="text-none mt-1",
+            classes="mt-1",
             click="utils.get('navigator').clipboard.writeText(script)",
             **found_by("copy-script"),
         )
@@ -578,65 +491,51 @@ def _files() -> None:
             "Another mesh begins with lights of its own: take the rig home first, to take it over again.",
             classes="studio-unit",
         )
-        _examples()
-        file_input("mesh", "mesh: .stl .ply .obj .vtp .vtu .vtk .glb …")
+        _open("mesh")
         file_input("rig", "rig: .json", accept=".json")
         only, more = "only the materials of a rig: .json", " + '&part=material'"
         file_input("rig", only, name="material", more=more, accept=".json")
 
 
-def _take(label: str, tip: str, what: str, address: str, **more: Any) -> None:
+def _take(what: str, label: str, tip: str, query: str = "", **more: Any) -> None:
     v.VBtn(
         label,
-        size="small",
-        variant="tonal",
-        classes="text-none px-2",
-        min_width=0,
-        href=(address,),
+        href=(f"'take/{what}{query}'",),
         prepend_icon="mdi-download",
         disabled=("!has_mesh",),
-        **found_by(f"download-{what}", f"Download: {label}", raw=["download", f'title="{tip}"']),
+        title=tip,
+        __properties=["download"],
+        download=True,
+        **found_by(f"download-{what}", f"Download: {label}"),
         **more,
     )
 
 
-def _examples() -> None:
-    with html.Div(style="display: flex; flex-wrap: wrap; gap: 4px", classes="mt-1"):
+def _open(name: str) -> None:
+    """The examples, and an input for a mesh."""
+    with html.Div(classes="studio-buttons mt-1"):
         v.VBtn(
             "{{ name }}",
             v_for="name in example_names",
             key=("name",),
-            size="small",
-            variant="tonal",
-            classes="text-none px-2",
-            min_width=0,
             click="trigger('open_example', [name])",
             raw_attrs=[":data-test=\"'example-' + name\"", ":aria-label=\"'Open the example ' + name\""],
         )
+    file_input("mesh", "mesh: .stl .ply .obj .vtp .vtu .vtk .glb …", name=name)
 
 
-def _awaited(condition: str, name: str, doing: str, cancel: str) -> None:
-    """What stands in the view while something is computed in the background."""
-    with v.VCard(v_if=condition, classes="pl-3 pr-1 py-1 mb-1", **found_by(name)):
-        with html.Div(style="display: flex; align-items: center; gap: 8px"):
-            html.Span(doing, classes="text-body-2", raw_attrs=['role="status"'])
+def _awaited(name: str, doing: str, cancel: str) -> None:
+    """What stands in the view while something is computed in the background: by name its percent, or null."""
+    with v.VCard(v_if=f"{name} !== null", classes="pl-3 pr-1 py-1 mb-1", **found_by(name)):
+        with html.Div(classes="studio-row mt-0"):
+            html.Span(doing, classes="text-body-2", **found_by("", status=True))
             v.VSpacer()
+            name_of_button = cancel.replace("_", "-")
             v.VBtn(
-                "Cancel",
-                size="small",
-                variant="text",
-                classes="text-none",
-                click=f"trigger('{cancel}')",
-                **found_by(cancel.replace("_", "-"), f"Cancel: {doing}"),
+                "Cancel", variant="text", click=f"trigger('{cancel}')", **found_by(name_of_button, f"Cancel: {doing}")
             )
-        v.VProgressLinear(
-            model_value=("gathering",) if name == "gathering" else 0,
-            indeterminate=("!gathering",) if name == "gathering" else True,
-            color="primary",
-            height=4,
-            rounded=True,
-            raw_attrs=[f'aria-label="How much is done: {doing}"'],
-        )
+        how_much = found_by("", f"How much is done: {doing}")
+        v.VProgressLinear(model_value=(name,), indeterminate=(f"!{name}",), height=4, **how_much)
 
 
 def _start() -> None:
@@ -644,5 +543,4 @@ def _start() -> None:
     with v.VCard(v_if="!has_mesh", classes="studio-start pa-4", max_width=420, **found_by("start")):
         html.Div("Light a mesh", classes="text-h6")
         html.Div("Take one of these, or a file of yours; lights and scene begin with it.", classes="text-body-2 mb-2")
-        _examples()
-        file_input("mesh", "mesh: .stl .ply .obj .vtp .vtu .vtk .glb …", name="first-mesh")
+        _open("first-mesh")

@@ -42,7 +42,7 @@ from pvphong.studio.subplot import Subplot
 from pvphong.studio.web.document import Document
 from pvphong.studio.web.door import Door, Messages
 from pvphong.studio.web.page import build
-from pvphong.studio.web.report import Measuring
+from pvphong.studio.web.report import Measuring, Report
 from pvphong.studio.web.take_home import EXAMPLES, LIT, TakeHome, reading_file
 from pvphong.studio.web.thumbnails import thumbnail
 
@@ -58,6 +58,12 @@ SKIES = (".hdr", ".png", ".jpg", ".jpeg")
 """Endings of the files that can be brought."""
 
 _MARKS = "pvphong worst vertices"
+
+_EDITS = (
+    *("edit", "slide", "settle", "add", "act", "select", "choose_material", "choose_reflectance"),
+    *("start_mix", "solo_fader", "keep_mix", "cancel_bounces", "cancel_refining"),
+)
+"""What the page triggers of the document."""
 
 _numbers = itertools.count(1)
 
@@ -98,26 +104,19 @@ class Studio:
         self._loop = asyncio.get_running_loop()
         subplot.lit.is_in_a_page = True
         plotter.render_window.SetMultiSamples(0)  # drawn by a processor, four make a frame take five times as long
-        self._show_soon: asyncio.TimerHandle | None = None
-        self._plan_soon: asyncio.TimerHandle | None = None
-        self._ask_soon: asyncio.TimerHandle | None = None
-        self._hush_soon: asyncio.TimerHandle | None = None
+        self._due: dict[Callable[[], None], asyncio.TimerHandle] = {}
         self._planned_for: Any = None
         self._serving: Any = None
         self._measuring = Measuring(self._measured)
         self._measured_matrix = np.eye(4)
         self._reports = 0
         self.server = get_server(f"pvphong studio {next(_numbers)}", client_type="vue3")
-        state = self.server.state
-        state.example_names = list(EXAMPLES)
-        state.material_names = list(Material.names())
-        state.reflectance_names = ["", *REFLECTANCES]
-        state.plan = {"accuracy": "", "meshes": []}
-        state.script = ""
-        state.report = {"running": False}
-        state.marked = False
-        state.update(self._shown())
-        self._triggers = {name: self._trigger(act) for name, act in self._acts.items()}
+        names = {"example_names": list(EXAMPLES), "material_names": list(Material.names())}
+        names |= {"reflectance_names": ["", *REFLECTANCES]}
+        at_first = {"plan": {"accuracy": "", "meshes": []}, "script": "", "report": vars(Report()) | {"figure": ""}}
+        self.server.state.update(names | at_first | {"marked": False} | self._shown())
+        self._triggers = {name: self._trigger(getattr(self.document, name)) for name in _EDITS}
+        self._triggers |= {name: self._trigger(act) for name, act in self._acts.items()}
         for name, trigger in self._triggers.items():
             self.server.controller.trigger(name)(trigger)
         kinds = {name: (kind.__doc__ or "").splitlines()[0].replace("`", "") for name, kind in LIGHT_TYPES.items()}
@@ -135,23 +134,11 @@ class Studio:
 
     @property
     def _acts(self) -> dict[str, Callable[..., Any]]:
+        """What is no edit of the document, or says more than that does."""
         document = self.document
         return {
-            "edit": document.edit,
-            "slide": document.slide,
-            "settle": document.settle,
-            "add": document.add,
-            "act": document.act,
-            "select": document.select,
-            "choose_material": document.choose_material,
-            "choose_reflectance": document.choose_reflectance,
             "undo": lambda: None if document.undo() else "nothing to undo",
             "redo": lambda: None if document.redo() else "nothing to redo",
-            "start_mix": document.start_mix,
-            "solo_fader": document.solo_fader,
-            "keep_mix": document.keep_mix,
-            "cancel_bounces": document.cancel_bounces,
-            "cancel_refining": document.cancel_refining,
             "report": self.measure,
             "cancel_report": self._measuring.cancel,
             "mark_worst": self.mark_worst,
@@ -172,12 +159,16 @@ class Studio:
             except (ValueError, TypeError) as error:
                 said = str(error)
                 self.server.state.refusals += 1
-            if isinstance(said, str) and said:
-                self.say(said)
-            self.draw()
-            self.show()
+            self._done(said)
 
         return trigger
+
+    def _done(self, said: Any) -> None:
+        """Something has been done, or was refused: show what is said of it, and what has changed."""
+        if isinstance(said, str) and said:
+            self.say(said)
+        self.draw()
+        self.show()
 
     def _turn_theme(self) -> None:
         state = self.server.state
@@ -189,13 +180,22 @@ class Studio:
         """Show one line for a while."""
         with self.server.state as state:
             state.notice = text
-        if self._hush_soon is not None:
-            self._hush_soon.cancel()
-        self._hush_soon = self._loop.call_later(_SAID_FOR, self._hush)
+        self._later(_SAID_FOR, self._hush)
 
     def _hush(self) -> None:
         with self.server.state as state:
             state.notice = ""
+
+    def _later(self, seconds: float, act: Callable[[], None]) -> None:
+        """Do something so many seconds from now; where it is due already, it is put off till then."""
+        if act in self._due:
+            self._due[act].cancel()
+
+        def do() -> None:
+            del self._due[act]
+            act()
+
+        self._due[act] = self._loop.call_later(seconds, do)
 
     def draw(self) -> None:
         """Ask for a frame; several that are asked for before one is drawn are one."""
@@ -203,8 +203,8 @@ class Studio:
 
     def show(self) -> None:
         """Show soon what has changed."""
-        if self._show_soon is None and not self._loop.is_closed():
-            self._show_soon = self._loop.call_later(_SHOW_AFTER, self._show)
+        if self._show not in self._due and not self._loop.is_closed():
+            self._later(_SHOW_AFTER, self._show)
 
     def _shown(self) -> dict[str, Any]:
         meshes = self._subplot.lit.shown
@@ -214,46 +214,37 @@ class Studio:
 
     def _awaited(self) -> dict[str, Any]:
         """What is computed in the background, and what has come of refining."""
-        meshes = [mesh for mesh in self._subplot.lit.shown if mesh.refining is not None]
-        refined, part = (
-            [mesh.refining for mesh in meshes if mesh.refining is not None],
-            self._subplot.lit.gathering.part,
-        )
-        is_awaited = any(each.is_awaited for each in refined)
-        reason = next((each.reason for each in refined if each.reason), "")
-        if refined and self.document.mix.is_on:
+        part, refining = self._subplot.lit.gathering.part, self._subplot.lit.refining
+        is_awaited = any(each.is_awaited for each in refining.values())
+        reason = next((each.reason for each in refining.values() if each.reason), "")
+        if refining and self.document.mix.is_on:
             reason = "lights are mixed"
-        drawn = sum(mesh.actor.mapper.dataset.n_points for mesh in meshes if mesh.actor is not None)
-        added = drawn - sum(mesh.drawn.n_points for mesh in meshes)
+        added = sum(mesh.actor.mapper.dataset.n_points - mesh.drawn.n_points for mesh in refining if mesh.actor)
         said = f"not refined: {reason}" if reason else f"refined, by {added:,} points more" if added else ""
         return {
             "gathering": None if part is None else round(100.0 * part),
-            "refining": is_awaited,
+            "refining": 0 if is_awaited else None,
             "refined": "being refined" if is_awaited else said,
         }
 
     def _show(self) -> None:
-        self._show_soon = None
         with self.server.state as state:
             state.update(self._shown())
-        if self._ask_soon is None:
+        if self._ask not in self._due:
             self._ask()
-        if self._plan_soon is not None:
-            self._plan_soon.cancel()
-        self._plan_soon = self._loop.call_later(_PLAN_AFTER, self._show_plan)
+        self._later(_PLAN_AFTER, self._show_plan)
 
     def _ask(self) -> None:
         """Draw what the background has given, as long as something is awaited from it."""
-        self._ask_soon, lit = None, self._subplot.lit
+        lit = self._subplot.lit
         if lit.is_awaiting:
             if lit.refresh():
                 self.draw()
             with self.server.state as state:
                 state.update(self._awaited())
-            self._ask_soon = self._loop.call_later(_ASK_AGAIN, self._ask)
+            self._later(_ASK_AGAIN, self._ask)
 
     def _show_plan(self) -> None:
-        self._plan_soon = None
         scene, meshes, tolerance = self._subplot.scene, self._subplot.lit.shown, self.document.accuracy.tolerance
         known = scene, [(mesh, mesh.material, mesh.geometry()) for mesh in meshes], tolerance
         if known == self._planned_for:
@@ -262,7 +253,7 @@ class Studio:
         for mesh in meshes:
             lit = shallow_copy(mesh.drawn)
             lit.point_data.active_normals = mesh.normals
-            others = [(other.drawn, other.matrix) for other in meshes if other is not mesh and other.casts_shadows]
+            others = [(other.drawn, other.matrix) for other in self._subplot.lit.others(mesh)]
             with suppress(ValueError):  # the view says why it cannot be lit
                 options: dict[str, Any] = {"matrix": mesh.matrix, "tolerance": tolerance, "occluders": others}
                 made = plan(lit, scene, mesh.material, **options)
@@ -344,7 +335,7 @@ class Studio:
         try:
             size = int(width) if width.isdecimal() else 0, int(height) if height.isdecimal() else 0
             if what in LIT:
-                await asyncio.to_thread(home.lit)  # which takes long where light bounces
+                await asyncio.to_thread(lambda: home.lit)  # which takes long where light bounces
             while what == "gltf" and self._subplot.lit.is_awaiting:  # it has what the view shows
                 await asyncio.sleep(_ASK_AGAIN)
             name, content = home.read(what, self._plotter, size)
@@ -395,7 +386,6 @@ class Studio:
         self.mark_worst(False)
         measured = max(meshes, key=lambda mesh: mesh.drawn.n_points)
         self._measured_matrix = np.eye(4) if measured.matrix is None else measured.matrix
-        others = [mesh for mesh in meshes if mesh is not measured and mesh.casts_shadows]
         self._measuring.start(
             {
                 "mesh": measured.mesh,
@@ -405,7 +395,7 @@ class Studio:
                 "seconds": seconds,
                 "matrix": measured.matrix,
                 "feature_angle": measured.feature_angle,
-                "occluders": [(mesh.mesh, mesh.matrix) for mesh in others],
+                "occluders": [(other.mesh, other.matrix) for other in self._subplot.lit.others(measured)],
             }
         )
 
@@ -415,14 +405,7 @@ class Studio:
         if report.figure:
             self._reports += 1
         with self.server.state as state:
-            state.report = {
-                "running": report.running,
-                "doing": report.doing,
-                "percent": round(100.0 * report.part),
-                "lines": report.lines,
-                "worst": [[index, f"{error:.2g}"] for index, error, _ in report.worst],
-                "figure": f"report/{self._reports}.png" if report.figure else "",
-            }
+            state.report = vars(report) | {"figure": f"report/{self._reports}.png" if report.figure else ""}
 
     async def _figure(self, _request: web.Request) -> web.StreamResponse:
         figure = self._measuring.report.figure
@@ -441,13 +424,6 @@ class Studio:
             marks.user_matrix = self._measured_matrix
         self.server.state.marked = on and bool(places)
 
-    def _brought(self, error: str) -> None:
-        """A file has been taken, or was not, for a reason."""
-        if error:
-            self.say(error)
-        self.draw()
-        self.show()
-
     def _left(self, in_mid_drag: bool) -> None:
         """A browser has gone; what it was dragging in the view is put back."""
         self.document.settle()
@@ -456,9 +432,7 @@ class Studio:
             interactor.SetKeySym("Escape")
             interactor.InvokeEvent("KeyPressEvent")
             interactor.InvokeEvent("LeftButtonReleaseEvent")
-            self.say("The connection was lost while a light was dragged: it is where it was.")
-            self.draw()
-            self.show()
+            self._done("The connection was lost while a light was dragged: it is where it was.")
 
     # -- the server
 
@@ -487,7 +461,7 @@ class Studio:
             ("sky", SKIES, self._take_sky),
             ("texture", IMAGES, self._take_texture),
         ):
-            server.app.router.add_post(f"/bring/{what}", self.door.upload(suffixes, take, self._brought))
+            server.app.router.add_post(f"/bring/{what}", self.door.upload(suffixes, take, self._done))
 
     def address_at(self, port: int) -> str:
         """Where the page is, served on a port."""
@@ -535,9 +509,8 @@ class Studio:
     async def close(self) -> None:
         """Stop serving, and let go of the plotter."""
         self._save()
-        for soon in (self._show_soon, self._plan_soon, self._ask_soon, self._hush_soon):
-            if soon is not None:
-                soon.cancel()
+        for due in self._due.values():
+            due.cancel()
         self._subplot.renderer.RemoveObserver(self._tag)
         self._subplot.lit.is_in_a_page = False
         self._subplot.lit.stop()

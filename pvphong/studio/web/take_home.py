@@ -5,7 +5,8 @@ from __future__ import annotations
 import re
 import tempfile
 from collections.abc import Mapping
-from dataclasses import MISSING, fields
+from dataclasses import MISSING, dataclass, fields
+from functools import cached_property
 from pathlib import Path, PurePath
 from typing import Any
 
@@ -24,7 +25,7 @@ from pvphong.scene.light_model import LightModel
 from pvphong.scene.scene import Scene
 from pvphong.scene.viewer import Viewer
 from pvphong.shading import kernel
-from pvphong.studio.lit_actors import LitMesh
+from pvphong.studio.lit_mesh import LitMesh
 
 EXAMPLES: Mapping[str, str] = {
     "airplane": "load_airplane",
@@ -43,6 +44,7 @@ LIT = ("vtp", "ply", "vtkhdf", "png")
 """What of that is made of the lit mesh."""
 
 
+@dataclass
 class TakeHome:
     """What a studio's files are made of, as it is now.
 
@@ -62,23 +64,20 @@ class TakeHome:
         Of textures that were read from files, these files' names: rig and script name them, where they are to be.
     """
 
-    def __init__(
-        self,
-        meshes: Mapping[str, LitMesh],
-        scene: Scene,
-        tolerance: float,
-        reading: str,
-        stem: str,
-        textures: Mapping[Map, str],
-    ) -> None:
-        self._meshes, self._scene, self._tolerance, self._textures = meshes, scene, tolerance, textures
-        self._lit: Any = None
-        self._reading, self._stem = reading, re.sub(r"[^\w.-]+", "-", stem).strip(".-") or "mesh"
+    meshes: Mapping[str, LitMesh]
+    scene: Scene
+    tolerance: float
+    reading: str
+    stem: str
+    textures: Mapping[Map, str]
+
+    def __post_init__(self) -> None:
+        self.stem = re.sub(r"[^\w.-]+", "-", self.stem).strip(".-") or "mesh"
 
     @property
     def materials(self) -> dict[str, Material]:
         """As rigs keep them: "default" for all, or by the meshes' names."""
-        found = {name: mesh.material for name, mesh in self._meshes.items()}
+        found = {name: mesh.material for name, mesh in self.meshes.items()}
         first = next(iter(found.values()), Material())
         return {DEFAULT: first} if all(material == first for material in found.values()) else found
 
@@ -88,7 +87,7 @@ class TakeHome:
 
         def named(material: Material) -> Material:
             maps = {name: each for name, each in material.maps.items() if isinstance(each, Map)}
-            return material.with_values({name: self._textures.get(each, each) for name, each in maps.items()})
+            return material.with_values({name: self.textures.get(each, each) for name, each in maps.items()})
 
         return {name: named(material) for name, material in self.materials.items()}
 
@@ -101,7 +100,7 @@ class TakeHome:
         ValueError
             If there is no mesh, or the meshes have no options in common.
         """
-        meshes = list(self._meshes.values())
+        meshes = list(self.meshes.values())
         if not meshes:
             check.refuse("mesh", "none", "there", "Open one first.")
         angles, matrices = {mesh.feature_angle for mesh in meshes}, [mesh.matrix for mesh in meshes]
@@ -112,31 +111,29 @@ class TakeHome:
         found: dict[str, Any] = {"feature_angle": meshes[0].feature_angle}
         if matrix is not None:
             found["matrix"] = matrix.tolist()
-        if self._tolerance:
-            found["tolerance"] = self._tolerance
+        if self.tolerance:
+            found["tolerance"] = self.tolerance
         return found | {"backend": "numba" if kernel.has_run() else "numpy"}
 
+    @cached_property
     def lit(self) -> Any:
         """The lit mesh, or the lit blocks, lit once; by any thread."""
-        if self._lit is None:
-            options, materials = self.options, self.materials
-            if len(self._meshes) == 1:
-                mesh = next(iter(self._meshes.values())).mesh
-                self._lit = mesh.phong.shade(self._scene, materials[DEFAULT], **options)
-            else:
-                blocks = pv.MultiBlock({name: mesh.mesh for name, mesh in self._meshes.items()})
-                self._lit = blocks.phong.shade(self._scene, materials, **options)
-        return self._lit
+        options, materials = self.options, self.materials
+        if len(self.meshes) == 1:
+            mesh = next(iter(self.meshes.values())).mesh
+            return mesh.phong.shade(self.scene, materials[DEFAULT], **options)
+        blocks = pv.MultiBlock({name: mesh.mesh for name, mesh in self.meshes.items()})
+        return blocks.phong.shade(self.scene, materials, **options)
 
     def script(self) -> str:
         """Python that reads the mesh, lights it as here, and writes it.
 
         Lights and materials that no code can hold, images and arrays, are read from the rig.
         """
-        options, materials, stem = self.options, self._written, self._stem
-        ending = "vtp" if len(self._meshes) == 1 else "vtkhdf"
+        options, materials, stem = self.options, self._written, self.stem
+        ending = "vtp" if len(self.meshes) == 1 else "vtkhdf"
         try:
-            scene = python_of(self._scene)
+            scene = python_of(self.scene)
             if list(materials) == [DEFAULT]:
                 material = python_of(materials[DEFAULT])
             else:
@@ -148,10 +145,10 @@ class TakeHome:
             material += f'["{DEFAULT}"]' if list(materials) == [DEFAULT] else ""
         given = ", ".join(["scene", "material", *(f"{name}={value!r}" for name, value in options.items())])
         lines = [
-            *(["import pyvista as pv"] if "pv." in self._reading else []),
+            *(["import pyvista as pv"] if "pv." in self.reading else []),
             "import pvphong as ph",
             "",
-            f"mesh = {self._reading}",
+            f"mesh = {self.reading}",
             f"scene = {scene}",
             f"material = {material}",
             f"lit = mesh.phong.shade({given})",
@@ -179,8 +176,8 @@ class TakeHome:
             If it cannot be made.
         """
         check.choice("file", what, FILES)
-        path = folder / {"rig": f"{self._stem}-rig.json", "png": f"{self._stem}.png", "gltf": f"{self._stem}.gltf"}.get(
-            what, f"{self._stem}-lit.{what}"
+        path = folder / {"rig": f"{self.stem}-rig.json", "png": f"{self.stem}.png", "gltf": f"{self.stem}.gltf"}.get(
+            what, f"{self.stem}-lit.{what}"
         )
         if what == "rig":
             self.save_rig(path)
@@ -189,18 +186,18 @@ class TakeHome:
         elif what == "gltf":
             plotter.export_gltf(path)
         elif what == "png":
-            lit, matrix = self.lit(), self.options.get("matrix")
+            lit, matrix = self.lit, self.options.get("matrix")
             if matrix is not None:
                 lit = lit.transform(np.array(matrix), inplace=False)
-            image = draw(lit, self._scene.viewer, size=size, background=plotter.background_color.hex_rgb)
+            image = draw(lit, self.scene.viewer, size=size, background=plotter.background_color.hex_rgb)
             save_picture(image, path)
         else:
-            save_lit(self.lit(), path, "phong")
+            save_lit(self.lit, path, "phong")
         return path
 
     def save_rig(self, path: Path) -> None:
         """Write scene and materials; ValueError if that cannot be done."""
-        self._scene.save(path, materials=self._written)
+        self.scene.save(path, materials=self._written)
 
     def read(self, what: str, plotter: pv.Plotter, size: tuple[int, int]) -> tuple[str, bytes]:
         """The name and the bytes of one of `FILES`; see `write`."""

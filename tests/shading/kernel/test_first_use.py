@@ -67,7 +67,7 @@ def test_code_that_is_not_there_is_asked_for_and_numpy_lights(without_code):
 def test_a_window_does_not_wait_either(without_code):
     import pyvista as pv
 
-    from pvphong.studio.lit_actors import LitMesh
+    from pvphong.studio.lit_mesh import LitMesh
 
     live = LitMesh(pv.Plane(i_resolution=511, j_resolution=511), MATERIAL)
     assert live.refresh(SCENE)

@@ -191,7 +191,7 @@ def test_a_new_light_shines_as_bright_on_any_scale(kind):
 def test_no_new_light_stands_where_another_does(document, plotter):
     for kind in ("sphere", "rectangle", "spot", "point", "directional", "directional"):
         document.add(kind)
-    view, size = document.gizmos.view, document.gizmos.extent[1]
+    view, size = document.gizmos.view, document.gizmos.scenery.size
     origins = [gizmo.in_scene(view).origin for gizmo in document.gizmos.all]
     apart = np.linalg.norm(np.array(origins)[:, None] - origins, axis=-1)
     assert apart[~np.eye(len(origins), dtype=bool)].min() > 0.1 * size

@@ -56,7 +56,7 @@ def test_a_new_kind_of_light_has_its_form():
     assert (form["spread"]["unit"], form["position"]["unit"], form["position"]["labels"]) == (
         "°",
         "mesh unit",
-        ["x", "y", "z"],
+        ("x", "y", "z"),
     )
     assert form["smokes"]["help"] == "Whether it smokes."
     assert edited(Torch(), "position", "2,5", [1]).position == (0.0, 2.5, 0.0)

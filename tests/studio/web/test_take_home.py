@@ -80,7 +80,7 @@ def test_the_script_gives_the_same_bits_as_the_lit_mesh(plotter, tmp_path, monke
         actor.rotate_x(30)
         actor.scale = (0.01, 0.02, 0.01)
     home = taken(plotter, tolerance=tolerance)
-    lit = home.lit()
+    lit = home.lit
     assert lit.n_points > mesh.n_points  # its edges are sharp
     np.testing.assert_array_equal(run(home.script(), tmp_path, monkeypatch)["phong"], lit["phong"])
     assert len(home.script().splitlines()) <= 16
@@ -94,7 +94,7 @@ def test_the_script_of_blocks_gives_the_same_bits(plotter, tmp_path, monkeypatch
     plotter.phong.add_mesh(blocks, {"ball": ph.Material.named("gold"), "floor": ph.Material()})
     meshes = dict(zip(blocks.keys(), plotter.phong._subplot.lit.meshes, strict=True))
     home = TakeHome(meshes, plotter.phong.scene, 0.0, reading_file("part.vtm"), "part", {})
-    lit, again = home.lit(), run(home.script(), tmp_path, monkeypatch)
+    lit, again = home.lit, run(home.script(), tmp_path, monkeypatch)
     for name in blocks.keys():  # noqa: SIM118 a MultiBlock is not a mapping
         np.testing.assert_array_equal(again[name]["phong"], lit[name]["phong"])
     assert json.loads(home.read("rig", plotter, (0, 0))[1])["materials"].keys() == {"ball", "floor"}
@@ -122,7 +122,7 @@ def test_what_is_moved_is_lit_where_the_view_has_it(plotter, tmp_path, monkeypat
         lits = plotter.phong._subplot.lit.meshes
         names = blocks.keys() if mesh is blocks else ["part"]
         home = TakeHome(dict(zip(names, lits, strict=True)), plotter.phong.scene, 0.0, reading_file(name), "part", {})
-        lit, again = home.lit(), run(home.script(), tmp_path, monkeypatch)
+        lit, again = home.lit, run(home.script(), tmp_path, monkeypatch)
         for which, shown in zip(names, lits, strict=True):
             own, other = (lit[which], again[which]) if mesh is blocks else (lit, again)
             np.testing.assert_array_equal(other["phong"], own["phong"])
@@ -143,7 +143,7 @@ def test_what_no_code_can_hold_is_read_from_the_rig(plotter, tmp_path, monkeypat
     name, rig = home.read("rig", plotter, (0, 0))
     assert f'ph.Scene.load("{name}")' in home.script()
     (tmp_path / name).write_bytes(rig)
-    np.testing.assert_array_equal(run(home.script(), tmp_path, monkeypatch)["phong"], home.lit()["phong"])
+    np.testing.assert_array_equal(run(home.script(), tmp_path, monkeypatch)["phong"], home.lit["phong"])
 
 
 def test_every_file_is_what_it_says(plotter, tmp_path):
@@ -171,7 +171,7 @@ def test_every_file_is_what_it_says(plotter, tmp_path):
 
 def test_what_cannot_be_made_is_refused_in_one_line(plotter):
     with pytest.raises(ValueError, match="mesh must be there"):
-        taken(plotter).lit()
+        _ = taken(plotter).lit
     plotter.phong.add_mesh(pv.Sphere())
     with pytest.raises(ValueError, match="file must be one of"):
         taken(plotter).read("exe", plotter, (1, 1))
@@ -181,7 +181,7 @@ def test_what_cannot_be_made_is_refused_in_one_line(plotter):
         taken(plotter).read("png", plotter, (10, 10**9))
     plotter.phong.add_mesh(pv.Cube()).position = (1, 0, 0)
     with pytest.raises(ValueError, match="meshes must be in place"):
-        taken(plotter).lit()
+        _ = taken(plotter).lit
 
 
 def test_the_examples_come_with_pyvista():

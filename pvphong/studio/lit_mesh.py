@@ -1,0 +1,303 @@
+"""A lit mesh in a window: what its colours depend on, and when they are computed again."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import cache
+from typing import Any
+
+import numpy as np
+import pyvista as pv
+from vtkmodules.util.numpy_support import vtk_to_numpy
+
+from pvphong.base import check
+from pvphong.base.types import Float64Array, FloatArray
+from pvphong.meshes.blocks import DEFAULT, datasets, materials_of, single_material
+from pvphong.meshes.point_data import given_maps, tangents_from, texture_version, values_at
+from pvphong.meshes.surfaces import FeatureAngle, has_normals, point_normals, split_sharp_edges, surface
+from pvphong.meshes.visibility import KnownOccluders, visibility_of
+from pvphong.optics.maps import Map, is_image_path, is_texture
+from pvphong.optics.material import Material, as_material
+from pvphong.rays.visibility import Visibility
+from pvphong.scene.scene import Scene, light_labels
+from pvphong.shading.plan.plan import Plan
+from pvphong.shading.vertices import Vertices
+
+ARRAY = "phong"
+"""Name of the drawn mesh's colours, uint8 RGB."""
+
+
+@dataclass(eq=False)
+class SharedMaterial:
+    """A material that meshes may share: setting it changes all of them.
+
+    Parameters
+    ----------
+    material : Material
+        Can be set at any time.
+    """
+
+    material: Material
+
+
+class LitMesh:
+    """A surface, its material, and the colours in which it is drawn.
+
+    The mesh that is drawn shares points and arrays with the user's mesh and has its own colours, which are
+    written in place for as long as the number of points stays the same. No view of VTK's memory is kept from one
+    frame to the next: it would dangle where an array is resized.
+
+    Parameters
+    ----------
+    mesh : pyvista.DataSet
+        The user's mesh; edits to it are followed, and it is not modified.
+    material : Material or SharedMaterial
+        A material of its own, or one that is shared with others. Named arrays and textures in it are followed when they
+        are edited or replaced; of an array that is given, edits are seen if it is a mesh's.
+    feature_angle : float, "auto" or None, default None
+        Degrees from which edges are sharp, as for `shade`. Can be set at any time.
+    """
+
+    def __init__(
+        self, mesh: pv.DataSet, material: Material | SharedMaterial, *, feature_angle: FeatureAngle = None
+    ) -> None:
+        surface(mesh)  # refuses what has nothing that can be lit
+        self.mesh = mesh
+        self.feature_angle: FeatureAngle = feature_angle
+        self.shared_material = material if isinstance(material, SharedMaterial) else SharedMaterial(material)
+        self.casts_shadows = True
+        """Whether it blocks light, where the light model has shadows or ambient occlusion. Can be set at any time."""
+        self.drawn = pv.PolyData()
+        self.actor: pv.Actor | None = None
+        self.evaluations = 0
+        """How many times its colours have been computed."""
+        self.bounced: FloatArray | None = None
+        """Shape (1, n, 3): light that arrived by bounces then."""
+        self._colors: Any = None
+        self._geometry: Any = None
+        self._computed_normals: FloatArray | None = None
+        self._tangents: Callable[[], FloatArray] | None = None
+        self._textured: dict[str, tuple[Any, FloatArray]] = {}
+        self._original_points: Any = None
+        self._whole = pv.PolyData()
+        self._lit_for: Any = None
+        self._eye: Any = None
+        self._plan: Plan | None = None
+        self._visibility: tuple[Any, Visibility] | None = None
+        self.geometry()
+        self._show_colors()
+
+    def __repr__(self) -> str:
+        return f"<LitMesh of {self.mesh.n_points} points, {self.material}>"
+
+    @property
+    def version(self) -> Any:
+        """A stamp of what is lit, which changes with it; cheap to compare."""
+        maps = tuple((name, self._version_of(given)) for name, given in given_maps(self.material).items())
+        return self.material, self.geometry(), maps
+
+    @property
+    def state(self) -> Any:
+        """What its colours were computed for last; cheap to compare."""
+        return self._lit_for, self._eye if self._plan is not None and self._plan.view_dependent else None
+
+    def planned(
+        self, scene: Scene, occluders: KnownOccluders | None = None, samples: int | None = None
+    ) -> tuple[Plan, Vertices]:
+        """What will run, and on what; options are those of `refresh`, and so is what is raised."""
+        visibility = None
+        if (model := scene.light_model).needs_rays:
+            key = self.geometry(), occluders and occluders.occluders, model.two_sided, model.occlusion_distance
+            if self._visibility is not None and self._visibility[0] == key:
+                visibility = self._visibility[1].for_lights(scene.world_lights, light_labels(scene), samples)
+            else:
+                how: dict[str, Any] = {"occluders": occluders or (), "samples": samples, "matrix": self.matrix}
+                visibility = visibility_of(self.drawn, lambda: self.normals, scene, **how)
+            self._visibility = key, visibility
+        maps = {name: self._values(name, given) for name, given in given_maps(self.material).items()}
+        tangents = maps.pop("tangents", self._tangents)
+        vertices = Vertices(self.drawn.points, lambda: self.normals, maps, visibility, tangents=tangents)
+        return Plan.of(scene, self.material, vertices, matrix=self.matrix), vertices
+
+    def refresh(
+        self,
+        scene: Scene,
+        occluders: KnownOccluders | None = None,
+        *,
+        samples: int | None = None,
+        bounced: FloatArray | None = None,
+    ) -> bool:
+        """Bring the colours up to date; returns whether they had to be computed.
+
+        They are computed only when something that the plan depends on has changed: the viewer counts only where
+        highlights, turned normals or a light that moves with the viewer make the colours depend on it. Only lights that
+        have moved are traced again.
+
+        Parameters
+        ----------
+        scene : Scene
+            What lights it.
+        occluders : KnownOccluders, optional
+            What casts shadows on it, where the light model has shadows or ambient occlusion; only itself if not given.
+        samples : int, optional
+            So many rays for each vertex to a light with a size, in place of as many as it takes.
+        bounced : ndarray, optional
+            Shape (1, n, 3): light that arrives by bounces, another array where it has changed.
+
+        Raises
+        ------
+        ValueError
+            If the mesh or an array has been edited into what cannot be lit. What would crash VTK is not drawn any more,
+            until it is put right.
+        """
+        version, blockers = self.version, occluders and occluders.occluders
+        self._show_colors()
+        arriving = None if bounced is None else Map(bounced)  # compared by its identity
+        state = scene.lights, scene.light_model, version, blockers, samples, arriving
+        viewer = scene.viewer
+        eye = viewer and (viewer.position, viewer.focal_point, viewer.up, viewer.parallel)
+        if state == self._lit_for and self._plan and (eye == self._eye or not self._plan.view_dependent):
+            return False
+        self._plan, vertices = self.planned(scene, occluders, samples)
+        if self._plan.equation.bounces and bounced is None:
+            self._plan.sent(vertices)  # says why there is none
+            bounced = np.zeros((1, len(vertices), 3), np.float32)
+        self._plan.run_for_display(vertices, vtk_to_numpy(self._colors), bounced)
+        self._lit_for, self._eye, self.bounced = state, eye, bounced
+        self._colors.Modified()
+        self.evaluations += 1
+        return True
+
+    def blank(self) -> None:
+        """Draw nothing, until it can be refreshed again: an index that no point has would end the process."""
+        self.drawn.Initialize()
+        self._geometry = self._lit_for = None
+
+    @property
+    def material(self) -> Material:
+        """The surface's material; setting it sets that of all meshes that share it."""
+        return self.shared_material.material
+
+    @material.setter
+    def material(self, material: Material) -> None:
+        self.shared_material.material = as_material(material)
+
+    @property
+    def matrix(self) -> Float64Array | None:
+        """The actor's model matrix, (4, 4); None where it is the identity."""
+        if self.actor is None:
+            return None
+        values = np.array(self.actor.GetMatrix().GetData()).reshape(4, 4)
+        return None if np.array_equal(values, np.eye(4)) else values
+
+    @property
+    def normals(self) -> FloatArray:
+        """The point normals that it is lit with."""
+        if has_normals(self.drawn):
+            return point_normals(self.drawn)
+        if self._computed_normals is None:
+            self._computed_normals = point_normals(self.drawn)
+        return self._computed_normals
+
+    def geometry(self) -> Any:
+        """Share the user's points, faces and arrays again where they have been replaced or edited.
+
+        Returns
+        -------
+        object
+            A stamp of points, faces, normals and matrix that changes with them; cheap to compare.
+
+        Raises
+        ------
+        ValueError
+            If the mesh has been edited into what cannot be lit.
+        """
+        mesh, matrix = self.mesh, self.matrix
+        place = None if matrix is None else matrix.tobytes()
+        if isinstance(mesh, pv.PolyData):
+            data = mesh.GetPointData()
+            parts = (mesh.GetPoints(), mesh.GetPolys(), mesh.GetStrips(), data.GetNormals(), data.GetTCoords())
+            # the number of points too: what resizes an array in place need not say that it is modified
+            geometry: Any = self.feature_angle, mesh.GetNumberOfPoints(), *map(_version, parts)
+        else:
+            geometry = self.feature_angle, mesh.GetMTime()
+        if geometry == self._geometry:
+            return geometry, place
+        try:
+            whole = surface(mesh)
+        except ValueError:
+            self.blank()  # VTK goes on to draw it, and might not survive that
+            raise
+        split, self._original_points = split_sharp_edges(whole, self.feature_angle)
+        self._whole = whole
+        self.drawn.ShallowCopy(split)
+        self._geometry, self._computed_normals, self._textured = geometry, None, {}
+        tangents = tangents_from(self.drawn, lambda: self.normals)
+        self._tangents = tangents and cache(tangents)
+        return geometry, place
+
+    def _show_colors(self) -> None:
+        """Have the drawn mesh show its colours; new ones where they are not as many as the points."""
+        data, count = self.drawn.GetPointData(), self.drawn.n_points
+        if self._colors is None or self._colors.GetNumberOfValues() != 3 * count:
+            self._colors, self._lit_for = pv.convert_array(np.zeros((count, 3), np.uint8), ARRAY), None
+        if data.GetAbstractArray(ARRAY) is not self._colors:
+            data.AddArray(self._colors)
+            self.drawn.set_active_scalars(ARRAY, preference="point")
+
+    def _version_of(self, given: Map | str) -> Any:
+        if isinstance(given, str):  # an array of the user's mesh, which may be replaced at any time
+            mesh = self.mesh if isinstance(self.mesh, pv.PolyData) else self.drawn
+            data = (mesh.GetPointData(), mesh.GetCellData())
+            return given, *(_version(each.GetAbstractArray(given)) for each in data)
+        source = given.source
+        return texture_version(source) if is_texture(source) else (given, _version(getattr(source, "VTKObject", None)))
+
+    def _values(self, name: str, given: Map | str) -> Any:
+        """A map at the points that are drawn; texels are looked up only where the texture is another."""
+        if isinstance(given, str) and isinstance(self.mesh, pv.PolyData):  # the drawn mesh has what was there before
+            if given in self.mesh.point_data:
+                given = Map(self.mesh.point_data[given])
+            elif given in self.mesh.cell_data and self.mesh.n_cells == self.drawn.n_cells:
+                self.drawn.cell_data[given] = self.mesh.cell_data[given]
+        version = self._version_of(given)
+        if name in self._textured and self._textured[name][0] == version:
+            return self._textured[name][1]
+        values = values_at(name, given, self._whole, self.drawn, self._original_points)
+        if is_image_path(given) or (isinstance(given, Map) and is_texture(given.source)):
+            self._textured[name] = version, np.array(values, np.float32)
+        return values
+
+
+def _version(part: Any) -> Any:
+    """A VTK object and when it was last modified. It is held on to, so that no other can be taken for it.
+
+    As a `Map`, for VTK compares arrays by their numbers.
+    """
+    return None if part is None else (Map(part), part.GetMTime())
+
+
+def lit_meshes(
+    mesh: Any, material: Material | str | Mapping[str, Material | str], feature_angle: FeatureAngle
+) -> dict[str, LitMesh]:
+    """The lit mesh, by no name, or those of all blocks, by their names: they share the material if there is but one.
+
+    Raises
+    ------
+    ValueError
+        If there is nothing that can be lit, or what is given as a material is none; the message names the block.
+    """
+    given = material if isinstance(material, Mapping) else {DEFAULT: material}
+    shared = {name: SharedMaterial(as_material(each)) for name, each in given.items()}
+    if not isinstance(mesh, pv.MultiBlock):
+        return {"": LitMesh(mesh, single_material(shared), feature_angle=feature_angle)}
+    found, blocks = {}, list(datasets(mesh))
+    for (path, block), own in zip(blocks, materials_of([path for path, _ in blocks], shared), strict=True):
+        try:
+            found[path] = LitMesh(block, own, feature_angle=feature_angle)
+        except ValueError as error:
+            raise ValueError(f"block {path!r}: {error}") from error
+    if not found:
+        check.refuse("mesh", "blocks without any mesh", "a MultiBlock with a mesh in it")
+    return found
