@@ -41,9 +41,6 @@ _MOST_RAYS = 2**19
 _RAYS_AT_ONCE = 2**16
 _FINEST = 2**9
 
-# A round splits the triangles that are at least this urgent, against the most urgent.
-_URGENT = 0.25
-
 
 class Cuts(NamedTuple):
     """What was cut."""
@@ -85,7 +82,7 @@ def uncut_area(surface: LitSurface, tolerance: float) -> float:
     for light in surface.lighting.sharp:
         is_lit = vertices.seen[corners, light] > 0.5
         rows = np.flatnonzero(is_lit.any(axis=1) & ~is_lit.all(axis=1))
-        steps = steps_at(light, vertices, corners[rows], _INSIDE, surface.lighting)
+        steps = steps_at(light, vertices, corners[rows], _INSIDE)
         is_crossed[rows[steps.max(axis=1, initial=0.0) > tolerance]] = True
     longest, height = sizes(vertices.points[corners[is_crossed]])
     return float((longest * height).sum() / 2.0)
@@ -124,23 +121,14 @@ class _Edge:
     def cut(self) -> Cuts:
         triangles = self._surface.triangles
         self._look(np.arange(len(triangles)))
-        is_spent = False
-        while not is_spent:
-            found = self._crossings()
-            rows = self._poor(found)
-            if not len(rows):
-                break
+        found, is_spent = self._crossings(), False
+        while not is_spent and len(rows := self._poor(found)):
             _, height = self._sizes(np.arange(len(triangles)))
             room = self._limit - triangles.n_vertices - 2 * np.count_nonzero(found.step > 0.0)
-            while len(rows):
-                marks = triangles.marks(rows, height > 0.0)
-                if np.count_nonzero(marks) <= room:
-                    break
+            while len(rows) and np.count_nonzero(marks := triangles.marks(rows, height > 0.0)) > room:
                 is_spent, rows = True, rows[: len(rows) // 2]
-            if not len(rows):
-                break
-            self._look(self._surface.split(marks))
-            if is_spent:
+            if len(rows):
+                self._look(self._surface.split(marks))
                 found = self._crossings()
         return self._part(found, is_spent)
 
@@ -152,11 +140,11 @@ class _Edge:
     def _seen(self, rows: IntArray, weights: Float64Array) -> BoolArray:
         surface = self._surface
         corners = surface.triangles.corners[rows]
-        lit: BoolArray = seen_at(self._light, surface.vertices, corners, weights, surface.lighting)[0] > 0.5
+        lit: BoolArray = seen_at(self._light, surface.vertices, corners, weights)[0] > 0.5
         return lit
 
     def _steps(self, corners: IntArray, weights: Float64Array) -> Float64Array:
-        return steps_at(self._light, self._surface.vertices, corners, weights, self._surface.lighting)
+        return steps_at(self._light, self._surface.vertices, corners, weights)
 
     def _look(self, rows: IntArray) -> None:
         """Look at places in triangles that are new or changed: whether something is hidden from their corners."""
