@@ -37,8 +37,6 @@ _WORTH_LOADING = 2**18
 _AS_LIGHT_THAT_BOUNCES = 32
 # Those from which it is worth its start in a window once it is loaded; what is drawn is rounded anyway.
 _WORTH_STARTING = 2**13
-# Vertices whose float colours are held at once before they become 0-255.
-_DISPLAYED_AT_ONCE = 2**17
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -211,23 +209,16 @@ class Plan:
 
         `bounced` is as for `run`.
         """
-        if self.equation.bounces:
-            rgb = self.run(vertices, bounced=bounced).rgb
-            np.rint(np.clip(rgb, 0.0, 1.0) * 255.0, out=out, casting="unsafe")
-            return
-        points, normals = vertices.points, vertices.normals_if(self.equation.needs_normals)
-        tints, channels = vertices.tints(self.equation), vertices.channels(self.equation)
-        is_worth_it = len(out) * len(self.whole.terms) >= (_WORTH_STARTING if kernel.has_run() else _WORTH_LOADING)
-        arrays = points, normals, self.equation, tints, Shading(out), self.whole
-        if is_worth_it and kernel.shade(*arrays, channels=channels, waits=False):
-            return
-        for start in range(0, len(out), _DISPLAYED_AT_ONCE):
-            part = slice(start, start + _DISPLAYED_AT_ONCE)
-            shading = Shading(np.empty((len(points[part]), 3), np.float32))
-            tints_part = {name: tint.at(part) for name, tint in tints.items()}
-            channels_part = None if channels is None else channels[:, part]
-            reference.shade(points[part], normals[part], self.equation, tints_part, shading, channels_part)
-            np.rint(np.clip(shading.rgb, 0.0, 1.0) * 255.0, out=out[part], casting="unsafe")
+        equation, least = self.equation, _WORTH_STARTING if kernel.has_run() else _WORTH_LOADING
+        if not equation.bounces and len(out) * len(self.whole.terms) >= least:
+            normals, channels = vertices.normals_if(equation.needs_normals), vertices.channels(equation)
+            arrays = vertices.points, normals, equation, vertices.tints(equation), Shading(out)
+            if kernel.shade(*arrays, self.whole, channels=channels, waits=False):
+                return
+        rgb = self.run(vertices, backend="auto" if equation.bounces else "numpy", bounced=bounced).rgb
+        np.clip(rgb, 0.0, 1.0, out=rgb)
+        rgb *= 255.0
+        np.rint(rgb, out=out, casting="unsafe")
 
     def __getstate__(self) -> dict[str, Any]:
         """For copies and other processes, which cannot take a view of a mapping."""
