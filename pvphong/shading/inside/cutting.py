@@ -17,6 +17,7 @@ import numpy as np
 from pvphong.base.types import BoolArray, Float64Array, IntArray
 from pvphong.shading.inside.interpolation import lattice, seen_at, sizes, steps_at
 from pvphong.shading.inside.surface import LitSurface
+from pvphong.shading.inside.triangles import marked
 
 PIXEL = 2.0**-10
 """A triangle in which colours jump is not split below this part of the mesh's diagonal: a pixel of a picture."""
@@ -153,9 +154,7 @@ class _Edge:
         added = len(triangles) - len(self._is_hidden)
         self._is_hidden = np.concatenate([self._is_hidden, np.zeros(added, dtype=bool)])
         self._is_lit_inside = np.concatenate([self._is_lit_inside, np.zeros((added, len(_INSIDE)), dtype=bool)])
-        is_looked_at = np.zeros(len(triangles.ends), dtype=bool)
-        is_looked_at[triangles.sides[rows]] = True
-        sides = np.flatnonzero(is_looked_at)
+        sides = np.flatnonzero(marked(len(triangles.ends), triangles.sides[rows]))
         ends = triangles.ends[sides]
         quarters = self._surface.seen_on_sides(self._light, sides, _QUARTERS) > 0.5
         along = np.column_stack([is_lit[ends[:, 0]], quarters, is_lit[ends[:, 1]]])
@@ -164,8 +163,7 @@ class _Edge:
         places = np.linspace(0.0, 1.0, 5)
         is_other = along[odd] ^ along[odd, :1]
         jumps = self._can_jump(ends[odd], np.stack([1.0 - places, places], axis=1), is_other)
-        is_odd = np.zeros(len(triangles.ends), dtype=bool)
-        is_odd[sides[odd[jumps]]] = True
+        is_odd = marked(len(triangles.ends), sides[odd[jumps]])
         self._is_hidden[rows] = is_odd[triangles.sides[rows]].any(axis=1)
         inside = self._is_lit_inside[rows] = self._seen(rows, _INSIDE)
         at_corners = is_lit[triangles.corners[rows]]
@@ -298,9 +296,7 @@ class _Edge:
         is_cut &= ~triangles.with_tied(is_cut & ~is_crossed)  # an edge that ends at another is left on both sheets
         along = np.nan_to_num(found.along)
         while len(bad := self._turned_over(is_cut, along)):
-            marks = np.zeros(len(is_cut), dtype=bool)
-            marks[triangles.sides[bad]] = True
-            is_cut &= ~triangles.with_tied(marks)
+            is_cut &= ~triangles.with_tied(marked(len(is_cut), triangles.sides[bad]))
         room, wanted = self._limit - triangles.n_vertices, 2 * np.count_nonzero(is_cut) + np.count_nonzero(signs == 0)
         if wanted > room:
             is_spent = True
@@ -312,9 +308,7 @@ class _Edge:
             tied = np.bincount(triangles.ties, weights=is_cut, minlength=int(triangles.ties.max(initial=-1)) + 1)
             order = order[np.sort(first)]
             fits = 2 * np.cumsum(tied[triangles.ties[order]]) <= room
-            marks = np.zeros(len(is_cut), dtype=bool)
-            marks[order[fits]] = True
-            is_cut &= triangles.with_tied(marks)
+            is_cut &= triangles.with_tied(marked(len(is_cut), order[fits]))
         strip += float((found.width * np.maximum(found.deviation, _DEVIATION * 2.0**-8 * surface.diagonal)).sum())
         inner = np.where(self._is_lit_inside[:, _CENTER], 1, -1)
         surface.cut(self._light, signs, is_cut, along, inner)

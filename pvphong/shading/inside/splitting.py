@@ -19,6 +19,7 @@ from pvphong.shading.inside.interpolation import (
     sizes,
 )
 from pvphong.shading.inside.surface import LitSurface
+from pvphong.shading.inside.triangles import marked
 
 Stopped = Literal["tolerance", "max_points", "jump", "resolution"]
 
@@ -140,8 +141,7 @@ class Refinement:
         steps, errors = jumps(self.surface.vertices, corners[rows])
         self.errors[rows] = np.maximum(self.errors[rows], errors)
         self._known["jump"][rows] = steps > tolerance / 2.0  # of what no splitting would cure, no part is to be left
-        at_jumps = np.zeros(self.surface.triangles.n_vertices, dtype=bool)
-        at_jumps[corners[self._known["jump"]]] = True
+        at_jumps = marked(self.surface.triangles.n_vertices, corners[self._known["jump"]])
         self._known["stuck"][rows] |= at_jumps[corners[rows]].any(axis=1)
 
     def _spend_what_is_left(self, tolerance: float, limit: int) -> None:
