@@ -304,9 +304,9 @@ def drawn(mesh: pv.PolyData, colors: FloatArray, viewer: Viewer, size: tuple[int
     return draw(mesh, viewer, size=size, background=_BACKGROUND)
 
 
-def in_worst_channel(errors: FloatArray) -> FloatArray:
+def in_worst_channel(errors: FloatArray) -> Float64Array:
     """Shape (n,): of signed errors (n, 3) those with the greatest magnitude."""
-    return errors[np.arange(len(errors)), np.abs(errors).argmax(axis=1)]
+    return errors[np.arange(len(errors)), np.abs(errors).argmax(axis=1)].astype(np.float64, copy=False)
 
 
 # --- the panel
