@@ -50,8 +50,6 @@ class Cuts(NamedTuple):
     """The number of sides of triangles that were."""
     strip: float = 0.0
     """The area, in the mesh's unit, in which colours may be those of the other side of an edge."""
-    missed: int = 0
-    """The number of triangles with an edge inside that is too fine to be cut."""
     is_spent: bool = False
     """Whether there were not points enough."""
 
@@ -69,8 +67,8 @@ def cut_edges(surface: LitSurface, tolerance: float, limit: int) -> Cuts:
         How many vertices there may be then.
     """
     cuts = [_Edge(surface, light, tolerance, limit).cut() for light in surface.lighting.sharp]
-    sides, strips, missed, spent = zip(*cuts, strict=True) if cuts else ((), (), (), ())
-    return Cuts(sum(sides), sum(strips), sum(missed), any(spent))
+    sides, strips, spent = zip(*cuts, strict=True) if cuts else ((), (), ())
+    return Cuts(sum(sides), sum(strips), any(spent))
 
 
 def uncut_area(surface: LitSurface, tolerance: float) -> float:
@@ -289,7 +287,7 @@ class _Edge:
     def _part(self, found: _Crossings, is_spent: bool) -> Cuts:
         surface, triangles = self._surface, self._surface.triangles
         longest, height = self._sizes(np.flatnonzero(self._is_hidden))
-        missed, strip = len(longest), float((longest * height).sum() / 2.0)
+        strip = float((longest * height).sum() / 2.0)
         signs = self._snapped(found)
         is_cut = triangles.with_tied((found.step > 0.0) & (signs[triangles.ends] != 0).all(axis=1))
         is_crossed = signs[triangles.ends].prod(axis=1) < 0
@@ -313,7 +311,7 @@ class _Edge:
         inner = np.where(self._is_lit_inside[:, _CENTER], 1, -1)
         surface.cut(self._light, signs, is_cut, along, inner)
         surface.lighting.settled.add(self._light)
-        return Cuts(len(np.unique(triangles.ties[: len(is_cut)][is_cut])), strip, missed, is_spent)
+        return Cuts(len(np.unique(triangles.ties[: len(is_cut)][is_cut])), strip, is_spent)
 
     def _snapped(self, found: _Crossings) -> IntArray:
         """(n,): 1 and -1 for vertices on the two sides of the edge; 0 for those that are taken as on it.

@@ -152,9 +152,8 @@ class Refinement:
         while too_many - fits > 1:
             middle = (fits + too_many) // 2
             spent = np.count_nonzero(self.surface.triangles.marks(rows[:middle], self._known["visible"]))
-            fits, too_many = (
-                (middle, too_many) if self.surface.triangles.n_vertices + spent <= limit else (fits, middle)
-            )
+            is_enough = self.surface.triangles.n_vertices + spent <= limit
+            fits, too_many = (middle, too_many) if is_enough else (fits, middle)
         if fits:
             self._measure(self.surface.split(self.surface.triangles.marks(rows[:fits], self._known["visible"])))
         self._finish(tolerance)

@@ -83,11 +83,10 @@ class LitSurface:
         opposite = np.concatenate([opposite, np.full(len(cut.parents) - len(opposite), -1)])
         self._add(cut.parents, cut.along, np.zeros(len(opposite), bool), opposite, (light, cut.sheets[old:] > 0))
         on_line = np.flatnonzero((signs == 0) & (cut.sheets[:old] != 0))
-        vertices, seen = self.vertices, self.vertices.seen
-        seen[on_line, light] = cut.sheets[on_line] > 0
-        vertices.colors[on_line] = self.lighting.colors(
-            *(each[on_line] for each in (vertices.points, vertices.normals, vertices.maps, seen))
-        )
+        now = self.vertices
+        now.seen[on_line, light] = cut.sheets[on_line] > 0
+        rows = (each[on_line] for each in (now.points, now.normals, now.maps, now.seen))
+        now.colors[on_line] = self.lighting.colors(*rows)
 
     @property
     def _triangles_of(self) -> IntArray:
