@@ -120,15 +120,10 @@ class Plan:
         for effect in EFFECTS:
             draft = effect.simplify(draft)
         left = draft.equation
+        may_move = any(term.follows_viewer and not term.is_black for term in whole.terms)  # and then reach the mesh
+        may_return = any(note.only_for_this_viewer for note in draft.notes)
         return cls(
-            view_dependent=(
-                left.has_highlights
-                or left.is_flipped
-                or any(note.only_for_this_viewer for note in draft.notes)
-                or any(
-                    term.follows_viewer and not term.is_black for term in whole.terms
-                )  # elsewhere it may reach the mesh
-            ),
+            view_dependent=left.has_highlights or left.is_flipped or may_move or may_return,
             tolerance=tolerance,
             error_bound=min(draft.error_bound ** (1.0 / whole.gamma), tolerance),
             equation=in_parts(left),
@@ -227,14 +222,9 @@ class Plan:
     def __str__(self) -> str:
         running = [name for name, decision in self.effects.items() if decision.on]
         off = [name for name, decision in self.effects.items() if not decision.on]
-        cost = f"about {sum(self._nanoseconds):.1f} ns a vertex"
-        return "\n".join(
-            [
-                *wrapped(f"Runs: {', '.join(running) or 'nothing'}. Left out: {', '.join(off) or 'nothing'}."),
-                *wrapped(f"{self._accuracy}; {cost}."),
-                *wrapped(self._dependence),
-            ]
-        )
+        runs = f"Runs: {', '.join(running) or 'nothing'}. Left out: {', '.join(off) or 'nothing'}."
+        cost = f"{self._accuracy}; about {sum(self._nanoseconds):.1f} ns a vertex."
+        return "\n".join(line for sentence in (runs, cost, self._dependence) for line in wrapped(sentence))
 
     def __repr__(self) -> str:
         running = sum(decision.on for decision in self.effects.values())
