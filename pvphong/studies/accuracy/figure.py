@@ -35,12 +35,6 @@ _COLORS: dict[str, str] = {
     "interpolation": "#2a7f3f",
 }
 _MARKERS: dict[str, str] = {"arithmetic": "o", "light model": "s", "sampling": "D", "interpolation": "^"}
-_TITLES: dict[str, str] = {
-    "arithmetic": "arithmetic, at the vertices",
-    "light model": "light model, at the vertices",
-    "sampling": "sampling, at the vertices",
-    "interpolation": "interpolation, inside triangles",
-}
 
 # The part of a front's width that markers take; names are beside it.
 _DATA = 0.5
@@ -116,7 +110,8 @@ def _draw_front(axes: Any, report: Result, kind: Kind) -> None:
     # An error of 0 is drawn a decade and a half below the least that is not.
     least = min([row.error.rms for row in rows if row.error.rms] + [tolerance])
     zero = float(10.0 ** (np.floor(np.log10(least)) - 1.5))
-    axes.set(xscale="log", yscale="log", title=_TITLES[kind])
+    where = "inside triangles" if kind == "interpolation" else "at the vertices"
+    axes.set(xscale="log", yscale="log", title=f"{kind}, {where}")
     falls = _how_it_falls(rows) if kind == "interpolation" else []
     axes.set_xlabel("\n".join(["time in ms: median and quartiles", *falls]))
     axes.set_ylabel("colour error: largest (marker) and RMS (tick)")
