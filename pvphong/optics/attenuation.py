@@ -31,12 +31,8 @@ def checked(name: str, value: VectorLike) -> Vector:
     """Constant, linear and quadratic coefficient: all >= 0 and not all zero."""
     constant, linear, quadratic = check.numbers_in(name, value, 3)
     if min(constant, linear, quadratic) < 0.0 or not (constant or linear or quadratic):
-        check.refuse(
-            name,
-            value,
-            "three numbers >= 0 (constant, linear, quadratic) that are not all zero",
-            "(1, 0, 0) is a light that does not weaken with distance.",
-        )
+        allowed = "three numbers >= 0 (constant, linear, quadratic) that are not all zero"
+        check.refuse(name, value, allowed, "(1, 0, 0) is a light that does not weaken with distance.")
     return constant, linear, quadratic
 
 

@@ -241,30 +241,28 @@ class Light:
 
     def moved(self, move: Callable[[Vector], Vector]) -> Self:
         """This light with every place moved, and no direction or size."""
-        return self._with(lambda role, value: role.mapped(value, move, lambda vector: vector))
+        return self._mapped(move, lambda vector: vector, self.frame)
 
     def in_world(self, viewer: Any) -> Self:
         """This light with its coordinates in the world, as `viewer` makes them."""
         if self.frame == "world":
             return self
         if self.frame == "camera":
-            return self._with(
-                lambda role, value: role.mapped(value, viewer.point_to_world, viewer.vector_to_world), frame="world"
-            )
+            return self._mapped(viewer.point_to_world, viewer.vector_to_world, "world")
         return self._with(lambda role, value: role.of_viewer(value, viewer), frame="world")
 
     def in_frame(self, frame: Frame, viewer: Any) -> Self:
         """A light of the world with its coordinates in another frame: the inverse of `in_world`."""
         if frame == "camera":
-            return self._with(
-                lambda role, value: role.mapped(value, viewer.point_to_eye, viewer.vector_to_eye), frame=frame
-            )
+            return self._mapped(viewer.point_to_eye, viewer.vector_to_eye, frame)
         return replace(self, frame=frame)
 
+    def _mapped(self, point: Callable[[Vector], Vector], vector: Callable[[Vector], Vector], frame: Frame) -> Self:
+        return self._with(lambda role, value: role.mapped(value, point, vector), frame=frame)
+
     def _with(self, change: Callable[[Role, Any], Any], **fields: Any) -> Self:
-        return replace(
-            self, **{field: change(role, getattr(self, field)) for field, role in self.roles.items()}, **fields
-        )
+        changed = {field: change(role, getattr(self, field)) for field, role in self.roles.items()}
+        return replace(self, **changed, **fields)
 
     @property
     def outline(self) -> Float64Array | None:

@@ -11,7 +11,7 @@ from __future__ import annotations
 from typing import Any
 
 from pvphong.base.types import Vector
-from pvphong.optics.reflectances import GGX, Metal, OrenNayar, Retro, Ward
+from pvphong.optics.reflectances import GGX, Metal, OrenNayar, Reflectance, Retro, Ward
 
 
 def _grey(value: float) -> Vector:
@@ -61,11 +61,15 @@ NAMED: dict[str, tuple[Vector, Vector, Vector, float]] = {
 }
 
 
+def _scattering(color: float | Vector, reflectance: Reflectance, **more: Any) -> dict[str, Any]:
+    """The fields of a material that reflects ambient light as it scatters any other."""
+    return {"ambient": color, "diffuse": color, "reflectance": reflectance, **more}
+
+
 def _metal(color: Vector, shininess: float) -> dict[str, Any]:
     """Next to nothing is scattered; colours at normal incidence, linear, are those of N. Hoffman's SIGGRAPH courses."""
     red, green, blue = color
-    dim: Vector = (0.2 * red, 0.2 * green, 0.2 * blue)
-    return {"ambient": dim, "diffuse": dim, "reflectance": Metal(color, shininess)}
+    return _scattering((0.2 * red, 0.2 * green, 0.2 * blue), Metal(color, shininess))
 
 
 WITH_REFLECTANCE: dict[str, dict[str, Any]] = {
@@ -73,15 +77,10 @@ WITH_REFLECTANCE: dict[str, dict[str, Any]] = {
     "metallic silver": _metal((0.95, 0.93, 0.88), 40.0),
     "metallic copper": _metal((0.95, 0.64, 0.54), 40.0),
     "metallic aluminium": _metal((0.91, 0.92, 0.92), 25.0),
-    "chalk": {"ambient": 0.9, "diffuse": 0.9, "reflectance": OrenNayar(30.0)},
-    "clay": {"ambient": (0.6, 0.34, 0.24), "diffuse": (0.6, 0.34, 0.24), "reflectance": OrenNayar(20.0)},
-    "brushed steel": {"ambient": 0.15, "diffuse": 0.15, "specular": 0.55, "reflectance": Ward(0.08, 0.4)},
+    "chalk": _scattering(0.9, OrenNayar(30.0)),
+    "clay": _scattering((0.6, 0.34, 0.24), OrenNayar(20.0)),
+    "brushed steel": _scattering(0.15, Ward(0.08, 0.4), specular=0.55),
     "car paint": {"ambient": (0.3, 0.01, 0.02), "diffuse": (0.5, 0.01, 0.02), "reflectance": GGX(0.2, 0.06)},
-    "road sign": {
-        "ambient": (0.02, 0.12, 0.3),
-        "diffuse": (0.02, 0.12, 0.3),
-        "specular": (0.1, 0.3, 0.6),
-        "reflectance": Retro(60.0),
-    },
+    "road sign": _scattering((0.02, 0.12, 0.3), Retro(60.0), specular=(0.1, 0.3, 0.6)),
 }
 """Name → fields. Brushed steel reads tangents, the others nothing that any mesh has not."""

@@ -160,9 +160,7 @@ class Scene:
             If the file cannot be written, or a light is of a kind that files do not know. A file that was there
             before is then still there.
         """
-        lights = [
-            documents.with_type(f"lights[{index}]", light, LIGHT_TYPES) for index, light in enumerate(self.lights)
-        ]
+        lights = [documents.with_type(f"lights[{k}]", light, LIGHT_TYPES) for k, light in enumerate(self.lights)]
         model = asdict(self.light_model)
         for name in [name for name in _NOT_IN_FIRST if not model[name]]:
             del model[name]
@@ -219,12 +217,13 @@ def load_materials(path: str | os.PathLike[str]) -> dict[str, Material]:
     ValueError
         As for `Scene.load`.
     """
-    kept = documents.entries("materials", _document(path).get("materials", {}))
+    kept, folder = documents.entries("materials", _document(path).get("materials", {})), Path(path).parent
     found = {name: Material.from_dict(entry, f"materials.{name}") for name, entry in kept.items()}
-    folder = Path(path).parent
-    return {
-        name: _with_paths(material, lambda image: os.path.normpath(folder / image)) for name, material in found.items()
-    }
+
+    def seen_from_here(image: str) -> str:
+        return os.path.normpath(folder / image)
+
+    return {name: _with_paths(material, seen_from_here) for name, material in found.items()}
 
 
 def _seen_from(folder: Path, image: str) -> str:
@@ -256,9 +255,8 @@ def _document(path: str | os.PathLike[str]) -> dict[str, Any]:
         check.refuse("format", document, f'a JSON object with "format": "{_FORMAT}"', "Scene.save writes one.")
     version = document.get("version")
     if type(version) is not int or version not in _VERSIONS:
-        remedy = (
-            "A newer pvphong may have written it." if isinstance(version, int) else "It is a number, without quotes."
-        )
+        is_number = isinstance(version, int)
+        remedy = "A newer pvphong may have written it." if is_number else "It is a number, without quotes."
         check.refuse("version", json.dumps(version), " or ".join(map(str, _VERSIONS)), remedy)
     documents.check_keys("scene", document, {"format", "version", "materials", *(f.name for f in fields(Scene))})
     return document

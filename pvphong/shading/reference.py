@@ -184,9 +184,8 @@ def _shade_block(block: Block, equation: Equation, result: Shading) -> None:
         for lobe, coefficients, factor in zip(equation.reflectance.lobes, term.colors, factors, strict=True):
             if lobe.needs_viewer and block.unseen is not False and any(coefficients):
                 factor[block.unseen] = 0.0
-            _add(
-                coefficients, factor, tint_of(lobe, tints, block.surface), color, getattr(result, lobe.component), share
-            )
+            tint = tint_of(lobe, tints, block.surface)
+            _add(coefficients, factor, tint, color, getattr(result, lobe.component), share)
     if equation.gamma != 1.0:
         color = np.maximum(color, 0.0) ** color.dtype.type(1.0 / equation.gamma)
     if equation.clamp:

@@ -23,7 +23,7 @@ from pvphong.scene.scene import Scene, SceneLike, light_labels
 from pvphong.shading import interreflection
 from pvphong.shading.inside.interpolation import Lighting, all_errors
 from pvphong.shading.inside.splitting import Refinement, Stopped
-from pvphong.shading.inside.surface import Added
+from pvphong.shading.inside.surface import Added, LitSurface
 from pvphong.shading.plan.plan import Plan
 from pvphong.shading.vertices import Vertices
 from pvphong.shading.visibility import transport_of
@@ -208,7 +208,7 @@ def refine(
     if isinstance(limit, bool) or not isinstance(limit, numbers.Integral) or limit < count:
         check.refuse("max_points", max_points, f"an integer >= {count}, the points that the mesh has, or None")
     with _far_ranges_allowed():
-        refinement = Refinement(lit.mesh.points, lit.blended, lit.corners, lit.lighting, smooth)
+        refinement = Refinement(LitSurface(lit.mesh.points, lit.blended, lit.corners, lit.lighting, smooth))
         stopped = refinement.run(tolerance, int(limit), cut=cut)
     result, left = _split_mesh(lit, refinement), float(refinement.errors.max(initial=0.0))
     quality = f"{tolerance:.3g} everywhere, off by up to {left:.3g}"
@@ -223,14 +223,15 @@ def refine(
     result.field_data[f"{name}_refinement_stopped"] = stopped
     result.field_data[f"{name}_refinement_points"] = [count, result.n_points]
     if refinement.cuts.sides:
-        result.point_data[name + _PAIR] = _others_there(refinement.triangles.places)
+        result.point_data[name + _PAIR] = _others_there(refinement.surface.triangles.places)
     result.field_data[f"{name}_refinement_cut"] = [refinement.cuts.sides]
     result.field_data[f"{name}_refinement_strip"] = [refinement.cuts.strip]
-    seen = refinement.vertices.seen.T.astype(real)
+    vertices = refinement.surface.vertices
+    seen = vertices.seen.T.astype(real)
     if not len(seen):  # nothing blocks anything
         seen = np.ones((lit.lighting.equation.lights + 1, result.n_points), real)
     put_visibility(result, name, light_labels(lit.lighting.scene), lit.lighting.equation, seen)
-    result.point_data[name] = lit.lighting.shown(refinement.vertices.colors).astype(real)
+    result.point_data[name] = lit.lighting.shown(vertices.colors).astype(real)
     result.set_active_scalars(name, preference="point")
     return result
 
@@ -269,7 +270,7 @@ def interpolation_error(
     lit = _lit_triangles(mesh, scene, material, matrix, feature_angle, occluders, transport, _OF_RAYS / 255.0)
     with _far_ranges_allowed():
         vertices = lit.lighting.vertices(lit.mesh.points, lit.blended)
-        errors = all_errors(vertices, lit.corners, lit.lighting)
+        errors = all_errors(vertices, lit.corners)
     result = shallow_copy(lit.mesh)
     result.cell_data["phong" + _ERROR] = errors
     result.set_active_scalars("phong" + _ERROR, preference="cell")
@@ -363,12 +364,13 @@ def _others_there(places: IntArray) -> IntArray:
 
 def _split_mesh(lit: _LitTriangles, refinement: Refinement) -> pv.PolyData:
     """The refined triangles with the arrays of the mesh that they come from."""
-    source, (triangles, vertices) = lit.mesh, (refinement.triangles, refinement.vertices)
+    source, surface = lit.mesh, refinement.surface
+    triangles, vertices = surface.triangles, surface.vertices
     added = slice(source.n_points, None)
     points = np.concatenate([source.points, vertices.points[added].astype(source.points.dtype)])
     result = pv.PolyData.from_regular_faces(points, triangles.corners)
     for key in source.point_data:
-        result.point_data[key] = _interpolated(np.asarray(source.point_data[key]), refinement.added)
+        result.point_data[key] = _interpolated(np.asarray(source.point_data[key]), surface.added)
     if refinement.cuts.sides and ORIGINAL_POINT not in result.point_data:
         result.point_data[ORIGINAL_POINT] = np.arange(result.n_points)
     if ORIGINAL_POINT in result.point_data:

@@ -17,9 +17,7 @@ from typing import Any
 import numpy as np
 import pyvista as pv
 from numpy.typing import NDArray
-from vtkmodules.util.numpy_support import numpy_to_vtk
-from vtkmodules.vtkCommonCore import VTK_FLOAT, vtkPoints
-from vtkmodules.vtkCommonDataModel import vtkCellArray, vtkPolyData
+from vtkmodules.vtkCommonCore import VTK_FLOAT
 from vtkmodules.vtkCommonMath import vtkMatrix4x4
 from vtkmodules.vtkRenderingCore import vtkCamera, vtkLight, vtkProperty, vtkRenderer, vtkRenderWindow
 from vtkmodules.vtkRenderingOpenGL2 import (
@@ -110,10 +108,7 @@ def vtk_shade(
     """
     source = surface(mesh)
     points, normals = check.array("points", source.points), check.array("normals", point_normals(source))
-    placed = None
-    if matrix is not None:
-        placed = vtkMatrix4x4()
-        placed.DeepCopy(check.matrix4("matrix", matrix).ravel().tolist())
+    placed = None if matrix is None else pv.vtkmatrix_from_array(check.matrix4("matrix", matrix))
     if not isinstance(lights, Iterable) or isinstance(lights, (str, bytes, dict)):
         check.refuse("lights", lights, "a sequence of lights", "Put a single light into a list.")
     given = list(lights)
@@ -241,17 +236,14 @@ def _shade_vertices(
     Lights and camera are moved by the renderer. Raises ``RuntimeError`` if the driver left vertices undrawn.
     """
     count = len(points)
-    cloud, vertices, cells = vtkPolyData(), vtkPoints(), vtkCellArray()
-    vertices.SetData(numpy_to_vtk(points, deep=True))  # in their own precision
-    cells.SetData(1, numpy_to_vtk(np.arange(count), deep=True))  # each a cell
-    cloud.SetPoints(vertices)
-    cloud.GetPointData().SetNormals(numpy_to_vtk(normals, deep=True))
-    cloud.SetVerts(cells)
+    cloud = pv.PolyData(points)  # in their own precision, each a cell
+    cloud.point_data.active_normals = normals
     mapper, actor, renderer = vtkOpenGLPolyDataMapper(), vtkOpenGLActor(), vtkRenderer()
     mapper.SetInputData(cloud)
     mapper.SetScalarVisibility(tints is not None)
     if tints is not None:  # the shader takes them for ambient and diffuse colour
-        cloud.GetPointData().SetScalars(numpy_to_vtk(tints, deep=True))
+        cloud.point_data["tints"] = tints
+        cloud.set_active_scalars("tints")
         mapper.SetColorModeToDirectScalars()
     actor.SetMapper(mapper)
     actor.SetProperty(appearance)

@@ -174,9 +174,8 @@ def _obstacles_of_matrix(matrix: Float64Array) -> dict[str, str]:
         warnings.simplefilter("always", SingularMatrixWarning)
         normal_matrix(matrix)  # refuses what no evaluator takes
     if caught:
-        return {
-            "a matrix that flattens space (VTK leaves it uninverted for normals)": "Use a small scale in place of 0"
-        }
+        what = "a matrix that flattens space (VTK leaves it uninverted for normals)"
+        return {what: "Use a small scale in place of 0"}
     scales = np.linalg.svd(matrix[:3, :3] / matrix[3, 3], compute_uv=False)
     if scales.min() < LEAST_SCALE or scales.max() > MOST_SCALE:
         what = f"a matrix that scales by {scales.min():.3g} to {scales.max():.3g} (VTK then draws black)"

@@ -32,6 +32,11 @@ class Weakening:
     position: Any
     attenuation: Any
 
+    @property
+    def placement(self) -> Placement:
+        """Where it is, and how it weakens."""
+        return Placement(self.position, self.attenuation)
+
     @cached_property
     def effects(self) -> frozenset[str]:
         """Its position, and its attenuation if it weakens."""
@@ -69,6 +74,10 @@ class Weakening:
             return replace(this, attenuation=NONE), float(attenuate(distance, self.attenuation)[0])
         return parallel_at(this, point) if effect == POSITION_EFFECT else (this, 1.0)
 
+    def as_vtk(self) -> VtkValues:
+        """Position and attenuation; VTK's point light is a spot without a cone."""
+        return VtkValues(True, (0.0, 0.0, -1.0), self.position, self.attenuation)
+
 
 def parallel_at(light: Light, point: Vector) -> tuple[Light, float]:
     """A light taken as it is at a point: parallel light, and its strength."""
@@ -101,12 +110,6 @@ class PointLight(Weakening, Light):
     position: VectorLike = place()
     attenuation: VectorLike = meaning(COEFFICIENTS, NONE)
 
-    @property
-    def placement(self) -> Placement:
-        """Where it is, and how it weakens."""
-        (x, y, z), (c, l, q) = self.position, self.attenuation
-        return Placement((x, y, z), (c, l, q))
-
     def simpler(self, effect: str, extent: Extent, *, exactly: bool) -> StandIn | None:
         """One that does not weaken; where it does not weaken itself, parallel light."""
         if effect != POSITION_EFFECT or exactly or tuple(self.attenuation) != NONE:
@@ -117,8 +120,3 @@ class PointLight(Weakening, Light):
         x, y, z = seen.direction
         why = "far away: its direction is the same to {bound:.2g}"
         return StandIn(lambda: (DirectionalLight(direction=(-x, -y, -z)),), why, turn=seen.turn)
-
-    def as_vtk(self) -> VtkValues:
-        """Position and attenuation; VTK's point light is a spot without a cone."""
-        (x, y, z), (c, l, q) = self.position, self.attenuation
-        return VtkValues(True, (0.0, 0.0, -1.0), (x, y, z), (c, l, q))

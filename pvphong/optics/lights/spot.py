@@ -99,12 +99,11 @@ class SpotLight(Weakening, Light):
     @property
     def placement(self) -> Placement:
         """A point light's, and the falloff off the axis."""
-        (x, y, z), (c, l, q) = self.position, self.attenuation
         # beyond it, strength would be cut off before the falloff brings it down again
-        most_gain = BRIGHTEST * (c or 1.0) if self.exponent else math.inf
+        most_gain = BRIGHTEST * (self.attenuation[0] or 1.0) if self.exponent else math.inf
         edge = 2.0 if self.cone_angle == 90.0 else 4.0 * math.sin(math.radians(self.cone_angle) / 2.0) ** 2
-        own = (*self.axis, edge)
-        return Placement((x, y, z), (c, l, q), _in_cone, Power(self.exponent), own, most_gain)
+        own, power = (*self.axis, edge), Power(self.exponent)
+        return super().placement._replace(falloff=_in_cone, power=power, parameters=own, most_gain=most_gain)
 
     @cached_property
     def effects(self) -> frozenset[str]:
@@ -126,18 +125,14 @@ class SpotLight(Weakening, Light):
             return StandIn(None, f"mesh lies outside the cone by {shown}°")
         if most >= edge - _SLACK or (exactly and self.exponent):
             return None
-        why = "mesh lies inside the cone"
+        found = StandIn(lambda: (self._as_point(),), "mesh lies inside the cone")
         if self.exponent == 0.0:
-            return StandIn(lambda: (self._as_point(),), why)
+            return found
         angles = max(least - _SLACK, 0.0), most + _SLACK
         brightest, darkest = (max(math.cos(off_axis), 0.0) ** self.exponent for off_axis in angles)
+        why = f"{found.why}, whose light is even to {{bound:.2g}}"
         spread = strongest(seen, self.attenuation) * (brightest - darkest) / 2
-        return StandIn(
-            lambda: (self._as_point(),),
-            f"{why}, whose light is even to {{bound:.2g}}",
-            (brightest + darkest) / 2,
-            spread,
-        )
+        return found._replace(why=why, factor=(brightest + darkest) / 2, spread=spread)
 
     def without(self, effect: str, point: Vector) -> tuple[Light, float]:
         """A point light, parallel light, or as strong everywhere as at a point."""
@@ -148,5 +143,5 @@ class SpotLight(Weakening, Light):
 
     def as_vtk(self) -> VtkValues:
         """All its fields. VTK takes a cone of 90° for none, and keeps exponents up to 128."""
-        (x, y, z), (c, l, q), (dx, dy, dz) = self.position, self.attenuation, self.direction
-        return VtkValues(True, (dx, dy, dz), (x, y, z), (c, l, q), self.cone_angle, self.exponent)
+        x, y, z = self.direction
+        return super().as_vtk()._replace(direction=(x, y, z), cone_angle=self.cone_angle, exponent=self.exponent)

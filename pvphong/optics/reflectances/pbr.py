@@ -138,10 +138,8 @@ class _Colored(PBR):
             return m, *fresnel_ends(m, color.astype(albedo.dtype) * albedo)
 
         def left(albedo: FloatArray, maps: Mapping[str, FloatArray]) -> FloatArray:
-            m, own, _ = ends(albedo, maps)
-            return np.asarray(
-                albedo * ((1.0 - m) * (1.0 - own)) / np.where(under > 0.0, under, 1.0).astype(albedo.dtype)
-            )
+            (m, own, _), whole = ends(albedo, maps), np.where(under > 0.0, under, 1.0).astype(albedo.dtype)
+            return np.asarray(albedo * ((1.0 - m) * (1.0 - own)) / whole)
 
         def tinted(albedo: FloatArray, maps: Mapping[str, FloatArray]) -> FloatArray:
             return np.asarray(ends(albedo, maps)[1] / np.where(f0 > 0.0, f0, 1.0).astype(albedo.dtype))

@@ -17,6 +17,7 @@ import numpy as np
 from pvphong.base.types import BoolArray, Float64Array, IntArray
 from pvphong.shading.inside.interpolation import lattice, seen_at, sizes, steps_at
 from pvphong.shading.inside.surface import LitSurface
+from pvphong.shading.inside.triangles import marked
 
 PIXEL = 2.0**-10
 """A triangle in which colours jump is not split below this part of the mesh's diagonal: a pixel of a picture."""
@@ -41,9 +42,6 @@ _MOST_RAYS = 2**19
 _RAYS_AT_ONCE = 2**16
 _FINEST = 2**9
 
-# A round splits the triangles that are at least this urgent, against the most urgent.
-_URGENT = 0.25
-
 
 class Cuts(NamedTuple):
     """What was cut."""
@@ -52,8 +50,6 @@ class Cuts(NamedTuple):
     """The number of sides of triangles that were."""
     strip: float = 0.0
     """The area, in the mesh's unit, in which colours may be those of the other side of an edge."""
-    missed: int = 0
-    """The number of triangles with an edge inside that is too fine to be cut."""
     is_spent: bool = False
     """Whether there were not points enough."""
 
@@ -71,8 +67,8 @@ def cut_edges(surface: LitSurface, tolerance: float, limit: int) -> Cuts:
         How many vertices there may be then.
     """
     cuts = [_Edge(surface, light, tolerance, limit).cut() for light in surface.lighting.sharp]
-    sides, strips, missed, spent = zip(*cuts, strict=True) if cuts else ((), (), (), ())
-    return Cuts(sum(sides), sum(strips), sum(missed), any(spent))
+    sides, strips, spent = zip(*cuts, strict=True) if cuts else ((), (), ())
+    return Cuts(sum(sides), sum(strips), any(spent))
 
 
 def uncut_area(surface: LitSurface, tolerance: float) -> float:
@@ -85,7 +81,7 @@ def uncut_area(surface: LitSurface, tolerance: float) -> float:
     for light in surface.lighting.sharp:
         is_lit = vertices.seen[corners, light] > 0.5
         rows = np.flatnonzero(is_lit.any(axis=1) & ~is_lit.all(axis=1))
-        steps = steps_at(light, vertices, corners[rows], _INSIDE, surface.lighting)
+        steps = steps_at(light, vertices, corners[rows], _INSIDE)
         is_crossed[rows[steps.max(axis=1, initial=0.0) > tolerance]] = True
     longest, height = sizes(vertices.points[corners[is_crossed]])
     return float((longest * height).sum() / 2.0)
@@ -124,23 +120,14 @@ class _Edge:
     def cut(self) -> Cuts:
         triangles = self._surface.triangles
         self._look(np.arange(len(triangles)))
-        is_spent = False
-        while not is_spent:
-            found = self._crossings()
-            rows = self._poor(found)
-            if not len(rows):
-                break
+        found, is_spent = self._crossings(), False
+        while not is_spent and len(rows := self._poor(found)):
             _, height = self._sizes(np.arange(len(triangles)))
             room = self._limit - triangles.n_vertices - 2 * np.count_nonzero(found.step > 0.0)
-            while len(rows):
-                marks = triangles.marks(rows, height > 0.0)
-                if np.count_nonzero(marks) <= room:
-                    break
+            while len(rows) and np.count_nonzero(marks := triangles.marks(rows, height > 0.0)) > room:
                 is_spent, rows = True, rows[: len(rows) // 2]
-            if not len(rows):
-                break
-            self._look(self._surface.split(marks))
-            if is_spent:
+            if len(rows):
+                self._look(self._surface.split(marks))
                 found = self._crossings()
         return self._part(found, is_spent)
 
@@ -152,11 +139,11 @@ class _Edge:
     def _seen(self, rows: IntArray, weights: Float64Array) -> BoolArray:
         surface = self._surface
         corners = surface.triangles.corners[rows]
-        lit: BoolArray = seen_at(self._light, surface.vertices, corners, weights, surface.lighting)[0] > 0.5
+        lit: BoolArray = seen_at(self._light, surface.vertices, corners, weights)[0] > 0.5
         return lit
 
     def _steps(self, corners: IntArray, weights: Float64Array) -> Float64Array:
-        return steps_at(self._light, self._surface.vertices, corners, weights, self._surface.lighting)
+        return steps_at(self._light, self._surface.vertices, corners, weights)
 
     def _look(self, rows: IntArray) -> None:
         """Look at places in triangles that are new or changed: whether something is hidden from their corners."""
@@ -165,9 +152,7 @@ class _Edge:
         added = len(triangles) - len(self._is_hidden)
         self._is_hidden = np.concatenate([self._is_hidden, np.zeros(added, dtype=bool)])
         self._is_lit_inside = np.concatenate([self._is_lit_inside, np.zeros((added, len(_INSIDE)), dtype=bool)])
-        is_looked_at = np.zeros(len(triangles.ends), dtype=bool)
-        is_looked_at[triangles.sides[rows]] = True
-        sides = np.flatnonzero(is_looked_at)
+        sides = np.flatnonzero(marked(len(triangles.ends), triangles.sides[rows]))
         ends = triangles.ends[sides]
         quarters = self._surface.seen_on_sides(self._light, sides, _QUARTERS) > 0.5
         along = np.column_stack([is_lit[ends[:, 0]], quarters, is_lit[ends[:, 1]]])
@@ -176,8 +161,7 @@ class _Edge:
         places = np.linspace(0.0, 1.0, 5)
         is_other = along[odd] ^ along[odd, :1]
         jumps = self._can_jump(ends[odd], np.stack([1.0 - places, places], axis=1), is_other)
-        is_odd = np.zeros(len(triangles.ends), dtype=bool)
-        is_odd[sides[odd[jumps]]] = True
+        is_odd = marked(len(triangles.ends), sides[odd[jumps]])
         self._is_hidden[rows] = is_odd[triangles.sides[rows]].any(axis=1)
         inside = self._is_lit_inside[rows] = self._seen(rows, _INSIDE)
         at_corners = is_lit[triangles.corners[rows]]
@@ -303,16 +287,14 @@ class _Edge:
     def _part(self, found: _Crossings, is_spent: bool) -> Cuts:
         surface, triangles = self._surface, self._surface.triangles
         longest, height = self._sizes(np.flatnonzero(self._is_hidden))
-        missed, strip = len(longest), float((longest * height).sum() / 2.0)
+        strip = float((longest * height).sum() / 2.0)
         signs = self._snapped(found)
         is_cut = triangles.with_tied((found.step > 0.0) & (signs[triangles.ends] != 0).all(axis=1))
         is_crossed = signs[triangles.ends].prod(axis=1) < 0
         is_cut &= ~triangles.with_tied(is_cut & ~is_crossed)  # an edge that ends at another is left on both sheets
         along = np.nan_to_num(found.along)
         while len(bad := self._turned_over(is_cut, along)):
-            marks = np.zeros(len(is_cut), dtype=bool)
-            marks[triangles.sides[bad]] = True
-            is_cut &= ~triangles.with_tied(marks)
+            is_cut &= ~triangles.with_tied(marked(len(is_cut), triangles.sides[bad]))
         room, wanted = self._limit - triangles.n_vertices, 2 * np.count_nonzero(is_cut) + np.count_nonzero(signs == 0)
         if wanted > room:
             is_spent = True
@@ -324,14 +306,12 @@ class _Edge:
             tied = np.bincount(triangles.ties, weights=is_cut, minlength=int(triangles.ties.max(initial=-1)) + 1)
             order = order[np.sort(first)]
             fits = 2 * np.cumsum(tied[triangles.ties[order]]) <= room
-            marks = np.zeros(len(is_cut), dtype=bool)
-            marks[order[fits]] = True
-            is_cut &= triangles.with_tied(marks)
+            is_cut &= triangles.with_tied(marked(len(is_cut), order[fits]))
         strip += float((found.width * np.maximum(found.deviation, _DEVIATION * 2.0**-8 * surface.diagonal)).sum())
         inner = np.where(self._is_lit_inside[:, _CENTER], 1, -1)
         surface.cut(self._light, signs, is_cut, along, inner)
         surface.lighting.settled.add(self._light)
-        return Cuts(len(np.unique(triangles.ties[: len(is_cut)][is_cut])), strip, missed, is_spent)
+        return Cuts(len(np.unique(triangles.ties[: len(is_cut)][is_cut])), strip, is_spent)
 
     def _snapped(self, found: _Crossings) -> IntArray:
         """(n,): 1 and -1 for vertices on the two sides of the edge; 0 for those that are taken as on it.

@@ -138,27 +138,21 @@ class Lighting:
         seen = np.ones((len(p), self.equation.lights + 1 if self.sharp or self.soft else 0))
         errors = np.zeros_like(seen)
         for k in self.sharp + self.soft:
-            seen[:, k], errors[:, k] = self._seen(k, p, n, None)
-        colors = self.colors(p, n, self.maps, seen)
-        return LitVertices(p, n, n, self.maps, seen, level, colors, self.noise(colors, p, n, self.maps, seen, errors))
+            seen[:, k], errors[:, k] = self.seen(k, p, n)
+        return LitVertices(self, p, n, n, self.maps, seen, level, *self.lit(p, n, self.maps, seen, errors))
 
-    def noise(
-        self,
-        colors: Float64Array,
-        points: Float64Array,
-        normals: Float64Array,
-        maps: Float64Array,
-        seen: Float64Array,
-        errors: Float64Array,
-    ) -> Float64Array:
-        """(n,): standard errors of colours, from those of what is seen of lights with a size and of the sky."""
-        if not self.soft:
-            return np.zeros(len(colors))
-        some = errors.any(axis=1)
-        result, rows = np.zeros(len(colors)), (points[some], normals[some], maps[some])
-        others = seen[some] + np.where(seen[some] > 0.5, -errors[some], errors[some])
-        result[some] = _difference(self.shown(self.colors(*rows, others)), self.shown(colors[some]))
-        return result
+    def lit(
+        self, points: Float64Array, normals: Float64Array, maps: Float64Array, seen: Float64Array, errors: Float64Array
+    ) -> tuple[Float64Array, Float64Array]:
+        """`colors`, and their standard errors (n,), from those of what is seen of lights with a size and of the sky."""
+        colors = self.colors(points, normals, maps, seen)
+        noise = np.zeros(len(colors))
+        if self.soft:
+            some = errors.any(axis=1)
+            others = seen[some] + np.where(seen[some] > 0.5, -errors[some], errors[some])
+            off = self.colors(points[some], normals[some], maps[some], others)
+            noise[some] = _difference(self.shown(off), self.shown(colors[some]))
+        return colors, noise
 
     def in_world(self, points: Float64Array, normals: Float64Array) -> tuple[Float64Array, Float64Array]:
         """Points and normals (n, 3) of the mesh; the matrix takes the normals' lengths along."""
@@ -171,7 +165,7 @@ class Lighting:
         return np.clip(colors, 0.0, 1.0) if self.scene.light_model.clamp else colors
 
     def seen(
-        self, light: int, points: Float64Array, normals: Float64Array, level: Float64Array
+        self, light: int, points: Float64Array, normals: Float64Array, level: Float64Array | None = None
     ) -> tuple[Float64Array, Float64Array]:
         """What is seen of a light from places on the mesh, and its standard error, (n,).
 
@@ -188,35 +182,30 @@ class Lighting:
             Its place among the scene's lights; their number for the sky.
         points, normals : ndarray
             (n, 3), the normals with the lengths with which they are blended.
-        level : ndarray
-            (n,): the product of normal and point, in the world, blended as `LitVertices.level`.
+        level : ndarray, optional
+            (n,): the product of normal and point, in the world, blended as `LitVertices.level`. Without, the places
+            are the mesh's own vertices.
         """
-        return self._seen(light, points, normals, level)
-
-    def _seen(
-        self, k: int, points: Float64Array, normals: Float64Array, level: Float64Array | None
-    ) -> tuple[Float64Array, Float64Array]:
-        """`seen`; without levels, from the mesh's own vertices."""
         p, n = self.in_world(points, normals)
-        result, error, light = np.ones(len(p)), np.zeros(len(p)), self._lights.get(k)
-        if light is not None and k in self._cones:
-            result[_inside_cone(light, columns(p)) < 0.0] = 0.0
-        if k not in self._blocked and k not in self.soft:
+        result, error, source = np.ones(len(p)), np.zeros(len(p)), self._lights.get(light)
+        if source is not None and light in self._cones:
+            result[_inside_cone(source, columns(p)) < 0.0] = 0.0
+        if light not in self._blocked and light not in self.soft:
             return result, error
         side, some = np.ones(len(p)), np.arange(len(p))
-        if light is not None and (k in self._blocked or self.equation.two_sided):
-            side = np.nan_to_num(np.sign(dot(columns(n), light.arrival(columns(p)).to_light)))
-        if k in self._blocked:
+        if source is not None and (light in self._blocked or self.equation.two_sided):
+            side = np.nan_to_num(np.sign(dot(columns(n), source.arrival(columns(p)).to_light)))
+        if light in self._blocked:
             some = np.flatnonzero((result > 0.0) & ((side != 0.0) if self.equation.two_sided else (side > 0.0)))
         if level is None:
-            part, its_error = self._visibility.part(k)
+            part, its_error = self._visibility.part(light)
             result[some], error[some] = part[some], its_error[some]
         elif len(some):
             p, n, side = p[some], n[some], side[some]
             length = np.linalg.norm(n, axis=1)
             height = np.fmax((level[some] - np.einsum("ki,ki->k", p, n)) * side, 0.0)
             scale = np.divide(height * side, length * length, out=np.zeros_like(length), where=length > 0.0)
-            result[some], error[some] = self._visibility.at(p, n, p + scale[:, None] * n).part(k)
+            result[some], error[some] = self._visibility.at(p, n, p + scale[:, None] * n).part(light)
         return result, error
 
 
@@ -235,6 +224,8 @@ class LitVertices:
 
     Attributes
     ----------
+    lighting : Lighting
+        What lights them, and all between them.
     points : ndarray
         Where they are.
     normals : ndarray
@@ -253,6 +244,7 @@ class LitVertices:
         Shape (n,): their standard errors, where what is seen was sampled.
     """
 
+    lighting: Lighting
     points: Float64Array
     normals: Float64Array
     stored: Float64Array
@@ -263,41 +255,36 @@ class LitVertices:
     noise: Float64Array
 
 
-def _lit_inside(
-    vertices: LitVertices, corners: IntArray, weights: Float64Array, lighting: Lighting
-) -> tuple[Float64Array, Float64Array]:
+def _lit_inside(vertices: LitVertices, corners: IntArray, weights: Float64Array) -> tuple[Float64Array, Float64Array]:
     """The truth at places in triangles (m, 3), as it is shown, (m, s, 3); and its standard error, (m, s)."""
     points, normals = weights @ vertices.points[corners], weights @ vertices.normals[corners]
-    maps, (seen, errors) = weights @ vertices.maps[corners], _seen_inside(vertices, corners, weights, lighting)
+    maps, (seen, errors) = weights @ vertices.maps[corners], _seen_inside(vertices, corners, weights)
     rows = [each.reshape(points.size // 3, each.shape[-1]) for each in (points, normals, maps, seen, errors)]
-    colors = lighting.colors(*rows[:4])
-    noise = lighting.noise(colors, *rows)
-    return lighting.shown(colors).reshape(points.shape), noise.reshape(points.shape[:2])
+    colors, noise = vertices.lighting.lit(*rows)
+    return vertices.lighting.shown(colors).reshape(points.shape), noise.reshape(points.shape[:2])
 
 
 # A place on a boundary, at the foot of a wall say, is looked at from so far inside of its triangle.
 INTO_TRIANGLE = 2.0**-10
 
 
-def _seen_inside(
-    vertices: LitVertices, corners: IntArray, weights: Float64Array, lighting: Lighting
-) -> tuple[Float64Array, Float64Array]:
+def _seen_inside(vertices: LitVertices, corners: IntArray, weights: Float64Array) -> tuple[Float64Array, Float64Array]:
     """What is seen from places in triangles, by rays where corners do not say it, and its error: (m, s, lights + 1)."""
     seen = weights @ vertices.seen[corners]
     errors = np.zeros_like(seen)
-    for k in lighting.sharp + lighting.soft:
+    for k in vertices.lighting.sharp + vertices.lighting.soft:
         at_corners = vertices.seen[corners, k]
         rows = np.arange(len(corners))
-        if k in lighting.settled:
+        if k in vertices.lighting.settled:
             rows = np.flatnonzero((at_corners[:, 1:] != at_corners[:, :1]).any(axis=1))
         if len(rows):
             inside = (weights if weights.ndim == 2 else weights[rows]) * (1.0 - INTO_TRIANGLE) + INTO_TRIANGLE / 3.0
-            seen[rows, :, k], errors[rows, :, k] = seen_at(k, vertices, corners[rows], inside, lighting)
+            seen[rows, :, k], errors[rows, :, k] = seen_at(k, vertices, corners[rows], inside)
     return seen, errors
 
 
 def seen_at(
-    light: int, vertices: LitVertices, corners: IntArray, weights: Float64Array, lighting: Lighting
+    light: int, vertices: LitVertices, corners: IntArray, weights: Float64Array
 ) -> tuple[Float64Array, Float64Array]:
     """`Lighting.seen` from places that are blends of vertices (m, c) with weights (s, c) or (m, s, c): (m, s)."""
     part, error = np.empty((2, len(corners), weights.shape[-2]))
@@ -307,16 +294,14 @@ def seen_at(
         with np.errstate(all="ignore"):
             points, normals = w @ vertices.points[some], w @ vertices.normals[some]
             level = (w @ vertices.level[some][..., None]).ravel()
-            found = lighting.seen(light, points.reshape(-1, 3), normals.reshape(-1, 3), level)
+            found = vertices.lighting.seen(light, points.reshape(-1, 3), normals.reshape(-1, 3), level)
         part[first:last], error[first:last] = (each.reshape(points.shape[:2]) for each in found)
 
     threads.run(work, len(corners), max(_PLACES_AT_ONCE // part.shape[1], 1))
     return part, error
 
 
-def steps_at(
-    light: int, vertices: LitVertices, corners: IntArray, weights: Float64Array, lighting: Lighting
-) -> Float64Array:
+def steps_at(light: int, vertices: LitVertices, corners: IntArray, weights: Float64Array) -> Float64Array:
     """(m, s): how far the colour with all of a light is from that with nothing of it, at places in triangles (m, 3)."""
     rows = [weights @ each[corners] for each in (vertices.points, vertices.normals, vertices.maps, vertices.seen)]
     shape = rows[0].shape[:2]
@@ -324,16 +309,16 @@ def steps_at(
     colors = []
     for part in (1.0, 0.0):
         rows[3][:, light] = part
-        colors.append(lighting.shown(lighting.colors(*rows)))
+        colors.append(vertices.lighting.shown(vertices.lighting.colors(*rows)))
     return _difference(*colors).reshape(shape)
 
 
-def _errors_at(vertices: LitVertices, corners: IntArray, weights: Float64Array, lighting: Lighting) -> Float64Array:
+def _errors_at(vertices: LitVertices, corners: IntArray, weights: Float64Array) -> Float64Array:
     """(m, s): difference of blended and lit colours at places in triangles (m, 3), in the worst channel."""
-    blended = weights @ lighting.shown(vertices.colors[corners])
-    truth, noise = _lit_inside(vertices, corners, weights, lighting)
+    blended = weights @ vertices.lighting.shown(vertices.colors[corners])
+    truth, noise = _lit_inside(vertices, corners, weights)
     off = _difference(blended, truth)
-    if not lighting.soft:
+    if not vertices.lighting.soft:
         return off
     return np.maximum(off - _SURE * (noise + (weights @ vertices.noise[corners][..., None])[..., 0]), 0.0)
 
@@ -376,13 +361,11 @@ class Places(NamedTuple):
     """(k, 3): where in each, in barycentric coordinates."""
 
 
-def _corners_in_world(
-    vertices: LitVertices, corners: IntArray, lighting: Lighting
-) -> tuple[Float64Array, Float64Array]:
+def _corners_in_world(vertices: LitVertices, corners: IntArray) -> tuple[Float64Array, Float64Array]:
     """Points and normals (m, 3, 3) of triangles."""
     shape = *corners.shape, 3
     points, normals = (each[corners].reshape(-1, 3) for each in (vertices.points, vertices.normals))
-    points, normals = lighting.in_world(points, normals)
+    points, normals = vertices.lighting.in_world(points, normals)
     return points.reshape(shape), normals.reshape(shape)
 
 
@@ -408,13 +391,13 @@ def _chords(term: LightTerm, equation: Equation, points: Float64Array, normals: 
 _AT_CORNER = 2.0**-20
 
 
-def _peaks(vertices: LitVertices, corners: IntArray, lighting: Lighting) -> Iterator[Places]:
+def _peaks(vertices: LitVertices, corners: IntArray) -> Iterator[Places]:
     """Where every light's share is largest, in triangles that do not have it at a corner.
 
     There a vector that varies over the triangle is shortest: the chord D for a highlight, the offset from a spot's
     axis, the offset from a light at a position.
     """
-    equation, (points, normals) = lighting.equation, _corners_in_world(vertices, corners, lighting)
+    equation, (points, normals) = vertices.lighting.equation, _corners_in_world(vertices, corners)
     for term in equation.terms:
         light, p, offsets = term.light, points.reshape(-1, 3), []
         for place in light.places:
@@ -503,13 +486,13 @@ def _shortest(at_corners: Float64Array) -> Float64Array:
 _SMOOTH = 2.0
 
 
-def _creases(vertices: LitVertices, corners: IntArray, lighting: Lighting) -> Iterator[Places]:
+def _creases(vertices: LitVertices, corners: IntArray) -> Iterator[Places]:
     """Where triangles cross a crease of the lighting, where some value changes its sign.
 
     It is n·l where a light's dark side begins, n·v where a two-sided surface turns, a spot's angle at the edge of its
     cone, a highlight's cosine where it is cut off, a colour less 1 where it saturates.
     """
-    equation, at_corners = lighting.equation, _corners_in_world(vertices, corners, lighting)
+    equation, at_corners = vertices.lighting.equation, _corners_in_world(vertices, corners)
     points, normals = (rows.reshape(-1, 3) for rows in at_corners)
     p, n = columns(points), columns(normals)
     values: list[FloatArray] = [dot(n, _to_viewer(p, equation))] if equation.two_sided else []
@@ -522,7 +505,7 @@ def _creases(vertices: LitVertices, corners: IntArray, lighting: Lighting) -> It
         if equation.has(term, "specular") and 0.0 < equation.sharpness < _SMOOTH:
             chord = _chords(term, equation, points, normals)
             values.append(1.0 - np.einsum("ki,ki->k", chord, chord) / 2.0)
-    if lighting.scene.light_model.clamp:
+    if vertices.lighting.scene.light_model.clamp:
         values += [vertices.colors[corners, channel].ravel() - 1.0 for channel in range(3)]
     for value in values:
         yield from _sign_changes(value.reshape(-1, 3))
@@ -582,42 +565,42 @@ _HALVINGS = 20
 _LARGE = 1.0 / 255.0
 
 
-def first_errors(vertices: LitVertices, corners: IntArray, lighting: Lighting) -> Float64Array:
+def first_errors(vertices: LitVertices, corners: IntArray) -> Float64Array:
     """Largest error (m,) of triangles (m, 3) at middles of sides, centroids, and where colours peak, bend or jump."""
-    result = pattern_errors(_FIRST, vertices, corners, lighting)
+    result = pattern_errors(_FIRST, vertices, corners)
     for part in _at_once(len(corners), 8):
-        there = vertices, corners[part], lighting
+        there = vertices, corners[part]
         rows, _, errors = _worst(chain(_peaks(*there), _creases(*there)), *there)
         result[part][rows] = np.maximum(result[part][rows], errors)
     return result
 
 
-def more_errors(vertices: LitVertices, corners: IntArray, lighting: Lighting) -> Float64Array:
+def more_errors(vertices: LitVertices, corners: IntArray) -> Float64Array:
     """Largest error (m,) at further samples, and with the stored normals blended."""
-    result = pattern_errors(_MORE, vertices, corners, lighting)
+    result = pattern_errors(_MORE, vertices, corners)
     length, stored = (np.linalg.norm(normals, axis=1) for normals in (vertices.normals, vertices.stored))
     ratio = np.divide(length, stored, out=np.ones_like(length), where=stored > 0.0)[corners]
     rows = np.flatnonzero(np.ptp(ratio, axis=1) > _SAME_RATIO * ratio.max(axis=1))  # they blend differently
     others = replace(vertices, normals=vertices.stored), corners[rows]
-    errors = np.maximum(first_errors(*others, lighting), pattern_errors(_MORE, *others, lighting))
+    errors = np.maximum(first_errors(*others), pattern_errors(_MORE, *others))
     result[rows] = np.maximum(result[rows], errors)
     return result
 
 
-def all_errors(vertices: LitVertices, corners: IntArray, lighting: Lighting) -> Float64Array:
+def all_errors(vertices: LitVertices, corners: IntArray) -> Float64Array:
     """Largest error (m,) at every sample; 0 in triangles without an area, or with a point that is not finite."""
     result = np.zeros(len(corners))
     rows = np.flatnonzero(sizes(vertices.points[corners])[1] > 0.0)
     shown = corners[rows]
-    errors = np.maximum(first_errors(vertices, shown, lighting), more_errors(vertices, shown, lighting))
+    errors = np.maximum(first_errors(vertices, shown), more_errors(vertices, shown))
     large = np.flatnonzero(errors >= _LARGE)
-    _, beside_jumps = jumps(vertices, shown[large], lighting)
+    _, beside_jumps = jumps(vertices, shown[large])
     errors[large] = np.maximum(errors[large], beside_jumps)
     result[rows] = errors
     return result
 
 
-def jumps(vertices: LitVertices, corners: IntArray, lighting: Lighting) -> tuple[Float64Array, Float64Array]:
+def jumps(vertices: LitVertices, corners: IntArray) -> tuple[Float64Array, Float64Array]:
     """The largest step of the colour in each triangle, which no splitting would cure, and the error beside it: (m,).
 
     The search goes from the worst sample, peaks left out, to the corner whose colour differs most from it: to the half
@@ -626,45 +609,45 @@ def jumps(vertices: LitVertices, corners: IntArray, lighting: Lighting) -> tuple
     steps, errors = np.zeros((2, len(corners)))
     for part in _at_once(len(corners), len(_ALL)):
         some = corners[part]
-        at_samples = _errors_at(vertices, some, _ALL, lighting)
+        at_samples = _errors_at(vertices, some, _ALL)
         near = _ALL[at_samples.argmax(axis=1)]
-        rows, weights, at_creases = _worst(_creases(vertices, some, lighting), vertices, some, lighting)
+        rows, weights, at_creases = _worst(_creases(vertices, some), vertices, some)
         is_worse = at_creases > at_samples.max(axis=1)[rows]
         near[rows[is_worse]] = weights[is_worse]
-        near_color = _lit_inside(vertices, some, near[:, None], lighting)[0][:, 0]
-        at_corners = lighting.shown(vertices.colors[some])
+        near_color = _lit_inside(vertices, some, near[:, None])[0][:, 0]
+        at_corners = vertices.lighting.shown(vertices.colors[some])
         corner = _difference(at_corners, near_color[:, None]).argmax(axis=1)
         far, far_color = np.eye(3)[corner], at_corners[np.arange(len(some)), corner]
         for _ in range(_HALVINGS):
             middle = (near + far) / 2.0
-            color = _lit_inside(vertices, some, middle[:, None], lighting)[0][:, 0]
+            color = _lit_inside(vertices, some, middle[:, None])[0][:, 0]
             near_half = (_difference(color, near_color) >= _difference(color, far_color))[:, None]
             far, far_color = np.where(near_half, middle, far), np.where(near_half, color, far_color)
             near, near_color = np.where(near_half, near, middle), np.where(near_half, near_color, color)
         steps[part] = _difference(far_color, near_color)
-        if lighting.soft:
-            noise = _lit_inside(vertices, some, np.stack([near, far], axis=1), lighting)[1].sum(axis=1)
+        if vertices.lighting.soft:
+            noise = _lit_inside(vertices, some, np.stack([near, far], axis=1))[1].sum(axis=1)
             steps[part] = np.maximum(steps[part] - _SURE * noise, 0.0)
-        errors[part] = _errors_at(vertices, some, np.stack([near, far], axis=1), lighting).max(axis=1)
+        errors[part] = _errors_at(vertices, some, np.stack([near, far], axis=1)).max(axis=1)
     return steps, errors
 
 
-def pattern_errors(pattern: Float64Array, vertices: LitVertices, corners: IntArray, lighting: Lighting) -> Float64Array:
+def pattern_errors(pattern: Float64Array, vertices: LitVertices, corners: IntArray) -> Float64Array:
     """Largest error (m,) at places (s, 3) that are the same for all triangles."""
     result = np.zeros(len(corners))
     for part in _at_once(len(corners), len(pattern)):
-        result[part] = _errors_at(vertices, corners[part], pattern, lighting).max(axis=1)
+        result[part] = _errors_at(vertices, corners[part], pattern).max(axis=1)
     return result
 
 
 def _worst(
-    places: Iterable[Places], vertices: LitVertices, corners: IntArray, lighting: Lighting
+    places: Iterable[Places], vertices: LitVertices, corners: IntArray
 ) -> tuple[IntArray, Float64Array, Float64Array]:
     """The triangles (k,) that have any of the places, with the place (k, 3) of the largest error in each, and that."""
     places = list(places)
     rows = np.concatenate([np.empty(0, dtype=np.intp), *(place.rows for place in places)])
     weights = np.concatenate([np.empty((0, 3)), *(place.weights for place in places)])
-    errors = _errors_at(vertices, corners[rows], weights[:, None], lighting)[:, 0]
+    errors = _errors_at(vertices, corners[rows], weights[:, None])[:, 0]
     order = np.lexsort([errors, rows])
     last = order[np.diff(rows[order], append=-1) != 0]  # of each row
     return rows[last], weights[last], errors[last]

@@ -69,9 +69,8 @@ class LitSurface:
         the sides of PN triangles (A. Vlachos, J. Peters, C. Boyd, J. L. Mitchell: Curved PN triangles. Symposium on
         Interactive 3D Graphics (2001), 159-166). On a circle they err in the fourth power of the angle.
         """
-        triangles_of = np.bincount(self.triangles.sides.ravel(), minlength=len(marks))
-        curved = (triangles_of[marks] == 2) & self._smooth  # not on a boundary, nor where several sheets meet
-        opposite = self._opposite(np.flatnonzero(marks), triangles_of)
+        curved = (self._triangles_of[marks] == 2) & self._smooth  # not on a boundary, nor where several sheets meet
+        opposite = self._opposite(np.flatnonzero(marks))
         parents, rows = self.triangles.split(marks)
         self._add(parents, np.full(len(parents), 0.5), curved, opposite)
         return rows
@@ -80,23 +79,25 @@ class LitSurface:
         """Cut along the edge of what is seen of a light, as `Triangles.cut` does: it is seen on the sheet of 1."""
         opposite = np.repeat(self._opposite(np.flatnonzero(crossed)), 2)
         cut = self.triangles.cut(signs, crossed, along, inner)
-        old, seen = len(self.vertices.points), self.vertices.seen
+        old = len(self.vertices.points)
         opposite = np.concatenate([opposite, np.full(len(cut.parents) - len(opposite), -1)])
         self._add(cut.parents, cut.along, np.zeros(len(opposite), bool), opposite, (light, cut.sheets[old:] > 0))
         on_line = np.flatnonzero((signs == 0) & (cut.sheets[:old] != 0))
-        vertices, seen = self.vertices, self.vertices.seen
-        seen[on_line, light] = cut.sheets[on_line] > 0
-        vertices.colors[on_line] = self.lighting.colors(
-            *(each[on_line] for each in (vertices.points, vertices.normals, vertices.maps, seen))
-        )
+        now = self.vertices
+        now.seen[on_line, light] = cut.sheets[on_line] > 0
+        rows = (each[on_line] for each in (now.points, now.normals, now.maps, now.seen))
+        now.colors[on_line] = self.lighting.colors(*rows)
 
-    def _opposite(self, sides: IntArray, triangles_of: IntArray | None = None) -> IntArray:
+    @property
+    def _triangles_of(self) -> IntArray:
+        """(s,): how many triangles have each side."""
+        return np.bincount(self.triangles.sides.ravel(), minlength=len(self.triangles.ends))
+
+    def _opposite(self, sides: IntArray) -> IntArray:
         """(k,): of sides that belong to one triangle the corner opposite; of others -1."""
-        if triangles_of is None:
-            triangles_of = np.bincount(self.triangles.sides.ravel(), minlength=len(self.triangles.ends))
-        corners = np.full(len(triangles_of), -1)
+        corners = np.full(len(self.triangles.ends), -1)
         corners[self.triangles.sides] = np.roll(self.triangles.corners, 1, axis=1)
-        corners[triangles_of != 1] = -1
+        corners[self._triangles_of != 1] = -1
         return corners[sides]
 
     def seen_on_sides(self, light: int, sides: IntArray, along: Float64Array) -> Float64Array:
@@ -114,7 +115,7 @@ class LitSurface:
         third = np.broadcast_to(into / 3.0, t.shape)
         weights = np.stack([(1.0 - t) * (1.0 - into) + third, t * (1.0 - into) + third, third], axis=2)
         corners = np.column_stack([ends, np.where(is_shared, ends[:, 0], opposite)])
-        return seen_at(light, self.vertices, corners, weights, self.lighting)
+        return seen_at(light, self.vertices, corners, weights)
 
     def _add(
         self,
@@ -122,7 +123,7 @@ class LitSurface:
         along: Float64Array,
         curved: BoolArray,
         opposite: IntArray,
-        known: tuple[int, BoolArray] | None = None,
+        cut: tuple[int, BoolArray] | None = None,
     ) -> None:
         old, (a, b), t = self.vertices, parents.T, along[:, None]
         points = (1.0 - t) * old.points[a] + t * old.points[b]
@@ -139,23 +140,21 @@ class LitSurface:
         seen = (1.0 - t) * old.seen[a] + t * old.seen[b]
         errors = np.zeros_like(seen)
         for k in self.lighting.sharp + self.lighting.soft:
-            if known is not None and known[0] == k:
-                seen[:, k] = known[1]
+            if cut is not None and cut[0] == k:
+                seen[:, k] = cut[1]
                 continue
             asked = np.arange(len(parents))
             if k in self.lighting.settled:
                 asked = np.flatnonzero(old.seen[a, k] != old.seen[b, k])
-            there = parents[asked], along[asked, None], opposite[asked]
             if len(asked):
-                part, error = self._seen_between(k, *there)
+                part, error = self._seen_between(k, parents[asked], along[asked, None], opposite[asked])
                 seen[asked, k], errors[asked, k] = part[:, 0], error[:, 0]
         if self._smooth:
             length = np.linalg.norm(normals, axis=1)
             level *= np.linalg.norm(stored, axis=1) / np.where(length > 0.0, length, 1.0)
             normals = stored
         maps = (1.0 - t) * old.maps[a] + t * old.maps[b]
-        colors = self.lighting.colors(points, normals, maps, seen)
-        noise = self.lighting.noise(colors, points, normals, maps, seen, errors)
-        new = vars(LitVertices(points, normals, stored, maps, seen, level, colors, noise))
-        self.vertices = LitVertices(**{name: np.concatenate([a, new[name]]) for name, a in vars(old).items()})
+        added = (points, normals, stored, maps, seen, level, *self.lighting.lit(points, normals, maps, seen, errors))
+        _, *known = vars(old).values()
+        self.vertices = LitVertices(self.lighting, *map(np.concatenate, zip(known, added, strict=True)))
         self.added.append(Added(parents, along))

@@ -26,6 +26,13 @@ from pvphong.base.types import BoolArray, Float64Array, IntArray
 _TIE = 2.0**-10
 
 
+def marked(count: int, numbers: IntArray) -> BoolArray:
+    """Which of so many are among some numbers."""
+    marks = np.zeros(count, dtype=bool)
+    marks[numbers] = True
+    return marks
+
+
 class Cut(NamedTuple):
     """The vertices that a cut adds, in the order of their numbers."""
 
@@ -100,9 +107,7 @@ class Triangles:
         """Marks of sides (s,), and of those that are tied to them."""
         if self._n_ties == len(self.ends):  # none is
             return marks
-        is_marked = np.zeros(self._n_ties, dtype=bool)
-        is_marked[self.ties[marks]] = True
-        return is_marked[self.ties]
+        return marked(self._n_ties, self.ties[marks])[self.ties]
 
     # -- bisection
 
@@ -117,8 +122,7 @@ class Triangles:
             Shape (m,): False for triangles that are split only where their neighbours are.
         """
         longest = np.take_along_axis(self.sides, self._squares[self.sides].argmax(axis=1)[:, None], axis=1)[:, 0]
-        marks = np.zeros(len(self.ends), dtype=bool)
-        marks[longest[rows]] = True
+        marks = marked(len(self.ends), longest[rows])
         while True:  # ends, for each turn but the last marks a side more
             marks = self.with_tied(marks)
             more = longest[marks[self.sides].any(axis=1) & shaped]
@@ -201,9 +205,8 @@ class Triangles:
         sides = np.flatnonzero(crossed)
         ends, t, squares = self.ends[sides], along[sides], self._squares[sides]
         new, piece = np.full((2, len(self.ends)), -1)
-        new[sides] = self.n_vertices + 2 * np.arange(
-            len(sides)
-        )  # the vertex on the sheet of 1; the other's is the next
+        # the vertex on the sheet of 1; the other's is the next
+        new[sides] = self.n_vertices + 2 * np.arange(len(sides))
         _, first, tie = np.unique(self.ties[sides], return_index=True, return_inverse=True)
         own = new[sides, None] + (signs[ends] < 0)
         pieces = np.stack([np.stack([ends[:, 0], own[:, 0]], 1), np.stack([own[:, 1], ends[:, 1]], 1)], axis=1)
@@ -296,8 +299,7 @@ class Triangles:
         others = np.setdiff1d(np.arange(len(self)), lower)
         is_moved = is_doubled[self.ends].any(axis=1)
         moved = np.unique(self.sides[lower][is_moved[self.sides[lower]]])
-        stays = np.zeros(len(self.ends), dtype=bool)
-        stays[self.sides[others]] = True
+        stays = marked(len(self.ends), self.sides[others])
         numbers = np.arange(len(self.ends))
         both = moved[stays[moved]]
         numbers[both] = self._add_sides(self.ends[both], self._squares[both], self.ties[both])

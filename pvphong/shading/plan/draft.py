@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections import defaultdict
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import NamedTuple
 
@@ -123,6 +123,10 @@ class Draft:
             return 0.0
         share = self.tolerance / (2 * max(self.shining, 1))
         return min(share, max(self.tolerance - self.error_bound, 0.0) / ROUNDED_UP**2) / self.gain
+
+    def rewritten(self, equation: Equation, *notes: Note) -> Draft:
+        """The draft of another equation, and what more has been left out of it."""
+        return replace(self, equation=equation, notes=(*self.notes, *notes))
 
     def why_without(self, effect: str) -> str:
         """The reasons noted for leaving an effect out, each with its lights; "" where there are none."""

@@ -99,10 +99,8 @@ class Effect:
             exact += notes
             if any(note.bound for note in notes):
                 # exact ones can wait: a draft for each of many would take long
-                draft, exact = replace(draft, notes=(*draft.notes, *exact)), []
-        if exact:
-            draft = replace(draft, notes=(*draft.notes, *exact))
-        return replace(draft, equation=replace(draft.equation, terms=tuple(terms))) if changes else draft
+                draft, exact = draft.rewritten(draft.equation, *exact), []
+        return draft.rewritten(replace(draft.equation, terms=tuple(terms)), *exact) if changes else draft
 
     def leave_out(self, draft: Draft, term: LightTerm) -> Change | None:
         """One light's term without the effect; None where it cannot be left out."""
@@ -168,9 +166,8 @@ class NormalTransform(Effect):
         if not equation.needs_normals:
             return Decision(False, "nothing depends on the normal")
         kind = class_of(equation.matrix).value
-        return Decision(
-            equation.turns_normals, kind if equation.turns_normals else f"{kind} leaves normals as they are"
-        )
+        why = kind if equation.turns_normals else f"{kind} leaves normals as they are"
+        return Decision(equation.turns_normals, why)
 
 
 class Emission(Effect):
@@ -220,37 +217,28 @@ class Bounces(Effect):
         if not any(map(any, diffuse_white(equation))):
             why = "the surface reflects no light diffusely"
         if why:
-            notes = (*draft.notes, Note(self.name, "", why))
-            return replace(draft, equation=replace(without_ambient(equation), bounces=0), notes=notes)
+            return draft.rewritten(replace(without_ambient(equation), bounces=0), Note(self.name, "", why))
         if is_shared:
             bound = draft.tolerance / 2.0
             said = f"; what is left out of others at most {bound:.2g}" if bound else ""
             note = Note(self.name, "", f"all {count}, among meshes that light each other{said}", bound)
-            return replace(draft, notes=(*draft.notes, note), gain=1.0 + count)
+            return replace(draft.rewritten(equation, note), gain=1.0 + count)
         ratio = most_scattered(equation) * (1.0 if transport is None else transport.most()) * ROUNDED_UP
         held = [ratio**k * sent for k in range(1, min(count, _BOUNCES_SAID) + 1)]
         said = f"at most {', '.join(f'{each:.2g}' for each in held)}{', …' if count > len(held) else ''}"
-        kept, bound = count, 0.0
-        for fewer in range(count) if draft.tolerance else ():
-            left = most_left(ratio, fewer, count, sent, ambient)
-            if left <= draft.tolerance / 2.0:
-                kept, bound = fewer, left
-                break
+        bounds = ((fewer, most_left(ratio, fewer, count, sent, ambient)) for fewer in range(count) if draft.tolerance)
+        enough = ((fewer, bound) for fewer, bound in bounds if bound <= draft.tolerance / 2.0)
+        kept, bound = next(enough, (count, 0.0))
+        why = f"each holds {said}"
         if kept < count:
-            equation = without_ambient(equation)
-            note = Note(self.name, "", f"{kept} of {count}, the others at most {bound:.2g}; each holds {said}", bound)
-        else:
-            note = Note(self.name, "", f"each holds {said}")
+            equation, why = without_ambient(equation), f"{kept} of {count}, the others at most {bound:.2g}; {why}"
         gain = 1.0 + most_left(ratio, 0, kept, 1.0, 0.0)
-        equation = replace(equation, bounces=kept)
-        return replace(draft, equation=equation, notes=(*draft.notes, note), gain=min(gain, BRIGHTEST))
+        rewritten = draft.rewritten(replace(equation, bounces=kept), Note(self.name, "", why, bound))
+        return replace(rewritten, gain=min(gain, BRIGHTEST))
 
     def decide(self, draft: Draft) -> Decision:
-        noted, count = draft.why_without(self.name), draft.equation.bounces
-        bound = draft.bound_of(self.name)
-        if not count:
-            return Decision(False, noted or self.absent, bound)
-        return Decision(True, noted, bound)
+        why = draft.why_without(self.name) or self.absent
+        return Decision(draft.equation.bounces > 0, why, draft.bound_of(self.name))
 
 
 _BOUNCES_SAID = 3
@@ -453,7 +441,7 @@ class TwoSided(Effect):
         if angle_between(axis, to_viewer) + opening + spread > math.pi / 2 - _EDGE_ON:
             return draft
         note = Note(self.name, "", "no vertex faces away from the viewer", only_for_this_viewer=True)
-        return replace(draft, equation=replace(equation, two_sided=False), notes=(*draft.notes, note))
+        return draft.rewritten(replace(equation, two_sided=False), note)
 
     def decide(self, draft: Draft) -> Decision:
         if draft.equation.is_flipped:
@@ -480,11 +468,9 @@ class LocalViewer(Effect):
         bound = math.fsum(changes) * ROUNDED_UP
         if not bound <= draft.allowance:
             return draft
-        note = Note(
-            self.name, "", f"far away: its direction is the same to {bound:.2g}", bound, only_for_this_viewer=True
-        )
+        why = f"far away: its direction is the same to {bound:.2g}"
         far = replace(equation, eye=None, to_eye=seen.direction, local_facing=False)
-        return replace(draft, equation=far, notes=(*draft.notes, note))
+        return draft.rewritten(far, Note(self.name, "", why, bound, only_for_this_viewer=True))
 
     def decide(self, draft: Draft) -> Decision:
         equation = draft.equation
@@ -529,14 +515,15 @@ class Occlusion(Effect):
             why = "there is no ambient light"
         if not why:
             return draft
-        open_sky = replace(equation, is_occluded=False)
-        return replace(draft, equation=open_sky, notes=(*draft.notes, Note(self.name, "", why)))
+        return draft.rewritten(replace(equation, is_occluded=False), Note(self.name, "", why))
 
     def decide(self, draft: Draft) -> Decision:
         if draft.equation.is_occluded:
             return Decision(True, "ambient light, times the open part of the sky")
         return Decision(False, draft.why_without(self.name) or self.absent)
 
+
+_FAR_AWAY, _OPEN_SKY = {"eye": None, "local_facing": False}, {"is_occluded": False}
 
 # In the order in which they are left out, for what goes early makes what follows cheaper to judge: first what adds
 # nothing whatever the tolerance, then whole lights, then what each light that is left can do without.
@@ -554,20 +541,9 @@ EFFECTS: tuple[Effect, ...] = (
     Specular("specular", ("normals", "viewer"), "black specular colour", each=1.4),
     LightEffect(attenuation.EFFECT, ("points",), "no light weakens with distance", each=0.7),
     LightEffect(POSITION_EFFECT, ("points",), "every light is directional", once=0.5, each=0.2),
-    LocalViewer(  # without it he is at infinity along the view axis, as `LightModel(local_viewer=False)` has it
-        "local viewer",
-        ("points", "viewer"),
-        "no highlight is left that depends on it",
-        {"eye": None, "local_facing": False},
-        once=0.6,
-    ),
+    # without it he is at infinity along the view axis, as `LightModel(local_viewer=False)` has it
+    LocalViewer("local viewer", ("points", "viewer"), "no highlight is left that depends on it", _FAR_AWAY, once=0.6),
     Reflection("diffuse", ("normals",), "black diffuse colour", once=0.5, each=0.2),
     Shadow("shadow", ("points", "normals"), "the light model has no shadows", each=0.2),
-    Occlusion(
-        "occlusion",
-        ("points", "normals"),
-        "the light model has no ambient occlusion",
-        {"is_occluded": False},
-        once=0.2,
-    ),
+    Occlusion("occlusion", ("points", "normals"), "the light model has no ambient occlusion", _OPEN_SKY, once=0.2),
 )

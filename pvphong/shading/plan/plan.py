@@ -37,8 +37,6 @@ _WORTH_LOADING = 2**18
 _AS_LIGHT_THAT_BOUNCES = 32
 # Those from which it is worth its start in a window once it is loaded; what is drawn is rounded anyway.
 _WORTH_STARTING = 2**13
-# Vertices whose float colours are held at once before they become 0-255.
-_DISPLAYED_AT_ONCE = 2**17
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -122,15 +120,10 @@ class Plan:
         for effect in EFFECTS:
             draft = effect.simplify(draft)
         left = draft.equation
+        may_move = any(term.follows_viewer and not term.is_black for term in whole.terms)  # and then reach the mesh
+        may_return = any(note.only_for_this_viewer for note in draft.notes)
         return cls(
-            view_dependent=(
-                left.has_highlights
-                or left.is_flipped
-                or any(note.only_for_this_viewer for note in draft.notes)
-                or any(
-                    term.follows_viewer and not term.is_black for term in whole.terms
-                )  # elsewhere it may reach the mesh
-            ),
+            view_dependent=left.has_highlights or left.is_flipped or may_move or may_return,
             tolerance=tolerance,
             error_bound=min(draft.error_bound ** (1.0 / whole.gamma), tolerance),
             equation=in_parts(left),
@@ -211,23 +204,16 @@ class Plan:
 
         `bounced` is as for `run`.
         """
-        if self.equation.bounces:
-            rgb = self.run(vertices, bounced=bounced).rgb
-            np.rint(np.clip(rgb, 0.0, 1.0) * 255.0, out=out, casting="unsafe")
-            return
-        points, normals = vertices.points, vertices.normals_if(self.equation.needs_normals)
-        tints, channels = vertices.tints(self.equation), vertices.channels(self.equation)
-        is_worth_it = len(out) * len(self.whole.terms) >= (_WORTH_STARTING if kernel.has_run() else _WORTH_LOADING)
-        arrays = points, normals, self.equation, tints, Shading(out), self.whole
-        if is_worth_it and kernel.shade(*arrays, channels=channels, waits=False):
-            return
-        for start in range(0, len(out), _DISPLAYED_AT_ONCE):
-            part = slice(start, start + _DISPLAYED_AT_ONCE)
-            shading = Shading(np.empty((len(points[part]), 3), np.float32))
-            tints_part = {name: tint.at(part) for name, tint in tints.items()}
-            channels_part = None if channels is None else channels[:, part]
-            reference.shade(points[part], normals[part], self.equation, tints_part, shading, channels_part)
-            np.rint(np.clip(shading.rgb, 0.0, 1.0) * 255.0, out=out[part], casting="unsafe")
+        equation, least = self.equation, _WORTH_STARTING if kernel.has_run() else _WORTH_LOADING
+        if not equation.bounces and len(out) * len(self.whole.terms) >= least:
+            normals, channels = vertices.normals_if(equation.needs_normals), vertices.channels(equation)
+            arrays = vertices.points, normals, equation, vertices.tints(equation), Shading(out)
+            if kernel.shade(*arrays, self.whole, channels=channels, waits=False):
+                return
+        rgb = self.run(vertices, backend="auto" if equation.bounces else "numpy", bounced=bounced).rgb
+        np.clip(rgb, 0.0, 1.0, out=rgb)
+        rgb *= 255.0
+        np.rint(rgb, out=out, casting="unsafe")
 
     def __getstate__(self) -> dict[str, Any]:
         """For copies and other processes, which cannot take a view of a mapping."""
@@ -236,14 +222,9 @@ class Plan:
     def __str__(self) -> str:
         running = [name for name, decision in self.effects.items() if decision.on]
         off = [name for name, decision in self.effects.items() if not decision.on]
-        cost = f"about {sum(self._nanoseconds):.1f} ns a vertex"
-        return "\n".join(
-            [
-                *wrapped(f"Runs: {', '.join(running) or 'nothing'}. Left out: {', '.join(off) or 'nothing'}."),
-                *wrapped(f"{self._accuracy}; {cost}."),
-                *wrapped(self._dependence),
-            ]
-        )
+        runs = f"Runs: {', '.join(running) or 'nothing'}. Left out: {', '.join(off) or 'nothing'}."
+        cost = f"{self._accuracy}; about {sum(self._nanoseconds):.1f} ns a vertex."
+        return "\n".join(line for sentence in (runs, cost, self._dependence) for line in wrapped(sentence))
 
     def __repr__(self) -> str:
         running = sum(decision.on for decision in self.effects.values())

@@ -10,15 +10,18 @@ import numpy as np
 import pyvista as pv
 from numpy.typing import NDArray
 
-from pvphong.base import check
 from pvphong.base.files import written_aside
-from pvphong.base.types import Float64Array, FloatArray
-from pvphong.geometry.transform import transform_points
+from pvphong.base.types import Float64Array
 from pvphong.meshes.default_scene import default_scene
-from pvphong.meshes.pictures import draw
-from pvphong.scene.viewer import Viewer
 from pvphong.studies.accuracy.interpolation import ADAPTIVE, AS_IT_IS, UNIFORM
-from pvphong.studies.accuracy.physics import Physics, draw_physics, refuse_format
+from pvphong.studies.accuracy.physics import (
+    Physics,
+    bare_surface,
+    draw_physics,
+    drawn,
+    in_worst_channel,
+    refuse_format,
+)
 from pvphong.studies.accuracy.result import KINDS, Kind, Result, Row, number
 
 _SIZE = (16.0, 13.5)
@@ -32,18 +35,12 @@ _COLORS: dict[str, str] = {
     "interpolation": "#2a7f3f",
 }
 _MARKERS: dict[str, str] = {"arithmetic": "o", "light model": "s", "sampling": "D", "interpolation": "^"}
-_TITLES: dict[str, str] = {
-    "arithmetic": "arithmetic, at the vertices",
-    "light model": "light model, at the vertices",
-    "sampling": "sampling, at the vertices",
-    "interpolation": "interpolation, inside triangles",
-}
 
 # The part of a front's width that markers take; names are beside it.
 _DATA = 0.5
 
 # Of the pictures: pixels, and the part of them that a mesh covers at least where it counts as seen.
-_PICTURE, _LEAST_SEEN, _BACKGROUND = (640, 480), 0.002, "#dce6f2"
+_PICTURE, _LEAST_SEEN = (640, 480), 0.002
 
 # In parts of the tolerance: errors inside triangles from here on have a colour.
 _LEAST_SHOWN = 0.01
@@ -113,7 +110,8 @@ def _draw_front(axes: Any, report: Result, kind: Kind) -> None:
     # An error of 0 is drawn a decade and a half below the least that is not.
     least = min([row.error.rms for row in rows if row.error.rms] + [tolerance])
     zero = float(10.0 ** (np.floor(np.log10(least)) - 1.5))
-    axes.set(xscale="log", yscale="log", title=_TITLES[kind])
+    where = "inside triangles" if kind == "interpolation" else "at the vertices"
+    axes.set(xscale="log", yscale="log", title=f"{kind}, {where}")
     falls = _how_it_falls(rows) if kind == "interpolation" else []
     axes.set_xlabel("\n".join(["time in ms: median and quartiles", *falls]))
     axes.set_ylabel("colour error: largest (marker) and RMS (tick)")
@@ -149,7 +147,7 @@ def _draw_front(axes: Any, report: Result, kind: Kind) -> None:
 
 def _set_limits(axes: Any, rows: Sequence[Row], zero: float, tolerance: float) -> None:
     """Room for the column of labels on the right, ticks that can be read, and a label for an error of 0."""
-    from matplotlib.ticker import FixedLocator, FuncFormatter, LogLocator, NullLocator
+    from matplotlib.ticker import FixedLocator, LogLocator
 
     low, high = min(row.time.low for row in rows) * 1e3, max(row.time.high for row in rows) * 1e3
     wide = max(np.log10(high / low), 0.15)
@@ -160,9 +158,8 @@ def _set_limits(axes: Any, rows: Sequence[Row], zero: float, tolerance: float) -
     axes.xaxis.set_major_locator(LogLocator(subs=digits))
     ticks = [tick for tick in axes.xaxis.get_major_locator()() if low * 0.9 <= tick <= high * 1.1]
     axes.xaxis.set_major_locator(FixedLocator(ticks))
-    axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:.4g}"))
-    axes.xaxis.set_minor_locator(NullLocator())
-    axes.yaxis.set_minor_locator(NullLocator())
+    axes.xaxis.set_major_formatter("{x:.4g}")
+    axes.minorticks_off()
     if any(not row.error.largest for row in rows):
         axes.axhspan(zero / 3.0, zero * 3.0, color="#f2f2f2", zorder=0)
         axes.annotate("0", (-0.012, zero), xycoords=("axes fraction", "data"), ha="right", va="center")
@@ -227,36 +224,26 @@ def linked_pictures(report: Result) -> list[Picture]:
     ValueError
         If VTK cannot draw on this machine.
     """
-    mesh = report.surface.copy()
-    mesh.clear_data()
-    if report.matrix is not None:
-        mesh.points = transform_points(np.asarray(mesh.points), check.matrix4("matrix", report.matrix))
-
-    def drawn(mesh: pv.PolyData, colors: FloatArray, viewer: Viewer) -> Any:
-        mesh.point_data["phong"] = colors
-        return draw(mesh, viewer, size=_PICTURE, background=_BACKGROUND)
-
-    viewer, reference = report.scene.viewer, np.clip(report.reference_colors, 0.0, 1.0)
-    pixels = drawn(mesh, reference, viewer)
+    mesh, viewer = bare_surface(report), report.scene.viewer
+    pixels = drawn(mesh, report.reference_colors, viewer, _PICTURE)
     if (pixels != pixels[0, 0]).any(axis=2).mean() < _LEAST_SEEN:
         viewer = default_scene(mesh).viewer
-        pixels = drawn(mesh, reference, viewer)
+        pixels = drawn(mesh, report.reference_colors, viewer, _PICTURE)
     chosen = report.best()
     title = "chosen" if chosen is None else f"chosen: {chosen.name}"
-    differences = report.chosen_colors - report.reference_colors
-    errors = differences[np.arange(len(differences)), np.abs(differences).argmax(axis=1)]  # of each the worst channel
+    errors = in_worst_channel(report.chosen_colors - report.reference_colors)
     scale = error_scale(errors)
     pictures = [
         Picture("reference", pixels),
-        Picture(title, drawn(mesh, np.clip(report.chosen_colors, 0.0, 1.0), viewer)),
-        Picture("its signed error at the vertices", drawn(mesh, _scaled(errors, scale), viewer), scale),
+        Picture(title, drawn(mesh, report.chosen_colors, viewer, _PICTURE)),
+        Picture("its signed error at the vertices", drawn(mesh, _scaled(errors, scale), viewer, _PICTURE), scale),
     ]
     if len(report.inside_errors) == mesh.n_cells and mesh.is_all_triangles:
         scale = error_scale(report.inside_errors, report.tolerance)
         corners = mesh.regular_faces  # each triangle has points of its own, and so one colour
         apart = pv.PolyData.from_regular_faces(mesh.points[corners.ravel()], np.arange(corners.size).reshape(-1, 3))
         colors = np.repeat(_scaled(report.inside_errors, scale), 3, axis=0)
-        pictures.append(Picture("interpolation error inside triangles", drawn(apart, colors, viewer), scale))
+        pictures.append(Picture("interpolation error inside triangles", drawn(apart, colors, viewer, _PICTURE), scale))
     return pictures
 
 

@@ -196,12 +196,7 @@ def interpolation(
 
 
 def _variant(
-    subject: Subject,
-    name: str,
-    whole: Triangles,
-    errors: Errors,
-    note: str,
-    preparation: float = 0.0,
+    subject: Subject, name: str, whole: Triangles, errors: Errors, note: str, preparation: float = 0.0
 ) -> Variant:
     """A mesh that is evaluated at its points."""
     backend = subject.backend_for(subject.equation, len(whole.points))
@@ -285,9 +280,8 @@ def _adaptive(
     if result.n_points == mesh.n_points:
         return nothing_added
     normals, points = np.asarray(result.point_data.active_normals), np.asarray(result.points)
-    errors = Errors.inside_triangles(
-        np.asarray(result.cell_data[_ERROR], np.float64), _areas(subject, points, result.regular_faces)
-    )
+    left_over = np.asarray(result.cell_data[_ERROR], np.float64)
+    errors = Errors.inside_triangles(left_over, _areas(subject, points, result.regular_faces))
     maps = {name: Map(np.asarray(result.point_data[f"{_HIDDEN}{name}"])) for name in given_maps(named)}
     whole = Triangles(points, normals, result.regular_faces, np.zeros(0), subject.material.with_values(maps))
     return _variant(subject, ADAPTIVE, whole, errors, note, seconds)

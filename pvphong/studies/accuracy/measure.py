@@ -350,17 +350,12 @@ def ledger(
         Seconds with minus seconds without, of those that were timed.
     """
     plan = subject.plan(tolerance)
-    entries = [
-        LedgerEntry(name, costs.get(name), errors.get(name), choice.on, choice.why)
-        for name, choice in plan.effects.items()
-    ]
     kept = {term.index for term in plan.equation.terms}
+    choices = {name: (choice.on, choice.why) for name, choice in plan.effects.items()}
     for index, label in enumerate(light_labels(subject.scene)):
-        name = f"light {label}"
-        if name in errors:
-            why = "" if index in kept else "left out, see lights"
-            entries.append(LedgerEntry(name, costs.get(name), errors[name], index in kept, why))
-    return tuple(entries)
+        if f"light {label}" in errors:
+            choices[f"light {label}"] = index in kept, "" if index in kept else "left out, see lights"
+    return tuple(LedgerEntry(name, costs.get(name), errors.get(name), *choice) for name, choice in choices.items())
 
 
 def predicted_bounds(subject: Subject, tolerance: float) -> tuple[PredictedBound, ...]:

@@ -32,7 +32,7 @@ from pvphong.scene.light_model import LightModel
 from pvphong.scene.scene import Scene
 from pvphong.scene.viewer import Viewer
 from pvphong.shading import interreflection
-from pvphong.studies.accuracy.result import number, seconds
+from pvphong.studies.accuracy.result import Result, number, seconds, table
 from pvphong.studies.accuracy.timing import timed
 
 if TYPE_CHECKING:
@@ -45,7 +45,7 @@ _ALL_BOUNCES = 64
 # A rung is as good as the best where its error is at most so many times that one's.
 _AS_GOOD = 1.25
 _FORMATS, _SIZE = (".png", ".pdf", ".svg"), (16.0, 5.5)
-_PICTURE, _BACKGROUND = (400, 360), "#dce6f2"
+_PICTURE, _BACKGROUND = (400, 360), "#dce6f2"  # pixels, and the colour around the mesh
 _TITLE_WIDTH = 18  # letters
 # What this part of a channel's values is below becomes white.
 _BRIGHT = 0.995
@@ -142,20 +142,15 @@ class Physics:
 
     def table(self) -> Table:
         """The rungs as a `rich.table.Table`."""
-        from rich import box
-        from rich.table import Table
-
-        title = "Phong beside the rendering equation: linear light at the vertices"
-        table = Table(title=title, title_justify="left", box=box.SIMPLE_HEAD, padding=(0, 1, 0, 0))
-        table.add_column("light", overflow="fold")
-        for heading in ("time", "RMS", "largest", "mean"):
-            table.add_column(heading, justify="right")
+        numbers = ("time", "RMS", "largest", "mean")
+        found = table(
+            "Phong beside the rendering equation: linear light at the vertices", "light", *numbers, right=numbers
+        )
         for rung in self.rungs:
             signed = f"{rung.error.mean():+.2g}"
-            table.add_row(rung.name, seconds(rung.seconds), number(rung.rms), number(rung.largest), signed)
-        paths = f"paths of light, ± {number(self.noise)}"
-        table.add_row(paths, seconds(self.truth.seconds), "", "", "")
-        return table
+            found.add_row(rung.name, seconds(rung.seconds), number(rung.rms), number(rung.largest), signed)
+        found.add_row(f"paths of light, ± {number(self.noise)}", seconds(self.truth.seconds))
+        return found
 
     def to_dict(self) -> dict[str, Any]:
         """All numbers as plain values."""
@@ -225,9 +220,8 @@ def measure(
     probe = truth(mesh, scene, material, samples=_FIRST_PATHS, occluders=occluders, **where)
     affordable = int(_FIRST_PATHS * budget / max(probe.seconds, 1e-9))
     samples = min(1 << max(affordable.bit_length() - 1, 0), _MOST_PATHS)
-    found = probe
-    if samples > _FIRST_PATHS:
-        found = truth(mesh, scene, material, samples=samples, occluders=occluders, **where)
+    more = {"samples": samples, "occluders": occluders}
+    found = truth(mesh, scene, material, **more, **where) if samples > _FIRST_PATHS else probe
     bare = replace(scene.light_model, shadows=False, ambient_occlusion=False, bounces=0, clamp=False)
 
     def prepared(model: LightModel, **rays: Any) -> Prepared:
@@ -251,23 +245,16 @@ def measure(
     open_sky = prepared(occluded, visibility=seen)
     sky = timed(lambda: _ambient_of(open_sky))
     ladder.fit("shadows, {:.2g} × occlusion", (shadowed[0], shadowed[1] + sky[1]), sky[0])
-    left_out: dict[str, str] = {}
-
-    def result() -> Physics:
-        return Physics(tuple(ladder.rungs), found, left_out, open_sky.source, matrix, scene.viewer)
-
-    if bare.two_sided:
-        left_out["bounces"] = "the light model is two-sided"
-        return result()
-    vertices = open_sky.vertices
-    own = [Exchanging(open_sky.source, lambda: vertices.normals, matrix)]
-    transport = transport_of(own, occluders)
-    _, casting = timed(lambda: transport.gather(np.ones((len(transport), 1))))
-    for bounces, name in ((1, "one bounce"), (2, "two bounces"), (_ALL_BOUNCES, "all bounces")):
-        model = replace(with_shadows, bounces=bounces, ambient=constant)
-        both: Any = {"visibility": seen, "transport": transport}
-        ladder.add(name, partial(lit, model, **both), shadowed[1] + casting)
-    return result()
+    if not bare.two_sided:
+        own = [Exchanging(open_sky.source, lambda: open_sky.vertices.normals, matrix)]
+        transport = transport_of(own, occluders)
+        _, casting = timed(lambda: transport.gather(np.ones((len(transport), 1))))
+        for bounces, name in ((1, "one bounce"), (2, "two bounces"), (_ALL_BOUNCES, "all bounces")):
+            model = replace(with_shadows, bounces=bounces, ambient=constant)
+            run = partial(lit, model, visibility=seen, transport=transport)
+            ladder.add(name, run, shadowed[1] + casting)
+    left_out = {"bounces": "the light model is two-sided"} if bare.two_sided else {}
+    return Physics(tuple(ladder.rungs), found, left_out, open_sky.source, matrix, scene.viewer)
 
 
 def _ambient_of(prepared: Prepared) -> FloatArray:
@@ -297,6 +284,29 @@ class _Ladder:
         colors = direct[0] + constant * ambient
         self.rungs.append(Rung(name.format(constant), direct[1], colors, colors - self._true, self._noise))
         return constant
+
+
+# --- pictures, of models of light and of a whole report
+
+
+def bare_surface(lit: Physics | Result) -> pv.PolyData:
+    """A copy of what was lit, where it is in the world, without any arrays."""
+    bare = lit.surface.copy()
+    bare.clear_data()
+    if lit.matrix is not None:
+        bare.points = transform_points(np.asarray(bare.points), check.matrix4("matrix", lit.matrix))
+    return bare
+
+
+def drawn(mesh: pv.PolyData, colors: FloatArray, viewer: Viewer, size: tuple[int, int]) -> Any:
+    """A picture of a mesh in colours at its points, which become its array "phong"."""
+    mesh.point_data["phong"] = np.clip(colors, 0.0, 1.0)
+    return draw(mesh, viewer, size=size, background=_BACKGROUND)
+
+
+def in_worst_channel(errors: FloatArray) -> Float64Array:
+    """Shape (n,): of signed errors (n, 3) those with the greatest magnitude."""
+    return errors[np.arange(len(errors)), np.abs(errors).argmax(axis=1)].astype(np.float64, copy=False)
 
 
 # --- the panel
@@ -357,22 +367,15 @@ def _pictures(physics: Physics) -> Iterator[tuple[str, Any, Any, float]]:
     """Of some rungs: title, picture, picture of the signed difference, and its scale; of the truth without the last."""
     from matplotlib import colormaps
 
-    bare = physics.surface.copy()
-    bare.clear_data()
-    if physics.matrix is not None:
-        bare.points = transform_points(np.asarray(bare.points), check.matrix4("matrix", physics.matrix))
-
-    def drawn(colors: FloatArray) -> Any:
-        bare.point_data["phong"] = np.clip(colors, 0.0, 1.0)
-        return draw(bare, physics.viewer, size=_PICTURE, background=_BACKGROUND)
+    bare = bare_surface(physics)
 
     def shown(colors: FloatArray) -> Any:
-        return drawn(np.maximum(colors * physics.exposure, 0.0) ** (1.0 / 2.2))
+        return drawn(bare, np.maximum(colors * physics.exposure, 0.0) ** (1.0 / 2.2), physics.viewer, _PICTURE)
 
     wanted = [rung for rung in physics.rungs if not rung.name.startswith(("fitted", "two"))]
     scale = max(float(np.quantile(np.abs(physics.rungs[0].error), 0.99)), 1e-9)
     for rung in wanted:
-        worst = rung.error[np.arange(len(rung.error)), np.abs(rung.error).argmax(axis=1)]
+        worst = in_worst_channel(rung.error)
         colors = colormaps["RdBu_r"](0.5 + 0.5 * np.clip(worst / scale, -1.0, 1.0))[:, :3]
-        yield rung.name, shown(rung.colors), drawn(colors), scale
+        yield rung.name, shown(rung.colors), drawn(bare, colors, physics.viewer, _PICTURE), scale
     yield "the truth", shown(physics.truth.rgb), None, 0.0

@@ -12,6 +12,8 @@ from contextlib import suppress
 from dataclasses import asdict, dataclass
 from datetime import date
 from importlib.metadata import PackageNotFoundError, version
+from itertools import groupby
+from operator import itemgetter
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -34,6 +36,7 @@ from pvphong.studies.accuracy.result import (
     Result,
     number,
     seconds,
+    table,
 )
 
 if TYPE_CHECKING:
@@ -129,11 +132,7 @@ class Tradeoff(Result):
             row = chosen or self.most_accurate(question)
             error = f"{seconds(row.time.median)}, off by {number(row.decisive_error)}"
             found.append(f"  {question}: {'' if chosen else 'none; nearest '}{row.name}, {error}")
-        return [*found, *self._remarks(), *self._of_physics()]
-
-    def _of_physics(self) -> list[str]:
-        """What models of light are worth, where that was measured."""
-        return [] if self.physics is None else [self.physics.sentence()]
+        return [*found, *self._remarks()]
 
     def conclusions(self) -> list[str]:
         """What to choose, at what price, and what the next step would cost: a sentence or two per question."""
@@ -159,10 +158,10 @@ class Tradeoff(Result):
                 noisy = ", within the noise" if following.time.low <= chosen.time.high else ""
                 sentence += f" Next is {following.name}: +{more} {bought}{noisy}."
             found.append(sentence)
-        return [*found, *self._remarks(), *self._of_physics()]
+        return [*found, *self._remarks()]
 
     def _remarks(self) -> Iterator[str]:
-        """Whether peers within the tolerance cost less, and whether it matters."""
+        """Whether peers within the tolerance cost less, and whether it matters; what models of light are worth."""
         cheaper = []
         for question in self._questions():
             own = self.cheapest(question, self.tolerance)
@@ -174,22 +173,21 @@ class Tradeoff(Result):
         slowest = max(row.time.median for row in self.rows_for(QUESTIONS[0]))
         if slowest <= _CALL:
             yield f"On so small a mesh everything is cheap: {seconds(slowest)} at the vertices at most."
+        if self.physics is not None:
+            yield self.physics.sentence()
 
     def explain(self) -> str:
         """All of it: every row, each effect's cost, predicted error bounds, what was left out, where this was run."""
         title = f"What each effect costs: time with it minus time without it, of {self.baseline}"
-        ledger = _table(title, "effect", "", "cost", "if dropped", "why")
-        for column in ledger.columns[1:4]:
-            column.no_wrap = True
-        for column in ledger.columns[2:4]:
-            column.justify = "right"
+        ledger = table(title, "effect", "", "cost", "if dropped", "why", right=("cost", "if dropped"))
+        ledger.columns[1].no_wrap = True
         for entry in self.ledger:
             error = "" if entry.error is None else number(entry.error)
             ledger.add_row(entry.effect, "on" if entry.runs else "off", entry.cost_text, error, entry.why)
         parts: list[Any] = [self.table(), *self.conclusions(), "", ledger]
         if self.predicted_bounds:
             title = "Error bounds that the plan predicted, and the errors measured"
-            bounds = _table(title, "left out", "how", "predicted", "measured")
+            bounds = table(title, "left out", "how", "predicted", "measured")
             for bound in self.predicted_bounds:
                 bounds.add_row(bound.effect, bound.why, number(bound.predicted), number(bound.measured))
             parts.append(bounds)
@@ -216,19 +214,14 @@ class Tradeoff(Result):
         By kind and time; ★ is chosen, ● on its kind's front, a dominated one has no mark.
         """
         title = "What accuracy costs in time: colour errors, each of its row's kind; ★ chosen, ● on the front"
-        table = _table(title, *_HEADINGS)
-        table.padding = 0  # so that every name fits
-        for column in table.columns:
-            column.no_wrap = column.header != "variant"
-            column.justify = "left" if column.header in ("", "variant") else "right"
-        last = ""
-        for kind, (mark, name, *numbers) in self._cells():
-            if last != kind:
-                table.add_section()
-                table.add_row("", f"{kind}:")
-            last = kind
-            table.add_row(mark, f" {name}", *numbers)
-        return table
+        found = table(title, *_HEADINGS, right=_HEADINGS[2:])
+        found.padding = 0  # so that every name fits
+        for kind, rows in groupby(self._cells(), key=itemgetter(0)):
+            found.add_section()
+            found.add_row("", f"{kind}:")
+            for _, (mark, name, *numbers) in rows:
+                found.add_row(mark, f" {name}", *numbers)
+        return found
 
     def _cells(self) -> Iterator[tuple[Kind, tuple[str, ...]]]:
         """Each row's kind, and its texts under `_HEADINGS`; in the order of kinds and times."""
@@ -305,22 +298,12 @@ class Tradeoff(Result):
 
 
 def _pairs_table(title: str, rows: list[tuple[str, str]]) -> Table:
-    table = _table(title, "", "")
-    table.show_header = False
-    table.columns[0].max_width = _NAMES
+    found = table(title, "", "")
+    found.show_header = False
+    found.columns[0].max_width = _NAMES
     for row in rows:
-        table.add_row(*row)
-    return table
-
-
-def _table(title: str, *headings: str) -> Table:
-    from rich import box
-    from rich.table import Table
-
-    table = Table(title=title, title_justify="left", box=box.SIMPLE_HEAD, padding=(0, 1, 0, 0))
-    for heading in headings:
-        table.add_column(heading, overflow="fold")
-    return table
+        found.add_row(*row)
+    return found
 
 
 def circumstances(mesh: pv.PolyData, scene: Scene, material: Material) -> dict[str, str]:

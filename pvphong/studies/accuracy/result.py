@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Literal, get_args
+from typing import TYPE_CHECKING, Literal, get_args
 
 import numpy as np
 import pyvista as pv
@@ -15,6 +15,9 @@ from pvphong.base import check
 from pvphong.base.types import Float64Array, FloatArray, MatrixLike
 from pvphong.scene.scene import Scene
 from pvphong.studies.accuracy.timing import FEWEST_REPEATS
+
+if TYPE_CHECKING:
+    from rich.table import Table
 
 Kind = Literal["arithmetic", "light model", "sampling", "interpolation"]
 KINDS: tuple[Kind, ...] = get_args(Kind)
@@ -355,6 +358,18 @@ class Result:
         errors = np.abs(self.chosen_colors.astype(np.float64) - self.reference_colors).max(axis=1)
         order = np.argsort(-errors, kind="stable")[:_WORST]
         return [(int(index), float(errors[index])) for index in order]
+
+
+def table(title: str, *headings: str, right: Collection[str] = ()) -> Table:
+    """An empty `rich.table.Table`; columns of some headings are of numbers, which are not broken."""
+    from rich import box
+    from rich.table import Table
+
+    made = Table(title=title, title_justify="left", box=box.SIMPLE_HEAD, padding=(0, 1, 0, 0))
+    for heading in headings:
+        is_right = heading in right
+        made.add_column(heading, overflow="fold", justify="right" if is_right else "left", no_wrap=is_right)
+    return made
 
 
 def seconds(value: float) -> str:

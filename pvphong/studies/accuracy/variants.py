@@ -109,12 +109,11 @@ class Subject:
         channels : ndarray, optional
             Shape (k, m): what these see, as `Vertices.channels` gives it of all vertices.
         """
-        points, normals = (self.points, self.normals) if rows is None else (self.points[rows], self.normals[rows])
+        part: Any = slice(None) if rows is None else rows
+        points, normals = self.points[part], self.normals[part]
         seen = self.vertices.channels(equation) if rows is None else channels
         result = Shading(np.empty((len(points), 3)))
-        tints = self.vertices.tints(equation)
-        if rows is not None:
-            tints = {name: tint.at(rows) for name, tint in tints.items()}
+        tints = {name: tint.at(part) for name, tint in self.vertices.tints(equation).items()}
         reference.shade(points, normals, in_parts(equation), tints, result, seen)
         return result.rgb
 
@@ -129,12 +128,9 @@ class Subject:
         seen = self.vertices.channels(self.equation)
         first = None if seen is None else seen[:, :1]
         tints = {name: tint.at(slice(1)) for name, tint in self.vertices.tints(self.equation).items()}
-        return all(
-            kernel.shade(
-                self.points[:1], self.normals[:1], self.equation, tints, Shading(np.empty((1, 3), real)), channels=first
-            )
-            for real in ("float32", "float64")
-        )
+        arrays = self.points[:1], self.normals[:1], self.equation, tints
+        results = (Shading(np.empty((1, 3), real)) for real in ("float32", "float64"))
+        return all(kernel.shade(*arrays, result, channels=first) for result in results)
 
     def backend_for(self, equation: Equation, count: int | None = None) -> Backend:
         """The evaluator that `evaluate` takes by itself for an equation and so many vertices; None is all of them."""

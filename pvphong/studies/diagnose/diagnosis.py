@@ -40,15 +40,12 @@ class Kind(NamedTuple):
 
     Parameters
     ----------
-    where : {"cells", "faces", "edges", "points", "mesh", "matrix"}
-        What is counted.
     spoils : {"always", "without stored normals", "never"}
         When it spoils the lighting, so that `Diagnosis.ok` is False; else it is a note.
     meaning, remedy : str
         What it is and what to do about it.
     """
 
-    where: Literal["cells", "faces", "edges", "points", "mesh", "matrix"]
     spoils: Literal["always", "without stored normals", "never"]
     meaning: str
     remedy: str
@@ -56,7 +53,6 @@ class Kind(NamedTuple):
 
 KINDS: dict[str, Kind] = {
     "invalid_cells": Kind(
-        "cells",
         "always",
         "with an index that no point has, with too few points for their type, of a type that VTK has not, or of the "
         "type convex point set",
@@ -64,117 +60,106 @@ KINDS: dict[str, Kind] = {
         "refuses the mesh.",
     ),
     "nothing_to_light": Kind(
-        "mesh",
         "always",
         "has no faces and no point normals",
         "Give it faces, or set mesh.point_data.active_normals.",
     ),
     "non_finite_points": Kind(
-        "points",
         "always",
         "with a NaN or infinity; their faces have no normal",
         "Remove them, for example with mesh.remove_points.",
     ),
     "zero_normals": Kind(
-        "points",
         "always",
         "with a stored normal of length zero, unlit",
         "Compute the normals anew: mesh.point_data.active_normals = pvphong.vertex_normals(mesh).",
     ),
     "non_finite_normals": Kind(
-        "points",
         "always",
         "with a NaN or infinity in the stored normal, unlit",
         "Compute the normals anew: mesh.point_data.active_normals = pvphong.vertex_normals(mesh).",
     ),
     "unlit_points": Kind(
-        "points",
         "without stored normals",
         "whose faces have no area, are not finite, or cancel as two coincident opposite faces do",
         "Remove such faces, and one of each coincident pair, with mesh.remove_cells.",
     ),
     "degenerate_faces": Kind(
-        "faces",
         "without stored normals",
         "without an area or with a corner that comes twice; they have no weight in the normals",
         "Remove them, for example with mesh.remove_cells.",
     ),
     "duplicate_faces": Kind(
-        "faces",
         "without stored normals",
         "round the same points in the same order as an earlier one: both count in the normals there",
         "Remove them, for example with mesh.remove_cells.",
     ),
     "far_faces": Kind(
-        "faces",
         "without stored normals",
         "so far from the origin for their size that the coordinates' float type blurs their normals",
         "Subtract an offset before the coordinates are rounded to this float type (of parts far apart, each its own), "
         "or keep them in float64.",
     ),
     "inconsistent_edges": Kind(
-        "edges",
         "without stored normals",
         "whose two faces have opposite fronts, so that their normals cancel",
         "Turn the faces: mesh.compute_normals(consistent_normals=True, auto_orient_normals=True).",
     ),
     "inside_out_faces": Kind(
-        "faces",
         "without stored normals",
         "of closed parts whose fronts look inwards: they are lit as if seen from within",
         "Turn the faces: mesh.flip_faces(), or mesh.compute_normals(consistent_normals=True, "
         "auto_orient_normals=True) for some parts of several. Leave them if it is a room that is seen from within.",
     ),
     "singular_matrix": Kind(
-        "matrix",
         "always",
         "flattens the mesh: surfaces lose their normals",
         "Use a small scale in place of 0.",
     ),
     "non_manifold_edges": Kind(
-        "edges",
         "never",
         "of more than two faces: their points are lit by the mean of sheets that may not belong together",
         "Split them if it shows: mesh.compute_normals(split_vertices=True, non_manifold_traversal=False).",
     ),
     "thin_faces": Kind(
-        "faces",
         "never",
         "so thin that the rounding of their coordinates blurs their normals",
         "Remesh them, or keep the coordinates in float64.",
     ),
     "opposed_normals": Kind(
-        "points",
         "never",
         "with a stored normal on the back of their faces",
         "Flip the faces or the normals if light falls on the wrong side.",
     ),
     "duplicate_points": Kind(
-        "points",
         "never",
         "in the place of an earlier one: a seam, over which computed normals are not smooth",
         "Merge them if no seam is meant: mesh.clean().",
     ),
     "unused_points": Kind(
-        "points",
         "never",
         "in no face, without a computed normal",
         "Leave them, or drop them with mesh.clean().",
     ),
     "nearly_singular_matrix": Kind(
-        "matrix",
         "never",
         "flattens the mesh but for the last bits of its entries: where normals point depends on those",
         "Leave it if they are meant; else use a matrix that flattens exactly, or less.",
     ),
     "mirrored_matrix": Kind(
-        "matrix",
         "never",
         "mirrors: lit rightly here, but VTK's own shader draws it black",
         "Flip the mesh itself, if VTK is to light it.",
     ),
 }
-"""Fields of `Diagnosis` that hold indices → what these mean, in the order of the report."""
+"""Fields of `Diagnosis` that hold indices → what these mean, in the order of the report.
+
+What is counted is the last word of a name, cells, faces, edges, points or the matrix, but for those in `_WHERE`.
+"""
+
+_WHERE = {"nothing_to_light": "mesh"} | dict.fromkeys(
+    ("zero_normals", "non_finite_normals", "opposed_normals"), "points"
+)
 
 FLAGS: dict[str, int] = {name: 1 << place for place, name in enumerate(KINDS)}
 """The bit of each kind in the arrays of `Diagnosis.to_mesh`."""
@@ -329,8 +314,8 @@ class Diagnosis:
     def findings(self) -> tuple[Finding, ...]:
         """The faults that there are: first what spoils the lighting, then the notes."""
         found = []
-        for name, (where, when, meaning, remedy) in KINDS.items():
-            value = getattr(self, name)
+        for name, (when, meaning, remedy) in KINDS.items():
+            value, where = getattr(self, name), _WHERE.get(name, name.rpartition("_")[2])
             is_whole = isinstance(value, bool)  # the mesh or the matrix
             if not (value if is_whole else len(value)):
                 continue
