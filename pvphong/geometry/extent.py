@@ -94,13 +94,8 @@ class Extent:
     @cached_property
     def sphere(self) -> Sphere | None:
         """Around all vertices; None where there is no point, or one is not finite."""
-        if self.box is None:
-            return None
-        low, high = self.box
-        x, y, z = centre = [a / 2 + b / 2 for a, b in zip(low.tolist(), high.tolist(), strict=True)]
-        reach = (max(b - c, c - a) for a, b, c in zip(low.tolist(), high.tolist(), centre, strict=True))
-        radius = math.hypot(*reach) * ROUNDED_UP
-        return Sphere((x, y, z), radius) if math.isfinite(radius) else None
+        found = None if self.box is None else sphere_around(self.box)
+        return None if found is None or math.isinf(found.radius) else found
 
     def sight(self, target: VectorLike) -> Sight | None:
         """How a target is seen; None where nothing is known of the vertices, or it is in the middle of them."""
@@ -159,6 +154,14 @@ def _cone(low: Float64Array, high: Float64Array) -> tuple[Vector, float] | None:
 def _corners(low: Float64Array, high: Float64Array) -> Float64Array:
     """The corners of the box between two, shape (8, 3)."""
     return np.array(list(itertools.product(*zip(low.tolist(), high.tolist(), strict=True))))
+
+
+def sphere_around(box: Box) -> Sphere:
+    """Around a box; its radius is infinite where that is beyond the floats."""
+    low, high = (end.tolist() for end in box)
+    x, y, z = centre = [a / 2 + b / 2 for a, b in zip(low, high, strict=True)]
+    reach = (max(b - c, c - a) for a, b, c in zip(low, high, centre, strict=True))
+    return Sphere((x, y, z), math.hypot(*reach) * ROUNDED_UP)
 
 
 def box_of(rows: FloatArray) -> Box:

@@ -364,7 +364,7 @@ class Transport:
         if own.part is not None and not own.is_convex:
             return 1.0
         others = [each.part for each in self._tracer.receivers if each is not own and each.part is not None]
-        spheres = [sphere for part in others if (sphere := occluders.spheres[part]) is not None]
+        spheres = [sphere for part in others if (sphere := occluders.parts[part].sphere) is not None]
         if not spheres or own.extent.sphere is None:
             return float(bool(spheres))
         center, radius = own.extent.sphere
