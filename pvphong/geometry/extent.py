@@ -75,7 +75,6 @@ class Extent:
         self._points = points
         self._normals = normals
         self._matrix = matrix
-        self._sights: dict[Vector, Sight | None] = {}
 
     @cached_property
     def box(self) -> Box | None:
@@ -99,19 +98,14 @@ class Extent:
 
     def sight(self, target: VectorLike) -> Sight | None:
         """How a target is seen; None where nothing is known of the vertices, or it is in the middle of them."""
-        x, y, z = target
-        place = x, y, z
-        if place not in self._sights:
-            self._sights[place] = None
-            if self.sphere is not None:
-                (cx, cy, cz), radius = self.sphere
-                x, y, z = x - cx, y - cy, z - cz
-                distance = math.hypot(x, y, z)
-                if 0.0 < distance < math.inf:
-                    turn = math.pi if distance <= radius else math.asin(min(radius / distance, 1.0)) * ROUNDED_UP
-                    direction = x / distance, y / distance, z / distance
-                    self._sights[place] = Sight(direction, distance, radius, turn)
-        return self._sights[place]
+        if self.sphere is None:
+            return None
+        x, y, z = (there - here for there, here in zip(target, self.sphere.center, strict=True))
+        distance, radius = math.hypot(x, y, z), self.sphere.radius
+        if not 0.0 < distance < math.inf:
+            return None
+        turn = math.pi if distance <= radius else math.asin(min(radius / distance, 1.0)) * ROUNDED_UP
+        return Sight((x / distance, y / distance, z / distance), distance, radius, turn)
 
     @cached_property
     def normal_cone(self) -> tuple[Vector, float] | None:
