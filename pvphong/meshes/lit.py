@@ -147,7 +147,7 @@ def prepare(
     scene: SceneLike | None,
     material: Material | str,
     *,
-    feature_angle: FeatureAngle,
+    feature_angle: FeatureAngle = None,
     tolerance: float = 0.0,
     matrix: MatrixLike | None = None,
     **rays: Any,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Callable, Sequence
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Self
 
 import pyvista as pv
 
@@ -29,6 +29,12 @@ class Exchanging(NamedTuple):
     source: pv.PolyData
     normals: Callable[[], FloatArray]
     matrix: MatrixLike | None
+
+    @classmethod
+    def of(cls, mesh: pv.DataSet, matrix: MatrixLike | None, feature_angle: FeatureAngle) -> Self:
+        """A dataset's; its normals are found when they are first used."""
+        source, _ = split_sharp_edges(surface(mesh), feature_angle)
+        return cls(source, functools.cache(lambda: point_normals(source)), matrix)
 
 
 def transport(
@@ -80,9 +86,7 @@ def transport(
     >>> bowl = pv.Sphere(end_phi=90).flip_faces().compute_normals(auto_orient_normals=False, consistent_normals=False)
     >>> seen = bowl.phong.transport().gather(np.ones((bowl.n_points, 3)))
     """
-    source, _ = split_sharp_edges(surface(mesh), feature_angle)
-    normals = functools.cache(lambda: point_normals(source))
-    return transport_of([Exchanging(source, normals, matrix)], occluders, samples, memory)
+    return transport_of([Exchanging.of(mesh, matrix, feature_angle)], occluders, samples, memory)
 
 
 def transport_of(
