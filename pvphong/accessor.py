@@ -295,8 +295,6 @@ class BlocksPhong:
         """How they exchange light: as it is given, or by rays that are cast when they are needed."""
         given, occluders = options.pop("transport", None), options.get("occluders", ())
         surfaces = self._surfaces(*(options.get(name) for name in _OF_SURFACES))
-        if given is None:
-            return transports.transport_of(surfaces, occluders)
         return transports.checked_transport(given, surfaces, occluders)
 
     def _materials(self, material: Materials) -> list[Material | str]:

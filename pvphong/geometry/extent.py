@@ -8,6 +8,7 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Callable
+from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
 
@@ -53,6 +54,7 @@ class Sight(NamedTuple):
     """The largest angle in radians between the directions to the target from the centre and from the sphere."""
 
 
+@dataclass(frozen=True, eq=False)
 class Extent:
     """A sphere around all vertices, in world coordinates; computed when an effect first asks.
 
@@ -66,15 +68,9 @@ class Extent:
         (4, 4) model matrix.
     """
 
-    def __init__(
-        self,
-        points: FloatArray,
-        normals: Callable[[], FloatArray] | None,
-        matrix: Float64Array | None,
-    ) -> None:
-        self._points = points
-        self._normals = normals
-        self._matrix = matrix
+    points: FloatArray
+    normals: Callable[[], FloatArray] | None
+    matrix: Float64Array | None
 
     @cached_property
     def box(self) -> Box | None:
@@ -82,11 +78,11 @@ class Extent:
 
         With a matrix it is the box around the transformed box, as VTK has an actor's bounds.
         """
-        if not len(self._points):
+        if not len(self.points):
             return None
-        low, high = box_of(self._points)
-        if self._matrix is not None:
-            corners = transform_points(_corners(low, high), self._matrix)
+        low, high = box_of(self.points)
+        if self.matrix is not None:
+            corners = transform_points(_corners(low, high), self.matrix)
             low, high = corners.min(axis=0), corners.max(axis=0)
         return (low, high) if np.isfinite([low, high]).all() else None
 
@@ -110,18 +106,18 @@ class Extent:
     @cached_property
     def normal_cone(self) -> tuple[Vector, float] | None:
         """A unit axis, and an angle in radians within which all normals lie from it; None if unknown."""
-        if self._normals is None or not len(self._points):
+        if self.normals is None or not len(self.points):
             return None
-        kind = MatrixClass.TRANSLATION if self._matrix is None else class_of(self._matrix)
+        kind = MatrixClass.TRANSLATION if self.matrix is None else class_of(self.matrix)
         if kind is MatrixClass.GENERAL:
             return None
-        normals = self._normals()
+        normals = self.normals()
         some = normals[:: max(len(normals) // _SOME, 1)]  # where these have no cone, all hardly have one
         stored = None if _cone(*box_of(some)) is None else _cone(*box_of(normals))
-        if stored is None or self._matrix is None or kind.keeps_normals:
+        if stored is None or self.matrix is None or kind.keeps_normals:
             return stored
         axis, angle = stored
-        x, y, z = transform_normals([axis], self._matrix)[0].tolist()
+        x, y, z = transform_normals([axis], self.matrix)[0].tolist()
         return (x, y, z), angle
 
 

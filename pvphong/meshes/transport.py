@@ -102,13 +102,15 @@ def transport_of(
 
 
 def checked_transport(given: Any, surfaces: Sequence[Exchanging], occluders: Any = ()) -> Transport:
-    """What a user gives as the transport of some surfaces.
+    """What a user gives as the transport of some surfaces; where that is None, by rays when it is first used.
 
     Raises
     ------
     ValueError
         If it is none, or was made for other surfaces or occluders.
     """
+    if given is None:
+        return transport_of(surfaces, occluders)
     if not isinstance(given, Transport):
         check.refuse("transport", type(given).__name__, "what mesh.phong.transport() gives")
     given.refuse_other(checksum_of(_tracer(surfaces, occluders, _MULTIPLE)))
