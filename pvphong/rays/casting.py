@@ -319,19 +319,9 @@ class Occluders:
         self.parts, self._within = tuple(parts), within
 
     @property
-    def count(self) -> int:
-        """The number of triangles."""
-        return sum(self.counts)
-
-    @property
     def counts(self) -> list[int]:
         """The number of triangles of each part."""
         return list(map(len, self.parts))
-
-    @property
-    def boxes(self) -> list[Box | None]:
-        """Around each part, least and greatest coordinates; None for one without a triangle."""
-        return [part.box for part in self.parts]
 
     @cached_property
     def _groups(self) -> list[list[int]]:
@@ -357,10 +347,10 @@ class Occluders:
         ValueError
             If they would take more memory than there is.
         """
-        available = available_memory()
-        needed = self.count * BYTES_PER_TRIANGLE
+        available, count = available_memory(), sum(self.counts)
+        needed = count * BYTES_PER_TRIANGLE
         if available is not None and needed > available:
-            got = f"{self.count:,} triangles, which take about {needed / 1e9:.3g} GB"
+            got = f"{count:,} triangles, which take about {needed / 1e9:.3g} GB"
             allowed = f"as many as fit into the {available / 1e9:.3g} GB of memory that are free"
             check.refuse("occluders", got, allowed, "Fewer will do for shadows: mesh.decimate(0.9) takes nine in ten.")
         casters = []
@@ -373,7 +363,7 @@ class Occluders:
     @cached_property
     def triangles(self) -> Triangles:
         """Those of all parts, one part after the other."""
-        firsts = np.cumsum([0, *map(len, self.parts)])
+        firsts = np.cumsum([0, *self.counts])
         numbers = [
             np.concatenate([firsts[index] + self.parts[index].sound_numbers for index in group])
             for group in self._groups

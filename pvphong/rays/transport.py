@@ -93,10 +93,10 @@ class HemisphereTracer:
         """Shape (n,): which vertices may see anything, for some of it is above their tangent planes."""
         result = np.zeros(len(receiver.points), bool)
         slack = self.occluders.resolution(receiver.part)
-        for index, box in enumerate(self.occluders.boxes):
-            if box is None or (index == receiver.part and receiver.is_convex):
+        for index, part in enumerate(self.occluders.parts):
+            if part.box is None or (index == receiver.part and receiver.is_convex):
                 continue
-            low, high = box
+            low, high = part.box
             middle, half, normals = low / 2 + high / 2, high / 2 - low / 2, receiver.unit_normals
             with np.errstate(invalid="ignore"):
                 height = ((middle - receiver.points) * normals).sum(axis=1) + np.abs(normals) @ half
