@@ -13,13 +13,21 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from pvphong.base.formulas import dot as dot
 from pvphong.base.types import BoolArray, Float64Array, FloatArray, Vector, VectorLike
 
 Real = TypeVar("Real", bound=np.floating[Any])
 
 # Squared lengths inside this range carry no underflow into their last bit and fit float32 as well.
 _LEAST, _MOST = 2.0**-60, 2.0**60
+
+
+def dot(a: FloatArray, b: FloatArray) -> Any:
+    """Dot products of the columns of two (3, n) arrays, summed in the order x, y, z."""
+    products = a * b
+    total = products[0]
+    total += products[1]
+    total += products[2]
+    return total
 
 
 def cross(a: NDArray[Real], b: NDArray[Real]) -> NDArray[Real]:
