@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import functools
 import inspect
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from itertools import repeat
 from typing import TYPE_CHECKING, Any, Concatenate, ParamSpec, TypeVar
 
@@ -21,7 +21,7 @@ from pvphong.meshes import transport as transports
 from pvphong.meshes import truth as rendering
 from pvphong.meshes.blocks import DEFAULT, datasets, map_blocks, materials_of
 from pvphong.meshes.default_scene import scene_for
-from pvphong.meshes.surfaces import FeatureAngle, point_normals, shallow_copy, split_sharp_edges, surface
+from pvphong.meshes.surfaces import FeatureAngle, shallow_copy, surface
 from pvphong.meshes.visibility import occluders_of_blocks, visibility_options
 from pvphong.optics.material import Material
 from pvphong.rays.transport import Transport
@@ -38,8 +38,7 @@ if TYPE_CHECKING:
 _PLAIN = Material()
 # Options of `shade` that are not about what there is, but about what is computed of it; and those of surfaces.
 _OF_RUN = "name", "components", "shares_by_bounce", "precision", "backend"
-_WITH_RAYS = "shade", "plan", "refine", "interpolation_error"
-_OF_SURFACES: dict[str, Any] = {"matrix": None, "feature_angle": None}
+_OF_SURFACES = "matrix", "feature_angle"
 
 Options = ParamSpec("Options")
 Result = TypeVar("Result")
@@ -147,50 +146,48 @@ class BlocksPhong:
     @_options_of(MeshPhong.shade)
     def shade(self, scene: SceneLike | None = None, material: Materials = _PLAIN, **options: Any) -> pv.MultiBlock:
         """A new MultiBlock of lit meshes; `visibility` and `transport` are what methods of these names give."""
-        matrix, angle = options.get("matrix"), options.get("feature_angle")
-        given = scene_for(map_blocks(self._blocks, surface), scene, matrix)
-        if not given.light_model.bounces:
-            return map_blocks(self._blocks, self._each("shade", scene, material, options))
-        among = self._exchanging(options.pop("transport", None), matrix, angle, options.get("occluders", ()))
-        parts = iter(among.parts)
+        scene = self._scene(scene, options)
+        if not scene.light_model.bounces:
+            return map_blocks(self._blocks, self._each("shade", scene, self._own(scene, material, options)))
         run = {name: options.pop(name) for name in _OF_RUN if name in options}
-        prepared = []
+        among = self._exchanging(options)
+        own, prepared = self._own(scene, material, options, among.parts), []
 
-        def prepare(block: pv.DataSet, own: Material | str, how: dict[str, Any]) -> pv.DataSet:
-            how = {"feature_angle": None, **how, "transport": next(parts)}
-            prepared.append(lit.prepare(block, given, own, **how))
+        def prepare(block: pv.DataSet) -> pv.DataSet:
+            its_material, how = next(own)
+            prepared.append(lit.prepare(block, scene, its_material, **how))
             return block
 
-        map_blocks(self._blocks, self._each_with(prepare, given, material, options, takes_rays=True))
+        map_blocks(self._blocks, prepare)
         results = lit.lit_together(prepared, among, **run)
         return map_blocks(self._blocks, lambda _: next(results))
 
     @_options_of(MeshPhong.plan)
     def plan(self, scene: SceneLike | None = None, material: Materials = _PLAIN, **options: Any) -> dict[str, Plan]:
         """A plan for each dataset; `visibility` is what `visibility` gives."""
-        return self._by_path(self._each("plan", scene, material, options))
+        scene = self._scene(scene, options)
+        parts = self._exchanging(options).parts if scene.light_model.bounces else None
+        return self._by_path(self._each("plan", scene, self._own(scene, material, options, parts)))
 
     @_options_of(MeshPhong.visibility)
     def visibility(self, scene: SceneLike | None = None, **options: Any) -> dict[str, Visibility]:
         """What the vertices of each dataset see; other blocks may block light."""
-        matrix = options.get("matrix")
-        scene = scene_for(map_blocks(self._blocks, surface), scene, matrix)
-        among = occluders_of_blocks(self._blocks, matrix, options.pop("occluders", ()))
+        scene = self._scene(scene, options)
+        among = occluders_of_blocks(self._blocks, options.get("matrix"), options.pop("occluders", ()))
         return self._by_path(lambda block: block.phong.visibility(scene, occluders=next(among), **options))
 
     @_options_of(MeshPhong.transport)
     def transport(self, **options: Any) -> Transport:
         """How light goes between the vertices of all datasets, one after the other."""
-        given = {name: options.pop(name, default) for name, default in _OF_SURFACES.items()}
-        return transports.transport_of(self._surfaces(given["matrix"], given["feature_angle"]), **options)
+        return transports.transport_of(self._surfaces(*(options.pop(name, None) for name in _OF_SURFACES)), **options)
 
     @_options_of(MeshPhong.truth)
     def truth(
         self, scene: SceneLike | None = None, material: Materials = _PLAIN, **options: Any
     ) -> dict[str, rendering.Truth]:
         """The colours of each dataset by the rendering equation; all blocks reflect each other's light."""
-        where = {name: options.pop(name) for name in ("occluders", "matrix", "feature_angle") if name in options}
-        scene = scene_for(map_blocks(self._blocks, surface), scene, where.get("matrix"))
+        where = {name: options.pop(name) for name in (*_OF_SURFACES, "occluders") if name in options}
+        scene = self._scene(scene, where)
         among = rendering.surroundings_of_blocks(self._blocks, scene, self._materials(material), **where)
         return self._by_path(lambda block: block.phong.truth(scene, occluders=next(among), **options))
 
@@ -211,21 +208,23 @@ class BlocksPhong:
     @_options_of(MeshPhong.refine)
     def refine(self, scene: SceneLike | None = None, material: Materials = _PLAIN, **options: Any) -> pv.MultiBlock:
         """A new MultiBlock of refined meshes, each block by itself; `max_points` is for each block."""
-        return map_blocks(self._blocks, self._inside("refine", scene, material, options))
+        return self._inside("refine", scene, material, options)
 
     @_options_of(MeshPhong.interpolation_error)
     def interpolation_error(
         self, scene: SceneLike | None = None, material: Materials = _PLAIN, **options: Any
     ) -> pv.MultiBlock:
         """A new MultiBlock of meshes with the errors inside triangles."""
-        return map_blocks(self._blocks, self._inside("interpolation_error", scene, material, options))
+        return self._inside("interpolation_error", scene, material, options)
 
     @_options_of(MeshPhong.validate)
     def validate(
         self, scene: SceneLike | None = None, material: Materials = _PLAIN, **options: Any
     ) -> dict[str, Comparison]:
         """A comparison with VTK's own shader for each dataset."""
-        return self._by_path(self._each("validate", scene, material, options))
+        scene = self._scene(scene, options)
+        own = zip(self._materials(material), repeat(options), strict=False)
+        return self._by_path(self._each("validate", scene, own))
 
     @_options_of(MeshPhong.tradeoff)
     def tradeoff(self, scene: SceneLike | None = None, material: Material | str = _PLAIN, **options: Any) -> Tradeoff:
@@ -250,73 +249,52 @@ class BlocksPhong:
         """A new MultiBlock with the blocks' lit colours in other terms."""
         return map_blocks(self._blocks, lambda block: block.phong.color_view(space, **options))
 
+    def _scene(self, given: SceneLike | None, options: Mapping[str, Any]) -> Scene:
+        """What lights all blocks, with a viewer."""
+        return scene_for(map_blocks(self._blocks, surface), given, options.get("matrix"))
+
+    def _own(
+        self, scene: Scene, material: Materials, options: dict[str, Any], transports: Iterable[Any] | None = None
+    ) -> Iterator[tuple[Material | str, dict[str, Any]]]:
+        """Of each dataset its own material, and options with its own rays, and transport where these are given."""
+        materials, own = self._materials(material), visibility_options(self._blocks, scene, options)
+        if transports is not None:
+            own = ({**how, "transport": each} for how, each in zip(own, transports, strict=False))
+        return zip(materials, own, strict=False)
+
     def _each(
-        self, method: str, scene: SceneLike | None, material: Materials, options: dict[str, Any]
+        self, method: str, scene: Scene, own: Iterator[tuple[Material | str, dict[str, Any]]]
     ) -> Callable[[pv.DataSet], Any]:
-        """What calls a method for one dataset after the other, with the scene of all, and its own material and rays."""
-        scene = scene_for(map_blocks(self._blocks, surface), scene, options.get("matrix"))
-        if method == "plan" and scene.light_model.bounces:
-            given = options.pop("transport", None), options.get("matrix"), options.get("feature_angle")
-            parts = iter(self._exchanging(*given, options.get("occluders", ())).parts)
+        """What calls a method for one dataset after the other, with the scene of all, and what is its own."""
 
-            def plan(block: pv.DataSet, own: Material | str, how: dict[str, Any]) -> Plan:
-                return block.phong.plan(scene, own, transport=next(parts), **how)
+        def call(block: pv.DataSet) -> Any:
+            material, how = next(own)
+            return getattr(block.phong, method)(scene, material, **how)
 
-            return self._each_with(plan, scene, material, options, takes_rays=True)
-
-        def call(block: pv.DataSet, own: Material | str, how: dict[str, Any]) -> Any:
-            return getattr(block.phong, method)(scene, own, **how)
-
-        return self._each_with(call, scene, material, options, takes_rays=method in _WITH_RAYS)
+        return call
 
     def _inside(
         self, method: str, scene: SceneLike | None, material: Materials, options: dict[str, Any]
-    ) -> Callable[[pv.DataSet], Any]:
-        """As `_each`, for what looks inside of triangles: light that bounces between all is found at their vertices."""
-        scene = scene_for(map_blocks(self._blocks, surface), scene, options.get("matrix"))
-        if not scene.light_model.bounces:
-            return self._each(method, scene, material, options)
-        how = {name: options[name] for name in (*_OF_SURFACES, "occluders", "transport") if name in options}
-        lit_blocks = self.shade(scene, material, name="pvphong", components=True, precision="float64", **how)
-        blocks = (block for _, block in datasets(lit_blocks))  # one that is alone may have no such array
-        bounced = (np.array(b.point_data.get("pvphong_bounced", np.zeros((b.n_points, 3)))) for b in blocks)
-
-        def look(block: pv.DataSet, own: Material | str, how: dict[str, Any]) -> pv.DataSet:
-            how = how | {"transport": refinement.BouncedLight(next(bounced))}
-            return getattr(block.phong, method)(scene, own, **how)
-
-        return self._each_with(look, scene, material, options, takes_rays=True)
-
-    def _each_with(
-        self,
-        operation: Callable[[pv.DataSet, Material | str, dict[str, Any]], Any],
-        scene: Scene,
-        material: Materials,
-        options: dict[str, Any],
-        *,
-        takes_rays: bool,
-    ) -> Callable[[pv.DataSet], Any]:
-        """What does something with one dataset after the other, its own material, and options with its own rays."""
-        materials = iter(self._materials(material))
-        own = visibility_options(self._blocks, scene, options) if takes_rays else repeat(options)
-        return lambda block: operation(block, next(materials), next(own))
+    ) -> pv.MultiBlock:
+        """What looks inside of triangles: light that bounces between all is found at their vertices."""
+        scene, bounced = self._scene(scene, options), None
+        if scene.light_model.bounces:
+            how = {name: options[name] for name in (*_OF_SURFACES, "occluders", "transport") if name in options}
+            lit_blocks = self.shade(scene, material, name="pvphong", components=True, precision="float64", **how)
+            bounced = (
+                refinement.BouncedLight(np.array(b.point_data.get("pvphong_bounced", np.zeros((b.n_points, 3)))))
+                for _, b in datasets(lit_blocks)  # one that is alone may have no such array
+            )
+        return map_blocks(self._blocks, self._each(method, scene, self._own(scene, material, options, bounced)))
 
     def _surfaces(self, matrix: MatrixLike | None, feature_angle: FeatureAngle) -> list[transports.Exchanging]:
         """All datasets as they exchange light."""
-        found = []
-        for _, block in datasets(self._blocks):
-            source, _ = split_sharp_edges(surface(block), feature_angle)
-            normals = functools.cache(functools.partial(point_normals, source))
-            found.append(transports.Exchanging(source, normals, matrix))
-        return found
+        return [transports.Exchanging.of(block, matrix, feature_angle) for _, block in datasets(self._blocks)]
 
-    def _exchanging(
-        self, given: Any, matrix: MatrixLike | None, feature_angle: FeatureAngle, occluders: Any
-    ) -> Transport:
+    def _exchanging(self, options: dict[str, Any]) -> Transport:
         """How they exchange light: as it is given, or by rays that are cast when they are needed."""
-        surfaces = self._surfaces(matrix, feature_angle)
-        if given is None:
-            return transports.transport_of(surfaces, occluders)
+        given, occluders = options.pop("transport", None), options.get("occluders", ())
+        surfaces = self._surfaces(*(options.get(name) for name in _OF_SURFACES))
         return transports.checked_transport(given, surfaces, occluders)
 
     def _materials(self, material: Materials) -> list[Material | str]:

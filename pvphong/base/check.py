@@ -188,7 +188,11 @@ def array(name: str, value: Any, *, count: int | None = None, allowed: str = _RO
     ValueError
         For another shape, another number of rows, or strings, objects and complex numbers.
     """
-    result = rows(name, value, count=count, allowed=allowed)
+    result = real_array(name, value, allowed)
+    if result.ndim != 2 or result.shape[1] != 3:
+        refuse(name, f"an array of shape {result.shape}", allowed)
+    if count is not None and len(result) != count:
+        refuse(name, f"{len(result)} rows", f"an array with one row per point, {count} rows")
     if result.dtype in (np.float32, np.float64):  # of this machine's byte order
         return result
     native = result.dtype.newbyteorder("=")
@@ -196,16 +200,6 @@ def array(name: str, value: Any, *, count: int | None = None, allowed: str = _RO
         native = np.dtype(np.float64)
     with np.errstate(over="ignore"):  # a long double beyond float64's range becomes infinite
         return result.astype(native, copy=False)
-
-
-def rows(name: str, value: Any, *, count: int | None = None, allowed: str = _ROWS) -> Any:
-    """An (n, 3) array of real numbers of any type; else as `array`."""
-    result = real_array(name, value, allowed)
-    if result.ndim != 2 or result.shape[1] != 3:
-        refuse(name, f"an array of shape {result.shape}", allowed)
-    if count is not None and len(result) != count:
-        refuse(name, f"{len(result)} rows", f"an array with one row per point, {count} rows")
-    return result
 
 
 def real_array(name: str, value: Any, allowed: str) -> Any:

@@ -98,7 +98,7 @@ class Surroundings(Generic[Name]):
 def outline_of(surface: pv.PolyData) -> Outline:
     """Where a surface is."""
     faces, extent = world_faces(surface), Extent(surface.points, None, None)
-    return Outline(extent.box, faces.box if len(faces.sound) else None, surface.n_points)
+    return Outline(extent.box, faces.box, surface.n_points)
 
 
 class _Boxes:

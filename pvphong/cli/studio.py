@@ -5,15 +5,13 @@ from __future__ import annotations
 import importlib.util
 import signal
 from pathlib import Path
-from typing import Annotated
 
 import pyvista as pv
-from cyclopts import Parameter
 
 from pvphong.base import check
-from pvphong.cli.options import SIZE, Lighting, seeing
-from pvphong.cli.view import BACKGROUND
-from pvphong.meshes.pictures import aim, drawing_window, preferring
+from pvphong.cli.options import SIZE, Flag, Lighting, seeing
+from pvphong.cli.view import BACKGROUND, set_scene
+from pvphong.meshes.pictures import drawing_window, preferring
 
 
 def studio(
@@ -23,8 +21,8 @@ def studio(
     scene: Path | None = None,
     port: int = 0,
     host: str = "127.0.0.1",
-    no_browser: Annotated[bool, Parameter(negative="", show_default=False)] = False,
-    keep: Annotated[bool, Parameter(negative="", show_default=False)] = False,
+    no_browser: Flag = False,
+    keep: Flag = False,
 ) -> None:
     """Light a mesh in the browser: its lights, material and scene in panels, gizmos in its view; Ctrl-C ends it.
 
@@ -61,10 +59,7 @@ def studio(
     if mesh is not None:
         outside, rig, material = Lighting(scene=scene).read(mesh)
         rig = seeing(rig, outside, SIZE)
-        aim(plotter, rig.viewer)
-        plotter.phong.light_model = rig.light_model
-        for light in rig.lights:
-            plotter.phong.add_light(light)
+        set_scene(plotter, rig)
         plotter.phong.add_mesh(outside, material)
         plotter.reset_camera_clipping_range()
     if hasattr(signal, "SIGPIPE"):  # a browser that goes in the middle of a frame does not end this, as a pipe's reader

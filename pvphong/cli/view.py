@@ -107,10 +107,7 @@ def show(
     check.color("background", background)
     plotter = pv.Plotter(title=title, lighting="none")
     plotter.set_background(background)
-    aim(plotter, scene.viewer)
-    plotter.phong.light_model = scene.light_model
-    for light in scene.lights:
-        plotter.phong.add_light(light)
+    set_scene(plotter, scene)
     drawn = plotter.phong.add_mesh(mesh, material, feature_angle=feature_angle)
     for occluder in occluders:
         plotter.phong.add_mesh(occluder)
@@ -140,6 +137,14 @@ def show(
     keys = {key: (f"save {what} as {path}", partial(_save, save, path)) for key, (what, path, save) in saved.items()}
     plotter.phong.add_gizmos(keys=keys)
     plotter.show()
+
+
+def set_scene(plotter: pv.Plotter, scene: Scene) -> None:
+    """Give a plotter a scene's viewer, light model and lights."""
+    aim(plotter, scene.viewer)
+    plotter.phong.light_model = scene.light_model
+    for light in scene.lights:
+        plotter.phong.add_light(light)
 
 
 def _save(save: Callable[[Path], Any], path: str) -> str:

@@ -8,6 +8,7 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Callable
+from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
 
@@ -53,6 +54,7 @@ class Sight(NamedTuple):
     """The largest angle in radians between the directions to the target from the centre and from the sphere."""
 
 
+@dataclass(frozen=True, eq=False)
 class Extent:
     """A sphere around all vertices, in world coordinates; computed when an effect first asks.
 
@@ -66,16 +68,9 @@ class Extent:
         (4, 4) model matrix.
     """
 
-    def __init__(
-        self,
-        points: FloatArray,
-        normals: Callable[[], FloatArray] | None,
-        matrix: Float64Array | None,
-    ) -> None:
-        self._points = points
-        self._normals = normals
-        self._matrix = matrix
-        self._sights: dict[Vector, Sight | None] = {}
+    points: FloatArray
+    normals: Callable[[], FloatArray] | None
+    matrix: Float64Array | None
 
     @cached_property
     def box(self) -> Box | None:
@@ -83,56 +78,46 @@ class Extent:
 
         With a matrix it is the box around the transformed box, as VTK has an actor's bounds.
         """
-        if not len(self._points):
+        if not len(self.points):
             return None
-        low, high = box_of(self._points)
-        if self._matrix is not None:
-            corners = transform_points(_corners(low, high), self._matrix)
+        low, high = box_of(self.points)
+        if self.matrix is not None:
+            corners = transform_points(_corners(low, high), self.matrix)
             low, high = corners.min(axis=0), corners.max(axis=0)
         return (low, high) if np.isfinite([low, high]).all() else None
 
     @cached_property
     def sphere(self) -> Sphere | None:
         """Around all vertices; None where there is no point, or one is not finite."""
-        if self.box is None:
-            return None
-        low, high = self.box
-        x, y, z = centre = [a / 2 + b / 2 for a, b in zip(low.tolist(), high.tolist(), strict=True)]
-        reach = (max(b - c, c - a) for a, b, c in zip(low.tolist(), high.tolist(), centre, strict=True))
-        radius = math.hypot(*reach) * ROUNDED_UP
-        return Sphere((x, y, z), radius) if math.isfinite(radius) else None
+        found = None if self.box is None else sphere_around(self.box)
+        return None if found is None or math.isinf(found.radius) else found
 
     def sight(self, target: VectorLike) -> Sight | None:
         """How a target is seen; None where nothing is known of the vertices, or it is in the middle of them."""
-        x, y, z = target
-        place = x, y, z
-        if place not in self._sights:
-            self._sights[place] = None
-            if self.sphere is not None:
-                (cx, cy, cz), radius = self.sphere
-                x, y, z = x - cx, y - cy, z - cz
-                distance = math.hypot(x, y, z)
-                if 0.0 < distance < math.inf:
-                    turn = math.pi if distance <= radius else math.asin(min(radius / distance, 1.0)) * ROUNDED_UP
-                    direction = x / distance, y / distance, z / distance
-                    self._sights[place] = Sight(direction, distance, radius, turn)
-        return self._sights[place]
+        if self.sphere is None:
+            return None
+        x, y, z = (there - here for there, here in zip(target, self.sphere.center, strict=True))
+        distance, radius = math.hypot(x, y, z), self.sphere.radius
+        if not 0.0 < distance < math.inf:
+            return None
+        turn = math.pi if distance <= radius else math.asin(min(radius / distance, 1.0)) * ROUNDED_UP
+        return Sight((x / distance, y / distance, z / distance), distance, radius, turn)
 
     @cached_property
     def normal_cone(self) -> tuple[Vector, float] | None:
         """A unit axis, and an angle in radians within which all normals lie from it; None if unknown."""
-        if self._normals is None or not len(self._points):
+        if self.normals is None or not len(self.points):
             return None
-        kind = MatrixClass.TRANSLATION if self._matrix is None else class_of(self._matrix)
+        kind = MatrixClass.TRANSLATION if self.matrix is None else class_of(self.matrix)
         if kind is MatrixClass.GENERAL:
             return None
-        normals = self._normals()
+        normals = self.normals()
         some = normals[:: max(len(normals) // _SOME, 1)]  # where these have no cone, all hardly have one
         stored = None if _cone(*box_of(some)) is None else _cone(*box_of(normals))
-        if stored is None or self._matrix is None or kind.keeps_normals:
+        if stored is None or self.matrix is None or kind.keeps_normals:
             return stored
         axis, angle = stored
-        x, y, z = transform_normals([axis], self._matrix)[0].tolist()
+        x, y, z = transform_normals([axis], self.matrix)[0].tolist()
         return (x, y, z), angle
 
 
@@ -159,6 +144,14 @@ def _cone(low: Float64Array, high: Float64Array) -> tuple[Vector, float] | None:
 def _corners(low: Float64Array, high: Float64Array) -> Float64Array:
     """The corners of the box between two, shape (8, 3)."""
     return np.array(list(itertools.product(*zip(low.tolist(), high.tolist(), strict=True))))
+
+
+def sphere_around(box: Box) -> Sphere:
+    """Around a box; its radius is infinite where that is beyond the floats."""
+    low, high = (end.tolist() for end in box)
+    x, y, z = centre = [a / 2 + b / 2 for a, b in zip(low, high, strict=True)]
+    reach = (max(b - c, c - a) for a, b, c in zip(low, high, centre, strict=True))
+    return Sphere((x, y, z), math.hypot(*reach) * ROUNDED_UP)
 
 
 def box_of(rows: FloatArray) -> Box:

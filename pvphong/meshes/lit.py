@@ -22,7 +22,7 @@ from pvphong.meshes.blocks import leaves, map_blocks
 from pvphong.meshes.default_scene import scene_for
 from pvphong.meshes.point_data import surface_and_maps, tangents_from
 from pvphong.meshes.surfaces import FeatureAngle, point_normals, shallow_copy, split_sharp_edges, surface
-from pvphong.meshes.transport import Exchanging, checked_transport, transport_of
+from pvphong.meshes.transport import Exchanging, checked_transport
 from pvphong.meshes.visibility import KnownOccluders, visibility_of
 from pvphong.optics.maps import maps_on_material
 from pvphong.optics.material import Material, as_material
@@ -147,7 +147,7 @@ def prepare(
     scene: SceneLike | None,
     material: Material | str,
     *,
-    feature_angle: FeatureAngle,
+    feature_angle: FeatureAngle = None,
     tolerance: float = 0.0,
     matrix: MatrixLike | None = None,
     **rays: Any,
@@ -432,9 +432,7 @@ def vertices_of(
     if isinstance(transport, TransportPart):
         among = transport
     elif scene.light_model.bounces:
-        own = [Exchanging(source, normals, matrix)]
-        whole = transport_of(own, occluders) if transport is None else checked_transport(transport, own, occluders)
-        (among,) = whole.parts
+        (among,) = checked_transport(transport, [Exchanging(source, normals, matrix)], occluders).parts
     if among is not None and among.blocking is not None:
         occluders = KnownOccluders(*among.blocking)  # the same ones: what rays are tested with is built once
     seen: VisibilityLike | None = None

@@ -13,7 +13,7 @@ from vtkmodules.util.numpy_support import vtk_to_numpy
 from pvphong.base import check, host
 from pvphong.base.color import linear_from_srgb
 from pvphong.base.processes import reading
-from pvphong.base.types import BoolArray, Float64Array, FloatArray, IntArray
+from pvphong.base.types import Float64Array, FloatArray, IntArray
 from pvphong.geometry.normals import point_tangents
 from pvphong.meshes.surfaces import FeatureAngle, has_faces, polygons, split_sharp_edges, surface
 from pvphong.optics.maps import COLORS, SHINIEST, Map, is_image_path, is_texture
@@ -154,6 +154,7 @@ def _checked(name: str, given: Any, mesh: pv.DataSet) -> Any:
 
 # vtkTexture's numbers for what is beyond the picture; 3 is its border colour.
 _EDGE, _REPEAT, _MIRROR, _BORDER = range(4)
+_BEYOND: tuple[Any, ...] = ("edge", "wrap", "symmetric", "constant")  # the same, of `numpy.pad`
 _MAPPED = 1  # its colour mode with a lookup table
 
 # Points that are looked up at once: their texels stay in the caches.
@@ -203,15 +204,15 @@ def texture_colors(texture: Any, source: pv.PolyData, name: str = "albedo") -> F
         is_there = np.isfinite(uv).all(axis=1)
         u, v = np.where(is_there, uv.T, 0.0)
         total = result[start : start + _AT_ONCE]
-        for row, is_row, part in _neighbours(v, texels.shape[0], wrap):
-            for column, is_column, share in _neighbours(u, texels.shape[1], wrap):
+        for row, part in _neighbours(v, texels.shape[0], wrap):
+            for column, share in _neighbours(u, texels.shape[1], wrap):
                 colors = texels[row, column]
                 if texels.dtype == np.uint8:
                     colors = np.take(table, colors)
                 elif is_encoded:
                     colors = linear_from_srgb(colors.astype(np.float64))
                 if wrap == _BORDER:
-                    colors = np.where((is_row & is_column)[:, None], colors, border)
+                    colors = np.where(((row >= 0) & (column >= 0))[:, None], colors, border)
                 total += (part * share)[:, None] * colors
         total[~is_there] = np.nan
     return result
@@ -246,22 +247,17 @@ def _texels(texture: Any, name: str) -> NDArray[Any]:
     return texels[..., :3] if texels.shape[2] > 2 else texels[..., :1]
 
 
-def _neighbours(place: Float64Array, size: int, wrap: int) -> list[tuple[IntArray, BoolArray, Float64Array]]:
-    """The texels before and behind places along an axis: numbers, whether they are those, and weights."""
-    # into one period, or next to the picture, so that whole numbers hold it
-    reduced = {_REPEAT: place % 1.0, _MIRROR: place % 2.0}.get(wrap, np.clip(place, -1.0, 2.0))
-    first = np.floor(reduced * size - 0.5)
-    behind = reduced * size - 0.5 - first
-    found = []
-    for number, weight in ((first.astype(np.intp), 1.0 - behind), (first.astype(np.intp) + 1, behind)):
-        if wrap == _REPEAT:
-            inside = number % size
-        elif wrap == _MIRROR:
-            inside = np.minimum(number % (2 * size), 2 * size - 1 - number % (2 * size))
-        else:
-            inside = np.clip(number, 0, size - 1)
-        found.append((inside, inside == number, weight))
-    return found
+def _neighbours(place: Float64Array, size: int, wrap: int) -> list[tuple[IntArray, Float64Array]]:
+    """The texels before and behind places along an axis, by their numbers, and weights; −1 is the border."""
+    numbers = np.pad(np.arange(1, size + 1), (1, 2), _BEYOND[wrap]) - 1  # it pads with 0
+    if wrap == _REPEAT:
+        place = place % 1.0
+    elif wrap == _MIRROR:
+        place = 1.0 - np.abs(place % 2.0 - 1.0)
+    middles = np.clip(np.clip(place, -1.0, 2.0) * size - 0.5, -1.0, size)
+    first = np.floor(middles).astype(np.intp)
+    behind = middles - first
+    return [(numbers[first + 1], 1.0 - behind), (numbers[first + 2], behind)]
 
 
 def tangents_from(source: pv.PolyData, normals: Callable[[], FloatArray]) -> Callable[[], FloatArray] | None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Callable, Sequence
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Self
 
 import pyvista as pv
 
@@ -29,6 +29,12 @@ class Exchanging(NamedTuple):
     source: pv.PolyData
     normals: Callable[[], FloatArray]
     matrix: MatrixLike | None
+
+    @classmethod
+    def of(cls, mesh: pv.DataSet, matrix: MatrixLike | None, feature_angle: FeatureAngle) -> Self:
+        """A dataset's; its normals are found when they are first used."""
+        source, _ = split_sharp_edges(surface(mesh), feature_angle)
+        return cls(source, functools.cache(lambda: point_normals(source)), matrix)
 
 
 def transport(
@@ -80,9 +86,7 @@ def transport(
     >>> bowl = pv.Sphere(end_phi=90).flip_faces().compute_normals(auto_orient_normals=False, consistent_normals=False)
     >>> seen = bowl.phong.transport().gather(np.ones((bowl.n_points, 3)))
     """
-    source, _ = split_sharp_edges(surface(mesh), feature_angle)
-    normals = functools.cache(lambda: point_normals(source))
-    return transport_of([Exchanging(source, normals, matrix)], occluders, samples, memory)
+    return transport_of([Exchanging.of(mesh, matrix, feature_angle)], occluders, samples, memory)
 
 
 def transport_of(
@@ -98,13 +102,15 @@ def transport_of(
 
 
 def checked_transport(given: Any, surfaces: Sequence[Exchanging], occluders: Any = ()) -> Transport:
-    """What a user gives as the transport of some surfaces.
+    """What a user gives as the transport of some surfaces; where that is None, by rays when it is first used.
 
     Raises
     ------
     ValueError
         If it is none, or was made for other surfaces or occluders.
     """
+    if given is None:
+        return transport_of(surfaces, occluders)
     if not isinstance(given, Transport):
         check.refuse("transport", type(given).__name__, "what mesh.phong.transport() gives")
     given.refuse_other(checksum_of(_tracer(surfaces, occluders, _MULTIPLE)))

@@ -15,10 +15,10 @@ import functools
 import importlib.util
 import math
 import warnings
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Self
 
 import numpy as np
 import pyvista as pv
@@ -27,13 +27,12 @@ from vtkmodules.vtkCommonCore import mutable
 from vtkmodules.vtkCommonDataModel import vtkStaticCellLocator
 
 from pvphong.base import check
-from pvphong.base.formulas import FAINTEST
 from pvphong.base.processes import available_memory
 from pvphong.base.types import BoolArray, Float64Array, FloatArray, IntArray
-from pvphong.geometry.extent import Box, Sphere, box_of
+from pvphong.geometry.extent import Box, Sphere, box_of, sphere_around
 from pvphong.geometry.rays import LONGEST, NEAR, begun_near, is_near
 from pvphong.rays import embree
-from pvphong.rays.embree import EmbreeScene
+from pvphong.rays.embree import Embree, casters_of
 from pvphong.shading import kernel
 from pvphong.shading.kernel import Casters
 
@@ -88,17 +87,14 @@ class BlockingFaces:
         return BlockingFaces(self.points[used], corners.reshape(-1, 3))
 
     @cached_property
-    def box(self) -> Box:
-        """Least and greatest coordinates, shape (3,), of those that are sound; 0 where there is none."""
-        return box_of(self.sound.points if len(self.sound) else np.zeros((1, 3)))
+    def box(self) -> Box | None:
+        """Least and greatest coordinates, shape (3,), of those that are sound; None where there is none."""
+        return box_of(self.sound.points) if len(self.sound) else None
 
-    @cached_property
+    @property
     def sphere(self) -> Sphere | None:
         """Around those that are sound; None where there is none."""
-        low, high = self.box
-        half = high / 2 - low / 2
-        x, y, z = (low + half).tolist()
-        return Sphere((x, y, z), float(np.hypot.reduce(half)) * (1.0 + 1e-9)) if len(self.sound) else None
+        return None if self.box is None else sphere_around(self.box)
 
 
 class Hits(NamedTuple):
@@ -110,6 +106,11 @@ class Hits(NamedTuple):
     """Shape (n, 2): of their second and third corners; the first has the rest of 1."""
     distances: Float64Array
     """Shape (n,): how far that is; infinity where nothing is met."""
+
+    @classmethod
+    def none(cls, count: int) -> Self:
+        """Of so many rays that meet nothing."""
+        return cls(np.full(count, -1), np.zeros((count, 2)), np.full(count, math.inf))
 
 
 class Triangles(NamedTuple):
@@ -126,44 +127,17 @@ class Triangles(NamedTuple):
 # --- backends
 
 
-class Embree:
-    """Intel's Embree, called by compiled code (the extras `rays` and `fast`), in single precision."""
-
-    title = "compiled code and Embree"
-
-    def __init__(self, faces: BlockingFaces) -> None:
-        self.scene = EmbreeScene(faces.points, faces.corners)
-        self._count = len(faces)
-
-    def blocked(self, origins: Float64Array, directions: FloatArray, lengths: Float64Array) -> BoolArray:
-        """Whether a triangle is met: origins and unit vectors (n, 3), lengths (n,), all of moderate size."""
-        return kernel.rays_blocked(origins, directions, lengths, casters_of([self.scene], [(0.0, 0.0, 0.0, 1.0)]))
-
-    def first(self, origins: Float64Array, directions: FloatArray, lengths: Float64Array) -> Hits:
-        """What is met first, of rays as for `blocked`."""
-        own = Triangles(np.zeros(1, np.int64), np.arange(self._count), np.zeros((0, 3), np.int64))
-        casters = casters_of([self.scene], [(0.0, 0.0, 0.0, 1.0)])
-        return Hits(*kernel.ray_hits(origins, directions, lengths, casters, own))
-
-
-def casters_of(scenes: Sequence[EmbreeScene], places: Sequence[Sequence[float]]) -> Casters:
-    """Scenes, and what brings rays to their coordinates, as compiled code takes them."""
-    handles = np.array([scene.handle for scene in scenes], np.int64)
-    functions = embree.address_of_test(), embree.address_of_find()
-    return Casters(*functions, handles, np.array(places, np.float64).reshape(-1, 4), scenes)
-
-
 class Embreex:
     """Embree by embreex's own calls (the extra `rays`): the same, slower."""
 
     title = "embreex's own calls, which are slower"
 
-    def __init__(self, faces: BlockingFaces) -> None:
+    def __init__(self, points: Float64Array, corners: NDArray[np.int64]) -> None:
         from embreex.mesh_construction import TriangleMesh
         from embreex.rtcore_scene import EmbreeScene
 
         self._scene = EmbreeScene(robust=True)
-        self._mesh = TriangleMesh(self._scene, faces.points.astype(np.float32), faces.corners.astype(np.int32))
+        self._mesh = TriangleMesh(self._scene, points.astype(np.float32), corners.astype(np.int32))
         self.blocked(np.zeros((1, 3)), np.array([[0.0, 0.0, 1.0]]), np.ones(1))  # the first ray builds the tree
 
     def blocked(self, origins: Float64Array, directions: FloatArray, lengths: Float64Array) -> BoolArray:
@@ -173,13 +147,13 @@ class Embreex:
         return found
 
     def first(self, origins: Float64Array, directions: FloatArray, lengths: Float64Array) -> Hits:
-        """As `Embree.first`."""
+        """What is met first, of rays as for `blocked`."""
         rays = (np.ascontiguousarray(a, np.float32) for a in (origins, directions))
         found = self._scene.run(*rays, dists=lengths.astype(np.float32), query="INTERSECT", output=True)
-        triangles = np.where(found["geomID"] >= 0, found["primID"], -1).astype(np.int64)
-        met = triangles >= 0
-        weights = np.where(met[:, None], np.stack([found["u"], found["v"]], axis=1), np.float32(0.0))
-        return Hits(triangles, weights, np.where(met, found["tfar"].astype(np.float64), math.inf))
+        result, met = Hits.none(len(lengths)), found["geomID"] >= 0
+        result.triangles[met], result.distances[met] = found["primID"][met], found["tfar"][met]
+        result.weights[met] = np.stack([found["u"], found["v"]], axis=1)[met]
+        return result
 
 
 # Places on triangles are rounded too: with a tolerance of 0 some are missed.
@@ -191,10 +165,9 @@ class Locator:
 
     title = "VTK, which takes long"
 
-    def __init__(self, faces: BlockingFaces) -> None:
-        self._faces = faces
+    def __init__(self, points: Float64Array, corners: NDArray[np.int64]) -> None:
         self._locator = vtkStaticCellLocator()
-        self._locator.SetDataSet(pv.PolyData.from_regular_faces(faces.points, faces.corners, deep=True))
+        self._locator.SetDataSet(pv.PolyData.from_regular_faces(points, corners, deep=True))
         self._locator.BuildLocator()
 
     def blocked(self, origins: Float64Array, directions: FloatArray, lengths: Float64Array) -> BoolArray:
@@ -202,24 +175,17 @@ class Locator:
         return self.first(origins, directions, lengths).triangles >= 0
 
     def first(self, origins: Float64Array, directions: FloatArray, lengths: Float64Array) -> Hits:
-        """As `Embree.first`."""
+        """As `Embreex.first`."""
         ends = origins + lengths[:, None] * directions
         meet: Any = self._locator.IntersectWithLine  # VTK's annotations have no numbers that it changes
         of_vtk: list[Any] = [mutable(0.0), mutable(0), mutable(0)]
         (t, part, cell), where, inside = of_vtk, [0.0] * 3, [0.0] * 3
-        triangles, shares = np.full(len(origins), -1), np.full(len(origins), math.inf)
+        result = Hits.none(len(origins))
         for row, (a, b) in enumerate(zip(origins.tolist(), ends.tolist(), strict=True)):
             if meet(a, b, _TOLERANCE, t, where, inside, part, cell):
-                triangles[row], shares[row] = cell.get(), t.get()
-        distances = np.where(triangles >= 0, shares, 0.0) * lengths
-        places = origins + distances[:, None] * directions
-        a, b, c = self._faces.points[self._faces.corners[triangles]].transpose(1, 0, 2).astype(np.float64)
-        across = np.cross(b - a, c - a)
-        square = np.maximum((across * across).sum(axis=1), FAINTEST)
-        second = (np.cross(places - a, c - a) * across).sum(axis=1) / square
-        third = (np.cross(b - a, places - a) * across).sum(axis=1) / square
-        weights = np.where(triangles[:, None] >= 0, np.stack([second, third], axis=1), 0.0)
-        return Hits(triangles, weights, np.where(triangles >= 0, distances, math.inf))
+                result.triangles[row], result.weights[row] = cell.get(), inside[:2]
+                result.distances[row] = t.get() * lengths[row]
+        return result
 
 
 def ray_backend() -> tuple[type[Embree | Embreex | Locator], str]:
@@ -239,20 +205,21 @@ class Caster:
     Parameters
     ----------
     faces : BlockingFaces
-        Triangles without an area, or with a corner that is not finite, block nothing.
+        Triangles without an area, or with a corner that is not finite, block nothing; there are others.
     within : (low, high), optional
         Around these triangles and others: rays are rounded, and begin, as they do with all of them. The triangles' own
         box if not given.
     """
 
     def __init__(self, faces: BlockingFaces, within: Box | None = None) -> None:
-        low, high = within or faces.box
+        box = within or faces.box
+        assert box is not None
+        low, high = box
         half = high / 2 - low / 2
         self._middle: Float64Array = low + half
         self._exponent = int(np.frexp(half.max())[1])
         scaled = np.ldexp(faces.sound.points - self._middle, -self._exponent)
-        self.backend = ray_backend()[0](BlockingFaces(scaled, faces.sound.corners)) if len(faces.sound) else None
-        """None without triangles."""
+        self.backend: Any = ray_backend()[0](scaled, faces.sound.corners)
 
     @property
     def place(self) -> tuple[float, ...]:
@@ -282,50 +249,44 @@ class Caster:
             Shape (n,), bool.
         """
         result = np.zeros(len(directions), bool)
-        for start in range(0, len(origins), _RAYS_AT_ONCE) if self.backend else ():
-            part = slice(start, start + _RAYS_AT_ONCE)
-            rows, starts, towards, lengths, _ = self._near(origins[part], directions[part], distances[part])
-            if self.backend and len(rows):
-                result[start + rows] = self.backend.blocked(starts, towards, lengths)
+        for rows, starts, towards, lengths, _ in self._near(origins, directions, distances):
+            result[rows] = self.backend.blocked(starts, towards, lengths)
         return result
 
     def first(self, origins: FloatArray, directions: FloatArray, distances: FloatArray) -> Hits:
         """What is met first, of rays as for `blocked`; triangles are numbered as `BlockingFaces.sound` has them."""
-        count = len(directions)
-        result = Hits(np.full(count, -1), np.zeros((count, 2)), np.full(count, math.inf))
-        for start in range(0, count, _RAYS_AT_ONCE) if self.backend else ():
-            part = slice(start, start + _RAYS_AT_ONCE)
-            rows, starts, towards, lengths, shorter = self._near(origins[part], directions[part], distances[part])
-            if self.backend and len(rows):
-                hits = self.backend.first(starts, towards, lengths)
-                result.triangles[start + rows], result.weights[start + rows] = hits.triangles, hits.weights
-                result.distances[start + rows] = np.ldexp(hits.distances + shorter, self._exponent)
+        result = Hits.none(len(directions))
+        for rows, starts, towards, lengths, shorter in self._near(origins, directions, distances):
+            hits = self.backend.first(starts, towards, lengths)
+            result.triangles[rows], result.weights[rows] = hits.triangles, hits.weights
+            result.distances[rows] = np.ldexp(hits.distances + shorter, self._exponent)
         return result
 
     def _near(
         self, origins: FloatArray, directions: FloatArray, distances: FloatArray
-    ) -> tuple[IntArray, Float64Array, FloatArray, Float64Array, Float64Array]:
-        """Rays that may meet something: their numbers, origins, directions and lengths as the backend takes them.
+    ) -> Iterator[tuple[IntArray, Float64Array, FloatArray, Float64Array, Float64Array]]:
+        """Rays that may meet something, some at once: their numbers, and what the backend takes of them.
 
         The last array says by how much they are shorter there, for they begin nearer to the triangles.
         """
-        with np.errstate(over="ignore", invalid="ignore"):
-            starts = np.ldexp(origins - self._middle, -self._exponent)
-            is_far = ~is_near(starts.T, NEAR)
-            lengths = np.ldexp(np.asarray(distances, np.float64), -self._exponent)
-            can_meet, shorter = np.isfinite(directions).all(axis=1), np.zeros(len(starts))
-            if is_far.any():
-                far = starts[is_far].T, directions[is_far].T
-                shorter[is_far] = -begun_near(*far, 0.0)[1]
-                moved, lengths[is_far] = begun_near(*far, lengths[is_far])
-                starts[is_far] = np.transpose(moved)
-                can_meet &= is_near(starts.T, 2.0 * NEAR)
-        can_meet &= lengths > 0.0
-        lengths = np.minimum(lengths, LONGEST)
-        rows = np.flatnonzero(can_meet)
-        if len(rows) == len(starts):
-            return rows, starts, directions, lengths, shorter
-        return rows, starts[rows], directions[rows], lengths[rows], shorter[rows]
+        for begin in range(0, len(origins), _RAYS_AT_ONCE):
+            part = slice(begin, begin + _RAYS_AT_ONCE)
+            towards = directions[part]
+            with np.errstate(over="ignore", invalid="ignore"):
+                starts = np.ldexp(origins[part] - self._middle, -self._exponent)
+                is_far = ~is_near(starts.T, NEAR)
+                lengths = np.ldexp(np.asarray(distances[part], np.float64), -self._exponent)
+                can_meet, shorter = np.isfinite(towards).all(axis=1), np.zeros(len(starts))
+                if is_far.any():
+                    far = starts[is_far].T, towards[is_far].T
+                    shorter[is_far] = -begun_near(*far, 0.0)[1]
+                    moved, lengths[is_far] = begun_near(*far, lengths[is_far])
+                    starts[is_far] = np.transpose(moved)
+                    can_meet &= is_near(starts.T, 2.0 * NEAR)
+            can_meet &= lengths > 0.0
+            rows = np.flatnonzero(can_meet)
+            if len(rows):
+                yield begin + rows, starts[rows], towards[rows], np.minimum(lengths[rows], LONGEST), shorter[rows]
 
 
 @functools.cache
@@ -358,24 +319,9 @@ class Occluders:
         self.parts, self._within = tuple(parts), within
 
     @property
-    def count(self) -> int:
-        """The number of triangles."""
-        return sum(self.counts)
-
-    @property
     def counts(self) -> list[int]:
         """The number of triangles of each part."""
         return list(map(len, self.parts))
-
-    @property
-    def boxes(self) -> list[Box | None]:
-        """Around each part, least and greatest coordinates; None for one without a triangle."""
-        return [part.box if len(part.sound) else None for part in self.parts]
-
-    @property
-    def spheres(self) -> list[Sphere | None]:
-        """Around each part; None for one without a triangle."""
-        return [part.sphere for part in self.parts]
 
     @cached_property
     def _groups(self) -> list[list[int]]:
@@ -383,7 +329,7 @@ class Occluders:
 
         Parts of one surface share one, whatever their sizes.
         """
-        left = [(sphere.radius, index) for index, sphere in enumerate(self.spheres) if sphere is not None]
+        left = [(part.sphere.radius, index) for index, part in enumerate(self.parts) if part.sphere is not None]
         left.sort(reverse=True)
         groups: list[list[int]] = []
         while left:
@@ -401,10 +347,10 @@ class Occluders:
         ValueError
             If they would take more memory than there is.
         """
-        available = available_memory()
-        needed = self.count * BYTES_PER_TRIANGLE
+        available, count = available_memory(), sum(self.counts)
+        needed = count * BYTES_PER_TRIANGLE
         if available is not None and needed > available:
-            got = f"{self.count:,} triangles, which take about {needed / 1e9:.3g} GB"
+            got = f"{count:,} triangles, which take about {needed / 1e9:.3g} GB"
             allowed = f"as many as fit into the {available / 1e9:.3g} GB of memory that are free"
             check.refuse("occluders", got, allowed, "Fewer will do for shadows: mesh.decimate(0.9) takes nine in ten.")
         casters = []
@@ -417,7 +363,7 @@ class Occluders:
     @cached_property
     def triangles(self) -> Triangles:
         """Those of all parts, one part after the other."""
-        firsts = np.cumsum([0, *map(len, self.parts)])
+        firsts = np.cumsum([0, *self.counts])
         numbers = [
             np.concatenate([firsts[index] + self.parts[index].sound_numbers for index in group])
             for group in self._groups
@@ -440,9 +386,10 @@ class Occluders:
     @cached_property
     def compiled(self) -> Casters | None:
         """As compiled code casts rays at them; None where it does not."""
-        casters = [caster for caster in self.casters if caster.backend is not None]
-        scenes = [caster.backend.scene for caster in casters if isinstance(caster.backend, Embree)]
-        return casters_of(scenes, [each.place for each in casters]) if len(scenes) == len(casters) > 0 else None
+        scenes = [caster.backend for caster in self.casters if isinstance(caster.backend, Embree)]
+        if not scenes or len(scenes) < len(self.casters):  # code may have come between one caster and the next
+            return None
+        return casters_of(scenes, [caster.place for caster in self.casters])
 
     def resolution(self, part: int | None) -> float:
         """The length that is resolved at a part, or else at the finest one; 0 without any."""
@@ -469,8 +416,7 @@ class Occluders:
         """
         if self.compiled is not None:
             return Hits(*kernel.ray_hits(origins, directions, distances, self.compiled, self.triangles))
-        count = len(directions)
-        result = Hits(np.full(count, -1), np.zeros((count, 2)), np.full(count, math.inf))
+        result = Hits.none(len(directions))
         for caster, start in zip(self.casters, self.triangles.starts, strict=True):
             hits = caster.first(origins, directions, np.minimum(distances, result.distances))
             met = np.flatnonzero(hits.triangles >= 0)

@@ -273,16 +273,6 @@ def _joined(pairs: NDArray[np.uint32]) -> NDArray[np.uint64]:
 # --- paths
 
 
-class Traced(NamedTuple):
-    """What paths gave."""
-
-    rgb: Float64Array
-    """Shape (n, 3), not clamped."""
-    standard_error: Float64Array
-    """Shape (n, 3)."""
-    rays: int
-
-
 class _Bundle(NamedTuple):
     """Paths that are at one reflector."""
 
@@ -330,8 +320,11 @@ class PathTracer:
     samples: int
     seed: int
 
-    def trace(self, part: int, receiver: Receiver) -> Traced:
-        """The colours of the vertices of one reflector, as the scene's viewer sees them."""
+    def trace(self, part: int, receiver: Receiver) -> tuple[Float64Array, Float64Array, int]:
+        """The colours of the vertices of one reflector, as the scene's viewer sees them.
+
+        They are not clamped; beside them their standard errors, shape (n, 3) both, and the number of rays.
+        """
         count, terms = len(receiver.points), self.reflectors[part].equation.terms
         rgb, error, rays = np.zeros((count, 3)), np.zeros((count, 3)), list[int]()
         rounds = max(LEAST_SAMPLES, 1 << (self.samples.bit_length() - 1) // 2)
@@ -353,7 +346,7 @@ class PathTracer:
 
         paths_at_once = _PATHS_OF_VTK_AT_ONCE if self.occluders.are_slow else _PATHS_AT_ONCE
         threads.run(work, count, max(paths_at_once // self.samples, 1))
-        return Traced(rgb, error, sum(rays))
+        return rgb, error, sum(rays)
 
     def _seen_by_viewer(self, part: int, receiver: Receiver, vertices: IntArray) -> Interaction:
         """Some vertices, as evaluators see them."""

@@ -105,8 +105,6 @@ def look(
         step = max(rays_at_once // max(len(vertices), 1) // _AT_ONCE, 1) * _AT_ONCE
         parts = [cast(vertices, start, min(start + step, end)) for start in range(begin, end, step)]
         rays.extend(each.rays for each in parts)
-        if len(parts) == 1:
-            return parts[0].sent, parts[0].seen, parts[0].scale
         return np.concatenate([p.sent for p in parts]), np.concatenate([p.seen for p in parts]), parts[0].scale
 
     def go_on(vertices: IntArray, sent: FloatArray, seen: FloatArray) -> None:
@@ -155,8 +153,6 @@ def _estimate(sent: FloatArray, seen: FloatArray) -> tuple[Float64Array, Float64
     sum_sent, sum_seen = (each.reshape(folds).sum(axis=1).sum(axis=0, dtype=np.float64) for each in (sent, seen))
     whole = np.where(sum_sent > 0.0, sum_sent, 1.0)
     part = np.clip(sum_seen / whole, 0.0, 1.0)
-    if count == 1:
-        return part, np.zeros(len(part))
     off = seen - part.astype(np.float32) * sent
     numbers, apart = np.arange(count), sobol.NEIGHBOURS[count.bit_length() - 1]
     one = numbers[numbers < numbers ^ apart]

@@ -93,20 +93,15 @@ class HemisphereTracer:
         """Shape (n,): which vertices may see anything, for some of it is above their tangent planes."""
         result = np.zeros(len(receiver.points), bool)
         slack = self.occluders.resolution(receiver.part)
-        for index, box in enumerate(self.occluders.boxes):
-            if box is None or (index == receiver.part and receiver.is_convex):
+        for index, part in enumerate(self.occluders.parts):
+            if part.box is None or (index == receiver.part and receiver.is_convex):
                 continue
-            low, high = box
+            low, high = part.box
             middle, half, normals = low / 2 + high / 2, high / 2 - low / 2, receiver.unit_normals
             with np.errstate(invalid="ignore"):
                 height = ((middle - receiver.points) * normals).sum(axis=1) + np.abs(normals) @ half
                 result |= height > slack
         return result & (receiver.unit_normals != 0.0).any(axis=1)
-
-    @property
-    def vertices_at_once(self) -> int:
-        """So many whose rays a thread casts before it can be interrupted."""
-        return max((_RAYS_OF_VTK_AT_ONCE if self.occluders.are_slow else _RAYS_AT_ONCE) // self.samples, 1)
 
     def cast(self, found: Met, rows: IntArray | None = None) -> int:
         """Cast the rays of all vertices, or of some of the first receiver's; gives how many.
@@ -121,7 +116,8 @@ class HemisphereTracer:
         compiled, sampling = self.occluders.compiled, Sampling(sky_frame, sky_sample, sky_seen, (math.inf, 1.0))
         numbers, triangles = np.asarray(sampling.numbers, np.float64), self.triangles
         stages = None if compiled is None else kernel.stages_of(sampling)
-        rays, pieces, step = list[int](), list[Callable[[], None]](), self.vertices_at_once
+        rays, pieces = list[int](), list[Callable[[], None]]()
+        step = max((_RAYS_OF_VTK_AT_ONCE if self.occluders.are_slow else _RAYS_AT_ONCE) // self.samples, 1)
 
         def add_pieces_of(receiver: Receiver, own: IntArray, start: int) -> None:
             seeing, height = self.may_see(receiver)[own], self.occluders.resolution(receiver.part)
@@ -144,11 +140,9 @@ class HemisphereTracer:
             starts = range(0, len(own), step)
             pieces.extend(partial(work, first, min(first + step, len(own))) for first in starts)
 
-        for receiver, start in zip(self.receivers, self.starts.tolist(), strict=False):
-            if rows is None:
-                add_pieces_of(receiver, np.arange(len(receiver.points)), start)
-            elif receiver is self.receivers[0]:
-                add_pieces_of(receiver, rows, start)
+        among = self.receivers if rows is None else self.receivers[:1]
+        for receiver, start in zip(among, self.starts.tolist(), strict=False):
+            add_pieces_of(receiver, np.arange(len(receiver.points)) if rows is None else rows, start)
         with text.about("rays between vertices"):
             threads.run(lambda first, _last: pieces[first](), len(pieces), 1)
         return sum(rays)
@@ -354,42 +348,6 @@ class Transport:
         """Shape (n,): of the rows that are kept, the share of rays that meet a front."""
         return (self._met >= 0).mean(axis=1)
 
-    def most(self, part: int) -> float:
-        """The most that a row of a mesh's vertices adds up to: as it is, or as far as is known before rays are cast."""
-        if self._kept is not None:
-            return float(self._sums[self.slices[part]].max(initial=0.0))
-        if self._tracer is None:
-            return 1.0
-        own, occluders = self._tracer.receivers[part], self._tracer.occluders
-        if own.part is not None and not own.is_convex:
-            return 1.0
-        others = [each.part for each in self._tracer.receivers if each is not own and each.part is not None]
-        spheres = [sphere for part in others if (sphere := occluders.spheres[part]) is not None]
-        if not spheres or own.extent.sphere is None:
-            return float(bool(spheres))
-        center, radius = own.extent.sphere
-        share = 0.0  # a sphere straight ahead, seen under the angle α to its rim, fills sin²α
-        for sphere in spheres:
-            nearest = math.dist(sphere.center, center) - radius
-            share += (sphere.radius / nearest) ** 2 if nearest > sphere.radius else 1.0
-        # of finitely many rays: four times the standard error of as many random ones more, and one ray
-        sampled = share + 4.0 * math.sqrt(share / self.samples) + 1.0 / self.samples
-        return min(sampled, 1.0)
-
-    def why_nothing(self, part: int) -> str:
-        """Why no vertex of a mesh sees a front; "" where one may. No ray is cast for it."""
-        if self._kept is not None:
-            return "" if self.most(part) > 0.0 else "no vertex sees a lit surface"
-        if self._tracer is None:
-            return ""
-        own = self._tracer.receivers[part]
-        others = [each for each in self._tracer.receivers if each is not own and each.part is not None]
-        if others:
-            return ""
-        if own.part is None:
-            return "nothing is around it"
-        return "the mesh is convex, and alone" if own.is_convex else ""
-
     # -- files
 
     def refuse_other(self, checksum: str) -> None:
@@ -465,12 +423,41 @@ class TransportPart:
         return None if tracer is None else (tracer.occluders, tracer.receivers[self.index].part)
 
     def most(self) -> float:
-        """As `Transport.most`."""
-        return self.whole.most(self.index)
+        """The most that a row of the vertices adds up to: as it is, or as far as is known before rays are cast."""
+        whole, tracer = self.whole, self.whole._tracer
+        if whole._kept is not None:
+            return float(whole._sums[whole.slices[self.index]].max(initial=0.0))
+        if tracer is None:
+            return 1.0
+        own, occluders = tracer.receivers[self.index], tracer.occluders
+        if own.part is not None and not own.is_convex:
+            return 1.0
+        others = [each.part for each in tracer.receivers if each is not own and each.part is not None]
+        spheres = [sphere for part in others if (sphere := occluders.parts[part].sphere) is not None]
+        if not spheres or own.extent.sphere is None:
+            return float(bool(spheres))
+        center, radius = own.extent.sphere
+        share = 0.0  # a sphere straight ahead, seen under the angle α to its rim, fills sin²α
+        for sphere in spheres:
+            nearest = math.dist(sphere.center, center) - radius
+            share += (sphere.radius / nearest) ** 2 if nearest > sphere.radius else 1.0
+        # of finitely many rays: four times the standard error of as many random ones more, and one ray
+        sampled = share + 4.0 * math.sqrt(share / whole.samples) + 1.0 / whole.samples
+        return min(sampled, 1.0)
 
     def why_nothing(self) -> str:
-        """As `Transport.why_nothing`."""
-        return self.whole.why_nothing(self.index)
+        """Why no vertex sees a front; "" where one may. No ray is cast for it."""
+        tracer = self.whole._tracer
+        if self.whole._kept is not None:
+            return "" if self.most() > 0.0 else "no vertex sees a lit surface"
+        if tracer is None:
+            return ""
+        own = tracer.receivers[self.index]
+        if any(each.part is not None for each in tracer.receivers if each is not own):
+            return ""
+        if own.part is None:
+            return "nothing is around it"
+        return "the mesh is convex, and alone" if own.is_convex else ""
 
     def gather(self, colors: FloatArray) -> FloatArray:
         """As `Transport.gather`."""

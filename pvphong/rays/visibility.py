@@ -215,7 +215,7 @@ class Visibility:
 
     def __repr__(self) -> str:
         seen = f"{len(self.lights)} lights from {self._parts.shape[1]} vertices"
-        count = self._tracer.occluders.count
+        count = sum(self._tracer.occluders.counts)
         memory = count * BYTES_PER_TRIANGLE / 1e9
         much = f"; {count:,} triangles that block light take about {memory:.2g} GB" if count >= _MANY else ""
         return f"<Visibility of {seen}: {self.rays} rays in {self.seconds:.3g} s{much}>"
@@ -355,7 +355,7 @@ class Visibility:
         return self._why_nothing(lambda parts: may_hide(seen_from, parts, distance), nothing)
 
     def _why_nothing(self, may_count: Callable[[Box], BoolArray], nothing: str) -> str:
-        own, boxes = self._receiver.part, self._tracer.occluders.boxes
+        own, boxes = self._receiver.part, [part.box for part in self._tracer.occluders.parts]
         others = [box for index, box in enumerate(boxes) if box and index != own]
         if others:
             low, high = np.transpose(others, (1, 0, 2))

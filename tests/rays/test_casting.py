@@ -7,7 +7,7 @@ from ray_backends import BACKENDS
 
 import pvphong as ph
 from pvphong.rays import casting, visibility
-from pvphong.rays.casting import BlockingFaces, Caster, Occluders
+from pvphong.rays.casting import BlockingFaces, Occluders
 
 
 @pytest.fixture(params=BACKENDS, autouse=True)
@@ -17,7 +17,7 @@ def backend(request, monkeypatch):
 
 
 def caster(triangles):
-    return Caster(BlockingFaces(triangles.reshape(-1, 3), np.arange(3 * len(triangles)).reshape(-1, 3)))
+    return Occluders([BlockingFaces(triangles.reshape(-1, 3), np.arange(3 * len(triangles)).reshape(-1, 3))])
 
 
 def ball():
@@ -93,7 +93,7 @@ def test_the_unit_of_length_changes_nothing(exponent):
     scaled = caster(np.ldexp(ball(), exponent))
     found = scaled.blocked(np.ldexp(origins, exponent), directions, np.ldexp(distances, exponent))
     np.testing.assert_array_equal(found, expected)
-    assert scaled.resolution == np.ldexp(caster(ball()).resolution, exponent)
+    assert scaled.resolution(None) == np.ldexp(caster(ball()).resolution(None), exponent)
 
 
 @pytest.mark.parametrize("offset", [0.0, 1e4, -1e7, 1e9])

@@ -20,7 +20,7 @@ from pvphong.base.vectors import towards
 from pvphong.optics.light import Arrival, Light
 from pvphong.optics.lights import DirectionalLight
 from pvphong.rays import casting, embree
-from pvphong.rays.casting import BlockingFaces, Caster, Occluders
+from pvphong.rays.casting import BlockingFaces, Occluders
 from pvphong.rays.rays import part_by_arrays
 from pvphong.shading import kernel
 
@@ -154,14 +154,14 @@ def test_scenes_go_with_what_they_share_and_not_before():
     triangle = BlockingFaces(np.eye(3), np.array([[0, 1, 2]]))
     released = []
     for number in range(50):
-        caster = Caster(triangle)
+        occluders = Occluders([triangle])
         if number % 10 == 0:
             gc.collect()
         towards = np.full((1, 3), 3**-0.5)
-        assert caster.blocked(np.zeros((1, 3)), towards, np.array([2.0])).all()
-        scene = caster.backend.scene
+        assert occluders.blocked(np.zeros((1, 3)), towards, np.array([2.0])).all()
+        scene = occluders.casters[0].backend
         embree.weakref.finalize(scene, released.append, scene.handle)
-        del scene, caster
+        del scene, occluders
     gc.collect()
     assert len(released) == 50
 

@@ -258,9 +258,9 @@ def test_it_says_what_it_costs_and_keeps_nothing_of_what_is_interrupted(monkeypa
 def test_shadows_are_of_the_same_triangles_which_are_built_once(monkeypatch, tmp_path):
     built, backend = list[int](), casting.ray_backend()[0]
 
-    def counted(faces):
-        built.append(len(faces))
-        return backend(faces)
+    def counted(points, corners):
+        built.append(len(corners))
+        return backend(points, corners)
 
     monkeypatch.setattr(casting, "ray_backend", lambda: (counted, ""))
     mesh, wall = room(3), grid((0.1, 0, 0), (0, 0, 1), size=0.3, cells=2)

@@ -16,7 +16,7 @@ from stability.bounds import assert_within
 
 import pvphong as ph
 from pvphong.rays import casting
-from pvphong.rays.casting import BlockingFaces, Locator
+from pvphong.rays.casting import Locator
 
 SLANTED = ph.DirectionalLight(direction=(-3, 1, -0.2))
 SUN = ph.DirectionalLight(direction=(0, 0, -1))
@@ -44,10 +44,10 @@ def seen(mesh: pv.PolyData, light: Any, *occluders: pv.PolyData) -> Any:
 def naively(origins: Any, light: Any, *meshes: pv.PolyData) -> Any:
     """What is seen from origins, by rays in world coordinates of single precision."""
     whole = pv.merge([mesh.triangulate() for mesh in meshes], merge_points=False)
-    faces = BlockingFaces(whole.points.astype(np.float32).astype(np.float64), whole.regular_faces.astype(np.int64))
+    faces = whole.points.astype(np.float32).astype(np.float64), whole.regular_faces.astype(np.int64)
     directions = np.tile(-np.array(light.direction, float) / np.linalg.norm(light.direction), (len(origins), 1))
     lengths = np.full(len(origins), 1e3)
-    return ~Locator(faces).blocked(origins.astype(np.float32).astype(np.float64), directions, lengths)
+    return ~Locator(*faces).blocked(origins.astype(np.float32).astype(np.float64), directions, lengths)
 
 
 def wrong(found: Any, expected: Any) -> int:
