@@ -92,8 +92,11 @@ def shade(
             good = _load(first, size, points, normals, channels, s, rows, wide, places)
             _prefetch_colors(first + BLOCK, rgb, display, s)
             for k in range(len(lights)):
-                if k == 1:  # with the arithmetic of a light between them, for few lines can be waited for at once
-                    _prefetch_vertices(first + BLOCK, points, normals, s)
+                # with the arithmetic of a light between them, for few lines can be waited for at once
+                if k == 1 and s.needs_normals:
+                    prefetch_to_read(normals, first + BLOCK)
+                if k == 2 and s.needs_points:
+                    prefetch_to_read(points, first + BLOCK)
                 own = shifted(numbers, (k + 1) * s.stride)
                 good = _add_light(first, size, channels, lights[k], s, numbers, own, rows, places) & good
             if s.has_tints:
@@ -191,15 +194,6 @@ def _prefetch_colors(first: int, rgb: Any, display: Any, s: Any) -> None:
         prefetch_to_write(display, first)
     else:
         prefetch_to_write(rgb, first)
-
-
-@inlined_early
-def _prefetch_vertices(first: int, points: Any, normals: Any, s: Any) -> None:
-    """Ask for the next block."""
-    if s.needs_normals:
-        prefetch_to_read(normals, first)
-    if s.needs_points:
-        prefetch_to_read(points, first)
 
 
 # --- a light
