@@ -116,7 +116,11 @@ class Gathering:
             self.note = "light that bounces follows when let go"
             return last.at_brightness(brightness)
         if self._job is None:
-            among = _transport_of(exchanging) if last is None else last.among
+            if last is None:  # of copies of what may be edited while rays are cast
+                own = [Exchanging(mesh.drawn, partial(np.array, mesh.normals), mesh.matrix) for mesh in exchanging]
+                among = transport_of(own)
+            else:
+                among = last.among
             sent, silent = _sent(exchanging)
             gathered = _Gathered(state, geometry, scene.light_model.bounces, among, brightness, {})
 
@@ -151,11 +155,6 @@ class Gathering:
         if self._job is not None:
             self._job.stop()
             self._job = self._awaited = None
-
-
-def _transport_of(meshes: Any) -> Transport:
-    """How light goes between meshes, of copies of what may be edited while rays are cast."""
-    return transport_of([Exchanging(mesh.drawn, partial(np.array, mesh.normals), mesh.matrix) for mesh in meshes])
 
 
 def _sent(exchanging: dict[LitMesh, tuple[Plan, Vertices]]) -> tuple[Sent, set[LitMesh]]:

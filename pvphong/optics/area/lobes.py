@@ -184,7 +184,7 @@ def shows(lobe: Any, w: Any, m: Any, distance: Any, size: Any) -> Any:
     """Whether a lobe reaches something of a size whose middle is at the offset m; it may where that is not known.
 
     With α the angle between w and m, β that under which the size is seen, and ω the one from which on the lobe is taken
-    as 0, it does where sin(α − β − ω) < 0; it is not needed to know the angles.
+    as 0, it does where sin(α − β − ω) < 0.
     """
     aside, ahead = cross(w, m), dot(w, m)
     off, clear = sqrt(dot(aside, aside)), sqrt(maximum((distance - size) * (distance + size), 0.0))
@@ -197,7 +197,7 @@ def shows(lobe: Any, w: Any, m: Any, distance: Any, size: Any) -> Any:
 def may_rise(n: Any, m: Any, size: Any) -> Any:
     """Whether something of a size whose middle is at the offset m is above the horizon; it may where that is not known.
 
-    Something of no end is.
+    It is where its size is infinite, as a sky's.
     """
     return ~(dot(n, m) <= -size)
 

@@ -20,10 +20,7 @@ COUNT = 300
 
 
 def thrown(kind, seed):
-    """A light at any distance of vertices, which it may be among; and a bound for float32.
-
-    Normals are those of float32: rounding them counts for much where the horizon cuts a small light.
-    """
+    """A light at any distance of vertices, which it may be among."""
     dice, random = Dice(f"{kind} {seed}"), np.random.default_rng(seed)
     aim, place = (
         triple(-dice.unit_vector() + 0.5 * dice.vector()),
@@ -33,16 +30,13 @@ def thrown(kind, seed):
     light = LIGHT_TYPES[kind](**shape, intensity=max(float(np.dot(place, place)), 0.05))
     points = random.uniform(-1, 1, (COUNT, 3)) * dice.choice((1.0, 0.3))
     normals = dice.unit_vector() * dice.choice((0.0, 1.0, 3.0)) + random.normal(size=(COUNT, 3))
-    normals = normals.astype(np.float32).astype(np.float64)
     power, specular = dice.choice((0.0, 0.5, 4.0, 5.5, 20.0, 300.0, 1e4, 1e6)), dice.choice((0.0, 0.5))
     material = ph.Material(ambient=0.0, diffuse=0.5, specular=specular, shininess=power)
     scene = ph.Scene([light], ph.Viewer(triple(3 * dice.unit_vector())), ph.LightModel(ambient=0, clamp=False))
     square = 1.0 if light.is_even else np.maximum(((points - place) ** 2).sum(axis=1), 1e-9)
     brightest = np.maximum(1.0, light.intensity / square * np.ones(COUNT))
-    rounding = (4 * math.sqrt(power if specular else 0.0) + 16) * 2.0**-24 * 2
-    if 0.0 < power < 1.0:  # it is infinitely steep where its cosine is 0
-        rounding = max(rounding, specular * (4 * 2.0**-24) ** power)
-    return (points, normals, scene, material), rounding * brightest[:, None]
+    bound = (4 * math.sqrt(power if specular else 0.0) + 16) * 2.0**-24 * 2 * brightest
+    return (points, normals, scene, material), bound[:, None]
 
 
 def left_to_the_reference(monkeypatch, arguments):
