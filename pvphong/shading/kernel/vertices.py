@@ -257,7 +257,7 @@ def load_tangents(channels: Any, stride: int, first: int, count: int, rows: Any)
 # --- directions to positions, and to the viewer
 
 
-@plain
+@inlined  # LLVM leaves out what is not measured
 def approach(rows: Any, points: Any, x: float, y: float, z: float, measures: bool) -> bool:
     """Vectors D to a position, 1/|D|, and |D| in the row of strengths if it is measured; whether no vertex is declined.
 
