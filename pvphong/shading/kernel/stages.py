@@ -64,6 +64,10 @@ _NEVER = np.float32(-np.inf)
 # Which vertices of a block formulas are run on: numbers, in a row that nothing else uses meanwhile.
 LIST = DX
 
+# Where cosines n·l are kept until factors are written; in the first factors' row, LLVM would make a store under a mask
+# of max(n·l, 0), which is slow.
+COSINE = THIRD
+
 _STRONGEST = np.float32(2.0**126)
 """Light is strengthened by no more than this."""
 
@@ -196,7 +200,7 @@ def reflectance_stage(
         for i in range(BLOCK):
             n_l = _cosine(rows, i)
             chord = square(_geometry(rows, i, n_l))
-            rows[FIRST + i], rows[SECOND + i] = n_l, chord
+            rows[COSINE + i], rows[SECOND + i] = n_l, chord
             if varies:
                 dark = _end_of(rows[FIELD + i])
             shines = shines | _shows(chord, n_l, dark)
@@ -205,7 +209,7 @@ def reflectance_stage(
             if first:
                 for i in range(BLOCK):
                     here = mapped(rows[FIELD + i], own) if varies else own
-                    rows[FIRST + i] = factors(here, _geometry(rows, i, rows[FIRST + i]), ZERO)[0]
+                    rows[FIRST + i] = factors(here, _geometry(rows, i, rows[COSINE + i]), ZERO)[0]
             return first
         if varies:
             _take_logarithms_of_each(rows)
@@ -213,7 +217,7 @@ def reflectance_stage(
             _take_logarithms(rows, numbers[0], numbers[1], numbers[2])
         for i in range(BLOCK):
             here = mapped(rows[FIELD + i], own) if varies else own
-            found = factors(here, _geometry(rows, i, rows[FIRST + i]), _raised(rows, i))
+            found = factors(here, _geometry(rows, i, rows[COSINE + i]), _raised(rows, i))
             if first:
                 rows[FIRST + i] = found[0]
             if second:
