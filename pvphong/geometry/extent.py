@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pvphong.base import threads
+from pvphong.base.formulas import subtract
 from pvphong.base.types import Float64Array, FloatArray, Vector, VectorLike
 from pvphong.geometry.transform import MatrixClass, class_of, transform_normals, transform_points
 
@@ -94,10 +95,11 @@ class Extent:
 
     def sight(self, target: VectorLike) -> Sight | None:
         """How a target is seen; None where nothing is known of the vertices, or it is in the middle of them."""
-        if self.sphere is None:
+        sphere = self.sphere
+        if sphere is None:
             return None
-        x, y, z = (there - here for there, here in zip(target, self.sphere.center, strict=True))
-        distance, radius = math.hypot(x, y, z), self.sphere.radius
+        x, y, z = subtract(target, sphere.center)
+        distance, radius = math.hypot(x, y, z), sphere.radius
         if not 0.0 < distance < math.inf:
             return None
         turn = math.pi if distance <= radius else math.asin(min(radius / distance, 1.0)) * ROUNDED_UP
