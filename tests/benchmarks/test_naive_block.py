@@ -1,8 +1,8 @@
 """The comparators of the benchmark compute the same thing as the evaluator; so their times can be compared."""
 
 import numpy as np
-from benchmarks.common import measured_scene, vertices
-from benchmarks.naive_block import naive_highlights
+from common import measured_scene, vertices
+from naive_block import naive_highlights
 
 from pvphong.shading.evaluation import evaluate
 
