@@ -70,16 +70,11 @@ class Task:
     """What one piece takes of one kind of task."""
 
     name: str
-    seconds: float
-    """Of one worker, files in the page cache."""
-    bytes: float
-    """Read and written."""
-    messages: float = 1.0
-    """Tasks that the scheduler hands out for it."""
-    serial: float = 0.0
-    """Seconds of the client beside that."""
-    kept: bool = False
-    """Whether the result stays with the worker until all is lit."""
+    seconds: float  # of one worker, files in the page cache
+    bytes: float  # read and written
+    messages: float = 1.0  # tasks that the scheduler hands out for it
+    serial: float = 0.0  # seconds of the client beside that
+    kept: bool = False  # whether the result stays with the worker until all is lit
 
 
 @dataclass(frozen=True)
@@ -87,16 +82,12 @@ class Measured:
     """What a piece takes here."""
 
     vertices: int
-    tasks: tuple[Task, Task, Task]
-    """To look at it, to find its border, and to light it."""
-    blockers: float
-    """Pieces that are read for its shadows, beside itself."""
+    tasks: tuple[Task, Task, Task]  # to look at it, to find its border, and to light it
+    blockers: float  # pieces that are read for its shadows, beside itself
     among: float
     """Seconds of the client to find what is around a piece among `OUTLINES`; they go with the root of that number."""
-    per_message: float
-    """Seconds of scheduler and client for a task."""
-    held: float
-    """Bytes that scheduler and client hold for a task."""
+    per_message: float  # seconds of scheduler and client for a task
+    held: float  # bytes that scheduler and client hold for a task
 
 
 def timed(call, *arguments, times=2):
@@ -182,16 +173,11 @@ class Cluster:
     """What a cluster has."""
 
     workers: int
-    storage: float = 100e9
-    """Bytes a second, for all."""
-    link: float = 1e9
-    """Bytes a second, for one worker."""
-    per_message: float = 1e-3
-    """Seconds of scheduler and client for a task."""
-    lives: float = 30 * 86400.0
-    """Seconds after which a worker dies, in the mean."""
-    restart: float = 60.0
-    """Seconds until another is in its place."""
+    storage: float = 100e9  # bytes a second, for all
+    link: float = 1e9  # bytes a second, for one worker
+    per_message: float = 1e-3  # seconds of scheduler and client for a task
+    lives: float = 30 * 86400.0  # seconds after which a worker dies, in the mean
+    restart: float = 60.0  # seconds until another is in its place
 
 
 @dataclass(frozen=True)
@@ -202,8 +188,7 @@ class Schedule:
     busy: dict[str, float]
     """Shares of that time: of the workers, of the scheduler with its client, and of the storage."""
     deaths: int
-    redone: float
-    """Share of the pieces' tasks that were done again."""
+    redone: float  # share of the pieces' tasks that were done again
 
 
 def simulate(tasks, pieces, cluster, seed=0):

@@ -2,14 +2,11 @@
 
     python tests/benchmarks/bench_peers.py [10000 100000 1000000] [--figure FILE] [--blender PYTHON]
 
-`ways.py` says how they are measured. Errors are over the vertices of the smallest size: how far rays are off does not
-depend on how many there are. Judges are `mesh.phong.truth`, our own visibility with many and other rays, and
-float64 where no rays are needed. Those who place the same vertices a little elsewhere (Mitsuba, which needs a point
-within a face, Blender, libigl) are judged by a truth of their own, with many rays, and left out if that is another
-picture than ours.
-
-Others are compared if they are there: `pip install mitsuba libigl`, Mitsuba with LLVM's library; and with `--blender`
-a Python that has `pip install bpy`. Those that are missing, crash, or draw black are named.
+`ways.py` says how they are measured, and what to install. Errors are over the vertices of the smallest size: how far
+rays are off does not depend on how many there are. Judges are `mesh.phong.truth`, our own visibility with many and
+other rays, and float64 where no rays are needed. Those who place the same vertices a little elsewhere (Mitsuba, which
+needs a point within a face, Blender, libigl) are judged by a truth of their own, with many rays, and left out if that
+is another picture than ours.
 """
 
 import platform

@@ -20,18 +20,37 @@ from unittest import mock
 
 import numpy as np
 from common import apart, in_turns, mark, measured_scene, show, textbook, vertices
-from naive_block import naive_highlights
 
 from pvphong import DirectionalLight, LightModel, Material, Scene, SpotLight, evaluate, normal_matrix
+from pvphong.base import formulas
 from pvphong.base.vectors import dot
-from pvphong.optics import light
+from pvphong.optics import light, reflectance
 from pvphong.optics.attenuation import attenuate
 from pvphong.optics.light import Arrival
+from pvphong.optics.reflectances import BlinnPhong, Phong
 from pvphong.shading import reference
 
 COUNT, MANY = 250_000, 10_000_000
 REPEATS, IMPORTS = 15, 7
 ALLOWED_LOSS, ALLOWED_MEMORY, ALLOWED_MATRIX, ALLOWED_IMPORT = 0.25, 64 * 2**20, 1e-3, 0.050
+
+
+def mirror_cosine(at):
+    """r·v by the mirror direction."""
+    normals = formulas.times(at.n, at.scale)
+    twice = 2 * formulas.dot(normals, at.l)
+    return formulas.dot([twice * n - l for n, l in zip(normals, at.l, strict=True)], at.v)
+
+
+def halfway_cosine(at):
+    """n·h."""
+    h = at.l + at.v
+    return formulas.dot(formulas.times(at.n, at.scale), h / np.sqrt(formulas.dot(h, h)))
+
+
+def power(cosine, exponent, floor=0.0):
+    """max(cosine, floor) to the power of the exponent."""
+    return np.maximum(cosine, cosine.dtype.type(floor)) ** cosine.dtype.type(exponent)
 
 
 def naive_directions_to(target, points, real):
@@ -64,15 +83,21 @@ def naive_spot(self, points, real=np.float64):
 
 
 @contextmanager
-def naive_formulas(real):
+def naive_formulas(real=np.float64):
     """While it lasts, `evaluate` computes with naive formulas, from positions in the float type `real`."""
-    with ExitStack() as stack:
-        stack.enter_context(naive_highlights())
-        replaced = [(reference, "moderate", naive_moderate), (reference, "towards", naive_towards)]
-        replaced += [(light, "directions_to", naive_directions_to), (SpotLight, "arrival", naive_spot)]
-        replaced += [(reference, "columns", lambda rows: rows.T.astype(real, order="C"))]
-        for owner, name, naive in replaced:
-            stack.enter_context(mock.patch.object(owner, name, naive))
+    replaced = [
+        (Phong, "peak", Phong.peak._replace(square=mirror_cosine)),
+        (BlinnPhong, "peak", BlinnPhong.peak._replace(square=halfway_cosine)),
+        (reflectance, "chord_power", power),
+        (reference, "moderate", naive_moderate),
+        (reference, "towards", naive_towards),
+        (reference, "columns", lambda rows: rows.T.astype(real, order="C")),
+        (light, "directions_to", naive_directions_to),
+        (SpotLight, "arrival", naive_spot),
+    ]
+    with ExitStack() as stack, np.errstate(all="ignore"):
+        for patched in replaced:
+            stack.enter_context(mock.patch.object(*patched))
         yield
 
 
@@ -103,7 +128,7 @@ def measure(scene, material, precision):
         evaluate(points, normals, scene, material, precision=precision, backend="numpy")
 
     def run_naive(real):
-        with naive_formulas(real), np.errstate(all="ignore"):
+        with naive_formulas(real):
             run()
 
     variants = {"stable": run, "naive": lambda: run_naive(np.float64)}

@@ -24,20 +24,15 @@ COLORS = {"floor": (0.7, 0.7, 0.7), "ceiling": (0.7, 0.7, 0.7), "back": (0.7, 0.
 COLORS |= {"left": (0.7, 0.1, 0.1), "right": (0.1, 0.6, 0.1), "plate": (0.5, 0.5, 0.7)}
 
 
+INWARD = {"floor": (0, 0, 1), "ceiling": (0, 0, -1), "back": (0, -1, 0), "front": (0, 1, 0)}
+INWARD |= {"left": (1, 0, 0), "right": (-1, 0, 0)}
+SLANT = tuple(np.array([0.3, -0.8, 0.5]) / np.linalg.norm([0.3, -0.8, 0.5]))
+
+
 def walls(cells):
     """Blocks by name."""
-    slant = np.array([0.3, -0.8, 0.5]) / np.linalg.norm([0.3, -0.8, 0.5])
-    return pv.MultiBlock(
-        {
-            "floor": grid(cells, 1.0, (0, 0, -0.5), (0, 0, 1)),
-            "ceiling": grid(cells, 1.0, (0, 0, 0.5), (0, 0, -1)),
-            "back": grid(cells, 1.0, (0, 0.5, 0), (0, -1, 0)),
-            "front": grid(cells, 1.0, (0, -0.5, 0), (0, 1, 0)),
-            "left": grid(cells, 1.0, (-0.5, 0, 0), (1, 0, 0)),
-            "right": grid(cells, 1.0, (0.5, 0, 0), (-1, 0, 0)),
-            "plate": grid(max(cells // 3, 1), 0.4, (0.05, 0.1, -0.15), tuple(slant)),
-        }
-    )
+    blocks = {name: grid(cells, 1.0, -0.5 * np.array(inward), inward) for name, inward in INWARD.items()}
+    return pv.MultiBlock(blocks | {"plate": grid(max(cells // 3, 1), 0.4, (0.05, 0.1, -0.15), SLANT)})
 
 
 LAMP = ph.SphereLight(position=(0.1, -0.1, 0.25), radius=0.08, intensity=0.12, name="lamp")

@@ -3,14 +3,11 @@
     python tests/benchmarks/bench_visibility.py [vertices] [--figure FILE] [--blender PYTHON]
 
 Two scenes: the penumbra of a torus on a plane of 100,000 vertices, or as many as are given, and the sky as a knot of
-half as many sees it. `ways.py` says how they are measured; what keeps one thread busy, as VTK does, looks up to twice
-as fast as it is. Hard shadows and updates per second are by the clock.
+half as many sees it. `ways.py` says how they are measured, and what to install; what keeps one thread busy, as VTK
+does, looks up to twice as fast as it is. Hard shadows and updates per second are by the clock.
 
 Errors are against 4096 rays of ours that are chosen with other numbers, or a truth of their own (`ray_peers` says whose
 and why). VTK and libigl look from some of the vertices, and Blender bakes a coarser mesh.
-
-Others that are compared if they are there: `pip install mitsuba libigl`, Mitsuba with LLVM's library; and with
-`--blender` a Python that has `pip install bpy`. Those that are missing are named.
 """
 
 import time
@@ -41,8 +38,7 @@ LIGHTS = [
     ph.PointLight(position=(0, 0, 3), name="lamp"),
     ph.PointLight(position=(3, 0, 1), name="bulb"),
 ]
-COLORS = "#1b6ca8", "#6fa8d6", "#b3cde3", "#c2571a", "#e3ab85", "#2a7f3f", "#6b4c9a", "#9a9a9a"
-"""Of the ways, in their order."""
+COLORS = "#1b6ca8", "#6fa8d6", "#b3cde3", "#c2571a", "#e3ab85", "#2a7f3f", "#6b4c9a", "#9a9a9a"  # of the ways
 
 
 def penumbra(count: int) -> Job:

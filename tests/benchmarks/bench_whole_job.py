@@ -10,7 +10,7 @@ small meshes in less than a minute, without the first call of an installation; i
 import gc
 import itertools
 import tempfile
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from statistics import median
 from timeit import repeat
@@ -27,18 +27,6 @@ from pvphong.shading import kernel
 from pvphong.shading.equation import assemble
 from pvphong.shading.vertices import Vertices
 
-
-@dataclass(frozen=True)
-class Size:
-    """Points of a mesh each way, and how often is measured."""
-
-    side: int = 1000
-    turns: int = 9
-    file_turns: int = 3
-    frames: int = 7
-
-
-QUICK = Size(100, 3, 1, 3)
 FEW = 100  # shows what a call costs by itself
 SIZES = (FEW, 10_000, 100_000, 1_000_000, 10_000_000, 100_000_000)
 EXTRA_ALLOWED = 64  # MiB
@@ -48,9 +36,9 @@ GROWTH_ALLOWED = 1.3
 AS_THEY_ARE = {"cell_normals": False, "split_vertices": False, "consistent_normals": False}
 
 FIRST = """
-import sys, time
+import time
 def now(what, start):
-    print(f"{what}: {time.perf_counter() - start:.3f}", flush=True)
+    print(f"{what}: {time.perf_counter() - start:.3f}")
     return time.perf_counter()
 start = time.perf_counter()
 import pyvista as pv
@@ -64,7 +52,7 @@ start = time.perf_counter()
 mesh.phong.shade(scene, material)
 start = now("first call, 1 M vertices", start)
 mesh.phong.shade(scene, material)
-start = now("second call", start)
+now("second call", start)
 """
 
 
@@ -76,14 +64,14 @@ def growth(count):
     few = np.random.default_rng(0).normal(size=(1000, 3)).astype(np.float32)
     small, mesh = pv.PolyData(few), pv.PolyData(np.resize(few, (count, 3)))
     small.point_data.active_normals, mesh.point_data.active_normals = few, np.resize(few, (count, 3))
-    scene, material = measured_scene()
-    small.phong.shade(scene, material, backend="numba")
+    lighting, how = measured_scene(), {"backend": "numba"}
+    small.phong.shade(*lighting, **how)
     gc.collect()
     before = reset_peak()
-    lit = mesh.phong.shade(scene, material, backend="numba")
+    lit = mesh.phong.shade(*lighting, **how)
     extra = peak() - before - lit["phong"].nbytes
     times = min(1000, max(5, 5_000_000 // count))
-    least = min(repeat(lambda: mesh.phong.shade(scene, material, backend="numba"), number=1, repeat=times))
+    least = min(repeat(lambda: mesh.phong.shade(*lighting, **how), number=1, repeat=times))
     return least / count * 1e9, extra / 2**20
 
 
@@ -104,11 +92,11 @@ def window(mesh):
     return plotter
 
 
-def file_job(folder, size):
+def file_job(folder, side, turns, file_turns):
     """Seconds of reading, normals, plan, light and writing, and of their comparators."""
     scene, material = measured_scene()
     source, target = Path(folder, "in.vtp"), Path(folder, "out.vtp")
-    sphere(size.side).save(source)
+    sphere(side).save(source)
     mesh = read_mesh(str(source))
     smooth = mesh.compute_normals(**AS_THEY_ARE)
     lit = smooth.phong.shade(scene, material)
@@ -132,7 +120,7 @@ def file_job(folder, size):
         "VTK's frame": frame,
     }
     files = {"read .vtp": lambda: read_mesh(str(source)), "write .vtp": lambda: save_lit(lit, target, "phong")}
-    seconds = in_turns(steps, size.turns, of=median) | in_turns(files, size.file_turns, of=median)
+    seconds = in_turns(steps, turns, of=median) | in_turns(files, file_turns, of=median)
     plotter.close()
     return seconds
 
@@ -174,10 +162,10 @@ def show_first():
     show("Seconds in a fresh process", ("what", "nothing compiled yet", "compiled code on disk"), rows)
 
 
-def drag(size):
+def drag(side, frames):
     """A light dragged over a mesh in a window: seconds of each part, and of a frame lit by VTK."""
     scene, material = measured_scene()
-    mesh = sphere(size.side).compute_normals(**AS_THEY_ARE)
+    mesh = sphere(side).compute_normals(**AS_THEY_ARE)
     ours, vtks = pv.Plotter(off_screen=True, window_size=(1280, 800), lighting="none"), window(mesh)
     for light in scene.lights:
         ours.phong.add_light(light)
@@ -209,8 +197,8 @@ def drag(size):
         "noticing that nothing has changed": subplot.lit.refresh,
         "frame lit by VTK": frame,
     }
-    seconds = in_turns(parts, size.frames, of=median)
-    assert live.evaluations == size.frames + 2
+    seconds = in_turns(parts, frames, of=median)
+    assert live.evaluations == frames + 2
     ours.close()
     vtks.close()
     return seconds
@@ -232,10 +220,10 @@ def show_drag(seconds):
 
 def main(most: float | Literal["quick"] = 10_000_000):
     quick = most == "quick"
-    size = QUICK if quick else Size()
+    side, turns, file_turns, frames = (100, 3, 1, 3) if quick else (1000, 9, 3, 7)
     with tempfile.TemporaryDirectory() as folder:
-        show_job(file_job(folder, size), size.side)
-    show_drag(drag(size))
+        show_job(file_job(folder, side, turns, file_turns), side)
+    show_drag(drag(side, frames))
     show_growth(100_000 if quick else most)
     if not quick:
         show_first()

@@ -24,8 +24,7 @@ from pvphong import Material, PointLight, Scene, Viewer
 from pvphong.shading import kernel
 from pvphong.studies.accuracy.peers import textbook_colors as textbook  # noqa: F401 for benchmarks
 
-THREADS = 2
-"""Of those who are compared."""
+THREADS = 2  # of those who are compared
 CONSOLE = Console(width=180)
 
 # --- what is lit
@@ -85,8 +84,7 @@ def in_turns(calls, repeats, clock=time.perf_counter, of=min):
 class Cast(NamedTuple):
     """What rays have found, and what that took."""
 
-    seconds: float
-    """Of processors, all threads together."""
+    seconds: float  # of processors, all threads together
     found: np.ndarray
 
 
@@ -157,13 +155,10 @@ def equal_error_seconds(curve, error):
     return float(np.exp(start + (np.log(error) - above) * (end - start) / (below - above)))
 
 
-def apart(code, *arguments, **environment):
-    """What a process of its own prints."""
-    folders = os.pathsep.join([str(Path(__file__).parent), os.environ.get("PYTHONPATH", "")])
-    variables = os.environ | {"PYTHONPATH": folders} | environment
-    command = [sys.executable, "-c", code, *map(str, arguments)]
-    run = subprocess.run(command, env=variables, capture_output=True, text=True, check=False)
-    return run.stdout if run.returncode == 0 else sys.exit(run.stderr)
+def apart(code, **environment):
+    """What a process of its own prints, in which benchmarks are importable."""
+    run = [sys.executable, "-c", code]
+    return subprocess.check_output(run, env=os.environ | environment, cwd=Path(__file__).parent, text=True)
 
 
 def alone(function, *arguments):
@@ -179,9 +174,8 @@ def new_cluster(workers):
     """Of single threads, as `shade_files` starts one."""
     from distributed import LocalCluster
 
-    return LocalCluster(
-        n_workers=workers, threads_per_worker=1, dashboard_address=":0", env={"VTK_SMP_MAX_THREADS": "1"}
-    )
+    single = {"threads_per_worker": 1, "env": {"VTK_SMP_MAX_THREADS": "1"}}
+    return LocalCluster(n_workers=workers, dashboard_address=":0", **single)
 
 
 def files_lit(cluster, files, out, *lighting, **options):

@@ -13,7 +13,7 @@ from functools import cached_property, partial
 import numpy as np
 import pyvista as pv
 from common import THREADS, Cast, Caster, baked, by_parts, timed
-from scene_peers import mesh_of_mitsuba
+from scene_peers import mesh_of_mitsuba, returning
 
 import pvphong as ph
 
@@ -191,7 +191,6 @@ def mitsuba_as_it_comes(job: Job) -> Caster:
     One multijittered sampler is seeded for all of them. What arrives is divided by what would if nothing were in
     between, by as many samples as the truth has.
     """
-    import drjit as dr
     import mitsuba as mi
 
     if job.light is None:
@@ -199,20 +198,14 @@ def mitsuba_as_it_comes(job: Job) -> Caster:
     scenes = [_scene_of_mitsuba(each) for each in (job, Job(job.mesh, (), job.light))]
     integrator = mi.load_dict({"type": "direct", "emitter_samples": 1, "bsdf_samples": 0})
     inside = job.points + 1e-6 * (job.points.mean(axis=0) - job.points)  # rays to the border may miss it
-    begins, backward = mi.Point3f((inside + 1e-3 * job.normals).T), mi.Vector3f(-job.normals.T)
+    begins, sampler = inside + 1e-3 * job.normals, {"type": "multijitter"}
+    seen, unblocked = (returning(scene, integrator, sampler, begins, -job.normals) for scene in scenes)
+    _, whole = by_parts(RAYS_AT_ONCE, len(begins), unblocked)(4096)
 
-    def arriving(scene, rays: int, first: int, last: int) -> np.ndarray:
-        count = (last - first) * rays
-        sampler = mi.load_dict({"type": "multijitter", "sample_count": rays})
-        sampler.seed(dr.opaque(mi.UInt32, first), count)
-        row = dr.arange(mi.UInt32, count) // rays + dr.opaque(mi.UInt32, first)
-        ray = mi.Ray3f(dr.gather(mi.Point3f, begins, row), dr.gather(mi.Vector3f, backward, row))
-        found, _, _ = integrator.sample(scene, sampler, mi.RayDifferential3f(ray))
-        return np.array(dr.block_sum(found[0], rays)) / rays
+    def of_some(rays: int, first: int, last: int) -> np.ndarray:
+        return (seen(rays, first, last) / whole[first:last])[:, 0]
 
-    seen_by = partial(by_parts, RAYS_AT_ONCE, len(job.points))
-    _, whole = seen_by(partial(arriving, scenes[1]))(4096)
-    return seen_by(lambda rays, first, last: arriving(scenes[0], rays, first, last) / whole[first:last])
+    return by_parts(RAYS_AT_ONCE, len(begins), of_some)
 
 
 # --- libigl

@@ -116,6 +116,25 @@ def mesh_of_mitsuba(points: np.ndarray, corners: np.ndarray, bsdf: dict, normals
     return shape
 
 
+def returning(scene, integrator, sampler: dict, begins: np.ndarray, directions: np.ndarray):
+    """What gives, for `by_parts`, the channels of what comes back along so many rays of each of some."""
+    import drjit as dr
+    import mitsuba as mi
+
+    origins, directions = mi.Point3f(np.float32(begins.T)), mi.Vector3f(np.float32(directions.T))
+
+    def of_some(rays: int, first: int, last: int) -> np.ndarray:
+        count = (last - first) * rays
+        random = mi.load_dict(sampler | {"sample_count": rays})
+        random.seed(dr.opaque(mi.UInt32, rays + first), count)
+        row = dr.arange(mi.UInt32, count) // rays + dr.opaque(mi.UInt32, first)
+        ray = mi.Ray3f(dr.gather(mi.Point3f, origins, row), dr.gather(mi.Vector3f, directions, row))
+        found, _, _ = integrator.sample(scene, random, mi.RayDifferential3f(ray))
+        return np.stack([np.array(dr.block_sum(channel, rays)) / rays for channel in found], axis=1)
+
+    return of_some
+
+
 def mitsuba(job: Job) -> Caster:
     """Its `path` integrator, in LLVM mode, by rays that meet the surface at the vertices."""
     import drjit as dr
@@ -130,19 +149,9 @@ def mitsuba(job: Job) -> Caster:
     whole = mi.load_dict({"type": "scene"} | parts)
     depth = -1 if job.bounces >= ALL_BOUNCES else job.bounces + 2
     integrator = mi.load_dict({"type": "path", "max_depth": depth, "rr_depth": 5})
-    begins, backward = (job.places + 1e-3 * job.views).astype(np.float32), -job.views.astype(np.float32)
-
-    def of_some(rays: int, first: int, last: int) -> np.ndarray:
-        count = (last - first) * rays
-        sampler = mi.load_dict({"type": "independent", "sample_count": rays})
-        sampler.seed(rays + first, count)
-        row = dr.arange(mi.UInt32, count) // rays
-        p = dr.gather(mi.Point3f, mi.Point3f(begins[first:last].T), row)
-        d = dr.gather(mi.Vector3f, mi.Vector3f(backward[first:last].T), row)
-        found, _, _ = integrator.sample(whole, sampler, mi.RayDifferential3f(mi.Ray3f(p, d)))
-        return np.stack([np.array(dr.block_sum(channel, rays)) / rays for channel in found], axis=1)
-
-    return by_parts(PATHS_AT_ONCE, job.count, of_some)
+    begins = job.places + 1e-3 * job.views
+    back = returning(whole, integrator, {"type": "independent"}, begins, -job.views)
+    return by_parts(PATHS_AT_ONCE, job.count, back)
 
 
 # --- Blender

@@ -3,6 +3,9 @@
 Time is that of processors, two threads together; preparation (trees, textures, compiling what a scene needs) stands
 apart. Errors are RMS, as a share of the truth's mean. Ways that take long are measured on fewer vertices, and their
 times multiplied; a star marks them.
+
+Others are compared if they are there: `pip install mitsuba libigl`, Mitsuba with LLVM's library; and with `--blender`
+a Python that has `pip install bpy`. Those that are missing, crash, or draw black are named.
 """
 
 import subprocess
@@ -21,34 +24,19 @@ all of them down; below `VERY_QUICK` they run so many times in each. The least c
 OURS, MITSUBA, BLENDER, LIBIGL = "pvphong", "Mitsuba 3", "Blender's bake", "libigl"
 LEAST_ERROR, WANTED = 1e-8, 1e-3
 """Errors below the first count as it; times are compared at ours, or at the second where that is larger."""
-ALIKE = 0.05
-"""A truth of another's own that is farther from ours, relative to the mean, is another picture."""
+ALIKE = 0.05  # a truth of another's own that is farther from ours, relative to the mean, is another picture
 
 
 @dataclass
 class Way:
-    """One way to do a job.
-
-    Parameters
-    ----------
-    prepare : callable
-        Of a job, what casts so many rays and gives seconds and an array.
-    rays : tuple of int
-        Numbers of rays that are measured; one number where none are needed.
-    most : int
-        On more vertices it is not measured.
-    step : int
-        It looks from every so many-th vertex, by the job's `some`.
-    own_truth : int
-        So many rays judge it; 0 for the judge of the job.
-    """
+    """One way to do a job."""
 
     name: str
-    prepare: Callable[[Any], Caster]
-    rays: tuple[int, ...] = (1,)
-    most: int = 10**9
-    step: int = 1
-    own_truth: int = 0
+    prepare: Callable[[Any], Caster]  # of a job
+    rays: tuple[int, ...] = (1,)  # numbers that are measured; one where none are needed
+    most: int = 10**9  # on more vertices it is not measured
+    step: int = 1  # it looks from every so many-th vertex, by the job's `some`
+    own_truth: int = 0  # so many rays of its own judge it; 0 for the judge of the job
     obstacle: str = ""
     preparing: float = 0.0
     seconds: dict[int, list[float]] = field(default_factory=dict)
@@ -73,8 +61,7 @@ class Row:
     make: Callable[[int], Any]
     judge: Callable[[Any], np.ndarray]
     ways: list[Way]
-    judged_at: int = 0
-    """Which of our numbers of rays says at what error times are compared."""
+    judged_at: int = 0  # which of our numbers of rays says at what error times are compared
     wanted: float = WANTED
 
     @property
