@@ -55,13 +55,16 @@ def largest_error(points, normals, corners, scene, material, count) -> float:
 
 def uniform(mesh, scene, material) -> tuple[int, float]:
     """Points and error of the first level that reaches the tolerance, or of the last that is tried."""
-    level = pv.PolyData.from_regular_faces(mesh.points.astype(float), mesh.regular_faces)
-    level["n"] = mesh.phong.normals().astype(float)
+    points, normals, corners = mesh.points.astype(float), mesh.phong.normals().astype(float), mesh.regular_faces
     while True:
-        error = largest_error(level.points, level["n"], level.regular_faces, scene, material, count=8)
-        if error <= TOLERANCE or level.n_points > MOST_UNIFORM:
-            return level.n_points, error
-        level = level.subdivide(1, "linear")
+        error = largest_error(points, normals, corners, scene, material, count=8)
+        if error <= TOLERANCE or len(points) > MOST_UNIFORM:
+            return len(points), error
+        ends = np.sort(corners[:, [[0, 1], [1, 2], [2, 0]]], axis=2).reshape(-1, 2)
+        edges, middles = np.unique(ends, axis=0, return_inverse=True)
+        (a, b, c), (ab, bc, ca) = corners.T, middles.reshape(-1, 3).T + len(points)
+        corners = np.column_stack([a, ab, ca, ab, b, bc, ca, bc, c, ab, bc, ca]).reshape(-1, 3)
+        points, normals = (np.concatenate([each, each[edges].mean(axis=1)]) for each in (points, normals))
 
 
 def row(name, mesh, scene, material) -> tuple[list[str], float]:
