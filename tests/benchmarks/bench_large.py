@@ -12,18 +12,18 @@ processes die now and then; what they were doing, and the borders that they held
 import heapq
 import itertools
 import pickle
-import sys
 import tempfile
 import time
 import tracemalloc
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+import cyclopts
 import numpy as np
 import psutil
 import pyvista as pv
+from common import files_lit, new_cluster, show
 from distributed import Client
-from rich.console import Console
 
 import pvphong as ph
 from pvphong.batch.pieces import Piece
@@ -31,11 +31,6 @@ from pvphong.batch.seams import neighbours_of
 from pvphong.batch.surroundings import Outline, Surroundings, surroundings_of, touching
 from pvphong.batch.worker import Job, border_in, light, look
 from pvphong.meshes.files import read_mesh
-
-try:
-    from benchmarks.common import files_lit, new_cluster, table
-except ImportError:  # started as a script
-    from common import files_lit, new_cluster, table
 
 ALL = 1e12
 HOUSE, ROUGH = 12, 0.02
@@ -75,16 +70,11 @@ class Task:
     """What one piece takes of one kind of task."""
 
     name: str
-    seconds: float
-    """Of one worker, files in the page cache."""
-    bytes: float
-    """Read and written."""
-    messages: float = 1.0
-    """Tasks that the scheduler hands out for it."""
-    serial: float = 0.0
-    """Seconds of the client beside that."""
-    kept: bool = False
-    """Whether the result stays with the worker until all is lit."""
+    seconds: float  # of one worker, files in the page cache
+    bytes: float  # read and written
+    messages: float = 1.0  # tasks that the scheduler hands out for it
+    serial: float = 0.0  # seconds of the client beside that
+    kept: bool = False  # whether the result stays with the worker until all is lit
 
 
 @dataclass(frozen=True)
@@ -92,23 +82,18 @@ class Measured:
     """What a piece takes here."""
 
     vertices: int
-    look: Task
-    border: Task
-    light: Task
-    blockers: float
-    """Pieces that are read for its shadows, beside itself."""
+    tasks: tuple[Task, Task, Task]  # to look at it, to find its border, and to light it
+    blockers: float  # pieces that are read for its shadows, beside itself
     among: float
     """Seconds of the client to find what is around a piece among `OUTLINES`; they go with the root of that number."""
-    per_message: float
-    """Seconds of scheduler and client for a task."""
-    held: float
-    """Bytes that scheduler and client hold for a task."""
+    per_message: float  # seconds of scheduler and client for a task
+    held: float  # bytes that scheduler and client hold for a task
 
 
-def timed(call, *arguments):
-    """A call's seconds of a processor, the least of two, and its value."""
+def timed(call, *arguments, times=2):
+    """A call's seconds of a processor, the least of some, and its value."""
     seconds = []
-    for _ in range(2):
+    for _ in range(times):
         start = time.process_time()
         value = call(*arguments)
         seconds.append(time.process_time() - start)
@@ -119,36 +104,28 @@ def measured(files, out, client):
     """What a piece in the middle takes, of each kind of task."""
     out.mkdir()
     pieces = [Piece(path, Path(out, path.name), surface="city") for path in files]
-    options = {"name": "phong", "backend": "numba"}
-    job, middle = (
-        Job(SCENE, {"default": ph.Material()}, None, options, "run"),
-        len(files) // 2 + int(len(files) ** 0.5) // 2,
-    )
-    borders = [border_in(piece) for piece in pieces]
+    middle = len(files) // 2 + int(len(files) ** 0.5) // 2
+    piece, job = pieces[middle], Job(SCENE, {"default": ph.Material()}, None, {"name": "phong", "backend": "numba"}, "")
+    borders = [border_in(each) for each in pieces]
     outlines = [border.outline for border in borders]
     beside = [borders[other] for other in list(touching(outlines))[middle]]
-    around = list(surroundings_of(SCENE, pieces, outlines))[middle]
-    light(replace(pieces[middle], output=Path(out, "first.vtp")), job, None, around)  # code is loaded
-    looking, _ = timed(look, pieces[middle], job)
-    bordering, _ = timed(border_in, pieces[middle])
+    surroundings = list(surroundings_of(SCENE, pieces, outlines))
+    around = surroundings[middle]
+    light(replace(piece, output=Path(out, "first.vtp")), job, None, around)  # code is loaded
+    looking, _ = timed(look, piece, job)
+    bordering, _ = timed(border_in, piece)
     meeting, faces = timed(neighbours_of, borders[middle], beside)
-    start = time.process_time()
-    result = light(pieces[middle], job, faces, around, "x")
-    lighting = time.process_time() - start
+    lighting, result = timed(light, piece, job, faces, around, "x", times=1)
     assert not result.reason, result
-    size, lit = files[middle].stat().st_size, pieces[middle].output.stat().st_size
+    size, lit = files[middle].stat().st_size, piece.output.stat().st_size
     moved = size * (1 + len(around.blockers)) + 2 * lit + sum(len(pickle.dumps(border)) for border in beside)
-    per_message, held = overhead(client, pieces[middle], job, around)
-    return Measured(
-        vertices=outlines[middle].count,
-        look=Task("look", looking, size),
-        border=Task("border", bordering, size, messages=2.0, kept=True),
-        light=Task("light", meeting + lighting, moved, messages=2.0),
-        blockers=float(np.mean([len(each.blockers) for each in surroundings_of(SCENE, pieces, outlines)])),
-        among=among(OUTLINES),
-        per_message=per_message,
-        held=held,
+    tasks = (
+        Task("look", looking, size),
+        Task("border", bordering, size, messages=2.0, kept=True),
+        Task("light", meeting + lighting, moved, messages=2.0),
     )
+    blockers = float(np.mean([len(each.blockers) for each in surroundings]))
+    return Measured(outlines[middle].count, tasks, blockers, among(OUTLINES), *overhead(client, piece, job, around))
 
 
 def among(count):
@@ -196,16 +173,11 @@ class Cluster:
     """What a cluster has."""
 
     workers: int
-    storage: float = 100e9
-    """Bytes a second, for all."""
-    link: float = 1e9
-    """Bytes a second, for one worker."""
-    per_message: float = 1e-3
-    """Seconds of scheduler and client for a task."""
-    lives: float = 30 * 86400.0
-    """Seconds after which a worker dies, in the mean."""
-    restart: float = 60.0
-    """Seconds until another is in its place."""
+    storage: float = 100e9  # bytes a second, for all
+    link: float = 1e9  # bytes a second, for one worker
+    per_message: float = 1e-3  # seconds of scheduler and client for a task
+    lives: float = 30 * 86400.0  # seconds after which a worker dies, in the mean
+    restart: float = 60.0  # seconds until another is in its place
 
 
 @dataclass(frozen=True)
@@ -216,8 +188,7 @@ class Schedule:
     busy: dict[str, float]
     """Shares of that time: of the workers, of the scheduler with its client, and of the storage."""
     deaths: int
-    redone: float
-    """Share of the pieces' tasks that were done again."""
+    redone: float  # share of the pieces' tasks that were done again
 
 
 def simulate(tasks, pieces, cluster, seed=0):
@@ -246,21 +217,16 @@ def simulate(tasks, pieces, cluster, seed=0):
             heapq.heappush(free, end)
         kept += task.kept * pieces * working
         now = max(free)
-    shares = {"workers": cluster.workers, "scheduler": 1, "storage": 1}
-    return Schedule(
-        now, {name: value / shares[name] / now for name, value in busy.items()}, deaths, redone / pieces / len(tasks)
-    )
+    busy["workers"] /= cluster.workers
+    shares = {name: value / now for name, value in busy.items()}
+    return Schedule(now, shares, deaths, redone / pieces / len(tasks))
 
 
 def tasks_of(found, vertices, pieces):
     """The tasks of a piece of so many vertices: of times and bytes that grow with it, but for its border."""
-    larger = vertices / found.vertices
-    grown = [
-        replace(task, seconds=task.seconds * larger, bytes=task.bytes * larger)
-        for task in (found.look, found.border, found.light)
-    ]
-    grown[-1] = replace(grown[-1], serial=found.among * (pieces / OUTLINES) ** 0.5)
-    return grown
+    larger, finding = vertices / found.vertices, found.among * (pieces / OUTLINES) ** 0.5
+    *first, lit = (replace(each, seconds=each.seconds * larger, bytes=each.bytes * larger) for each in found.tasks)
+    return [*first, replace(lit, serial=finding)]
 
 
 CASES = (
@@ -276,54 +242,46 @@ CASES = (
 """What changes: the vertices of a piece, and the cluster."""
 
 
-def main():
+def main(vertices: float = 2e6, across: int = 4):
     """Measure, simulate, and print two tables."""
-    console = Console(width=140)
-    vertices, across = (int(float(word)) for word in [*sys.argv[1:], *("2e6", "4")[len(sys.argv) - 1 :]])
-    with tempfile.TemporaryDirectory() as folder, new_cluster(2) as cluster:
+    with tempfile.TemporaryDirectory() as name, new_cluster(2) as cluster:
+        folder = Path(name)
         files = save_city(folder, vertices, across)
-        files_lit(cluster, files[:2], Path(folder, "first"), SCENE, seams="merge")
-        seconds, memory = files_lit(cluster, files, Path(folder, "lit"), SCENE, seams="merge")
+        files_lit(cluster, files[:2], folder / "first", SCENE, seams="merge")
+        seconds, memory = files_lit(cluster, files, folder / "lit", SCENE, seams="merge")
         with Client(cluster) as client:
-            found = measured(files, Path(folder, "one"), client)
-        piece = read_mesh(str(files[0]))
-        size, in_memory = files[0].stat().st_size, 1024 * piece.actual_memory_size
-    made = table(f"{len(files)} pieces of {found.vertices:,} vertices, two workers, a low sun", "what", "measured")
-    for name, value in (
+            found = measured(files, folder / "one", client)
+        size, in_memory = files[0].stat().st_size, 1024 * read_mesh(str(files[0])).actual_memory_size
+    looking, border, lit = found.tasks
+    rows = (
         ("all of it", f"{seconds:.1f} s"),
         ("memory of a worker beyond its libraries", f"{memory / 1e6:.0f} MB"),
         ("that, in pieces", f"{memory / in_memory:.1f}"),
         ("pieces that are read for a piece's shadows", f"{found.blockers:.1f}"),
-        ("to look at a piece", f"{found.look.seconds:.3f} s"),
-        ("its border and box", f"{found.border.seconds:.3f} s"),
-        ("its normals, shadows, colours, file", f"{found.light.seconds:.3f} s"),
-        ("bytes moved for that, by a piece's file", f"{found.light.bytes / size:.1f}"),
+        ("to look at a piece", f"{looking.seconds:.3f} s"),
+        ("its border and box", f"{border.seconds:.3f} s"),
+        ("its normals, shadows, colours, file", f"{lit.seconds:.3f} s"),
+        ("bytes moved for that, by a piece's file", f"{lit.bytes / size:.1f}"),
         ("scheduler and client for a task", f"{1e3 * found.per_message:.2f} ms"),
         ("what they hold for it", f"{found.held / 1e3:.1f} kB"),
         (f"client, to find what is around a piece of {OUTLINES:,}", f"{1e3 * found.among:.2f} ms"),
-    ):
-        made.add_row(name, value)
-    console.print(made)
-    headings = "vertices of a piece", "workers", "GB/s", "hours", "workers", "scheduler", "storage", "deaths", "again"
-    made = table("10¹² vertices: simulated; how busy each is", "", *headings, "scheduler holds")
-    for name, vertices, there in CASES:
-        pieces = round(ALL / vertices)
-        tasks = tasks_of(found, vertices, pieces)
-        run = simulate(tasks, pieces, replace(there, per_message=found.per_message))
-        holds = pieces * sum(task.messages for task in tasks) * found.held
-        made.add_row(
-            name,
-            f"{vertices:.0e}",
-            f"{there.workers:,}",
-            f"{there.storage / 1e9:.0f}",
-            f"{run.seconds / 3600:.1f}",
-            *(f"{100 * run.busy[each]:.0f} %" for each in ("workers", "scheduler", "storage")),
-            f"{run.deaths}",
-            f"{100 * run.redone:.2f} %",
-            f"{holds / 1e9:.1f} GB",
-        )
-    console.print(made)
+    )
+    show(f"{len(files)} pieces of {found.vertices:,} vertices, two workers, a low sun", ("what", "measured"), rows)
+    headings = "", "vertices of a piece", "workers", "GB/s", "hours", "workers", "scheduler", "storage", "deaths"
+    simulated = (simulated_row(found, *case) for case in CASES)
+    show("10¹² vertices: simulated; how busy each is", (*headings, "again", "scheduler holds"), simulated)
+
+
+def simulated_row(found, name, vertices, cluster):
+    pieces = round(ALL / vertices)
+    tasks = tasks_of(found, vertices, pieces)
+    run = simulate(tasks, pieces, replace(cluster, per_message=found.per_message))
+    given = f"{vertices:.0e}", f"{cluster.workers:,}", f"{cluster.storage / 1e9:.0f}"
+    shares = (f"{100 * run.busy[each]:.0f} %" for each in ("workers", "scheduler", "storage"))
+    holds = pieces * sum(task.messages for task in tasks) * found.held
+    lost = f"{run.deaths}", f"{100 * run.redone:.2f} %"
+    return name, *given, f"{run.seconds / 3600:.1f}", *shares, *lost, f"{holds / 1e9:.1f} GB"
 
 
 if __name__ == "__main__":
-    main()
+    cyclopts.run(main)

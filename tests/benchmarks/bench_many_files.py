@@ -7,16 +7,14 @@ back for each, and how long the scheduler and the client take for each.
 """
 
 import pickle
-import sys
 import tempfile
 import time
 from pathlib import Path
 
+import cyclopts
 import psutil
-import pyvista as pv
-from common import files_lit, measured_scene, new_cluster, table
+from common import files_lit, grid, measured_scene, new_cluster, show
 from distributed import Client
-from rich.console import Console
 
 import pvphong as ph
 from pvphong.batch.pieces import Piece
@@ -24,17 +22,18 @@ from pvphong.batch.seams import border_of
 from pvphong.batch.worker import Job, Result
 from pvphong.meshes.files import read_mesh
 
-FILES, POINTS = (int(word) for word in [*sys.argv[1:], "20", "1000000"][:2])
 TURNS, SMALL = 3, 500
 FASTER_WANTED, MEMORY_ALLOWED = 1.6, 3.0
 
 
-def wavy(points, number):
-    """A sheet with about so many points, without normals."""
-    side = max(int(points**0.5), 2)
-    sheet = pv.Plane(i_resolution=side - 1, j_resolution=side - 1).triangulate()
-    sheet.clear_data()
-    return sheet.translate((0, 0, number))
+def save_sheets(folder, files, points):
+    """Files of sheets with about so many points, without normals."""
+    folder.mkdir()
+    for number in range(files):
+        sheet = grid(max(int(points**0.5) - 1, 1), center=(0, 0, number))
+        sheet.clear_data()
+        sheet.save(folder / f"{number:03}.vtp")
+    return sorted(folder.glob("*.vtp"))
 
 
 def load_all(path):
@@ -42,43 +41,33 @@ def load_all(path):
     read_mesh(path).phong.shade(*measured_scene(), backend="numba").save(Path(tempfile.mkdtemp()) / "lit.vtp")
 
 
-def main():
+def main(files: int = 20, points: float = 1e6):
     """Measure, and print a table."""
-    rows = []
-    with tempfile.TemporaryDirectory() as folder:
-        files = [Path(folder, f"{number:03}.vtp") for number in range(FILES)]
-        for number, path in enumerate(files):
-            wavy(POINTS, number).save(path)
-        piece = read_mesh(str(files[0]))
+    with tempfile.TemporaryDirectory() as name, new_cluster(1) as one, new_cluster(2) as two:
+        folder, least, memory = Path(name), {}, {}
+        paths = save_sheets(folder / "sheets", files, points)
+        piece = read_mesh(str(paths[0]))
         size = 1024 * piece.actual_memory_size + 3 * 4 * piece.n_points
-        least, memory = {}, {}
-        with new_cluster(1) as one, new_cluster(2) as two:
-            for cluster in (one, two):
-                with Client(cluster) as client:
-                    client.run(load_all, str(files[0]))
-            for turn in range(TURNS):
-                for workers, cluster in ((1, one), (2, two)):
-                    out = Path(folder, f"lit-{turn}-{workers}")
-                    seconds, taken = files_lit(cluster, files, out, *measured_scene())
-                    least[workers] = min(seconds, least.get(workers, seconds))
-                    memory[workers] = max(taken / size, memory.get(workers, 0))
-            rows += [
-                (f"{FILES} files of {piece.n_points} points, 1 worker", f"{least[1]:.2f} s", ""),
-                ("the same, 2 workers", f"{least[2]:.2f} s", f"{least[1] / least[2]:.2f} x, wanted {FASTER_WANTED}"),
-                ("memory of a worker", f"{max(memory.values()):.2f} pieces", f"allowed {MEMORY_ALLOWED:.0f}"),
-                *overhead(two, Path(folder), piece),
-            ]
-    made = table("", "what", "measured", "", texts=3)
-    for row in rows:
-        made.add_row(*row)
-    Console().print(made)
+        for cluster in (one, two):
+            with Client(cluster) as client:
+                client.run(load_all, str(paths[0]))
+        for turn in range(TURNS):
+            for workers, cluster in ((1, one), (2, two)):
+                seconds, taken = files_lit(cluster, paths, folder / f"lit-{turn}-{workers}", *measured_scene())
+                least[workers] = min(seconds, least.get(workers, seconds))
+                memory[workers] = max(taken / size, memory.get(workers, 0))
+        rows = [
+            (f"{files} files of {piece.n_points} points, 1 worker", f"{least[1]:.2f} s", ""),
+            ("the same, 2 workers", f"{least[2]:.2f} s", f"{least[1] / least[2]:.2f} x, wanted {FASTER_WANTED}"),
+            ("memory of a worker", f"{max(memory.values()):.2f} pieces", f"allowed {MEMORY_ALLOWED:.0f}"),
+            *overhead(two, folder, piece),
+        ]
+    show("", ("what", "measured", ""), rows, texts=3)
 
 
 def overhead(cluster, folder, piece):
     """What a piece costs beside the work."""
-    (folder / "small").mkdir()
-    for number in range(SMALL):
-        wavy(4, number).save(folder / "small" / f"{number}.vtp")
+    save_sheets(folder / "small", SMALL, 4)
     pattern, out = str(folder / "small" / "*.vtp"), folder / "lit-small"
     ph.shade_files(pattern, out, *measured_scene(), client=None, workers=2)
     with Client(cluster) as client:
@@ -100,4 +89,4 @@ def overhead(cluster, folder, piece):
 
 
 if __name__ == "__main__":
-    main()
+    cyclopts.run(main)

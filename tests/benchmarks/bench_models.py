@@ -9,9 +9,10 @@ highlights.
 
 import time
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
-from common import least_in_turns
+from common import in_turns, show
 
 import pvphong as ph
 
@@ -27,6 +28,7 @@ POINT = ph.PointLight(PLACE, (0, 0, 1), intensity=5)
 THREE = [ph.PointLight(at) for at in ((3, 1, 2), (-3, 1, 2), (0, 3, 3))]
 VIEWS = {"from beside the lights": (1.5, -2.0, 3.0), "against the lights": (-2.5, 1.5, 1.0)}
 MATT = ph.Material(diffuse=0.6)
+GLOSSY = replace(MATT, specular=0.4, shininess=20)
 HALF, SHINY = ph.Material(diffuse=0.5), ph.Material(diffuse=0.5, specular=0.5)
 LAMBERT, PHONG = "Lambert", "Phong"
 REFLECTANCES = {  # beside which, and how many times that is asked for
@@ -56,31 +58,26 @@ def lit(points, lights, material, eye, **options):
 
 
 def least(points, cases, eye):
-    calls = {name: (lambda case=case: lit(points, *case, eye)) for name, case in cases.items()}
-    return least_in_turns(calls, ROUNDS, time.process_time)
+    calls = {name: partial(lit, points, *case, eye) for name, case in cases.items()}
+    return in_turns(calls, ROUNDS, time.process_time)
 
 
 def lights_with_a_size(points, eye):
-    cases = {
-        "point, shininess 20": ([POINT], replace(MATT, specular=0.4, shininess=20)),
-        "point, matt": ([POINT], MATT),
-    }
+    cases = {"point, shininess 20": ([POINT], GLOSSY), "point, matt": ([POINT], MATT)}
     for kind, light in SIZED.items():
         cases[f"{kind}, matt"] = [light], MATT
         for power in (20, 1000):
-            cases[f"{kind}, shininess {power}"] = [light], replace(MATT, specular=0.4, shininess=power)
+            cases[f"{kind}, shininess {power}"] = [light], replace(GLOSSY, shininess=power)
         if kind != "sky":
             nodes = [replace(node, intensity=node.intensity * light.intensity) for node in light.nodes(64)]
-            cases[f"{kind}, 64 nodes"] = nodes, replace(MATT, specular=0.4, shininess=20)
+            cases[f"{kind}, 64 nodes"] = nodes, GLOSSY
     seconds, some = least(points, cases, eye), points[:: len(points) // FEW]
     for name, (lights, material) in cases.items():
         whole = [SIZED[name.split(",")[0]]] if name.endswith("nodes") else lights
         exact = lit(some, whole, material, eye, precision="float64", backend="numpy")
-        error, times = (
-            np.abs(lit(some, lights, material, eye) - exact).max(),
-            seconds[name] / seconds[next(iter(cases))],
-        )
-        print(f"{name:24} {seconds[name] * 1e3:8.1f} ms  {times:7.1f} x a point with highlight  error {error:.1e}")
+        error = np.abs(lit(some, lights, material, eye) - exact).max()
+        ratio = seconds[name] / seconds["point, shininess 20"]
+        yield name, f"{1e3 * seconds[name]:.1f}", f"{ratio:.1f}", f"{error:.1e}"
 
 
 def reflectances(points, eye):
@@ -88,17 +85,19 @@ def reflectances(points, eye):
     cases = {name: (THREE, replace(material, tangents=tangents)) for name, (material, _, _) in REFLECTANCES.items()}
     seconds = least(points, cases, eye)
     for name, (_, beside, most) in REFLECTANCES.items():
-        asked = "" if most is None else f", at most {most} asked for"
-        print(f"{name:24} {1e3 * seconds[name]:8.1f} ms  {seconds[name] / seconds[beside]:7.2f} x {beside}{asked}")
+        ratio = f"{seconds[name] / seconds[beside]:.2f} x {beside}"
+        yield name, f"{1e3 * seconds[name]:.1f}", ratio, f"{most or ''}"
 
 
 def main():
     points = ball()
     for where, eye in VIEWS.items():
-        print(f"{len(points):,} vertices, seen {where}")
-        lights_with_a_size(points, eye)
-    print("three point lights")
-    reflectances(points, (0, 0, 5))
+        title, headings = (
+            f"{len(points):,} vertices, seen {where}",
+            ("light", "ms", "x a point with highlight", "error"),
+        )
+        show(title, headings, lights_with_a_size(points, eye))
+    show("Three point lights", ("reflectance", "ms", "beside", "at most"), reflectances(points, (0, 0, 5)))
 
 
 if __name__ == "__main__":

@@ -1,53 +1,37 @@
 """Lit vertices, by pvphong and by what one would take instead: time against error, for seven jobs and three sizes.
 
-    python tests/benchmarks/bench_peers.py [--vertices 10000 100000 1000000] [--figure FILE] [--blender PYTHON]
+    python tests/benchmarks/bench_peers.py [10000 100000 1000000] [--figure FILE] [--blender PYTHON]
 
-`ways.py` says how they are measured. Errors are over the vertices of the smallest size: how far rays are off does not
-depend on how many there are. Judges are `mesh.phong.truth`, our own visibility with many and other rays, and
-float64 where no rays are needed. Those who place the same vertices a little elsewhere (Mitsuba, which needs a point
-within a face, Blender, libigl) are judged by a truth of their own, with many rays, and left out if that is another
-picture than ours.
-
-Others are compared if they are there: `pip install mitsuba libigl`, Mitsuba with LLVM's library; and with `--blender`
-a Python that has `pip install bpy`. Those that are missing, crash, or draw black are named.
+`ways.py` says how they are measured, and what to install. Errors are over the vertices of the smallest size: how far
+rays are off does not depend on how many there are. Judges are `mesh.phong.truth`, our own visibility with many and
+other rays, and float64 where no rays are needed. Those who place the same vertices a little elsewhere (Mitsuba, which
+needs a point within a face, Blender, libigl) are judged by a truth of their own, with many rays, and left out if that
+is another picture than ours.
 """
 
 import platform
-from argparse import ArgumentParser
 from collections.abc import Callable
 from contextlib import suppress
 from functools import partial
 from importlib.metadata import PackageNotFoundError, version
 
+import bench_transport
+import bench_visibility
+import cyclopts
 import numpy as np
 import pyvista as pv
-from rich.console import Console
+import ray_peers
+import scene_peers
+from common import CONSOLE, THREADS, Caster, begin_on, textbook, timed
+from ways import BLENDER, LIBIGL, MITSUBA, OURS, Row, Way, draw, show_row
 
 import pvphong as ph
 from pvphong.vtk.oracle import vtk_shade
-
-try:
-    from benchmarks import bench_transport, bench_visibility, ray_peers, scene_peers
-    from benchmarks.common import THREADS, Caster, begin_on, textbook, timed
-    from benchmarks.ways import BLENDER, LIBIGL, MITSUBA, OURS, Row, Way, figure, shown
-except ImportError:
-    import bench_transport
-    import bench_visibility
-    import ray_peers
-    import scene_peers
-    from common import THREADS, Caster, begin_on, textbook, timed
-    from ways import BLENDER, LIBIGL, MITSUBA, OURS, Row, Way, figure, shown
 
 SIZES = (10_000, 100_000, 1_000_000)
 TEXTBOOK, SHADER = "textbook, NumPy", "VTK's shader"
 STYLES = {OURS: ("#1b6ca8", "o"), MITSUBA: ("#c2571a", "s"), BLENDER: ("#6b4c9a", "D"), LIBIGL: ("#2a7f3f", "^")}
 STYLES |= {TEXTBOOK: ("#8a8a8a", "v"), SHADER: ("#c9a227", "P")}
-CONSOLE = Console(width=180)
-
-
-# --- jobs
-
-
 EYE = (2.0, -3.0, 1.5)
 
 
@@ -156,32 +140,25 @@ def rows_of(blender: str | None) -> list[Row]:
 
 
 def machine() -> str:
-    def of(name: str) -> str:
+    packages = []
+    for name in ("numpy", "pyvista", "vtk", "numba", "embreex", "mitsuba", "libigl"):
+        packages.append(f"no {name}")
         with suppress(PackageNotFoundError):
-            return f"{name} {version(name)}"
-        return f"no {name}"
-
-    names = "numpy", "pyvista", "vtk", "numba", "embreex", "mitsuba", "libigl"
-    return (
-        f"{platform.processor() or platform.machine()}, Python {platform.python_version()}, {', '.join(map(of, names))}"
-    )
+            packages[-1] = f"{name} {version(name)}"
+    processor = platform.processor() or platform.machine()
+    return f"{processor}, Python {platform.python_version()}, {', '.join(packages)}"
 
 
-def main() -> None:
-    parser = ArgumentParser()
-    parser.add_argument("--vertices", nargs="+", type=int, default=SIZES)
-    parser.add_argument("--figure", help="where curves are drawn")
-    parser.add_argument("--blender", help="a Python that imports bpy")
-    given = parser.parse_args()
+def main(*vertices: float, figure: str = "", blender: str | None = None) -> None:
     begin_on(THREADS)
     CONSOLE.print(machine())
-    rows, sizes = rows_of(given.blender), tuple(sorted(given.vertices))
+    rows, sizes = rows_of(blender), sorted(map(int, vertices or SIZES))
     for row in rows:
         row.measure(sizes)
-        CONSOLE.print(shown([row], sizes))
-    if given.figure:
-        figure(rows, [sizes[min(1, len(sizes) - 1)]] * len(rows), given.figure, STYLES)
+        show_row(row, sizes)
+    if figure:
+        draw(rows, [sizes[min(1, len(sizes) - 1)]] * len(rows), figure, STYLES)
 
 
 if __name__ == "__main__":
-    main()
+    cyclopts.run(main)

@@ -19,20 +19,38 @@ from statistics import median
 from unittest import mock
 
 import numpy as np
-from common import apart, in_turns, mark, measured_scene, table, textbook, vertices
-from naive_block import naive_highlights
-from rich.console import Console
+from common import apart, in_turns, mark, measured_scene, show, textbook, vertices
 
 from pvphong import DirectionalLight, LightModel, Material, Scene, SpotLight, evaluate, normal_matrix
+from pvphong.base import formulas
 from pvphong.base.vectors import dot
-from pvphong.optics import light
+from pvphong.optics import light, reflectance
 from pvphong.optics.attenuation import attenuate
 from pvphong.optics.light import Arrival
+from pvphong.optics.reflectances import BlinnPhong, Phong
 from pvphong.shading import reference
 
 COUNT, MANY = 250_000, 10_000_000
 REPEATS, IMPORTS = 15, 7
 ALLOWED_LOSS, ALLOWED_MEMORY, ALLOWED_MATRIX, ALLOWED_IMPORT = 0.25, 64 * 2**20, 1e-3, 0.050
+
+
+def mirror_cosine(at):
+    """r·v by the mirror direction."""
+    normals = formulas.times(at.n, at.scale)
+    twice = 2 * formulas.dot(normals, at.l)
+    return formulas.dot([twice * n - l for n, l in zip(normals, at.l, strict=True)], at.v)
+
+
+def halfway_cosine(at):
+    """n·h."""
+    h = at.l + at.v
+    return formulas.dot(formulas.times(at.n, at.scale), h / np.sqrt(formulas.dot(h, h)))
+
+
+def power(cosine, exponent, floor=0.0):
+    """max(cosine, floor) to the power of the exponent."""
+    return np.maximum(cosine, cosine.dtype.type(floor)) ** cosine.dtype.type(exponent)
 
 
 def naive_directions_to(target, points, real):
@@ -65,15 +83,21 @@ def naive_spot(self, points, real=np.float64):
 
 
 @contextmanager
-def naive_formulas(real):
+def naive_formulas(real=np.float64):
     """While it lasts, `evaluate` computes with naive formulas, from positions in the float type `real`."""
-    with ExitStack() as stack:
-        stack.enter_context(naive_highlights())
-        replaced = [(reference, "moderate", naive_moderate), (reference, "towards", naive_towards)]
-        replaced += [(light, "directions_to", naive_directions_to), (SpotLight, "arrival", naive_spot)]
-        replaced += [(reference, "columns", lambda rows: rows.T.astype(real, order="C"))]
-        for owner, name, naive in replaced:
-            stack.enter_context(mock.patch.object(owner, name, naive))
+    replaced = [
+        (Phong, "peak", Phong.peak._replace(square=mirror_cosine)),
+        (BlinnPhong, "peak", BlinnPhong.peak._replace(square=halfway_cosine)),
+        (reflectance, "chord_power", power),
+        (reference, "moderate", naive_moderate),
+        (reference, "towards", naive_towards),
+        (reference, "columns", lambda rows: rows.T.astype(real, order="C")),
+        (light, "directions_to", naive_directions_to),
+        (SpotLight, "arrival", naive_spot),
+    ]
+    with ExitStack() as stack, np.errstate(all="ignore"):
+        for patched in replaced:
+            stack.enter_context(mock.patch.object(*patched))
         yield
 
 
@@ -104,7 +128,7 @@ def measure(scene, material, precision):
         evaluate(points, normals, scene, material, precision=precision, backend="numpy")
 
     def run_naive(real):
-        with naive_formulas(real), np.errstate(all="ignore"):
+        with naive_formulas(real):
             run()
 
     variants = {"stable": run, "naive": lambda: run_naive(np.float64)}
@@ -112,7 +136,7 @@ def measure(scene, material, precision):
         variants["float32 throughout"] = lambda: run_naive(np.float32)
     else:
         variants["textbook"] = lambda: textbook(points, normals, scene, material)
-    return {name: median(times) for name, times in in_turns(variants, REPEATS, time.process_time).items()}
+    return in_turns(variants, REPEATS, time.process_time, median)
 
 
 def measure_memory(precision):
@@ -133,7 +157,7 @@ def matrix_seconds():
         matrix = np.eye(4)
         matrix[:3, :3] = rng.normal(size=(3, 3)) * scales
         calls[scales] = partial(normal_matrix, matrix)
-    return max(median(times) for times in in_turns(calls, 300).values())
+    return max(in_turns(calls, 300, of=median).values())
 
 
 IMPORT = """
@@ -155,34 +179,37 @@ def import_seconds():
         return median([float(apart(IMPORT, **variables)) for _ in range(1 + IMPORTS)][1:])
 
 
+def speed(name, scene, material, precision):
+    """The row of a scene."""
+    seconds = measure(scene, material, precision)
+    cells = [f"{seconds['stable'] / COUNT * 1e9:.0f} ns"]
+    for naive in ("naive", "float32 throughout", "textbook"):
+        if naive in seconds:
+            loss = 1.0 - seconds[naive] / seconds["stable"]
+            verdict = f"[{'green' if loss < ALLOWED_LOSS else 'red'}]{loss:+.0%}[/]"
+            cells += [f"{seconds[naive] / COUNT * 1e9:.0f} ns", "" if naive == "textbook" else verdict]
+    return name, precision, *cells
+
+
+def promise(what, measured, allowed, unit, scale, decimals=0):
+    """The row of what must not be more than is allowed, both to be divided by the unit's scale."""
+    shown = f"{measured / scale:.{decimals}f} {unit}", f"{allowed / scale:g} {unit}"
+    return what, *shown, mark(measured < allowed)
+
+
 def main():
+    precisions = "float32", "float64"
+    speeds = [speed(name, *lit, precision) for name, lit in scenes().items() for precision in precisions]
+    memory = f"peak memory beside inputs and output, {MANY / 1e6:g} M vertices"
+    promises = [
+        *(promise(f"{memory}, {each}", measure_memory(each), ALLOWED_MEMORY, "MiB", 2**20, 1) for each in precisions),
+        promise("exact normal matrix, the slowest kind", matrix_seconds(), ALLOWED_MATRIX, "µs", 1e-6),
+        promise("import pvphong after pyvista", import_seconds(), ALLOWED_IMPORT, "ms", 1e-3),
+    ]
     title = f"CPU time per vertex, median of {REPEATS} runs in turns over {COUNT:,} vertices, and what stability costs"
     headings = "scene", "precision", "stable", "naive", "loss", "float32 throughout, textbook", "loss"
-    speed = table(title, *headings, texts=2)
-    for name, (scene, material) in scenes().items():
-        for precision in ("float32", "float64"):
-            seconds = measure(scene, material, precision)
-            cells = [f"{seconds['stable'] / COUNT * 1e9:.0f} ns"]
-            for naive in ("naive", "float32 throughout"):
-                if naive in seconds:
-                    loss = 1.0 - seconds[naive] / seconds["stable"]
-                    verdict = f"[{'green' if loss < ALLOWED_LOSS else 'red'}]{loss:+.0%}[/]"
-                    cells += [f"{seconds[naive] / COUNT * 1e9:.0f} ns", verdict]
-                else:
-                    cells += [f"{seconds['textbook'] / COUNT * 1e9:.0f} ns", ""]
-            speed.add_row(name, precision, *cells)
-    console, others = Console(width=120), table("Beside speed", "what", "measured", "allowed", "met")
-    for precision in ("float32", "float64"):
-        peak, allowed = measure_memory(precision) / 2**20, ALLOWED_MEMORY / 2**20
-        what = f"peak memory beside inputs and output, {MANY / 1e6:g} M vertices, {precision}"
-        others.add_row(what, f"{peak:.1f} MiB", f"{allowed:g} MiB", mark(peak < allowed))
-    matrix, importing = matrix_seconds(), import_seconds()
-    what, allowed = "exact normal matrix, the slowest kind", f"{ALLOWED_MATRIX * 1e6:g} µs"
-    others.add_row(what, f"{matrix * 1e6:.0f} µs", allowed, mark(matrix < ALLOWED_MATRIX))
-    what, allowed = "import pvphong after pyvista", f"{ALLOWED_IMPORT * 1e3:.0f} ms"
-    others.add_row(what, f"{importing * 1e3:.0f} ms", allowed, mark(importing < ALLOWED_IMPORT))
-    console.print(speed)
-    console.print(others)
+    show(title, headings, speeds, texts=2)
+    show("Beside speed", ("what", "measured", "allowed", "met"), promises)
 
 
 if __name__ == "__main__":

@@ -11,17 +11,15 @@ of its own, and a third process measures through `pvphong.evaluate` what effects
 """
 
 import os
-import sys
-import time
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import replace
-from multiprocessing import get_context
+from functools import partial
+from timeit import repeat
 
+import cyclopts
 import numpy as np
 import pyvista as pv
-from common import mark, table
+from common import CONSOLE, alone, mark, show, torus
 from pyvista import examples
-from rich.console import Console
 
 import pvphong as ph
 from pvphong.shading import kernel
@@ -37,33 +35,24 @@ NEEDLE = replace(SHINY, shininess=5000)
 def lit(mesh):
     """A far lamp, a near one and a weak one around a mesh, and an eye; the plan can leave out something of each."""
     middle, size = np.array(mesh.center), mesh.length
-    return ph.Scene(
-        lights=[
-            ph.PointLight(position=middle + size * np.array([400, 100, 300]), diffuse=(1, 0.95, 0.85), name="sun"),
-            ph.PointLight(
-                position=middle + size * np.array([0.3, -0.9, 0.6]),
-                attenuation=(1, 0, 0.5 / size**2),
-                diffuse=(0.3, 0.4, 0.6),
-                name="lamp",
-            ),
-            ph.PointLight(position=middle + size * np.array([0, 0, -3]), diffuse=0.0005, name="glow"),
-        ],
-        viewer=ph.Viewer(position=middle + size * np.array([1.1, -0.8, 0.7]), focal_point=middle, up=(0, 0, 1)),
-    )
 
+    def at(*place):
+        return middle + size * np.array(place)
 
-def torus():
-    """Closed, 10 000 points."""
-    mesh = pv.ParametricTorus(u_res=101, v_res=101, w_res=101).clean().triangulate()
-    mesh.clear_data()
-    return mesh
+    near = {"attenuation": (1, 0, 0.5 / size**2), "diffuse": (0.3, 0.4, 0.6)}
+    lights = [
+        ph.PointLight(position=at(400, 100, 300), diffuse=(1, 0.95, 0.85), name="sun"),
+        ph.PointLight(position=at(0.3, -0.9, 0.6), **near, name="lamp"),
+        ph.PointLight(position=at(0, 0, -3), diffuse=0.0005, name="glow"),
+    ]
+    return ph.Scene(lights, ph.Viewer(position=at(1.1, -0.8, 0.7), focal_point=middle, up=(0, 0, 1)))
 
 
 CASES = {
     "airplane": (examples.load_airplane, SHINY),
     "ant": (examples.load_ant, SHINY),
-    "torus, needle": (torus, NEEDLE),
-    "sphere, 1M": (lambda: pv.Sphere(theta_resolution=1001, phi_resolution=1001), SHINY),
+    "torus, needle": (partial(torus, 101), NEEDLE),
+    "sphere, 1M": (partial(pv.Sphere, theta_resolution=1001, phi_resolution=1001), SHINY),
 }
 
 
@@ -87,24 +76,16 @@ def dropped(scene, material):
     even = [replace(light, attenuation=(1, 0, 0)) for light in scene.lights]
     yield "attenuation", replace(scene, lights=even), material
     for light in scene.lights:
-        yield (
-            f"light {light.name}",
-            replace(scene, lights=[other for other in scene.lights if other != light]),
-            material,
-        )
+        others = [other for other in scene.lights if other != light]
+        yield f"light {light.name}", replace(scene, lights=others), material
 
 
 def evaluations(mesh):
     """A function from a scene and a material to the seconds that `evaluate` takes: the least of a few where short."""
     normals, in_a_row = mesh.phong.normals(), 1 if mesh.n_points > 100_000 else 7
 
-    def seconds(scene, material):
-        least = np.inf
-        for _ in range(in_a_row):
-            start = time.perf_counter()
-            ph.evaluate(mesh.points, normals, scene, material)
-            least = min(least, time.perf_counter() - start)
-        return least
+    def seconds(*lighting):
+        return min(repeat(lambda: ph.evaluate(mesh.points, normals, *lighting), number=1, repeat=in_a_row))
 
     return seconds
 
@@ -127,12 +108,6 @@ def compile_kernel(case):
     for precision in ("float32", "float64"):
         some = mesh.points[:9], mesh.phong.normals()[:9]
         ph.evaluate(*some, lit(mesh), SHINY, precision=precision, backend="numba" if kernel.is_available() else "auto")
-
-
-def alone(function, *arguments):
-    """What a function gives in a process of its own."""
-    with ProcessPoolExecutor(1, get_context("spawn")) as pool:
-        return pool.submit(function, *arguments).result()
 
 
 def seconds_of(row):
@@ -187,43 +162,33 @@ def parts(cost):
     return f"{middle:.1%} ({low:.1%} – {high:.1%})"
 
 
-def main():
+def main(seconds: float = 20.0, *cases: str) -> int:
     """Measure; 0 if all that is claimed holds."""
-    numbers = [float(word) for word in sys.argv[1:] if word.replace(".", "").isdigit()]
-    seconds, names = (numbers or [20.0])[0], [word for word in sys.argv[1:] if word in CASES] or list(CASES)
-    reports = table(
-        f"Reports in {seconds:g} s, each made twice",
-        "mesh", "chosen", "noise", "repeats", "ahead, of noise", "holds",
-    )  # fmt: skip
-    title = "What effects cost, of `evaluate`'s time: medians and quartiles"
-    ledgers = table(title, "mesh", "effect", "ledger", "separate runs", "ratio", "holds")
-    missing = table("Left out", "mesh", "what", "why")
-    held = True
-    for name in names:
+    reports, ledgers, missing, held = [], [], [], True
+    for name in cases or CASES:
         alone(compile_kernel, name)
         first, second = alone(reported, name, seconds), alone(reported, name, seconds)
         variant, part, noise = ahead(first, second)
-        holds = part <= noise
-        counts = [row["time"]["repeats"] for row in first["rows"]]
-        reports.add_row(
-            name, first["chosen"], f"{first['noise']:.1%}, {second['noise']:.1%}",
-            f"{min(counts)} – {max(counts)}", f"{part:+.1%} of {noise:.1%}: {variant}", mark(holds),
-        )  # fmt: skip
+        counts, noises = [row["time"]["repeats"] for row in first["rows"]], (first["noise"], second["noise"])
+        said = ", ".join(f"{each:.1%}" for each in noises), f"{min(counts)} – {max(counts)}"
+        over = f"{part:+.1%} of {noise:.1%}: {variant}"
+        reports.append((name, first["chosen"], *said, over, mark(part <= noise)))
+        held &= part <= noise
         for effect, told, apart, known in compared(first, alone(costs, name)):
             ratio = told[1] / apart[1] if apart[1] else np.nan
             agrees = abs(ratio - 1.0) <= ALLOWED
             held &= agrees or not known
             said = mark(agrees) if known else "in the noise"
-            ledgers.add_row(name, effect, parts(told), parts(apart), f"{ratio:.2f}", said)
-        for what, why in first["left_out"].items():
-            missing.add_row(name, what, why)
-        held &= holds
-    console = Console(width=150)
-    for part in (reports, ledgers, missing):
-        console.print(part)
-    console.print(f"{first['facts']['machine']}; load {os.getloadavg()[0]:.1f}; {first['facts']['date']}")
+            ledgers.append((name, effect, parts(told), parts(apart), f"{ratio:.2f}", said))
+        missing += [(name, what, why) for what, why in first["left_out"].items()]
+    headings = "mesh", "chosen", "noise", "repeats", "ahead, of noise", "holds"
+    show(f"Reports in {seconds:g} s, each made twice", headings, reports)
+    headings = "mesh", "effect", "ledger", "separate runs", "ratio", "holds"
+    show("What effects cost, of `evaluate`'s time: medians and quartiles", headings, ledgers)
+    show("Left out", ("mesh", "what", "why"), missing)
+    CONSOLE.print(f"{first['facts']['machine']}; load {os.getloadavg()[0]:.1f}; {first['facts']['date']}")
     return 0 if held else 1
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    cyclopts.run(main)

@@ -8,51 +8,31 @@ wanted at every vertex; the judge is `mesh.phong.truth` with many paths. Times a
 vertex colours in a process of its own. `ways.py` says how they are measured.
 """
 
-import argparse
 import time
 from functools import partial
 
+import cyclopts
 import numpy as np
 import pyvista as pv
-from rich.console import Console
+import scene_peers as peers
+from common import Cast, grid, timed
+from ways import BLENDER, MITSUBA, OURS, Row, Way, show_row
 
 import pvphong as ph
-
-try:
-    from benchmarks import scene_peers as peers
-    from benchmarks.common import Cast, timed
-    from benchmarks.ways import BLENDER, MITSUBA, OURS, Row, Way, shown
-except ImportError:
-    import scene_peers as peers
-    from common import Cast, timed
-    from ways import BLENDER, MITSUBA, OURS, Row, Way, shown
 
 COLORS = {"floor": (0.7, 0.7, 0.7), "ceiling": (0.7, 0.7, 0.7), "back": (0.7, 0.7, 0.6), "front": (0.6, 0.6, 0.6)}
 COLORS |= {"left": (0.7, 0.1, 0.1), "right": (0.1, 0.6, 0.1), "plate": (0.5, 0.5, 0.7)}
 
 
-def grid(center, direction, cells, size=1.0):
-    many = {"i_size": size, "j_size": size, "i_resolution": cells, "j_resolution": cells}
-    mesh = pv.Plane(center=center, direction=direction, **many).triangulate()
-    mesh.clear_data()
-    mesh.point_data.active_normals = np.tile(np.float32(direction), (mesh.n_points, 1))
-    return mesh
+INWARD = {"floor": (0, 0, 1), "ceiling": (0, 0, -1), "back": (0, -1, 0), "front": (0, 1, 0)}
+INWARD |= {"left": (1, 0, 0), "right": (-1, 0, 0)}
+SLANT = tuple(np.array([0.3, -0.8, 0.5]) / np.linalg.norm([0.3, -0.8, 0.5]))
 
 
 def walls(cells):
     """Blocks by name."""
-    slant = np.array([0.3, -0.8, 0.5]) / np.linalg.norm([0.3, -0.8, 0.5])
-    return pv.MultiBlock(
-        {
-            "floor": grid((0, 0, -0.5), (0, 0, 1), cells),
-            "ceiling": grid((0, 0, 0.5), (0, 0, -1), cells),
-            "back": grid((0, 0.5, 0), (0, -1, 0), cells),
-            "front": grid((0, -0.5, 0), (0, 1, 0), cells),
-            "left": grid((-0.5, 0, 0), (1, 0, 0), cells),
-            "right": grid((0.5, 0, 0), (-1, 0, 0), cells),
-            "plate": grid((0.05, 0.1, -0.15), tuple(slant), max(cells // 3, 1), 0.4),
-        }
-    )
+    blocks = {name: grid(cells, 1.0, -0.5 * np.array(inward), inward) for name, inward in INWARD.items()}
+    return pv.MultiBlock(blocks | {"plate": grid(max(cells // 3, 1), 0.4, (0.05, 0.1, -0.15), SLANT)})
 
 
 LAMP = ph.SphereLight(position=(0.1, -0.1, 0.25), radius=0.08, intensity=0.12, name="lamp")
@@ -110,17 +90,13 @@ def row(name, bounces, python, *more, again=None):
 PATHS = Way("mesh.phong.truth", lambda job: timed(partial(judged, job)), (16, 64, 256))
 
 
-def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("vertices", nargs="?", type=int, default=6000)
-    parser.add_argument("--blender", metavar="PYTHON", help="one that imports bpy")
-    options, again = parser.parse_args(), []
-    sizes = (options.vertices,)
-    measured = row("All bounces", peers.ALL_BOUNCES, options.blender, PATHS, again=again)
+def main(vertices: float = 6000, *, blender: str | None = None) -> None:
+    sizes, again = (int(vertices),), []
+    measured = row("All bounces", peers.ALL_BOUNCES, blender, PATHS, again=again)
     measured.measure(sizes)
-    Console(width=160).print(shown([measured], sizes))
+    show_row(measured, sizes)
     print(f"Other lights, by what is known: {min(again):.3f} s")
 
 
 if __name__ == "__main__":
-    main()
+    cyclopts.run(main)

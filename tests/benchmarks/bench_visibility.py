@@ -3,27 +3,28 @@
     python tests/benchmarks/bench_visibility.py [vertices] [--figure FILE] [--blender PYTHON]
 
 Two scenes: the penumbra of a torus on a plane of 100,000 vertices, or as many as are given, and the sky as a knot of
-half as many sees it. `ways.py` says how they are measured; what keeps one thread busy, as VTK does, looks up to twice
-as fast as it is. Hard shadows and updates per second are by the clock.
+half as many sees it. `ways.py` says how they are measured, and what to install; what keeps one thread busy, as VTK
+does, looks up to twice as fast as it is. Hard shadows and updates per second are by the clock.
 
 Errors are against 4096 rays of ours that are chosen with other numbers, or a truth of their own (`ray_peers` says whose
 and why). VTK and libigl look from some of the vertices, and Blender bakes a coarser mesh.
-
-Others that are compared if they are there: `pip install mitsuba libigl`, Mitsuba with LLVM's library; and with
-`--blender` a Python that has `pip install bpy`. Those that are missing are named.
 """
 
 import time
-from argparse import ArgumentParser
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from contextlib import suppress
 from dataclasses import replace
 from functools import partial
+from itertools import chain
 from unittest.mock import patch
 
+import cyclopts
 import numpy as np
 import pyvista as pv
-from rich.console import Console
+import ray_peers as peers
+from common import CONSOLE, THREADS, Caster, begin_on, equal_error_seconds, grid, show, timed
+from ray_peers import Job
+from ways import BLENDER, LIBIGL, MITSUBA, Row, Way, draw, relative, show_row
 
 import pvphong as ph
 from pvphong.meshes.visibility import KnownOccluders, world_faces
@@ -31,36 +32,20 @@ from pvphong.rays import casting
 from pvphong.rays.casting import Embree, Embreex, Locator, Occluders, ray_backend
 from pvphong.studio.lit_mesh import LitMesh
 
-try:
-    from benchmarks import ray_peers as peers
-    from benchmarks.common import THREADS, Caster, begin_on, equal_error_seconds, table, timed
-    from benchmarks.ray_peers import Job
-    from benchmarks.ways import BLENDER, LIBIGL, MITSUBA, Row, Way, figure, relative, shown
-except ImportError:
-    import ray_peers as peers
-    from common import THREADS, Caster, begin_on, equal_error_seconds, table, timed
-    from ray_peers import Job
-    from ways import BLENDER, LIBIGL, MITSUBA, Row, Way, figure, relative, shown
-
 TURNS, RAYS, TRUTH, PREVIEW = 3, (16, 64, 256), 4096, 16
 LIGHTS = [
     ph.DirectionalLight(direction=(1, 0, -1), name="sun"),
     ph.PointLight(position=(0, 0, 3), name="lamp"),
     ph.PointLight(position=(3, 0, 1), name="bulb"),
 ]
-COLORS = "#1b6ca8", "#6fa8d6", "#b3cde3", "#c2571a", "#e3ab85", "#2a7f3f", "#6b4c9a", "#9a9a9a"
-"""Of the ways, in their order."""
-CONSOLE = Console(width=160)
+COLORS = "#1b6ca8", "#6fa8d6", "#b3cde3", "#c2571a", "#e3ab85", "#2a7f3f", "#6b4c9a", "#9a9a9a"  # of the ways
 
 
 def penumbra(count: int) -> Job:
     """A plane that looks at a sphere light past a torus."""
-    cells = max(round(count**0.5) - 1, 1)
-    ground = pv.Plane(i_size=6, j_size=6, i_resolution=cells, j_resolution=cells).triangulate()
-    ground.point_data.active_normals = np.tile(np.float32([0, 0, 1]), (ground.n_points, 1))
     torus = pv.ParametricTorus(ringradius=0.9, crosssectionradius=0.3, u_res=120, v_res=60).triangulate()
     lamp = ph.SphereLight(position=(1.5, -1, 4), radius=0.5, intensity=16, name="lamp")
-    return Job(ground, (torus.rotate_x(50).translate((0, 0, 1.2)),), lamp)
+    return Job(grid(max(round(count**0.5) - 1, 1), 6.0), (torus.rotate_x(50).translate((0, 0, 1.2)),), lamp)
 
 
 def open_sky(count: int) -> Job:
@@ -111,25 +96,18 @@ def row(name: str, make: Callable[[int], Job], blender: str | None) -> Row:
     return Row(name, make, truth_of, ways, judged_at=RAYS.index(256), wanted=0.0)
 
 
-def adaptive_table(rows: tuple[Row, ...], sizes: tuple[int, ...]):
+def adaptive(row: Row, size: int) -> Iterator[list[str]]:
     """As many rays as the tolerance asks for, beside as many for all vertices."""
-    headings = "scene", "tolerance", "seconds", "RMS error", "rays a vertex", "fixed over adaptive, same error"
-    made = table("Adaptive", *headings)
-    for each, size in zip(rows, sizes, strict=True):
-        job = each.make(size)
-        truth = each.judge(job)
-        for tolerance in (0.02, 1 / 255) if each.first is each.ways[0] else ():
-            seconds = []
-            known = job.mesh.phong.visibility(job.scene, occluders=job.occluders, tolerance=tolerance)
-            seen_by(known)
-            for _ in range(TURNS):
-                again = known.afresh()
-                seconds.append(timed(lambda _, again=again: seen_by(again))(0).seconds)
-            error = relative(seen_by(known), truth)
-            over = equal_error_seconds(each.first.curve(size), error) / min(seconds)
-            numbers = f"{min(seconds):.3g}", f"{error:.1e}", f"{known.rays / len(job.points):.0f}", f"{over:.2f}"
-            made.add_row(each.name, f"{tolerance:.4f}", *numbers)
-    return made
+    job = row.make(size)
+    truth = row.judge(job)
+    for tolerance in (0.02, 1 / 255) if row.first is row.ways[0] else ():
+        known = job.mesh.phong.visibility(job.scene, occluders=job.occluders, tolerance=tolerance)
+        error = relative(seen_by(known), truth)
+        afresh = [known.afresh() for _ in range(TURNS)]
+        seconds = min(timed(lambda _, each=each: seen_by(each))(0).seconds for each in afresh)
+        over = equal_error_seconds(row.first.curve(size), error) / seconds
+        rays = known.rays / len(job.points)
+        yield [row.name, f"{tolerance:.4f}", f"{seconds:.3g}", f"{error:.1e}", f"{rays:.0f}", f"{over:.2f}"]
 
 
 # --- hard shadows, and a light that moves
@@ -146,11 +124,10 @@ def hard_shadows(count: int) -> str:
         seen.per_light  # noqa: B018  rays are cast when it is first read
         taken.append(time.perf_counter() - start)
         with suppress(ImportError):
-            alone.append(sum(peers.embreex_alone(mesh, LIGHTS).values()))
-    told = (
-        f"Three hard lights, {mesh.n_points:,} vertices, {mesh.n_cells:,} triangles, building too: {min(taken):.2f} s"
-    )
-    return f"{told}; embreex's calls alone {min(alone):.2f} s" if alone else f"{told}; embreex is missing"
+            alone.append(peers.embreex_alone(mesh, LIGHTS))
+    beside = f"embreex's calls alone {min(alone):.2f} s" if alone else "embreex is missing"
+    whole = f"{mesh.n_points:,} vertices, {mesh.n_cells:,} triangles, building too: {min(taken):.2f} s"
+    return f"Three hard lights, {whole}; {beside}"
 
 
 def drags(count: int) -> str:
@@ -169,25 +146,21 @@ def drags(count: int) -> str:
     return f"A light dragged over {len(job.points):,} vertices with shadows, updates per second: {', '.join(told)}"
 
 
-def main() -> None:
-    parser = ArgumentParser()
-    parser.add_argument("vertices", nargs="?", default=100_000, type=int)
-    parser.add_argument("--figure", help="where curves are drawn")
-    parser.add_argument("--blender", help="a Python that imports bpy")
-    given = parser.parse_args()
+def main(vertices: float = 100_000, *, figure: str = "", blender: str | None = None) -> None:
     begin_on(THREADS)
-    CONSOLE.print(hard_shadows(10 * given.vertices))
-    CONSOLE.print(drags(given.vertices))
-    sizes = given.vertices, given.vertices // 2
-    rows = row("A penumbra", penumbra, given.blender), row("The sky", open_sky, given.blender)
+    count = int(vertices)
+    CONSOLE.print(hard_shadows(10 * count))
+    CONSOLE.print(drags(count))
+    sizes = count, count // 2
+    rows = row("A penumbra", penumbra, blender), row("The sky", open_sky, blender)
     for each, size in zip(rows, sizes, strict=True):
-        each.measure((size,))
-        CONSOLE.print(shown([each], (size,)))
-    CONSOLE.print(adaptive_table(rows, sizes))
-    if given.figure:
-        styles = {way.name: (color, "o") for way, color in zip(rows[0].ways, COLORS, strict=True)}
-        figure(rows, sizes, given.figure, styles)
+        each.measure([size])
+        show_row(each, [size])
+    headings = "scene", "tolerance", "seconds", "RMS error", "rays a vertex", "fixed over adaptive, same error"
+    show("Adaptive", headings, chain(*map(adaptive, rows, sizes)))
+    if figure:
+        draw(rows, sizes, figure, {way.name: (color, "o") for way, color in zip(rows[0].ways, COLORS, strict=True)})
 
 
 if __name__ == "__main__":
-    main()
+    cyclopts.run(main)

@@ -1,4 +1,4 @@
-"""What benchmarks share: a scene, vertices, the textbook's formula, calls that are measured in turns, and tables.
+"""What benchmarks share: scenes, meshes, the textbook's formula, calls that are measured in turns, and tables.
 
 Calls take turns, so that a busy machine slows all of them down alike.
 """
@@ -9,19 +9,25 @@ import sys
 import tempfile
 import time
 from collections.abc import Callable
+from concurrent.futures import ProcessPoolExecutor
 from contextlib import suppress
+from multiprocessing import get_context
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
+import pyvista as pv
+from rich.console import Console
 from rich.table import Table
 
 from pvphong import Material, PointLight, Scene, Viewer
 from pvphong.shading import kernel
 from pvphong.studies.accuracy.peers import textbook_colors as textbook  # noqa: F401 for benchmarks
 
-THREADS = 2
-"""Of those who are compared."""
+THREADS = 2  # of those who are compared
+CONSOLE = Console(width=180)
+
+# --- what is lit
 
 
 def measured_scene():
@@ -44,8 +50,27 @@ def vertices(count, dtype=np.float64):
     return points.astype(dtype), normals.astype(dtype)
 
 
-def in_turns(calls, repeats, clock=time.perf_counter):
-    """Name → seconds of every repeat of a call; a first turn compiles and warms up, and does not count."""
+def grid(cells, size=1.0, center=(0, 0, 0), direction=(0, 0, 1)):
+    """A square of so many cells each way, cut into triangles, with normals."""
+    extent = {"i_size": size, "j_size": size, "i_resolution": cells, "j_resolution": cells}
+    mesh = pv.Plane(center=center, direction=direction, **extent).triangulate()
+    mesh.clear_data()
+    mesh.point_data.active_normals = np.tile(np.float32(direction), (mesh.n_points, 1))
+    return mesh
+
+
+def torus(side):
+    """Closed, of so many points each way, without normals."""
+    mesh = pv.ParametricTorus(u_res=side, v_res=side).clean().triangulate()
+    mesh.clear_data()
+    return mesh
+
+
+# --- measuring
+
+
+def in_turns(calls, repeats, clock=time.perf_counter, of=min):
+    """Name → seconds of a call, the least or another of all repeats; a first turn compiles, and does not count."""
     seconds = {name: [] for name in calls}
     for turn in range(repeats + 1):
         for name, call in calls.items():
@@ -53,19 +78,13 @@ def in_turns(calls, repeats, clock=time.perf_counter):
             call()
             if turn:
                 seconds[name].append(clock() - start)
-    return seconds
-
-
-def least_in_turns(calls, repeats, clock=time.perf_counter):
-    """Name → seconds of the fastest repeat."""
-    return {name: min(times) for name, times in in_turns(calls, repeats, clock).items()}
+    return {name: of(times) for name, times in seconds.items()}
 
 
 class Cast(NamedTuple):
     """What rays have found, and what that took."""
 
-    seconds: float
-    """Of processors, all threads together."""
+    seconds: float  # of processors, all threads together
     found: np.ndarray
 
 
@@ -94,18 +113,21 @@ def by_parts(at_once: int, count: int, of_some: Callable[[int, int, int], np.nda
     return timed(work)
 
 
-def baked(code: str, python: str | None, data: dict[str, Any]) -> Caster:
-    """Of a script for Blender, which gets files for data and result, a number of rays, and one of threads."""
+def baked(python, meshes, looking, **data) -> Caster:
+    """By Blender, in a process of its own, at the vertices of the first meshes; `blender_bake.py` says of what data."""
     if python is None:
         raise FileNotFoundError("no Python with bpy was named")
     subprocess.run([python, "-c", "import bpy"], check=True, capture_output=True)
+    for number, mesh in enumerate(meshes):
+        data |= {f"points{number}": np.array(mesh.points), f"corners{number}": np.array(mesh.regular_faces)}
+    data |= {"count": len(meshes), "looking": looking}
 
     def cast(rays: int) -> Cast:
         with tempfile.TemporaryDirectory() as folder:
             given, result = Path(folder) / "given.npz", Path(folder) / "result.npz"
             np.savez(given, **data)
-            command = [python, "-c", code, str(given), str(result), str(rays), str(THREADS)]
-            subprocess.run(command, check=True, capture_output=True)
+            script = Path(__file__).with_name("blender_bake.py")
+            subprocess.run([python, script, given, result, str(rays), str(THREADS)], check=True, capture_output=True)
             with np.load(result) as found:
                 return Cast(float(found["seconds"]), found["seen"])
 
@@ -133,22 +155,27 @@ def equal_error_seconds(curve, error):
     return float(np.exp(start + (np.log(error) - above) * (end - start) / (below - above)))
 
 
-def apart(code, *arguments, **environment):
-    """What a process of its own prints."""
-    folders = os.pathsep.join([str(Path(__file__).parent), os.environ.get("PYTHONPATH", "")])
-    variables = os.environ | {"PYTHONPATH": folders} | environment
-    command = [sys.executable, "-c", code, *map(str, arguments)]
-    run = subprocess.run(command, env=variables, capture_output=True, text=True, check=False)
-    return run.stdout if run.returncode == 0 else sys.exit(run.stderr)
+def apart(code, **environment):
+    """What a process of its own prints, in which benchmarks are importable."""
+    run = [sys.executable, "-c", code]
+    return subprocess.check_output(run, env=os.environ | environment, cwd=Path(__file__).parent, text=True)
+
+
+def alone(function, *arguments):
+    """What a function gives in a process of its own."""
+    with ProcessPoolExecutor(1, get_context("spawn")) as pool:
+        return pool.submit(function, *arguments).result()
+
+
+# --- many files
 
 
 def new_cluster(workers):
     """Of single threads, as `shade_files` starts one."""
     from distributed import LocalCluster
 
-    return LocalCluster(
-        n_workers=workers, threads_per_worker=1, dashboard_address=":0", env={"VTK_SMP_MAX_THREADS": "1"}
-    )
+    single = {"threads_per_worker": 1, "env": {"VTK_SMP_MAX_THREADS": "1"}}
+    return LocalCluster(n_workers=workers, dashboard_address=":0", **single)
 
 
 def files_lit(cluster, files, out, *lighting, **options):
@@ -180,12 +207,20 @@ def peak():
     return 1024 * int(status.split("VmHWM:")[1].split()[0])
 
 
-def table(title, *headings, texts=1):
-    """An empty table; the first columns hold texts, the others numbers."""
-    result = Table(title=title, title_justify="left")
+# --- printing
+
+
+def show(title, headings, rows, texts=1):
+    """Print a table; the first columns hold texts, the others numbers, and rows without cells are lines between."""
+    made = Table(title=title, title_justify="left")
     for place, heading in enumerate(headings):
-        result.add_column(heading, justify="right" if place >= texts else "left")
-    return result
+        made.add_column(heading, justify="right" if place >= texts else "left")
+    for row in rows:
+        if row:
+            made.add_row(*row)
+        else:
+            made.add_section()
+    CONSOLE.print(made)
 
 
 def mark(holds):

@@ -12,13 +12,10 @@ from functools import cached_property, partial
 
 import numpy as np
 import pyvista as pv
+from common import THREADS, Cast, Caster, baked, by_parts, timed
+from scene_peers import mesh_of_mitsuba, returning
 
 import pvphong as ph
-
-try:
-    from benchmarks.common import THREADS, Cast, Caster, baked, by_parts, timed
-except ImportError:
-    from common import THREADS, Cast, Caster, baked, by_parts, timed
 
 ABOVE = 1e-4
 """Lengths: so far above the surface plain rays begin; meshes are some six units wide."""
@@ -117,12 +114,12 @@ def plain_rays(job: Job) -> Caster:
     return timed(work)
 
 
-def embreex_alone(mesh: pv.PolyData, lights: list) -> dict[str, float]:
-    """Seconds of embreex's calls for one ray to each light without a size that is faced, on one thread."""
+def embreex_alone(mesh: pv.PolyData, lights: list) -> float:
+    """Seconds of embreex's calls, its tree and one ray to each light without a size that is faced, on one thread."""
     points, normals = np.asarray(mesh.points, np.float32), np.asarray(mesh.point_data.active_normals, np.float32)
     start = time.perf_counter()
     scene = _scene_of_embreex(points, mesh.regular_faces)
-    taken = {"tree": time.perf_counter() - start, "rays": 0.0}
+    taken = time.perf_counter() - start
     for light in lights:
         direction = getattr(light, "direction", None)
         to_light = np.float32(light.position) - points if direction is None else np.float32([direction]) * -1
@@ -132,7 +129,7 @@ def embreex_alone(mesh: pv.PolyData, lights: list) -> dict[str, float]:
         lengths = np.linalg.norm(to_light, axis=1) if direction is None else np.full(len(begins), FAR, np.float32)
         start = time.perf_counter()
         scene.run(begins, _unit(to_light), dists=lengths, query="OCCLUDED")
-        taken["rays"] += time.perf_counter() - start
+        taken += time.perf_counter() - start
     return taken
 
 
@@ -146,14 +143,8 @@ def _scene_of_mitsuba(job: Job):
 
     mi.set_variant("llvm_ad_mono")
     dr.set_thread_count(THREADS)
-    points, corners = job.triangles
     white = {"type": "diffuse", "reflectance": {"type": "spectrum", "value": 1.0}}
-    properties = mi.Properties()
-    properties["bsdf"] = mi.load_dict({"type": "twosided", "white": white})
-    shape = mi.Mesh("triangles", len(points), len(corners), props=properties)
-    parameters = mi.traverse(shape)
-    parameters["vertex_positions"], parameters["faces"] = points.ravel(), corners.astype(np.uint32).ravel()
-    parameters.update()
+    shape = mesh_of_mitsuba(*job.triangles, {"type": "twosided", "white": white})
     emitter = {"type": "constant"}
     if job.light:
         place, radius = list(job.light.position), job.light.radius
@@ -200,7 +191,6 @@ def mitsuba_as_it_comes(job: Job) -> Caster:
     One multijittered sampler is seeded for all of them. What arrives is divided by what would if nothing were in
     between, by as many samples as the truth has.
     """
-    import drjit as dr
     import mitsuba as mi
 
     if job.light is None:
@@ -208,20 +198,14 @@ def mitsuba_as_it_comes(job: Job) -> Caster:
     scenes = [_scene_of_mitsuba(each) for each in (job, Job(job.mesh, (), job.light))]
     integrator = mi.load_dict({"type": "direct", "emitter_samples": 1, "bsdf_samples": 0})
     inside = job.points + 1e-6 * (job.points.mean(axis=0) - job.points)  # rays to the border may miss it
-    begins, backward = mi.Point3f((inside + 1e-3 * job.normals).T), mi.Vector3f(-job.normals.T)
+    begins, sampler = inside + 1e-3 * job.normals, {"type": "multijitter"}
+    seen, unblocked = (returning(scene, integrator, sampler, begins, -job.normals) for scene in scenes)
+    _, whole = by_parts(RAYS_AT_ONCE, len(begins), unblocked)(4096)
 
-    def arriving(scene, rays: int, first: int, last: int) -> np.ndarray:
-        count = (last - first) * rays
-        sampler = mi.load_dict({"type": "multijitter", "sample_count": rays})
-        sampler.seed(dr.opaque(mi.UInt32, first), count)
-        row = dr.arange(mi.UInt32, count) // rays + dr.opaque(mi.UInt32, first)
-        ray = mi.Ray3f(dr.gather(mi.Point3f, begins, row), dr.gather(mi.Vector3f, backward, row))
-        found, _, _ = integrator.sample(scene, sampler, mi.RayDifferential3f(ray))
-        return np.array(dr.block_sum(found[0], rays)) / rays
+    def of_some(rays: int, first: int, last: int) -> np.ndarray:
+        return (seen(rays, first, last) / whole[first:last])[:, 0]
 
-    seen_by = partial(by_parts, RAYS_AT_ONCE, len(job.points))
-    _, whole = seen_by(partial(arriving, scenes[1]))(4096)
-    return seen_by(lambda rays, first, last: arriving(scenes[0], rays, first, last) / whole[first:last])
+    return by_parts(RAYS_AT_ONCE, len(begins), of_some)
 
 
 # --- libigl
@@ -241,66 +225,19 @@ def libigl(job: Job) -> Caster:
 
 # --- Blender
 
-_BAKE = """
-import sys, time
-import bpy, numpy as np
-data, rays = np.load(sys.argv[1]), int(sys.argv[3])
-bpy.ops.wm.read_factory_settings(use_empty=True)
-scene = bpy.context.scene
-scene.render.engine, scene.render.threads_mode, scene.render.threads = "CYCLES", "FIXED", int(sys.argv[4])
-scene.cycles.device, scene.cycles.use_adaptive_sampling = "CPU", False
-for number in range(int(data["count"])):
-    mesh = bpy.data.meshes.new(str(number))
-    mesh.from_pydata(data[f"points{number}"].tolist(), [], data[f"corners{number}"].tolist())
-    mesh.shade_smooth()
-    thing = bpy.data.objects.new(str(number), mesh)
-    scene.collection.objects.link(thing)
-    if number == 0:
-        looks = thing
-if "place" in data:
-    light = bpy.data.lights.new("light", "POINT")
-    light.shadow_soft_size, light.use_soft_falloff, light.energy = float(data["radius"]), False, 4 * np.pi**2
-    lamp = bpy.data.objects.new("lamp", light)
-    lamp.location = data["place"].tolist()
-    scene.collection.objects.link(lamp)
-else:
-    scene.world = bpy.data.worlds.new("world")
-    scene.world.light_settings.distance = 1e6
-looks.data.color_attributes.new("seen", "FLOAT_COLOR", "POINT")
-looks.data.color_attributes.active_color_index = 0
-looks.data.materials.append(bpy.data.materials.new("white"))
-bpy.context.view_layer.objects.active = looks
-looks.select_set(True)
-how = {"type": "DIFFUSE", "pass_filter": {"DIRECT"}} if "place" in data else {"type": "AO"}
-taken = []
-for scene.cycles.samples, scene.cycles.seed in ((1, 0), (rays, rays)):
-    start = time.process_time()
-    bpy.ops.object.bake(target="VERTEX_COLORS", **how)
-    taken.append(time.process_time() - start)
-seen = np.zeros((len(looks.data.vertices), 4), np.float32)
-looks.data.color_attributes["seen"].data.foreach_get("color", seen.ravel())
-np.savez(sys.argv[2], seen=seen[:, 0], seconds=(taken[1] - taken[0]) * rays / (rays - 1))
-"""
-
 
 def blender(job: Job, *, python: str | None) -> Caster:
-    """Cycles bakes colours of vertices, in a process of its own: `python` is one that imports `bpy`.
-
-    What a bake of one sample takes is taken off. Light is divided by what would arrive if nothing were in between.
-    """
-    meshes = [job.mesh, *job.occluders]
-    data = {f"points{number}": np.array(mesh.points) for number, mesh in enumerate(meshes)}
-    data |= {f"corners{number}": np.array(mesh.regular_faces) for number, mesh in enumerate(meshes)}
-    unblocked = np.ones(len(job.points))
-    if job.light:
-        data |= {"place": job.light.position, "radius": job.light.radius}
-        to_light = np.array(job.light.position) - job.points
+    """Its light is divided by what would arrive if nothing were in between."""
+    lights, unblocked = [job.light] if job.light else [], np.ones(len(job.points))
+    for light in lights:
+        to_light = np.array(light.position) - job.points
         unblocked = (to_light * job.normals).sum(axis=1) / np.linalg.norm(to_light, axis=1) ** 3
-
-    bake = baked(_BAKE, python, {"count": len(meshes)} | data)
+    lamps = {"places": [light.position for light in lights], "radii": [light.radius for light in lights]}
+    lamps["powers"] = [1.0] * len(lights)
+    bake = baked(python, [job.mesh, *job.occluders], 1, colors=np.ones((1, 3)), bounces=0, **lamps)
 
     def cast(rays: int) -> Cast:
         seconds, seen = bake(rays)
-        return Cast(seconds, seen / unblocked)
+        return Cast(seconds, seen[:, 0] / unblocked)
 
     return cast

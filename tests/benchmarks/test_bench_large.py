@@ -8,7 +8,7 @@ import pytest
 pytest.importorskip("distributed")
 pytest.importorskip("psutil")
 
-from benchmarks.bench_large import Cluster, Task, piece_of_city, simulate
+from bench_large import Cluster, Task, piece_of_city, simulate
 
 IDEAL = Cluster(4, storage=np.inf, link=np.inf, per_message=0.0, lives=np.inf)
 

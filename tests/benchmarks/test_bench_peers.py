@@ -1,11 +1,13 @@
 """The benchmark beside other programs compares like with like: what is missing is named, and times are at one error."""
 
+import bench_peers
+import bench_transport
 import numpy as np
 import pytest
-from benchmarks import bench_peers, bench_transport, ways
-from benchmarks.bench_peers import TEXTBOOK
-from benchmarks.common import Cast
-from benchmarks.ways import BLENDER, OURS, Row, Way
+import ways
+from bench_peers import TEXTBOOK
+from common import Cast
+from ways import BLENDER, OURS, Row, Way
 
 
 @pytest.fixture(autouse=True)
@@ -56,6 +58,6 @@ def test_times_are_compared_at_our_error_and_what_is_too_much_is_multiplied():
     assert several[1].seconds_to(row.error, 100) == pytest.approx(2.56)
     assert "black" in several[2].obstacle
     assert "another picture: 50% off" in several[3].obstacle
-    told = [str(cell) for column in ways.shown([row], (10, 100)).columns for cell in column.cells]
+    told = [cell for cells in ways.cells(row, (10, 100)) for cell in cells]
     assert "1 / 1" in told
     assert "4 / 40" in told

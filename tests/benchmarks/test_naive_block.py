@@ -1,18 +1,19 @@
 """The comparators of the benchmark compute the same thing as the evaluator; so their times can be compared."""
 
 import numpy as np
-from benchmarks.common import measured_scene, vertices
-from benchmarks.naive_block import naive_highlights
+import pytest
+from bench_reference import naive_formulas, scenes
+from common import vertices
 
 from pvphong.shading.evaluation import evaluate
 
 COUNT = 40_000
 
 
-def test_the_naive_block_agrees_and_is_another_formula():
-    scene, material = measured_scene()
-    points, normals = vertices(COUNT)
-    with naive_highlights():
-        naive = evaluate(points, normals, scene, material, precision="float64", backend="numpy").rgb
-    stable = evaluate(points, normals, scene, material, precision="float64", backend="numpy").rgb
+@pytest.mark.parametrize("name", scenes())
+def test_naive_formulas_agree_and_are_others(name):
+    how = {"precision": "float64", "backend": "numpy"}
+    stable = evaluate(*vertices(COUNT), *scenes()[name], **how).rgb
+    with naive_formulas():
+        naive = evaluate(*vertices(COUNT), *scenes()[name], **how).rgb
     assert 0 < np.abs(naive - stable).max() < 1e-12

@@ -5,8 +5,8 @@ import os
 import numpy as np
 import pytest
 import pyvista as pv
-from benchmarks import ray_peers as peers
-from benchmarks.common import equal_error_seconds, slope
+import ray_peers as peers
+from common import equal_error_seconds, grid, slope
 
 import pvphong as ph
 
@@ -15,9 +15,7 @@ RAYS = 64
 
 def job(light):
     """A plane below a ball."""
-    ground = pv.Plane(i_size=4, j_size=4, i_resolution=8, j_resolution=8).triangulate()
-    ground.point_data.active_normals = np.tile(np.float32([0, 0, 1]), (ground.n_points, 1))
-    return peers.Job(ground, (pv.Sphere(radius=0.5, center=(0.1, 0, 1)),), light)
+    return peers.Job(grid(8, 4.0), (pv.Sphere(radius=0.5, center=(0.1, 0, 1)),), light)
 
 
 @pytest.mark.parametrize("light", [None, ph.SphereLight((0.3, -0.2, 4), radius=1.0)], ids=["sky", "light"])

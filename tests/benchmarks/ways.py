@@ -3,21 +3,20 @@
 Time is that of processors, two threads together; preparation (trees, textures, compiling what a scene needs) stands
 apart. Errors are RMS, as a share of the truth's mean. Ways that take long are measured on fewer vertices, and their
 times multiplied; a star marks them.
+
+Others are compared if they are there: `pip install mitsuba libigl`, Mitsuba with LLVM's library; and with `--blender`
+a Python that has `pip install bpy`. Those that are missing, crash, or draw black are named.
 """
 
 import subprocess
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import cache, partial
 from typing import Any
 
 import numpy as np
-
-try:
-    from benchmarks.common import Caster, equal_error_seconds, slope, table
-except ImportError:  # started as a script
-    from common import Caster, equal_error_seconds, slope, table
+from common import Caster, equal_error_seconds, show, slope
 
 TURNS, QUICK, VERY_QUICK, TIMES_A_TURN = 5, 3.0, 0.1, 10
 """Ways that take less than `QUICK` seconds have so many turns more, one after the other, so that a busy machine slows
@@ -25,34 +24,19 @@ all of them down; below `VERY_QUICK` they run so many times in each. The least c
 OURS, MITSUBA, BLENDER, LIBIGL = "pvphong", "Mitsuba 3", "Blender's bake", "libigl"
 LEAST_ERROR, WANTED = 1e-8, 1e-3
 """Errors below the first count as it; times are compared at ours, or at the second where that is larger."""
-ALIKE = 0.05
-"""A truth of another's own that is farther from ours, relative to the mean, is another picture."""
+ALIKE = 0.05  # a truth of another's own that is farther from ours, relative to the mean, is another picture
 
 
 @dataclass
 class Way:
-    """One way to do a job.
-
-    Parameters
-    ----------
-    prepare : callable
-        Of a job, what casts so many rays and gives seconds and an array.
-    rays : tuple of int
-        Numbers of rays that are measured; one number where none are needed.
-    most : int
-        On more vertices it is not measured.
-    step : int
-        It looks from every so many-th vertex, by the job's `some`.
-    own_truth : int
-        So many rays judge it; 0 for the judge of the job.
-    """
+    """One way to do a job."""
 
     name: str
-    prepare: Callable[[Any], Caster]
-    rays: tuple[int, ...] = (1,)
-    most: int = 10**9
-    step: int = 1
-    own_truth: int = 0
+    prepare: Callable[[Any], Caster]  # of a job
+    rays: tuple[int, ...] = (1,)  # numbers that are measured; one where none are needed
+    most: int = 10**9  # on more vertices it is not measured
+    step: int = 1  # it looks from every so many-th vertex, by the job's `some`
+    own_truth: int = 0  # so many rays of its own judge it; 0 for the judge of the job
     obstacle: str = ""
     preparing: float = 0.0
     seconds: dict[int, list[float]] = field(default_factory=dict)
@@ -77,8 +61,7 @@ class Row:
     make: Callable[[int], Any]
     judge: Callable[[Any], np.ndarray]
     ways: list[Way]
-    judged_at: int = 0
-    """Which of our numbers of rays says at what error times are compared."""
+    judged_at: int = 0  # which of our numbers of rays says at what error times are compared
     wanted: float = WANTED
 
     @property
@@ -153,29 +136,32 @@ def relative(found: np.ndarray, truth: np.ndarray) -> float:
     return float(np.sqrt(np.square(found - truth).mean()) / truth.mean())
 
 
-def shown(rows: Sequence[Row], sizes: Sequence[int]):
-    """Slopes are those of errors by rays."""
-    headings = "error, by rays", "slope", *(f"{size:,} vertices, s" for size in sizes), "times the first", "prepared, s"
-    made = table("At equal error, processor seconds", "job", "by", *headings, texts=3)
-    for row in rows:
-        for way in row.ways:
-            job = f"{row.name}, to {row.error:.1e}" if way is row.ways[0] else ""
-            if way.obstacle:
-                made.add_row(job, way.name, way.obstacle)
-                continue
-            errors = ", ".join(f"{rays}: {error:.0e}" for rays, error in zip(way.rays, way.errors, strict=True))
-            falls = f"{slope(way.rays, way.errors):.2f}" if len(way.rays) > 1 else ""
-            taken = {size: way.seconds_to(row.error, size) for size in sizes}
-            times = [taken[size] / row.first.seconds_to(row.error, size) for size in sizes]
-            stars = {size: "" if size <= way.most and way.step == 1 else " *" for size in sizes}
-            cells = [f"{each:.3g}{stars[size]}" if np.isfinite(each) else "never" for size, each in taken.items()]
-            ratio = " / ".join(f"{each:.3g}" if 0.0 < each < np.inf else "-" for each in times)
-            made.add_row(job, way.name, errors, falls, *cells, ratio, f"{way.preparing:.2g}")
-        made.add_section()
-    return made
+def cells(row: Row, sizes: Sequence[int]) -> Iterator[list[str]]:
+    """What a table says of a job; slopes are those of errors by rays."""
+    for way in row.ways:
+        job = f"{row.name}, to {row.error:.1e}" if way is row.ways[0] else ""
+        if way.obstacle:
+            yield [job, way.name, way.obstacle]
+            continue
+        errors = ", ".join(f"{rays}: {error:.0e}" for rays, error in zip(way.rays, way.errors, strict=True))
+        falls = f"{slope(way.rays, way.errors):.2f}" if len(way.rays) > 1 else ""
+        seconds, ratios = [], []
+        for size in sizes:
+            taken = way.seconds_to(row.error, size)
+            over = taken / row.first.seconds_to(row.error, size)
+            star = "" if size <= way.most and way.step == 1 else " *"
+            seconds.append(f"{taken:.3g}{star}" if np.isfinite(taken) else "never")
+            ratios.append(f"{over:.3g}" if 0.0 < taken < np.inf else "-")
+        yield [job, way.name, errors, falls, *seconds, " / ".join(ratios), f"{way.preparing:.2g}"]
 
 
-def figure(rows: Sequence[Row], sizes: Sequence[int], path: str, styles: dict[str, tuple[str, str]]) -> None:
+def show_row(row: Row, sizes: Sequence[int]) -> None:
+    at_sizes = [f"{size:,} vertices, s" for size in sizes]
+    headings = ["job", "by", "error, by rays", "slope", *at_sizes, "times the first", "prepared, s"]
+    show("At equal error, processor seconds", headings, cells(row, sizes), texts=3)
+
+
+def draw(rows: Sequence[Row], sizes: Sequence[int], path: str, styles: dict[str, tuple[str, str]]) -> None:
     """Seconds against error, a panel for each job; marks alone are ways that need no rays."""
     from matplotlib.figure import Figure
 
