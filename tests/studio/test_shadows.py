@@ -1,7 +1,5 @@
 """Shadows in windows follow lights, meshes and their places; what has not moved is not traced again."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np
@@ -21,10 +19,6 @@ BALL = ph.SphereLight(position=(0, 1, 4), radius=0.6, intensity=16, name="ball")
 WHITE = ph.Material(ambient=0.5, diffuse=0.9)
 
 
-def floor():
-    return pv.Plane(i_size=4, j_size=4, i_resolution=30, j_resolution=30)
-
-
 def hat():
     return pv.Disc(center=(0, 0, 2), inner=0, outer=0.7, r_res=2, c_res=30)
 
@@ -37,7 +31,7 @@ class Window:
         self.phong.light_model = ph.LightModel(**({"shadows": True} | model))
         for light in lights:
             self.phong.add_light(light)
-        self.ground, self.over = floor(), hat()
+        self.ground, self.over = pv.Plane(i_size=4, j_size=4, i_resolution=30, j_resolution=30), hat()
         self.floor = self.phong.add_mesh(self.ground, WHITE)
         self.hat = self.phong.add_mesh(self.over, WHITE)
         self.plotter.camera_position = [(0, -8, 5), (0, 0, 0), (0, 0, 1)]
