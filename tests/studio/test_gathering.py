@@ -194,6 +194,31 @@ def test_refined_pictures_come_after_the_light(window, rays):
     assert [bool(each.pictures) for each in window.lit.refining.values()] == [True, True]
 
 
+def test_of_many_vertices_it_follows_when_a_drag_ends_in_the_lights_colours_meanwhile(window, monkeypatch):
+    window.lit.is_in_a_page = False
+    window.bounce(2)
+    window.check()
+    before = [mesh.evaluations for mesh in window.lit.meshes]
+    window.plotter.render()
+    assert [mesh.evaluations for mesh in window.lit.meshes] == before
+    monkeypatch.setattr("pvphong.studio.gathering._LIVE", 10)
+    window.lit.uses_preview_rays = True
+    window.phong.set_light("lamp", replace(LAMP, intensity=0.5))
+    window.plotter.render()
+    assert window.lit.note == "light that bounces follows when let go"
+    window.check()  # one light was dimmed: that is linear
+    window.lit.uses_preview_rays = False
+    window.phong.set_light("lamp", replace(LAMP, position=(0, 1, 3)))
+    window.plotter.render()
+    assert window.lit.note == ""
+    window.check()
+    with pytest.raises(AssertionError):
+        window.check(bounces=0)
+    window.phong.mesh(window.actors[0]).material = ph.Material(diffuse=1.5)
+    with pytest.warns(LightingWarning, match="reflects 1.5 times what arrives"):
+        window.plotter.render()
+
+
 @pytest.mark.usefixtures("rays")
 def test_why_nothing_is_gathered_is_said(window, monkeypatch):
     def fail(*_):

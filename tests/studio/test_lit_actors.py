@@ -138,12 +138,11 @@ def test_colours_that_somebody_resized_or_took_away_are_there_again():
 LEFT, RIGHT = (120, 200), (280, 200)  # pixels in which the balls are seen
 
 
-@pytest.mark.parametrize(
-    "edit", ["points replaced by none", "points resized", "arrays removed", "index beyond", "all gone"]
-)
-def test_in_a_window_a_broken_mesh_is_not_drawn_the_others_stay_current_and_it_is_said_once_until_it_is_mended(
-    new_plotter, edit
-):
+UNDRAWABLE = ["points replaced by none", "points resized", "arrays removed", "index beyond", "all gone"]
+
+
+@pytest.mark.parametrize("edit", UNDRAWABLE)
+def test_in_a_window_a_broken_mesh_is_not_drawn_which_is_said_once_and_the_others_stay_current(new_plotter, edit):
     def sun(color):
         return DirectionalLight(direction=(0, 0, -1), diffuse=color, name="sun")
 

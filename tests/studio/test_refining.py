@@ -58,7 +58,6 @@ def window(new_plotter, monkeypatch):
 def test_a_picture_waits_for_what_refine_gives_and_own_vertices_are_lit_as_soon_as_something_moves(window):
     w = window()
     given = w.ground.copy()
-    image = w.plotter.screenshot(return_img=True)
     for light in (LAMP, replace(LAMP, position=(-0.5, 0.2, 3))):
         w.phong.set_light("lamp", light)
         w.plotter.render()

@@ -67,9 +67,7 @@ def test_the_rig_is_kept_when_it_changes_where_that_is_asked_for(plotter, tmp_pa
     assert [each.name for each in tmp_path.iterdir()] == [path.name]
 
 
-def test_a_rig_that_cannot_be_kept_is_said_without_the_servers_folders_and_another_mesh_is_not_kept_there(
-    plotter, tmp_path
-):
+def test_a_rig_that_cannot_be_kept_is_said_without_folders_and_another_mesh_is_not_kept_there(plotter, tmp_path):
     async def cell():
         shown = plotter.phong.studio(keep=tmp_path / "gone" / "a-rig.json")
         shown.studio._save()
