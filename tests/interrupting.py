@@ -4,8 +4,6 @@
 process that is forked from this one.
 """
 
-from __future__ import annotations
-
 import hashlib
 import json
 import os

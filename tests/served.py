@@ -7,6 +7,7 @@ the test's side of that.
 import json
 import sys
 import time
+from functools import partial
 from io import BytesIO
 
 import numpy as np
@@ -179,11 +180,6 @@ def _remote(plotter, server, **options):
     plotter_ui(plotter, mode="server", server=server, add_menu=False, **keys, **options)
 
 
-def _coarse(plotter, server):
-    """As `_remote`, with fewer pixels while a button is down."""
-    _remote(plotter, server, interactive_ratio=0.5)
-
-
 def _area(plotter, server):  # noqa: ARG001 the layout that it is made in knows the server
     """What `plotter.trame.app()` shows when it renders remotely."""
     from trame_pyvista.widgets import PyVistaRCAView
@@ -191,8 +187,8 @@ def _area(plotter, server):  # noqa: ARG001 the layout that it is made in knows 
     PyVistaRCAView(plotter, send_mouse_move=True)
 
 
-VIEWS = {"remote": _remote, "coarse": _coarse, "area": _area}
-"""PyVista's views with server-side rendering."""
+VIEWS = {"remote": _remote, "coarse": partial(_remote, interactive_ratio=0.5), "area": _area}
+"""PyVista's views with server-side rendering; a coarse one has fewer pixels while a button is down."""
 
 if __name__ == "__main__":
     main(sys.argv[1])

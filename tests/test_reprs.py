@@ -19,7 +19,6 @@ LAMP = ph.PointLight(position=(0, 0, 2), name="<i>lamp & co</i>")
 SCENE = ph.Scene([LAMP], ph.Viewer(position=(0, 0, 3)))
 MESH = pv.Sphere(theta_resolution=8, phi_resolution=8)
 FAULTY = {"matrix": np.diag([1, 1, -1, 1])}
-SHORT = 120
 
 
 @pytest.fixture(scope="module")
@@ -62,19 +61,8 @@ VALUES = {
 
 def test_every_public_class_is_looked_at():
     classes = {name for name in ph.__all__ if isinstance(getattr(ph, name), type)}
-    made = {
-        "Batch",
-        "Comparison",
-        "Diagnosis",
-        "PhongFilter",
-        "Plan",
-        "Shading",
-        "Tradeoff",
-        "Transport",
-        "Truth",
-        "Visibility",
-    }
-    assert classes == set(VALUES) | made | {"Light", "SingularMatrixWarning"}  # abstract, and an exception
+    made = {type(make()).__name__ for make in BY_THEMSELVES.values()} | {"Tradeoff"}  # which is a fixture
+    assert classes - made - VALUES.keys() == {"Light", "SingularMatrixWarning"}  # abstract, and an exception
 
 
 def line(value):
@@ -88,7 +76,7 @@ def line(value):
 def test_a_representation_is_a_short_line(name):
     shown = line(BY_THEMSELVES[name]())
     assert shown.startswith("<")
-    assert len(shown) <= SHORT
+    assert len(shown) <= 120
 
 
 @pytest.mark.parametrize("name", VALUES)

@@ -106,14 +106,10 @@ def furnish(plotter):
     plotter.set_background("#30343c")
     guest = pv.Light(position=(-0.2, -1.0, 1.3), focal_point=(0, 0, 0.2), color="skyblue", light_type="scene light")
     guest.positional, guest.cone_angle, guest.intensity = True, 14.0, 0.6
-    plotter.phong.add_light(
-        ph.PointLight(position=(0.9, -0.5, 0.6), attenuation=(1, 0, 6), diffuse=(1, 0.5, 0.2), name="lamp")
-    )
-    plotter.phong.add_light(
-        ph.SpotLight(
-            position=(-0.9, -0.3, 0.9), direction=(0.8, 0.1, -0.8), cone_angle=18, diffuse=(0.5, 1, 0.5), name="spot"
-        )
-    )
+    lamp = ph.PointLight((0.9, -0.5, 0.6), attenuation=(1, 0, 6), diffuse=(1, 0.5, 0.2), name="lamp")
+    plotter.phong.add_light(lamp)
+    spot = ph.SpotLight((-0.9, -0.3, 0.9), (0.8, 0.1, -0.8), cone_angle=18, diffuse=(0.5, 1, 0.5), name="spot")
+    plotter.phong.add_light(spot)
     plotter.add_light(guest)
     material = ph.Material(ambient=0.15, diffuse=0.7, specular=0.4, shininess=30)
     actor = plotter.phong.add_mesh(pv.Sphere(theta_resolution=80, phi_resolution=80), material)

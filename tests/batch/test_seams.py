@@ -63,9 +63,7 @@ def test_normals_and_sharp_edges_are_those_of_one_piece(mesh, angle):
     if mesh == "ball" and angle is None:
         with pytest.raises(AssertionError):  # without neighbours they are off along the borders
             same_at_corners(pieces, whole, "n", 1e-2)
-        apart = [
-            piece.translate((2e-7 * k, 0, 0)) for k, piece in enumerate(pieces)
-        ]  # no point is another's to the bit
+        apart = [piece.translate((2e-7 * k, 0, 0)) for k, piece in enumerate(pieces)]  # no two points to the bit
         assert not any(len(around.points) for around in all_neighbours(apart))
 
 

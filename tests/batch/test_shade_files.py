@@ -100,6 +100,11 @@ def test_checksums_of_lighting_differ_by_all_that_colours_depend_on():
     assert worker.checksum_of([SCENE, {"a": GOLD, "b": 1}]) == worker.checksum_of(
         [SCENE, {"b": 1, "a": ph.Material.named("gold")}]
     )
+    jobs = set()
+    for content in (b"", b"oak", b"ash"):
+        Path("oak.png").write_bytes(content)
+        jobs.add(worker.Job(SCENE, {"default": ph.Material(albedo="oak.png")}, None, {}, "run").checksum)
+    assert len(jobs) == 3, "another image is another job"
 
 
 def test_a_file_that_cannot_be_lit_fails_alone_and_leaves_nothing(files, client):
@@ -173,12 +178,8 @@ def test_outputs_have_the_names_of_their_inputs_and_indices_folders_of_theirs():
     save_pieces(surfaces(bare(pv.Sphere()), 1), "in", ".pvtp")
     Path("in/steps.pvd").write_text(series(["whole.pvtp", "../../up/one.stl", "/abs/two.vtu"], [0, 1, 2]))
     pieces, indices = pieces_and_indices([Path("in/steps.pvd"), Path("in/a.stl")], Path("lit"))
-    assert [str(piece.output) for piece in pieces] == [
-        "lit/steps/whole/part_0.vtp",
-        "lit/steps/up/one.vtp",
-        "lit/steps/abs/two.vtp",
-        "lit/a.vtp",
-    ]
+    outputs = [str(piece.output) for piece in pieces]
+    assert outputs == ["lit/steps/whole/part_0.vtp", "lit/steps/up/one.vtp", "lit/steps/abs/two.vtp", "lit/a.vtp"]
     assert [str(index.output) for index in indices] == ["lit/steps/whole.pvtp", "lit/steps.pvd"]
     assert [piece.surface for piece in pieces] == ["in/steps.pvd@0", "in/steps.pvd@1", "in/steps.pvd@2", ""]
 
@@ -261,30 +262,15 @@ def test_a_scheduler_that_is_not_there_is_refused_at_once(files, address):
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        (lambda workers: workers.clear(), r"got a cluster without workers\. Start workers"),
-        (lambda workers: first(workers).update(pvphong="0.0"), "have pvphong .* as here; got pvphong 0.0 at "),
-        (lambda workers: first(workers).pop("vtk"), "have vtk .* as here; got vtk missing at "),
+        (lambda workers, _: workers.clear(), r"got a cluster without workers\. Start workers"),
+        (lambda _, packages: packages.update(pvphong="0.0"), "have pvphong .* as here; got pvphong 0.0 at "),
+        (lambda _, packages: packages.pop("vtk"), "have vtk .* as here; got vtk missing at "),
     ],
 )
 def test_workers_with_other_versions_are_refused(files, client, monkeypatch, change, message):
     found = client.get_versions(packages=["pvphong", "vtk", "pyvista"])
-    change(found["workers"])
+    change(found["workers"], next(iter(found["workers"].values()))["packages"])
     monkeypatch.setattr(client, "get_versions", lambda **_: found)
     with pytest.raises(ValueError, match=f"^client must be .*{message}"):
         ph.shade_files(files, "lit", SCENE, GOLD, client=client)
     assert not Path("lit").exists()
-
-
-def first(workers):
-    """The packages of one of the workers."""
-    return next(iter(workers.values()))["packages"]
-
-
-def test_another_image_is_another_job(tmp_path):
-    image = tmp_path / "oak.png"
-    material = ph.Material(albedo=str(image))
-    checksums = set()
-    for content in (b"", b"oak", b"ash"):
-        image.write_bytes(content)
-        checksums.add(worker.Job(ph.Scene(), {"default": material}, None, {}, "run").checksum)
-    assert len(checksums) == 3

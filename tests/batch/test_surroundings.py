@@ -130,14 +130,9 @@ def test_what_may_block_is_there_again_when_it_can_be_read(client):
     index = save_pieces(pieces, "in", ".pvtp")
     broken = Path("in/whole/part_4.vtp")
     good = broken.read_bytes()
+    how = {"client": client, "components": True, "backend": "numpy"}
     broken.write_text("garbage")
-    assert set(ph.shade_files(index, "lit", scene, client=client, components=True, backend="numpy").failed) == {
-        broken,
-        index,
-    }
+    assert set(ph.shade_files(index, "lit", scene, **how).failed) == {broken, index}
     broken.write_bytes(good)
-    assert (
-        len(ph.shade_files(index, "lit", scene, client=client, components=True, backend="numpy").done)
-        == len(pieces) + 1
-    )
+    assert len(ph.shade_files(index, "lit", scene, **how).done) == len(pieces) + 1
     as_in_one_piece(pieces, scene)

@@ -139,22 +139,16 @@ def test_of_many_files_one_that_cannot_be_lit_makes_the_status_1(capsys):
         assert b"compressor" not in Path("lit", name).read_bytes()
 
 
-@pytest.mark.parametrize(
-    ("words", "expected"),
-    [
-        (
-            "sphere.vtp cube.vtp -o a",
-            {"paths": ("sphere.vtp", "cube.vtp"), "out": "a", "client": None, "workers": None},
-        ),
-        ("?ube.vtp -o a --scheduler tcp://there:8786", {"paths": ("?ube.vtp",), "client": "tcp://there:8786"}),
-        ("cube.vtp -o a/ --seams keep --array glow", {"paths": ("cube.vtp",), "seams": "keep", "name": "glow"}),
-        (
-            "cube.vtp -o . --workers 3 --tolerance 0.1 --components",
-            {"workers": 3, "tolerance": 0.1, "components": True},
-        ),
-        ("cube.vtp -o a/ --scene sun.json --shadows", {"feature_angle": "auto", "compress": "lz4"}),
-    ],
-)
+GIVEN = {
+    "sphere.vtp cube.vtp -o a": {"paths": ("sphere.vtp", "cube.vtp"), "out": "a", "client": None, "workers": None},
+    "?ube.vtp -o a --scheduler tcp://there:8786": {"paths": ("?ube.vtp",), "client": "tcp://there:8786"},
+    "cube.vtp -o a/ --seams keep --array glow": {"paths": ("cube.vtp",), "seams": "keep", "name": "glow"},
+    "cube.vtp -o . --workers 3 --tolerance 0.1 --components": {"workers": 3, "tolerance": 0.1, "components": True},
+    "cube.vtp -o a/ --scene sun.json --shadows": {"feature_angle": "auto", "compress": "lz4"},
+}
+
+
+@pytest.mark.parametrize(("words", "expected"), GIVEN.items())
 def test_words_become_arguments_of_shade_files(words, expected, monkeypatch, capsys):
     from pvphong.batch.shading import Batch
     from pvphong.cli import shade

@@ -67,9 +67,8 @@ def alive(process):
 
 
 def test_the_parent_is_light():
-    code = (
-        "import sys, pvphong.cli; sys.exit(bool({'numpy', 'pyvista', 'vtkmodules', 'typing', 're'} & set(sys.modules)))"
-    )
+    heavy = {"numpy", "pyvista", "vtkmodules", "typing", "re"}
+    code = f"import sys, pvphong.cli; sys.exit(bool({heavy} & set(sys.modules)))"
     where = os.environ | {"PYTHONPATH": str(Path(pvphong.__file__).parents[1])}  # without site-packages
     assert subprocess.run([sys.executable, "-S", "-c", code], env=where, check=False).returncode == 0
 
@@ -83,7 +82,6 @@ def test_the_works_output_and_status_are_the_commands(forks, status):
 
 KILLED = "A library has ended the process ({}), as damaged files make them. --verbose shows what it says."
 MESH = "mesh must be a mesh file that PyVista can read; got mesh.vtk. "
-PART = "\n with reading('block.vtp'): pass\n time.sleep(60)"
 CRASHES = {
     **{
         f"os.kill(os.getpid(), signal.{name})": KILLED.format(name)
@@ -91,17 +89,17 @@ CRASHES = {
     },
     "os.kill(os.getpid(), 9)": "The process was killed, as the system does where memory runs out.",
     READING + "os.abort()": MESH + KILLED.format("SIGABRT"),
-    READING + PART: MESH + "Reading it has come to no end, 0 s after it last got anything from the disk.",
+    READING + "\n with reading('block.vtp'): pass\n time.sleep(60)": MESH
+    + "Reading it has come to no end, 0 s after it last got anything from the disk.",
 }
 
 
-UNFORKED = ("os.abort()", KILLED.format("SIGABRT"), False)
-
-
-@pytest.mark.parametrize(("work", "line", "forks"), [*((*row, True) for row in CRASHES.items()), UNFORKED])
-def test_a_crash_is_one_line_and_status_2(work, line, forks):
+@pytest.mark.parametrize(("work", "line"), CRASHES.items())
+def test_a_crash_is_one_line_and_status_2(work, line):
     """It names the file that was read, if there is one; a reader that comes to no end is ended."""
-    assert run(work, forks=forks) == (2, "", f"error: {line}\n")
+    assert run(work) == (2, "", f"error: {line}\n")
+    if work.endswith("signal.SIGABRT)"):
+        assert run(work, forks=False) == (2, "", f"error: {line}\n")
 
 
 def test_a_crash_after_the_work_is_none():

@@ -15,7 +15,7 @@ from pvphong import PointLight
 
 
 @pytest.fixture
-def fresh(new_plotter):
+def plotter(new_plotter):
     """Without a first frame."""
     made = new_plotter((200, 150))
     made.phong.add_light(PointLight(position=(0.4, -0.4, 0.4), attenuation=(1, 0, 1)))
@@ -23,25 +23,20 @@ def fresh(new_plotter):
     return made
 
 
-@pytest.fixture
-def plotter(fresh):
-    fresh.show(auto_close=False)
-    return fresh
-
-
-def test_a_screenshot_is_without_gizmos_unless_an_option_shows_them(fresh, tmp_path):
-    fresh.phong.add_gizmos()
-    clean = fresh.screenshot(return_img=True)
-    assert (fresh.image != clean).any()  # in the window they are back
-    np.testing.assert_array_equal(fresh.screenshot(tmp_path / "a.png", return_img=True), clean)
+def test_a_screenshot_is_without_gizmos_unless_an_option_shows_them(plotter, tmp_path):
+    plotter.phong.add_gizmos()
+    clean = plotter.screenshot(return_img=True)
+    assert (plotter.image != clean).any()  # in the window they are back
+    np.testing.assert_array_equal(plotter.screenshot(tmp_path / "a.png", return_img=True), clean)
     np.testing.assert_array_equal(pv.read(tmp_path / "a.png").active_scalars.reshape(150, 200, 3)[::-1], clean)
-    fresh.phong.add_gizmos(in_screenshots=True)
-    assert (fresh.screenshot(return_img=True) != clean).any()
-    fresh.phong.remove_gizmos()
-    np.testing.assert_array_equal(fresh.screenshot(return_img=True), clean)
+    plotter.phong.add_gizmos(in_screenshots=True)
+    assert (plotter.screenshot(return_img=True) != clean).any()
+    plotter.phong.remove_gizmos()
+    np.testing.assert_array_equal(plotter.screenshot(return_img=True), clean)
 
 
 def test_exports_are_without_gizmos(plotter, tmp_path):
+    plotter.show(auto_close=False)
     for name in ("clean", "with"):
         plotter.export_obj(tmp_path / f"{name}.obj")
         plotter.export_gltf(tmp_path / f"{name}.gltf")

@@ -1,7 +1,5 @@
 """Refined pictures in windows: shown while nothing moves, of what is there then; else the mesh's own vertices."""
 
-from __future__ import annotations
-
 import time
 from dataclasses import replace
 
@@ -35,13 +33,11 @@ class Window:
         self.plotter.camera_position = [(0, -6, 5), (0, 0, 0.7), (0, 0, 1)]
         self.plotter.show(auto_close=False)
 
-    @property
-    def points(self):
-        return [actor.mapper.dataset.n_points for actor in (self.floor, self.over)]
-
     def shows_own(self):
-        own = all(actor.mapper.dataset is self.phong.mesh(actor).drawn for actor in (self.floor, self.over))
-        return own and self.points == [self.ground.n_points, self.ball.n_points]
+        meshes = {self.floor: self.ground, self.over: self.ball}
+        shown = {actor: actor.mapper.dataset for actor in meshes}
+        own = all(shown[actor] is self.phong.mesh(actor).drawn for actor in meshes)
+        return own and all(shown[actor].n_points == mesh.n_points for actor, mesh in meshes.items())
 
     def wait(self):
         """Frames until the refined pictures are there."""
@@ -62,7 +58,6 @@ def window(new_plotter, monkeypatch):
 def test_a_picture_waits_for_what_refine_gives_and_own_vertices_are_lit_as_soon_as_something_moves(window):
     w = window()
     given = w.ground.copy()
-    image = w.plotter.screenshot(return_img=True)
     for light in (LAMP, replace(LAMP, position=(-0.5, 0.2, 3))):
         w.phong.set_light("lamp", light)
         w.plotter.render()

@@ -1,7 +1,5 @@
 """Shadows in windows follow lights, meshes and their places; what has not moved is not traced again."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np
@@ -13,16 +11,11 @@ import pvphong as ph
 from pvphong.rays import visibility
 from pvphong.rays.casting import Caster
 from pvphong.rays.visibility import Tracer
-from pvphong.studio.lit_actors import LightingWarning
 
 SUN = ph.DirectionalLight(direction=(0, 0, -1), name="sun")
 LAMP = ph.PointLight(position=(1, 0, 4), name="lamp")
 BALL = ph.SphereLight(position=(0, 1, 4), radius=0.6, intensity=16, name="ball")
 WHITE = ph.Material(ambient=0.5, diffuse=0.9)
-
-
-def floor():
-    return pv.Plane(i_size=4, j_size=4, i_resolution=30, j_resolution=30)
 
 
 def hat():
@@ -37,7 +30,7 @@ class Window:
         self.phong.light_model = ph.LightModel(**({"shadows": True} | model))
         for light in lights:
             self.phong.add_light(light)
-        self.ground, self.over = floor(), hat()
+        self.ground, self.over = pv.Plane(i_size=4, j_size=4, i_resolution=30, j_resolution=30), hat()
         self.floor = self.phong.add_mesh(self.ground, WHITE)
         self.hat = self.phong.add_mesh(self.over, WHITE)
         self.plotter.camera_position = [(0, -8, 5), (0, 0, 0), (0, 0, 1)]
@@ -168,40 +161,3 @@ def test_a_drag_takes_few_rays_and_its_end_as_many_as_it_takes(window, monkeypat
     assert w.phong._subplot.lit.note == ""
     w.check(hat())
     assert (rough != w.shown).any()
-
-
-def test_windows_have_light_that_bounces(window, monkeypatch):
-    """As blocks light each other; of many vertices it follows when a drag ends, in the lights' colours meanwhile."""
-    window = window(LAMP, bounces=2, shadows=False)
-    plotter = window.plotter
-    window.over.flip_faces(inplace=True)
-    model = window.phong.light_model
-
-    def expected():
-        blocks = pv.MultiBlock([window.ground, window.over])
-        scene = ph.Scene(window.phong.lights, ph.Viewer.from_camera(plotter.camera), model)
-        return np.rint(blocks.phong.shade(scene, WHITE)[0]["phong"] * 255.0)
-
-    plotter.render()
-    np.testing.assert_allclose(window.shown, expected(), atol=1.0)
-    alone = window.ground.phong.shade(ph.Scene([LAMP], light_model=replace(model, bounces=0)), WHITE)["phong"]
-    assert not np.allclose(window.shown, np.rint(alone * 255.0), atol=2.0)
-    lit = window.phong.mesh(window.floor)
-    before = lit.evaluations
-    plotter.render()
-    assert lit.evaluations == before
-    actors = window.phong._subplot.lit
-    monkeypatch.setattr("pvphong.studio.gathering._LIVE", 10)
-    actors.uses_preview_rays = True
-    window.phong.set_light("lamp", replace(LAMP, intensity=0.5))
-    plotter.render()
-    assert actors.note == "light that bounces follows when let go"
-    np.testing.assert_allclose(window.shown, expected(), atol=1.0)  # one light was dimmed: that is linear
-    actors.uses_preview_rays = False
-    window.phong.set_light("lamp", replace(LAMP, position=(0, 1, 3)))
-    plotter.render()
-    assert actors.note == ""
-    np.testing.assert_allclose(window.shown, expected(), atol=1.0)
-    lit.material = ph.Material(diffuse=1.5)
-    with pytest.warns(LightingWarning, match="reflects 1.5 times what arrives"):
-        plotter.render()

@@ -168,9 +168,6 @@ def test_a_press_that_is_reported_twice_counts_once_and_a_key_that_is_held_repea
     assert selected(plotter) == [SECOND.name]
 
 
-# --- the view ---
-
-
 def test_all_gizmos_hide(plotter, mouse):
     with_gizmos, where = picture(plotter), mouse.at("point", "position")
     mouse.key("g")

@@ -253,10 +253,6 @@ def test_a_target_cannot_be_put_on_the_light():
 # --- angles ---
 
 
-def with_angle(light, handle, kind, degrees):
-    return dataclasses.replace(light, **{role_of(kind, handle)[1]: degrees})
-
-
 @everywhere
 @handles_with(Angle)
 def test_an_edge_comes_as_near_to_the_cursor_as_it_can(kind, handle, projection, scale):
@@ -269,7 +265,8 @@ def test_an_edge_comes_as_near_to_the_cursor_as_it_can(kind, handle, projection,
     assert before < wider.values(Angle)[0] < 89.5
     nearest = np.hypot(*(start.view.project(point) - where - 20 * outward))
     for other in np.linspace(1, 89, 400):
-        edge = handles(with_angle(start.light, handle, kind, other), start.scenery, start.view)[handle]
+        light = dataclasses.replace(start.light, **{role_of(kind, handle)[1]: other})
+        edge = handles(light, start.scenery, start.view)[handle]
         assert np.hypot(*(start.view.project(edge) - where - 20 * outward)) >= nearest - 1e-3
     assert 0.5 < moved(start, -8 * outward)[0].values(Angle)[0] < before
     assert moved(start, (12.0, -20.0), snapping=True)[0].values(Angle)[0] % 5.0 == 0

@@ -74,6 +74,7 @@ def test_an_edit_is_one_step_and_undo_brings_all_back_to_the_bit(document, plott
         ("reflectance.0.roughness", 0.5, "key must be"),
         ("model.fog", 1, "field must be one of"),
         ("accuracy.tolerance", 2, "tolerance must be"),
+        *(("accuracy.refine", given, "refine must be") for given in (0, -1, "fine")),
         (None, 1, "key must be a string"),
         (["light"], 1, "key must be a string"),
     ],
@@ -84,14 +85,6 @@ def test_a_refused_edit_changes_nothing(document, key, given, message):
         document.edit(key, given)
     assert document.state == before
     assert not document.history.can_undo
-
-
-def test_what_cannot_be_lit_is_put_back(document):
-    """This sphere has no texture coordinates that Ward's reflectance could go by."""
-    before = document.state
-    with pytest.raises(ValueError, match="tangents"):
-        document.choose_reflectance(0, "ward")
-    assert document.state == before
 
 
 def test_edges_are_as_sharp_as_asked_and_undone(document, plotter):
@@ -215,14 +208,10 @@ def test_lights_are_duplicated_deleted_soloed_and_moved_to_the_camera(document, 
     assert not document.history.can_undo
 
 
-def test_a_name_is_given_once(document):
+def test_a_light_stays_where_it_is_when_its_frame_changes_and_has_a_name_of_its_own(document, plotter):
     document.add("spot")
     with pytest.raises(ValueError, match="no other light"):
         document.edit("light.2.name", "sun")
-
-
-def test_a_light_stays_where_it_is_when_its_frame_changes(document, plotter):
-    document.add("spot")
     before = plotter.phong.scene.world_lights[1]
     document.edit("light.2.frame", "camera")
     assert plotter.phong.lights[1].frame == "camera"
@@ -244,9 +233,13 @@ def test_materials_and_reflectances_are_chosen_by_name(document):
     assert shared.material.reflectance.roughness == 0.2
     document.choose_reflectance(0, "")
     assert shared.material.reflectance is None
+    before = document.state
     for call in (document.choose_material, document.choose_reflectance):
         with pytest.raises(ValueError, match="must be"):
             call(0, "cheese")
+    with pytest.raises(ValueError, match="tangents"):  # this sphere has no texture coordinates to make them of
+        document.choose_reflectance(0, "ward")
+    assert document.state == before
 
 
 def test_a_rig_is_taken_over_as_one_step(document, plotter):

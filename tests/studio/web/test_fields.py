@@ -49,24 +49,24 @@ class Torch(Light):
         return Placement(self.position, (1.0, 0.0, 0.0))
 
 
+def inputs(value, middles=None):
+    """Name of a field → its entry in the form."""
+    return {entry["name"]: entry for entry in form_of(value, "light.1", {} if middles is None else middles)}
+
+
 def test_a_new_kind_of_light_has_its_form():
-    form = {entry["name"]: entry for entry in form_of(Torch(), "light.7", {})}
+    form = inputs(Torch())
     assert list(form)[:4] == ["position", "spread", "smokes", "diffuse"]
     assert form["spread"] | {"slide": 20.0, "from": 0.45, "to": 90.0} == form["spread"]
-    assert (form["spread"]["unit"], form["position"]["unit"], form["position"]["labels"]) == (
-        "°",
-        "mesh unit",
-        ("x", "y", "z"),
-    )
+    assert (form["spread"]["unit"], form["position"]["unit"]) == ("°", "mesh unit")
+    assert form["position"]["labels"] == ("x", "y", "z")
     assert form["smokes"]["help"] == "Whether it smokes."
     assert edited(Torch(), "position", "2,5", [1]).position == (0.0, 2.5, 0.0)
 
 
 def test_units_are_those_of_the_formulas():
-    units = {
-        name: {entry["name"]: entry["unit"] for entry in form_of(kind(), "light.1", {})}
-        for name, kind in LIGHT_TYPES.items()
-    }
+    forms = {name: inputs(kind()) for name, kind in LIGHT_TYPES.items()}
+    units = {name: {field: entry["unit"] for field, entry in form.items()} for name, form in forms.items()}
     sized = {name for name, of in units.items() if of["intensity"] == "mesh unit²"}  # over the square of the distance
     assert sized == {"disk", "polygon", "rectangle", "sphere"}
     assert units["directional"]["intensity"] == units["spot"]["exponent"] == ""
@@ -128,21 +128,19 @@ def test_what_is_not_allowed_is_refused_by_name(value, name, given, index, messa
 def test_what_is_optional_can_be_left_out():
     tinted = PointLight(specular="red")
     assert edited(tinted, "specular", None) == PointLight()
-    entry = next(entry for entry in form_of(PointLight(), "", {}) if entry["name"] == "specular")
+    entry = inputs(PointLight())["specular"]
     assert (entry["optional"], entry["set"]) == (True, False)
 
 
 def test_an_array_and_an_image_are_named_not_shown():
-    sky = EnvironmentLight(image=np.ones((4, 8, 3)))
-    assert next(entry["map"] for entry in form_of(sky, "", {}) if entry["name"] == "image") == "image 8 × 4"
-    material = Material(albedo="scan")
-    assert next(entry["map"] for entry in form_of(material, "", {}) if entry["name"] == "albedo") == "array 'scan'"
+    assert inputs(EnvironmentLight(image=np.ones((4, 8, 3))))["image"]["map"] == "image 8 × 4"
+    assert inputs(Material(albedo="scan"))["albedo"]["map"] == "array 'scan'"
 
 
 def test_a_slider_without_ends_stays_while_its_number_is_on_it():
     middles = {}
     for intensity, middle in ((1.0, 0.0), (200.0, 0.0), (300.0, 8.0), (2.0, 8.0), (0.0, 8.0), (0.5, -0.0)):
-        entry = next(e for e in form_of(PointLight(intensity=intensity), "", middles) if e["name"] == "intensity")
+        entry = inputs(PointLight(intensity=intensity), middles)["intensity"]
         assert (entry["from"], entry["to"]) == (middle - 8.0, middle + 8.0)
         assert intensity == 0.0 or 2.0 ** entry["slide"] == pytest.approx(intensity)
 

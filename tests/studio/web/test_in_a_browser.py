@@ -106,22 +106,24 @@ class Page:
         shown = self.all("view")[0].screenshot_as_png
         return np.asarray(Image.open(BytesIO(shown)).convert("RGB")).astype(int)
 
-    def drag(self, start, by):
-        """Press in the view, move in steps, release; pixels from its upper left."""
+    def drag(self, by, *, release=True):
+        """Press in the middle of the view, move in steps, release."""
         from selenium.webdriver.common.actions.action_builder import ActionBuilder
 
-        corner = self.all("view")[0].rect
+        view = self.all("view")[0].rect
         actions = ActionBuilder(self.driver, duration=40)
         mouse = actions.pointer_action
-        at = round(corner["x"] + start[0]), round(corner["y"] + start[1])
+        at = round(view["x"] + view["width"] / 2), round(view["y"] + view["height"] / 2)
         mouse.move_to_location(*at)
         mouse.pause(0.3)
         mouse.pointer_down()
         for part in (0.2, 0.4, 0.6, 0.8, 1.0, 1.0):
             mouse.move_to_location(round(at[0] + part * by[0]), round(at[1] + part * by[1]))
             mouse.pause(0.08)
-        mouse.pointer_up()
+        if release:
+            mouse.pointer_up()
         actions.perform()
+        return actions
 
 
 @pytest.fixture(scope="module")
@@ -178,8 +180,7 @@ def test_a_gizmo_is_dragged_in_the_view_and_undone_in_the_panel(page):
     before = page.until(lambda: page.light("spot")["fields"])
     page.until(lambda: len(page.state("lights")) == 4)
     time.sleep(0.5)  # until the gizmo is drawn
-    view = page.all("view")[0].rect
-    page.drag((view["width"] / 2, view["height"] / 2), (70, -50))  # its target is the middle of the mesh
+    page.drag((70, -50))  # its target is the middle of the mesh
     page.until(lambda: page.light("spot")["fields"] != before)
     aimed = page.settled(lambda: page.light("spot")["fields"])
     changed = [entry["name"] for entry, old in zip(aimed, before, strict=True) if entry != old]
@@ -191,27 +192,15 @@ def test_a_gizmo_is_dragged_in_the_view_and_undone_in_the_panel(page):
 
 
 def test_a_connection_that_is_lost_in_mid_drag_puts_the_light_back(page):
-    from selenium.webdriver.common.actions.action_builder import ActionBuilder
-
     page.click("add-spot")
     before = page.until(lambda: page.light("spot")["fields"])
     time.sleep(0.5)  # until the gizmo is drawn
-    view = page.all("view")[0].rect
-    x, y = round(view["x"] + view["width"] / 2), round(view["y"] + view["height"] / 2)
-    actions = ActionBuilder(page.driver, duration=40)
-    mouse = actions.pointer_action
-    mouse.move_to_location(x, y)
-    mouse.pause(0.3)
-    mouse.pointer_down()
-    for k in range(1, 5):
-        mouse.move_to_location(x + 15 * k, y - 10 * k)
-        mouse.pause(0.1)
-    actions.perform()
+    held = page.drag((60, -40), release=False)
     page.until(lambda: page.light("spot")["fields"] != before)
     page.driver.refresh()
     page.until(lambda: page.light("spot")["fields"] == before)
     page.until(lambda: "it is where it was" in page.state("notice"))
-    actions.clear_actions()
+    held.clear_actions()
 
 
 def test_numbers_names_and_colours_are_typed_and_what_is_refused_is_said(page):
@@ -277,17 +266,6 @@ def test_faders_evaluate_no_light_and_the_mix_is_kept(page):
     page.until(lambda: page.light("key")["intensity"]["value"] == pytest.approx(0.1))
 
 
-def test_materials_and_scene_are_edited(page):
-    page.trigger("choose_material", 0, "gold")
-    page.until(lambda: page.state("materials")[0]["preset"] == "gold")
-    page.until(lambda: page.middle()[0] > page.middle()[2] + 40)
-    page.trigger("choose_reflectance", 0, "pbr")
-    fields = page.until(lambda: page.state("materials")[0]["reflectance_fields"])
-    assert [field["name"] for field in fields] == ["metallic", "roughness"]
-    page.trigger("edit", "model.shadows", True)
-    page.until(lambda: next(entry["value"] for entry in page.state("model") if entry["name"] == "shadows"))
-
-
 def test_a_second_browser_sees_the_same_and_a_reload_loses_nothing(page, served):
     page.click("add-point")
     page.until(lambda: page.light("point"))
@@ -332,14 +310,7 @@ def test_malformed_messages_are_refused_and_harm_nobody(page, served):
     def framed(message):
         return next(generate_chunks(msgpack.packb(message), 0))
 
-    raw = [
-        b"",
-        b"\x00",
-        b"\xff" * 12,
-        b"\x00" * 40,
-        (2**31).to_bytes(12, "little"),
-        b"\x01\0\0\0\0\0\0\0\xff\xff\xff\xff",
-    ]
+    raw = [b"", bytes(1), bytes(40), b"\xff" * 12, (2**31).to_bytes(12, "little"), b"\x01" + bytes(7) + b"\xff" * 4]
 
     async def ask(end, frame, *, text=False):
         """Send a frame and give the answer; pictures and states come in between."""
@@ -379,31 +350,39 @@ def bring(page, what, path):
     page.all(f"upload-{what}")[0].find_element("css selector", "input[type=file]").send_keys(str(path))
 
 
+def download(page, home, *names):
+    page.driver.execute_cdp_cmd("Browser.setDownloadBehavior", {"behavior": "allow", "downloadPath": str(home)})
+    for name in names:
+        page.click("download-rig" if name.endswith("-rig.json") else f"download-{name.rpartition('.')[2]}")
+        page.until(lambda name=name: (home / name).exists())
+
+
+def made_again(script):
+    """What a script lights, to the bit as the file that was taken home."""
+    lit = pv.read(script.with_suffix(".vtp"))
+    done = subprocess.run([sys.executable, script.name], cwd=script.parent, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    np.testing.assert_array_equal(pv.read(script.with_suffix(".vtp"))["phong"], lit["phong"])
+    return lit
+
+
 def test_what_is_taken_home_is_made_again_by_its_script(page, folder):
     page.click("add-spot")
     page.trigger("choose_material", 0, "gold")
     page.until(lambda: page.state("materials")[0]["preset"] == "gold" and "SpotLight" in page.state("script"))
+    page.until(lambda: page.middle()[0] > page.middle()[2] + 40)
+    page.trigger("choose_reflectance", 0, "pbr")
+    fields = page.until(lambda: page.state("materials")[0]["reflectance_fields"])
+    assert [field["name"] for field in fields] == ["metallic", "roughness"]
+    page.trigger("edit", "model.shadows", True)
+    page.until(lambda: "shadows=True" in page.state("script"))
     home = folder / "home"
     home.mkdir()
-    page.driver.execute_cdp_cmd("Browser.setDownloadBehavior", {"behavior": "allow", "downloadPath": str(home)})
-    names = {
-        "rig": "ball-rig.json",
-        "vtp": "ball-lit.vtp",
-        "ply": "ball-lit.ply",
-        "gltf": "ball.gltf",
-        "png": "ball.png",
-    }
-    names["py"] = "ball-lit.py"
+    (home / "ball.ply").write_bytes((folder / "ball.ply").read_bytes())
     page.type("picture-width", "320")
     page.type("picture-height", "200")
-    for what, name in names.items():
-        page.click(f"download-{what}")
-        page.until(lambda name=name: (home / name).exists())
-    lit = pv.read(home / "ball-lit.vtp")
-    (home / "ball.ply").write_bytes((folder / "ball.ply").read_bytes())
-    done = subprocess.run([sys.executable, "ball-lit.py"], cwd=home, capture_output=True, text=True, check=False)
-    assert done.returncode == 0, done.stderr
-    np.testing.assert_array_equal(pv.read(home / "ball-lit.vtp")["phong"], lit["phong"])
+    download(page, home, "ball-rig.json", "ball-lit.vtp", "ball-lit.ply", "ball.gltf", "ball.png", "ball-lit.py")
+    made_again(home / "ball-lit.py")
     assert json.loads((home / "ball-rig.json").read_text())["lights"][-1]["type"] == "spot"
     assert pv.read(home / "ball.png").dimensions == (320, 200, 1)
 
@@ -422,13 +401,8 @@ def test_a_texture_is_brought_and_its_script_gives_the_same_bits(page, folder):
     page.trigger("edit", "surfaces.feature_angle", 0)
     page.until(lambda: "feature_angle=0.0" in page.state("script"))
     (home / "sheet-lit.py").write_text(page.state("script"))
-    page.driver.execute_cdp_cmd("Browser.setDownloadBehavior", {"behavior": "allow", "downloadPath": str(home)})
-    page.click("download-vtp")
-    page.until(lambda: (home / "sheet-lit.vtp").exists())
-    lit = pv.read(home / "sheet-lit.vtp")
-    done = subprocess.run([sys.executable, "sheet-lit.py"], cwd=home, capture_output=True, text=True, check=False)
-    assert done.returncode == 0, done.stderr
-    np.testing.assert_array_equal(pv.read(home / "sheet-lit.vtp")["phong"], lit["phong"])
+    download(page, home, "sheet-lit.vtp")
+    lit = made_again(home / "sheet-lit.py")
     assert lit.n_points == 4 * 400
     assert np.ptp(lit["phong"][:, 2]) > 0.3
 

@@ -47,7 +47,10 @@ def assert_alike(colors, others):
     assert np.abs(colors - others).max() <= 1
 
 
-def test_a_mix_that_changes_nothing_shows_the_same(document, plotter):
+@pytest.mark.parametrize("shadows", [False, True])
+def test_a_mix_that_changes_nothing_shows_the_same(document, plotter, shadows):
+    plotter.phong.light_model = ph.LightModel(shadows=shadows)
+    plotter.phong.add_mesh(pv.Plane(center=(0, 0, -0.7), i_size=3, j_size=3, i_resolution=20, j_resolution=20))
     plain = frame(document, plotter)
     document.start_mix(True)
     assert_alike(frame(document, plotter), plain)
@@ -139,11 +142,3 @@ def test_what_is_no_sum_of_shares_is_refused(document, plotter):
     with pytest.raises(ValueError, match="shares add up"):
         document.start_mix(True)
     assert not document.mix.is_on
-
-
-def test_shadows_are_in_the_shares(document, plotter):
-    plotter.phong.light_model = ph.LightModel(shadows=True)
-    plotter.phong.add_mesh(pv.Plane(center=(0, 0, -0.7), i_size=3, j_size=3, i_resolution=20, j_resolution=20))
-    plain = frame(document, plotter)
-    document.start_mix(True)
-    assert_alike(frame(document, plotter), plain)

@@ -21,8 +21,8 @@ from pvphong.studio.web.thumbnails import thumbnail
 WORK = {"mesh": pv.Sphere(), "scene": ph.three_point(pv.Sphere()), "material": Material(), "tolerance": 1 / 255}
 
 
-def measured(work, until):
-    """The reports that are seen until one is so."""
+def measured(work, until=lambda measuring: not measuring.report.running):
+    """The reports that are seen until one is so, or the last one is there."""
     seen = []
 
     async def main():
@@ -50,7 +50,7 @@ report.work(sys.argv[1])
 
 def test_it_is_measured_beside_what_else_is_done(monkeypatch):
     monkeypatch.setattr(report, "_CHILD", WITHOUT_FIGURE)  # that takes longest, and is tested where it is drawn
-    seen = measured(WORK | {"seconds": 1.0}, lambda measuring: not measuring.report.running)
+    seen = measured(WORK | {"seconds": 1.0})
     assert seen[0] == Report(running=True, doing="starting")
     assert {each.doing for each in seen} >= {"starting", "drawing"}
     last = seen[-1]
@@ -62,9 +62,20 @@ def test_it_is_measured_beside_what_else_is_done(monkeypatch):
     assert last.figure[:4] == b"\x89PNG"
 
 
-def test_what_cannot_be_measured_is_said_in_one_line():
-    last = measured(WORK | {"tolerance": -1.0}, lambda measuring: not measuring.report.running)[-1]
-    assert "tolerance must be" in last.doing
+class _Bomb:
+    """What ends a process when it is read."""
+
+    def __reduce__(self):
+        return os._exit, (3,)
+
+
+ENDED = "The report could not be made: its process has ended."
+
+
+@pytest.mark.parametrize(("change", "said"), [({"tolerance": -1.0}, "tolerance must be"), ({"mesh": _Bomb()}, ENDED)])
+def test_why_there_is_no_report_is_said_in_one_line(change, said):
+    last = measured(WORK | change)[-1]
+    assert said in last.doing
     assert not last.lines
 
 
@@ -86,18 +97,6 @@ def test_it_can_be_ended(monkeypatch):
     assert seen[-1] == Report(doing="cancelled")
     with pytest.raises(ProcessLookupError):  # the loop has waited for it, although it cancels all once more
         os.kill(processes[0], 0)
-
-
-def test_a_process_that_ends_is_said_to_have():
-    last = measured(WORK | {"mesh": _Bomb()}, lambda measuring: not measuring.report.running)[-1]
-    assert last.doing == "The report could not be made: its process has ended."
-
-
-class _Bomb:
-    """What ends a process when it is read."""
-
-    def __reduce__(self):
-        return os._exit, (3,)
 
 
 @pytest.mark.parametrize("kind", ["material", "reflectance"])

@@ -41,17 +41,14 @@ def run(script, folder, monkeypatch):
     return names["lit"]
 
 
-@pytest.mark.parametrize("kind", LIGHT_TYPES.values(), ids=LIGHT_TYPES)
-def test_every_light_can_be_written_as_python(kind):
-    light = kind(name="it's", diffuse=(0.1, 1 / 3, 2.0), frame="camera")
-    assert eval(python_of(light), {"ph": ph}) == light
+WRITTEN = [kind(name="it's", diffuse=(0.1, 1 / 3, 2.0), frame="camera") for kind in LIGHT_TYPES.values()]
+WRITTEN += [ph.Material(diffuse="red", reflectance=new_reflectance(name)) for name in REFLECTANCES]
+WRITTEN += [replace(ph.Material.named("chalk"), albedo="scan")]
 
 
-@pytest.mark.parametrize("name", REFLECTANCES)
-def test_every_reflectance_can_be_written_as_python(name):
-    material = ph.Material(diffuse="red", reflectance=new_reflectance(name))
-    if hasattr(ph, type(material.reflectance).__name__):
-        assert eval(python_of(material), {"ph": ph}) == material
+@pytest.mark.parametrize("value", WRITTEN)
+def test_every_light_and_reflectance_and_a_named_array_can_be_written_as_python(value):
+    assert eval(python_of(value), {"ph": ph}) == value
 
 
 def test_python_gives_scene_and_material_again_to_the_bit():
@@ -87,32 +84,20 @@ def test_the_script_gives_the_same_bits_as_the_lit_mesh(plotter, tmp_path, monke
     np.testing.assert_array_equal(pv.read(tmp_path / "part-lit.vtp")["phong"], lit["phong"])
 
 
-def test_the_script_of_blocks_gives_the_same_bits(plotter, tmp_path, monkeypatch):
-    blocks = pv.MultiBlock({"ball": pv.Sphere(), "floor": pv.Plane(center=(0, 0, -0.6), i_size=3, j_size=3)})
-    blocks.save(tmp_path / "part.vtm")
-    plotter.phong.light_model = ph.LightModel(shadows=True)
-    plotter.phong.add_mesh(blocks, {"ball": ph.Material.named("gold"), "floor": ph.Material()})
-    meshes = dict(zip(blocks.keys(), plotter.phong._subplot.lit.meshes, strict=True))
-    home = TakeHome(meshes, plotter.phong.scene, 0.0, reading_file("part.vtm"), "part", {})
-    lit, again = home.lit, run(home.script(), tmp_path, monkeypatch)
-    for name in blocks.keys():  # noqa: SIM118 a MultiBlock is not a mapping
-        np.testing.assert_array_equal(again[name]["phong"], lit[name]["phong"])
-    assert json.loads(home.read("rig", plotter, (0, 0))[1])["materials"].keys() == {"ball", "floor"}
-
-
 TURNED = pv.Transform().rotate_z(40).scale(1.0, 0.5, -2.0).translate((0.3, 0.1, 0.7)).matrix
 
 
 @pytest.mark.parametrize("bounces", [0, 2])
 def test_what_is_moved_is_lit_where_the_view_has_it(plotter, tmp_path, monkeypatch, bounces):
-    """By a matrix and a position, mirrored; two blocks together."""
+    """By a matrix and a position, mirrored; two blocks together, with materials of their own."""
     bowl = pv.Sphere(end_phi=100, theta_resolution=16, phi_resolution=12).compute_normals(auto_orient_normals=False)
     blocks = pv.MultiBlock({"bowl": bowl, "floor": pv.Plane(center=(0, 0, -0.6), i_size=3, j_size=3)})
     plotter.phong.light_model = ph.LightModel(shadows=True, bounces=bounces)
     for mesh in (bowl, blocks):
         name = "part.vtm" if mesh is blocks else "part.vtp"
         mesh.save(tmp_path / name)
-        actors = plotter.phong.add_mesh(mesh, name="part")
+        materials = {"bowl": ph.Material.named("gold"), "floor": ph.Material()} if mesh is blocks else "gold"
+        actors = plotter.phong.add_mesh(mesh, materials, name="part")
         for actor in actors if mesh is blocks else [actors]:
             actor.user_matrix = TURNED
             actor.position = (0.2, -0.4, 0.1)
@@ -131,6 +116,7 @@ def test_what_is_moved_is_lit_where_the_view_has_it(plotter, tmp_path, monkeypat
         view = plotter.screenshot(return_img=True)[::-1].reshape(-1, 3)
         assert np.abs(image.astype(int) - view).mean() < 6.0
         plotter.remove_actor(actors)
+    assert json.loads(home.read("rig", plotter, (0, 0))[1])["materials"].keys() == {"bowl", "floor"}
 
 
 def test_what_no_code_can_hold_is_read_from_the_rig(plotter, tmp_path, monkeypatch):
@@ -192,8 +178,3 @@ def test_the_examples_come_with_pyvista():
 def test_files_are_read_by_their_names_alone():
     assert reading_file("/home/somebody/part.stl") == "ph.read('part.stl')"
     assert eval(reading_file('a"b.stl').replace("ph.read", "")) == 'a"b.stl'
-
-
-def test_a_material_with_a_named_array_is_written_as_it_is():
-    material = replace(ph.Material.named("chalk"), albedo="scan")
-    assert eval(python_of(material), {"ph": ph}) == material
