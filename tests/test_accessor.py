@@ -38,7 +38,9 @@ print("done")
 """
 
 
-@pytest.mark.parametrize("mesh", ["Sphere()", "ImageData(dimensions=(3, 3, 3))", 'MultiBlock({"a": pv.Sphere()})'])
+@pytest.mark.parametrize(
+    "mesh", ["Sphere()", "ImageData(dimensions=(3, 3, 3))", 'MultiBlock({"a": pv.Sphere(), "b": None})']
+)
 def test_works_with_nothing_imported_but_pyvista(mesh):
     """PyVista finds the accessor and the plotter component by their entry points."""
     assert run_apart(USE.format(mesh=mesh)) == "done\n"
