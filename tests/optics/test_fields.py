@@ -85,17 +85,13 @@ def test_what_all_lights_share_has_one_default_and_is_given_by_keyword(kind):
         (kind, field, given, kept)
         for fields, given, kept in [
             (COLOURS, "tomato", (255 / 255, 99 / 255, 71 / 255)),
-            (COLOURS, "#336699", (0.2, 0.4, 0.6)),
-            (COLOURS, np.array([1.5, 0, 0.1]), (1.5, 0.0, 0.1)),
             (COLOURS, 1, 1.0),
             (["intensity"], 0, 0.0),
-            (["intensity"], 1e300, 1e300),
             (["on"], np.False_, False),
             *((["frame"], frame, frame) for frame in ("world", "camera", "headlight")),
             (["position", "direction"], np.array([1, 2, 3]), (1.0, 2.0, 3.0)),
             (["attenuation"], [0, 1, np.float32(0.5)], (0.0, 1.0, 0.5)),
             (["cone_angle"], 90, 90.0),
-            (["cone_angle"], 1e-9, 1e-9),
             (["exponent"], 1e9, 1e9),
             *((["shininess"], n, float(n)) for n in (5e-324, 0.5, np.float32(200), 1e6, 1e308)),
         ]

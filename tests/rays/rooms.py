@@ -1,4 +1,4 @@
-"""Walls, and rooms of them, that are seen from inside."""
+"""Walls, and rooms, whose normals point inwards."""
 
 import numpy as np
 import pyvista as pv
@@ -17,3 +17,12 @@ def room(cells=4):
     sides = [np.array(sign * axis, float) for axis in np.eye(3) for sign in (1, -1)]
     walls = [wall(-0.5 * side, side, cells=cells) for side in sides]
     return walls[0].append_polydata(*walls[1:])
+
+
+def hollow(nsub=2):
+    """A ball of radius 1 that is lit from inside."""
+    ball = pv.Icosphere(nsub=nsub)
+    ball.points /= np.linalg.norm(ball.points, axis=1)[:, None]
+    ball.clear_data()
+    ball.point_data.active_normals = -ball.points
+    return ball

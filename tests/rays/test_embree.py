@@ -21,6 +21,7 @@ from pvphong.optics.light import Arrival, Light
 from pvphong.optics.lights import DirectionalLight
 from pvphong.rays import casting, embree
 from pvphong.rays.casting import BlockingFaces, Occluders
+from pvphong.rays.rays import part_by_arrays
 from pvphong.shading import kernel
 
 pytestmark = pytest.mark.skipif("compiled" not in BACKENDS, reason="needs embreex and Numba")
@@ -76,6 +77,24 @@ def test_the_library_is_found_in_the_wheel_where_a_module_does_not_lead_to_it(mo
     monkeypatch.setattr(embree.ctypes, "CDLL", loaded)
     assert embree.library()
     assert "embree4" in given[1]
+
+
+@pytest.mark.parametrize("light", LIGHTS, ids=lambda light: type(light).__name__)
+def test_compiled_rays_are_those_of_arrays(light):
+    """The same points, and what is seen of them but for rays within rounding of an edge."""
+    points = np.array(FLOOR.points[::4][:400], np.float64)
+    normals = np.tile([0.0, 0.0, 1.0], (400, 1))
+    faces = BlockingFaces(BALL.points.astype(np.float64), BALL.faces.reshape(-1, 4)[:, 1:].astype(np.int64))
+    occluders, seeds = Occluders([faces]), sobol.seeds(np.arange(400))
+    given = np.asarray(light.sampling.numbers, np.float64), points, normals, seeds, 0, 64, 1e-5
+    stages = kernel.stages_of(light.sampling)
+    sent, seen, scale, rays = kernel.part_seen(stages, *given, occluders.compiled)
+    expected = part_by_arrays(light.sampling, *given, occluders)
+    np.testing.assert_allclose(sent, expected[0], rtol=2e-5, atol=2e-5 * sent.max())
+    np.testing.assert_allclose(scale, expected[2], rtol=1e-12)
+    assert rays == expected[3]
+    assert ((seen > 0.0) != (expected[1] > 0.0)).mean() < 1e-3
+    assert 0.0 < (seen[sent > 0.0] == 0.0).mean() < 1.0
 
 
 def test_arrays_of_any_layout_and_type_are_read_alike():

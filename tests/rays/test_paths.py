@@ -9,7 +9,7 @@ from functools import cache
 import numpy as np
 import pytest
 import pyvista as pv
-from rays.rooms import room
+from rays.rooms import hollow, room
 
 import pvphong as ph
 from pvphong.base import threads
@@ -64,15 +64,6 @@ PATCHES, TANGENTS = patches()
 
 def scene(*lights, **model):
     return ph.Scene(lights, EYE, replace(MODEL, **model))
-
-
-def hollow(nsub=2):
-    """A ball of radius 1 that is lit from inside."""
-    ball = pv.Icosphere(nsub=nsub)
-    ball.points /= np.linalg.norm(ball.points, axis=1)[:, None]
-    ball.clear_data()
-    ball.point_data.active_normals = -ball.points
-    return ball
 
 
 def floor(height=0.0, up=1.0, size=2.0, cells=4):

@@ -5,19 +5,12 @@ from dataclasses import MISSING, fields, replace
 import numpy as np
 import pytest
 import pyvista as pv
-from rays.rooms import room, wall
+from rays.rooms import hollow, room, wall
 
 import pvphong as ph
 from pvphong.optics.reflectances import REFLECTANCES
 from pvphong.shading import interreflection
 from pvphong.shading.interreflection import Sent
-
-
-def icosphere():
-    """Seen from inside."""
-    ball = pv.Icosphere(nsub=2)
-    ball.point_data.active_normals = -ball.points
-    return ball
 
 
 def model(bounces, **fields):
@@ -37,7 +30,7 @@ def lit(bounces, lights=LAMP, material=GREY, **how):
 
 
 @pytest.mark.parametrize("albedo", [0.2, 0.7, 0.95])
-@pytest.mark.parametrize("mesh", [icosphere(), room()], ids=["icosphere", "box"])
+@pytest.mark.parametrize("mesh", [hollow(), room()], ids=["ball", "box"])
 def test_in_a_furnace_all_is_as_bright(mesh, albedo):
     """B = e/(1 − ρ) inside a closed surface of even emission."""
     glowing = ph.Material(ambient=0.0, diffuse=albedo, specular=0.0, emission=0.03)
