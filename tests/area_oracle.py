@@ -16,6 +16,7 @@ from typing import Any
 
 import mpmath as mp
 from mpmath.calculus.quadrature import GaussLegendre
+from oracle import cross, dot, minus
 
 _FEW = 1e-25
 # In place of 0⁰, which is 1.
@@ -30,30 +31,14 @@ def exact_vector(values: Any) -> list[Any]:
     return [mp.mpf(float(x)) for x in values]
 
 
-def dot(a: Sequence[Any], b: Sequence[Any]) -> Any:
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-
-
-def cross(a: Sequence[Any], b: Sequence[Any]) -> list[Any]:
-    return [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
-
-
 def unit(a: Sequence[Any]) -> list[Any]:
     length = mp.sqrt(dot(a, a))
     return [x / length for x in a]
 
 
-def minus(a: Sequence[Any], b: Sequence[Any]) -> list[Any]:
-    return [x - y for x, y in zip(a, b, strict=True)]
-
-
 def angle(a: Sequence[Any], b: Sequence[Any]) -> Any:
     c = cross(a, b)
     return mp.atan2(mp.sqrt(dot(c, c)), dot(a, b))
-
-
-def mirrored(n: Sequence[Any], v: Sequence[Any]) -> list[Any]:
-    return unit([2 * dot(n, v) * x - y for x, y in zip(n, v, strict=True)])
 
 
 def power_over(w: Sequence[Any], power: float, caps: Sequence[tuple[Sequence[Any], Any]]) -> Any:

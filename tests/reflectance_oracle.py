@@ -7,6 +7,7 @@ n, l and v of any length.
 from __future__ import annotations
 
 import mpmath
+from oracle import cross, dot
 
 ctx = mpmath.MPContext()
 ctx.dps = 50
@@ -25,14 +26,6 @@ class Corner:
         self.n_h, self.h_l = (dot(self.h, a) for a in (self.n, self.l))
         self.r_v = 2 * self.n_l * self.n_v - self.l_v
         self.x, self.y = max(self.n_l, 0), max(self.n_v, 0)
-
-
-def dot(a, b):
-    return ctx.fsum(x * y for x, y in zip(a, b, strict=True))
-
-
-def cross(a, b):
-    return [a[i - 2] * b[i - 1] - a[i - 1] * b[i - 2] for i in range(3)]
 
 
 def unit(a):

@@ -1,10 +1,13 @@
 """Threads of one process: few are kept, and a limit holds for the thread that asked for it."""
 
 import threading
+import time
 
 import pytest
 
 from pvphong.base import threads
+
+needs_two = pytest.mark.skipif(threads.count() < 2, reason="there is a single thread")
 
 
 def test_however_many_are_asked_for_few_are_kept(monkeypatch):
@@ -55,3 +58,53 @@ def test_who_is_told_to_stop_begins_nothing_more_and_others_go_on():
             threads.go_on()
     threads.go_on()
     assert sorted(done, key=str) == [0, 1, "other"]
+
+
+@needs_two
+def test_ranges_cover_everything_once_and_several_threads_take_them():
+    taken, lock = [], threading.Lock()
+
+    def work(first, last):
+        time.sleep(0.01)
+        with lock:
+            taken.append((first, last, threading.get_ident()))
+
+    threads.run(work, 1003, 50)
+    assert sorted((first, last) for first, last, _ in taken) == [(k, min(k + 50, 1003)) for k in range(0, 1003, 50)]
+    assert len({thread for *_, thread in taken}) > 1
+
+
+def test_little_work_stays_with_the_caller():
+    taken = []
+    threads.run(lambda *part: taken.append((*part, threading.get_ident())), 50, 50)
+    threads.run(lambda *_: taken.append("nothing to do"), 0, 50)
+    assert taken == [(0, 50, threading.get_ident())]
+
+
+def test_after_an_exception_no_range_is_begun():
+    begun = []
+
+    def work(first, _):
+        begun.append(first)
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        threads.run(work, 1000, 10)
+    assert len(begun) <= threads.count()
+
+
+@needs_two
+def test_what_goes_wrong_in_a_helper_is_raised_and_it_helps_again():
+    caller, has_begun = threading.get_ident(), threading.Event()
+
+    def work(_first, _last):
+        if threading.get_ident() == caller:
+            assert has_begun.wait(60)
+        else:
+            has_begun.set()
+            raise ValueError("it went wrong")
+
+    for _ in range(3):
+        has_begun.clear()
+        with pytest.raises(ValueError, match="it went wrong"):
+            threads.run(work, 2, 1)

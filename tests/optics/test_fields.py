@@ -10,8 +10,6 @@ import math
 import numpy as np
 import pytest
 import pyvista as pv
-from hypothesis import given, settings
-from hypothesis import strategies as st
 from strategies import REFLECTANCE_SHAPES, Dice
 
 from pvphong import DirectionalLight, Light, Material, PointLight, SphereLight, SpotLight
@@ -23,7 +21,6 @@ COLOURED = (*LIGHTS, Material)
 ALL = (*COLOURED, *REFLECTANCES.values())
 MADE = [kind() for kind in COLOURED] + [kind(**REFLECTANCE_SHAPES[k](Dice(0))) for k, kind in REFLECTANCES.items()]
 COLOURS = ("ambient", "diffuse", "specular", "emission")
-QUICK = settings(max_examples=60, derandomize=True, deadline=None, database=None)
 every_light = pytest.mark.parametrize("kind", LIGHTS)
 every_coloured = pytest.mark.parametrize("kind", COLOURED)
 
@@ -88,17 +85,13 @@ def test_what_all_lights_share_has_one_default_and_is_given_by_keyword(kind):
         (kind, field, given, kept)
         for fields, given, kept in [
             (COLOURS, "tomato", (255 / 255, 99 / 255, 71 / 255)),
-            (COLOURS, "#336699", (0.2, 0.4, 0.6)),
-            (COLOURS, np.array([1.5, 0, 0.1]), (1.5, 0.0, 0.1)),
             (COLOURS, 1, 1.0),
             (["intensity"], 0, 0.0),
-            (["intensity"], 1e300, 1e300),
             (["on"], np.False_, False),
             *((["frame"], frame, frame) for frame in ("world", "camera", "headlight")),
             (["position", "direction"], np.array([1, 2, 3]), (1.0, 2.0, 3.0)),
             (["attenuation"], [0, 1, np.float32(0.5)], (0.0, 1.0, 0.5)),
             (["cone_angle"], 90, 90.0),
-            (["cone_angle"], 1e-9, 1e-9),
             (["exponent"], 1e9, 1e9),
             *((["shininess"], n, float(n)) for n in (5e-324, 0.5, np.float32(200), 1e6, 1e308)),
         ]
@@ -108,15 +101,6 @@ def test_what_all_lights_share_has_one_default_and_is_given_by_keyword(kind):
 def test_canonical_form(kind, field, given, kept):
     found = getattr(kind(**{field: given}), field)
     assert (type(found), found) == (type(kept), kept)
-
-
-@every_coloured
-@given(color=st.tuples(*[st.floats(0, allow_infinity=False).filter(lambda c: not 16 < c <= 255)] * 3))
-@QUICK
-def test_colours_are_kept_to_the_bit(kind, color):
-    for _, field in having(COLOURS, [kind]):
-        assert [c.hex() for c in getattr(kind(**{field: color}), field)] == [c.hex() for c in color]
-        assert getattr(kind(**{field: color[0]}), field).hex() == color[0].hex()
 
 
 @every_coloured

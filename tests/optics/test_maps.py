@@ -108,7 +108,3 @@ def test_what_is_no_material_is_refused(given, remedy):
 def test_a_material_is_given_by_its_fields(given, remedy):
     with pytest.raises(ValueError, match=rf"^Material must be given by its fields.*{remedy}"):
         ph.Material(given)
-
-
-def test_a_name_is_a_material():
-    assert as_material("Gold") == ph.Material.named("gold")

@@ -29,18 +29,24 @@ NORMALS = RANDOM.normal(size=(60, 3)) + np.array([0, 0, 1])
 NORMALS /= np.linalg.norm(NORMALS, axis=1)[:, None]
 
 
-def sampled(light, count=4096, points=POINTS, normals=NORMALS):
-    """Colours at intensity 1, directions (3, k, n), lengths and weights (k, n)."""
-    sampling = light.sampling
+def frame_of(light, real=np.float64):
+    """Its sampling, numbers, reach and scale, and the frame at each point."""
+    sampling, numbers = light.sampling, np.asarray(light.sampling.numbers, float)
     with np.errstate(all="ignore"):
-        reach, scale, *frame = sampling.frame(np.asarray(sampling.numbers, float), points.T, normals.T)
-        frame = [np.broadcast_to(np.asarray(each, np.float32), len(points)) for each in frame]
-        seeds = sobol.seeds(np.arange(len(points)))
-        numbers = np.arange(count, dtype=np.uint32)[:, None]
-        u, v = sobol.coordinate(numbers, seeds[0]), sobol.coordinate(sobol.SECOND[:count, None], seeds[1])
-        direction, share, weight = sampling.sample(np.asarray(sampling.numbers, float), frame, u, v)
-        assert {each.dtype for each in (*direction, np.asarray(share), weight)} == {np.dtype(np.float32)}
-        return scale * weight.mean(axis=0), np.array(direction), np.float64(share) * reach, weight
+        reach, scale, *frame = sampling.frame(numbers, POINTS.T, NORMALS.T)
+    return sampling, numbers, reach, scale, [np.broadcast_to(np.asarray(each, real), len(POINTS)) for each in frame]
+
+
+def sampled(light, count=4096):
+    """Colours at intensity 1, directions (3, k, n), lengths and weights (k, n)."""
+    sampling, numbers, reach, scale, frame = frame_of(light, np.float32)
+    first, second = sobol.seeds(np.arange(len(POINTS)))
+    u = sobol.coordinate(np.arange(count, dtype=np.uint32)[:, None], first)
+    v = sobol.coordinate(sobol.SECOND[:count, None], second)
+    with np.errstate(all="ignore"):
+        direction, share, weight = sampling.sample(numbers, frame, u, v)
+    assert {each.dtype for each in (*direction, np.asarray(share), weight)} == {np.dtype(np.float32)}
+    return scale * weight.mean(axis=0), np.array(direction), np.float64(share) * reach, weight
 
 
 def exact(light):
@@ -85,10 +91,8 @@ def test_rays_end_on_the_light(name):
 def test_what_is_seen_along_a_direction_is_the_point_that_gave_it(name):
     """How far it is, and by its radiance over the density, its weight."""
     light = LIGHTS[name]
-    sampling, numbers = light.sampling, np.asarray(light.sampling.numbers, float)
+    sampling, numbers, _, scale, frame = frame_of(light)
     with np.errstate(all="ignore"):
-        _, scale, *frame = sampling.frame(numbers, POINTS.T, NORMALS.T)
-        frame = [np.broadcast_to(np.asarray(each, float), len(POINTS)) for each in frame]
         u, v = RANDOM.random((2, 256, len(POINTS)))
         chosen, share, weight = sampling.sample(numbers, frame, u, v)
         direction = np.stack([np.broadcast_to(each, u.shape) for each in chosen]).astype(float)
@@ -107,12 +111,11 @@ def test_what_is_seen_along_a_direction_is_the_point_that_gave_it(name):
 
 @pytest.mark.parametrize("name", ["rectangle", "near rectangle", "disk", "polygon", "sphere", "one colour", "sky"])
 def test_densities_are_of_all_directions_to_a_light(name):
-    sampling, count = LIGHTS[name].sampling, 2**14
-    numbers, (u, v) = np.asarray(sampling.numbers, float), RANDOM.random((2, count, len(POINTS)))
+    (sampling, numbers, *_, frame), count = frame_of(LIGHTS[name]), 2**14
+    u, v = RANDOM.random((2, count, len(POINTS)))
     z, around = 2.0 * u - 1.0, 2.0 * math.pi * v
     level = np.sqrt(1.0 - z * z)
     with np.errstate(all="ignore"):
-        frame = sampling.frame(numbers, POINTS.T, NORMALS.T)[2:]
         density = sampling.seen(numbers, frame, np.stack([level * np.cos(around), level * np.sin(around), z]))[1]
     whole, error = 4.0 * math.pi * density.mean(axis=0), 4.0 * math.pi * density.std(axis=0) / math.sqrt(count)
     assert (np.abs(whole - 1.0) < 5.0 * error + 1e-6).all()

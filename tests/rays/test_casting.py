@@ -1,12 +1,15 @@
 """Both backends give the answers of exact geometry, in any unit and anywhere, and bear what is broken."""
 
+from contextlib import nullcontext
+
 import numpy as np
 import pytest
 import pyvista as pv
 from ray_backends import BACKENDS
 
 import pvphong as ph
-from pvphong.rays import casting, visibility
+from pvphong.meshes import truth
+from pvphong.rays import casting, transport, visibility
 from pvphong.rays.casting import BlockingFaces, Occluders
 
 
@@ -129,15 +132,24 @@ def test_spoiled_triangles_and_rays_meet_nothing_and_harm_no_other():
     np.testing.assert_array_equal(found[sound], expected[sound])
 
 
-def test_without_embree_it_is_said_once_and_only_where_it_matters(monkeypatch, backend):
+CASTING = {
+    "visibility": lambda mesh: mesh.phong.visibility([ph.DirectionalLight()]).per_light,
+    "transport": lambda mesh: mesh.phong.transport(samples=16).gather(np.ones((mesh.n_points, 1))),
+    "truth": lambda mesh: mesh.phong.truth([ph.PointLight((0, 0, 9))], samples=16),
+}
+
+
+@pytest.mark.parametrize("cast", CASTING.values(), ids=CASTING)
+def test_without_embree_it_is_said_once_and_only_where_it_matters(monkeypatch, backend, cast):
+    """Else a warning would be an error."""
     casting.warn_of_slow_rays.cache_clear()
-    monkeypatch.setattr(visibility, "_WORTH_A_WARNING", 100)
-    pv.Plane(i_resolution=3).phong.visibility([ph.DirectionalLight()]).per_light.sum()
-    seen = pv.Plane().phong.visibility([ph.DirectionalLight()])
-    if backend == "vtk":
-        with pytest.warns(casting.SlowRaysWarning, match=r"pvphong\[rays\]"):
-            seen.per_light.sum()
-    assert seen.sky.all()  # a warning would be an error
+    few, many = (pv.merge([pv.Cube(), pv.Plane(i_resolution=cells)]) for cells in (1, 10))
+    for module, name in ((visibility, 100), (transport, 100), (truth, 100 * 16)):
+        monkeypatch.setattr(module, "_WORTH_A_WARNING", name)
+    cast(few)
+    with pytest.warns(casting.SlowRaysWarning, match=r"pvphong\[rays\]") if backend == "vtk" else nullcontext():
+        cast(many)
+    cast(many)
 
 
 def test_more_triangles_than_fit_into_memory_are_refused_before_any_is_read(monkeypatch):

@@ -9,18 +9,17 @@ from functools import cache
 import numpy as np
 import pytest
 import pyvista as pv
-from ray_backends import BACKENDS
+from rays.rooms import hollow, room
 
 import pvphong as ph
 from pvphong.base import threads
 from pvphong.base.text import listening
-from pvphong.meshes import truth as truth_of_meshes
 from pvphong.optics.light import Arrival
 from pvphong.optics.lights import LIGHT_TYPES
 from pvphong.optics.panorama import directions, row_areas
 from pvphong.optics.reflectances import REFLECTANCES
 from pvphong.optics.surface import Surface
-from pvphong.rays import casting, paths
+from pvphong.rays import paths
 
 RANDOM = np.random.default_rng(1)
 MODEL = ph.LightModel(ambient=0.0, clamp=False)
@@ -67,24 +66,6 @@ def scene(*lights, **model):
     return ph.Scene(lights, EYE, replace(MODEL, **model))
 
 
-def hollow(nsub=2):
-    """A ball of radius 1 that is lit from inside."""
-    ball = pv.Icosphere(nsub=nsub)
-    ball.points /= np.linalg.norm(ball.points, axis=1)[:, None]
-    ball.clear_data()
-    ball.point_data.active_normals = -ball.points
-    return ball
-
-
-def box(cells=4):
-    """Six squares around the origin that are lit from inside."""
-    sides = [
-        pv.Plane(center=(0.5 * x, 0.5 * y, 0.5 * z), direction=(-x, -y, -z), i_resolution=cells, j_resolution=cells)
-        for x, y, z in [*np.eye(3, dtype=int).tolist(), *(-np.eye(3, dtype=int)).tolist()]
-    ]
-    return sides[0].append_polydata(*sides[1:])
-
-
 def floor(height=0.0, up=1.0, size=2.0, cells=4):
     sizes = {"i_size": size, "j_size": size, "i_resolution": cells, "j_resolution": cells}
     return pv.Plane(center=(0, 0, height), direction=(0, 0, up), **sizes)
@@ -102,7 +83,7 @@ def assert_agrees(truth, expected, most=5.0, slack=0.0):
 # --- light that bounces
 
 
-@pytest.mark.parametrize("shape", [hollow, box])
+@pytest.mark.parametrize("shape", [hollow, room])
 @pytest.mark.parametrize("rho", [0.2, 0.8, 0.95])
 def test_inside_of_a_furnace_it_is_equally_bright(shape, rho):
     """B = e + ρB."""
@@ -133,33 +114,24 @@ def test_an_integrating_sphere_is_lit_evenly_by_what_it_reflects(bounces):
 
 def test_bounces_are_those_that_transport_gathers():
     """From vertices to vertices, which is the same but for what is finer than triangles."""
-    room, lamp = box(8), ph.RectangleLight((0, 0, 0.4), width=0.3, height=0.2, intensity=0.3)
+    mesh, lamp = room(8), ph.RectangleLight((0, 0, 0.4), width=0.3, height=0.2, intensity=0.3)
     material = ph.Material(diffuse=(0.7, 0.5, 0.3), emission=0.02)
     for bounces in (1, 3):
         lights = scene(lamp, shadows=True, bounces=bounces)
-        truth = room.phong.truth(lights, material, samples=64, max_bounces=bounces).rgb
-        gathered = room.phong.shade(lights, material)["phong"]
+        truth = mesh.phong.truth(lights, material, samples=64, max_bounces=bounces).rgb
+        gathered = mesh.phong.shade(lights, material)["phong"]
         np.testing.assert_allclose(gathered.mean(axis=0), truth.mean(axis=0), rtol=0.02)
         assert np.abs(gathered - truth).mean() < 0.05 * truth.mean()
-
-
-def test_no_light_is_lost_or_made():
-    """What a room absorbs, ∫ (1 − ρ)/ρ B dA, is what its lamp sends, 4πI."""
-    room, rho = box(12), np.array([0.8, 0.5, 0.2])
-    lamp = ph.SphereLight((0.1, 0.05, -0.2), 0.1, intensity=1.5)
-    truth = room.phong.truth(scene(lamp), ph.Material(diffuse=tuple(rho)), samples=64)
-    corners = room.faces.reshape(-1, 5)[:, 1:]
-    received = (truth.rgb / rho)[corners].mean(axis=1).sum(axis=0) / 12**2
-    np.testing.assert_allclose(received * (1.0 - rho), 4.0 * math.pi * 1.5, rtol=0.01)
 
 
 def test_standard_errors_are_honest():
     """Vertices at one place have paths of their own: they vary as much as each of them says."""
     place = pv.PolyData(np.tile((0.1, 0.2, -0.5), (600, 1)))
     place.point_data.active_normals = np.tile((0.0, 0.0, 1.0), (600, 1))
-    material, room = ph.Material(diffuse=0.5, specular=0.3, shininess=10.0), pv.MultiBlock({"place": place, "": box(1)})
+    material = ph.Material(diffuse=0.5, specular=0.3, shininess=10.0)
+    mesh = pv.MultiBlock({"place": place, "": room(1)})
     lights = scene(ph.SphereLight((0.1, 0.05, -0.2), 0.1, intensity=0.1), ph.PointLight((0.2, 0, 0.2), (0, 0, 1)))
-    few, more = (room.phong.truth(lights, material, samples=count, max_bounces=2)["place"] for count in (32, 256))
+    few, more = (mesh.phong.truth(lights, material, samples=count, max_bounces=2)["place"] for count in (32, 256))
     for truth in (few, more):
         assert (truth.standard_error**2).mean() == pytest.approx(truth.rgb.var(), rel=0.2)
     assert few.rgb.mean() == pytest.approx(more.rgb.mean(), abs=5.0 * few.rgb.std() / math.sqrt(600))
@@ -167,7 +139,7 @@ def test_standard_errors_are_honest():
     scores = (more.rgb - more.rgb.mean()) / more.standard_error
     assert 1.0 < scores.std() < 1.2  # 1.07 by Student's distribution, for 16 rounds
     assert (np.abs(scores) < 2.13).mean() == pytest.approx(0.95, abs=0.02)
-    other = room.phong.truth(lights, material, samples=32, max_bounces=2, seed=1)["place"]
+    other = mesh.phong.truth(lights, material, samples=32, max_bounces=2, seed=1)["place"]
     assert abs(np.corrcoef(few.rgb[:, 0], other.rgb[:, 0])[0, 1]) < 0.15
 
 
@@ -403,39 +375,21 @@ def test_directions_are_chosen_with_the_density_that_is_told(name):
 # --- what must not break it
 
 
-@pytest.mark.parametrize("backend", BACKENDS)
-def test_whoever_casts_the_rays(backend, monkeypatch):
-    room, lamp = box(2), scene(ph.SphereLight((0.1, 0.05, -0.2), 0.1, intensity=0.1))
-    expected = room.phong.truth(lamp, ph.Material(diffuse=0.5), samples=16)
-    monkeypatch.setattr(casting, "ray_backend", lambda: (BACKENDS[backend], ""))
-    truth = room.phong.truth(lamp, ph.Material(diffuse=0.5), samples=16)
-    assert np.median(np.abs(truth.rgb - expected.rgb)) < 1e-4  # rays that meet edges may go on elsewhere
-    assert truth.rgb.mean() == pytest.approx(expected.rgb.mean(), rel=0.05)
-
-
-def test_it_is_said_where_vtk_casts_many_rays(monkeypatch):
-    casting.warn_of_slow_rays.cache_clear()
-    monkeypatch.setattr(truth_of_meshes, "_WORTH_A_WARNING", 16)
-    monkeypatch.setattr(casting, "ray_backend", lambda: (casting.Locator, ""))
-    with pytest.warns(casting.SlowRaysWarning, match=r"pvphong\[rays\]"):
-        floor(cells=1).phong.truth(scene(LIGHTS["point"]), samples=16)
-
-
 def test_equal_calls_give_equal_bits_whatever_the_number_of_threads(monkeypatch):
     monkeypatch.setattr(paths, "_PATHS_AT_ONCE", 2**11)
-    room = box(3)
+    mesh = room(3)
     lights = scene(ph.RectangleLight((0, 0, 0.4), width=0.3, height=0.3), ph.PointLight((0, 0.2, 0)))
     material = ph.Material(diffuse=0.5, specular=0.2, shininess=5.0)
     seen = []
     with listening(lambda what, part: seen.append((what, part))):
-        truth = room.phong.truth(lights, material, samples=64)
+        truth = mesh.phong.truth(lights, material, samples=64)
     assert seen[-1] == ("paths of light", 1.0)
     assert len(seen) > 1
     with threads.limited(1):
-        again = room.phong.truth(lights, material, samples=50)  # the next power of two
+        again = mesh.phong.truth(lights, material, samples=50)  # the next power of two
     for name in ("rgb", "standard_error", "rays"):
         np.testing.assert_array_equal(getattr(again, name), getattr(truth, name))
-    other = room.phong.truth(lights, material, samples=64, seed=1)
+    other = mesh.phong.truth(lights, material, samples=64, seed=1)
     assert (other.rgb != truth.rgb).all()
     assert repr(truth).startswith("<Truth of 96 vertices, known to 0.")
 
@@ -446,29 +400,29 @@ def test_an_interrupted_call_is_over_at_once():
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt), listening(stop):
-        box(8).phong.truth(scene(ph.SphereLight()), samples=64, max_bounces=0)
+        room(8).phong.truth(scene(ph.SphereLight()), samples=64, max_bounces=0)
 
 
 @pytest.mark.parametrize("offset", [0.0, 1e7])
 def test_a_matrix_moves_mesh_and_normals(offset):
-    room, matrix = box(2), np.diag([2.0, 2.0, -2.0, 1.0])
+    mesh, matrix = room(2), np.diag([2.0, 2.0, -2.0, 1.0])
     matrix[:3, 3] = offset
     lamp = ph.PointLight(tuple(matrix[:3, :3] @ (0.1, 0.2, 0.3) + offset), (0, 0, 0.25))
     material = ph.Material(diffuse=0.5)
-    expected = room.phong.truth(scene(ph.PointLight((0.1, 0.2, 0.3), (0, 0, 1))), material, samples=64)
-    moved = room.phong.truth(scene(lamp), material, samples=64, matrix=matrix)
+    expected = mesh.phong.truth(scene(ph.PointLight((0.1, 0.2, 0.3), (0, 0, 1))), material, samples=64)
+    moved = mesh.phong.truth(scene(lamp), material, samples=64, matrix=matrix)
     assert_agrees(replace(moved, standard_error=np.hypot(moved.standard_error, expected.standard_error)), expected.rgb)
 
 
 def test_spoiled_vertices_have_finite_colours_and_harm_no_other():
-    room = box(2)
+    mesh = room(2)
     material = ph.Material(diffuse=0.5, specular=0.3, shininess=5.0, emission=0.1)
     lights = scene(ph.SphereLight((0, 0, 0), 0.1), ph.EnvironmentLight(), ph.PointLight((0.2, 0.2, 0.2)))
-    room.points = room.points.astype(np.float64)
-    normals = np.array(room.point_data.active_normals)
-    room.points[0], normals[5] = np.nan, 0.0
-    room.point_data.active_normals = normals
-    truth = room.phong.truth(lights, material, samples=16)
+    mesh.points = mesh.points.astype(np.float64)
+    normals = np.array(mesh.point_data.active_normals)
+    mesh.points[0], normals[5] = np.nan, 0.0
+    mesh.point_data.active_normals = normals
+    truth = mesh.phong.truth(lights, material, samples=16)
     assert np.isfinite(truth.rgb).all()
     assert np.isfinite(truth.standard_error).all()
     np.testing.assert_allclose(truth.rgb[5], 0.1)

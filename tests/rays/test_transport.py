@@ -6,7 +6,8 @@ import re
 import numpy as np
 import pytest
 import pyvista as pv
-from ray_backends import BACKENDS, FASTEST
+from ray_backends import BACKENDS
+from rays.rooms import room, wall
 
 import pvphong as ph
 from pvphong.base import text, threads
@@ -18,21 +19,6 @@ from pvphong.rays import transport as transports
 def backend(request, monkeypatch):
     monkeypatch.setattr(casting, "ray_backend", lambda: (BACKENDS[request.param], ""))
     return request.param
-
-
-def grid(center, direction, size=1.0, cells=8):
-    """A square of triangles, whose normals point in a direction."""
-    sizes = {"i_size": size, "j_size": size, "i_resolution": cells, "j_resolution": cells}
-    mesh = pv.Plane(center=center, direction=direction, **sizes).triangulate()
-    mesh.point_data.active_normals = np.tile(np.asarray(direction, np.float32), (mesh.n_points, 1))
-    return mesh
-
-
-def room(cells=6):
-    """A box from inside, as six grids in one mesh."""
-    sides = [np.array(sign * axis, float) for axis in np.eye(3) for sign in (1, -1)]
-    walls = [grid(-0.5 * side, side, cells=cells) for side in sides]
-    return walls[0].append_polydata(*walls[1:])
 
 
 def shares_of(receiver, target, samples=1024):
@@ -90,8 +76,8 @@ def to_sphere(points):
 DISK = pv.Disc(center=(0, 0, 0.5), inner=0, outer=0.6, normal=(0, 0, -1), r_res=1, c_res=400).triangulate()
 DISK.point_data.active_normals = np.tile(np.array([0, 0, -1], np.float32), (DISK.n_points, 1))
 SHAPES = {
-    "parallel square": (grid((0, 0, 0.75), (0, 0, -1)), to_parallel_square),
-    "square at right angles": (grid((0, -0.6, 0.5), (0, 1, 0)), to_square_at_right_angles),
+    "parallel square": (wall((0, 0, 0.75), (0, 0, -1), cells=8), to_parallel_square),
+    "square at right angles": (wall((0, -0.6, 0.5), (0, 1, 0), cells=8), to_square_at_right_angles),
     "coaxial disk": (DISK, to_disk),
     "sphere": (pv.Sphere(radius=0.3, center=(0, 0, 0.7), theta_resolution=80, phi_resolution=80), to_sphere),
 }
@@ -101,7 +87,7 @@ SHAPES = {
 def test_form_factors_are_those_of_the_catalog(shape):
     """Within three standard errors of as many random rays at each vertex, and without bias."""
     target, exact = SHAPES[shape]
-    floor = grid((0, 0, 0), (0, 0, 1))
+    floor = wall((0, 0, 0), (0, 0, 1), cells=8)
     found, expected = shares_of(floor, target), exact(floor.points.astype(np.float64))
     error = np.sqrt(expected * (1 - expected) / 1024)
     z = (found - expected) / error
@@ -112,7 +98,7 @@ def test_form_factors_are_those_of_the_catalog(shape):
 
 def test_light_goes_both_ways_alike_and_none_is_made():
     """Reciprocity: what all of one wall sends to another is what comes back; rows of a closed room add up to 1."""
-    mesh = room()
+    mesh = room(6)
     walls = np.repeat(np.arange(6), mesh.n_points // 6)
     area = np.zeros(mesh.n_points)
     triangles = mesh.faces.reshape(-1, 4)[:, 1:]
@@ -160,7 +146,7 @@ def test_what_is_alone_and_convex_casts_no_ray():
 def test_only_vertices_with_something_above_them_cast_rays():
     """A ball over a floor: the floor's upper side looks, and the lower half of the ball."""
     ball = pv.Sphere(radius=0.2, center=(0, 0, 0.5))
-    floor = grid((0, 0, 0), (0, 0, 1))
+    floor = wall((0, 0, 0), (0, 0, 1), cells=8)
     among = pv.MultiBlock([ball, floor]).phong.transport(samples=16)
     among.gather(np.ones((len(among), 1)))
     looking = int((ball.point_normals[:, 2] < 0.7).sum()) + floor.n_points
@@ -172,8 +158,8 @@ def test_only_vertices_with_something_above_them_cast_rays():
 @pytest.mark.usefixtures("backend")
 def test_backs_and_occluders_block_light_and_are_black():
     """A wall between two floors that face each other: seen from behind, or as an occluder, it hides what is beyond."""
-    floor, ceiling = grid((0, 0, 0), (0, 0, 1), cells=3), grid((0, 0, 1), (0, 0, -1), 40.0, cells=3)
-    between = grid((0, 0, 0.5), (0, 0, 1), 40.0, cells=3)
+    floor, ceiling = wall((0, 0, 0), (0, 0, 1), cells=3), wall((0, 0, 1), (0, 0, -1), 40.0, cells=3)
+    between = wall((0, 0, 0.5), (0, 0, 1), 40.0, cells=3)
     open_share = shares_of(floor, ceiling, 64)
     assert (open_share > 0.95).all()
     seen_from_behind = pv.MultiBlock([floor, ceiling, between]).phong.transport(samples=64)
@@ -263,21 +249,21 @@ def test_shadows_are_of_the_same_triangles_which_are_built_once(monkeypatch, tmp
         return backend(points, corners)
 
     monkeypatch.setattr(casting, "ray_backend", lambda: (counted, ""))
-    mesh, wall = room(3), grid((0.1, 0, 0), (0, 0, 1), size=0.3, cells=2)
+    mesh, panel = room(3), wall((0.1, 0, 0), (0, 0, 1), size=0.3, cells=2)
     scene = ph.Scene([ph.PointLight((0.1, 0, 0.3))], light_model=ph.LightModel(bounces=1, shadows=True))
-    lit = mesh.phong.shade(scene, occluders=[wall])["phong"]
+    lit = mesh.phong.shade(scene, occluders=[panel])["phong"]
     once = len(built)
-    among = mesh.phong.transport(occluders=[wall])
+    among = mesh.phong.transport(occluders=[panel])
     for _ in range(2):
-        np.testing.assert_array_equal(mesh.phong.shade(scene, occluders=[wall], transport=among)["phong"], lit)
+        np.testing.assert_array_equal(mesh.phong.shade(scene, occluders=[panel], transport=among)["phong"], lit)
     assert len(built) == 2 * once
     among.save(tmp_path / "room.npz")
     read = ph.Transport.load(tmp_path / "room.npz")
-    np.testing.assert_array_equal(mesh.phong.shade(scene, occluders=[wall], transport=read)["phong"], lit)
+    np.testing.assert_array_equal(mesh.phong.shade(scene, occluders=[panel], transport=read)["phong"], lit)
     built.clear()
-    blocks = pv.MultiBlock([mesh, wall])
+    blocks = pv.MultiBlock([mesh, panel])
     blocks.phong.shade(scene)
-    assert built == [mesh.n_cells + wall.n_cells]
+    assert built == [mesh.n_cells + panel.n_cells]
 
 
 # --- files
@@ -350,17 +336,8 @@ def test_without_scipy_and_without_memory_it_says_so(monkeypatch):
         among.matrix  # noqa: B018
 
 
-def test_slow_rays_are_said(monkeypatch):
-    casting.warn_of_slow_rays.cache_clear()
-    monkeypatch.setattr(casting, "ray_backend", lambda: (casting.Locator, ""))
-    monkeypatch.setattr(transports, "_WORTH_A_WARNING", 10)
-    with pytest.warns(casting.SlowRaysWarning, match=r"pvphong\[rays\]"):
-        room(2).phong.transport(samples=16).gather(np.ones((54, 1)))
-    assert FASTEST in BACKENDS
-
-
 def test_the_rays_of_several_meshes_are_counted_as_one_work():
-    blocks = pv.MultiBlock([grid((0, 0, 0), (0, 0, 1.0), cells=40), grid((0, 0, 1), (0, 0, -1.0), cells=40)])
+    blocks = pv.MultiBlock([wall((0, 0, 0), (0, 0, 1.0), cells=40), wall((0, 0, 1), (0, 0, -1.0), cells=40)])
     among, heard = blocks.phong.transport(), []
     with text.listening(lambda what, part: heard.append((what, part))):
         among.gather(np.ones((len(among), 1)))
@@ -372,7 +349,7 @@ def test_the_rays_of_several_meshes_are_counted_as_one_work():
 
 
 def test_who_would_wait_is_told():
-    few, many = (grid((0, 0, 0), (0, 0, 1.0), cells=cells).phong.transport() for cells in (5, 70))
+    few, many = (wall((0, 0, 0), (0, 0, 1.0), cells=cells).phong.transport() for cells in (5, 70))
     assert (few.takes_long, many.takes_long) == (False, True)
     many.gather(np.ones((len(many), 1)))
     assert not many.takes_long  # its rays are kept

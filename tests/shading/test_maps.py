@@ -150,7 +150,6 @@ def test_where_some_are_infinitely_steep_none_is_taken_for_flat():
             "^diffuse must be .* at vertex 5. Divide 0-255 by 255",
         ),
         ({"emission": np.ones(COUNT, np.int32)}, "^emission must be uint8 or floats"),
-        ({"albedo": np.full((COUNT, 3), 255.0)}, "^albedo must be floats from 0 to 1; got floats up to 255. Divide"),
         ({"albedo": "scan"}, "^albedo must be an array where there is no mesh"),
         ({"tangents": "grain"}, "^tangents must be an array where there is no mesh"),
         ({"reflectance": ph.GGX(np.zeros(COUNT))}, "^roughness must be numbers > 0 and <= 1"),

@@ -79,6 +79,10 @@ def dim_and_near(intensity: float, distance: float) -> Seen:
     return Seen(min(intensity / 5e-5 / distance / distance, 1.0), lamp, steps=8)
 
 
+def as_bright_as_far(intensity: float) -> Seen:
+    return Seen(1.0, PointLight((0.0, 0.0, 1e20), attenuation=(0.0, 0.0, 1.0), intensity=intensity), steps=8)
+
+
 def short_half_way(height: float) -> Seen:
     """l and v are opposite but for a component that is exact: its square underflowed, and with it the highlight."""
     light, viewer, model = (
@@ -102,6 +106,7 @@ FOUND = [
     *chain(all_but_even(1e-170, (0.0, 0.0, 1.0)), all_but_even(1e-200, (0.0, 1e-200, 0.0))),
     *starmap(spot_on_the_vertex, product((20.0, 59.0, 61.0, 90.0), (0.0, 1.0, 2.0))),
     Seen(0.5, FAR),  # bright because it is far away, it is not cut off
+    *map(as_bright_as_far, (1e40, 1e300)),
     *map(as_near_as_can_be, (1e-323, 1e-310, 1e-200, 1e-40, 1e-30)),
     *starmap(dim_and_near, product((1e-300, 1e-150, 1e-40, 1e-20), (1e-120, 1e-24, 1e-12))),
     *map(short_half_way, (1e-18, 1e-20, 1e-25, 1e-30)),

@@ -12,7 +12,7 @@ import pyvista as pv
 from sky_oracle import texels
 from strategies import Dice
 
-from pvphong import GGX, BlinnPhong, EnvironmentLight, LightModel, Material, Scene, Viewer, evaluate, plan
+from pvphong import GGX, EnvironmentLight, LightModel, Material, Scene, Viewer, evaluate, plan
 from pvphong.optics.area.lobes import CosinePower
 from pvphong.shading import kernel
 
@@ -106,13 +106,6 @@ def test_a_plan_says_how_many_bands_it_takes():
     assert plan(points, [EnvironmentLight()], WHITE).effects["sky"].why == "no light from all around varies"
     even = plan(points, [sky(1, intensity=1e-3, name="sky")], WHITE, tolerance=0.05).effects
     assert not even["sky"].on
-
-
-def test_other_reflectances_make_of_it_what_they_make_of_its_nodes():
-    light = sky(5)
-    material = Material(ambient=0.0, diffuse=0.0, specular=1.0, reflectance=BlinnPhong(5.0))
-    normals = normals_of(5)
-    np.testing.assert_allclose(lit(light, normals, material), lit_by_nodes(light, normals, 256, material), atol=1e-12)
 
 
 def mirrored_by_facets(light, normals, roughness):

@@ -192,13 +192,6 @@ def test_many_nodes_light_a_patch_as_the_whole_does(kind, seed):
         np.testing.assert_allclose(parts, whole, rtol=1e-3)
 
 
-def test_a_spheres_nodes_glow_as_the_derivation_says():
-    """(2t − sin 2t)/π of them are within sin t of the middle, for any t."""
-    distances = np.linalg.norm([node.position for node in SphereLight(radius=2.0).nodes(4000)], axis=1) / 2.0
-    for t in np.linspace(0.2, 1.5, 7):
-        assert np.mean(distances <= math.sin(t)) == pytest.approx((2 * t - math.sin(2 * t)) / math.pi, abs=2e-3)
-
-
 @every_light
 def test_no_vertex_gets_more_or_from_elsewhere_than_its_reach_says(kind, seed):
     light, every, _ = thrown(kind, seed)

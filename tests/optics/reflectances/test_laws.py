@@ -181,7 +181,6 @@ def test_vtks_headlight_tier_has_a_floor_but_not_without_a_normal():
         ("modified-phong", {"shininess": -1}, "shininess must be a finite number >= 0; got -1"),
         ("retro", {"shininess": math.inf}, "shininess must be a finite number >= 0; got inf"),
         ("ward", {"alpha_x": 0, "alpha_y": 1}, "alpha_x must be a finite number > 0 and <= 1; got 0"),
-        ("oren-nayar", {"sigma": 91}, "sigma must be a finite number >= 0 and <= 90; got 91"),
     ],
 )
 def test_what_no_surface_has_is_refused(name, fields, message):

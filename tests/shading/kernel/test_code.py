@@ -2,15 +2,11 @@
 
 from __future__ import annotations
 
+import os
 import shutil
 
 import pytest
 from apart import EVALUATE, run_apart
-
-from pvphong.shading import kernel
-
-pytest.importorskip("numba", reason="the extra `fast` is not installed")
-pytestmark = pytest.mark.skipif(not kernel.is_available(), reason="Numba cannot run here")
 
 
 @pytest.mark.parametrize(
@@ -31,10 +27,6 @@ except ValueError as error:
     print(error)
 """
     assert f"backend must be 'auto' or 'numpy' where Numba {why}" in run_apart(code, **environment)
-
-
-def test_importing_pvphong_does_not_import_numba():
-    run_apart("import sys, pvphong; assert 'numba' not in sys.modules")
 
 
 STAGE = """
@@ -136,3 +128,37 @@ def test_a_folder_in_the_place_of_a_file_is_passed_over(folder):
     file.mkdir()
     assert run_apart(STAGE + "print(code().cache_hits, code().cache_hits)", NUMBA_CACHE_DIR=str(folder)) == "0 0\n"
     assert [path.name for path in folder.rglob("*.pvphong")] == [file.name]
+
+
+# --- threads, processors and processes that run it ---
+
+
+def test_numbas_setting_is_the_most():
+    code = "from pvphong.base import threads; print(threads.count())"
+    assert run_apart(code, NUMBA_NUM_THREADS="1") == "1\n"
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="this system does not fork")
+def test_a_forked_child_has_its_own():
+    code = f"""
+{EVALUATE}
+import os
+assert abs(lit("numba", 300000) - 0.84).max() < 1e-6
+child = os.fork()
+if not child:
+    os._exit(0 if abs(lit("numba", 300000) - 0.84).max() < 1e-6 else 1)
+assert os.waitpid(child, 0)[1] == 0
+print(lit("numba", 300000))
+"""
+    assert "0.84" in run_apart(code)
+
+
+def test_several_python_threads_may_evaluate_at_once():
+    code = f"""
+{EVALUATE}
+from concurrent.futures import ThreadPoolExecutor
+with ThreadPoolExecutor(4) as callers:
+    for colour in callers.map(lambda _: lit("numba", 200000), range(12)):
+        assert abs(colour - 0.84).max() < 1e-6
+"""
+    run_apart(code)

@@ -22,9 +22,6 @@ from pvphong.optics.lights import PointLight
 from pvphong.shading import kernel
 from pvphong.shading.kernel import code as kernel_code
 
-pytest.importorskip("numba", reason="the extra `fast` is not installed")
-pytestmark = pytest.mark.skipif(not kernel.is_available(), reason="Numba cannot run here")
-
 SCENE, MATERIAL = ph.Scene([PointLight(position=(0, 0, 3))], ph.Viewer()), ph.Material()
 POINTS, NORMALS = np.zeros((2**18, 3), np.float32), np.tile(np.float32([0, 0, 1]), (2**18, 1))
 

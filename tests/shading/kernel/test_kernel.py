@@ -6,7 +6,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-import pyvista as pv
 
 import pvphong as ph
 from pvphong import Plan, Shading
@@ -14,9 +13,6 @@ from pvphong.shading import kernel
 from pvphong.shading.equation import assemble
 from pvphong.shading.reference import shade as shade_by_reference
 from pvphong.shading.vertices import Vertices
-
-pytest.importorskip("numba", reason="the extra `fast` is not installed")
-pytestmark = pytest.mark.skipif(not kernel.is_available(), reason="Numba cannot run here")
 
 COUNT = 1500  # more than two of the kernel's blocks, and not a multiple of their size
 SUN = ph.DirectionalLight(direction=(-1, -1, -2), diffuse=(1, 0.9, 0.7), ambient=0.1)
@@ -147,20 +143,3 @@ def test_what_light_grazes_exactly_stays_dark(precision, count):
         for material in (WHITE, replace(WHITE, specular=0.0)):
             lit = ph.evaluate(np.zeros_like(normals), normals, scene, material, precision=precision, backend="numba")
             assert not lit.rgb[i].any()
-
-
-@pytest.mark.parametrize("fields", [{}, {"albedo": 0.5, "diffuse": "tint"}, {"specular": 0.5, "shininess": 9}])
-def test_a_suns_direction_may_be_of_any_length(fields):
-    ball, material = pv.Sphere(), ph.Material(**fields)
-    ball["tint"] = np.random.default_rng(3).random((ball.n_points, 3))
-    sun = ph.DirectionalLight(direction=(1.0, -20.0, 300.0))
-    compiled, exact = (ball.phong.shade(sun, material, backend=backend)["phong"] for backend in ("numba", "numpy"))
-    assert compiled.max() > 0.3
-    np.testing.assert_allclose(compiled, exact, atol=2e-6)
-
-
-@pytest.mark.parametrize("intensity", [1e30, 1e40, 1e300])
-def test_lights_as_bright_as_they_are_far_away(vertices, intensity):
-    far = ph.PointLight(position=(0, 0, 1e20), attenuation=(0, 0, 1), intensity=intensity)
-    lit = [ph.evaluate(*vertices, ph.Scene([far]), DULL, backend=backend).rgb for backend in ("numba", "numpy")]
-    np.testing.assert_allclose(*lit, atol=1e-5)

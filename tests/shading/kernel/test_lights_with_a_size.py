@@ -10,11 +10,8 @@ from strategies import LIGHT_SHAPES, Dice, triple
 
 import pvphong as ph
 from pvphong.optics.lights import LIGHT_TYPES
-from pvphong.shading import kernel, reference
+from pvphong.shading import reference
 from pvphong.shading.kernel import evaluation
-
-pytest.importorskip("numba", reason="the extra `fast` is not installed")
-pytestmark = pytest.mark.skipif(not kernel.is_available(), reason="Numba cannot run here")
 
 COUNT = 300
 

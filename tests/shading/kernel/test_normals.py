@@ -14,9 +14,6 @@ from pvphong.geometry.normals import point_normals
 from pvphong.shading import kernel
 from pvphong.shading.kernel.normals import CHUNK, CORNERS
 
-pytest.importorskip("numba", reason="the extra `fast` is not installed")
-pytestmark = pytest.mark.skipif(not kernel.is_available(), reason="Numba cannot run here")
-
 WEIGHTINGS = ["angle", "area", "max"]
 POINTS, FACES = bumpy(110, quads=True)
 ORDERS = {
@@ -57,24 +54,3 @@ def test_a_face_has_as_many_corners_as_a_block_or_is_left_to_numpy(count, weight
         assert found is None
     else:
         assert np.abs(found - point_normals(points, connectivity, offsets, weighting)).max() <= 8 * 2.0**-53
-
-
-SMALL = np.array([(0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0)])
-BAD = {
-    "beyond the points": ([0, 1, 3], [0, 3]),
-    "negative": ([0, 1, -1], [0, 3]),
-    "too large for int64": (np.array([0, 1, 2**63 + 1], np.uint64), [0, 3]),
-    "offsets that fall": ([0, 1, 2], [0, 2, 1, 3]),
-    "offsets that leave and come back": ([0, 1, 2], [0, 2**62, 3]),
-    "offsets that wrap around": ([0, 1, 2], [0, 2**63 - 1, -(2**63), 3]),
-    "offsets that begin late": ([0, 1, 2], [1, 3]),
-    "offsets that end early": ([0, 1, 2], [0, 2]),
-    "no offsets": ([0, 1, 2], np.empty(0, int)),
-    "real numbers": ([0.0, 1.0, 2.0], [0, 3]),
-    "rows": ([[0, 1, 2]], [0, 3]),
-}
-
-
-@pytest.mark.parametrize(("connectivity", "offsets"), BAD.values(), ids=BAD)
-def test_nothing_outside_of_the_arrays_is_read(connectivity, offsets):
-    assert kernel.point_normals(SMALL, np.asarray(connectivity), np.asarray(offsets), "angle") is None

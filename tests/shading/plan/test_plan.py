@@ -79,7 +79,6 @@ ON_AND_OFF = {
     "position": (LIT_BY_LAMP, MATT_SUN, "every light is directional"),
     "local viewer": ((scene(LAMP), SHINY), LIT_BY_LAMP, "no highlight is left"),
     "local viewer/infinite": ((scene(LAMP), SHINY), (scene(LAMP, local_viewer=False), SHINY), "at infinity"),
-    "diffuse/off": (GLOSSY_SUN, (scene(replace(SUN, on=False)), SHINY), "no light reaches the mesh"),
     "diffuse": (GLOSSY_SUN, (scene(SUN), replace(SHINY, diffuse=0.0)), "black diffuse colour"),
     "two-sided": (BOTH_SIDES, MATT_SUN, "one-sided"),
     "two-sided/unlit": (

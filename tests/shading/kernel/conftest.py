@@ -1,0 +1,5 @@
+"""Nothing here runs without Numba."""
+
+from pvphong.shading import kernel
+
+collect_ignore_glob = [] if kernel.is_available() else ["test_*.py"]
