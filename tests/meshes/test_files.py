@@ -137,13 +137,41 @@ def test_what_cannot_be_written_is_refused_before_anything_is(lit, name, has_blo
     assert names() == []
 
 
-@pytest.mark.parametrize("suffix", [".vtkhdf", ".vtm"])
-def test_a_disk_that_is_full_before_leaves_the_old_file(lit, monkeypatch, suffix):
-    Path(f"lit{suffix}").write_text("old")
+def full_disk(monkeypatch, _):
     usage = namedtuple("usage", "total used free")(2**30, 2**30, 1000)
     monkeypatch.setattr(base_files.shutil, "disk_usage", lambda _path: usage)
-    with pytest.raises(ValueError, match=r"^path must be .* needs up to .* MiB on its disk, and 0\.0 are free"):
-        save(pv.MultiBlock([lit]) if suffix == ".vtm" else lit, f"lit{suffix}")
+
+
+def failing_writer(monkeypatch, kind):
+    writer, method = (pv.XMLPolyDataWriter, "write") if kind is pv.PolyData else (kind, "save")
+    written = getattr(writer, method)
+
+    def failing(self, *path, **options):
+        written(self, *path, **options)
+        raise OSError("VTK writer failed")
+
+    monkeypatch.setattr(writer, method, failing)
+
+
+FULL = r"^path must be .* needs up to .* MiB on its disk, and 0\.0 are free"
+FAILING = r"^output could not be written: VTK writer failed"
+
+
+@pytest.mark.parametrize(
+    ("suffix", "mishap", "message"),
+    [
+        (".vtkhdf", full_disk, FULL),
+        (".vtm", full_disk, FULL),
+        (".vtp", failing_writer, FAILING),
+        (".vtm", failing_writer, FAILING),
+    ],
+)
+def test_a_mishap_leaves_the_old_file(lit, monkeypatch, suffix, mishap, message):
+    Path(f"lit{suffix}").write_text("old")
+    mesh = pv.MultiBlock([lit]) if suffix == ".vtm" else lit
+    mishap(monkeypatch, type(mesh))
+    with pytest.raises(ValueError, match=message):
+        save(mesh, f"lit{suffix}")
     assert Path(f"lit{suffix}").read_text() == "old"
     assert names() == [f"lit{suffix}"]
 
