@@ -55,14 +55,10 @@ def executions_after(step, change=None):
     return step.executions - before
 
 
-def test_output_is_the_lit_mesh_and_the_input_is_not_modified(source, phong):
-    source.Update()
-    data = source.GetOutput()
-    mtime, points = data.GetMTime(), vtk_to_numpy(data.GetPoints().GetData()).tobytes()
+def test_output_is_the_lit_mesh(source, phong):
+    """That the input is not modified is a law of meshes/test_sharing."""
     assert colors(phong).dtype == np.float32
-    assert not data.GetPointData().HasArray("phong")
-    assert (data.GetMTime(), vtk_to_numpy(data.GetPoints().GetData()).tobytes()) == (mtime, points)
-    expected, lit = pv.wrap(data).phong.shade(SCENE, SHINY), pv.wrap(phong.GetOutput())
+    expected, lit = pv.wrap(source.GetOutput()).phong.shade(SCENE, SHINY), pv.wrap(phong.GetOutput())
     assert colors(phong).tobytes() == expected["phong"].tobytes()
     assert lit.n_cells == expected.n_cells
     assert lit.active_scalars_name == "phong"

@@ -65,21 +65,8 @@ def test_processes_at_once_write_the_same_files(count, tmp_path):
 class Allocated(ctypes.Structure):
     """What glibc's `mallinfo2` gives (`man 3 mallinfo`): in use are `uordblks`, and `hblkhd` in pages of their own."""
 
-    _fields_ = [
-        (name, ctypes.c_size_t)
-        for name in [
-            "arena",
-            "ordblks",
-            "smblks",
-            "hblks",
-            "hblkhd",
-            "usmblks",
-            "fsmblks",
-            "uordblks",
-            "fordblks",
-            "keepcost",
-        ]
-    ]
+    _NAMES = "arena ordblks smblks hblks hblkhd usmblks fsmblks uordblks fordblks keepcost"
+    _fields_ = [(name, ctypes.c_size_t) for name in _NAMES.split()]
 
 
 def held():

@@ -5,10 +5,12 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 import pytest
 import pyvista as pv
+from soups import faces_of
 from vtkmodules.util.numpy_support import numpy_to_vtk, vtk_to_numpy
 
 from pvphong.meshes import cells as cells_module
 from pvphong.meshes.cells import cells, invalid_cells, refuse_invalid
+from pvphong.meshes.surfaces import polygons
 
 STORAGES = ["Use32BitStorage", "Use64BitStorage", "UseFixedSize32BitStorage", "UseFixedSize64BitStorage"]
 every_storage = pytest.mark.parametrize("storage", STORAGES)
@@ -27,6 +29,15 @@ def surface_of(array, n_points=4):
     mesh.points = np.random.default_rng(2).normal(size=(n_points, 3))
     mesh.SetPolys(array)
     return mesh
+
+
+@every_storage
+def test_faces_are_read_into_arrays_of_the_callers_own(storage):
+    mesh = surface_of(faces(storage, (0, 1, 3), (1, 2, 3)))
+    connectivity, offsets = polygons(mesh)
+    assert connectivity.dtype == offsets.dtype == np.int64
+    connectivity[:], offsets[:] = 0, 0
+    assert faces_of(mesh) == [[0, 1, 3], [1, 2, 3]]
 
 
 @every_storage
@@ -117,10 +128,13 @@ def test_what_is_remembered_is_bounded_and_shared_by_threads():
     ("offsets", "indices", "message"),
     [
         ([3, 6], np.arange(6) % 4, r"face offsets rise from 0 to 6.* got offsets from 3 to 6"),
+        ([0, 5, 10**9], np.arange(6) % 4, "face offsets rise from 0 to 6"),
         ([0, 3], np.array([0.0, 1.0, 2.0]), "face indices of type float64"),  # as VTK makes them of a damaged file
     ],
 )
-def test_offsets_that_do_not_begin_at_0_and_indices_that_are_no_integers_are_refused(offsets, indices, message):
+def test_offsets_that_do_not_begin_at_0_or_reach_too_far_and_indices_that_are_no_integers_are_refused(
+    offsets, indices, message
+):
     array = pv.CellArray()
     array.SetData(numpy_to_vtk(np.array(offsets)), numpy_to_vtk(indices))
     with pytest.raises(ValueError, match=message):

@@ -95,21 +95,19 @@ def test_blocks_of_older_files_are_removed_and_those_of_a_failure_too(lit, monke
     save(pv.MultiBlock([lit, lit.copy()]), "lit.vtm")
     save(pv.MultiBlock([lit]), "lit.vtm")
     (block,) = Path("lit").iterdir()
-    with monkeypatch.context() as patch:
-        patch.setattr(Path, "replace", denied_to_the_file_itself(Path.replace))
-        with pytest.raises(ValueError, match="denied"):
-            save(pv.MultiBlock([lit, lit]), "lit.vtm")
-    np.testing.assert_array_equal(read_mesh("lit.vtm")[0]["phong"], lit["phong"])
-    assert list(Path("lit").iterdir()) == [block]
+    replace = Path.replace
 
-
-def denied_to_the_file_itself(replace):
     def replace_blocks(path, target):
         if path.suffix == ".vtm":
             raise PermissionError("denied")
         return replace(path, target)
 
-    return replace_blocks
+    with monkeypatch.context() as patch:
+        patch.setattr(Path, "replace", replace_blocks)
+        with pytest.raises(ValueError, match="denied"):
+            save(pv.MultiBlock([lit, lit]), "lit.vtm")
+    np.testing.assert_array_equal(read_mesh("lit.vtm")[0]["phong"], lit["phong"])
+    assert list(Path("lit").iterdir()) == [block]
 
 
 def test_files_of_others_in_the_blocks_folder_stay_and_a_file_of_its_name_is_in_the_way(lit):

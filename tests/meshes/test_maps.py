@@ -9,6 +9,7 @@ from PIL import Image
 
 import pvphong as ph
 from pvphong.meshes.point_data import texture_colors
+from pvphong.studio.lit_mesh import LitMesh
 
 SCENE = ph.Scene(
     [ph.PointLight(position=(2, -1, 3), name="lamp"), ph.DirectionalLight(direction=(0, 1, -1), diffuse=0.4)],
@@ -48,18 +49,9 @@ def with_arrays(material, mesh):
 
 
 def live(mesh, material):
-    plotter = pv.Plotter(off_screen=True, lighting="none")
-    ph_plotter = plotter.phong
-    ph_plotter.light_model = SCENE.light_model
-    for light in SCENE.lights:
-        ph_plotter.add_light(light)
-    plotter.camera.position, plotter.camera.focal_point = SCENE.viewer.position, SCENE.viewer.focal_point
-    plotter.camera.up = SCENE.viewer.up
-    actor = ph_plotter.add_mesh(mesh, material, feature_angle=None)
-    plotter.show(auto_close=False)
-    colors = np.array(actor.mapper.dataset["phong"]) / 255.0
-    plotter.close()
-    return colors
+    shown = LitMesh(mesh, material)
+    shown.refresh(SCENE)
+    return shown.drawn["phong"] / 255.0
 
 
 def filtered(mesh, material):

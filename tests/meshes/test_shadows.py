@@ -33,12 +33,6 @@ def disk(height, radius=1.0, sides=200):
     return pv.PolyData(points, [sides, *range(sides)])
 
 
-def wall(height, length=100.0):
-    """Along y, at x = 0, from the floor up."""
-    corners = [(0, -length, 0), (0, length, 0), (0, length, height), (0, -length, height)]
-    return pv.PolyData(np.array(corners, float), [4, 0, 1, 2, 3])
-
-
 NOWHERE = pv.PolyData(np.full((3, 3), np.nan), [3, 0, 1, 2])
 
 
@@ -98,7 +92,8 @@ def test_lights_at_one_place_cast_one_shadow():
 def test_a_wall_hides_the_part_of_the_sky_that_is_known(height):
     """½ (1 − 1/√(1 + k²)) of it, k the wall's height over the distance."""
     distances = np.array([0.25, 0.5, 1.0, 2.0, 4.0])
-    seen = patch(*[(x, 0, 0) for x in distances]).phong.visibility([], occluders=[wall(height)], samples=4096)
+    wall = pv.Box((0, 0, -100, 100, 0, height))
+    seen = patch(*[(x, 0, 0) for x in distances]).phong.visibility([], occluders=[wall], samples=4096)
     exact = 1 - (1 - 1 / np.sqrt(1 + (height / distances) ** 2)) / 2
     assert (np.abs(seen.sky - exact) < 3 * seen.standard_error.sky + 1e-3).all()
 
@@ -467,15 +462,3 @@ def test_what_blocks_see_is_kept_by_their_names():
         assert plan.effects["shadow"].why == "sun: nothing stands between, and the mesh is convex"
     with pytest.raises(ValueError, match="visibility must be a mapping with ground, more/hat"):
         blocks().phong.shade(rig, WHITE, visibility=seen["ground"])
-
-
-# --- where no rays are cast
-
-
-def test_vtks_shader_casts_no_rays():
-    ball, rig = pv.Sphere(), scene(SUN)
-    from pvphong.vtk.scenes import InexpressibleError
-
-    with pytest.raises(InexpressibleError, match="shadows, ambient occlusion or bounces") as caught:
-        ph.validate(ball, rig, WHITE)
-    assert caught.value.scene.light_model == rig.light_model.without_rays()

@@ -10,15 +10,9 @@ from pvphong.vtk.lights import from_vtk, light_kit
 VIEWER = Viewer(position=(3, -8, 4), focal_point=(0, 0, 0), up=(0, 0, 1))
 
 
-def of_plotter(lighting):
-    plotter = pv.Plotter(off_screen=True, lighting=lighting)
-    lights = [from_vtk(light, 1.0) for light in plotter.renderer.GetLights()]
-    plotter.close()
-    return lights
-
-
-def test_the_light_kit_is_what_a_plotter_has():
-    ours, pyvistas = light_kit(), of_plotter("light kit")
+def test_the_light_kit_is_what_a_plotter_has(new_plotter):
+    renderer = new_plotter(lighting="light kit").renderer
+    ours, pyvistas = light_kit(), [from_vtk(light, 1.0) for light in renderer.GetLights()]
     assert len({light.name for light in ours}) == len(ours) == len(pyvistas)
     for light, expected in zip(ours, pyvistas, strict=True):
         assert (light.frame, light.on) == (expected.frame, expected.on)
@@ -48,19 +42,14 @@ def test_three_point_stands_as_a_photographer_puts_it():
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        ((pv.PolyData(), VIEWER), "bounds must be"),
-        (((0, 0, 1, 1, 2, 2), VIEWER), "bounds must be those of a mesh with points in more than one place"),
-        (((1, 0, 0, 1, 0, 1), VIEWER), "bounds must be"),
-        (("sphere", VIEWER), "bounds must be 6 finite numbers"),
-        ((pv.Sphere(), (0, 0, 1)), "viewer must be a Viewer"),
+        ({"mesh": pv.PolyData()}, "bounds must be"),
+        ({"mesh": (0, 0, 1, 1, 2, 2)}, "bounds must be those of a mesh with points in more than one place"),
+        ({"mesh": (1, 0, 0, 1, 0, 1)}, "bounds must be"),
+        ({"mesh": "sphere"}, "bounds must be 6 finite numbers"),
+        ({"viewer": (0, 0, 1)}, "viewer must be a Viewer"),
+        *(({"ratio": bad}, "ratio must be a finite number >= 1") for bad in (0.5, 0, -1, float("nan"), "4")),
     ],
 )
 def test_what_cannot_be_lit(arguments, message):
     with pytest.raises(ValueError, match=f"^{message}"):
-        three_point(*arguments)
-
-
-@pytest.mark.parametrize("ratio", [0.5, 0, -1, float("nan"), "4"])
-def test_the_key_is_the_stronger_one(ratio):
-    with pytest.raises(ValueError, match=r"^ratio must be a finite number >= 1"):
-        three_point(pv.Sphere(), VIEWER, ratio=ratio)
+        three_point(**{"mesh": pv.Sphere(), "viewer": VIEWER} | arguments)

@@ -14,16 +14,22 @@ from pvphong.studies.accuracy.result import Errors, Row, Timing, with_fronts
 figure = pytest.importorskip("matplotlib.figure")
 
 
+def drawn(rows):
+    """The panel of their kind."""
+    whole = figure.Figure(layout="constrained")
+    draw_fronts(whole, SimpleNamespace(rows=with_fronts(rows), tolerance=1 / 255, chosen=()))
+    whole.draw_without_rendering()
+    (axes,) = whole.axes
+    return axes
+
+
 @pytest.mark.parametrize("error", [0.0, 1e-3, 1.0])
 @pytest.mark.parametrize("seconds", [1e-4, 0.1, 0.11])
 def test_one_row_of_any_time_has_room_in_both_directions(seconds, error):
     """A power of ten in ms, too, around which Matplotlib finds no limits."""
     errors = Errors(error, error, error, 10)
     row = Row("VTK per pixel", "interpolation", "VTK", "float32", 10, Timing.of([seconds]), interpolation=errors)
-    whole = figure.Figure(layout="constrained")
-    draw_fronts(whole, SimpleNamespace(rows=with_fronts([row]), tolerance=1 / 255, chosen=()))
-    whole.draw_without_rendering()
-    (axes,) = whole.axes
+    axes = drawn([row])
     (left, right), (low, high) = axes.get_xlim(), axes.get_ylim()
     assert left < 0.99 * seconds * 1e3 < 1.01 * seconds * 1e3 < right
     assert 0 < low < min(error or np.inf, 1 / 255) <= max(error, 1 / 255) < high
@@ -36,11 +42,7 @@ def test_the_panel_of_interpolation_says_how_the_error_falls_with_the_points():
 
     rows = [row("as it is", 100, 0.16), row("refined 1×", 400, 0.11), row("refined 2×", 1600, 0.08)]
     rows.append(row("refined adaptively", 200, 0.016))
-    whole = figure.Figure(layout="constrained")
-    draw_fronts(whole, SimpleNamespace(rows=with_fronts(rows), tolerance=1 / 255, chosen=()))
-    whole.draw_without_rendering()
-    told = whole.axes[0].get_xlabel().split("\n")
-    assert told[1:] == [
+    assert drawn(rows).get_xlabel().split("\n")[1:] == [
         "refined n×: RMS falls as points$^{-0.25}$",
         "refined adaptively: RMS 10× less by 2× the points",
     ]

@@ -1,4 +1,6 @@
-"""The choice among rows, its sentences and its tables, on rows with known numbers."""
+"""Errors, fronts and the choice among rows, its sentences and its tables, on known numbers."""
+
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -10,13 +12,14 @@ from pvphong.studies.accuracy.report import Tradeoff
 from pvphong.studies.accuracy.result import Errors, LedgerEntry, PredictedBound, Row, Timing, with_fronts
 
 
+def row(name, seconds, error, kind="arithmetic", is_peer=False, backend="a"):
+    errors = {kind.replace(" ", "_"): Errors(error, error / 2, error / 1.1, 100)}
+    time = Timing(seconds, 0.95 * seconds, 1.07 * seconds, 9)
+    return Row(name, kind, backend, "b", 12345678, time, is_peer=is_peer, **errors)
+
+
 def report(*rows, **fields):
-    """Of rows: name, seconds, error, kind, and whether it is a peer."""
-    found = []
-    for name, seconds, error, kind, is_peer in rows:
-        errors = {kind.replace(" ", "_"): Errors(error, error / 2, error / 1.1, 100)}
-        time = Timing(seconds, 0.95 * seconds, 1.07 * seconds, 9)
-        found.append(Row(name, kind, "a", "b", 12345678, time, is_peer=is_peer, **errors))
+    """Of rows, given by the arguments of `row`."""
     cloud = pv.PolyData(np.eye(3))
     given = {
         "tolerance": 1 / 255,
@@ -33,7 +36,57 @@ def report(*rows, **fields):
         "reference_colors": np.zeros((3, 3)),
         "_lighting": {"float64 reference": lambda: np.full((3, 3), 1e-8)},
     }
-    return Tradeoff(rows=with_fronts(found), **(given | fields))
+    return Tradeoff(rows=with_fronts([row(*each) for each in rows]), **(given | fields))
+
+
+# --- errors and fronts
+
+
+def test_vertex_errors_are_largest_rms_and_percentile():
+    truth = np.zeros((100, 3))
+    colors = np.zeros((100, 3), np.float32)
+    colors[7] = (0.0, -0.5, 0.25)
+    errors = Errors.at_vertices(colors, truth)
+    assert errors.largest == 0.5
+    assert errors.rms == pytest.approx(np.sqrt((0.25 + 0.0625) / 300))
+    assert errors.p99 == pytest.approx(0.005)  # between the last but one, 0, and the last, 0.5, at 98.01 of 99
+    assert errors.count == 100
+
+
+def test_triangle_errors_count_by_area():
+    errors = Errors.inside_triangles(np.array([0.5, 0.1, 0.3]), np.array([1.0, 194.0, 5.0]))
+    assert errors.largest == 0.5
+    assert errors.p99 == 0.3  # the one at 0.5 is one part in two hundred, and the one at 0.1 less than 99 in a hundred
+    assert errors.rms == pytest.approx(np.sqrt((0.25 + 194 * 0.01 + 5 * 0.09) / 200))
+    assert errors.count == 3
+
+
+def test_only_undominated_rows_are_on_the_front():
+    rows = [row("slow", 3, 0.0), row("middle", 2, 0.1), row("worse", 2.5, 0.2), row("fast", 1, 0.3), row("tie", 2, 0.1)]
+    marked = {r.name: r.on_front for r in with_fronts(rows)}
+    assert marked == {"slow": True, "middle": True, "worse": False, "fast": True, "tie": True}
+
+
+def test_kinds_are_not_held_against_each_other_but_a_model_is_against_the_exact_one():
+    rows = [
+        row("exact", 2, 1e-7),
+        row("cheap", 1, 0.1, kind="light model"),
+        row("dear", 3, 0.1, kind="light model"),
+        row("dear elsewhere", 3, 0.01, kind="light model", backend="other"),
+        row("inside", 9, 0.2, kind="interpolation"),
+    ]
+    marked = {r.name: r.on_front for r in with_fronts(rows)}
+    assert marked == {"exact": True, "cheap": True, "dear": False, "dear elsewhere": True, "inside": True}
+
+
+def test_the_decisive_error_adds_what_can_come_together():
+    both = replace(row("both", 1, 0.1), light_model=Errors(0.2, 0.1, 0.1, 100))
+    assert both.decisive_error == pytest.approx(0.3)
+    assert both.error.largest == 0.1
+    assert row("inside", 1, 0.2, kind="interpolation").decisive_error == 0.2
+
+
+# --- the choice
 
 
 @pytest.mark.parametrize(
@@ -54,7 +107,7 @@ SLOW, QUICK = ("float64 reference", 0.8, 0.0), ("float32 kernel", 0.02, 1e-7)
 
 
 def test_a_cheaper_peer_within_the_tolerance_is_told_in_words_and_gets_no_star():
-    rows = [(*SLOW, "arithmetic", False), (*QUICK, "arithmetic", False), ("textbook", 0.01, 1e-9, "arithmetic", True)]
+    rows = [SLOW, QUICK, ("textbook", 0.01, 1e-9, "arithmetic", True)]
     cheaper = report(*rows)
     assert cheaper.best().name == "float32 kernel"
     said = "Of the peers textbook does it for less, 10 ms."
@@ -68,9 +121,9 @@ def test_a_cheaper_peer_within_the_tolerance_is_told_in_words_and_gets_no_star()
 
 def test_where_nothing_of_ones_own_is_within_the_tolerance_a_peer_that_is_is_told():
     found = report(
-        (*QUICK, "arithmetic", False),
-        ("as it is", 0.02, 0.5, "interpolation", False),
-        ("refined", 0.03, 0.4, "interpolation", False),
+        QUICK,
+        ("as it is", 0.02, 0.5, "interpolation"),
+        ("refined", 0.03, 0.4, "interpolation"),
         ("VTK per pixel", 0.9, 0.0, "interpolation", True),
     )
     assert found.summary()[2:] == [
@@ -80,18 +133,18 @@ def test_where_nothing_of_ones_own_is_within_the_tolerance_a_peer_that_is_is_tol
 
 
 def test_on_a_small_mesh_everything_is_cheap_and_on_a_large_one_it_is_not():
-    small = report(("reference", 9e-4, 0.0, "arithmetic", False), ("refined", 0.2, 0.0, "interpolation", False))
+    small = report(("reference", 9e-4, 0.0), ("refined", 0.2, 0.0, "interpolation"))
     assert small.summary()[-1] == "On so small a mesh everything is cheap: 900 µs at the vertices at most."
-    assert "everything is cheap" not in str(report((*SLOW, "arithmetic", False), (*QUICK, "arithmetic", False)))
-    peer = report(("reference", 9e-4, 0.0, "arithmetic", False), ("textbook", 0.5, 0.0, "arithmetic", True))
+    assert "everything is cheap" not in str(report(SLOW, QUICK))
+    peer = report(("reference", 9e-4, 0.0), ("textbook", 0.5, 0.0, "arithmetic", True))
     assert "everything is cheap" in str(peer)
 
 
 def test_no_report_is_wider_than_80_columns_and_none_breaks_a_word(monkeypatch):
     found = report(
-        (LONGEST, 0.0123, 1.23e-10, "light model", False),
+        (LONGEST, 0.0123, 1.23e-10, "light model"),
         ("Matplotlib LightSource", 0.0103, 1.11e-10, "light model", True),
-        ("refined adaptively", 0.0123, 0.111, "interpolation", False),
+        ("refined adaptively", 0.0123, 0.111, "interpolation"),
         ("VTK drawing lit array", 0.0123, 1.23e-10, "interpolation", True),
     )
     shown = found.explain(), str(found)
@@ -103,5 +156,5 @@ def test_no_report_is_wider_than_80_columns_and_none_breaks_a_word(monkeypatch):
 
 
 def test_one_line_has_all_that_is_left_out_for_the_same_reason():
-    found = report((*SLOW, "arithmetic", False), left_out={"a": "no time", "b": "no highlight", "c": "no time"})
+    found = report(SLOW, left_out={"a": "no time", "b": "no highlight", "c": "no time"})
     assert [line.split() for line in found.explain().splitlines()].count(["a,", "c", "no", "time"]) == 1

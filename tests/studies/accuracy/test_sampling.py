@@ -21,6 +21,11 @@ def scene(*lights, **model):
     return ph.Scene(lights, VIEWER, ph.LightModel(**model))
 
 
+FLOOR = pv.Plane(i_size=4, j_size=4, i_resolution=16, j_resolution=16).triangulate()
+ROOF = pv.Disc(center=(0, 0, 1), inner=0.0, outer=1.0, r_res=1, c_res=40)
+RIG = scene(SUN, BALL, shadows=True, ambient_occlusion=True)
+
+
 def sampled(mesh, rig, *occluders):
     """With time for all rows, on the slowest machine too."""
     seen = mesh.phong.visibility(rig, occluders=occluders, tolerance=0.005)
@@ -29,25 +34,14 @@ def sampled(mesh, rig, *occluders):
 
 
 @pytest.fixture(scope="module")
-def rows(floor, roof):
-    found = sampled(floor, scene(SUN, BALL, shadows=True, ambient_occlusion=True), roof)
+def rows():
+    found = sampled(FLOOR, RIG, ROOF)
     return {row.name: row for row in found.rows}
 
 
 @pytest.fixture(scope="module")
-def floor():
-    return pv.Plane(i_size=4, j_size=4, i_resolution=16, j_resolution=16).triangulate()
-
-
-@pytest.fixture(scope="module")
-def roof():
-    return pv.Disc(center=(0, 0, 1), inner=0.0, outer=1.0, r_res=1, c_res=40)
-
-
-@pytest.fixture(scope="module")
-def report(floor, roof):
-    rig = scene(SUN, BALL, shadows=True, ambient_occlusion=True)
-    return floor.phong.tradeoff(rig, CLAY, tolerance=0.005, seconds=3.0, occluders=[roof])
+def report():
+    return FLOOR.phong.tradeoff(RIG, CLAY, tolerance=0.005, seconds=3.0, occluders=[ROOF])
 
 
 def rays(row):
@@ -55,14 +49,14 @@ def rays(row):
     return float(row.note.split()[0])
 
 
-def test_some_vertices_get_the_colours_that_all_of_them_get(floor, roof):
+def test_some_vertices_get_the_colours_that_all_of_them_get():
     """Each by its own normal, part of lights and sky, and place in maps."""
-    rig, random = scene(SUN, BALL, shadows=True, ambient_occlusion=True), np.random.default_rng(7)
-    material = CLAY.with_values({"diffuse": Map(random.random((floor.n_points, 3)))})
-    seen = floor.phong.visibility(rig, occluders=[roof], samples=4)
-    normals = floor.phong.normals() + 0.3 * random.normal(size=(floor.n_points, 3))
-    subject = Subject(np.asarray(floor.points), normals, rig, material, None, seen)
-    some = random.permutation(floor.n_points)[:100]
+    random = np.random.default_rng(7)
+    material = CLAY.with_values({"diffuse": Map(random.random((FLOOR.n_points, 3)))})
+    seen = FLOOR.phong.visibility(RIG, occluders=[ROOF], samples=4)
+    normals = FLOOR.phong.normals() + 0.3 * random.normal(size=(FLOOR.n_points, 3))
+    subject = Subject(np.asarray(FLOOR.points), normals, RIG, material, None, seen)
+    some = random.permutation(FLOOR.n_points)[:100]
     channels = seen.channels(subject.equation.shadowed, sky=True)[:, some]
     np.testing.assert_array_equal(subject.exact(subject.equation, some, channels), subject.truth[some])
     assert np.ptp(subject.truth[some], axis=0).min() > 0.1
@@ -78,11 +72,10 @@ def test_more_rays_err_less(rows):
     assert few.arithmetic is few.light_model is few.interpolation is None
 
 
-def test_a_rows_error_is_that_of_its_colours(floor, roof, rows):
-    rig = scene(SUN, BALL, shadows=True, ambient_occlusion=True)
-    seen = {n: floor.phong.visibility(rig, occluders=[roof], samples=n) for n in (4, 4096)}
-    few, truth = (floor.phong.shade(rig, CLAY, visibility=v, precision="float64")["phong"] for v in seen.values())
-    assert rows["4 rays"].error.count == floor.n_points
+def test_a_rows_error_is_that_of_its_colours(rows):
+    seen = {n: FLOOR.phong.visibility(RIG, occluders=[ROOF], samples=n) for n in (4, 4096)}
+    few, truth = (FLOOR.phong.shade(RIG, CLAY, visibility=v, precision="float64")["phong"] for v in seen.values())
+    assert rows["4 rays"].error.count == FLOOR.n_points
     assert rows["4 rays"].error.largest == pytest.approx(np.abs(few - truth).max(), rel=1e-6)
     assert rows["4 rays"].error.rms == pytest.approx(np.sqrt(np.mean((few - truth) ** 2)), rel=1e-6)
 
@@ -92,9 +85,9 @@ def test_the_other_kinds_take_what_is_seen_as_known(report):
     assert exact.arithmetic.largest == 0.0
 
 
-def test_without_time_for_rays_inside_triangles_there_is_no_shadow(floor, roof, monkeypatch):
+def test_without_time_for_rays_inside_triangles_there_is_no_shadow(monkeypatch):
     monkeypatch.setattr("pvphong.studies.accuracy.measure.seconds_of_rays", lambda _: 1e9)
-    found = floor.phong.tradeoff(scene(SUN, shadows=True), CLAY, seconds=1.0, occluders=[roof])
+    found = FLOOR.phong.tradeoff(scene(SUN, shadows=True), CLAY, seconds=1.0, occluders=[ROOF])
     assert "no time for rays" in found.left_out["shadows and occlusion inside triangles"]
     assert found.inside_errors.max(initial=0.0) < 1e-6
 
@@ -115,8 +108,8 @@ def test_it_is_shown_with_the_other_kinds(report):
     assert report.to_dict()["chosen_rays"] == report.best(rays=True).name
 
 
-def test_one_ray_says_all_of_lights_without_a_size(floor, roof):
-    (row,) = sampled(floor, scene(SUN, shadows=True), roof).rows
+def test_one_ray_says_all_of_lights_without_a_size():
+    (row,) = sampled(FLOOR, scene(SUN, shadows=True), ROOF).rows
     assert (row.name, row.error.largest) == ("one ray for each light", 0.0)
 
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import pyvista as pv
 
-from pvphong.optics.lights import DirectionalLight, PointLight, SpotLight
+from pvphong import DirectionalLight, PointLight, SpotLight
 from pvphong.studies.validate.cases import CASES, MATERIALS, MESHES
 from pvphong.studies.validate.report import vtk_report
 from pvphong.vtk.oracle import driver

@@ -8,13 +8,8 @@ import pytest
 import pyvista as pv
 from strategies import Dice, moderate_case
 
+from pvphong import PBR, DirectionalLight, LightModel, Material, PointLight, Scene, SpotLight, Viewer
 from pvphong.base.types import rgb
-from pvphong.optics.lights import DirectionalLight, PointLight, SpotLight
-from pvphong.optics.material import Material
-from pvphong.optics.reflectances import PBR
-from pvphong.scene.light_model import LightModel
-from pvphong.scene.scene import Scene
-from pvphong.scene.viewer import Viewer
 from pvphong.shading import kernel
 from pvphong.shading.evaluation import evaluate
 from pvphong.studies.validate import validation
@@ -343,6 +338,7 @@ REFUSED = {
         Material(emission=0.2, reflectance=PBR()),
         r"emission of a physically based material.*emission=0",
     ),
+    "shadows": (Scene([SUN], EYE, LightModel(shadows=True)), PLASTIC, "shadows, ambient occlusion or bounces"),
     "exponent": (Scene([SUN, replace(SPOT, exponent=129.0)], EYE), PLASTIC, r"exponent of 129 in lights\[1\]"),
 }
 
