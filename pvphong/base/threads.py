@@ -23,10 +23,6 @@ _limit: ContextVar[int] = ContextVar("limit", default=sys.maxsize)
 _stop: ContextVar[threading.Event | None] = ContextVar("stop", default=None)
 
 
-# Seconds for which a thread that is done looks whether others are before it sleeps: waking it takes some 0.1 ms.
-_PATIENCE = 2e-4
-
-
 class StoppedError(Exception):
     """Work was told to stop, for nobody wants its result any more."""
 
@@ -106,9 +102,6 @@ def run(work: Callable[[int, int], Any], stop: int, step: int) -> None:
     try:
         take_ranges()
     finally:
-        patient_until = time.perf_counter() + _PATIENCE
         for helper in helpers:
             if not helper.cancel():  # one that has not begun has nothing left to do
-                while not helper.done() and time.perf_counter() < patient_until:
-                    time.sleep(0)  # lets the helper have the interpreter
                 helper.result()

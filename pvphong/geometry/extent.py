@@ -170,8 +170,8 @@ def box_of(rows: FloatArray) -> Box:
     if whole:
         threads.run(look, whole, _CHUNK)
     folds = [np.min(lows, axis=0).reshape(-1, 3), np.max(highs, axis=0).reshape(-1, 3)] if whole else []
-    few = np.concatenate([*folds, rows[whole:]]).astype(np.float64)
-    return few.min(axis=0), few.max(axis=0)
+    few = np.concatenate([*folds, rows[whole:]]).T.astype(np.float64, order="C")
+    return few.min(axis=1), few.max(axis=1)
 
 
 # --- convex
