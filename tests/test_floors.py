@@ -235,3 +235,17 @@ def test_few_modules_know_a_light_by_its_class():
         "studio.gizmos.commands",
     }
     assert outside == made
+
+
+def test_a_light_is_asked_what_it_can_do_and_not_what_it_is():
+    """Beside the readers of VTK's lights, which take one as it is, and the four who tell a light from what is none."""
+    found = [
+        module
+        for module in MODULES
+        if not module.startswith("vtk.")
+        for node in ast.walk(ast.parse(MODULES[module].read_text(encoding="utf-8")))
+        if isinstance(node, ast.Call) and getattr(node.func, "id", "") in {"isinstance", "issubclass"}
+        if {getattr(part, "id", "") for part in ast.walk(node.args[1])} & {"Light", *LIGHTS}
+    ]
+    assert found
+    assert len(found) <= 4

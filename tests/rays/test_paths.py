@@ -9,6 +9,7 @@ from functools import cache
 import numpy as np
 import pytest
 import pyvista as pv
+from ray_backends import BACKENDS
 from rays.rooms import hollow, room
 
 import pvphong as ph
@@ -19,7 +20,7 @@ from pvphong.optics.lights import LIGHT_TYPES
 from pvphong.optics.panorama import directions, row_areas
 from pvphong.optics.reflectances import REFLECTANCES
 from pvphong.optics.surface import Surface
-from pvphong.rays import paths
+from pvphong.rays import casting, paths
 
 RANDOM = np.random.default_rng(1)
 MODEL = ph.LightModel(ambient=0.0, clamp=False)
@@ -122,6 +123,16 @@ def test_bounces_are_those_that_transport_gathers():
         gathered = mesh.phong.shade(lights, material)["phong"]
         np.testing.assert_allclose(gathered.mean(axis=0), truth.mean(axis=0), rtol=0.02)
         assert np.abs(gathered - truth).mean() < 0.05 * truth.mean()
+
+
+def test_no_light_is_lost_or_made():
+    """What a room absorbs, ∫ (1 − ρ)/ρ B dA, is what its lamp sends, 4πI."""
+    mesh, rho = room(12), np.array([0.8, 0.5, 0.2])
+    lamp = ph.SphereLight((0.1, 0.05, -0.2), 0.1, intensity=1.5)
+    truth = mesh.phong.truth(scene(lamp), ph.Material(diffuse=tuple(rho)), samples=64)
+    corners = mesh.faces.reshape(-1, 4)[:, 1:]
+    received = (truth.rgb / rho)[corners].mean(axis=1).sum(axis=0) / (2 * 12**2)
+    np.testing.assert_allclose(received * (1.0 - rho), 4.0 * math.pi * 1.5, rtol=0.01)
 
 
 def test_standard_errors_are_honest():
@@ -373,6 +384,16 @@ def test_directions_are_chosen_with_the_density_that_is_told(name):
 
 
 # --- what must not break it
+
+
+@pytest.mark.parametrize("backend", BACKENDS)
+def test_whoever_casts_the_rays(backend, monkeypatch):
+    mesh, lamp = room(2), scene(ph.SphereLight((0.1, 0.05, -0.2), 0.1, intensity=0.1))
+    expected = mesh.phong.truth(lamp, ph.Material(diffuse=0.5), samples=16)
+    monkeypatch.setattr(casting, "ray_backend", lambda: (BACKENDS[backend], ""))
+    truth = mesh.phong.truth(lamp, ph.Material(diffuse=0.5), samples=16)
+    assert np.median(np.abs(truth.rgb - expected.rgb)) < 1e-4  # rays that meet edges may go on elsewhere
+    assert truth.rgb.mean() == pytest.approx(expected.rgb.mean(), rel=0.05)
 
 
 def test_equal_calls_give_equal_bits_whatever_the_number_of_threads(monkeypatch):

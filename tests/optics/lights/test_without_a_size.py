@@ -1,4 +1,4 @@
-"""Lights without a size on themselves and on their axis; else the oracle judges them, in tests/stability."""
+"""Lights without a size at the ends of float64; else the oracle judges them, in tests/stability."""
 
 import math
 
@@ -6,6 +6,25 @@ import numpy as np
 import pytest
 
 from pvphong.optics.lights import PointLight, SpotLight
+
+LARGEST = np.finfo(np.float64).max
+
+
+@pytest.mark.parametrize(
+    "attenuation", [(1, 0, 0), (0, 1, 0), (0, 0, 1), (1e300, 1e300, 1e300), (1e-300, 1e-300, 1e-300)]
+)
+@pytest.mark.parametrize("distance", [5e-324, 1e-310, 1e-160, 1e160, 1e300, LARGEST])
+def test_extreme_distances_have_a_direction_and_no_nan(attenuation, distance):
+    arrival = PointLight(attenuation=attenuation).arrival(np.array([[distance, -distance], [0, 0], [0, 0]]))
+    np.testing.assert_array_equal(arrival.direction, [[-1, 1], [0, 0], [0, 0]])
+    assert not np.isnan(arrival.strength).any()
+    assert (arrival.strength >= 0).all()
+
+
+def test_a_distance_beyond_float64_is_taken_for_its_largest():
+    arrival = PointLight(position=(LARGEST, 0, 0), attenuation=(0, 1, 0)).arrival(np.array([[-LARGEST], [0.0], [0.0]]))
+    assert arrival.direction.tolist() == [[1.0], [0.0], [0.0]]
+    assert arrival.strength[0] == 1.0 / LARGEST
 
 
 def test_at_the_very_point_where_it_is_it_has_no_direction_to_be_taken_as():

@@ -88,6 +88,18 @@ def test_modifiers_and_keys_of_a_real_keyboard(window):
     window.do("key", "z", until=lambda state: essence(state) == essence(before))
 
 
+def test_escape_during_a_drag(window):
+    before = window.ask()
+    start = before["handles"][LAMP]["position"]
+    window.point(start)
+    window.do("mousedown", "1")
+    window.point(np.add(start, (30, 30)))
+    window.wait(lambda state: state["colors"] != before["colors"])
+    window.do("key", "Escape", until=lambda state: essence(state) == essence(before))
+    window.point(np.add(start, (40, 30)))
+    assert essence(window.do("mouseup", "1")) == essence(before)
+
+
 def test_a_value_is_typed(window):
     typed = ("3", "1", "period", "5")
     before = window.ask()
