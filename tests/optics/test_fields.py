@@ -10,6 +10,8 @@ import math
 import numpy as np
 import pytest
 import pyvista as pv
+from hypothesis import given, settings
+from hypothesis import strategies as st
 from strategies import REFLECTANCE_SHAPES, Dice
 
 from pvphong import DirectionalLight, Light, Material, PointLight, SphereLight, SpotLight
@@ -21,6 +23,7 @@ COLOURED = (*LIGHTS, Material)
 ALL = (*COLOURED, *REFLECTANCES.values())
 MADE = [kind() for kind in COLOURED] + [kind(**REFLECTANCE_SHAPES[k](Dice(0))) for k, kind in REFLECTANCES.items()]
 COLOURS = ("ambient", "diffuse", "specular", "emission")
+QUICK = settings(max_examples=60, derandomize=True, deadline=None, database=None)
 every_light = pytest.mark.parametrize("kind", LIGHTS)
 every_coloured = pytest.mark.parametrize("kind", COLOURED)
 
@@ -101,6 +104,15 @@ def test_what_all_lights_share_has_one_default_and_is_given_by_keyword(kind):
 def test_canonical_form(kind, field, given, kept):
     found = getattr(kind(**{field: given}), field)
     assert (type(found), found) == (type(kept), kept)
+
+
+@every_coloured
+@given(color=st.tuples(*[st.floats(0, allow_infinity=False).filter(lambda c: not 16 < c <= 255)] * 3))
+@QUICK
+def test_colours_are_kept_to_the_bit(kind, color):
+    for _, field in having(COLOURS, [kind]):
+        assert [c.hex() for c in getattr(kind(**{field: color}), field)] == [c.hex() for c in color]
+        assert getattr(kind(**{field: color[0]}), field).hex() == color[0].hex()
 
 
 @every_coloured
