@@ -73,32 +73,56 @@ def _executor(_process: int) -> ThreadPoolExecutor:
     return ThreadPoolExecutor(max_workers=2 * (os.cpu_count() or 1), thread_name_prefix="pvphong")
 
 
-def run(work: Callable[[int, int], Any], stop: int, step: int) -> None:
+# Seconds of work for which another thread is woken: that takes 0.05 to 0.2 ms, and its end is waited for.
+_WORTH_WAKING = 3e-4
+
+
+def run(work: Callable[[int, int], Any], stop: int, step: int, longest: int = 0) -> None:
     """Call `work(first, last)` for all ranges of a length from 0 to `stop`, on no more than `count()` threads at once.
 
     After an exception in any of them, or where the calling thread is interrupted or told to stop, no other range is
     begun; it is raised when all are done.
+
+    Parameters
+    ----------
+    work : callable
+        What is done for a range.
+    stop, step : int
+        Where the last range ends, and how long they are.
+    longest : int, optional
+        If more than a step, work may be shorter than waking a thread. The calling thread begins with a quarter of a
+        step, and others help if the time that it took says that the rest is worth it. Then a thread takes its even
+        share of what is left, a step at least and so much at most: ranges are few, and the last are short, so that
+        threads end together (guided self-scheduling, Polychronopoulos and Kuck 1987).
     """
     go_on()
-    ranges, lock, note = iter(range(0, stop, step)), threading.Lock(), text.counting(stop)
+    begun, lock, note = 0, threading.Lock(), text.counting(stop)
+    most = max(1, min(count(), -(-stop // step)))
 
     def take_ranges() -> None:
-        nonlocal ranges
+        nonlocal begun
         try:
             while True:
                 go_on()  # helpers are never told: they find no more ranges
                 with lock:
-                    first = next(ranges, stop)
-                if first >= stop:
+                    first = begun
+                    last = begun = min(first + max(step, min((stop - first) // most, longest)), stop)
+                if first == last:
                     return
-                last = min(first + step, stop)
                 work(first, last)
                 note(last - first)
         except BaseException:
-            ranges = iter(range(0))
+            with lock:
+                begun = stop
             raise
 
-    helpers = [_executor(os.getpid()).submit(take_ranges) for _ in range(min(count(), -(-stop // step)) - 1)]
+    if longest > step and most > 1:
+        start, begun = time.perf_counter(), step // 4
+        work(0, begun)
+        note(begun)
+        if (time.perf_counter() - start) * (stop / begun - 1.0) < _WORTH_WAKING:
+            most = 1
+    helpers = [_executor(os.getpid()).submit(take_ranges) for _ in range(most - 1)]
     try:
         take_ranges()
     finally:

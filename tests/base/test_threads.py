@@ -81,6 +81,28 @@ def test_little_work_stays_with_the_caller():
     assert taken == [(0, 50, threading.get_ident())]
 
 
+@needs_two
+@pytest.mark.parametrize(("seconds", "is_shared"), [(0.0, True), (1e9, False)])
+def test_work_that_may_be_short_is_shared_where_that_is_worth_it(monkeypatch, seconds, is_shared):
+    """In ranges that get shorter towards the end."""
+    monkeypatch.setattr(threads, "_WORTH_WAKING", seconds)
+    taken = []
+
+    def work(first, last):
+        time.sleep(0.01)
+        taken.append((first, last, threading.get_ident()))
+
+    threads.run(work, 1003, 60, 300)
+    taken.sort()
+    assert [first for first, *_ in taken] == [0, *(last for _, last, _ in taken[:-1])]
+    assert taken[-1][1] == 1003
+    lengths = [last - first for first, last, _ in taken]
+    assert lengths[0] == 15
+    assert lengths[1] == (min(988 // threads.count(), 300) if is_shared else 300)
+    assert lengths[1:] == sorted(lengths[1:], reverse=True)
+    assert (len({thread for *_, thread in taken}) > 1) == is_shared
+
+
 def test_after_an_exception_no_range_is_begun():
     begun = []
 

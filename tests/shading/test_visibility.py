@@ -107,7 +107,7 @@ def test_few_lights_take_no_shortcut_past_it(given, backend, lights):
 def test_vertices_that_the_kernel_declines_are_shadowed_too(given, monkeypatch):
     from pvphong.shading.kernel import evaluation
 
-    monkeypatch.setattr(evaluation, "LONGEST", 256)  # each piece with its own parts
+    monkeypatch.setattr(evaluation, "SHORTEST", 256)  # each piece with its own parts
     points, normals, parts = (array.copy() for array in given)
     points[::3] *= 1e200
     points[4], points[7] = LAMP.position, np.nan
@@ -123,7 +123,7 @@ def test_pieces_are_shadowed_by_their_own_parts(given, monkeypatch):
     full = scene(shadows=True, ambient_occlusion=True)
     whole = {backend: run(given, full, SHINY, backend).rgb for backend in BACKENDS}
     monkeypatch.setattr(reference, "BLOCK", 100)
-    monkeypatch.setattr(evaluation, "LONGEST", 256)
+    monkeypatch.setattr(evaluation, "SHORTEST", 256)  # each piece with its own parts
     columns = np.asfortranarray(given[0]), np.asfortranarray(given[1]), given[2]
     for backend in BACKENDS:
         np.testing.assert_array_equal(run(columns, full, SHINY, backend).rgb, whole[backend])

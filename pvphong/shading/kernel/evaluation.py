@@ -109,7 +109,7 @@ def shade(
         shade_by_reference(points[part][left], normals[part][left], equation, own_tints, lit, seen)
         rgb[part][left] = np.rint(np.clip(lit.rgb, 0.0, 1.0) * 255.0) if rgb.dtype == np.uint8 else lit.rgb
 
-    threads.run(work, len(rgb), min(max(SHORTEST, -(-len(rgb) // (2 * threads.count()))), LONGEST))
+    threads.run(work, len(rgb), SHORTEST, LONGEST)
     return True
 
 
