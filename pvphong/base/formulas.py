@@ -196,6 +196,15 @@ class Power(NamedTuple):
         return exponent, log_floor, math.inf if self.floor or not self.exponent else 2.0
 
 
+@formula
+def horner(t: Any, coefficients: Any) -> Any:
+    """A polynomial's value; coefficients highest power first. Compiled code has no loop for a dozen of them."""
+    total = coefficients[0]
+    for k in range(1, len(coefficients)):
+        total = total * t + coefficients[k]
+    return total
+
+
 # --- vectors
 
 

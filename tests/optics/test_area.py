@@ -10,7 +10,7 @@ import pytest
 
 from pvphong.optics.area.disk import disk_highlight, disk_irradiance, sphere_highlight, sphere_irradiance
 from pvphong.optics.area.lobes import BEYOND, SMOOTH_FROM, CosinePower, lobe_numbers
-from pvphong.optics.area.polygon import polygon_highlight, polygon_irradiance
+from pvphong.optics.area.polygon import angle_over_sine, polygon_highlight, polygon_irradiance
 
 POWERS = (0.0, 0.3, 20.0, 1e4)
 # Distance over size.
@@ -126,6 +126,18 @@ def test_lamberts_cosine_over_a_polygon(distance, is_cut):
     exact = exact_of_polygon(n, 1.0, n, middle, offsets)
     got = of_polygon(CosinePower("normal", 1.0), n, n, middle, offsets)
     assert got == pytest.approx(exact, rel=1e-9 + is_cut * 1e-14 * distance)
+
+
+@pytest.mark.parametrize("degrees", [1e-140, 1e-8, 1e-3, 1.0, 20.0, 44.999, 45.001, 90.0, 135.001, 179.999])
+def test_how_much_longer_an_arc_is_than_its_sine(degrees):
+    """To the last digits of itself, however short; θ/sin θ − 1 as it is written has none left of short ones."""
+    theta = mp.radians(mp.mpf(degrees))
+    with mp.workdps(300):
+        exact = theta / mp.sin(theta) - 1
+        square, cosine = float(mp.sin(theta) ** 2), float(mp.cos(theta))
+    assert angle_over_sine(np.array([square]), np.array([cosine]))[0] == pytest.approx(float(exact), rel=2e-15, abs=0.0)
+    naive = np.arctan2(math.sqrt(square), cosine) / math.sqrt(square) - 1.0
+    assert degrees >= 1.0 or not naive == pytest.approx(float(exact), rel=1e-8, abs=0.0)
 
 
 @pytest.mark.parametrize("power", [0.0, 0.7, 30.0, 1e4])

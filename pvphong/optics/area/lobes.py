@@ -203,6 +203,12 @@ def may_rise(n: Any, m: Any, size: Any) -> Any:
 
 
 @formula
+def is_whole(n: Any, m: Any, size: Any) -> Any:
+    """Whether all of something of a size whose middle is at the offset m is above the horizon."""
+    return dot(n, m) > size
+
+
+@formula
 def seen_as_point(lobe: Any, e: Any, w: Any, x: Any) -> Any:
     """∫ max(w·u, 0)ᵏ du over a small flat part at the offset x, divided by its area; e is its plane's normal."""
     square = dot(x, x)

@@ -142,13 +142,7 @@ def exp2(y: Any) -> Any:
     raise NotImplementedError  # compiled code gets the function for its precision
 
 
-@contracted
-def horner(t: Any, coefficients: Any) -> Any:
-    """A polynomial's value; coefficients highest power first."""
-    total = coefficients[0]
-    for k in range(1, len(coefficients)):
-        total = total * t + coefficients[k]
-    return total
+horner = contracted(formulas.horner)
 
 
 @contracted

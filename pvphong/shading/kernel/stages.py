@@ -28,7 +28,7 @@ from pvphong.base.formulas import (
     times,
     where,
 )
-from pvphong.optics.area.lobes import POWER, CosinePower, lobe_numbers, may_rise, shows
+from pvphong.optics.area.lobes import POWER, CosinePower, is_whole, lobe_numbers, may_rise, shows
 from pvphong.optics.attenuation import divisor
 from pvphong.optics.light import Integral, Placement
 from pvphong.optics.reflectance import Geometry, Reflectance
@@ -61,7 +61,7 @@ from pvphong.shading.kernel.vertices import (
 
 _NEVER = np.float32(-np.inf)
 
-# Which vertices of a block formulas are run on: numbers, in a row that nothing else uses meanwhile.
+# Which vertices of a block formulas are run on: numbers, in a row that nothing else uses meanwhile, nor the next one.
 LIST = DX
 
 # Where cosines n·l are kept until factors are written; in the first factors' row, LLVM would make a store under a mask
@@ -278,6 +278,9 @@ def _weaken(rows: Any, numbers: Any) -> None:
         rows[STRENGTH + i] = minimum(ONE / divisor(constant, linear, quadratic, rows[STRENGTH + i]), _STRONGEST)
 
 
+# Flags of vertices that see all of a light, and of those that may not: the horizon may cut it.
+_WHOLE, _CUT = 1.0, 2.0
+
 # Where an integral's numbers begin: after the light's place, gain and radius, and where the others are.
 _OWN_OF_INTEGRAL = 8
 
@@ -307,12 +310,12 @@ def integral_stage(integrals: Sequence[Integral | None], forms: Sequence[CosineP
             rows[LIST + i] = like(rows, i)
         for i in range(0, BLOCK, WIDTH):
             d, n = _towards(place, rows, points, i)
-            is_lit = may_rise(n, d, radius)
+            is_lit, flag = may_rise(n, d, radius), where(is_whole(n, d, radius), _WHOLE, _CUT)
             if cosine_row >= 0:
-                store(rows, cosine_row + i, where(is_lit, 1.0, 0.0))
+                store(rows, cosine_row + i, where(is_lit, flag, 0.0))
             if power_row >= 0:
                 reaches = is_lit & shows(second_lobe, _axis(second_lobe, rows, i, n), d, sqrt(dot(d, d)), radius)
-                store(rows, power_row + i, where(reaches, 1.0, 0.0))
+                store(rows, power_row + i, where(reaches, flag, 0.0))
         if cosine_row >= 0:
             for k in range(0, _list(rows, cosine_row), WIDTH):
                 d, n = _towards(place, rows, points, k)
@@ -355,14 +358,16 @@ def _listed(array: Any, start: int, rows: Any, k: int) -> Any:
 
 @plain
 def _list(rows: Any, flags: int) -> int:
-    """List the vertices whose flag is not 0; gives how many.
+    """List the vertices whose flag is not 0, first those that see all of the light; gives how many.
 
-    The last eight places are filled up with the first of them, so that they do not look like eight side by side.
+    So few eights have some whose light the horizon cuts, for which all eight take twice as long. The last eight places
+    are filled up with the first of them, so that they do not look like eight side by side.
     """
     count = 0
-    for i in range(BLOCK):
-        rows[LIST + count] = like(rows, i)
-        count += 1 if rows[flags + i] > ZERO else 0
+    for flag in (_WHOLE, _CUT):
+        for i in range(BLOCK):
+            rows[LIST + count] = like(rows, i)
+            count += 1 if rows[flags + i] == flag else 0
     for k in range(count, -(-count // WIDTH) * WIDTH):
         rows[LIST + k] = rows[LIST + count // WIDTH * WIDTH]
     return count
