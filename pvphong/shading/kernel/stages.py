@@ -61,7 +61,8 @@ from pvphong.shading.kernel.vertices import (
 
 _NEVER = np.float32(-np.inf)
 
-# Which vertices of a block formulas are run on: numbers, in a row that nothing else uses meanwhile, nor the next one.
+# Which vertices of a block formulas are run on: numbers, in a row that nothing else uses meanwhile. The list may end in
+# the next row, which nothing else uses either.
 LIST = DX
 
 # Where cosines n·l are kept until factors are written; in the first factors' row, LLVM would make a store under a mask
@@ -358,18 +359,20 @@ def _listed(array: Any, start: int, rows: Any, k: int) -> Any:
 
 @plain
 def _list(rows: Any, flags: int) -> int:
-    """List the vertices whose flag is not 0, first those that see all of the light; gives how many.
+    """List the vertices whose flag is not 0, first those that see all of the light; gives how many places that takes.
 
-    So few eights have some whose light the horizon cuts, for which all eight take twice as long. The last eight places
-    are filled up with the first of them, so that they do not look like eight side by side.
+    The horizon cuts the light of none of eight that are taken at once, or may cut that of each: cutting takes all of
+    them twice as long. So the last eight of either are filled up with the first of them, and do not look like eight
+    side by side.
     """
     count = 0
     for flag in (_WHOLE, _CUT):
         for i in range(BLOCK):
             rows[LIST + count] = like(rows, i)
             count += 1 if rows[flags + i] == flag else 0
-    for k in range(count, -(-count // WIDTH) * WIDTH):
-        rows[LIST + k] = rows[LIST + count // WIDTH * WIDTH]
+        for _ in range(-count % WIDTH):
+            rows[LIST + count] = rows[LIST + count // WIDTH * WIDTH]
+            count += 1
     return count
 
 

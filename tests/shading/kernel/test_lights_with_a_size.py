@@ -62,3 +62,15 @@ def test_it_is_within_the_bound_of_the_reference_and_no_vertex_is_declined(kind,
         allowed = 2 * bound if precision == "float32" else 1e-9 * np.maximum(bound / bound.min(), 1.0)
         assert (np.abs(got - exact) <= allowed).all(), (seed, np.abs(got - exact).max())
         assert left_to_the_reference(monkeypatch, arguments) == 0, seed
+
+
+def test_vertices_that_see_all_of_a_light_are_taken_apart_from_those_whose_horizon_cuts_it():
+    """Of 20 and 21, which see all, with 0 to 4 and 27, the last is seven after the first, as of eight side by side."""
+    cosines = np.full(28, -1.0)
+    cosines[[20, 21]], cosines[[0, 1, 2, 3, 4, 27]] = np.linspace(0.8, 1.0, 2), np.linspace(-0.1, 0.1, 6)
+    normals = np.stack([np.sqrt(1.0 - cosines**2), 0.0 * cosines, cosines], axis=1)
+    light = ph.RectangleLight((0.0, 0.0, 2.0), (0.0, 0.0, -1.0), (1.0, 0.0, 0.0), 1.0, 1.0)
+    arguments = np.zeros((28, 3)), normals, ph.Scene([light], ph.Viewer((0.0, 0.0, 9.0))), ph.Material(ambient=0.0)
+    got, exact = (ph.evaluate(*arguments, precision="float64", backend=each).rgb for each in ("numba", "numpy"))
+    np.testing.assert_allclose(got, exact, rtol=1e-12)
+    assert (exact[:, 0] > 0.0).sum() == 8
