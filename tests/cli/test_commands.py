@@ -286,7 +286,8 @@ def test_tradeoff_prints_the_report_and_writes_figure_and_numbers(capsys):
     assert f"at the vertices: {numbers['chosen']}, " in shown
     assert len(Path("a.csv").read_text().splitlines()) == 1 + len(numbers["rows"])
     assert pv.read("a.png").dimensions[0] > 100
-    assert run("tradeoff blocks.vtm --seconds 1") == 0
+    assert run("tradeoff blocks.vtm --seconds 1 --json blocks.json") == 0
+    assert json.loads(Path("blocks.json").read_text())["tolerance"] == pytest.approx(1 / 255)
     count = sum(block.n_points for block in leaves(pv.read("blocks.vtm")))
     assert f"ways to light {count} points:" in capsys.readouterr().out
 

@@ -72,11 +72,12 @@ def test_kinds_are_not_held_against_each_other_but_a_model_is_against_the_exact_
         row("exact", 2, 1e-7),
         row("cheap", 1, 0.1, kind="light model"),
         row("dear", 3, 0.1, kind="light model"),
+        row("dear, and off by less than the exact one is rounded", 4, 1e-9, kind="light model"),
         row("dear elsewhere", 3, 0.01, kind="light model", backend="other"),
         row("inside", 9, 0.2, kind="interpolation"),
     ]
     marked = {r.name: r.on_front for r in with_fronts(rows)}
-    assert marked == {"exact": True, "cheap": True, "dear": False, "dear elsewhere": True, "inside": True}
+    assert {name for name, is_on in marked.items() if is_on} == {"exact", "cheap", "dear elsewhere", "inside"}
 
 
 def test_the_decisive_error_adds_what_can_come_together():
