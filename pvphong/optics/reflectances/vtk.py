@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Any, ClassVar
 
 from pvphong.base.formulas import ZERO, formula, like, maximum, square, where
-from pvphong.optics.reflectance import ANYWHERE, HIGHLIGHT, LAMBERT, Geometry, Reflectance, Sightline
+from pvphong.optics.reflectance import ANYWHERE, HIGHLIGHT, Geometry, Lobe, Reflectance, Sightline
 from pvphong.optics.reflectances.highlight import NORMAL, Shiny, own_shininess
 from pvphong.optics.reflectances.phong import Phong
 
@@ -42,8 +42,9 @@ class VtkHeadlight(Shiny):
 
     shininess: float | None = own_shininess()
 
-    lobes = LAMBERT, HIGHLIGHT._replace(needs_viewer=False)
-    forms = None, None  # both have a floor
+    # with its floor the first is none of Lambert's, which is computed without asking this formula
+    lobes = Lobe("diffuse", takes_albedo=True, needs_viewer=False), HIGHLIGHT._replace(needs_viewer=False)
+    forms = None, None
     floor = _HEADLIGHT_FLOOR
     peak: ClassVar = NORMAL
     factors = staticmethod(_headlight)
@@ -51,3 +52,9 @@ class VtkHeadlight(Shiny):
     def most(self, lobe: int, sightline: Sightline = ANYWHERE) -> float:
         """Its highlight does not end at the horizon."""
         return self.largest_power(sightline) if lobe else 1.0
+
+    def change(self, lobe: int, turn: float, psi: float, *, light_moves: bool) -> float:
+        """Its floor makes no cosine steeper."""
+        if lobe == 0:
+            return turn if light_moves else 0.0
+        return super().change(lobe, turn, psi, light_moves=light_moves)

@@ -162,6 +162,8 @@ def test_vtks_headlight_tier_has_a_floor_but_not_without_a_normal():
     nothing, z = np.zeros((3, 1)), np.array([[0.0], [0], [1]])
     assert Thrown(VtkHeadlight(2.0), z, -z, z).factors() == [1e-6, pytest.approx(1e-12)]
     assert Thrown(VtkHeadlight(2.0), nothing, z, z).factors() == [0.0, 0.0]
+    surface, arrival = Surface(z, np.ones(1), z, z), Arrival(-z, 1.0)
+    assert VtkHeadlight(2.0).evaluate(surface, arrival, [True, False])[0] == 1e-6  # also where no highlight is wanted
 
 
 # --- bad input ---
