@@ -125,12 +125,12 @@ def folder_aside(place: Path) -> Iterator[Path]:
                 notify(folder)
             if owned.enter_context(locked(folder / _LOCK)) or not left:
                 break
-            shutil.rmtree(folder, ignore_errors=True)  # another writer took the lock first, and is clearing the folder
+            _remove(folder)  # another writer took the lock first, and is clearing the folder
         try:
             yield folder
         finally:
             owned.close()  # a locked file cannot be removed everywhere
-            shutil.rmtree(folder, ignore_errors=True)
+            _remove(folder)
 
 
 def _clear_abandoned(place: Path) -> None:
@@ -140,11 +140,22 @@ def _clear_abandoned(place: Path) -> None:
             if (folder / _LOCK).exists():
                 with locked(folder / _LOCK, makes=False) as is_abandoned:
                     if is_abandoned:
-                        shutil.rmtree(folder, ignore_errors=True)
+                        _remove(folder)
                 if is_abandoned:  # but for the locked file itself, where that cannot be removed
-                    shutil.rmtree(folder, ignore_errors=True)
+                    _remove(folder)
             elif time.time() - folder.stat().st_mtime > _ABANDONED:
                 folder.rmdir()
+
+
+def _remove(folder: Path) -> None:
+    """Remove a folder with what is in it, its lock last: if this process is killed meanwhile, the next one can go on."""
+    with suppress(OSError):
+        for entry in folder.iterdir():
+            if entry.is_dir():
+                shutil.rmtree(entry, ignore_errors=True)
+            elif entry.name != _LOCK:
+                entry.unlink(missing_ok=True)
+    shutil.rmtree(folder, ignore_errors=True)
 
 
 def reserve(aside: Path, size: int) -> None:

@@ -181,6 +181,29 @@ def test_what_a_killed_writer_left_is_cleared_by_the_next_and_a_living_writers_f
     assert (folders(), target.read_text()) == ([], "new")
 
 
+@pytest.mark.parametrize("removed", range(5))
+def test_who_is_killed_while_removing_a_folder_leaves_what_the_next_can_clear(target, monkeypatch, removed):
+    """The lock goes last; without one, a folder with something in it is another's."""
+    unlink, count = os.unlink, 0
+
+    def killed(*path, **how):
+        nonlocal count
+        if count == removed:
+            raise KeyboardInterrupt
+        count += 1
+        unlink(*path, **how)
+
+    with monkeypatch.context() as patch, pytest.raises(KeyboardInterrupt), written_aside(target) as aside:
+        aside.write_text("old")
+        for name in "abcd":
+            aside.with_name(name).touch()
+        patch.setattr(os, "unlink", killed)
+    assert len(folders()) == 1
+    with written_aside(target) as aside:
+        aside.write_text("new")
+    assert folders() == []
+
+
 def test_folders_of_others_are_left_alone(target):
     """Of the same form of name: one with something in it, and one that its maker may be about to lock."""
     Path(".pvphong-keepsake").mkdir()
