@@ -148,7 +148,7 @@ def _clear_abandoned(place: Path) -> None:
 
 
 def _remove(folder: Path) -> None:
-    """Remove a folder with what is in it, its lock last: if this process is killed meanwhile, the next one can go on."""
+    """Remove a folder with what is in it, its lock last: if this process is killed meanwhile, the next goes on."""
     with suppress(OSError):
         for entry in folder.iterdir():
             if entry.is_dir():

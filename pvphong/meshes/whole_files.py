@@ -4,7 +4,7 @@ VTK's readers take what is left of many files that were cut short, with whatever
 of its writers do not notice that a disk is full. A file that is cut where a shorter one could end, as between the lines
 of an .obj file, is a whole one as far as anybody can know.
 
-In order: XML files of VTK's, HDF5, .stl, .ply, legacy .vtk. Contents are a `mmap.mmap`, of which slices are bytes.
+In order: XML files of VTK's, HDF5, .stl, .obj, .ply, legacy .vtk. Contents are a `mmap.mmap`, whose slices are bytes.
 """
 
 from __future__ import annotations
@@ -153,6 +153,30 @@ def _check_stl(contents: Any) -> None:
     count = struct.unpack_from("<I", contents, 80)[0] if len(contents) >= 84 else 0
     if len(contents) < 84 + 50 * count:
         raise ValueError(f"It is cut short: {count} triangles take {84 + 50 * count} bytes, it has {len(contents)}.")
+
+
+# --- .obj, as of Wavefront's "Object Files (.obj)" ---
+
+_FACE = re.compile(rb"^[ \t]*f[ \t]([^\n]*)", re.MULTILINE)
+_OBJ_PARTS = {
+    "point": (re.compile(rb"^[ \t]*v[ \t]", re.MULTILINE), re.compile(rb"(?<!\S)(\d+)/")),
+    "texture coordinate": (re.compile(rb"^[ \t]*vt[ \t]", re.MULTILINE), re.compile(rb"(?<!\S)-?\d+/(\d+)")),
+    "normal": (re.compile(rb"^[ \t]*vn[ \t]", re.MULTILINE), re.compile(rb"(?<!\S)-?\d+/-?\d*/(-?\d+)")),
+}
+
+
+def _check_obj(contents: Any) -> None:
+    """Where faces name more than points, all there is is there, and all name a normal, if there are any.
+
+    VTK's reader makes the rest of what is in memory. Where faces name points alone, it makes nothing.
+    """
+    faces = b"\n".join(_FACE.findall(contents))
+    for kind, (line, index) in _OBJ_PARTS.items():
+        there, named = len(line.findall(contents)), index.findall(faces)
+        if max(map(int, named), default=0) > there:
+            raise ValueError(f"It is damaged: it has {there} {kind}s, and a face names another one.")
+        if kind == "normal" and there and b"/" in faces and len(named) < len(faces.split()):
+            raise ValueError("Not all of its faces name their normals.")
 
 
 # --- .ply (Turk, The PLY Polygon File Format, 1994) ---
@@ -387,6 +411,7 @@ _CHECKS: dict[str, Callable[[Any], None]] = {
     **dict.fromkeys((".vts", ".vtr", ".vti"), _check_xml_grid),
     ".vtkhdf": _check_hdf,
     ".stl": _check_stl,
+    ".obj": _check_obj,
     ".ply": _check_ply,
     ".vtk": _check_legacy,
 }

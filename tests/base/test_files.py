@@ -193,11 +193,15 @@ def test_who_is_killed_while_removing_a_folder_leaves_what_the_next_can_clear(ta
         count += 1
         unlink(*path, **how)
 
-    with monkeypatch.context() as patch, pytest.raises(KeyboardInterrupt), written_aside(target) as aside:
-        aside.write_text("old")
-        for name in "abcd":
-            aside.with_name(name).touch()
-        patch.setattr(os, "unlink", killed)
+    def write(patch):
+        with written_aside(target) as aside:
+            aside.write_text("old")
+            for name in "abcd":
+                aside.with_name(name).touch()
+            patch.setattr(os, "unlink", killed)
+
+    with monkeypatch.context() as patch, pytest.raises(KeyboardInterrupt):
+        write(patch)
     assert len(folders()) == 1
     with written_aside(target) as aside:
         aside.write_text("new")

@@ -120,6 +120,34 @@ def test_legacy_files_by_hand(tmp_path, contents, message):
             refuse_incomplete(path)
 
 
+OBJ = "# by hand, 1/2\nv 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0.5 0.5\n vn 0 0 1\ng one/9\n"
+
+
+@pytest.mark.parametrize(
+    ("faces", "message"),
+    [
+        ("f 1//1 2//1 3//1\n f -3//-1 -2//-1 -1//-1", None),
+        ("f 1/1/1 2/1/1 3/1/1\nf 1//1 2//1 3//1", None),  # without coordinates VTK gives (−1, −1)
+        ("f 1 2 3", None),
+        ("vt 0 0\nvt 1 0\nvt 0 1\nf 1/4/1 -2/-1/1 3/1/-1", None),
+        ("f 1 2 9", None),  # a face of no use, which `diagnose` finds
+        ("f 1//1 2//1 9//1", "it has 3 points, and a face"),
+        ("f 1//1 2//1 3//9", "it has 1 normals, and a face"),
+        ("f 1/1/1 2/1/1 3/2/1", "it has 1 texture coordinates, and a face"),
+        ("f 1//1 2//1 3//1\nf 1 2 3", "Not all of its faces name their normals"),
+        ("f 1/1 2/1 3/1", "Not all of its faces name their normals"),
+    ],
+)
+def test_obj_files_of_which_vtk_takes_normals_from_memory(tmp_path, faces, message):
+    path = tmp_path / "hand.obj"
+    path.write_text(OBJ + faces)
+    if message is None:
+        refuse_incomplete(path)
+    else:
+        with pytest.raises(ValueError, match=message):
+            refuse_incomplete(path)
+
+
 PLY = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
 PLY += "element face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2"
 
