@@ -157,11 +157,11 @@ def _check_stl(contents: Any) -> None:
 
 # --- .obj, as of Wavefront's "Object Files (.obj)" ---
 
-_FACE = re.compile(rb"^[ \t]*f[ \t]([^\n]*)", re.MULTILINE)
+_FACE = re.compile(rb"\n[ \t]*f[ \t]([^\n]*)")
 _OBJ_PARTS = {
-    "point": (re.compile(rb"^[ \t]*v[ \t]", re.MULTILINE), re.compile(rb"(?<!\S)(\d+)/")),
-    "texture coordinate": (re.compile(rb"^[ \t]*vt[ \t]", re.MULTILINE), re.compile(rb"(?<!\S)-?\d+/(\d+)")),
-    "normal": (re.compile(rb"^[ \t]*vn[ \t]", re.MULTILINE), re.compile(rb"(?<!\S)-?\d+/-?\d*/(-?\d+)")),
+    "point": (re.compile(rb"\n[ \t]*v[ \t]"), re.compile(rb"(?<!\S)(\d+)/")),
+    "texture coordinate": (re.compile(rb"\n[ \t]*vt[ \t]"), re.compile(rb"(?<!\S)-?\d+/(\d+)")),
+    "normal": (re.compile(rb"\n[ \t]*vn[ \t]"), re.compile(rb"(?<!\S)-?\d+/-?\d*/(-?\d+)")),
 }
 
 
@@ -170,12 +170,14 @@ def _check_obj(contents: Any) -> None:
 
     VTK's reader makes the rest of what is in memory. Where faces name points alone, it makes nothing.
     """
-    faces = b"\n".join(_FACE.findall(contents))
+    text = b"\n" + contents[:]
+    corners = {*b" ".join(_FACE.findall(text)).split()}
+    named = b" ".join(corners)
     for kind, (line, index) in _OBJ_PARTS.items():
-        there, named = len(line.findall(contents)), index.findall(faces)
-        if max(map(int, named), default=0) > there:
+        there, indices = len(line.findall(text)), index.findall(named)
+        if max(map(int, indices), default=0) > there:
             raise ValueError(f"It is damaged: it has {there} {kind}s, and a face names another one.")
-        if kind == "normal" and there and b"/" in faces and len(named) < len(faces.split()):
+        if kind == "normal" and there and b"/" in named and len(indices) < len(corners):
             raise ValueError("Not all of its faces name their normals.")
 
 
