@@ -210,10 +210,9 @@ def _fraction(x: Real) -> Fraction:
 
 
 def _unit(a: Exact) -> Exact:
+    """Exactly along it: a light opposite to the viewer has no half-way direction, and rounding would give one."""
     square = dot(a, a)
-    length = _placing.sqrt(_placing.mpf(square.numerator) / _placing.mpf(square.denominator))
-    x, y, z = (_fraction(_placing.mpf(c.numerator) / _placing.mpf(c.denominator) / length) for c in a)
-    return x, y, z
+    return scaled(a, _fraction(_placing.sqrt(_placing.mpf(square.denominator) / _placing.mpf(square.numerator))))
 
 
 class Eye:
