@@ -188,7 +188,7 @@ class BlocksPhong:
         """The colours of each dataset by the rendering equation; all blocks reflect each other's light."""
         where = {name: options.pop(name) for name in (*_OF_SURFACES, "occluders") if name in options}
         scene = self._scene(scene, where)
-        among = rendering.surroundings_of_blocks(self._blocks, scene, self._materials(material), **where)
+        among = rendering.reflecting_blocks(self._blocks, scene, self._materials(material), **where)
         return self._by_path(lambda block: block.phong.truth(scene, occluders=next(among), **options))
 
     @_options_of(MeshPhong.normals)

@@ -17,7 +17,7 @@ import pyvista as pv
 from numpy.typing import NDArray
 
 from pvphong.base.types import BoolArray, FloatArray, IntArray
-from pvphong.batch.surroundings import Outline, outline_of
+from pvphong.batch.culling import Outline, outline_of
 from pvphong.meshes.cells import cells
 from pvphong.meshes.surfaces import FeatureAngle, polygons, split_sharp_edges, vertex_normals
 

@@ -20,9 +20,9 @@ from pvphong.base.files import folder_aside
 from pvphong.base.text import about, counting, html_table, wrapped
 from pvphong.base.types import Backend, Precision
 from pvphong.batch.cluster import connected, ended
+from pvphong.batch.culling import potential_occluders, touching
 from pvphong.batch.pieces import Index, Piece, Seams, paths_of, pieces_and_indices, write_index
 from pvphong.batch.seams import neighbours_of
-from pvphong.batch.surroundings import surroundings_of, touching
 from pvphong.batch.worker import Job, Result, border_in, bounds_of, checksum_of, light, look, outline_in
 from pvphong.meshes.blocks import DEFAULT
 from pvphong.meshes.default_scene import default_scene_of
@@ -269,7 +269,7 @@ class _Run:
                 for number, others in enumerate(touching(known_outlines))
             )
         if self._job.scene.light_model.needs_rays:
-            around = surroundings_of(self._job.scene, [*map(_found_anywhere, known)], known_outlines)
+            around = potential_occluders(self._job.scene, [*map(_found_anywhere, known)], known_outlines)
         return {
             self._begin(light, piece, self._job, beside, blocking, made_from): piece
             for piece, beside, blocking in zip(known, neighbours, around, strict=True)

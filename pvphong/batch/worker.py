@@ -17,9 +17,9 @@ import pyvista as pv
 
 from pvphong.base import check, threads
 from pvphong.base.files import write_json
+from pvphong.batch.culling import Outline, PotentialOccluders, outline_of
 from pvphong.batch.pieces import ArrayType, Piece
 from pvphong.batch.seams import NORMALS, Border, Neighbours, border_of, with_normals, without_ghosts
-from pvphong.batch.surroundings import Outline, Surroundings, outline_of
 from pvphong.meshes.blocks import DEFAULT, materials_of
 from pvphong.meshes.files import Compression, read_mesh, save_lit
 from pvphong.meshes.lit import shade_mesh
@@ -184,7 +184,7 @@ def light(
     piece: Piece,
     job: Job,
     neighbours: Neighbours | None = None,
-    around: Surroundings[Piece] | None = None,
+    around: PotentialOccluders[Piece] | None = None,
     made_from: str = "",
 ) -> Result:
     """Light a piece and write it, unless that is done already: maybe by a worker that was killed before it said so.
@@ -197,7 +197,7 @@ def light(
         How.
     neighbours : Neighbours, optional
         Faces of other pieces of its surface, for normals across them.
-    around : Surroundings, optional
+    around : PotentialOccluders, optional
         Which other pieces of its surface may block light for it.
     made_from : str
         Checksum of all of that surface; the file's own if not given.
@@ -237,7 +237,9 @@ def _surface(piece: Piece) -> tuple[pv.PolyData, bool]:
     return without_ghosts(surface(mesh)), mesh.GetMaxSpatialDimension() == 3
 
 
-def _lit(piece: Piece, job: Job, neighbours: Neighbours | None, around: Surroundings[Piece] | None) -> pv.PolyData:
+def _lit(
+    piece: Piece, job: Job, neighbours: Neighbours | None, around: PotentialOccluders[Piece] | None
+) -> pv.PolyData:
     mesh, _ = _surface(piece)
     material, angle = job.materials.get(piece.label) or job.materials[DEFAULT], job.feature_angle
     options = job.options if around is None else job.options | {"occluders": _occluders(mesh, job.scene, around)}
@@ -249,7 +251,7 @@ def _lit(piece: Piece, job: Job, neighbours: Neighbours | None, around: Surround
     return lit
 
 
-def _occluders(mesh: pv.PolyData, scene: Scene, around: Surroundings[Piece]) -> KnownOccluders:
+def _occluders(mesh: pv.PolyData, scene: Scene, around: PotentialOccluders[Piece]) -> KnownOccluders:
     """A piece's own triangles, and those that may block its light of other pieces, which are read one by one."""
     others = (around.blocking(scene, world_faces(_surface(piece)[0])) for piece in around.blockers)
     parts = [world_faces(mesh), *others]

@@ -5,7 +5,7 @@ VTK's, a file of many that `shade` cannot light, or code that `compile` cannot c
 crash in a library: one line on the error output says which. Ctrl-C gives 130, and a pipe that nobody reads any more
 141, as shells have it.
 
-In the order in which to read it: `supervisor` (a light parent, of whose child even a crash comes to one line), `app`
+In the order in which to read it: `supervisor` (a parent process, which turns a crash of its child into one line), `app`
 (the commands put together, and `compile`), `options` (what several commands take, what they read, and what is shown
 while they work), then the commands `shade`, `reports` (`plan`, `validate`, `tradeoff`, `diagnose`), `view`, `studio`
 and `demo`, all of which call `mesh.phong` or `plotter.phong`.

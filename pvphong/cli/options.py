@@ -152,7 +152,7 @@ class Lighting:
         occlusion = model.ambient_occlusion or self.ambient_occlusion  # a rig's may be a distance
         shadows, bounces = model.shadows or self.shadows, self.bounces or model.bounces
         model = replace(model, shadows=shadows, ambient_occlusion=occlusion, bounces=bounces)
-        if self.occluder and not model.needs_surroundings:
+        if self.occluder and not model.is_global:
             remedy = "Give --shadows, --ambient-occlusion, --bounces or a rig with them too."
             check.refuse("--occluder", self.occluder[0], "left out where nothing casts shadows", remedy)
         return replace(scene, light_model=model)

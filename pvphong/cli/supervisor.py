@@ -1,4 +1,4 @@
-"""The command line's light parent: the work is done in a child, of which even a crash comes to one line.
+"""The command line's parent process, which loads little: it does the work in a child, and a crash of that is one line.
 
 The child is forked before anything heavy is loaded; where forking is not safe, another Python is started. What C
 libraries print on the error output is not shown, unless --verbose is given.

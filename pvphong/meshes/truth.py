@@ -62,7 +62,7 @@ class Truth:
         return f"<Truth of {seen}: {self.rays} rays in {self.seconds:.3g} s>"
 
 
-class Surroundings(NamedTuple):
+class ReflectingSurfaces(NamedTuple):
     """Surfaces that exchange light, and which of them a mesh is."""
 
     reflectors: Sequence[Reflector]
@@ -71,7 +71,7 @@ class Surroundings(NamedTuple):
     own_index: int
 
 
-def surroundings_of_blocks(
+def reflecting_blocks(
     blocks: pv.MultiBlock,
     scene: Scene,
     materials: Sequence[Material | str],
@@ -79,12 +79,12 @@ def surroundings_of_blocks(
     occluders: Any = (),
     matrix: MatrixLike | None = None,
     feature_angle: FeatureAngle = None,
-) -> Iterator[Surroundings]:
-    """Each dataset that is not empty, in their order, among all of them and other occluders."""
+) -> Iterator[ReflectingSurfaces]:
+    """For each dataset that is not empty, in their order: all of them, other occluders, and which it is."""
     pairs = zip((block for _, block in datasets(blocks)), materials, strict=True)
     reflectors = [_reflector(block, scene, as_material(each), matrix, feature_angle) for block, each in pairs]
     together = Occluders([*(each.faces for each in reflectors), *checked_occluders(occluders)])
-    return (Surroundings(reflectors, together, index) for index in range(len(reflectors)))
+    return (ReflectingSurfaces(reflectors, together, index) for index in range(len(reflectors)))
 
 
 def _reflector(
@@ -180,10 +180,10 @@ def truth(
         max_bounces = int(check.number("max_bounces", max_bounces, at_least=0.0))
     seed = int(check.number("seed", seed, at_least=0.0, at_most=2.0**31 - 1.0))
     known = occluders
-    if not isinstance(known, Surroundings):
+    if not isinstance(known, ReflectingSurfaces):
         scene = scene_for(surface(mesh), scene, matrix)
         own = _reflector(mesh, scene, as_material(material), matrix, feature_angle)
-        known = Surroundings([own], Occluders([own.faces, *checked_occluders(occluders)]), 0)
+        known = ReflectingSurfaces([own], Occluders([own.faces, *checked_occluders(occluders)]), 0)
     reflector, index = known.reflectors[known.own_index], known.own_index
     for each in known.reflectors if max_bounces != 0 else ():
         _refuse_more_than_all(each)

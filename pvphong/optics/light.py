@@ -321,10 +321,10 @@ class Light:
         """The number of bands of spherical harmonics that a light from all around is divided into; 0 for others."""
         return 0
 
-    def left_out(self, form: CosinePower, bands: int) -> float:  # noqa: ARG002 it has none
-        """A bound on the change of what a lobe reflects of it, at intensity 1, without the bands from this one on.
+    def error_without_bands(self, form: CosinePower, bands: int) -> float:  # noqa: ARG002 it has none
+        """The largest error in the light that a lobe reflects of it, at intensity 1, with only the first bands.
 
-        With `bands` as large as it has any: a bound on the error with all of them.
+        With all of its `bands`: the largest error of the evaluation with all of them.
         """
         return 0.0
 
@@ -389,7 +389,7 @@ class Light:
     # -- what VTK knows of it
 
     @property
-    def stand_in(self) -> Light:
+    def nearest_in_vtk(self) -> Light:
         """The nearest light without a size, as VTK may have it; itself if it has none."""
         return self.nodes(1)[0]
 
@@ -401,10 +401,10 @@ class Light:
         ValueError
             If there is none.
         """
-        if self.stand_in is self:
+        if self.nearest_in_vtk is self:
             remedy = "It can be evaluated and planned; a kind with `as_vtk` can also be drawn and compared."
             check.refuse("light", self, "one that VTK has", remedy)
-        return self.stand_in.as_vtk()
+        return self.nearest_in_vtk.as_vtk()
 
     def to_pyvista(self, viewer: Any = None) -> pv.Light:
         """The same light as a new `pyvista.Light`, its floats unrounded; of a light that VTK has not, the nearest.

@@ -101,8 +101,8 @@ class LightModel:
         return math.inf if isinstance(self.ambient_occlusion, bool) else self.ambient_occlusion
 
     @property
-    def needs_surroundings(self) -> bool:
-        """Whether it needs to know of anything around a vertex: by rays, or because light bounces."""
+    def is_global(self) -> bool:
+        """Whether other surfaces change the light at a vertex (global illumination): shadows, occlusion, bounces."""
         return self.needs_rays or self.bounces > 0
 
     def without_rays(self) -> Self:

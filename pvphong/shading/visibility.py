@@ -144,7 +144,7 @@ def transport_of(vertices: Any) -> TransportLike:
 
 def refuse_rays(scene: Scene, where: str) -> None:
     """Raise ValueError for a scene with shadows, ambient occlusion or bounces, where no rays are cast."""
-    if scene.light_model.needs_surroundings:
+    if scene.light_model.is_global:
         remedy = "scene.light_model.without_rays() is the same without them; mesh.phong.shade of the result casts them."
         allowed = f"without shadows, ambient occlusion and bounces {where}"
         check.refuse("light_model", "one with them", allowed, remedy)

@@ -118,7 +118,7 @@ def refuse_inexpressible(scene: Scene, material: Material, matrix: Float64Array 
         what = "a mirrored surface (VTK draws it black, having turned its normals away from the eye)"
         obstacles[what] = "LightModel.vtk(two_sided=False), as it draws points"
         model = replace(model, two_sided=False)
-    if given.needs_surroundings:
+    if given.is_global:
         obstacles["shadows, ambient occlusion or bounces"] = "the same without them"
         model = model.without_rays()
     if is_physical and given.convention == "standard":  # VTK's physically based shading has its own units

@@ -8,8 +8,8 @@ import pyvista as pv
 from batch.cutting import SCENE, bare, cut, read_whole, save_pieces, series, surfaces
 
 import pvphong as ph
+from pvphong.batch.culling import touching
 from pvphong.batch.seams import border_of, neighbours_of, with_normals, without_ghosts
-from pvphong.batch.surroundings import touching
 from pvphong.meshes.surfaces import polygons, split_sharp_edges
 
 MESHES = {

@@ -26,9 +26,9 @@ from common import files_lit, new_cluster, show
 from distributed import Client
 
 import pvphong as ph
+from pvphong.batch.culling import Outline, PotentialOccluders, potential_occluders, touching
 from pvphong.batch.pieces import Piece
 from pvphong.batch.seams import neighbours_of
-from pvphong.batch.surroundings import Outline, Surroundings, surroundings_of, touching
 from pvphong.batch.worker import Job, border_in, light, look
 from pvphong.meshes.files import read_mesh
 
@@ -109,8 +109,8 @@ def measured(files, out, client):
     borders = [border_in(each) for each in pieces]
     outlines = [border.outline for border in borders]
     beside = [borders[other] for other in list(touching(outlines))[middle]]
-    surroundings = list(surroundings_of(SCENE, pieces, outlines))
-    around = surroundings[middle]
+    occluders = list(potential_occluders(SCENE, pieces, outlines))
+    around = occluders[middle]
     light(replace(piece, output=Path(out, "first.vtp")), job, None, around)  # code is loaded
     looking, _ = timed(look, piece, job)
     bordering, _ = timed(border_in, piece)
@@ -124,7 +124,7 @@ def measured(files, out, client):
         Task("border", bordering, size, messages=2.0, kept=True),
         Task("light", meeting + lighting, moved, messages=2.0),
     )
-    blockers = float(np.mean([len(each.blockers) for each in surroundings]))
+    blockers = float(np.mean([len(each.blockers) for each in occluders]))
     return Measured(outlines[middle].count, tasks, blockers, among(OUTLINES), *overhead(client, piece, job, around))
 
 
@@ -133,7 +133,7 @@ def among(count):
     side = round(count**0.5)
     lows = np.stack([*np.divmod(np.arange(side**2), side), np.zeros(side**2)], axis=1)
     outlines = [Outline((low, low + 1.0), (low, low + 1.0), 1) for low in lows]
-    some = zip(touching(outlines), surroundings_of(SCENE, range(side**2), outlines), strict=True)
+    some = zip(touching(outlines), potential_occluders(SCENE, range(side**2), outlines), strict=True)
     next(some)  # makes arrays of all
     start = time.process_time()
     for _ in itertools.islice(some, TURNS):
@@ -141,7 +141,7 @@ def among(count):
     return (time.process_time() - start) / TURNS
 
 
-def overhead(client, piece, job, around: Surroundings):
+def overhead(client, piece, job, around: PotentialOccluders):
     """Seconds of scheduler and client for a task that does nothing, and bytes that they hold for it."""
     process = psutil.Process()
 

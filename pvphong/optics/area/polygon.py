@@ -3,6 +3,8 @@
 Each side of the polygon is clipped at the horizon; the outline is closed along the horizon through one point r, so any
 number of crossings is closed, and what is below cancels.
 
+Arguments of the two integrals are those of `Integral.formula` in `pvphong.optics.light`.
+
 Symbols: m the vector to the polygon's middle, e the normal of its front; n the normal of the horizon; u a unit
 direction, du its solid angle. Corners are offsets from the middle. All lengths are first divided by a power of two that
 is next to the light's distance or its size.
@@ -97,7 +99,7 @@ def _choose(condition: Any, a: Any, b: Any) -> Any:
 
 @formula
 def polygon_irradiance(own: Any, _lobe: Any, d: Any, n: Any, _a: Any) -> Any:
-    """1/area · ∫ max(n·u, 0) du over the part above the horizon.
+    """The irradiance from a polygon of intensity 1: 1/area · ∫ max(n·u, 0) du over the part above the horizon.
 
     It is ½ |Σ f n·Γ|, with Γ = x × y for the ends of a side and f = θ/|Γ|, θ the angle under which it is seen. The sum
     of the Γ is twice the vector area, α e, whatever m is; so a common value F, close to every f, is subtracted, which

@@ -63,7 +63,7 @@ def refuse_unless_in_vtk(light: Light, argument: str, allowed: str) -> None:
     """Raise ValueError, which names the argument and the nearest light that VTK has, unless VTK has this one."""
     if type(light).as_vtk is not Light.as_vtk:
         return
-    kind, nearest, remedy = type(light).__name__, light.stand_in, ""
+    kind, nearest, remedy = type(light).__name__, light.nearest_in_vtk, ""
     if nearest is not light:
         shape = ", ".join(f"{field}={getattr(nearest, field)}" for field in nearest.roles)
         remedy = f"The nearest that VTK has is {type(nearest).__name__}({shape})."

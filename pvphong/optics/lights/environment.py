@@ -120,7 +120,7 @@ class EnvironmentLight(Light):
     # -- what arrives
 
     @cached_property
-    def stand_in(self) -> DirectionalLight:
+    def nearest_in_vtk(self) -> DirectionalLight:
         """Parallel light from where it is brightest on average."""
         return DirectionalLight(direction=self.nodes(1)[0].direction)
 
@@ -172,7 +172,7 @@ class EnvironmentLight(Light):
         """The number of bands of spherical harmonics that are kept of its image."""
         return self.panorama.harmonics.shape[1]
 
-    def left_out(self, form: CosinePower, bands: int) -> float:
+    def error_without_bands(self, form: CosinePower, bands: int) -> float:
         """The sum of what the bands from this one on add at most; with all of them, by the energy of the others."""
         if bands < self.bands:
             kept, orders = self.panorama.harmonics, np.arange(self.bands)

@@ -126,7 +126,7 @@ class PolygonLight(Flat, Light):
         return of_all._replace(numbers=(*of_all.numbers, float(len(rows)), *rows.ravel().tolist()))
 
     def closed(self, form: CosinePower) -> Integral:
-        """Along its sides."""
+        """The integral of the lobe over the polygon, along its sides."""
         offsets = self.outline - np.array(self.center)
         return over_polygon(form, self.center, self.normal, self.two_sided, self.area, offsets)
 

@@ -192,7 +192,7 @@ class Flat:
         return Arrival(to_light, attenuate(distance, INVERSE_SQUARE) * shown, inverse)
 
     @property
-    def stand_in(self) -> SpotLight:
+    def nearest_in_vtk(self) -> SpotLight:
         """A spot light in its middle, with a cone that VTK has."""
         return SpotLight(self.center, _times(self.normal, 1.0), _NEARLY_90, 1.0, INVERSE_SQUARE)
 

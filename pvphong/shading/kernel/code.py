@@ -124,7 +124,10 @@ class Store:
             aside.write_bytes(key + digest(code) + code)
 
     def _path_and_key(self, signature: Any, codegen: Any) -> tuple[Path, bytes]:
-        """A file's name identifies the function and its types; the key, all that its code was made from."""
+        """A file's name is a digest of the function, its types, the values it closes over, the processor and Python.
+
+        The key in the file is one of versions, sources and bytecode: all that its code was made from.
+        """
         function = self._function
         cells = dumps(tuple(cell.cell_contents for cell in function.__closure__ or ()))
         place = repr((function.__module__, function.__qualname__, str(signature), codegen.magic_tuple()))

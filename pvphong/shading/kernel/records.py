@@ -52,7 +52,8 @@ TERM = np.dtype(
 """One light. `is_even`: the same everywhere, from the direction `to_light`. `varies`: whether its strength is taken at
 each vertex; what of it is the same everywhere is in the colours, and `gain`, a power of two, goes with the strength.
 `wanted`: lobes that are not black, as the sum of 1, 2 and 4. `visible`: the channel with its visible part, or -1.
-`arrives`, `reflects`: addresses of the stages, 0 for those that the driver has."""
+`arrives`, `reflects`: addresses of the stages, 0 for those that the driver has. That a light with a size arrives is
+`integral_stage`, which writes the reflectance's factors too; `reflects` is `factors_already_written` then."""
 
 
 def _packer(kind: np.dtype[Any]) -> Callable[..., bytes]:
@@ -86,9 +87,9 @@ class TermCode(NamedTuple):
     varies: bool = False
     """Whether it writes strengths; they are 1 everywhere if not."""
     divisors: slice = slice(0)
-    """Those of the numbers that divide the strength: all of them times k make it 1/k of what it was.
+    """Where in `numbers` the three numbers of the attenuation are. Divided by k, they multiply the strength by k.
 
-    With them a light may be so bright, and so far away, that float32 holds neither by itself."""
+    So a light may be so bright, and so far away, that float32 holds neither intensity nor attenuation by itself."""
 
 
 _BY_DRIVER = TermCode(None)

@@ -300,7 +300,9 @@ def integral_stage(integrals: Sequence[Integral | None], forms: Sequence[CosineP
     """
     lobes = list(zip((FIRST, SECOND, THIRD), integrals, forms, strict=False))
     found = {form.around: (row, each.formula) for row, each, form in lobes if each is not None and form is not None}
-    (cosine_row, cosine), (power_row, power) = (found.get(around, (-1, _nothing)) for around in ("normal", "mirror"))
+    (normal_row, around_normal), (mirror_row, around_mirror) = (
+        found.get(around, (-1, _nothing)) for around in ("normal", "mirror")
+    )
 
     def integrate(numbers: Any, rows: Any, points: Any) -> int:
         gain = numbers[3]
@@ -312,21 +314,21 @@ def integral_stage(integrals: Sequence[Integral | None], forms: Sequence[CosineP
         for i in range(0, BLOCK, WIDTH):
             d, n = _towards(place, rows, points, i)
             is_lit, flag = may_rise(n, d, radius), where(is_whole(n, d, radius), _WHOLE, _CUT)
-            if cosine_row >= 0:
-                store(rows, cosine_row + i, where(is_lit, flag, 0.0))
-            if power_row >= 0:
+            if normal_row >= 0:
+                store(rows, normal_row + i, where(is_lit, flag, 0.0))
+            if mirror_row >= 0:
                 reaches = is_lit & shows(second_lobe, _axis(second_lobe, rows, i, n), d, sqrt(dot(d, d)), radius)
-                store(rows, power_row + i, where(reaches, flag, 0.0))
-        if cosine_row >= 0:
-            for k in range(0, _list(rows, cosine_row), WIDTH):
+                store(rows, mirror_row + i, where(reaches, flag, 0.0))
+        if normal_row >= 0:
+            for k in range(0, _list(rows, normal_row), WIDTH):
                 d, n = _towards(place, rows, points, k)
-                found = minimum(cosine(own, lobe, d, n, n) * gain, BRIGHTEST)
-                store_listed(rows, cosine_row, LIST + k, found)
-        if power_row >= 0:
-            for k in range(0, _list(rows, power_row), WIDTH):
+                found = minimum(around_normal(own, lobe, d, n, n) * gain, BRIGHTEST)
+                store_listed(rows, normal_row, LIST + k, found)
+        if mirror_row >= 0:
+            for k in range(0, _list(rows, mirror_row), WIDTH):
                 d, n = _towards(place, rows, points, k)
-                found = power(second, second_lobe, d, n, _axis(second_lobe, rows, k, n))
-                store_listed(rows, power_row, LIST + k, minimum(found * gain, BRIGHTEST))
+                found = around_mirror(second, second_lobe, d, n, _axis(second_lobe, rows, k, n))
+                store_listed(rows, mirror_row, LIST + k, minimum(found * gain, BRIGHTEST))
         return 1
 
     return integrate

@@ -337,7 +337,7 @@ class Sky(Effect):
     def leave_out(self, draft: Draft, term: LightTerm) -> Change | None:
         """The fewest bands that do."""
         for bands in range(1, _bands(term)) if draft.allowance else ():
-            bound = _largest_error(draft.equation, term, partial(term.light.left_out, bands=bands))
+            bound = _largest_error(draft.equation, term, partial(term.light.error_without_bands, bands=bands))
             if bound <= draft.allowance:
                 note = Note(self.name, term.label, f"bands from {bands} on, at most {bound:.2g}", bound)
                 return (replace(term, bands=bands),), (note,)
@@ -354,7 +354,8 @@ class Sky(Effect):
             return decision
         count = max(map(_bands, terms))
         beyond = max(
-            _largest_error(equation, term, partial(term.light.left_out, bands=term.light.bands)) for term in terms
+            _largest_error(equation, term, partial(term.light.error_without_bands, bands=term.light.bands))
+            for term in terms
         )
         labels, noted = ", ".join(term.label for term in terms), draft.why_without(self.name)
         why = f"{labels}: {count} bands, those beyond {BANDS} hold at most {beyond:.2g}"

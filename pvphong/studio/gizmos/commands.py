@@ -1,7 +1,8 @@
 """Keys: `COMMANDS`, at the end, is the table of all of them; above it stands what each does.
 
-To add a key: a function, as `Command.edits` says, and a row of the table. None of the keys is one of PyVista's or VTK's
-own. What a light can do is asked of its fields' roles.
+To add a key: write a function, as `Command.edits` says, and a row of the table, and the same row in the README's table
+of keys, which a test compares. Keys in `TAKEN` are PyVista's or VTK's, and d, x and 4 are those of `pvphong view`. What
+a light can do is asked of its fields' roles.
 """
 
 from __future__ import annotations

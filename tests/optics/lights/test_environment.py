@@ -58,7 +58,7 @@ def test_it_lights_a_patch_as_its_image_does_within_what_the_bands_beyond_hold(s
     ways, areas, colors = texels(light, (48, 48))
     exact = np.array([np.maximum(ways @ n, 0.0) * areas @ colors for n in normals]) / math.pi
     off = np.abs(lit(light, normals) - exact).max()
-    assert off <= light.left_out(DIFFUSE, light.bands) + 1e-5 < 2e-3
+    assert off <= light.error_without_bands(DIFFUSE, light.bands) + 1e-5 < 2e-3
     few = [np.abs(lit_by_nodes(light, normals, count) - exact).max() for count in (1, 64, 1024)]
     assert few[0] > 5 * few[1] > 10 * few[2] > 20 * off
 
@@ -79,7 +79,7 @@ def test_its_highlight_is_its_image_blurred_by_the_lobe(shininess):
         lobes = np.maximum(mirrored @ ways.T, 0.0) ** shininess * (normals @ ways.T > 0.0)
         exact = lobes * areas @ colors / math.pi
         off = np.abs(lit(light, normals, dataclasses.replace(MIRRORING, shininess=shininess)) - exact).max()
-        assert off <= light.left_out(CosinePower("mirror", shininess), light.bands) + cut
+        assert off <= light.error_without_bands(CosinePower("mirror", shininess), light.bands) + cut
 
 
 @pytest.mark.parametrize("seed", range(8))

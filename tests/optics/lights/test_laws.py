@@ -330,7 +330,7 @@ def test_vtk_has_it_or_is_said_not_to(kind, seed):
         np.testing.assert_allclose(kept.position, values.position, rtol=1e-12)
         assert kept.attenuation == values.attenuation
         return
-    nearest = dataclasses.replace(light.stand_in, intensity=0.5)
+    nearest = dataclasses.replace(light.nearest_in_vtk, intensity=0.5)
     for field in nearest.roles:  # a direction is the way to a focal point to VTK
         np.testing.assert_allclose(getattr(back, field), getattr(nearest, field), rtol=1e-12, atol=1e-12)
     assert dataclasses.replace(back, **{field: getattr(nearest, field) for field in nearest.roles}) == nearest

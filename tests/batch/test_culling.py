@@ -12,7 +12,7 @@ from ray_backends import BACKENDS
 
 import pvphong as ph
 from pvphong.batch import worker
-from pvphong.batch.surroundings import outline_of, surroundings_of, touching
+from pvphong.batch.culling import outline_of, potential_occluders, touching
 from pvphong.meshes.visibility import world_faces
 from pvphong.rays import casting
 
@@ -75,7 +75,7 @@ def row_of_pieces():
 @pytest.mark.parametrize("case", IN_A_ROW)
 def test_what_may_block_a_piece_is_between_it_and_a_light(case):
     scene, (before, after) = IN_A_ROW[case]
-    found = surroundings_of(scene, range(6), [outline_of(piece) for piece in row_of_pieces()])
+    found = potential_occluders(scene, range(6), [outline_of(piece) for piece in row_of_pieces()])
     blockers = [[other for other in range(6) if other != k and -before <= other - k <= after] for k in range(6)]
     assert [list(each.blockers) for each in found] == blockers
 
@@ -104,7 +104,7 @@ def test_a_piece_reads_itself_and_what_may_block_it(client, monkeypatch):
 def test_of_a_piece_that_may_block_those_triangles_are_kept_that_may():
     pieces, scene = surfaces(houses(9), 3), scene_of(ph.DirectionalLight(direction=(0, -1, -4)))
     outlines = [outline_of(piece) for piece in pieces]
-    around = list(surroundings_of(scene, range(9), outlines))[4]
+    around = list(potential_occluders(scene, range(9), outlines))[4]
     assert 7 in around.blockers  # the sun is there
     faces = world_faces(pieces[7])
     kept = around.blocking(scene, faces)
@@ -122,7 +122,7 @@ def test_a_piece_with_a_spoiled_point_takes_all_pieces_for_its_neighbours():
     pieces[0].points[0] = np.nan
     outlines = [outline_of(piece) for piece in pieces]
     assert next(touching(outlines)) == [1, 2, 3, 4, 5]
-    assert next(surroundings_of(scene_of(WEST), range(6), outlines)).blockers == (1, 2, 3, 4, 5)
+    assert next(potential_occluders(scene_of(WEST), range(6), outlines)).blockers == (1, 2, 3, 4, 5)
 
 
 def test_what_may_block_is_there_again_when_it_can_be_read(client):

@@ -1,4 +1,4 @@
-"""Which pieces of one surface are around one: those that touch it, and those that may block light for it.
+"""Which pieces of one surface a piece needs: those that touch it, and those that may block light for it (culling).
 
 What is known of all pieces are boxes around them. A piece's normals need the pieces whose boxes touch its own. Between
 its box and a light is the hull of both, or its box swept towards a sun; only pieces whose boxes meet that are read for
@@ -50,8 +50,8 @@ class Outline:
 
 
 @dataclass(frozen=True)
-class Surroundings(Generic[Name]):
-    """The surface around a piece.
+class PotentialOccluders(Generic[Name]):
+    """What may block light for a piece, and where the whole surface is.
 
     Attributes
     ----------
@@ -143,8 +143,10 @@ def _touch(box: Box, parts: Box) -> BoolArray:
     return np.asarray(touches.all(axis=1))
 
 
-def surroundings_of(scene: Scene, names: Sequence[Name], outlines: Sequence[Outline]) -> Iterator[Surroundings[Name]]:
-    """For each piece what is around it, in their order.
+def potential_occluders(
+    scene: Scene, names: Sequence[Name], outlines: Sequence[Outline]
+) -> Iterator[PotentialOccluders[Name]]:
+    """For each piece the pieces that may block its light, in their order.
 
     Parameters
     ----------
@@ -160,7 +162,7 @@ def surroundings_of(scene: Scene, names: Sequence[Name], outlines: Sequence[Outl
     above, first = BEGUN_ABOVE * float((within[1] - within[0]).max()), 0
     for number, outline in enumerate(outlines):
         points = None if outline.points is None else (outline.points[0] - above, outline.points[1] + above)
-        alone: Surroundings[Name] = Surroundings(within, points, first, ())
+        alone: PotentialOccluders[Name] = PotentialOccluders(within, points, first, ())
         counts = boxes.met(partial(alone.may_count, scene)) if blocking else ()
         others = tuple(names[blocking[row]] for row in counts if blocking[row] != number)
         yield replace(alone, blockers=others)
