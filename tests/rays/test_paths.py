@@ -370,7 +370,7 @@ def test_directions_are_chosen_with_the_density_that_is_told(name):
     surface = Surface(n, np.ones(count), v, t)
     found = reflectance.directions(surface)
     if found is None:
-        assert name == "oren-nayar"
+        assert not any(lobe.component == "specular" for lobe in reflectance.lobes)
         return
     chosen = found.sample(*np.random.default_rng(3).random((2, count)))
     assert {round(float(length), 6) for length in np.linalg.norm(chosen, axis=0)} <= {0.0, 1.0}

@@ -87,7 +87,7 @@ def evaluated(reflectance, diffuse, precision, backend):
 
 @pytest.mark.parametrize("backend", BACKENDS)
 @pytest.mark.parametrize("precision", STEPS)
-@pytest.mark.parametrize(("name", "shape"), [(name, shape) for name, shapes in SHAPES.items() for shape in shapes])
+@pytest.mark.parametrize(("name", "shape"), [(name, shape) for name in REFLECTANCES for shape in SHAPES[name]])
 def test_it_is_its_formula_to_the_roundings_that_its_sharpness_costs(name, shape, precision, backend):
     reflectance, exact, roundings = judged(name, shape)
     got = evaluated(reflectance, diffuse_of(shape), precision, backend)
