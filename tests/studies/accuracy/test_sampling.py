@@ -87,7 +87,7 @@ def test_the_other_kinds_take_what_is_seen_as_known(report):
 
 def test_without_time_for_rays_inside_triangles_there_is_no_shadow(monkeypatch):
     monkeypatch.setattr("pvphong.studies.accuracy.measure.seconds_of_rays", lambda _: 1e9)
-    found = FLOOR.phong.tradeoff(scene(SUN, shadows=True), CLAY, seconds=1.0, occluders=[ROOF])
+    found = FLOOR.phong.tradeoff(scene(SUN, shadows=True), CLAY, seconds=2.0, occluders=[ROOF])
     assert "no time for rays" in found.left_out["shadows and occlusion inside triangles"]
     assert found.inside_errors.max(initial=0.0) < 1e-6
 
