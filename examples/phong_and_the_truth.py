@@ -49,7 +49,7 @@ scene = ph.Scene(
 )
 material = ph.Material(ambient=1.0, diffuse=1.0, specular=0.0, albedo="paint")
 
-physics = room.phong.tradeoff(scene, material, seconds=8, truth=True).physics
+physics = room.phong.tradeoff(scene, material, seconds=5, truth=True).physics
 print(physics.sentence())
 for rung in physics.rungs:
     print(f"{rung.name:45} {rung.seconds * 1e3:8.1f} ms, RMS error {rung.rms:.4f}, at most {rung.largest:.3f}")

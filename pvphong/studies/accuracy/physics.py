@@ -339,16 +339,17 @@ def draw_physics(part: Any, physics: Physics) -> None:
     axes.axhspan(min(least, noise / 2.0), noise, color="#6b4c9a", alpha=0.15)
     axes.annotate(
         "noise of each colour of the truth",
-        (axes.get_xlim()[1], noise),
-        (-4, -4),
+        (axes.get_xlim()[1], axes.get_ylim()[0]),
+        (-4, 4),
         textcoords="offset points",
         ha="right",
-        va="top",
+        va="bottom",
         fontsize=9,
     )
     for turn, (rung, x, y) in enumerate(zip(physics.rungs, times, errors, strict=True)):
-        above = (7, 4) if turn % 2 == 0 else (7, -11)
-        axes.annotate(rung.name, (x, y), xytext=above, textcoords="offset points", fontsize=9)
+        is_valley = 0 < turn < len(errors) - 1 and y < min(errors[turn - 1], errors[turn + 1])
+        place = (7, -11) if turn % 2 or is_valley else (7, 4)  # below, or above
+        axes.annotate(rung.name, (x, y), xytext=place, textcoords="offset points", fontsize=9)
     pictures = list(_pictures(physics))
     panes = right.subplots(2, len(pictures), squeeze=False)
     for (above, below), (title, shown, difference, scale) in zip(panes.T, pictures, strict=True):
