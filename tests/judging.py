@@ -13,9 +13,7 @@ Low powers: a power below 1 rises with infinite slope at 0, so a cosine f with a
 min(δⁿ, n·fⁿ⁻¹·δ).
 
 Undecidable, and left out: a light within 8·κ·u of the vertex's horizon or of its cone's edge (in cosines), and a
-viewer within 8·κ·u of the horizon where a two-sided model turns the normal. And for Blinn-Phong a light of the camera's
-frame within 8·κ·u of opposite to the viewer, but not quite: once it is turned into the world, its half-way direction is
-that of what was rounded.
+viewer within 8·κ·u of the horizon where a two-sided model turns the normal.
 """
 
 from __future__ import annotations
@@ -170,11 +168,6 @@ def undecidable(case: Case, s: Shade, band: float) -> bool:
     margins = [fact.n_dot_l for fact in s.lights] + [fact.cone_margin for fact in s.lights if fact.distance != 0]
     if case.scene.light_model.two_sided:
         margins.append(s.n_dot_v)
-    if case.scene.light_model.reflection == "blinn-phong":
-        of_camera = [light for light in case.scene.lights if light.frame == "camera" and hasattr(light, "direction")]
-        margins += [
-            math.hypot(x, y) / z for x, y, z in (light.direction for light in of_camera) if z > 0.0 and (x or y)
-        ]
     return any(margin is not None and abs(margin) <= band for margin in margins)
 
 

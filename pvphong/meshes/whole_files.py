@@ -178,7 +178,7 @@ def _check_obj(contents: Any) -> None:
         if max(map(int, indices), default=0) > there:
             raise ValueError(f"It is damaged: it has {there} {kind}s, and a face names another one.")
         if kind == "normal" and there and b"/" in named and len(indices) < len(corners):
-            raise ValueError("Not all of its faces name their normals.")
+            raise ValueError("Not all of its faces name their normals. Write it with all normals, or without any.")
 
 
 # --- .ply (Turk, The PLY Polygon File Format, 1994) ---

@@ -26,7 +26,9 @@ def folder(tmp_path_factory):
 
 
 def test_whole_files_pass(folder):
-    for path in folder.rglob("*.*"):
+    paths = list(folder.rglob("*.*"))
+    assert {path.suffix for path in paths} >= {".vtp", ".vtu", ".vti", ".vtk", ".vtkhdf", ".ply", ".stl", ".obj"}
+    for path in paths:
         refuse_incomplete(path)
 
 
