@@ -41,7 +41,7 @@ def rows():
 
 @pytest.fixture(scope="module")
 def report():
-    return FLOOR.phong.tradeoff(RIG, CLAY, tolerance=0.005, seconds=6.0, occluders=[ROOF])
+    return FLOOR.phong.tradeoff(RIG, CLAY, tolerance=0.005, seconds=15.0, occluders=[ROOF])
 
 
 def rays(row):
