@@ -448,6 +448,9 @@ class _Reflectances(NamedTuple):
 
 def _product(most: float, reflectance: Vector, light: Vector, intensity: float = 1.0) -> Vector:
     (red, green, blue), (r, g, b) = reflectance, light
+    product = red * r * intensity, green * g * intensity, blue * b * intensity
+    if min(product) >= _SMALL and max(product) <= most and max(red, green, blue, r, g, b, intensity) <= _TAME:
+        return product
     return _capped(most, red, r, intensity), _capped(most, green, g, intensity), _capped(most, blue, b, intensity)
 
 
@@ -455,9 +458,6 @@ def _capped(most: float, *factors: float) -> float:
     """A product of three numbers >= 0, at most `most`; only the whole of it may leave the range of floats."""
     if 0.0 in factors:
         return 0.0
-    product = math.prod(factors)
-    if _SMALL <= product <= most and max(factors) <= _TAME:
-        return product
     mantissas, exponents = zip(*map(math.frexp, factors), strict=True)
     mantissa, exponent = math.prod(mantissas), sum(exponents)
     return min(math.ldexp(mantissa, min(exponent, 1023)), most)

@@ -39,7 +39,6 @@ from pvphong.shading.kernel.vertices import (
     DX,
     DY,
     DZ,
-    FACING,
     FIELD,
     FIRST,
     INVERSE_DISTANCE,
@@ -91,15 +90,19 @@ def _cosine(rows: Any, i: int) -> Any:
 
 @inlined
 def _geometry(rows: Any, i: int, n_l: Any) -> Geometry:
-    """What a formula is given of a vertex; what it does not use is not loaded."""
-    scale = rows[INVERSE_NORMAL + i]
-    return Geometry(
+    """What a formula is given of a vertex; LLVM leaves out what it does not use."""
+    n, v, scale = (
         (rows[NX + i], rows[NY + i], rows[NZ + i]),
+        (rows[VX + i], rows[VY + i], rows[VZ + i]),
+        rows[INVERSE_NORMAL + i],
+    )
+    return Geometry(
+        n,
         scale,
         n_l,
-        rows[FACING + i] * scale,
+        dot(n, v) * scale,
         times((rows[DX + i], rows[DY + i], rows[DZ + i]), rows[INVERSE_DISTANCE + i]),
-        (rows[VX + i], rows[VY + i], rows[VZ + i]),
+        v,
         (rows[TX + i], rows[TY + i], rows[TZ + i]),
     )
 

@@ -35,21 +35,21 @@ FIRST, SECOND, THIRD, STRENGTH = range(6 * BLOCK, 10 * BLOCK, BLOCK)
 # Normals n, with 1/|n|.
 NX, NY, NZ, INVERSE_NORMAL = range(10 * BLOCK, 14 * BLOCK, BLOCK)
 
-# Unit vectors v to the viewer, with n·v.
-VX, VY, VZ, FACING = range(14 * BLOCK, 18 * BLOCK, BLOCK)
+# Unit vectors v to the viewer.
+VX, VY, VZ = range(14 * BLOCK, 17 * BLOCK, BLOCK)
 
 # Differences D to a light or to the eye, with 1/|D|; |D| is in the row of strengths at first.
-DX, DY, DZ, INVERSE_DISTANCE = range(18 * BLOCK, 22 * BLOCK, BLOCK)
+DX, DY, DZ, INVERSE_DISTANCE = range(17 * BLOCK, 21 * BLOCK, BLOCK)
 
 # Ambient light, where maps multiply the colour's parts; unit tangents across n, where the reflectance needs them.
-AMBIENT_R, AMBIENT_G, AMBIENT_B, TX, TY, TZ = range(22 * BLOCK, 28 * BLOCK, BLOCK)
+AMBIENT_R, AMBIENT_G, AMBIENT_B, TX, TY, TZ = range(21 * BLOCK, 27 * BLOCK, BLOCK)
 
 # Parts of one light, and of the ambient light, that nothing blocks; what a map has in place of the reflectance's field;
-# not 0 for a vertex that is left to the reference; light that no map multiplies, beside OTHER; the length of all rows.
-VISIBLE, SKY, FIELD, DECLINED, PLAIN_R, PLAIN_G, PLAIN_B = range(28 * BLOCK, 35 * BLOCK, BLOCK)
+# not 0 for a vertex that is left to the reference; light that no map multiplies, beside OTHER.
+VISIBLE, SKY, FIELD, DECLINED, PLAIN_R, PLAIN_G, PLAIN_B = range(27 * BLOCK, 34 * BLOCK, BLOCK)
 
 # Points, where they are not beside the rows; the length of all rows.
-PX, PY, PZ, ROWS = range(35 * BLOCK, 39 * BLOCK, BLOCK)
+PX, PY, PZ, ROWS = range(34 * BLOCK, 38 * BLOCK, BLOCK)
 
 
 # --- loading
@@ -304,7 +304,7 @@ def approach(rows: Any, points: Any, x: float, y: float, z: float, measures: boo
 
 @plain
 def look_at_viewer(s: Any, rows: Any, points: Any) -> bool:
-    """Writes v, n turned to the viewer, and n·v, as far as the settings want them; whether no vertex is declined."""
+    """Writes v, and n turned to the viewer, as far as the settings want them; whether no vertex is declined."""
     good, normals, viewer = True, shifted(rows, NX), shifted(rows, VX)
     if s.needs_eye:
         good = approach(rows, points, s.eye[0], s.eye[1], s.eye[2], False)
@@ -317,7 +317,4 @@ def look_at_viewer(s: Any, rows: Any, points: Any) -> bool:
             toward = vector(viewer, i) if is_local else axis
             # a product is quicker than a store under a mask
             put(normals, i, times(n, -ONE if dot(n, toward) < ZERO else ONE))
-    if s.has_lobes_of_viewer:
-        for i in range(BLOCK):
-            rows[FACING + i] = dot(vector(normals, i), vector(viewer, i))
     return good
