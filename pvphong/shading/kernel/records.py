@@ -274,14 +274,7 @@ def records_of(
         elif stage not in addresses:
             addresses[stage] = library.stage(stage, real)
         if varies:
-            mantissa, exponent = math.frexp(term.gain)
-            strength, exponent = 2.0 * mantissa, exponent - 1
-            kept = min(exponent, _IN_FLOAT32)
-            if own[divisors]:
-                kept = min(max(exponent, _LEAST_GAIN), _MOST_GAIN)
-                scale = 2.0 ** (exponent - kept)  # their quotients may leave float32's range for that
-                own = (*own[: divisors.start], *(number / scale for number in own[divisors]), *own[divisors.stop :])
-            gain = 2.0**kept
+            strength, gain, own = _gain_apart(term.gain, own, divisors)
         wanted, reflects = term.shines, 0
         is_lambert = reflectance.lobes[0] is LAMBERT and True not in wanted[1:]
         if term.light.has_size:
@@ -359,6 +352,19 @@ def records_of(
     packed = _pack_settings(*_scalars_of(scalars), *chain.from_iterable(_vectors_of(vectors)))
     rows = [number for own in numbers for number in (*own, *(0.0,) * (stride - len(own)))]
     return Records(packed, b"".join(terms), struct.pack(f"{len(rows)}d", *rows))
+
+
+def _gain_apart(gain: float, numbers: tuple[float, ...], divisors: slice) -> tuple[float, float, tuple[float, ...]]:
+    """A gain as a strength from 1 to 2, which goes into the colours, a power of two that goes with each vertex's own
+    strength, and the numbers of the stage, whose divisors take what float32 does not hold of that power.
+    """
+    mantissa, exponent = math.frexp(gain)
+    kept = min(exponent - 1, _IN_FLOAT32)
+    if numbers[divisors]:
+        kept = min(max(exponent - 1, _LEAST_GAIN), _MOST_GAIN)
+        divided = (number / 2.0 ** (exponent - 1 - kept) for number in numbers[divisors])
+        numbers = *numbers[: divisors.start], *divided, *numbers[divisors.stop :]
+    return 2.0 * mantissa, 2.0**kept, numbers
 
 
 def _plus(a: Vector, b: Vector) -> Vector:
