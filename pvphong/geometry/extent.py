@@ -22,6 +22,8 @@ from pvphong.geometry.transform import MatrixClass, class_of, transform_normals,
 
 # Bounds are computed in float64 and rounded up by this factor.
 ROUNDED_UP = 1.0 + 1e-9
+# Radians by which a direction may be off in float64.
+TURN_SLACK = 1e-7
 # Rows that a thread searches for extremes at once: they stay in its caches; and that are laid side by side for it.
 _CHUNK, _FOLD = 2**17, 512
 # Normals that are looked at first.
@@ -140,7 +142,7 @@ def _cone(low: Float64Array, high: Float64Array) -> tuple[Vector, float] | None:
         return None
     x, y, z = (axis / length).tolist()
     cosine = float((corners @ (axis / length)).min()) / longest
-    return ((x, y, z), math.acos(min(cosine, 1.0)) + 1e-7) if cosine > 0.0 else None
+    return ((x, y, z), math.acos(min(cosine, 1.0)) + TURN_SLACK) if cosine > 0.0 else None
 
 
 def _corners(low: Float64Array, high: Float64Array) -> Float64Array:

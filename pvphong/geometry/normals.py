@@ -26,18 +26,18 @@ _BLOCK_CORNERS = 3 * 8192
 
 # Faces whose longest edge lies between these are used as they are: edges to the fourth power stay in range
 # even in slivers.
-_LEAST_SPAN, _MOST_SPAN = 2.0**-100, 2.0**100
+LEAST_SPAN, MOST_SPAN = 2.0**-100, 2.0**100
 
 # Points beyond this are quartered before they are subtracted, so that no edge overflows.
 _FAR = 2.0**1000
 
 # A component of an area vector whose magnitude is at most this many times its terms' is made of rounding alone:
 # each product of two rounded edges carries 3 roundings of 2**-53, their difference one more.
-_NOISE_OF_AREA = 4 * 2.0**-53
+NOISE_OF_AREA = 4 * 2.0**-53
 
 # A sum of weighted normals is made of rounding alone where it is at most this many times the sum of the weights;
 # tangents carry the rounding of texture coordinates too.
-_NOISE_OF_SUM, _NOISE_OF_TANGENTS = 16 * 2.0**-53, 2.0**-40
+NOISE_OF_SUM, _NOISE_OF_TANGENTS = 16 * 2.0**-53, 2.0**-40
 
 # How a weight grows with the size of its face: as length to this power.
 _POWER: dict[str, int] = {"angle": 0, "area": 2, "max": -2}
@@ -92,7 +92,7 @@ class FaceBlock:
                 back = self.spokes[two, spoke] * side[one]
                 total[axis] += forth - back
                 terms[axis] += np.abs(forth) + np.abs(back)
-        degenerate = np.logical_and.reduce(np.abs(total) <= _NOISE_OF_AREA * terms, axis=0)
+        degenerate = np.logical_and.reduce(np.abs(total) <= NOISE_OF_AREA * terms, axis=0)
         if degenerate.any():
             total[:, degenerate] = 0.0
         return total
@@ -157,7 +157,7 @@ class Faces:
             edges, spokes = _edges_and_spokes(points)
             span = np.abs(edges).reshape(-1, len(corners)).max(axis=0)
         exponents = np.zeros(len(faces), dtype=np.int32)
-        rare = ~((span >= _LEAST_SPAN) & (span <= _MOST_SPAN))  # NaN is rare too
+        rare = ~((span >= LEAST_SPAN) & (span <= MOST_SPAN))  # NaN is rare too
         if rare.any():  # the longest edge's largest component is brought into [0.5, 1)
             odd = np.where(np.isfinite(points[:, :, rare]).all(axis=(0, 1)), points[:, :, rare], 0.0)
             quarters = -2 * (np.abs(odd).max(axis=(0, 1)) > _FAR).astype(np.int32)
@@ -276,7 +276,7 @@ def point_normals(
             np.add.at(sums[:, axis], index, terms.ravel())
     for start in range(0, faces.n_points, _POINTS_AT_ONCE):
         part = slice(start, start + _POINTS_AT_ONCE)
-        sums[part][(_NOISE_OF_SUM * total[part] >= np.abs(sums[part]).T).all(axis=0)] = 0.0
+        sums[part][(NOISE_OF_SUM * total[part] >= np.abs(sums[part]).T).all(axis=0)] = 0.0
         sums[part] = unit(columns(sums[part]))[0].T
     return sums
 

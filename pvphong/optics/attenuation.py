@@ -27,7 +27,7 @@ INVERSE_SQUARE = (0.0, 0.0, 1.0)
 EFFECT = "attenuation"
 
 
-def checked(name: str, value: VectorLike) -> Vector:
+def checked_coefficients(name: str, value: VectorLike) -> Vector:
     """Constant, linear and quadratic coefficient: all >= 0 and not all zero."""
     constant, linear, quadratic = check.numbers_in(name, value, 3)
     if min(constant, linear, quadratic) < 0.0 or not (constant or linear or quadratic):
@@ -36,7 +36,7 @@ def checked(name: str, value: VectorLike) -> Vector:
     return constant, linear, quadratic
 
 
-COEFFICIENTS = Falloff(checked, "radius")
+COEFFICIENTS = Falloff(checked_coefficients, "radius")
 """The role of a field that holds them."""
 
 
@@ -67,7 +67,7 @@ def attenuate(distance: Float64Array, attenuation: VectorLike) -> Float64Array:
 def strength_at(distance: float, attenuation: VectorLike) -> float:
     """Strength at one distance, infinite on a light with c = 0."""
     constant, linear, quadratic = attenuation
-    weakening = constant + distance * (linear + distance * quadratic)
+    weakening = divisor(constant, linear, quadratic, distance)
     return 1.0 / weakening if weakening > 0.0 else math.inf
 
 

@@ -1,23 +1,21 @@
 """Maps: what of a surface is given vertex by vertex, in place of one number or colour.
 
 A map is an array with a row for each vertex, the name of a mesh's point array, or a texture. Fields that may be one are
-in `FIELDS`; `checked` says of an array whether it is allowed.
+in `FIELDS`; `map_values` says of an array whether it is allowed.
 """
 
 from __future__ import annotations
 
 import functools
 import math
-from collections.abc import Callable, Mapping, Sequence
-from typing import Any, NamedTuple, TypeVar, cast
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple, cast
 
 import numpy as np
 
 from pvphong.base import check, host
-from pvphong.base.formulas import BRIGHTEST
+from pvphong.base.formulas import BRIGHTEST, Function
 from pvphong.base.types import FloatArray
-
-Function = TypeVar("Function", bound=Callable[..., Any])
 
 MOST_REFLECTED = 16.0
 """A surface may be made to reflect more than all of the light, but more than this is 0-255 in disguise."""
@@ -178,7 +176,7 @@ def above(largest: float) -> float:
     return math.ldexp(1.0, exponent - (mantissa == 0.5))
 
 
-def checked(name: str, value: Any, count: int) -> Values:
+def map_values(name: str, value: Any, count: int) -> Values:
     """A map's numbers for `count` vertices.
 
     Raises

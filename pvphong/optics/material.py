@@ -25,6 +25,7 @@ from pvphong.optics.maps import (
 from pvphong.optics.named_materials import NAMED, WITH_REFLECTANCE
 from pvphong.optics.reflectance import Reflectance
 from pvphong.optics.reflectances import REFLECTANCES
+from pvphong.optics.reflectances.highlight import LIKENESS
 from pvphong.optics.reflectances.pbr import is_physical, physical_of
 
 # What files of earlier versions have not, and its defaults: a file without it stays one that they can read.
@@ -109,9 +110,13 @@ class Material:
         return super().__new__(cls)
 
     def __repr__(self) -> str:
-        unset = [name for name, default in _NEW if getattr(self, name) == default]
-        shown = [f"{each.name}={getattr(self, each.name)!r}" for each in fields(self) if each.name not in unset]
+        shown = [f"{each.name}={getattr(self, each.name)!r}" for each in fields(self) if each.name not in self._unset]
         return f"Material({', '.join(shown)})"
+
+    @property
+    def _unset(self) -> list[str]:
+        """The fields with their defaults, of those that earlier files do not have."""
+        return [name for name, default in _NEW if getattr(self, name) == default]
 
     def __post_init__(self) -> None:
         check.fields(self)
@@ -180,9 +185,8 @@ class Material:
         ValueError
             If the reflectance is of a kind that files do not know, or a map is no name.
         """
-        names = [each.name for each in fields(self)]
-        found = {name: getattr(self, name) for name in names if name not in ("albedo", "tangents", "reflectance")}
-        found |= {name: getattr(self, name) for name, default in _NEW if getattr(self, name) != default}
+        left_out = (*self._unset, "reflectance")
+        found = {each.name: getattr(self, each.name) for each in fields(self) if each.name not in left_out}
         for name, value in (found | self.maps).items():
             refuse_unnamed(name, value)
         if self.reflectance is not None:
@@ -254,8 +258,15 @@ class Material:
         """The material that looks the same with Blinn-Phong reflection: four times the shininess.
 
         The angle from n to h is about half the angle from r to v, and cos(x/2)^(4n) ≈ cos(x)^n.
+
+        Raises
+        ------
+        ValueError
+            If the shininess is a map.
         """
-        return replace(self, shininess=4.0 * self.shininess)
+        if "shininess" in self.maps:
+            check.refuse("shininess", self.shininess, "one number", "Multiply the map by 4.")
+        return replace(self, shininess=LIKENESS * self.shininess)
 
 
 def as_material(given: Any) -> Material:

@@ -21,6 +21,7 @@ from pvphong.base import check, documents
 from pvphong.base.color import linear_from_srgb
 from pvphong.base.types import Float64Array, FloatArray
 from pvphong.optics.area.harmonics import BANDS, projected
+from pvphong.optics.maps import is_texture
 
 _ALLOWED = "a colour, a pv.Texture, or an (h, w, 3) array of linear floats >= 0"
 _TYPES = "float32", "float64"
@@ -121,7 +122,7 @@ def _angles(count: int) -> Float64Array:
     return np.asarray((np.arange(count) + 0.5) * (math.pi / count))
 
 
-def checked(name: str, value: Any) -> Any:
+def image_or_color(name: str, value: Any) -> Any:
     """A colour as such, or an image as a `Panorama`: of an array, a file's entries, or a texture.
 
     A texture's 8-bit values are taken as sRGB where it says that they are.
@@ -130,7 +131,7 @@ def checked(name: str, value: Any) -> Any:
         return value
     if isinstance(value, Mapping):
         return _from_file(name, value)
-    if hasattr(value, "GetUseSRGBColorSpace"):
+    if is_texture(value):
         texels = np.asarray(value.to_array())
         texels = texels[..., :3] if texels.ndim == 3 else texels
         if texels.dtype == np.uint8 and value.GetUseSRGBColorSpace():

@@ -206,12 +206,14 @@ class Caster:
     ----------
     faces : BlockingFaces
         Triangles without an area, or with a corner that is not finite, block nothing; there are others.
-    within : (low, high), optional
-        Around these triangles and others: rays are rounded, and begin, as they do with all of them. The triangles' own
-        box if not given.
+    within : (low, high) or None
+        Around these triangles and others: rays are rounded, and begin, as they do with all of them. None is the
+        triangles' own box.
+    backend : type
+        What casts the rays.
     """
 
-    def __init__(self, faces: BlockingFaces, within: Box | None = None) -> None:
+    def __init__(self, faces: BlockingFaces, within: Box | None, backend: type[Embree | Embreex | Locator]) -> None:
         box = within or faces.box
         assert box is not None
         low, high = box
@@ -219,7 +221,7 @@ class Caster:
         self._middle: Float64Array = low + half
         self._exponent = int(np.frexp(half.max())[1])
         scaled = np.ldexp(faces.sound.points - self._middle, -self._exponent)
-        self.backend: Any = ray_backend()[0](scaled, faces.sound.corners)
+        self.backend: Any = backend(scaled, faces.sound.corners)
 
     @property
     def place(self) -> tuple[float, ...]:
@@ -353,11 +355,11 @@ class Occluders:
             got = f"{count:,} triangles, which take about {needed / 1e9:.3g} GB"
             allowed = f"as many as fit into the {available / 1e9:.3g} GB of memory that are free"
             check.refuse("occluders", got, allowed, "Fewer will do for shadows: mesh.decimate(0.9) takes nine in ten.")
-        casters = []
+        casters, (backend, _) = [], ray_backend()  # of one kind, though compiled code may come between two
         for group in self._groups:
             parts = [self.parts[index] for index in group]
             faces = parts[0] if len(parts) == 1 else BlockingFaces(*_joined(parts))
-            casters.append(Caster(faces, self._within))
+            casters.append(Caster(faces, self._within, backend))
         return casters
 
     @cached_property
@@ -383,13 +385,16 @@ class Occluders:
         """Whether VTK casts the rays."""
         return any(isinstance(caster.backend, Locator) for caster in self.casters)
 
+    @property
+    def rays_at_once(self) -> int:
+        """So many a thread casts in no more than a tenth of a second."""
+        return 2**13 if self.are_slow else 2**17
+
     @cached_property
     def compiled(self) -> Casters | None:
         """As compiled code casts rays at them; None where it does not."""
         scenes = [caster.backend for caster in self.casters if isinstance(caster.backend, Embree)]
-        if not scenes or len(scenes) < len(self.casters):  # code may have come between one caster and the next
-            return None
-        return casters_of(scenes, [caster.place for caster in self.casters])
+        return casters_of(scenes, [caster.place for caster in self.casters]) if scenes else None
 
     def resolution(self, part: int | None) -> float:
         """The length that is resolved at a part, or else at the finest one; 0 without any."""

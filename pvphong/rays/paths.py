@@ -45,7 +45,8 @@ from pvphong.shading.reference import tint_of
 MOST_SAMPLES, LEAST_SAMPLES = 2**16, 16
 """How many paths a vertex may have: at most, a power of two; and at least, as many as rounds."""
 
-_PATHS_AT_ONCE, _PATHS_OF_VTK_AT_ONCE = 2**15, 2**11
+# About so many rays a path has.
+_RAYS_OF_PATH = 4
 # Bounces from which on paths end by chance, and the least and greatest probability with which one goes on: what is
 # rarer would be missed by the standard error too.
 _BOUNCES_FOR_SURE, _LEAST_LIKELY, _MOST_LIKELY = 3, 0.25, 0.95
@@ -344,8 +345,7 @@ class PathTracer:
             rgb[vertices] += light.mean(axis=2).T
             error[vertices] = light.std(axis=2, ddof=1).T / math.sqrt(rounds)
 
-        paths_at_once = _PATHS_OF_VTK_AT_ONCE if self.occluders.are_slow else _PATHS_AT_ONCE
-        threads.run(work, count, max(paths_at_once // self.samples, 1))
+        threads.run(work, count, max(self.occluders.rays_at_once // (_RAYS_OF_PATH * self.samples), 1))
         return rgb, error, sum(rays)
 
     def _seen_by_viewer(self, part: int, receiver: Receiver, vertices: IntArray) -> Interaction:
@@ -356,7 +356,7 @@ class PathTracer:
         v = np.broadcast_to(to_eye, points.shape) if equation.eye is None else towards(equation.eye, points)[0]
         n = values["normal"]
         if equation.two_sided:
-            n = np.where(dot(n, v if equation.local_facing else to_eye) < 0.0, -n, n)
+            n = np.where(dot(n, equation.toward_viewer(v)) < 0.0, -n, n)
         origins = np.ascontiguousarray(receiver.origins[vertices].T) + resolution * n
         return Interaction(reflector, points, origins, v, values | {"normal": n}, BEFORE_LIGHT * resolution)
 

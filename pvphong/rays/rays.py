@@ -154,7 +154,7 @@ def may_block(light: Light, vertices: Box | None, parts: Box) -> BoolArray:
         return all_of_them
     low, high = vertices
     if light.is_even:
-        low_step = high_step = np.ravel(light.arrival(np.zeros((3, 1))).direction).astype(np.float64)
+        low_step = high_step = place_or_direction(light)
         last = math.inf
     else:
         places = [place_of(node) for node in light.nodes(NODES)]

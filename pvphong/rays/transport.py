@@ -31,16 +31,13 @@ from pvphong.base import check, sobol, text, threads
 from pvphong.base.files import written_aside
 from pvphong.base.processes import available_memory
 from pvphong.base.types import BoolArray, Float64Array, FloatArray, IntArray
-from pvphong.optics.area.sampling import Sampling, sky_frame, sky_sample, sky_seen
+from pvphong.optics.area.sampling import sky_sampling
 from pvphong.rays.casting import Occluders, warn_of_slow_rays
 from pvphong.rays.rays import Receiver, SendingTriangles, around_by_arrays
 from pvphong.shading import kernel
 
 # --- rays
 
-# So many a thread casts before it can be interrupted.
-_RAYS_AT_ONCE, _RAYS_OF_VTK_AT_ONCE = 2**17, 2**13
-_AT_ONCE = 16  # rays that compiled code casts together
 _WORTH_A_WARNING = 2**12  # vertices
 _FEW_RAYS, _FEW_RAYS_OF_VTK = 2**20, 2**15  # which are cast in a tenth of a second or two
 _STREAM, _STREAM_OF_CORNERS = 1, 2  # of random numbers, other than those of visibility
@@ -113,11 +110,11 @@ class HemisphereTracer:
         rows : ndarray, optional
             Shape (k,), in rising order.
         """
-        compiled, sampling = self.occluders.compiled, Sampling(sky_frame, sky_sample, sky_seen, (math.inf, 1.0))
+        compiled, sampling = self.occluders.compiled, sky_sampling(math.inf, 1.0)
         numbers, triangles = np.asarray(sampling.numbers, np.float64), self.triangles
         stages = None if compiled is None else kernel.stages_of(sampling)
         rays, pieces = list[int](), list[Callable[[], None]]()
-        step = max((_RAYS_OF_VTK_AT_ONCE if self.occluders.are_slow else _RAYS_AT_ONCE) // self.samples, 1)
+        step = max(self.occluders.rays_at_once // self.samples, 1)
 
         def add_pieces_of(receiver: Receiver, own: IntArray, start: int) -> None:
             seeing, height = self.may_see(receiver)[own], self.occluders.resolution(receiver.part)

@@ -19,7 +19,7 @@ from pvphong.base.text import html_table
 from pvphong.base.types import BoolArray, Float64Array, FloatArray, IntArray
 from pvphong.base.vectors import dot
 from pvphong.geometry.extent import Box
-from pvphong.optics.area.sampling import Sampling, sky_frame, sky_sample, sky_seen
+from pvphong.optics.area.sampling import Sampling, sky_sampling
 from pvphong.optics.light import Light
 from pvphong.rays.casting import BYTES_PER_TRIANGLE, BlockingFaces, Occluders, warn_of_slow_rays
 from pvphong.rays.rays import (
@@ -39,8 +39,6 @@ from pvphong.shading import kernel
 # --- casting a receiver's rays
 
 _VERTICES_AT_ONCE = 2**16
-# So many a thread casts in no more than a tenth of a second.
-_RAYS_AT_ONCE, _RAYS_OF_VTK_AT_ONCE = 2**17, 2**13
 # So many rays every vertex gets.
 _LEAST, _LEAST_OF_ALL_AROUND = 16, 64
 
@@ -134,8 +132,13 @@ class Tracer:
 
     def sky(self) -> Seen:
         """What the vertices see of the hemispheres around their normals."""
-        sampling = Sampling(sky_frame, sky_sample, sky_seen, (self.distance, 1.0))
-        seen = self._look(sampling, np.ones(len(self.receiver.points)), 0.0, self.ambient, _LEAST_OF_ALL_AROUND)
+        seen = self._look(
+            sky_sampling(self.distance, 1.0),
+            np.ones(len(self.receiver.points)),
+            0.0,
+            self.ambient,
+            _LEAST_OF_ALL_AROUND,
+        )
         has_normal: BoolArray = (self.receiver.unit_normals != 0.0).any(axis=1)
         return seen._replace(part=np.where(has_normal, seen.part, 1.0))
 
@@ -153,8 +156,7 @@ class Tracer:
 
         options: Any = {"tolerance": self.tolerance, "samples": self.samples, "brightness": brightness, "least": least}
         count, triangles = len(self.receiver.points), self.receiver.faces.corners
-        rays_at_once = _RAYS_OF_VTK_AT_ONCE if self.occluders.are_slow else _RAYS_AT_ONCE
-        return look(count, cast, triangles, rays_at_once=rays_at_once, **options)
+        return look(count, cast, triangles, rays_at_once=self.occluders.rays_at_once, **options)
 
 
 # --- what they found, kept

@@ -20,20 +20,18 @@ from typing import Any, NamedTuple, cast
 import numpy as np
 
 from pvphong.base import check
-from pvphong.base.formulas import BRIGHTEST, FARTHEST
-from pvphong.base.types import ColorLike, Float64Array, MatrixLike, Vector, VectorLike, rgb
+from pvphong.base.formulas import BRIGHTEST, FARTHEST, add
+from pvphong.base.types import ColorLike, Float64Array, FloatArray, MatrixLike, Vector, VectorLike, rgb
 from pvphong.optics.area.lobes import CosinePower
 from pvphong.optics.light import Light
 from pvphong.optics.lights import light_from_homogeneous, light_from_values, refuse_unless_in_vtk
 from pvphong.optics.material import Material, nearest_in_vtk
-from pvphong.optics.reflectance import Component, Lobe, Reflectance
+from pvphong.optics.reflectance import WHITE, Component, Lobe, Reflectance
 from pvphong.optics.reflectances import REFLECTANCES
 from pvphong.optics.reflectances.vtk import HIGHEST_POWER, vtk_reflectance
 from pvphong.scene.scene import Scene, light_labels
 
 BLACK: Vector = (0.0, 0.0, 0.0)
-
-_WHITE: Vector = (1.0, 1.0, 1.0)
 
 
 @dataclass(frozen=True)
@@ -216,6 +214,10 @@ class Equation:
         """Whether normals are turned to the viewer."""
         return self.two_sided and self.needs_normals
 
+    def toward_viewer(self, v: FloatArray) -> FloatArray:
+        """Along what normals are turned to the viewer, (3, n) or (3, 1): unit vectors v to him, or the view axis."""
+        return v if self.local_facing else np.array(self.to_eye)[:, None]
+
     @cached_property
     def shadowed(self) -> tuple[int, ...]:
         """Places among the scene's lights of those that a vertex may not see all of."""
@@ -328,7 +330,7 @@ def _standard(
         off=tuple(off),
         lights=len(labels),
         ambient=_product(BRIGHTEST, rgb(material.ambient), rgb(model.ambient)),
-        emission=_product(BRIGHTEST, rgb(material.emission), _WHITE),
+        emission=_product(BRIGHTEST, rgb(material.emission), WHITE),
         reflectance=reflectance,
         eye=cast(Vector, viewer.position) if local else None,
         to_eye=(-x, -y, -z),
@@ -384,7 +386,7 @@ def _as_vtk(standard: Equation, scene: Scene, material: Material) -> Equation:
         ambient, colors, gain = reflectances.times(term.light.intensity, BLACK, diffuse, diffuse)
         terms.append(replace(term, light=light, ambient=ambient, colors=colors, gain=gain))
     ambient, diffuse = rgb(material.ambient), rgb(material.diffuse)
-    unlit = ambient[0] + diffuse[0], ambient[1] + diffuse[1], ambient[2] + diffuse[2]
+    unlit = add(ambient, diffuse)
     if reflectance.is_physical:  # a light with a position that is off leaves it black
         unlit = BLACK if terms or any(not light.is_even for light in scene.lights) else unlit
     elif terms:
@@ -392,7 +394,7 @@ def _as_vtk(standard: Equation, scene: Scene, material: Material) -> Equation:
     return replace(
         standard,
         terms=tuple(terms),
-        ambient=_product(BRIGHTEST, unlit, _WHITE),
+        ambient=_product(BRIGHTEST, unlit, WHITE),
         gamma=reflectance.gamma,
         reflectance=reflectance,
         eye=cast(Vector, scene.viewer.position),
@@ -573,4 +575,4 @@ def by_closed_form(term: LightTerm, forms: Sequence[CosinePower | None]) -> tupl
 
 def _tinted(colors: tuple[Vector, ...], tint: Vector) -> tuple[Vector, ...]:
     r, g, b = tint
-    return colors if tint == _WHITE else tuple((red * r, green * g, blue * b) for red, green, blue in colors)
+    return colors if tint == WHITE else tuple((red * r, green * g, blue * b) for red, green, blue in colors)

@@ -148,8 +148,7 @@ def _block(
     equation: Equation,
     real: Any,
 ) -> Block:
-    matrix, to_eye = equation.matrix, np.array(equation.to_eye)[:, None]
-    p, v = np.zeros((3, 0)), to_eye
+    matrix, p, v = equation.matrix, np.zeros((3, 0)), np.array(equation.to_eye)[:, None]
     unseen: Any = False
     raw = inverse_length = np.zeros((3, 0), real)
     if equation.needs_points:
@@ -162,7 +161,7 @@ def _block(
             normals = transform_normals(normals, matrix)
         raw, inverse_length = moderate(normals.T, real)
     if equation.is_flipped:
-        raw = np.where(dot(raw, v if equation.local_facing else to_eye) < 0.0, -raw, raw)
+        raw = np.where(dot(raw, equation.toward_viewer(v)) < 0.0, -raw, raw)
     if "albedo" in tints:
         tints = tints | {"diffuse": tints["albedo"] * tints.get("diffuse", real(1.0))}
     of = {} if channels is None else {kind: channels[rows] for kind, rows in equation.channels.items()}

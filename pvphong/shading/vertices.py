@@ -14,7 +14,7 @@ from pvphong.base.types import BoolArray, Float64Array, FloatArray, MatrixLike, 
 from pvphong.base.vectors import unit
 from pvphong.geometry.extent import Extent
 from pvphong.geometry.transform import transform_vectors
-from pvphong.optics.maps import COLORS, Map, Values, checked, fractions
+from pvphong.optics.maps import COLORS, Map, Values, fractions, map_values
 from pvphong.optics.material import Material
 from pvphong.scene.scene import Scene
 from pvphong.shading.equation import Equation, assemble
@@ -92,7 +92,7 @@ class Vertices:
     ) -> None:
         self.points: FloatArray = check.array("points", points)
         self._normals = normals if callable(normals) else self._checked("normals", normals)
-        self.maps: dict[str, Values] = {name: checked(name, value, len(self.points)) for name, value in maps.items()}
+        self.maps: dict[str, Values] = {name: map_values(name, value, len(self.points)) for name, value in maps.items()}
         self.visibility, self.transport = visibility, transport
         self._tangents = tangents if callable(tangents) else self._checked("tangents", tangents)
 

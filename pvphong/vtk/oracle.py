@@ -34,7 +34,7 @@ from pvphong.meshes.pictures import drawing_window, preferring
 from pvphong.meshes.point_data import surface_and_maps
 from pvphong.meshes.surfaces import point_normals, surface
 from pvphong.optics.lights import Light
-from pvphong.optics.maps import Map, checked
+from pvphong.optics.maps import Map, map_values
 from pvphong.optics.material import Material, as_material, nearest_in_vtk, refuse_maps_in_vtk
 from pvphong.optics.reflectances.pbr import is_physical, physical_of
 from pvphong.optics.reflectances.vtk import HIGHEST_POWER
@@ -117,7 +117,7 @@ def vtk_shade(
     tints = None
     if isinstance(property_or_material, Material) and "albedo" in property_or_material.maps:
         _, maps, _ = surface_and_maps(mesh, Material(albedo=property_or_material.albedo))
-        tints = checked("albedo", maps["albedo"], len(points)).rows
+        tints = map_values("albedo", maps["albedo"], len(points)).rows
         property_or_material = replace(property_or_material, albedo=Map(tints))
     appearance = vtk_property(property_or_material)
     with np.errstate(over="ignore"):

@@ -19,6 +19,7 @@ from pvphong.geometry.transform import SingularMatrixWarning, normal_matrix
 from pvphong.optics.light import Light, VtkValues
 from pvphong.optics.lights import light_from_values, refuse_unless_in_vtk
 from pvphong.optics.material import Material, nearest_in_vtk
+from pvphong.optics.reflectances.highlight import LIKENESS
 from pvphong.optics.reflectances.vtk import HIGHEST_POWER
 from pvphong.optics.roles import Angle, Power
 from pvphong.scene.light_model import LightModel
@@ -146,7 +147,7 @@ def refuse_inexpressible(scene: Scene, material: Material, matrix: Float64Array 
                 lights[index] = replace(lights[index], specular=None)
         if _has_highlights(scene, material) and not _is_headlight_tier(scene):
             if given.reflection == "blinn-phong":
-                phong = material.shininess / 4.0  # the inverse of `Material.for_blinn_phong`
+                phong = material.shininess / LIKENESS
                 obstacles["Blinn-Phong highlights (VTK's are Phong's)"] = f"reflection='phong' with shininess={phong:g}"
                 model, nearest = replace(model, reflection="phong"), replace(nearest, shininess=phong)
             if seen_from_infinity(scene) and not all(light.is_even for light in shining(scene)):

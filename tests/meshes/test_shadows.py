@@ -153,7 +153,7 @@ def test_equal_calls_give_equal_bits_whatever_the_chunks_and_threads(monkeypatch
     ground, rig, blockers = soft()
     usual = ground.phong.visibility(rig, **blockers)
     with threads.limited(1):
-        monkeypatch.setattr(visibility, "_RAYS_AT_ONCE", 1000)
+        monkeypatch.setattr(casting.Occluders, "rays_at_once", 1000)
         other = ground.phong.visibility(rig, **blockers)
         np.testing.assert_array_equal(other.channels([0], sky=True), usual.channels([0], sky=True))
     np.testing.assert_array_equal(other.standard_error.per_light, usual.standard_error.per_light)

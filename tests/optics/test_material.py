@@ -146,6 +146,8 @@ def test_the_shininess_of_a_roughness_and_for_blinn_phong():
     material = Material(diffuse=0.5, specular=(1.0, 1.0, 1.0), shininess=10)
     assert Material.from_roughness(0.1, diffuse=0.5, specular="white") == material
     assert material.for_blinn_phong().shininess == 40
+    with pytest.raises(ValueError, match=r"^shininess must be one number; got .*Multiply the map by 4"):
+        Material(shininess="gloss").for_blinn_phong()
 
 
 # --- as dictionaries ---

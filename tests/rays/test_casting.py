@@ -89,6 +89,18 @@ def test_what_is_met_first_is_where_the_ray_comes_to(monkeypatch, offset, away):
     assert 0.2 < met.mean() <= 1.0
 
 
+def test_one_kind_casts_all_rays_though_another_is_there_before_the_last_caster_is_built(backend, monkeypatch):
+    kinds = iter([BACKENDS[backend], *(kind for kind in BACKENDS.values() if kind is not BACKENDS[backend])])
+    monkeypatch.setattr(casting, "ray_backend", lambda: (next(kinds), ""))
+    small = 1e-3 * ball() + 5.0
+    both = Occluders([caster(triangles).parts[0] for triangles in (ball(), small)])
+    towards = np.array([[5.0, 5.0, 5.0], [-1.0, -1.0, -1.0]]) / np.sqrt([[75.0], [3.0]])
+    hits = both.first(np.ones((2, 3)), towards, np.full(2, np.inf))
+    assert len(both.casters) == 2
+    assert {type(each.backend) for each in both.casters} == {BACKENDS[backend]}
+    np.testing.assert_allclose(hits.distances, [np.sqrt(48.0), np.sqrt(3.0) - 0.5], atol=0.02)  # a coarse ball
+
+
 @pytest.mark.parametrize("exponent", [-1000, -120, 40, 1000])
 def test_the_unit_of_length_changes_nothing(exponent):
     origins, directions, distances = rays(300)

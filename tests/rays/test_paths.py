@@ -20,7 +20,7 @@ from pvphong.optics.lights import LIGHT_TYPES
 from pvphong.optics.panorama import directions, row_areas
 from pvphong.optics.reflectances import REFLECTANCES
 from pvphong.optics.surface import Surface
-from pvphong.rays import casting, paths
+from pvphong.rays import casting
 
 RANDOM = np.random.default_rng(1)
 MODEL = ph.LightModel(ambient=0.0, clamp=False)
@@ -397,7 +397,7 @@ def test_whoever_casts_the_rays(backend, monkeypatch):
 
 
 def test_equal_calls_give_equal_bits_whatever_the_number_of_threads(monkeypatch):
-    monkeypatch.setattr(paths, "_PATHS_AT_ONCE", 2**11)
+    monkeypatch.setattr(casting.Occluders, "rays_at_once", 2**13)
     mesh = room(3)
     lights = scene(ph.RectangleLight((0, 0, 0.4), width=0.3, height=0.3), ph.PointLight((0, 0.2, 0)))
     material = ph.Material(diffuse=0.5, specular=0.2, shininess=5.0)

@@ -23,6 +23,7 @@ from pvphong.base.formulas import (
     cross,
     dot,
     formula,
+    horner,
     largest,
     log1p,
     maximum,
@@ -150,6 +151,10 @@ def _lag(psi: Any, K: Any, M: Any, most: Any, ratio: Any) -> Any:
     return lag, where(M > 0.0, lag / maximum(M, 1e-300), aside * ahead / K)
 
 
+# Of 1/3 − T²/5 + T⁴/7 …, highest power first: (1 − (atan T)/T) / T².
+_ARCTAN_REST = tuple((-1.0) ** (k + 1) / (2 * k + 1) for k in range(10, 0, -1))
+
+
 @formula
 def sphere_irradiance(own: Any, _lobe: Any, d: Any, n: Any, _w: Any) -> Any:
     """∫ max(n·u, 0) du / (π r²) over a sphere of the radius r as it is seen (Snyder 1996).
@@ -166,9 +171,7 @@ def sphere_irradiance(own: Any, _lobe: Any, d: Any, n: Any, _w: Any) -> Any:
         W = sqrt(maximum((s - c) * (s + c), 0.0))
         T = W / maximum(C, 1e-300)
         square = minimum(T * T, 0.01)
-        series = 0.0 * square
-        for k in range(10, 0, -1):
-            series = (1.0 - 2.0 * ((k + 1) % 2)) / (2 * k + 1) + square * series
+        series = horner(square, _ARCTAN_REST)
         ratio = W / maximum(s * C, 1e-300)
         large = (arctan2(W, C) - C * W) / maximum(s * s, 1e-300)
         rest = where(T < 0.1, T * (1.0 - series * ratio * ratio), large)

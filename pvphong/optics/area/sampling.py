@@ -425,16 +425,27 @@ def sky_frame(numbers: Any, _p: Any, n: Any) -> Any:
 
 
 @formula
-def sky_sample(_numbers: Any, frame: Any, u: Any, v: Any) -> Any:
-    """Directions with the density of the cosine (Nusselt's analogon)."""
+def _by_cosine(frame: Any, u: Any, v: Any) -> Any:
+    """A direction with the density of the cosine: above a point that is even on the disk (Nusselt's analogon)."""
     x, y = on_disk(u, v)
     z = sqrt(maximum(ONE - x * x - y * y, ZERO))
-    return _combined(x, frame[0:3], y, frame[3:6], z, frame[6:9]), ONE, frame[9] + ZERO * x
+    return _combined(x, frame[0:3], y, frame[3:6], z, frame[6:9])
+
+
+@formula
+def sky_sample(_numbers: Any, frame: Any, u: Any, v: Any) -> Any:
+    """Directions with the density of the cosine."""
+    return _by_cosine(frame, u, v), ONE, frame[9] + ZERO * u
 
 
 def sky_seen(_numbers: Any, frame: Any, d: Any) -> Any:
     """It is everywhere."""
     return ONE, maximum(dot(frame[6:9], d), ZERO) * frame[9] / math.pi
+
+
+def sky_sampling(distance: float, brightness: float) -> Sampling:
+    """Of light that is alike from all around, up to a distance from where something hides it."""
+    return Sampling(sky_frame, sky_sample, sky_seen, (distance, brightness))
 
 
 # An image's numbers after those of `sky_frame`: how many rows and columns, the greatest powers of two that are less,
@@ -479,9 +490,7 @@ def image_sample(numbers: Any, frame: Any, u: Any, v: Any) -> Any:
     shares = ends + rows + 1
     cells = shares + rows * (columns + 1)
     by_image, u = u < HALF, where(u < HALF, TWO * u, TWO * u - ONE)
-    x, y = on_disk(u, v)
-    z = sqrt(maximum(ONE - x * x - y * y, ZERO))
-    d = _combined(x, frame[0:3], y, frame[3:6], z, frame[6:9])
+    d = _by_cosine(frame, u, v)
     ahead, right = (numbers[7], numbers[8], numbers[9]), (numbers[10], numbers[11], numbers[12])
     up = numbers[13], numbers[14], numbers[15]
     row, column = _cell(numbers, d)

@@ -9,12 +9,9 @@ import numpy as np
 
 from pvphong.base.types import Float64Array, VectorLike
 from pvphong.base.vectors import moderate_vector, unit_vector
-from pvphong.geometry.extent import Extent
+from pvphong.geometry.extent import TURN_SLACK, Extent
 from pvphong.optics.light import Arrival, Light, Reach, VtkValues
 from pvphong.optics.roles import aim, direction_from
-
-# Radians by which a direction may be off in float64.
-_SLACK = 1e-7
 
 
 @dataclass(frozen=True)
@@ -64,7 +61,7 @@ class DirectionalLight(Light):
     def reach(self, extent: Extent) -> Reach:  # noqa: ARG002 the same everywhere
         """Strength 1 from one direction."""
         x, y, z = unit_vector(self.direction)
-        return Reach(1.0, (-x, -y, -z), _SLACK)
+        return Reach(1.0, (-x, -y, -z), TURN_SLACK)
 
     def as_vtk(self) -> VtkValues:
         """Its direction."""

@@ -22,12 +22,11 @@ from pvphong.optics.area.sampling import (
     image_sample,
     image_seen,
     sky_frame,
-    sky_sample,
-    sky_seen,
+    sky_sampling,
 )
 from pvphong.optics.light import Integral, Light, Reach
 from pvphong.optics.lights.directional import DirectionalLight
-from pvphong.optics.panorama import Panorama, checked, directions, row_areas
+from pvphong.optics.panorama import Panorama, directions, image_or_color, row_areas
 from pvphong.optics.roles import Role, Turn, Up, meaning
 
 SKY = "sky"
@@ -86,7 +85,7 @@ class EnvironmentLight(Light):
         numbers; the message names the field.
     """
 
-    image: Any = meaning(Role(checked), 1.0)
+    image: Any = meaning(Role(image_or_color), 1.0)
     up: VectorLike = meaning(Up(check.direction), (0.0, 1.0, 0.0))
     rotation: float = meaning(Turn(check.number, "rotation"), 0.0)
 
@@ -142,7 +141,7 @@ class EnvironmentLight(Light):
         """By its energy and by the cosine; of one colour by the cosine alone."""
         radiance = self.panorama.image.mean(axis=2, dtype=np.float64)
         if self.panorama.is_even:
-            return Sampling(sky_frame, sky_sample, sky_seen, (math.inf, float(radiance[0, 0])))
+            return sky_sampling(math.inf, float(radiance[0, 0]))
         cells = _means(_means(radiance, _MOST_ROWS).T, 2 * _MOST_ROWS).T
         return Sampling(sky_frame, image_sample, image_seen, image_numbers(cells, self.axes))
 

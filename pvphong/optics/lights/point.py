@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from pvphong.base.types import Vector, VectorLike
-from pvphong.geometry.extent import ROUNDED_UP, Extent
+from pvphong.geometry.extent import ROUNDED_UP, TURN_SLACK, Extent
 from pvphong.optics.attenuation import COEFFICIENTS, NONE, attenuate, strength_at, strongest
 from pvphong.optics.attenuation import EFFECT as ATTENUATION_EFFECT
 from pvphong.optics.light import POSITION_EFFECT, Light, Placement, Reach, StandIn, VtkValues
@@ -18,9 +18,6 @@ from pvphong.optics.lights.directional import DirectionalLight
 from pvphong.optics.roles import meaning, place
 
 _POSITION = frozenset({POSITION_EFFECT})
-
-# Radians by which a direction may be off in float64.
-_SLACK = 1e-7
 
 # In radii of the vertices' sphere: nearer than this its direction is never taken for the same everywhere.
 _FAR = 2
@@ -45,7 +42,11 @@ class Weakening:
     def reach(self, extent: Extent) -> Reach:
         """The nearest vertex gets most; the direction turns as its position is seen."""
         seen = extent.sight(self.position)
-        return Reach() if seen is None else Reach(strongest(seen, self.attenuation), seen.direction, seen.turn + _SLACK)
+        return (
+            Reach()
+            if seen is None
+            else Reach(strongest(seen, self.attenuation), seen.direction, seen.turn + TURN_SLACK)
+        )
 
     def simpler(self, effect: str, extent: Extent, *, exactly: bool) -> StandIn | None:
         """A light that is equally strong at all vertices."""

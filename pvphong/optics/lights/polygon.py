@@ -88,7 +88,7 @@ class PolygonLight(Flat, Light):
     def center(self) -> Vector:
         """The middle of its area."""
         triangles = self.triangles
-        x, y, z = self.outline[0] + _areas(triangles) @ triangles.mean(axis=1) / _areas(triangles).sum()
+        x, y, z = self.outline[0] + _areas(triangles) @ triangles.mean(axis=1) / self.area
         return float(x), float(y), float(z)
 
     @cached_property
@@ -106,10 +106,10 @@ class PolygonLight(Flat, Light):
         if count == 1:
             return np.array([self.center])
         areas = _areas(self.triangles)
-        ends = np.cumsum(areas) / areas.sum()
+        ends, shares = np.cumsum(areas) / self.area, areas / self.area
         along, across = lattice(count).T
-        which = np.minimum(np.searchsorted(ends, along), len(areas) - 1)
-        along = (along - (ends - areas / areas.sum())[which]) / (areas / areas.sum())[which]
+        which = np.minimum(np.searchsorted(ends, along), len(ends) - 1)
+        along = (along - (ends - shares)[which]) / shares[which]
         a, b, c = np.moveaxis(self.triangles[which], 1, 0)
         far = np.sqrt(along)[:, None]
         return self.outline[0] + a + far * (b - a) + far * across[:, None] * (c - b)
@@ -119,7 +119,7 @@ class PolygonLight(Flat, Light):
         """Points on it."""
         sides = self.reach_radius * across(self.normal)
         flat = (self.triangles + self.outline[0] - np.array(self.center)) @ (sides / self.reach_radius**2).T
-        shares = _areas(self.triangles) / _areas(self.triangles).sum()
+        shares = _areas(self.triangles) / self.area
         flat[:, 1:] -= flat[:, :1]
         rows = np.column_stack([shares.cumsum(), shares, flat.reshape(-1, 6)])
         of_all = self.sampled(polygon_sample, polygon_seen, sides, 1.0)

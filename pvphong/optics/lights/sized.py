@@ -14,6 +14,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from pvphong.base.formulas import times
 from pvphong.base.types import Float64Array, Vector
 from pvphong.base.vectors import directions_to, dot, unit_vector
 from pvphong.geometry.extent import ROUNDED_UP, Extent, Sight
@@ -194,7 +195,7 @@ class Flat:
     @property
     def nearest_in_vtk(self) -> SpotLight:
         """A spot light in its middle, with a cone that VTK has."""
-        return SpotLight(self.center, _times(self.normal, 1.0), _NEARLY_90, 1.0, INVERSE_SQUARE)
+        return SpotLight(self.center, self.normal, _NEARLY_90, 1.0, INVERSE_SQUARE)
 
     def reach(self, extent: Extent) -> Reach:
         """Its parts are within a sphere."""
@@ -230,12 +231,7 @@ class Flat:
 
 def _part(place: Sequence[float], sign: float, normal: Vector, intensity: float) -> SpotLight:
     x, y, z = place
-    return SpotLight((x, y, z), _times(normal, sign), 90.0, 1.0, INVERSE_SQUARE, intensity=intensity)
-
-
-def _times(vector: Vector, factor: float) -> Vector:
-    x, y, z = vector
-    return factor * x, factor * y, factor * z
+    return SpotLight((x, y, z), times(normal, sign), 90.0, 1.0, INVERSE_SQUARE, intensity=intensity)
 
 
 def across(normal: Vector | Float64Array) -> Float64Array:

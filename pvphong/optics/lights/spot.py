@@ -8,7 +8,7 @@ from functools import cached_property, partial
 from typing import Any, Self
 
 from pvphong.base import check
-from pvphong.base.formulas import BRIGHTEST, ONE, TWO, ZERO, Power, add, formula, square, where
+from pvphong.base.formulas import BRIGHTEST, ONE, TWO, ZERO, Power, add, formula, square, times, where
 from pvphong.base.types import Vector, VectorLike
 from pvphong.base.vectors import angle_between, moderate_vector
 from pvphong.geometry.extent import Extent
@@ -93,8 +93,7 @@ class SpotLight(Weakening, Light):
     @cached_property
     def axis(self) -> Vector:
         """Unit vector along the cone's axis, in which the light travels: rounded as unit vectors to the light are."""
-        (x, y, z), inverse_length = moderate_vector(self.direction)
-        return x * inverse_length, y * inverse_length, z * inverse_length
+        return times(*moderate_vector(self.direction))
 
     @property
     def placement(self) -> Placement:

@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 
 from pvphong.base.types import BoolArray, Float64Array, IntArray
-from pvphong.shading.inside.interpolation import lattice, seen_at, sizes, steps_at
+from pvphong.shading.inside.interpolation import area, lattice, odd_corner, seen_at, sizes, steps_at
 from pvphong.shading.inside.surface import LitSurface
 from pvphong.shading.inside.triangles import marked
 
@@ -83,8 +83,7 @@ def uncut_area(surface: LitSurface, tolerance: float) -> float:
         rows = np.flatnonzero(is_lit.any(axis=1) & ~is_lit.all(axis=1))
         steps = steps_at(light, vertices, corners[rows], _INSIDE)
         is_crossed[rows[steps.max(axis=1, initial=0.0) > tolerance]] = True
-    longest, height = sizes(vertices.points[corners[is_crossed]])
-    return float((longest * height).sum() / 2.0)
+    return area(vertices.points[corners[is_crossed]])
 
 
 class _Crossings(NamedTuple):
@@ -108,9 +107,8 @@ class _Edge:
         self._allowed = _DEVIATION * surface.diagonal
         self._is_lit_inside: BoolArray = np.zeros((0, len(_INSIDE)), dtype=bool)
         self._is_hidden: BoolArray = np.zeros(0, dtype=bool)
-        longest, height = self._sizes(np.arange(len(surface.triangles)))
-        area = float(np.nan_to_num(longest * height).sum()) / 2.0
-        self._spacing = max(PIXEL * surface.diagonal, math.sqrt(area / _MOST_RAYS))
+        whole = area(surface.vertices.points[surface.triangles.corners])
+        self._spacing = max(PIXEL * surface.diagonal, math.sqrt(whole / _MOST_RAYS))
 
     @property
     def _is_lit(self) -> BoolArray:
@@ -225,12 +223,11 @@ class _Edge:
         """The corner of crossed triangles that is alone on its side, and the two ends of the line, (k, 2, 3)."""
         triangles, is_lit = self._surface.triangles, self._is_lit
         at_corners = is_lit[triangles.corners[rows]]
-        alone = (at_corners == (at_corners.sum(axis=1) == 1)[:, None]).argmax(axis=1)
+        alone = odd_corner(at_corners)
         weights, index = np.zeros((len(rows), 2, 3)), np.arange(len(rows))
         for end, (side, other) in enumerate(((alone, (alone + 1) % 3), ((alone + 2) % 3, (alone + 2) % 3))):
             number = triangles.sides[rows, side]
-            is_first = triangles.ends[number, 0] == triangles.corners[rows, alone]
-            t = np.where(is_first, along[number], 1.0 - along[number])
+            t = triangles.from_end(number, triangles.corners[rows, alone], along)
             weights[index, end, alone], weights[index, end, other] = 1.0 - t, t
         return alone, weights
 
@@ -286,8 +283,7 @@ class _Edge:
 
     def _part(self, found: _Crossings, is_spent: bool) -> Cuts:
         surface, triangles = self._surface, self._surface.triangles
-        longest, height = self._sizes(np.flatnonzero(self._is_hidden))
-        strip = float((longest * height).sum() / 2.0)
+        strip = area(surface.vertices.points[triangles.corners[self._is_hidden]])
         signs = self._snapped(found)
         is_cut = triangles.with_tied((found.step > 0.0) & (signs[triangles.ends] != 0).all(axis=1))
         is_crossed = signs[triangles.ends].prod(axis=1) < 0

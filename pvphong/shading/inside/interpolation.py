@@ -19,7 +19,7 @@ from typing import Any, NamedTuple, Protocol, cast
 import numpy as np
 
 from pvphong.base import threads
-from pvphong.base.types import Float64Array, FloatArray, IntArray, MatrixLike, rgb
+from pvphong.base.types import BoolArray, Float64Array, FloatArray, IntArray, MatrixLike, rgb
 from pvphong.base.vectors import columns, dot, towards, unit, unit_vector
 from pvphong.geometry.transform import normal_matrix, transform_points
 from pvphong.optics.light import Light
@@ -348,6 +348,17 @@ def sizes(points: Float64Array) -> tuple[Float64Array, Float64Array]:
         return longest * scale, double_area / longest * scale
 
 
+def area(points: Float64Array) -> float:
+    """The area of triangles (m, 3, 3) together; those that have none, or a point that is not finite, count as 0."""
+    longest, height = sizes(points)
+    return float(np.nan_to_num(longest * height).sum()) / 2.0
+
+
+def odd_corner(is_above: BoolArray) -> IntArray:
+    """The corner of triangles (m, 3) that is alone above or below; the first one where all are alike."""
+    return (is_above == (is_above.sum(axis=1) == 1)[:, None]).argmax(axis=1)
+
+
 # --- where: places that no fixed pattern would hit
 
 
@@ -381,7 +392,7 @@ def _chords(term: LightTerm, equation: Equation, points: Float64Array, normals: 
     p, n = columns(points), unit(columns(normals))[0]
     v, to_light = _to_viewer(p, equation), term.light.arrival(p).direction
     if equation.two_sided:
-        n = np.where(dot(n, v) < 0.0, -n, n)
+        n = np.where(dot(n, equation.toward_viewer(v)) < 0.0, -n, n)
     peak = equation.reflectance.peak
     assert peak is not None, "only reflectances with a peak are sharp"
     return np.stack(np.broadcast_arrays(*peak.chord(n, to_light, v)), axis=1)
@@ -489,13 +500,14 @@ _SMOOTH = 2.0
 def _creases(vertices: LitVertices, corners: IntArray) -> Iterator[Places]:
     """Where triangles cross a crease of the lighting, where some value changes its sign.
 
-    It is n·l where a light's dark side begins, n·v where a two-sided surface turns, a spot's angle at the edge of its
-    cone, a highlight's cosine where it is cut off, a colour less 1 where it saturates.
+    It is n·l where a light's dark side begins, n·v (or n along the view axis) where a two-sided surface turns, a
+    spot's angle at the edge of its cone, a highlight's cosine where it is cut off, a colour less 1 where it saturates.
     """
     equation, at_corners = vertices.lighting.equation, _corners_in_world(vertices, corners)
     points, normals = (rows.reshape(-1, 3) for rows in at_corners)
     p, n = columns(points), columns(normals)
-    values: list[FloatArray] = [dot(n, _to_viewer(p, equation))] if equation.two_sided else []
+    toward = equation.toward_viewer(_to_viewer(p, equation))
+    values: list[FloatArray] = [dot(n, toward)] if equation.two_sided else []
     for term in equation.terms:
         to_light = term.light.arrival(p).direction
         if term.needs_normals:
@@ -526,7 +538,7 @@ def _sign_changes(values: FloatArray) -> Iterator[Places]:
     above = values > 0.0
     rows = np.flatnonzero(above.any(axis=1) & ~above.all(axis=1) & np.isfinite(values).all(axis=1))
     values, above = values[rows], above[rows]
-    alone = (above == (above.sum(axis=1) == 1)[:, None]).argmax(axis=1)  # the corner whose sign no other has
+    alone = odd_corner(above)
     turn = (alone[:, None] + np.arange(3)) % 3
     values = np.take_along_axis(values, turn, axis=1)
     crossing = values[:, :1] / (values[:, :1] - values[:, 1:])

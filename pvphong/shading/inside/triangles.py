@@ -163,9 +163,7 @@ class Triangles:
     def _bisect(self, rows: IntArray, middle: IntArray, half: IntArray) -> IntArray:
         """Split each triangle from the middle m of its longest split side pq to the opposite corner r."""
         squares = np.where(middle[self.sides[rows]] >= 0, self._squares[self.sides[rows]], -1.0)
-        turn = (squares.argmax(axis=1)[:, None] + np.arange(3)) % 3
-        p, q, r = np.take_along_axis(self.corners[rows], turn, axis=1).T
-        pq, qr, rp = np.take_along_axis(self.sides[rows], turn, axis=1).T
+        p, q, r, pq, qr, rp = self._turned(rows, squares.argmax(axis=1))
         m = middle[pq]
         pm = half[pq] + (self.ends[pq, 0] != p)
         mq = half[pq] + (self.ends[pq, 0] == p)
@@ -183,6 +181,10 @@ class Triangles:
         return np.concatenate([rows, np.arange(count, len(self))])
 
     # -- cuts
+
+    def from_end(self, sides: IntArray, vertices: IntArray, along: Float64Array) -> Float64Array:
+        """How far from a vertex of each side its crossing is; `along` has that of all sides, from their first ends."""
+        return np.where(self.ends[sides, 0] == vertices, along[sides], 1.0 - along[sides])
 
     def cut(self, signs: IntArray, crossed: BoolArray, along: Float64Array, inner: IntArray) -> Cut:
         """Cut along a line, given where it crosses sides, and part its two sheets.
@@ -240,8 +242,8 @@ class Triangles:
         xa, xo, ya, yo = new[ab] + is_lower, new[ab] + ~is_lower, new[ca] + is_lower, new[ca] + ~is_lower
         ax, xb = (piece[ab] + (self.ends[ab, 0] != v) for v in (a, b))
         ya_side, cy = (piece[ca] + (self.ends[ca, 0] != v) for v in (a, c))
-        x = np.where(self.ends[ab, 0] == a, along[ab], 1.0 - along[ab])
-        y = np.where(self.ends[ca, 0] == a, along[ca], 1.0 - along[ca])
+        x = self.from_end(ab, a, along)
+        y = self.from_end(ca, a, along)
         p, q = self._squares[ab], self._squares[ca]
         across = (p + q - self._squares[bc]) / 2.0  # (b − a)·(c − a)
         between = x * x * p + y * y * q - 2.0 * x * y * across
@@ -265,7 +267,7 @@ class Triangles:
         is_lower = signs[p] < 0
         xp, xq = new[pq] + is_lower, new[pq] + ~is_lower
         px, xq_side = (piece[pq] + (self.ends[pq, 0] != v) for v in (p, q))
-        x = np.where(self.ends[pq, 0] == p, along[pq], 1.0 - along[pq])
+        x = self.from_end(pq, p, along)
         square, other = self._squares[pq], self._squares[rp]
         xr = x * x * square + other - x * (square + other - self._squares[qr])
         ties = self._n_ties + np.tile(np.arange(len(rows)), 2)

@@ -225,9 +225,9 @@ def point_normals(
 class Casters(NamedTuple):
     """Scenes of Embree's, and how to test sixteen rays with each."""
 
-    function: int
+    occluded: int
     """Address of `rtcOccluded16`."""
-    function_of_find: int
+    intersect: int
     """Address of `rtcIntersect16`."""
     scenes: IntArray
     """Their handles."""
@@ -244,25 +244,16 @@ def rays_obstacle() -> str:
         return f"nothing can be compiled {(obstacle() or [''])[0]}"
     from pvphong.shading.kernel import code, hits, rays
 
-    try:
-        for each in (rays.test_code, rays.point_code, rays.part_code, hits.around_code, hits.find_code):
-            each(library.cached_only)
-    except code.NotCompiled as missing:
-        code.ask_for(missing.key, None, library.lock)
-        return "its code is being compiled"
-    return ""
+    needed = rays.test_code, rays.point_code, rays.part_code, hits.around_code, hits.find_code
+    is_there = all(code.if_compiled(library, each) is not None for each in needed)
+    return "" if is_there else "its code is being compiled"
 
 
 def stages_of(sampling: Sampling) -> tuple[int, int] | None:
     """Addresses of the code of a light's two formulas; None where it is missing, and another process compiles it."""
     from pvphong.shading.kernel import code, rays
 
-    library = _compiled()
-    try:
-        return rays.stages_of(library.cached_only, sampling)
-    except code.NotCompiled as missing:
-        code.ask_for(missing.key, None, library.lock)
-        return None
+    return code.if_compiled(_compiled(), lambda library: rays.stages_of(library, sampling))
 
 
 def part_seen(*arguments: Any) -> tuple[FloatArray, FloatArray, Float64Array, int]:
@@ -293,12 +284,8 @@ def gatherer() -> Callable[[NDArray[np.int32], FloatArray], FloatArray] | None:
         return None
     from pvphong.shading.kernel import code, hits
 
-    try:
-        hits.gather_code(library.cached_only)
-    except code.NotCompiled as missing:
-        code.ask_for(missing.key, None, library.lock)
-        return None
-    return functools.partial(hits.gathered, library)
+    is_there = code.if_compiled(library, hits.gather_code) is not None
+    return functools.partial(hits.gathered, library) if is_there else None
 
 
 def ray_hits(*arguments: Any) -> tuple[IntArray, FloatArray, Float64Array]:

@@ -30,7 +30,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import Any, TypeVar, cast
+from typing import Any, cast
 
 import numba
 import numpy as np
@@ -39,9 +39,7 @@ from numba.core import types
 from numba.extending import intrinsic, overload, register_jitable
 
 from pvphong.base import formulas
-
-Function = TypeVar("Function", bound=Callable[..., Any])
-
+from pvphong.base.formulas import Function
 
 # Without Numba's runtime there is no memory to be had, and no array's references are counted: on blocks this small,
 # counting them takes 5 to 15 % of the time.
@@ -49,7 +47,7 @@ Function = TypeVar("Function", bound=Callable[..., Any])
 _OPTIONS = {"error_model": "numpy", "_nrt": False, "no_cpython_wrapper": True, "no_cfunc_wrapper": True}
 
 
-def plain(function: Function) -> Function:
+def compiled(function: Function) -> Function:
     """Compile on first use, with IEEE arithmetic; a division by zero gives infinity.
 
     For compiled callers alone: calling it from Python ends the process.
@@ -58,7 +56,7 @@ def plain(function: Function) -> Function:
 
 
 def inlined(function: Function) -> Function:
-    """As `plain`, always inlined, so that a loop around it can be vectorised.
+    """As `compiled`, always inlined, so that a loop around it can be vectorised.
 
     Also where code is large, which is as fast then in the process that compiles it: what is called and not inlined is
     taken there as it was compiled alone, up to three times slower than in one piece with its caller.
@@ -283,7 +281,7 @@ def call_stage(_typing: Any, address: Any, numbers: Any, rows: Any, points: Any)
 
 # --- the operations of `pvphong.base.formulas`, on one vertex's numbers
 
-_INLINED = {"error_model": "numpy", "_nrt": False, "forceinline": True}
+INLINED = {"error_model": "numpy", "_nrt": False, "forceinline": True}
 
 
 _TO_BASE_2 = math.log2(math.e)
@@ -310,7 +308,7 @@ _BOUND: list[Callable[..., Any]] = []
 def bind_formulas() -> None:
     """Let compiled code call every function that `formulas.formula` has marked since it was last asked."""
     for function in formulas.FORMULAS[len(_BOUND) :]:
-        register_jitable(**_INLINED)(function)
+        register_jitable(**INLINED)(function)
         _BOUND.append(function)
 
 
@@ -318,7 +316,7 @@ def _bind(operation: Callable[..., Any], compiled: Callable[..., Any]) -> None:
     def chosen(*kinds: Any) -> Callable[..., Any] | None:
         return compiled if all(isinstance(kind, types.Number | types.Boolean) for kind in kinds) else None
 
-    overload(operation, jit_options=_INLINED, strict=False)(chosen)
+    overload(operation, jit_options=INLINED, strict=False)(chosen)
 
 
 for _operation, _compiled in _OPERATIONS.items():

@@ -31,7 +31,7 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 from types import CodeType
-from typing import Any, ClassVar, NamedTuple
+from typing import Any, ClassVar, NamedTuple, TypeVar
 
 import llvmlite
 import numba
@@ -50,6 +50,8 @@ Key = tuple[CodeType, tuple[Any, ...], tuple[str, ...]]
 """Identifies a piece of code: a function's code, the values it closes over, names of its types."""
 
 _MODULE = "pvphong.shading.kernel.ahead"
+
+Found = TypeVar("Found")
 
 
 class NotCompiled(Exception):
@@ -305,6 +307,15 @@ def ask_for(missing: Key, request: Request | None, lock: Path | None) -> None:
         _Compiler.asked.add(missing)
         with contextlib.suppress(OSError):  # no processes, no memory, no room: then it is not compiled
             _Compiler.process = _start(request)
+
+
+def if_compiled(library: Library, find: Callable[[Library], Found]) -> Found | None:
+    """What is found of code that is there; None where some is missing, and another process compiles it."""
+    try:
+        return find(library.cached_only)
+    except NotCompiled as missing:
+        ask_for(missing.key, None, library.lock)
+        return None
 
 
 def _start(request: Request | None) -> subprocess.Popen[bytes] | None:

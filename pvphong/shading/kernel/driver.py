@@ -22,12 +22,12 @@ from pvphong.shading.kernel import vertices as at
 from pvphong.shading.kernel.arithmetic import (
     WHOLE32,
     call_stage,
+    compiled,
     inlined,
     inlined_early,
     like,
     multiply_add,
     nowhere,
-    plain,
     shifted,
 )
 from pvphong.shading.kernel.vertices import BLOCK, in_type, prefetch_to_read, prefetch_to_write, put, vector
@@ -112,7 +112,7 @@ def shade(
     return none
 
 
-@plain
+@compiled
 def _shine(normals: Any, first: int, s: Any, t: Any, rgb: Any) -> bool:
     """A whole block by one even light and Lambert's factor, past the rows: a third less time.
 
@@ -136,21 +136,21 @@ def _shine(normals: Any, first: int, s: Any, t: Any, rgb: Any) -> bool:
 # --- vertices into the block's rows
 
 
-@plain
+@compiled
 def fill(rows: Any, start: int, w: Any) -> None:
     """The same vector or colour in three rows."""
     for i in range(BLOCK):
         put(shifted(rows, start), i, w)
 
 
-@plain
+@compiled
 def clear(rows: Any, start: int) -> None:
     """Black in three rows."""
     for i in range(3 * BLOCK):
         rows[start + i] = ZERO
 
 
-@plain
+@compiled
 def _begin(rows: Any, target: int, base: Any, own: Any) -> None:
     """Colours without lights: what the sky has part in, and what it has not."""
     for i in range(BLOCK):
@@ -179,8 +179,8 @@ def _load(
         at.load_channel(shifted(channels, s.sky * s.channel_length), first, count, shifted(rows, at.SKY))
     if s.is_split:
         clear(rows, at.OTHER_R)
-    if s.plain:
-        clear(rows, at.PLAIN_R)
+    if s.unmapped:
+        clear(rows, at.UNMAPPED_R)
     if s.has_diffuse:
         clear(rows, at.R)
     _begin(rows, at.AMBIENT_R if s.has_diffuse else at.R, in_type(s.base, rows), in_type(s.own, rows))
@@ -199,7 +199,7 @@ def _prefetch_colors(first: int, rgb: Any, display: Any, s: Any) -> None:
 # --- a light
 
 
-@plain
+@compiled
 def _settle_strength(rows: Any, gain: Any) -> None:
     """Strengths times a gain."""
     for i in range(BLOCK):
@@ -212,14 +212,14 @@ def _strength(rows: Any, i: int, varies: bool) -> Any:
     return rows[at.STRENGTH + i] if varies else ONE
 
 
-@plain
+@compiled
 def _hide(rows: Any, varies: bool) -> None:
     """Strengths times the visible part of the light."""
     for i in range(BLOCK):
         rows[at.STRENGTH + i] = _strength(rows, i, varies) * rows[at.VISIBLE + i]
 
 
-@plain
+@compiled
 def _add(rows: Any, target: int, factors: int, varies: bool, color: Any) -> None:
     """Add a colour times the factors in a row and the light's strength to the rows of a colour."""
     for i in range(BLOCK):
@@ -229,7 +229,7 @@ def _add(rows: Any, target: int, factors: int, varies: bool, color: Any) -> None
         rows[target + 2 * BLOCK + i] = multiply_add(color[2], factor, rows[target + 2 * BLOCK + i])
 
 
-@plain
+@compiled
 def _add_two(rows: Any, varies: bool, color: Any, other: Any) -> None:
     """The first two lobes at half the traffic, where no map keeps them apart."""
     for i in range(BLOCK):
@@ -240,7 +240,7 @@ def _add_two(rows: Any, varies: bool, color: Any, other: Any) -> None:
         rows[at.B + i] = multiply_add(other[2], second, multiply_add(color[2], first, rows[at.B + i]))
 
 
-@plain
+@compiled
 def _add_lambert(rows: Any, varies: bool, color: Any, is_even: bool, to_light: Any) -> None:
     """Add a colour times max(n·l, 0) and the light's strength; l is along `to_light` if it is even, else in rows."""
     inverse = inverse_length(square(to_light))
@@ -253,7 +253,7 @@ def _add_lambert(rows: Any, varies: bool, color: Any, is_even: bool, to_light: A
         rows[at.B + i] = multiply_add(color[2], factor, rows[at.B + i])
 
 
-@plain
+@compiled
 def _arrive_evenly(rows: Any, to_light: Any) -> None:
     """Vector D to, and 1/|D| of, a light that arrives everywhere from one direction."""
     inverse = inverse_length(square(to_light))
@@ -294,8 +294,8 @@ def _add_light(
     for lobe in range(3):
         if reflected & (1 << lobe):
             target = at.OTHER_R if s.is_split and not s.takes_albedo & (1 << lobe) else at.R
-            if s.plain & (1 << lobe):
-                target = at.PLAIN_R
+            if s.unmapped & (1 << lobe):
+                target = at.UNMAPPED_R
             _add(rows, target, at.FIRST + lobe * BLOCK, varies, in_type(t.colors[lobe], rows))
     return good
 
@@ -316,7 +316,7 @@ def _byte(intensity: Any) -> Any:
     return np.uint8(np.float32(fraction * np.float32(255.0) + WHOLE32).view(np.int32))
 
 
-@plain
+@compiled
 def _multiply_by_albedo(first: int, count: int, albedo: Any, rows: Any, has_ambient: bool) -> None:
     """What takes albedo, times that; it is in [0, 1], and 0 for a NaN. Lobes' rows are free by now."""
     at.load_vectors(albedo, first, count, shifted(rows, at.FIRST))
@@ -328,7 +328,7 @@ def _multiply_by_albedo(first: int, count: int, albedo: Any, rows: Any, has_ambi
             rows[at.AMBIENT_R + i] = rows[at.AMBIENT_R + i] * part
 
 
-@plain
+@compiled
 def _multiply_by_diffuse(first: int, count: int, diffuse: Any, rows: Any, over: Any) -> None:
     """Diffuse light times its map over the greatest of that, plus ambient light."""
     at.load_vectors(diffuse, first, count, shifted(rows, at.FIRST))
@@ -336,7 +336,7 @@ def _multiply_by_diffuse(first: int, count: int, diffuse: Any, rows: Any, over: 
         rows[at.R + i] = multiply_add(rows[at.R + i], rows[at.FIRST + i] * over, rows[at.AMBIENT_R + i])
 
 
-@plain
+@compiled
 def _add_times_map(first: int, count: int, tints: Any, rows: Any, start: int, over: Any) -> None:
     """Add the rows from `start` on times a map over the greatest of it to the colour."""
     at.load_vectors(tints, first, count, shifted(rows, at.FIRST))
@@ -344,7 +344,7 @@ def _add_times_map(first: int, count: int, tints: Any, rows: Any, start: int, ov
         rows[at.R + i] = multiply_add(rows[start + i], rows[at.FIRST + i] * over, rows[at.R + i])
 
 
-@plain
+@compiled
 def _add_rows(rows: Any, start: int) -> None:
     for i in range(3 * BLOCK):
         rows[at.R + i] = rows[at.R + i] + rows[start + i]
@@ -361,8 +361,8 @@ def _tint(first: int, count: int, albedo: Any, diffuse: Any, specular: Any, emis
         _add_times_map(first, count, specular, rows, at.OTHER_R, like(rows, s.over_specular))
     elif s.is_split:
         _add_rows(rows, at.OTHER_R)
-    if s.plain:
-        _add_rows(rows, at.PLAIN_R)
+    if s.unmapped:
+        _add_rows(rows, at.UNMAPPED_R)
     if s.has_emission or s.is_split:
         fill(rows, at.OTHER_R, in_type(s.emission, rows))
         if s.has_emission:
@@ -371,7 +371,7 @@ def _tint(first: int, count: int, albedo: Any, diffuse: Any, specular: Any, emis
             _add_rows(rows, at.OTHER_R)
 
 
-@plain
+@compiled
 def _finish(s: Any, rows: Any) -> None:
     """Colour raised to a power."""
     if s.exponent != 1.0:
@@ -380,7 +380,7 @@ def _finish(s: Any, rows: Any) -> None:
             rows[at.R + i] = max(rows[at.R + i], ZERO) ** exponent
 
 
-@plain
+@compiled
 def _store_floats(first: int, count: int, rgb: Any, s: Any, rows: Any) -> None:
     low, high = like(rows, s.low), like(rows, s.high)
     part = shifted(rgb, 3 * first)
@@ -390,7 +390,7 @@ def _store_floats(first: int, count: int, rgb: Any, s: Any, rows: Any) -> None:
         part[3 * i + 2] = _clipped(rows[at.B + i], low, high)
 
 
-@plain
+@compiled
 def _store_bytes(first: int, count: int, display: Any, rows: Any) -> None:
     part = shifted(display, 3 * first)
     for i in range(count):

@@ -84,7 +84,7 @@ def shade(
     def work(first: int, last: int) -> None:
         part = slice(first, last)
         at = {name: tint.at(part) for name, tint in tints.items()}
-        colors = [None if name not in at else plain_colors(at[name], real) for name in COLORS]
+        colors = [None if name not in at else map_colors(at[name], real) for name in COLORS]
         seen = None if channels is None else channels[:, part]
         left_out = None
         if is_blend:
@@ -104,7 +104,7 @@ def shade(
             if not has_none:
                 declined[:] = 0
         lit = Shading(np.empty((len(left), 3), real))
-        own_tints = {name: tint.at(part).at(left) for name, tint in tints.items()}
+        own_tints = {name: tint.at(left) for name, tint in at.items()}
         seen = None if seen is None else seen[:, left]
         shade_by_reference(points[part][left], normals[part][left], equation, own_tints, lit, seen)
         rgb[part][left] = np.rint(np.clip(lit.rgb, 0.0, 1.0) * 255.0) if rgb.dtype == np.uint8 else lit.rgb
@@ -126,7 +126,7 @@ def _of_lobes(
     ]
     base = np.divide(base, albedo, out=np.zeros((3, count), real), where=albedo > 0.0)
     is_left = np.broadcast_to(np.abs(second[0] - 1.0) > 8.0 * np.finfo(real).eps, count)  # it is grey
-    return as_plain(base.T, real), as_plain(first.T, real), is_left if is_left.any() else None
+    return as_contiguous(base.T, real), as_contiguous(first.T, real), is_left if is_left.any() else None
 
 
 def _reader(array: FloatArray | None, dtype: Any) -> Callable[[slice], tuple[int, FloatArray | None]]:
@@ -138,16 +138,16 @@ def _reader(array: FloatArray | None, dtype: Any) -> Callable[[slice], tuple[int
         return lambda part: (begin + part.start * step, array)
 
     def copy(part: slice) -> tuple[int, FloatArray]:
-        copied = as_plain(array[part], dtype)
+        copied = as_contiguous(array[part], dtype)
         return address(copied), copied
 
     return copy
 
 
-def plain_colors(tint: Tint, real: Any) -> FloatArray:
+def map_colors(tint: Tint, real: Any) -> FloatArray:
     """A map's colours in the form that compiled code takes; it clips albedo itself, but more may not fit its type."""
     rows = tint.rows if tint.rows.dtype == real else fractions(tint.name, tint.rows, real)
-    return as_plain(rows if rows.shape[1] == 3 else np.broadcast_to(rows, (len(rows), 3)), real)
+    return as_contiguous(rows if rows.shape[1] == 3 else np.broadcast_to(rows, (len(rows), 3)), real)
 
 
 def driver_code(library: Library, stored: str, real: str) -> Callable[..., int]:
@@ -189,6 +189,6 @@ def name_of(kind: np.dtype[Any]) -> str:
     return kind.name
 
 
-def as_plain(array: FloatArray, dtype: Any) -> FloatArray:
+def as_contiguous(array: FloatArray, dtype: Any) -> FloatArray:
     """The array itself, or a copy in the form that compiled code takes."""
     return np.require(array, dtype, ["C", "A"])

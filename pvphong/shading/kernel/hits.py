@@ -31,7 +31,6 @@ from pvphong.shading.kernel.rays import (
     INSTANCE,
     INSTANCE_PART,
     INTEGERS,
-    LANES,
     LENGTH,
     MARKS,
     MET,
@@ -45,6 +44,7 @@ from pvphong.shading.kernel.rays import (
     OX,
     OY,
     OZ,
+    RAYS,
     SCRATCH,
     SECOND,
     SHORTER,
@@ -56,11 +56,11 @@ from pvphong.shading.kernel.rays import (
     WORDS,
     U,
     V,
+    as_float64,
     bring_near,
     cast_rays,
     given,
     memory,
-    plain,
     prepare,
 )
 
@@ -79,16 +79,16 @@ def _find(
     valid: Any,
 ) -> None:
     """Find what open rays meet first: `MET` and what follows it, −1 for nothing; `LENGTH` becomes how far that is."""
-    for j in range(LANES):
+    for j in range(RAYS):
         marks[MET + j] = np.int32(-1)
     for c in range(count):
         bring_near(numbers, c, rows, wide, valid)
-        for j in range(LANES):
+        for j in range(RAYS):
             marks[GEOMETRY + j] = np.int32(-1)
             marks[INSTANCE + j] = np.int32(-1)
             marks[INSTANCE_PART + j] = np.int32(-1)
         cast_rays(function, valid, scenes[c], rows)
-        for j in range(LANES):
+        for j in range(RAYS):
             if (valid[j] != np.int32(0)) & (marks[GEOMETRY + j] != np.int32(-1)):
                 # divided twice, for a scale may have no reciprocal
                 wide[LENGTH + j] = rows[END + j] / numbers[4 * c + 3] + wide[SHORTER + j] / numbers[4 * c + 3]
@@ -159,20 +159,20 @@ def look_around(
         for axis in range(3):
             wide[VERTEX + axis], wide[VERTEX + 3 + axis] = origins[3 * i + axis], normals[3 * i + axis]
         call_stage(frame, numbers, rows, wide)
-        for first in range(0, end - begin, LANES):
+        for first in range(0, end - begin, RAYS):
             own, other = shifted(points, first), shifted(points, end - begin + first)
-            for j in range(LANES):
+            for j in range(RAYS):
                 rows[U + j] = sobol.coordinate(own[j], seeds[i])
                 rows[V + j] = sobol.coordinate(other[j], seeds[count + i])
             call_stage(sample, numbers, rows, wide)
-            for j in range(LANES):
+            for j in range(RAYS):
                 is_sent = rows[WEIGHT + j] > ZERO
                 rows[OPEN + j] = ONE if is_sent else ZERO
                 cast += 1 if is_sent else 0
                 wide[OX + j], wide[OY + j], wide[OZ + j] = wide[VERTEX], wide[VERTEX + 1], wide[VERTEX + 2]
                 wide[LENGTH + j] = np.inf
             _find(casters, function, scenes, places, firsts, triangles, rows, marks, wide, valid)
-            for j in range(LANES):
+            for j in range(RAYS):
                 found = np.int32(-1)
                 triangle = np.intp(marks[MET + j])
                 if triangle >= 0:
@@ -228,7 +228,7 @@ def find(
 ) -> int:
     """What given rays meet first: triangles, weights of their second and third corners; lengths are filled in too."""
     prepare(rows, marks)
-    for first in range(0, count, LANES):
+    for first in range(0, count, RAYS):
         lanes = given(origins, directions, lengths, first, count, rows, wide)
         _find(casters, function, scenes, places, firsts, triangles, rows, marks, wide, valid)
         for j in range(lanes):
@@ -263,10 +263,10 @@ def find_code(library: Library) -> Callable[..., int]:
     return library.call(find, lambda: types.intp(*rays, *_FINDERS, INTEGERS, SINGLES, *SCRATCH))
 
 
-def _finding(casters: Any, first: Any) -> tuple[int, ...]:
+def _finding(casters: Any, all_triangles: Any) -> tuple[int, ...]:
     """Casters as compiled code takes them to find what rays meet."""
-    triangles = address(first.starts), address(first.numbers)
-    return len(casters.scenes), casters.function_of_find, address(casters.scenes), address(casters.numbers), *triangles
+    triangles = address(all_triangles.starts), address(all_triangles.numbers)
+    return len(casters.scenes), casters.intersect, address(casters.scenes), address(casters.numbers), *triangles
 
 
 def vertices_met(
@@ -297,9 +297,9 @@ def vertices_met(
         What is known of it.
     """
     count, seeds = len(origins), np.ascontiguousarray(seeds)
-    numbers, origins, normals = plain(numbers, origins, normals)
+    numbers, origins, normals = as_float64(numbers, origins, normals)
     met = np.empty((count, end - begin), np.int32)
-    points = sobol.in_squares(begin, end, LANES)
+    points = sobol.in_squares(begin, end, RAYS)
     of_vertices = *map(address, (numbers, origins, normals, seeds)), count, address(points), begin, end
     among = *_finding(casters, triangles), address(triangles.sides), address(triangles.corners)
     rays = around_code(library)(*stages, *of_vertices, *among, address(met), *memory.addresses)
@@ -333,7 +333,7 @@ def hits(
 ) -> tuple[IntArray, FloatArray, Float64Array]:
     """What given rays meet first: numbers of triangles (n,), −1 for none; weights (n, 2), and how far (n,)."""
     met, weights = np.full(len(directions), -1), np.zeros((len(directions), 2), np.float32)
-    origins, far = plain(origins, np.array(lengths, np.float64))
+    origins, far = as_float64(origins, np.array(lengths, np.float64))
     if len(met):
         given = origins, np.ascontiguousarray(directions, np.float32), far
         results = address(met), address(weights)

@@ -33,9 +33,7 @@ from numba.extending import (
 )
 
 from pvphong.base import formulas
-from pvphong.shading.kernel.arithmetic import EXP64, LOG64, arctan2, horner
-
-_INLINED = {"error_model": "numpy", "_nrt": False, "forceinline": True}
+from pvphong.shading.kernel.arithmetic import EXP64, INLINED, LOG64, arctan2, horner
 
 WIDTH = 8
 """So many vertices are side by side."""
@@ -291,7 +289,7 @@ def _polynomial(operation: Callable[..., Any]) -> Callable[..., Any]:
         def chosen(*kinds: Any) -> Any:
             return function if any(kind == LANES for kind in kinds) else None
 
-        overload(operation, jit_options=_INLINED, strict=False)(chosen)
+        overload(operation, jit_options=INLINED, strict=False)(chosen)
         return function
 
     return bind
@@ -324,7 +322,7 @@ def _cosine(x: Any) -> Any:
     return formulas.sine((0.5 * _PI - abs(x)) + 0.5 * _LESS_THAN_PI)
 
 
-@register_jitable(**_INLINED)
+@register_jitable(**INLINED)
 def _log2_above_one(x: Any) -> Any:
     """log₂(1 + x) for x >= −1, right to the last digits near x = 0; −1023 at −1."""
     k, m = _parted(1.0 + x)

@@ -13,7 +13,7 @@ edge or an area whose square would leave the range of floats in every unit of le
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import Any, get_args
 
 import numpy as np
 from numba import types
@@ -22,10 +22,11 @@ from numpy.typing import NDArray
 from pvphong.base import threads
 from pvphong.base.formulas import arctan2, dot
 from pvphong.base.types import Float64Array, FloatArray, Weighting
+from pvphong.geometry.normals import LEAST_SPAN, MOST_SPAN, NOISE_OF_AREA, NOISE_OF_SUM
 from pvphong.shading.kernel import code
-from pvphong.shading.kernel.arithmetic import inlined, plain
+from pvphong.shading.kernel.arithmetic import compiled, inlined
 from pvphong.shading.kernel.code import Library, NotCompiled
-from pvphong.shading.kernel.evaluation import address, as_plain
+from pvphong.shading.kernel.evaluation import address, as_contiguous
 
 # Corners in a block, and so the most that a face may have.
 CORNERS = 384
@@ -47,14 +48,11 @@ CHUNK = 4096
 SUMS = 4
 
 # The weightings; compiled code gets the place of one.
-WEIGHTINGS = "angle", "area", "max"
+WEIGHTINGS = get_args(Weighting)
 _BY_ANGLE, _BY_AREA = map(WEIGHTINGS.index, ("angle", "area"))
 
-# As in geometry.normals.
-_LEAST_SPAN, _MOST_SPAN = 2.0**-100, 2.0**100
 # Powers of two of the largest coordinate between which a mesh is not scaled.
 _LARGE = 50
-_NOISE_OF_AREA, _NOISE_OF_SUM = 4 * 2.0**-53, 16 * 2.0**-53
 _LEAST_SQUARE, _MOST_SQUARE = 2.0**-900, 2.0**900
 _LEAST_PRODUCT = float(np.finfo(np.float64).tiny)
 
@@ -103,10 +101,10 @@ def _cross(a: tuple[float, float, float], b: tuple[float, float, float]) -> tupl
 @inlined
 def _is_usable(span: float) -> bool:
     """Whether squares of a face's edges are in range, whose largest coordinate is so much."""
-    return (span == 0.0) | ((span >= _LEAST_SPAN) & (span <= _MOST_SPAN))
+    return (span == 0.0) | ((span >= LEAST_SPAN) & (span <= MOST_SPAN))
 
 
-@plain
+@compiled
 def _add_faces(
     points: Any,
     corners: Any,
@@ -174,9 +172,9 @@ def _add_faces(
     for i in range(count):
         x, y, z = rows[NX + i], rows[NY + i], rows[NZ + i]
         is_noise = (
-            (abs(x) <= _NOISE_OF_AREA * rows[TX + i])
-            & (abs(y) <= _NOISE_OF_AREA * rows[TY + i])
-            & (abs(z) <= _NOISE_OF_AREA * rows[TZ + i])
+            (abs(x) <= NOISE_OF_AREA * rows[TX + i])
+            & (abs(y) <= NOISE_OF_AREA * rows[TY + i])
+            & (abs(z) <= NOISE_OF_AREA * rows[TZ + i])
         )
         squared = dot((x, y, z), (x, y, z))
         is_moderate = (squared >= _LEAST_SQUARE) & (squared <= _MOST_SQUARE)
@@ -260,7 +258,7 @@ def find_normals(
         return False
     for i in range(last - first):  # unit vectors of the sums; zero where they are made of rounding alone
         x, y, z = sums[SUMS * i], sums[SUMS * i + 1], sums[SUMS * i + 2]
-        noise = _NOISE_OF_SUM * sums[SUMS * i + 3]
+        noise = NOISE_OF_SUM * sums[SUMS * i + 3]
         length = 1.0
         if abs(x) <= noise and abs(y) <= noise and abs(z) <= noise:
             x, y, z = 0.0, 0.0, 0.0
@@ -328,7 +326,7 @@ def point_normals(
     threads.run(look, n_faces, _SURVEYED)
     if declined or spans[:, 0].min(initial=0) < 0 or spans[:, 1].max(initial=-1) >= n_points:
         return None
-    places, result = as_plain(points, stored), np.empty((n_points, 3))
+    places, result = as_contiguous(points, stored), np.empty((n_points, 3))
     mesh = *map(address, (places, corners, starts)), n_faces, address(spans), WEIGHTINGS.index(weighting)
 
     def sum_up(first: int, last: int) -> None:

@@ -29,26 +29,26 @@ from pvphong.shading.kernel.arithmetic import call_stage, inlined, shifted
 from pvphong.shading.kernel.code import Library
 from pvphong.shading.kernel.evaluation import address
 
-LANES = 16
+RAYS = 16
 """So many rays are tested at once."""
 
 # Sixteen rays as Embree has them: the origin, where they begin, the direction, the time, where they end, a mask, a
 # number and flags; and what they meet: the triangle's normal, the weights of its second and third corner, its number,
 # the number of the geometry, of the instance and of its part.
-X, Y, Z, BEGIN, DX, DY, DZ, TIME, END, MASK, NUMBER, FLAGS = range(0, 12 * LANES, LANES)
-NX, NY, NZ, SECOND, THIRD, TRIANGLE, GEOMETRY, INSTANCE, INSTANCE_PART = range(12 * LANES, 21 * LANES, LANES)
+X, Y, Z, BEGIN, DX, DY, DZ, TIME, END, MASK, NUMBER, FLAGS = range(0, 12 * RAYS, RAYS)
+NX, NY, NZ, SECOND, THIRD, TRIANGLE, GEOMETRY, INSTANCE, INSTANCE_PART = range(12 * RAYS, 21 * RAYS, RAYS)
 # Then u and v of each, the length as a share and the weight that are chosen, 1 where nothing has been met; the triangle
 # that is met first, in all casters, the weights of its second and third corner, and the cosine between the ray and its
 # normal, but for a factor; and what the frame of a vertex has.
-U, V, SHARE, WEIGHT, OPEN, MET, MET_SECOND, MET_THIRD, MET_COSINE, FRAME = range(21 * LANES, 31 * LANES, LANES)
+U, V, SHARE, WEIGHT, OPEN, MET, MET_SECOND, MET_THIRD, MET_COSINE, FRAME = range(21 * RAYS, 31 * RAYS, RAYS)
 _MOST_IN_FRAME = 30
-_ROWS = FRAME + 2 * LANES
+_ROWS = FRAME + 2 * RAYS
 
 # In float64: origins and lengths of sixteen rays in the world, and by how much they are shorter in a caster than there;
 # a vertex's origin and normal, and its length and factor.
-OX, OY, OZ, LENGTH, SHORTER, VERTEX = range(0, 6 * LANES, LANES)
+OX, OY, OZ, LENGTH, SHORTER, VERTEX = range(0, 6 * RAYS, RAYS)
 _REACH, _SCALE = 6, 7
-_WIDE = VERTEX + LANES
+_WIDE = VERTEX + RAYS
 
 
 @intrinsic
@@ -69,7 +69,7 @@ def cast_rays(_typing: Any, function: Any, valid: Any, scene: Any, rays: Any) ->
 @inlined
 def prepare(rows: Any, marks: Any) -> None:
     """What is the same for all rays."""
-    for j in range(LANES):
+    for j in range(RAYS):
         rows[BEGIN + j] = ZERO
         rows[TIME + j] = ZERO
         marks[MASK + j] = np.int32(-1)
@@ -82,7 +82,7 @@ def bring_near(numbers: Any, c: int, rows: Any, wide: Any, valid: Any) -> None:
     """Bring open rays to the coordinates of a caster, and mark those that can meet it."""
     mx, my, mz, scale = numbers[4 * c], numbers[4 * c + 1], numbers[4 * c + 2], numbers[4 * c + 3]
     all_near = True
-    for j in range(LANES):
+    for j in range(RAYS):
         start = (wide[OX + j] - mx) * scale, (wide[OY + j] - my) * scale, (wide[OZ + j] - mz) * scale
         length = wide[LENGTH + j] * scale
         near = is_near(start, NEAR)
@@ -93,7 +93,7 @@ def bring_near(numbers: Any, c: int, rows: Any, wide: Any, valid: Any) -> None:
         wide[SHORTER + j] = 0.0
         valid[j] = np.int32(-1) if is_open & near & (length > 0.0) else np.int32(0)
     if not all_near:
-        for j in range(LANES):
+        for j in range(RAYS):
             start = (wide[OX + j] - mx) * scale, (wide[OY + j] - my) * scale, (wide[OZ + j] - mz) * scale
             if (rows[OPEN + j] > ZERO) & (not is_near(start, NEAR)):
                 direction = np.float64(rows[DX + j]), np.float64(rows[DY + j]), np.float64(rows[DZ + j])
@@ -111,8 +111,8 @@ def bring_near(numbers: Any, c: int, rows: Any, wide: Any, valid: Any) -> None:
 @inlined
 def given(origins: Any, directions: Any, lengths: Any, first: int, count: int, rows: Any, wide: Any) -> int:
     """Take sixteen rays that are given, or as many as there are."""
-    lanes = min(LANES, count - first)
-    for j in range(LANES):
+    lanes = min(RAYS, count - first)
+    for j in range(RAYS):
         i = first + min(j, lanes - 1)
         wide[OX + j], wide[OY + j], wide[OZ + j] = origins[3 * i], origins[3 * i + 1], origins[3 * i + 2]
         wide[LENGTH + j] = lengths[i]
@@ -128,7 +128,7 @@ def _test(count: int, function: int, scenes: Any, numbers: Any, rows: Any, wide:
     for c in range(count):
         bring_near(numbers, c, rows, wide, valid)
         cast_rays(function, valid, scenes[c], rows)
-        for j in range(LANES):  # Embree marks what is met by an end at minus infinity
+        for j in range(RAYS):  # Embree marks what is met by an end at minus infinity
             if (valid[j] != np.int32(0)) & (rows[END + j] < ZERO):
                 rows[OPEN + j] = ZERO
 
@@ -170,7 +170,7 @@ def sample_stage(sample: Callable[..., Any]) -> Callable[..., Any]:
 
     def choose(numbers: Any, rows: Any, _wide: Any) -> int:
         frame = _frame_of(rows)
-        for j in range(LANES):
+        for j in range(RAYS):
             direction, share, weight = sample(numbers, frame, rows[U + j], rows[V + j])
             rows[DX + j], rows[DY + j], rows[DZ + j] = direction
             rows[SHARE + j], rows[WEIGHT + j] = share, weight
@@ -237,7 +237,7 @@ def look_at_part(
         How many rays were cast.
     """
     prepare(rows, marks)
-    seconds = shifted(points, (end - begin + LANES - 1) // LANES * LANES)
+    seconds = shifted(points, (end - begin + RAYS - 1) // RAYS * RAYS)
     cast = 0
     for i in range(count):
         for axis in range(3):
@@ -245,15 +245,15 @@ def look_at_part(
         call_stage(frame, numbers, rows, wide)
         scales[i] = wide[VERTEX + _SCALE]
         reach, less, seed, other_seed = wide[VERTEX + _REACH], margin[0], seeds[i], seeds[count + i]
-        for first in range(0, end - begin, LANES):
-            lanes, own, other = min(LANES, end - begin - first), shifted(points, first), shifted(seconds, first)
-            for j in range(LANES):
+        for first in range(0, end - begin, RAYS):
+            lanes, own, other = min(RAYS, end - begin - first), shifted(points, first), shifted(seconds, first)
+            for j in range(RAYS):
                 rows[U + j] = sobol.coordinate(own[j], seed)
                 rows[V + j] = sobol.coordinate(other[j], other_seed)
             call_stage(sample, numbers, rows, wide)
             open_rays = 0
             x, y, z = wide[VERTEX], wide[VERTEX + 1], wide[VERTEX + 2]
-            for j in range(LANES):
+            for j in range(RAYS):
                 is_sent = (rows[WEIGHT + j] > ZERO) & (j < lanes)
                 rows[OPEN + j] = ONE if is_sent else ZERO
                 rows[WEIGHT + j] = rows[WEIGHT + j] if is_sent else ZERO
@@ -332,8 +332,8 @@ def look_at_point(
             rows[OPEN + lanes] = ONE
             chosen[lanes] = i
             lanes += 1
-        if (lanes == LANES) | ((i == count - 1) & (lanes > 0)):
-            for j in range(lanes, LANES):
+        if (lanes == RAYS) | ((i == count - 1) & (lanes > 0)):
+            for j in range(lanes, RAYS):
                 rows[OPEN + j] = ZERO
             _test(casters, function, scenes, places, rows, wide, valid)
             for j in range(lanes):
@@ -360,7 +360,7 @@ def test(
 ) -> int:
     """Whether given rays are blocked."""
     prepare(rows, marks)
-    for first in range(0, count, LANES):
+    for first in range(0, count, RAYS):
         lanes = given(origins, directions, lengths, first, count, rows, wide)
         _test(casters, function, scenes, places, rows, wide, valid)
         for j in range(lanes):
@@ -376,11 +376,11 @@ class _Memory(threading.local):
     """Scratch memory, each thread's own, which starts where Embree wants it to."""
 
     def __init__(self) -> None:
-        self._memory = np.zeros(4 * _ROWS + 8 * _WIDE + 12 * LANES + 64, np.uint8)
+        self._memory = np.zeros(4 * _ROWS + 8 * _WIDE + 12 * RAYS + 64, np.uint8)
         rows = address(self._memory) + -address(self._memory) % 64
         wide, valid = rows + 4 * _ROWS, rows + 4 * _ROWS + 8 * _WIDE
         self.addresses = rows, rows, wide, valid
-        self.chosen = valid + 4 * LANES
+        self.chosen = valid + 4 * RAYS
 
 
 memory = _Memory()
@@ -420,14 +420,14 @@ def stages_of(library: Library, sampling: Sampling) -> tuple[int, int]:
     return frame, sample
 
 
-def plain(*arrays: Any) -> list[Float64Array]:
+def as_float64(*arrays: Any) -> list[Float64Array]:
     """Numbers as compiled code reads them, one after the other."""
     return [np.ascontiguousarray(array, np.float64) for array in arrays]
 
 
 def _testing(casters: Any) -> tuple[int, ...]:
     """Casters as compiled code takes them to test rays."""
-    return len(casters.scenes), casters.function, address(casters.scenes), address(casters.numbers)
+    return len(casters.scenes), casters.occluded, address(casters.scenes), address(casters.numbers)
 
 
 def part_seen(
@@ -464,10 +464,10 @@ def part_seen(
         What blocks them.
     """
     count, seeds = len(origins), np.ascontiguousarray(seeds)
-    numbers, origins, normals = plain(numbers, origins, normals)
+    numbers, origins, normals = as_float64(numbers, origins, normals)
     sent, seen = np.empty((end - begin, count), np.float32), np.empty((end - begin, count), np.float32)
     scales = np.empty(count)
-    ends, points = np.array([margin]), sobol.in_squares(begin, end, LANES)
+    ends, points = np.array([margin]), sobol.in_squares(begin, end, RAYS)
     of_vertices = *map(address, (numbers, origins, normals, seeds)), count, address(points), begin, end, address(ends)
     results = map(address, (sent, seen, scales))
     rays = part_code(library)(*stages, *of_vertices, *_testing(casters), *results, *memory.addresses)
@@ -487,7 +487,7 @@ def point_seen(
 
     Points, origins and normals have the shape (m, 3); numbers of the light are those that `look_at_point` reads.
     """
-    given = plain(points, origins, normals, light)
+    given = as_float64(points, origins, normals, light)
     vertices = *map(address, given[:3]), len(points), address(given[3])
     return point_code(library)(*vertices, *_testing(casters), address(seen), *memory.addresses, memory.chosen)
 
@@ -499,7 +499,7 @@ def blocked(
     found = np.zeros(len(directions), bool)
     if not len(found):
         return found
-    origins, lengths = plain(origins, lengths)
+    origins, lengths = as_float64(origins, lengths)
     given = origins, np.ascontiguousarray(directions, np.float32), lengths
     test_code(library)(*map(address, given), len(found), *_testing(casters), address(found), *memory.addresses)
     return found

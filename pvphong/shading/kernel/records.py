@@ -14,8 +14,7 @@ from typing import Any, NamedTuple, cast
 
 import numpy as np
 
-from pvphong.base.formulas import BRIGHTEST, FORMULAS
-from pvphong.base.types import Vector
+from pvphong.base.formulas import BRIGHTEST, FORMULAS, add, times
 from pvphong.geometry.transform import normal_matrix
 from pvphong.optics.maps import COLORS
 from pvphong.optics.reflectance import LAMBERT
@@ -143,11 +142,6 @@ def sum_of(flags: Iterable[bool]) -> int:
     return sum([1 << k for k, flag in enumerate(flags) if flag])
 
 
-def _times(color: Vector, factor: float) -> Vector:
-    red, green, blue = color
-    return red * factor, green * factor, blue * factor
-
-
 # --- what all lights share
 
 
@@ -176,7 +170,7 @@ SETTINGS = np.dtype(
         ("field", "i8"),
         ("channel_length", "i8"),
         ("takes_albedo", "i8"),
-        ("plain", "i8"),
+        ("unmapped", "i8"),
         ("w", "f8"),
         ("over_diffuse", "f8"),
         ("over_specular", "f8"),
@@ -199,7 +193,7 @@ SETTINGS = np.dtype(
 `is_split`: whether what takes albedo, and what does not, are added up apart. `count`: of lights. `stride`: how many
 numbers each stage has. `sky`, `tangents`, `field`: the channel with the open part of the sky, the first of three with
 tangents, and the one with the map of a reflectance's field, or -1. `channel_length`: from one channel to the next.
-`takes_albedo`: lobes that do, as the sum of 1, 2 and 4; `plain`: those
+`takes_albedo`: lobes that do, as the sum of 1, 2 and 4; `unmapped`: those
 that no map multiplies beside some that one does. `own`: a colour beside `base` that the sky has no part in.
 `over_diffuse` and so on: what a map's colours are multiplied by. `exponent`: the sum of all light is raised to it."""
 
@@ -270,7 +264,7 @@ def records_of(
             arrival = term.light.arrival(np.zeros((3, 1)))
             to_light = arrival.to_light[:, 0].tolist()
             strength = min(term.gain * np.asarray(arrival.strength).item(), BRIGHTEST)
-            base = _plus(base, _times(term.ambient, strength))
+            base = add(base, times(term.ambient, strength))
         elif stage not in addresses:
             addresses[stage] = library.stage(stage, real)
         if varies:
@@ -296,7 +290,7 @@ def records_of(
                 reflects,
                 gain,
                 *to_light,
-                *_times(term.ambient, strength),
+                *times(term.ambient, strength),
                 *colors,
                 *(0.0,) * (3 * MOST_LOBES - len(colors)),
             )
@@ -331,7 +325,7 @@ def records_of(
         "field": equation.channels[field].start if field in equation.channels else -1,
         "channel_length": channel_length,
         "takes_albedo": 1 if is_blend else sum_of(lobe.takes_albedo for lobe in reflectance.lobes),
-        "plain": 4 if is_blend else 0,
+        "unmapped": 4 if is_blend else 0,
         "w": matrix[3, 3],
         "over_diffuse": 1.0 if is_blend or "diffuse" not in tints else 1.0 / tints["diffuse"].most,
         "over_specular": 1.0 if is_blend or "specular" not in tints else 1.0 / tints["specular"].most,
@@ -365,7 +359,3 @@ def _gain_apart(gain: float, numbers: tuple[float, ...], divisors: slice) -> tup
         divided = (number / 2.0 ** (exponent - 1 - kept) for number in numbers[divisors])
         numbers = *numbers[: divisors.start], *divided, *numbers[divisors.stop :]
     return 2.0 * mantissa, 2.0**kept, numbers
-
-
-def _plus(a: Vector, b: Vector) -> Vector:
-    return a[0] + b[0], a[1] + b[1], a[2] + b[2]

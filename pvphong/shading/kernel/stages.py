@@ -32,7 +32,7 @@ from pvphong.optics.area.lobes import POWER, CosinePower, is_whole, lobe_numbers
 from pvphong.optics.attenuation import divisor
 from pvphong.optics.light import Integral, Placement
 from pvphong.optics.reflectance import Geometry, Reflectance
-from pvphong.shading.kernel.arithmetic import exp2, inlined, like, log2_power, plain, shifted
+from pvphong.shading.kernel.arithmetic import compiled, exp2, inlined, like, log2_power, shifted
 from pvphong.shading.kernel.lanes import WIDTH, load_listed, store, store_listed
 from pvphong.shading.kernel.vertices import (
     BLOCK,
@@ -128,7 +128,7 @@ def _shows(square: Any, n_l: Any, dark: Any) -> bool:
     return (square < dark) & ((n_l > ZERO) | (dark > TWO))
 
 
-@plain
+@compiled
 def _take_logarithms(rows: Any, exponent: float, log_floor: float, end: float) -> None:
     """The power's logarithm in place of |C|² in the second row; from the squared chord `end` on it is −∞.
 
@@ -148,7 +148,7 @@ def _end_of(exponent: Any) -> Any:
     return TWO if exponent > ZERO else like(exponent, np.inf)
 
 
-@plain
+@compiled
 def _take_logarithms_of_each(rows: Any) -> None:
     """As `_take_logarithms`, with each vertex's own exponent, and no floor."""
     for i in range(BLOCK):
@@ -274,7 +274,7 @@ def light_stage(falloff: Callable[..., Any] | None, weakens: bool) -> Callable[.
     return arrive_in_cone
 
 
-@plain
+@compiled
 def _weaken(rows: Any, numbers: Any) -> None:
     """Strengths in place of distances."""
     constant, linear, quadratic = like(rows, numbers[3]), like(rows, numbers[4]), like(rows, numbers[5])
@@ -362,7 +362,7 @@ def _listed(array: Any, start: int, rows: Any, k: int) -> Any:
     )
 
 
-@plain
+@compiled
 def _list(rows: Any, flags: int) -> int:
     """List the vertices whose flag is not 0, first those that see all of the light; gives how many places that takes.
 

@@ -17,7 +17,7 @@ from numba import types
 from numba.extending import intrinsic
 
 from pvphong.base.formulas import LEAST_SQUARE, ONE, ZERO, cross, dot, inverse_length, square, times
-from pvphong.shading.kernel.arithmetic import inlined, is_nowhere, like, plain, shifted
+from pvphong.shading.kernel.arithmetic import compiled, inlined, is_nowhere, like, shifted
 
 # --- rows
 
@@ -46,7 +46,7 @@ AMBIENT_R, AMBIENT_G, AMBIENT_B, TX, TY, TZ = range(21 * BLOCK, 27 * BLOCK, BLOC
 
 # Parts of one light, and of the ambient light, that nothing blocks; what a map has in place of the reflectance's field;
 # not 0 for a vertex that is left to the reference; light that no map multiplies, beside OTHER.
-VISIBLE, SKY, FIELD, DECLINED, PLAIN_R, PLAIN_G, PLAIN_B = range(27 * BLOCK, 34 * BLOCK, BLOCK)
+VISIBLE, SKY, FIELD, DECLINED, UNMAPPED_R, UNMAPPED_G, UNMAPPED_B = range(27 * BLOCK, 34 * BLOCK, BLOCK)
 
 # Points, where they are not beside the rows; the length of all rows.
 PX, PY, PZ, ROWS = range(34 * BLOCK, 38 * BLOCK, BLOCK)
@@ -151,7 +151,7 @@ def scaled(x: float, y: float, z: float, exponent: int) -> tuple[float, float, f
     return math.ldexp(x, -exponent), math.ldexp(y, -exponent), math.ldexp(z, -exponent)
 
 
-@plain
+@compiled
 def load_vectors(array: Any, first: int, count: int, rows: Any) -> None:
     """Vectors, one after the other in memory, into the first three rows; the last one fills up the block."""
     part = shifted(array, 3 * first)
@@ -163,7 +163,7 @@ def load_vectors(array: Any, first: int, count: int, rows: Any) -> None:
         put(rows, i, vector(rows, count - 1))
 
 
-@plain
+@compiled
 def load_channel(channels: Any, first: int, count: int, row: Any) -> None:
     """One number of each vertex into a row; the block is filled up with 0."""
     part = shifted(channels, first)
@@ -173,7 +173,7 @@ def load_channel(channels: Any, first: int, count: int, row: Any) -> None:
         row[i] = 0.0
 
 
-@plain
+@compiled
 def load_points(array: Any, first: int, count: int, s: Any, rows: Any, points: Any) -> None:
     """(L p + t) / w for the matrix (L | t) and w of the settings, in float64; p in rows, if those are nowhere."""
     if is_nowhere(points):
@@ -194,7 +194,7 @@ def _in_two(rows: Any, x: float) -> tuple[Any, Any]:
     return rounded, like(rows, x - np.float64(rounded))
 
 
-@plain
+@compiled
 def _measure_normals(rows: Any) -> bool:
     """1/|n|; gives whether all can be used as they are."""
     good = True
@@ -205,7 +205,7 @@ def _measure_normals(rows: Any) -> bool:
     return good
 
 
-@plain
+@compiled
 def load_normals(array: Any, first: int, count: int, s: Any, rows: Any, wide: Any) -> bool:
     """Normals, turned by the settings' matrix, and 1/|n|; whether no vertex is declined. `wide` is scratch memory."""
     normals = shifted(rows, NX)
@@ -243,7 +243,7 @@ def _unit(w: tuple[Any, Any, Any]) -> tuple[Any, Any, Any]:
     return times(w, inverse_length(square(w)))
 
 
-@plain
+@compiled
 def load_tangents(channels: Any, stride: int, first: int, count: int, rows: Any) -> None:
     """Unit tangents across n, (n × t) × n; zero where they are along n."""
     tangents = shifted(rows, TX)
@@ -302,7 +302,7 @@ def approach(rows: Any, points: Any, x: float, y: float, z: float, measures: boo
     return good
 
 
-@plain
+@compiled
 def look_at_viewer(s: Any, rows: Any, points: Any) -> bool:
     """Writes v, and n turned to the viewer, as far as the settings want them; whether no vertex is declined."""
     good, normals, viewer = True, shifted(rows, NX), shifted(rows, VX)

@@ -7,14 +7,11 @@ import math
 
 from pvphong.base.types import Vector
 from pvphong.base.vectors import angle_between
-from pvphong.geometry.extent import ROUNDED_UP
+from pvphong.geometry.extent import ROUNDED_UP, TURN_SLACK
 from pvphong.optics.light import StandIn
 from pvphong.optics.reflectance import LAMBERT, Sightline
 from pvphong.shading.equation import Equation, LightTerm
 from pvphong.shading.plan.draft import Draft
-
-# Radians by which a direction may be off in float64.
-_SLACK = 1e-7
 
 Cone = tuple[Vector, float]
 """Directions: a unit vector, and the angle in radians by which one at a vertex may be off it."""
@@ -118,9 +115,9 @@ def largest_change(draft: Draft, term: LightTerm, turn: float, *, light_moves: b
 def viewer_seen(draft: Draft, eye: Vector | None) -> Cone | None:
     """Where the viewer is seen, at infinity where there is no eye; None where nothing is known."""
     if eye is None:
-        return draft.equation.to_eye, _SLACK
+        return draft.equation.to_eye, TURN_SLACK
     seen = draft.extent.sight(eye)
-    return None if seen is None else (seen.direction, seen.turn + _SLACK)
+    return None if seen is None else (seen.direction, seen.turn + TURN_SLACK)
 
 
 def widest_to_viewer(draft: Draft, light: Cone) -> float:

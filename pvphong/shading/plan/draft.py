@@ -110,7 +110,7 @@ class Draft:
     @cached_property
     def error_bound(self) -> float:
         """Sum of the bounds taken so far."""
-        return math.fsum(map(self._of_colors, self.notes)) * (ROUNDED_UP if self.notes else 1.0)
+        return math.fsum(map(self._of_colors, self.notes)) * ROUNDED_UP
 
     def _of_colors(self, note: Note) -> float:
         """The error of the colours: that of direct light bounces with it."""

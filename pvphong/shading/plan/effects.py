@@ -15,7 +15,6 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from functools import partial
 from typing import Any
 
 import numpy as np
@@ -318,13 +317,12 @@ class Size(LightEffect):
         """
         decision, equation, integrals = super().decide(draft), draft.equation, 0
         by_method: dict[str, list[str]] = {}
-        components: tuple[Component, ...] = ("diffuse", "specular")
-        for component in components if decision.on else ():
+        for component, lobes in equation.lobes_of.items():
             for term in equation.terms:
                 if self.has(equation, term) and equation.has(term, component):
                     exact, summed = by_closed_form(term, equation.forms)
-                    integrals += sum(any(exact[k]) for k in equation.lobes_of[component])
-                    is_summed = any(any(summed[k]) for k in equation.lobes_of[component])
+                    integrals += sum(any(exact[k]) for k in lobes)
+                    is_summed = any(any(summed[k]) for k in lobes)
                     method = f"by {NODES if term.nodes is None else len(term.nodes)} nodes" if is_summed else "exact"
                     by_method.setdefault(method, []).append(component)
         said = ", ".join(f"{' and '.join(dict.fromkeys(found))} {method}" for method, found in by_method.items())
@@ -337,7 +335,7 @@ class Sky(Effect):
     def leave_out(self, draft: Draft, term: LightTerm) -> Change | None:
         """The fewest bands that do."""
         for bands in range(1, _bands(term)) if draft.allowance else ():
-            bound = _largest_error(draft.equation, term, partial(term.light.error_without_bands, bands=bands))
+            bound = _error_without_bands(draft.equation, term, bands)
             if bound <= draft.allowance:
                 note = Note(self.name, term.label, f"bands from {bands} on, at most {bound:.2g}", bound)
                 return (replace(term, bands=bands),), (note,)
@@ -353,10 +351,7 @@ class Sky(Effect):
         if not terms:
             return decision
         count = max(map(_bands, terms))
-        beyond = max(
-            _largest_error(equation, term, partial(term.light.error_without_bands, bands=term.light.bands))
-            for term in terms
-        )
+        beyond = max(_error_without_bands(equation, term, term.light.bands) for term in terms)
         labels, noted = ", ".join(term.label for term in terms), draft.why_without(self.name)
         why = f"{labels}: {count} bands, those beyond {BANDS} hold at most {beyond:.2g}"
         return replace(decision, why=f"{why} (left out: {noted})" if noted else why)
@@ -369,10 +364,10 @@ def _bands(term: LightTerm) -> int:
     return term.light.bands if term.bands is None else term.bands
 
 
-def _largest_error(equation: Equation, term: LightTerm, off: Any) -> float:
-    """The largest error in a colour, where each lobe may be off by what `off` gives for its form."""
+def _error_without_bands(equation: Equation, term: LightTerm, bands: int) -> float:
+    """The largest error in a colour without a light's bands from one on."""
     errors = [
-        max(color) * off(form)
+        max(color) * term.light.error_without_bands(form, bands)
         for form, color in zip(equation.forms, term.colors, strict=True)
         if form is not None and any(color)
     ]
