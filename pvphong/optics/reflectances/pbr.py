@@ -128,9 +128,10 @@ class _Colored(PBR):
         """
         color, is_blend = np.array(self.color)[:, None], self.varies or 0.0 < self.metallic < 1.0
         low, high = (0.0, 1.0) if self.varies else (self.metallic, self.metallic)
-        under = (1.0 - low) * (1.0 - fresnel_ends(low, color)[0])
-        f0 = np.maximum(fresnel_ends(low, color)[0], fresnel_ends(high, color)[0])
-        f90 = fresnel_ends(low, color)[1] if not self.varies else np.ones(1)
+        least_f0, least_f90 = fresnel_ends(low, color)
+        under = (1.0 - low) * (1.0 - least_f0)
+        f0 = np.maximum(least_f0, fresnel_ends(high, color)[0])
+        f90 = np.ones(1) if self.varies else least_f90
 
         def ends(albedo: FloatArray, maps: Mapping[str, FloatArray]) -> tuple[Any, Any, Any]:
             """The metallic, F₀ and F₉₀, in the type of the albedo."""

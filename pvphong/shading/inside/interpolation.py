@@ -86,7 +86,7 @@ class Lighting:
     """
 
     def __init__(
-        self, scene: Scene, material: Material, matrix: MatrixLike | None, vertices: Vertices, *, cuts: bool = False
+        self, scene: Scene, material: Material, matrix: MatrixLike | None, vertices: Vertices, *, cuts: bool
     ) -> None:
         self.scene, self.matrix = scene, matrix
         self.equation = vertices.equation(scene, material, matrix)

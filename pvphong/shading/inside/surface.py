@@ -50,7 +50,7 @@ class LitSurface:
     """
 
     def __init__(
-        self, points: FloatArray, normals: FloatArray, corners: IntArray, lighting: Lighting, smooth: bool = False
+        self, points: FloatArray, normals: FloatArray, corners: IntArray, lighting: Lighting, smooth: bool
     ) -> None:
         self.lighting, self.real, self._smooth = lighting, points.dtype, smooth
         self.vertices = lighting.vertices(points, normals)
