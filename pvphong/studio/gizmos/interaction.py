@@ -361,6 +361,11 @@ class Interaction:
         if edit is not None:
             self.grabbed_last = edit.handle
 
+    def give_up(self) -> None:
+        """End what is dragged or typed, and put the light back."""
+        self._end(taken=False)
+        self.gizmos.render()
+
     def _end(self, *, taken: bool) -> None:
         """What was dragged or typed becomes one step, or is put back."""
         edit = self.edit
@@ -395,8 +400,7 @@ class Interaction:
             gizmos.render()
         elif self.edit is not None:
             if key == "Escape":
-                self._end(taken=False)
-                gizmos.render()
+                self.give_up()
         elif gizmos.is_pointed_at:
             control, gizmo = bool(gizmos.interactor.GetControlKey()), gizmos.selected
             if key in _TAKE and not control and gizmo is not None:

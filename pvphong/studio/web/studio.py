@@ -428,10 +428,9 @@ class Studio:
         """A browser has gone; what it was dragging in the view is put back."""
         self.document.settle()
         if in_mid_drag:
-            interactor = self._plotter.iren.interactor
-            interactor.SetKeySym("Escape")
-            interactor.InvokeEvent("KeyPressEvent")
-            interactor.InvokeEvent("LeftButtonReleaseEvent")
+            if self._subplot.interaction is not None:
+                self._subplot.interaction.give_up()
+            self._plotter.iren.interactor.InvokeEvent("LeftButtonReleaseEvent")
             self._done("The connection was lost while a light was dragged: it is where it was.")
 
     # -- the server
