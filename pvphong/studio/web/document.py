@@ -415,8 +415,16 @@ class Document:
         return {name: shared for shared, name in found.items()}
 
     def mesh_name(self, mesh: Any) -> str:
-        """What a mesh is called: as it was drawn, in brackets the block; its number if it was drawn without a name."""
-        return self._subplot.lit.name_of(mesh) or f"mesh {1 + self._subplot.lit.meshes.index(mesh)}"
+        """What a mesh is called, and no other.
+
+        A block by its own name, as rigs and scripts name it, unless another mesh has that too; else a mesh as it was
+        drawn, in brackets the block; its number if it was drawn without a name.
+        """
+        lit = self._subplot.lit
+        others = (other.block or lit.name_of(other) for other in lit.meshes if other is not mesh)
+        if mesh.block and mesh.block not in others:
+            return mesh.block
+        return lit.name_of(mesh) or f"mesh {1 + lit.meshes.index(mesh)}"
 
     def _material(self, number: Any) -> SharedMaterial:
         materials = list(self.materials.values())

@@ -131,7 +131,7 @@ class TakeHome:
         Lights and materials that no code can hold, images and arrays, are read from the rig.
         """
         options, materials, stem = self.options, self._written, self.stem
-        ending = "vtp" if len(self.meshes) == 1 else "vtkhdf"
+        ending = "vtp" if [mesh.block for mesh in self.meshes.values()] == [""] else "vtkhdf"
         try:
             scene = python_of(self.scene)
             if list(materials) == [DEFAULT]:

@@ -1,7 +1,9 @@
 """The studio without a browser: what it does when one goes, and what it takes home of several blocks."""
 
 import asyncio
+import re
 
+import numpy as np
 import pytest
 import pyvista as pv
 from mouse import Mouse
@@ -9,6 +11,9 @@ from mouse import Mouse
 pytest.importorskip("trame_pyvista", reason="the studio needs the extra trame")
 
 import pvphong as ph
+from pvphong.cli.app import main
+from pvphong.meshes.blocks import leaves
+from pvphong.studio.lit_mesh import SharedMaterial
 from pvphong.studio.web.studio import Studio
 
 
@@ -45,3 +50,67 @@ def test_escape_puts_back_a_drag_after_a_connection_was_lost_in_another(new_plot
         assert plotter.phong.lights == before
 
     in_a_studio(plotter, act)
+
+
+def blocks_in(path, count=2):
+    """Blocks in a file, of which the second has no name of its own."""
+    blocks = pv.MultiBlock([pv.Sphere(), pv.Plane(center=(0, 0, -0.6))][:count])
+    for number, name in enumerate(["bowl", ""][:count]):
+        blocks.set_block_name(number, name)
+    blocks.save(path)
+    return pv.read(path)
+
+
+GOLD = ph.Material.named("gold")
+
+
+@pytest.mark.parametrize("count", [1, 2])
+@pytest.mark.parametrize("name", [{}, {"name": "part"}], ids=["", "named"])
+def test_the_script_of_blocks_lights_them_as_the_studio_does(new_plotter, tmp_path, monkeypatch, name, count):
+    plotter, blocks = new_plotter((64, 48)), blocks_in(tmp_path / "part.vtm", count)
+    plotter.phong.add_light(ph.DirectionalLight((0, 0.3, -1)))
+    first, *_ = plotter.phong.add_mesh(blocks, **name)
+    plotter.phong.mesh(first).shared_material = SharedMaterial(GOLD)
+    home = in_a_studio(plotter, lambda studio: studio.take_home)
+    monkeypatch.chdir(tmp_path)
+    exec(compile(home.script(), "script", "exec"), {})
+    for saved, lit in zip(pv.read(tmp_path / "part-lit.vtkhdf"), leaves(home.lit), strict=True):
+        np.testing.assert_array_equal(saved["phong"], lit["phong"])
+
+
+def test_the_command_begins_with_a_rig_that_was_kept_of_blocks(tmp_path, monkeypatch):
+    path, started = tmp_path / "part.vtm", []
+    blocks_in(path)
+
+    def studio(phong, *, keep, **_):
+        started.append([lit.material for lit in phong._subplot.lit.meshes])
+        phong._subplot.lit.meshes[0].shared_material = SharedMaterial(GOLD)
+        in_a_studio(phong._plotter, lambda studio: studio._save(), keep=keep)
+
+    monkeypatch.setattr("pvphong.plotter.PlotterPhong.studio", studio)
+    for _ in range(2):
+        assert main(["studio", str(path), "--keep", "--no-browser"]) == 0
+    assert started == [[ph.Material(), ph.Material()], [GOLD, ph.Material()]]
+
+
+@pytest.mark.parametrize(("count", "shown"), [(1, {"vtp", "ply"}), (2, {"vtkhdf"})])
+def test_the_page_offers_files_that_hold_as_many_meshes(new_plotter, tmp_path, count, shown):
+    plotter = new_plotter((64, 48))
+    plotter.phong.add_light(ph.DirectionalLight())
+    plotter.phong.add_mesh(pv.MultiBlock([pv.Sphere(), pv.Plane()][:count]))
+
+    def act(studio):
+        state = studio.server.state
+        for what in ("vtp", "ply", "vtkhdf"):
+            (button,) = re.findall(f'<VBtn data-test="download-{what}".*', state.trame__template_main)
+            condition = re.search('v-if="([^"]*)"', button)[1]
+            assert eval(condition, {"mesh_count": state.mesh_count}) is (what in shown)
+            if what in shown:
+                studio.take_home.write(what, tmp_path, plotter, (64, 48))
+        return studio.take_home
+
+    home = in_a_studio(plotter, act)
+    assert {path.suffix for path in tmp_path.iterdir()} == {f".{what}" for what in shown}
+    for path in tmp_path.glob("*.v*"):
+        for saved, lit in zip(leaves(pv.read(path)), leaves(home.lit), strict=True):
+            np.testing.assert_array_equal(saved["phong"], lit["phong"])
