@@ -210,7 +210,8 @@ class Studio:
         meshes = self._subplot.lit.shown
         points = sum(mesh.drawn.n_points for mesh in meshes)
         title = f"{self._stem}: {points:,} points" if meshes else "no mesh yet"
-        return self.document.shown() | self._awaited() | {"title": title, "has_mesh": bool(meshes)}
+        of_meshes = {"title": title, "has_mesh": bool(meshes), "mesh_count": len(meshes)}
+        return self.document.shown() | self._awaited() | of_meshes
 
     def _awaited(self) -> dict[str, Any]:
         """What is computed in the background, and what has come of refining."""
