@@ -19,7 +19,7 @@ from pvphong.meshes.pictures import refuse_colouring
 from pvphong.meshes.surfaces import FeatureAngle, drawable
 from pvphong.optics.lights import Light
 from pvphong.optics.maps import maps_on_material
-from pvphong.optics.material import Material
+from pvphong.optics.material import DEFAULT_MATERIAL, Material
 from pvphong.scene.light_model import LightModel
 from pvphong.scene.scene import Scene
 from pvphong.studies.validate.validation import Comparison, validate
@@ -28,7 +28,6 @@ from pvphong.studio.lit_mesh import ARRAY, LitMesh, lit_meshes
 from pvphong.studio.subplot import Subplot
 from pvphong.studio.window_lights import RendererLight
 
-_DULL = Material()
 _NO_KEYS: Keys = MappingProxyType({})
 
 _OUTPUTS = (
@@ -64,7 +63,7 @@ class PlotterPhong:
     def add_mesh(
         self,
         mesh: pv.DataSet | pv.MultiBlock,
-        material: Material | str | Mapping[str, Material | str] = _DULL,
+        material: Material | str | Mapping[str, Material | str] = DEFAULT_MATERIAL,
         *,
         feature_angle: FeatureAngle = "auto",
         casts_shadows: bool = True,
