@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import replace
 from typing import Any
 
@@ -123,6 +124,13 @@ class WindowLights:
             check.refuse("light", light, "a light that the plotter does not have yet", "set_light changes a light.")
         self._append(renderer_light)
         return renderer_light
+
+    def replace(self, lights: Iterable[Any]) -> None:
+        """Take all lights out, and add others."""
+        for renderer_light in self.renderer_lights:
+            self.remove(renderer_light)
+        for light in lights:
+            self.add(light)
 
     def _append(self, renderer_light: RendererLight) -> None:
         is_pyvistas = isinstance(renderer_light.vtk_light, pv.Light)

@@ -374,10 +374,7 @@ class Document:
             The name of the material of what has no name.
         """
         with self._step():
-            for each in self._subplot.lights.renderer_lights:
-                self._subplot.lights.remove(each)
-            for light in scene.lights:
-                self._subplot.lights.add(light)
+            self._subplot.lights.replace(scene.lights)
             self._phong.light_model = scene.light_model
             for name, shared in self.materials.items():
                 found = materials.get(name, materials.get(default))

@@ -254,10 +254,9 @@ class Studio:
         for mesh in meshes:
             lit = shallow_copy(mesh.drawn)
             lit.point_data.active_normals = mesh.normals
-            others = [(other.drawn, other.matrix) for other in self._subplot.lit.others(mesh)]
             with suppress(ValueError):  # the view says why it cannot be lit
-                options: dict[str, Any] = {"matrix": mesh.matrix, "tolerance": tolerance, "occluders": others}
-                made = plan(lit, scene, mesh.material, **options)
+                where: dict[str, Any] = {"matrix": mesh.matrix, "occluders": self._subplot.lit.others(mesh)}
+                made = plan(lit, scene, mesh.material, tolerance=tolerance, **where)
                 shown.append({"name": self.document.mesh_name(mesh), "rows": _rows(made), "accuracy": _accuracy(made)})
         try:
             script = self.take_home.script()
@@ -298,17 +297,14 @@ class Studio:
             If it has nothing that can be lit; all is as before then.
         """
         outside = map_blocks(mesh, surface) if isinstance(mesh, pv.MultiBlock) else surface(mesh)
-        scene, phong, lights = default_scene(outside), self._plotter.phong, self._subplot.lights
+        scene, phong = default_scene(outside), self._plotter.phong
         before = [each.actor for each in self._subplot.lit.meshes]
         self._measuring.cancel()
         self.mark_worst(False)
         phong.add_mesh(outside, refine=self.document.accuracy.refine)
         for actor in before:
             self._plotter.remove_actor(actor, render=False)
-        for light in lights.renderer_lights:
-            lights.remove(light)
-        for light in scene.lights:
-            lights.add(light)
+        self._subplot.lights.replace(scene.lights)
         phong.light_model = scene.light_model
         aim(self._plotter, scene.viewer)
         self._plotter.reset_camera_clipping_range()
@@ -396,7 +392,7 @@ class Studio:
                 "seconds": seconds,
                 "matrix": measured.matrix,
                 "feature_angle": measured.feature_angle,
-                "occluders": [(other.mesh, other.matrix) for other in self._subplot.lit.others(measured)],
+                "occluders": self._subplot.lit.others(measured),
             }
         )
 

@@ -14,12 +14,12 @@ import numpy as np
 import pyvista as pv
 
 from pvphong.base import check
-from pvphong.meshes.blocks import DEFAULT
+from pvphong.meshes.blocks import DEFAULT, common_or_named
 from pvphong.meshes.files import save_lit
 from pvphong.meshes.pictures import draw, save_picture
 from pvphong.optics.lights import LIGHT_TYPES
 from pvphong.optics.maps import Map
-from pvphong.optics.material import Material
+from pvphong.optics.material import DEFAULT_MATERIAL, Material
 from pvphong.optics.reflectances import REFLECTANCES
 from pvphong.scene.light_model import LightModel
 from pvphong.scene.scene import Scene
@@ -77,9 +77,8 @@ class TakeHome:
     @property
     def materials(self) -> dict[str, Material]:
         """As rigs keep them: "default" for all, or by the meshes' names."""
-        found = {name: mesh.material for name, mesh in self.meshes.items()}
-        first = next(iter(found.values()), Material())
-        return {DEFAULT: first} if all(material == first for material in found.values()) else found
+        found = common_or_named({name: mesh.material for name, mesh in self.meshes.items()})
+        return found or {DEFAULT: DEFAULT_MATERIAL}
 
     @property
     def _written(self) -> dict[str, Material]:
