@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import functools
-import importlib.util
 import os
 import weakref
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -26,6 +25,7 @@ from pvphong.studies.validate.validation import Comparison, validate
 from pvphong.studio.gizmos import Gizmo, Gizmos, History, Interaction, Keys, Options, check_keys
 from pvphong.studio.lit_mesh import ARRAY, LitMesh, lit_meshes
 from pvphong.studio.subplot import Subplot
+from pvphong.studio.web import refuse_missing_extra
 from pvphong.studio.window_lights import RendererLight
 
 _NO_KEYS: Keys = MappingProxyType({})
@@ -445,8 +445,7 @@ class PlotterPhong:
         ValueError
             If an argument is not allowed, or the extra is not installed.
         """
-        if importlib.util.find_spec("trame_pyvista") is None:
-            check.refuse("plotter.phong.studio", "none of its packages", "installed", 'pip install "pvphong[trame]".')
+        refuse_missing_extra("plotter.phong.studio")
         from pvphong.studio.web.serving import serve
 
         if not self.gizmos:

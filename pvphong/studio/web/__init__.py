@@ -15,3 +15,15 @@ Read in this order:
 
 All but `inputs`, `page`, `door`, `studio` and `serving` know nothing of a server.
 """
+
+from __future__ import annotations
+
+import importlib.util
+
+from pvphong.base import check
+
+
+def refuse_missing_extra(called: str) -> None:
+    """Raise ``ValueError`` if the extra is not installed; what is called is named."""
+    if importlib.util.find_spec("trame_pyvista") is None:
+        check.refuse(called, "none of its packages", "installed", 'pip install "pvphong[trame]".')
