@@ -180,7 +180,8 @@ def build(server: Any, plotter: Any, kinds: Mapping[str, str]) -> Any:
 def _panel(title: str, note: str = "") -> Iterator[None]:
     with v.VExpansionPanel(eager=True, id=f"panel-{title.lower()}"):
         with v.VExpansionPanelTitle(title):
-            html.Span(note, classes="studio-unit ml-2") if note else None
+            if note:
+                html.Span(note, classes="studio-unit ml-2")
         with v.VExpansionPanelText():
             yield
 

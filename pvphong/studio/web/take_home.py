@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 import tempfile
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import MISSING, dataclass, fields
 from functools import cached_property
 from pathlib import Path, PurePath
@@ -175,9 +175,8 @@ class TakeHome:
             If it cannot be made.
         """
         check.choice("file", what, FILES)
-        path = folder / {"rig": f"{self.stem}-rig.json", "png": f"{self.stem}.png", "gltf": f"{self.stem}.gltf"}.get(
-            what, f"{self.stem}-lit.{what}"
-        )
+        ending = {"rig": "-rig.json", "png": ".png", "gltf": ".gltf"}.get(what, f"-lit.{what}")
+        path = folder / f"{self.stem}{ending}"
         if what == "rig":
             self.save_rig(path)
         elif what == "py":
@@ -222,11 +221,16 @@ def python_of(value: Any, indent: str = "") -> str:
     """A scene, a light, a material and the like as Python that gives it again, with `pvphong` as `ph`."""
     kind: Any = type(value)
     inside = f"{indent}    "
+
+    def listed(parts: Iterable[str]) -> str:
+        """A line for each, between lines that have nothing but brackets."""
+        return "\n" + "".join(f"{inside}{part},\n" for part in parts) + indent
+
     if isinstance(value, Scene):
-        parts = [f"{name}={python_of(getattr(value, name), inside)}" for name in ("lights", "viewer", "light_model")]
-        return f"ph.Scene(\n{''.join(f'{inside}{part},{chr(10)}' for part in parts)}{indent})"
+        names = "lights", "viewer", "light_model"
+        return f"ph.Scene({listed(f'{name}={python_of(getattr(value, name), inside)}' for name in names)})"
     if isinstance(value, tuple) and isinstance(value[0] if value else None, _CODED):
-        return f"[\n{''.join(f'{inside}{python_of(each, inside)},{chr(10)}' for each in value)}{indent}]"
+        return f"[{listed(python_of(each, inside) for each in value)}]"
     if isinstance(value, float | int | str | tuple | None):
         return repr(value)
     if kind not in _CODED:
