@@ -24,6 +24,7 @@ from pyvista import examples
 from trame.app import get_server
 
 from pvphong.base import check
+from pvphong.base.types import Float64Array
 from pvphong.meshes.blocks import DEFAULT, map_blocks
 from pvphong.meshes.default_scene import default_scene
 from pvphong.meshes.files import read, read_texture
@@ -40,7 +41,7 @@ from pvphong.shading.plan.plan import Plan
 from pvphong.studio.gizmos import History, commands
 from pvphong.studio.subplot import Subplot
 from pvphong.studio.web.document import Document
-from pvphong.studio.web.door import Door, Messages
+from pvphong.studio.web.door import Door, Messages, upload
 from pvphong.studio.web.page import build
 from pvphong.studio.web.report import Measuring, Report
 from pvphong.studio.web.take_home import EXAMPLES, LIT, TakeHome, reading_file
@@ -108,7 +109,7 @@ class Studio:
         self._planned_for: Any = None
         self._serving: Any = None
         self._measuring = Measuring(self._measured)
-        self._measured_matrix = np.eye(4)
+        self._measured_matrix: Float64Array | None = None
         self._reports = 0
         self.server = get_server(f"pvphong studio {next(_numbers)}", client_type="vue3")
         names = {"example_names": list(EXAMPLES), "material_names": list(Material.names())}
@@ -382,7 +383,7 @@ class Studio:
             check.refuse("mesh", "none", "there", "Open one first.")
         self.mark_worst(False)
         measured = max(meshes, key=lambda mesh: mesh.drawn.n_points)
-        self._measured_matrix = np.eye(4) if measured.matrix is None else measured.matrix
+        self._measured_matrix = measured.matrix
         self._measuring.start(
             {
                 "mesh": measured.mesh,
@@ -390,7 +391,7 @@ class Studio:
                 "material": measured.material,
                 "tolerance": self.document.accuracy.tolerance or 1.0 / 255.0,
                 "seconds": seconds,
-                "matrix": measured.matrix,
+                "matrix": self._measured_matrix,
                 "feature_angle": measured.feature_angle,
                 "occluders": self._subplot.lit.others(measured),
             }
@@ -457,7 +458,7 @@ class Studio:
             ("sky", SKIES, self._take_sky),
             ("texture", IMAGES, self._take_texture),
         ):
-            server.app.router.add_post(f"/bring/{what}", self.door.upload(suffixes, take, self._done))
+            server.app.router.add_post(f"/bring/{what}", upload(suffixes, take, self._done))
 
     def address_at(self, port: int) -> str:
         """Where the page is, served on a port."""

@@ -11,7 +11,7 @@ import pytest
 pytest.importorskip("trame_pyvista", reason="the studio needs the extra trame")
 
 from pvphong.studio.web import door
-from pvphong.studio.web.door import Door, Malformed, is_loopback, plain, view_event, view_size
+from pvphong.studio.web.door import Door, Malformed, is_loopback, plain, upload, view_event, view_size
 
 web = pytest.importorskip("aiohttp.web")
 
@@ -139,7 +139,7 @@ def test_uploads_are_limited_by_kind_and_size_and_written_under_our_own_name(mon
                 found.append((400, "file must be at most 1 MiB"))
         return found
 
-    found = in_a_server(guarded, run, routes=[("/up", guarded.upload((".ply",), take, said.append))])
+    found = in_a_server(guarded, run, routes=[("/up", upload((".ply",), take, said.append))])
     assert [status for status, _ in found] == [204, 204, 204, 400, 400, 400, 400, 400, 400, 400]
     assert [name for name, _, _ in taken] == ["part.ply", "part.PLY", "part.ply", "bad.ply"]
     assert {written for _, written, _ in taken} == {"upload.ply"}
