@@ -422,7 +422,7 @@ class PlotterPhong:
         Parameters
         ----------
         file : str, default "mesh.vtp"
-            The file that the mesh was read from: the script that is taken home reads it, and other files are named
+            The file that the mesh was read from: the script that is downloaded reads it, and other files are named
             after it. Nothing is read or written here.
         port : int, default 0
             The port to listen on; 0 is one that is free.

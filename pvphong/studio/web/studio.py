@@ -40,11 +40,11 @@ from pvphong.shading.plan.effects import EFFECTS
 from pvphong.shading.plan.plan import Plan
 from pvphong.studio.gizmos import History, commands
 from pvphong.studio.subplot import Subplot
+from pvphong.studio.web.access import Access, Messages, upload
 from pvphong.studio.web.document import Document
-from pvphong.studio.web.door import Door, Messages, upload
+from pvphong.studio.web.downloads import EXAMPLES, LIT, Downloads, reading_file
 from pvphong.studio.web.page import build
 from pvphong.studio.web.report import Measuring, Report
-from pvphong.studio.web.take_home import EXAMPLES, LIT, TakeHome, reading_file
 from pvphong.studio.web.thumbnails import thumbnail
 
 _SHOW_AFTER, _PLAN_AFTER, _ASK_AGAIN = 0.06, 0.25, 0.1
@@ -81,7 +81,7 @@ class Studio:
     history : History
         The plotter's.
     file : str
-        Name of the file that the mesh was read from, as the script that is taken home reads it.
+        Name of the file that the mesh was read from, as the script that is downloaded reads it.
     host : str
         The address to listen on.
     keep : Path, optional
@@ -101,7 +101,7 @@ class Studio:
         self._plotter, self._subplot, self._host, self._keep = plotter, subplot, host, keep
         self._reading, self._stem = reading_file(file), PurePath(file).stem
         self.document = Document(plotter.phong, subplot, history)
-        self.door = Door(host)
+        self.access = Access(host)
         self._loop = asyncio.get_running_loop()
         subplot.lit.is_in_a_page = True
         plotter.render_window.SetMultiSamples(0)  # drawn by a processor, four make a frame take five times as long
@@ -260,7 +260,7 @@ class Studio:
                 made = plan(lit, scene, mesh.material, tolerance=tolerance, **where)
                 shown.append({"name": self.document.mesh_name(mesh), "rows": _rows(made), "accuracy": _accuracy(made)})
         try:
-            script = self.take_home.script()
+            script = self.downloads.script()
         except ValueError as error:
             script = f"# {error}"
         with self.server.state as state:
@@ -272,7 +272,7 @@ class Studio:
         """Keep the rig, where that was asked for."""
         if self._keep is not None:
             try:
-                self.take_home.save_rig(self._keep)
+                self.downloads.save_rig(self._keep)
             except ValueError:  # its message has the whole path
                 self.say(
                     f"The rig is not kept: {self._keep.name} cannot be written, or a map is an array without a name."
@@ -318,25 +318,25 @@ class Studio:
         self.open(getattr(examples, function)(), name, f"pv.examples.{function}()")
 
     @property
-    def take_home(self) -> TakeHome:
-        """What can be taken home now."""
+    def downloads(self) -> Downloads:
+        """What can be downloaded now."""
         meshes = {self.document.mesh_name(mesh): mesh for mesh in self._subplot.lit.shown}
         tolerance = self.document.accuracy.tolerance
         textures = self.document.textures
-        return TakeHome(meshes, self._subplot.scene, tolerance, self._reading, self._stem, textures)
+        return Downloads(meshes, self._subplot.scene, tolerance, self._reading, self._stem, textures)
 
     async def _give(self, request: web.Request) -> web.StreamResponse:
-        """Answer with one of the files that can be taken home."""
+        """Answer with one of the files that can be downloaded."""
         self.mark_worst(False)
         width, height = (request.query.get(name, "")[:9] for name in ("width", "height"))
-        what, home = request.match_info["what"], self.take_home
+        what, downloads = request.match_info["what"], self.downloads
         try:
             size = int(width) if width.isdecimal() else 0, int(height) if height.isdecimal() else 0
             if what in LIT:
-                await asyncio.to_thread(lambda: home.lit)  # which takes long where light bounces
+                await asyncio.to_thread(lambda: downloads.lit)  # which takes long where light bounces
             while what == "gltf" and self._subplot.lit.is_awaiting:  # it has what the view shows
                 await asyncio.sleep(_ASK_AGAIN)
-            name, content = home.read(what, self._plotter, size)
+            name, content = downloads.read(what, self._plotter, size)
         except ValueError as error:
             self.say(str(error))
             return web.Response(status=400, text=str(error))
@@ -442,7 +442,7 @@ class Studio:
             """In place of wslink's own end of the WebSocket."""
             return await (messages.handleWsRequest if request.path == "/ws" else handler)(request)
 
-        self.door.guard(server.app)
+        self.access.guard(server.app)
         server.app.middlewares.append(to_messages)
 
         async def end(_app: web.Application) -> None:
@@ -469,7 +469,7 @@ class Studio:
                 socket.getaddrinfo(host, None)
             except OSError:
                 host = "127.0.0.1"
-        return f"http://{f'[{host}]' if ':' in host else host}:{port}/{self.door.query}"
+        return f"http://{f'[{host}]' if ':' in host else host}:{port}/{self.access.query}"
 
     def start(self, port: int) -> None:
         """Begin to serve."""

@@ -1,4 +1,4 @@
-"""The studio without a browser: what it does when one goes, and what it takes home of several blocks."""
+"""The studio without a browser: what it does when one goes, and what is downloaded of several blocks."""
 
 import asyncio
 import re
@@ -71,10 +71,10 @@ def test_the_script_of_blocks_lights_them_as_the_studio_does(new_plotter, tmp_pa
     plotter.phong.add_light(ph.DirectionalLight((0, 0.3, -1)))
     first, *_ = plotter.phong.add_mesh(blocks, **name)
     plotter.phong.mesh(first).shared_material = SharedMaterial(GOLD)
-    home = in_a_studio(plotter, lambda studio: studio.take_home)
+    downloads = in_a_studio(plotter, lambda studio: studio.downloads)
     monkeypatch.chdir(tmp_path)
-    exec(compile(home.script(), "script", "exec"), {})
-    for saved, lit in zip(pv.read(tmp_path / "part-lit.vtkhdf"), leaves(home.lit), strict=True):
+    exec(compile(downloads.script(), "script", "exec"), {})
+    for saved, lit in zip(pv.read(tmp_path / "part-lit.vtkhdf"), leaves(downloads.lit), strict=True):
         np.testing.assert_array_equal(saved["phong"], lit["phong"])
 
 
@@ -106,11 +106,11 @@ def test_the_page_offers_files_that_hold_as_many_meshes(new_plotter, tmp_path, c
             condition = re.search('v-if="([^"]*)"', button)[1]
             assert eval(condition, {"mesh_count": state.mesh_count}) is (what in shown)
             if what in shown:
-                studio.take_home.write(what, tmp_path, plotter, (64, 48))
-        return studio.take_home
+                studio.downloads.write(what, tmp_path, plotter, (64, 48))
+        return studio.downloads
 
-    home = in_a_studio(plotter, act)
+    downloads = in_a_studio(plotter, act)
     assert {path.suffix for path in tmp_path.iterdir()} == {f".{what}" for what in shown}
     for path in tmp_path.glob("*.v*"):
-        for saved, lit in zip(leaves(pv.read(path)), leaves(home.lit), strict=True):
+        for saved, lit in zip(leaves(pv.read(path)), leaves(downloads.lit), strict=True):
             np.testing.assert_array_equal(saved["phong"], lit["phong"])

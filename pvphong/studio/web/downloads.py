@@ -1,4 +1,4 @@
-"""What is taken home from a studio: rig, lit mesh, glTF, picture, and the Python that makes them again, to the bit."""
+"""What is downloaded from a studio: rig, lit mesh, glTF, picture, and the Python that makes them again, to the bit."""
 
 from __future__ import annotations
 
@@ -38,14 +38,14 @@ EXAMPLES: Mapping[str, str] = {
 """What can be opened without a file → the function of `pyvista.examples` that gives it; PyVista brings them along."""
 
 FILES = ("rig", "vtp", "ply", "vtkhdf", "gltf", "png", "py")
-"""What can be taken home, by the endings of names; "rig" is a .json."""
+"""What can be downloaded, by the endings of names; "rig" is a .json."""
 
 LIT = ("vtp", "ply", "vtkhdf", "png")
 """What of that is made of the lit mesh."""
 
 
 @dataclass
-class TakeHome:
+class Downloads:
     """What a studio's files are made of, as it is now.
 
     Parameters

@@ -1,4 +1,4 @@
-"""The door of the studio: who gets in, by HTTP and by WebSocket, which messages are taken, and how files come in.
+"""Access to the studio: who gets in, by HTTP and by WebSocket, which messages are taken, and how files come in.
 
 Served on this machine alone, whoever is on it may come in, but no page of another origin. Served to others, nothing is
 answered without the token of the address, which the browser then keeps in a cookie.
@@ -57,8 +57,8 @@ def is_loopback(host: str) -> bool:
         return host == "localhost"
 
 
-class Door:
-    """What stands between the network and the studio's server.
+class Access:
+    """Which requests the studio's server answers.
 
     Parameters
     ----------
@@ -77,7 +77,7 @@ class Door:
         return f"?token={self.token}" if self.token else ""
 
     def guard(self, app: web.Application) -> None:
-        """Have every request of an application pass here first."""
+        """Have every request of an application checked first."""
         app.middlewares.append(self._admit)
 
     @web.middleware
@@ -388,7 +388,7 @@ class Messages(AioHttpWsHandler):
         if client_id != self._shown_to and size is not None:
             self._shown_to = client_id
             areas, resize = self.functionMap["trame.rca.size"]
-            resize(areas, area, "door", size)
+            resize(areas, area, "access", size)
 
     async def handleSystemMessage(self, rpcid: str, methodName: str, args: list[Any], client_id: str) -> bool:
         """Greetings: wslink would then take messages of 4 GiB."""
