@@ -127,6 +127,16 @@ def test_a_light_that_was_removed_since_stays_away_when_another_returns(lights):
     assert lights.values == (LAMP, SPOT)
 
 
+def test_replacing_takes_all_lights_out_and_is_undone(lights, renderer):
+    renderer.add_light(pv.Light(intensity=0.4))
+    lights.add(LAMP)
+    before = lights.state
+    lights.replace([SPOT, SUN])
+    assert lights.values == (SPOT, SUN)
+    lights.revert(lights.state, before)
+    assert lights.state == before
+
+
 def test_what_has_changed_since_otherwise_is_left(lights):
     lights.add(SUN)
     handle = lights.add(LAMP)
