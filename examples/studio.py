@@ -34,7 +34,7 @@ async def serve_for_a_moment() -> None:
     document.edit("light.1.intensity", "0.1")
     document.undo()
     await page.close()
-    print(page.studio.take_home.script())
+    print(page.studio.downloads.script())
 
 
 if WINDOW:

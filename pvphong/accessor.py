@@ -23,7 +23,7 @@ from pvphong.meshes.blocks import DEFAULT, datasets, map_blocks, materials_of
 from pvphong.meshes.default_scene import scene_for
 from pvphong.meshes.surfaces import FeatureAngle, shallow_copy, surface
 from pvphong.meshes.visibility import occluders_of_blocks, visibility_options
-from pvphong.optics.material import Material
+from pvphong.optics.material import DEFAULT_MATERIAL, Material
 from pvphong.rays.transport import Transport
 from pvphong.rays.visibility import Visibility
 from pvphong.scene.scene import Scene, SceneLike
@@ -35,7 +35,6 @@ if TYPE_CHECKING:
     from pvphong.studies.accuracy.report import Tradeoff
     from pvphong.studies.validate.validation import Comparison
 
-_PLAIN = Material()
 # Options of `shade` that are not about what there is, but about what is computed of it; and those of surfaces.
 _OF_RUN = "name", "components", "shares_by_bounce", "precision", "backend"
 _OF_SURFACES = "matrix", "feature_angle"
@@ -84,7 +83,7 @@ class MeshPhong:
     def validate(
         self,
         scene: SceneLike | None = None,
-        material: Material | str = _PLAIN,
+        material: Material | str = DEFAULT_MATERIAL,
         *,
         matrix: MatrixLike | None = None,
         feature_angle: FeatureAngle = None,
@@ -98,7 +97,7 @@ class MeshPhong:
     def tradeoff(
         self,
         scene: SceneLike | None = None,
-        material: Material | str = _PLAIN,
+        material: Material | str = DEFAULT_MATERIAL,
         *,
         tolerance: float = 1.0 / 255.0,
         seconds: float = 20.0,
@@ -144,7 +143,9 @@ class BlocksPhong:
         return f"<phong of a MultiBlock: {self._blocks.n_blocks} blocks>"
 
     @_options_of(MeshPhong.shade)
-    def shade(self, scene: SceneLike | None = None, material: Materials = _PLAIN, **options: Any) -> pv.MultiBlock:
+    def shade(
+        self, scene: SceneLike | None = None, material: Materials = DEFAULT_MATERIAL, **options: Any
+    ) -> pv.MultiBlock:
         """A new MultiBlock of lit meshes; `visibility` and `transport` are what methods of these names give."""
         scene = self._scene(scene, options)
         if not scene.light_model.bounces:
@@ -163,7 +164,9 @@ class BlocksPhong:
         return map_blocks(self._blocks, lambda _: next(results))
 
     @_options_of(MeshPhong.plan)
-    def plan(self, scene: SceneLike | None = None, material: Materials = _PLAIN, **options: Any) -> dict[str, Plan]:
+    def plan(
+        self, scene: SceneLike | None = None, material: Materials = DEFAULT_MATERIAL, **options: Any
+    ) -> dict[str, Plan]:
         """A plan for each dataset; `visibility` is what `visibility` gives."""
         scene = self._scene(scene, options)
         parts = self._exchanging(options).parts if scene.light_model.bounces else None
@@ -183,7 +186,7 @@ class BlocksPhong:
 
     @_options_of(MeshPhong.truth)
     def truth(
-        self, scene: SceneLike | None = None, material: Materials = _PLAIN, **options: Any
+        self, scene: SceneLike | None = None, material: Materials = DEFAULT_MATERIAL, **options: Any
     ) -> dict[str, rendering.Truth]:
         """The colours of each dataset by the rendering equation; all blocks reflect each other's light."""
         where = {name: options.pop(name) for name in (*_OF_SURFACES, "occluders") if name in options}
@@ -206,20 +209,22 @@ class BlocksPhong:
         return map_blocks(self._blocks, with_normals)
 
     @_options_of(MeshPhong.refine)
-    def refine(self, scene: SceneLike | None = None, material: Materials = _PLAIN, **options: Any) -> pv.MultiBlock:
+    def refine(
+        self, scene: SceneLike | None = None, material: Materials = DEFAULT_MATERIAL, **options: Any
+    ) -> pv.MultiBlock:
         """A new MultiBlock of refined meshes, each block by itself; `max_points` is for each block."""
         return self._inside("refine", scene, material, options)
 
     @_options_of(MeshPhong.interpolation_error)
     def interpolation_error(
-        self, scene: SceneLike | None = None, material: Materials = _PLAIN, **options: Any
+        self, scene: SceneLike | None = None, material: Materials = DEFAULT_MATERIAL, **options: Any
     ) -> pv.MultiBlock:
         """A new MultiBlock of meshes with the errors inside triangles."""
         return self._inside("interpolation_error", scene, material, options)
 
     @_options_of(MeshPhong.validate)
     def validate(
-        self, scene: SceneLike | None = None, material: Materials = _PLAIN, **options: Any
+        self, scene: SceneLike | None = None, material: Materials = DEFAULT_MATERIAL, **options: Any
     ) -> dict[str, Comparison]:
         """A comparison with VTK's own shader for each dataset."""
         scene = self._scene(scene, options)
@@ -227,7 +232,9 @@ class BlocksPhong:
         return self._by_path(self._each("validate", scene, own))
 
     @_options_of(MeshPhong.tradeoff)
-    def tradeoff(self, scene: SceneLike | None = None, material: Material | str = _PLAIN, **options: Any) -> Tradeoff:
+    def tradeoff(
+        self, scene: SceneLike | None = None, material: Material | str = DEFAULT_MATERIAL, **options: Any
+    ) -> Tradeoff:
         """What accuracy costs in time on all blocks together, as one surface of one material."""
         from pvphong.studies.accuracy.measure import tradeoff
 

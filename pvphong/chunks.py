@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import fields
 from functools import wraps
-from typing import Any, ParamSpec
+from typing import Any, ParamSpec, cast
 
 import numpy as np
 
@@ -35,14 +35,14 @@ def _taking_chunks(whole: Callable[Given, Shading]) -> Callable[Given, Shading]:
     """`evaluation.evaluate` for arrays of any sort."""
 
     @wraps(whole)
-    def evaluate(*given: Given.args, **options: Given.kwargs) -> Shading:
-        named = dict(zip(("points", "normals", "scene", "material"), given, strict=False)) | options
+    def evaluate(points: Any, normals: Any, scene: Any, material: Any, **options: Any) -> Shading:
+        named = {"points": points, "normals": normals, "scene": scene, "material": material} | options
         arrays = _arrays_of(named)
         if any(hasattr(array, "__dask_graph__") for array in arrays.values()):
             return _evaluate_chunks(arrays, **{name: value for name, value in named.items() if name not in arrays})
-        return whole(*given, **options)
+        return whole(points, normals, scene, material, **options)
 
-    return evaluate
+    return cast("Callable[Given, Shading]", evaluate)
 
 
 evaluate = _taking_chunks(evaluation.evaluate)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import functools
-import importlib.util
 import os
 import weakref
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -19,16 +18,16 @@ from pvphong.meshes.pictures import refuse_colouring
 from pvphong.meshes.surfaces import FeatureAngle, drawable
 from pvphong.optics.lights import Light
 from pvphong.optics.maps import maps_on_material
-from pvphong.optics.material import Material
+from pvphong.optics.material import DEFAULT_MATERIAL, Material
 from pvphong.scene.light_model import LightModel
 from pvphong.scene.scene import Scene
 from pvphong.studies.validate.validation import Comparison, validate
 from pvphong.studio.gizmos import Gizmo, Gizmos, History, Interaction, Keys, Options, check_keys
 from pvphong.studio.lit_mesh import ARRAY, LitMesh, lit_meshes
 from pvphong.studio.subplot import Subplot
+from pvphong.studio.web import refuse_missing_extra
 from pvphong.studio.window_lights import RendererLight
 
-_DULL = Material()
 _NO_KEYS: Keys = MappingProxyType({})
 
 _OUTPUTS = (
@@ -64,7 +63,7 @@ class PlotterPhong:
     def add_mesh(
         self,
         mesh: pv.DataSet | pv.MultiBlock,
-        material: Material | str | Mapping[str, Material | str] = _DULL,
+        material: Material | str | Mapping[str, Material | str] = DEFAULT_MATERIAL,
         *,
         feature_angle: FeatureAngle = "auto",
         casts_shadows: bool = True,
@@ -423,7 +422,7 @@ class PlotterPhong:
         Parameters
         ----------
         file : str, default "mesh.vtp"
-            The file that the mesh was read from: the script that is taken home reads it, and other files are named
+            The file that the mesh was read from: the script that is downloaded reads it, and other files are named
             after it. Nothing is read or written here.
         port : int, default 0
             The port to listen on; 0 is one that is free.
@@ -446,8 +445,7 @@ class PlotterPhong:
         ValueError
             If an argument is not allowed, or the extra is not installed.
         """
-        if importlib.util.find_spec("trame_pyvista") is None:
-            check.refuse("plotter.phong.studio", "none of its packages", "installed", 'pip install "pvphong[trame]".')
+        refuse_missing_extra("plotter.phong.studio")
         from pvphong.studio.web.serving import serve
 
         if not self.gizmos:

@@ -150,6 +150,18 @@ def test_what_is_wrong_is_said_at_once(change, message):
         ph.evaluate(**given | change)
 
 
+@pytest.mark.parametrize("points", [POINTS, cut(POINTS, 100)], ids=["numpy", "dask"])
+def test_more_positional_arguments_than_there_are_raise_a_type_error(points):
+    with pytest.raises(TypeError, match=r"evaluate\(\) takes 4 positional arguments but 5 were given"):
+        ph.evaluate(points, NORMALS, PLAIN, SHINY, MATRIX)
+
+
+@pytest.mark.parametrize("points", [POINTS, cut(POINTS, 100)], ids=["numpy", "dask"])
+def test_an_argument_that_is_given_twice_raises_a_type_error(points):
+    with pytest.raises(TypeError, match="multiple values for argument 'normals'"):
+        ph.evaluate(points, NORMALS, PLAIN, SHINY, normals=NORMALS)
+
+
 def test_plain_numbers_of_what_is_seen_do_for_numpy_too():
     ring = pv.ParametricTorus(u_res=20, v_res=20, w_res=20)
     scene = ph.Scene(LIGHTS, SCENE.viewer, SHADOWY)

@@ -20,6 +20,9 @@ SECONDS, BYTES_PER_SECOND = 60.0, 1e6
 """Seconds that reading a file may take, and a second more for each megabyte; counted from when it last got anything
 from a disk."""
 
+VERBOSE = "--verbose"
+"""The word with which the worker shows what libraries print, and where an error that should not happen comes from."""
+
 watcher: int | None = None
 """Descriptor of the pipe to the process that watches this one, if one does."""
 

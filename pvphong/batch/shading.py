@@ -29,13 +29,12 @@ from pvphong.meshes.default_scene import default_scene_of
 from pvphong.meshes.files import Compression
 from pvphong.meshes.surfaces import FeatureAngle
 from pvphong.optics.maps import maps_on_material
-from pvphong.optics.material import Material, as_material
+from pvphong.optics.material import DEFAULT_MATERIAL, Material, as_material
 from pvphong.scene.scene import Scene, SceneLike, as_scene
 
 if TYPE_CHECKING:
     from distributed import Client
 
-_DULL = Material()
 _APART = 'Each file was lit by itself: seams="merge" takes them for pieces of one surface.'
 
 
@@ -78,7 +77,7 @@ def shade_files(
     paths: Any,
     out: str | os.PathLike[str],
     scene: SceneLike | None = None,
-    material: Material | str | Mapping[str, Material | str] = _DULL,
+    material: Material | str | Mapping[str, Material | str] = DEFAULT_MATERIAL,
     *,
     client: Client | str | None = None,
     workers: int | None = None,

@@ -77,7 +77,7 @@ class Job:
         """A checksum of all that a lit file depends on beside the mesh."""
         maps = [given for material in self.materials.values() for given in material.maps.values()]
         images = [Path(str(given)) for given in maps if is_image_path(given)]
-        contents = [hashlib.sha256(image.read_bytes()).hexdigest() for image in images if image.is_file()]
+        contents = [checksum_of_file(image) for image in images if image.is_file()]
         return checksum_of([self.scene, self.materials, self.feature_angle, self.options, self.compress, *contents])
 
 

@@ -13,6 +13,7 @@ from cyclopts import App, CycloptsError
 from rich.console import Console
 from rich.progress import Progress
 
+from pvphong.base.processes import VERBOSE
 from pvphong.cli.demo import demo
 from pvphong.cli.reports import diagnose, plan, tradeoff, validate
 from pvphong.cli.shade import shade
@@ -20,8 +21,6 @@ from pvphong.cli.studio import studio
 from pvphong.cli.view import view
 from pvphong.rays.casting import ray_backend
 from pvphong.shading import kernel
-
-_VERBOSE = "--verbose"
 
 
 def compile_code() -> int:
@@ -66,10 +65,10 @@ for name, command in _COMMANDS.items():
 def main(tokens: Sequence[str] | None = None) -> int:
     """Run the command line in this process and give the exit status."""
     words = list(sys.argv[1:] if tokens is None else tokens)
-    is_verbose = _VERBOSE in words
+    is_verbose = VERBOSE in words
     command = next((_COMMANDS.get(word) for word in words if not word.startswith("-")), None)
     if command is None or "verbose" not in signature(command).parameters:
-        words = [word for word in words if word != _VERBOSE]  # the supervisor has seen it
+        words = [word for word in words if word != VERBOSE]  # the supervisor has seen it
     try:
         status = app(words, exit_on_error=False, print_error=False, result_action="return_value") or 0
         if sys.stdout is not None:

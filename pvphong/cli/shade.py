@@ -165,5 +165,5 @@ def _shade_many(meshes: Sequence[str], output: str, lighting: LightingOptions, o
 def _refuse_given(options: Mapping[str, Any], allowed: str) -> None:
     """Raise ``ValueError`` for the first option that is given."""
     for option, given in options.items():
-        if given not in (None, False, ()):
+        if given is not None and given is not False and given != ():  # 0 is given, though it equals False
             check.refuse(option, given, allowed)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib.util
 import signal
 from pathlib import Path
 
@@ -12,6 +11,7 @@ from pvphong.base import check
 from pvphong.cli.options import SIZE, Flag, Lighting, seeing
 from pvphong.cli.view import BACKGROUND, set_scene
 from pvphong.meshes.pictures import drawing_window, preferring
+from pvphong.studio.web import refuse_missing_extra
 
 
 def studio(
@@ -42,8 +42,7 @@ def studio(
     keep
         Keep the rig beside the mesh, in NAME-rig.json, as it is edited, and begin with it if it is there.
     """
-    if importlib.util.find_spec("trame_pyvista") is None:
-        check.refuse("pvphong studio", "none of its packages", "installed", 'pip install "pvphong[trame]".')
+    refuse_missing_extra("pvphong studio")
     from pvphong.studio.web.serving import free_port
 
     port = free_port(host, port)  # refused before anything is read

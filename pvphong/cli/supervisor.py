@@ -11,7 +11,7 @@ import signal
 import sys
 import warnings
 
-from pvphong.base.processes import Watch, begin_work, say
+from pvphong.base.processes import VERBOSE, Watch, begin_work, say
 
 TYPE_CHECKING = False  # as in pvphong
 if TYPE_CHECKING:
@@ -21,7 +21,6 @@ FORKS = sys.platform not in ("darwin", "win32")
 """Whether a process that has been forked may open windows."""
 
 _CHANNEL = "PVPHONG_CHANNEL"
-_VERBOSE = "--verbose"
 _QUIET = ("SIGINT", "SIGTERM", "SIGHUP", "SIGPIPE")
 """What ends the work without a word, with the status that shells give: 128 and the signal's number."""
 
@@ -73,7 +72,7 @@ def _supervise() -> int:
         sys.stderr.write("\r\x1b[K\x1b[?25h")  # a spinner's line, and the cursor that it hides
     if signal.Signals(-code).name in _QUIET:
         return 128 - code
-    line = watch.failure(code, "" if watch.overdue or code == -signal.SIGKILL else f"{_VERBOSE} shows what it says.")
+    line = watch.failure(code, "" if watch.overdue or code == -signal.SIGKILL else f"{VERBOSE} shows what it says.")
     if sys.stderr is not None:
         os.write(2, f"error: {' '.join(line.split())}\n".encode(errors="backslashreplace"))
     return 2
@@ -81,7 +80,7 @@ def _supervise() -> int:
 
 def _work(end: int | None) -> int:
     """What the child does; `end` is its end of the pipe to the parent, if it has one."""
-    _set_outputs(_VERBOSE in sys.argv)
+    _set_outputs(VERBOSE in sys.argv)
     if end is not None:
         for name in _QUIET:
             signal.signal(getattr(signal, name), signal.SIG_DFL)

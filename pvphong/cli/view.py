@@ -18,7 +18,7 @@ from pvphong.cli.options import (
     LightingOptions,
     seeing,
 )
-from pvphong.meshes.blocks import DEFAULT, datasets
+from pvphong.meshes.blocks import DEFAULT, common_or_named, datasets
 from pvphong.meshes.files import save_lit
 from pvphong.meshes.pictures import WITHOUT_DISPLAY, aim, drawing_window, save_picture
 from pvphong.meshes.surfaces import FeatureAngle
@@ -117,9 +117,7 @@ def show(
 
     def current() -> dict[str, Material]:
         """The materials as keys have left them."""
-        found = {name: plotter.phong.mesh(actor).material for name, actor in actors.items()}
-        first = next(iter(found.values()))
-        return {DEFAULT: first} if all(material == first for material in found.values()) else found
+        return common_or_named({name: plotter.phong.mesh(actor).material for name, actor in actors.items()})
 
     def save_lit_mesh(path: Path) -> None:
         left = current()

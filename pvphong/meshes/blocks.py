@@ -86,6 +86,12 @@ def materials_of(paths: Sequence[str], materials: Mapping[str, Surface]) -> list
     return [materials[path if path in materials else DEFAULT] for path in paths]
 
 
+def common_or_named(materials: Mapping[str, Surface]) -> dict[str, Surface]:
+    """The materials of all blocks by their names as one of "default" where they are alike, else as they are."""
+    found = list(materials.values())
+    return {DEFAULT: found[0]} if found and all(each == found[0] for each in found) else dict(materials)
+
+
 def single_material(materials: Mapping[str, Surface]) -> Surface:
     """The material of a mesh without blocks: that of "default", or the only one.
 

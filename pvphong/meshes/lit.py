@@ -25,7 +25,7 @@ from pvphong.meshes.surfaces import FeatureAngle, point_normals, shallow_copy, s
 from pvphong.meshes.transport import Exchanging, checked_transport
 from pvphong.meshes.visibility import KnownOccluders, visibility_of
 from pvphong.optics.maps import maps_on_material
-from pvphong.optics.material import Material, as_material
+from pvphong.optics.material import DEFAULT_MATERIAL, Material, as_material
 from pvphong.rays.transport import Transport, TransportPart
 from pvphong.rays.visibility import Visibility
 from pvphong.scene.scene import Scene, SceneLike, as_scene, light_labels
@@ -36,14 +36,12 @@ from pvphong.shading.plan.plan import Plan
 from pvphong.shading.vertices import Vertices
 from pvphong.shading.visibility import VisibilityLike, checked_visibility
 
-_PLAIN = Material()
-
 
 @maps_on_material
 def shade_mesh(
     mesh: pv.DataSet,
     scene: SceneLike | None = None,
-    material: Material | str = _PLAIN,
+    material: Material | str = DEFAULT_MATERIAL,
     *,
     name: str = "phong",
     matrix: MatrixLike | None = None,
@@ -224,7 +222,7 @@ def lit_together(prepared: Sequence[Prepared], together: Transport, **options: A
 def plan(
     mesh_or_points: Any,
     scene: SceneLike | None = None,
-    material: Material | str = _PLAIN,
+    material: Material | str = DEFAULT_MATERIAL,
     *,
     matrix: MatrixLike | None = None,
     tolerance: float = 0.0,

@@ -21,14 +21,13 @@ from pvphong.meshes.point_data import surface_and_maps, tangents_from
 from pvphong.meshes.surfaces import FeatureAngle, point_normals, surface
 from pvphong.meshes.visibility import checked_occluders, world_faces
 from pvphong.optics.maps import maps_on_material
-from pvphong.optics.material import Material, as_material
+from pvphong.optics.material import DEFAULT_MATERIAL, Material, as_material
 from pvphong.rays.casting import Occluders, warn_of_slow_rays
 from pvphong.rays.paths import LEAST_SAMPLES, MOST_SAMPLES, PathTracer, Reflector
 from pvphong.rays.rays import Receiver
 from pvphong.scene.scene import Scene, SceneLike
 from pvphong.shading.vertices import Vertices
 
-_PLAIN = Material()
 # From so many paths on VTK's rays are worth a warning.
 _WORTH_A_WARNING = 2**18
 # Products of colours in float64 may be above 1 by so much.
@@ -115,7 +114,7 @@ def _reflector(
 def truth(
     mesh: pv.DataSet,
     scene: SceneLike | None = None,
-    material: Material | str = _PLAIN,
+    material: Material | str = DEFAULT_MATERIAL,
     *,
     occluders: Any = (),
     samples: int = 256,

@@ -269,6 +269,10 @@ class Material:
         return replace(self, shininess=LIKENESS * self.shininess)
 
 
+DEFAULT_MATERIAL = Material()
+"""What a mesh has for which none is given: OpenGL's default material."""
+
+
 def as_material(given: Any) -> Material:
     """A material as it is, or the one of a name.
 

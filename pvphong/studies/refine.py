@@ -17,7 +17,7 @@ from pvphong.meshes.lit import put_visibility, vertices_of
 from pvphong.meshes.point_data import surface_and_maps
 from pvphong.meshes.surfaces import ORIGINAL_POINT, FeatureAngle, has_faces, point_normals, shallow_copy
 from pvphong.optics.maps import maps_on_material
-from pvphong.optics.material import Material, as_material
+from pvphong.optics.material import DEFAULT_MATERIAL, Material, as_material
 from pvphong.rays.transport import Transport
 from pvphong.scene.scene import Scene, SceneLike, light_labels
 from pvphong.shading import interreflection
@@ -30,7 +30,6 @@ from pvphong.shading.visibility import transport_of
 
 Placement = Literal["linear", "smooth"]
 
-_PLAIN = Material()
 
 # Points that are added at most where no limit is given.
 _MOST_ADDED = 1_000_000
@@ -63,7 +62,7 @@ class BouncedLight(NamedTuple):
 def refine(
     mesh: pv.DataSet,
     scene: SceneLike | None = None,
-    material: Material | str = _PLAIN,
+    material: Material | str = DEFAULT_MATERIAL,
     *,
     tolerance: float,
     max_points: int | None = None,
@@ -240,7 +239,7 @@ def refine(
 def interpolation_error(
     mesh: pv.DataSet,
     scene: SceneLike | None = None,
-    material: Material | str = _PLAIN,
+    material: Material | str = DEFAULT_MATERIAL,
     *,
     matrix: MatrixLike | None = None,
     feature_angle: FeatureAngle = None,

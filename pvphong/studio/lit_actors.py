@@ -16,7 +16,7 @@ from typing import Any
 import pyvista as pv
 from vtkmodules.vtkRenderingCore import vtkTextActor
 
-from pvphong.base.types import FloatArray
+from pvphong.base.types import Float64Array, FloatArray
 from pvphong.meshes.visibility import KnownOccluders, world_faces
 from pvphong.optics.material import Material
 from pvphong.rays.casting import BlockingFaces, Occluders
@@ -99,9 +99,9 @@ class LitActors:
         """The lit meshes that are visible."""
         return [mesh for mesh in self.meshes if mesh.actor is not None and mesh.actor.GetVisibility()]
 
-    def others(self, mesh: LitMesh) -> list[LitMesh]:
-        """The visible meshes that cast shadows on one."""
-        return [each for each in self.shown if each is not mesh and each.casts_shadows]
+    def others(self, mesh: LitMesh) -> list[tuple[pv.PolyData, Float64Array | None]]:
+        """The visible meshes that cast shadows on one, each with its matrix, as `occluders` takes them."""
+        return [(each.drawn, each.matrix) for each in self.shown if each is not mesh and each.casts_shadows]
 
     @property
     def refining(self) -> dict[LitMesh, Refining]:

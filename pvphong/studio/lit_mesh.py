@@ -68,6 +68,8 @@ class LitMesh:
         self.shared_material = material if isinstance(material, SharedMaterial) else SharedMaterial(material)
         self.casts_shadows = True
         """Whether it blocks light, where the light model has shadows or ambient occlusion. Can be set at any time."""
+        self.block = ""
+        """The path of names by which materials name it, where it is a block."""
         self.drawn = pv.PolyData()
         self.actor: pv.Actor | None = None
         self.evaluations = 0
@@ -298,6 +300,7 @@ def lit_meshes(
             found[path] = LitMesh(block, own, feature_angle=feature_angle)
         except ValueError as error:
             raise ValueError(f"block {path!r}: {error}") from error
+        found[path].block = path
     if not found:
         check.refuse("mesh", "blocks without any mesh", "a MultiBlock with a mesh in it")
     return found

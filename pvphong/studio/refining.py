@@ -19,9 +19,8 @@ from pvphong.optics.maps import Map, fractions
 from pvphong.scene.scene import Scene
 from pvphong.studies.refine import BouncedLight, refine
 from pvphong.studio.background import Job
-from pvphong.studio.lit_mesh import LitMesh
+from pvphong.studio.lit_mesh import ARRAY, LitMesh
 
-_ARRAY = "phong"
 _AFTER = 0.2  # seconds in which nothing has changed
 _MOST_ADDED = 200_000  # points
 
@@ -118,12 +117,12 @@ class Refining:
 
         def work() -> pv.PolyData:
             refined = refine(surface, scene, material, **options)
-            colors = np.rint(np.clip(refined[_ARRAY], 0.0, 1.0) * 255.0).astype(np.uint8)
+            colors = np.rint(np.clip(refined[ARRAY], 0.0, 1.0) * 255.0).astype(np.uint8)
             normals = np.asarray(refined.point_data.active_normals)
             refined.clear_data()
             refined.point_data.active_normals = normals
-            refined.point_data[_ARRAY] = colors
-            refined.set_active_scalars(_ARRAY, preference="point")
+            refined.point_data[ARRAY] = colors
+            refined.set_active_scalars(ARRAY, preference="point")
             return refined
 
         return work

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import replace
 from typing import Any
 
@@ -124,6 +125,13 @@ class WindowLights:
         self._append(renderer_light)
         return renderer_light
 
+    def replace(self, lights: Iterable[Any]) -> None:
+        """Take all lights out, and add others."""
+        for renderer_light in self.renderer_lights:
+            self.remove(renderer_light)
+        for light in lights:
+            self.add(light)
+
     def _append(self, renderer_light: RendererLight) -> None:
         is_pyvistas = isinstance(renderer_light.vtk_light, pv.Light)
         (self._renderer.add_light if is_pyvistas else self._renderer.AddLight)(renderer_light.vtk_light)
@@ -166,15 +174,17 @@ class WindowLights:
                 self.remove(renderer_light)
             elif then.get(renderer_light, state) != state:
                 renderer_light.restore(then[renderer_light])
-        if then.keys() <= now.keys():
+        returning = {renderer_light: state for renderer_light, state in then.items() if renderer_light not in now}
+        if not returning:
             return
         # Removed lights return, each into its old place: all are taken out and put in again in that order.
-        others = [renderer_light for renderer_light in self.renderer_lights if renderer_light not in then]
-        for renderer_light in self.renderer_lights:
+        present = self.renderer_lights
+        for renderer_light in present:
             self.remove(renderer_light)
-        for renderer_light in [*then, *others]:
+        old = [renderer_light for renderer_light in then if renderer_light in returning or renderer_light in present]
+        for renderer_light in [*old, *(each for each in present if each not in then)]:
             self._append(renderer_light)
-        for renderer_light, state in then.items():
+        for renderer_light, state in returning.items():
             renderer_light.restore(state)
 
 

@@ -103,6 +103,40 @@ def test_a_removed_light_returns_to_its_place(lights, renderer):
     assert len(renderer.lights) == 4
 
 
+def test_a_light_that_returns_leaves_later_changes_of_others(lights):
+    for light in (SUN, LAMP, SPOT):
+        lights.add(light)
+    before = lights.state
+    lights.remove("lamp")
+    after = lights.state
+    dimmed, turned = dataclasses.replace(SUN, intensity=0.3), dataclasses.replace(SPOT, cone_angle=30)
+    lights.find("sun").set(dimmed, lights.viewer)
+    lights.find("spot").set(turned, lights.viewer)
+    lights.revert(after, before)
+    assert lights.values == (dimmed, LAMP, turned)
+
+
+def test_a_light_that_was_removed_since_stays_away_when_another_returns(lights):
+    for light in (SUN, LAMP, SPOT):
+        lights.add(light)
+    before = lights.state
+    lights.remove("lamp")
+    after = lights.state
+    lights.remove("sun")
+    lights.revert(after, before)
+    assert lights.values == (LAMP, SPOT)
+
+
+def test_replacing_takes_all_lights_out_and_is_undone(lights, renderer):
+    renderer.add_light(pv.Light(intensity=0.4))
+    lights.add(LAMP)
+    before = lights.state
+    lights.replace([SPOT, SUN])
+    assert lights.values == (SPOT, SUN)
+    lights.revert(lights.state, before)
+    assert lights.state == before
+
+
 def test_what_has_changed_since_otherwise_is_left(lights):
     lights.add(SUN)
     handle = lights.add(LAMP)

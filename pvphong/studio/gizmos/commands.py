@@ -315,7 +315,10 @@ _OF_KEYS = {
     for command in COMMANDS
     for at, key in enumerate(command.keys.split())
 }
-OURS = frozenset({*_OF_KEYS, "Return", "KP_Enter"})
+ENTER = frozenset({"Return", "KP_Enter"})
+"""VTK's names of the keys that begin to type a value, and take it."""
+
+OURS = frozenset({*_OF_KEYS, *ENTER})
 """The keys that have a meaning here."""
 
 

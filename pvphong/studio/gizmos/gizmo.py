@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -31,10 +31,10 @@ Keys = Mapping[str, tuple[str, Callable[[], str | None]]]
 class Options:
     """How gizmos behave; see `plotter.phong.add_gizmos`."""
 
-    in_screenshots: bool = False
-    angle_step: float = 5.0
-    length_step: float | None = None
-    keys: Keys = field(default_factory=dict)
+    in_screenshots: bool
+    angle_step: float
+    length_step: float | None
+    keys: Keys
 
 
 def called(light: Light) -> str:

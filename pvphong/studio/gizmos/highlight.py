@@ -40,9 +40,10 @@ def find_highlight(light: Light, view: View, meshes: Sequence[LitMesh]) -> Surfa
     found = []
     for mesh in meshes:
         if "specular" in mesh.material.maps or any(rgb(mesh.material.specular)):
-            points, normals = np.asarray(mesh.drawn.points), np.asarray(mesh.normals)
+            points, normals, matrix = np.asarray(mesh.drawn.points), np.asarray(mesh.normals), _matrix_of(mesh)
             step = max(1, len(points) // _ASKED)
-            found.append(brightest(light, view, *_in_world(mesh, points[::step], normals[::step])))
+            in_world = transform_points(points[::step], matrix), transform_normals(normals[::step], matrix)
+            found.append(brightest(light, view, *in_world))
     return max((each for each in found if each is not None), key=lambda each: each[0], default=(0.0, None))[1]
 
 
@@ -122,10 +123,8 @@ def _rotation(before: Float64Array, after: Float64Array) -> Float64Array:
     return np.asarray(second @ first)
 
 
-def _in_world(mesh: LitMesh, points: Any, normals: Any) -> tuple[Float64Array, Float64Array]:
-    matrix = np.eye(4) if mesh.matrix is None else mesh.matrix
-    points, normals = np.asarray(points, dtype=np.float64), np.asarray(normals, dtype=np.float64)
-    return transform_points(points, matrix), transform_normals(normals, matrix)
+def _matrix_of(mesh: LitMesh) -> Float64Array:
+    return np.eye(4) if mesh.matrix is None else mesh.matrix
 
 
 class Surfaces:
@@ -170,7 +169,7 @@ class Surfaces:
         cell.InterpolateFunctions(picker.GetPCoords(), weights)
         ids = [cell.GetPointId(corner) for corner in range(cell.GetNumberOfPoints())]
         blended = np.array(weights) @ np.asarray(mesh.normals, dtype=np.float64)[ids]
-        normal = _in_world(mesh, np.zeros((1, 3)), blended[None])[1][0]
+        normal = transform_normals(blended[None], _matrix_of(mesh))[0]
         point = picker.GetPickPosition()
         facing = float(normal @ self._view.towards_eye(point))
         return SurfacePoint(vector(point), vector(normal if facing >= 0.0 else -normal))

@@ -113,11 +113,10 @@ class Drag(Edit):
 
 
 _CHARACTERS = frozenset("0123456789.+-exyz ")  # of which typed text consists; a comma counts as a decimal point
-# VTK's names of keys that give one of the characters, and of those that end an entry or erase.
+# VTK's names of keys that give one of the characters.
 _CHARACTER_OF = {"period": ".", "comma": ".", ",": ".", "minus": "-", "plus": "+", "space": " "}
 _CHARACTER_OF |= {"KP_Decimal": ".", "KP_Separator": ".", "KP_Subtract": "-", "KP_Add": "+"}
 _CHARACTER_OF |= {f"KP_{digit}": str(digit) for digit in range(10)}
-_TAKE = frozenset({"Return", "KP_Enter"})
 _MESSAGE_WIDTH = 48  # letters
 _HOW = "Enter: take  Tab: next  Esc: give up"
 
@@ -361,6 +360,11 @@ class Interaction:
         if edit is not None:
             self.grabbed_last = edit.handle
 
+    def give_up(self) -> None:
+        """End what is dragged or typed, and put the light back."""
+        self._end(taken=False)
+        self.gizmos.render()
+
     def _end(self, *, taken: bool) -> None:
         """What was dragged or typed becomes one step, or is put back."""
         edit = self.edit
@@ -395,11 +399,10 @@ class Interaction:
             gizmos.render()
         elif self.edit is not None:
             if key == "Escape":
-                self._end(taken=False)
-                gizmos.render()
+                self.give_up()
         elif gizmos.is_pointed_at:
             control, gizmo = bool(gizmos.interactor.GetControlKey()), gizmos.selected
-            if key in _TAKE and not control and gizmo is not None:
+            if key in commands.ENTER and not control and gizmo is not None:
                 # a value for the handle that was grabbed last, if it is the selected light's
                 names = [*gizmo.handles, INTENSITY]
                 self._begin(Entry(gizmos, gizmo, self.grabbed_last if self.grabbed_last in names else names[0]))
@@ -416,7 +419,7 @@ class Interaction:
     def _type(self, entry: Entry, key: str, character: str) -> None:
         if not entry.is_possible or key == "Escape":
             self._end(taken=False)
-        elif key in _TAKE or key == "Tab":
+        elif key in commands.ENTER or key == "Tab":
             if entry.error:  # it stays, and says what is wrong
                 return
             self._end(taken=True)

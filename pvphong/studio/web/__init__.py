@@ -6,12 +6,24 @@ Read in this order:
 2. `mix`: faders, which sum the lights' shares.
 3. `document`: what is edited, by keys, with one history for panels and gizmos.
 4. `inputs` and `page`: Vuetify's components around the view.
-5. `door`: who gets in, by HTTP and WebSocket; which messages are taken; uploads.
-6. `take_home`: the files that leave, and the Python that makes them again.
+5. `access`: who gets in, by HTTP and WebSocket; which messages are taken; uploads.
+6. `downloads`: the files that leave, and the Python that makes them again.
 7. `report`: the accuracy report, measured in a process of its own.
 8. `thumbnails`: balls of materials and reflectances.
 9. `studio`: all of these put together, and the server.
 10. `serving`: in a loop of its own, or in a notebook's.
 
-All but `inputs`, `page`, `door`, `studio` and `serving` know nothing of a server.
+All but `inputs`, `page`, `access`, `studio` and `serving` know nothing of a server.
 """
+
+from __future__ import annotations
+
+import importlib.util
+
+from pvphong.base import check
+
+
+def refuse_missing_extra(called: str) -> None:
+    """Raise ``ValueError`` if the extra is not installed; what is called is named."""
+    if importlib.util.find_spec("trame_pyvista") is None:
+        check.refuse(called, "none of its packages", "installed", 'pip install "pvphong[trame]".')

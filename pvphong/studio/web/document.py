@@ -14,7 +14,7 @@ from contextlib import contextmanager
 from dataclasses import MISSING, dataclass, replace
 from dataclasses import fields as dataclass_fields
 from functools import partial
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import pyvista as pv
@@ -22,22 +22,25 @@ import pyvista as pv
 from pvphong.base import check
 from pvphong.base.types import Vector
 from pvphong.base.vectors import unit_vector
+from pvphong.meshes.surfaces import FeatureAngle
 from pvphong.optics.light import Light
 from pvphong.optics.lights import LIGHT_TYPES
 from pvphong.optics.maps import FIELDS, Map
 from pvphong.optics.material import Material, as_material
 from pvphong.optics.reflectances import REFLECTANCES
 from pvphong.optics.roles import Aim, Corners, Length, Place, Up
+from pvphong.scene.light_model import LightModel
 from pvphong.scene.scene import Scene
 from pvphong.scene.viewer import Viewer
 from pvphong.studio.gizmos import Gizmo, Gizmos, History, commands
 from pvphong.studio.gizmos.gizmo import called
 from pvphong.studio.gizmos.handles import LightInScene
-from pvphong.studio.lit_mesh import SharedMaterial
+from pvphong.studio.lit_actors import MaterialsState
+from pvphong.studio.lit_mesh import LitMesh, SharedMaterial
 from pvphong.studio.subplot import Subplot
 from pvphong.studio.web.fields import edited, field_of, fields_of, form_of, has_stops
-from pvphong.studio.web.mix import Mix
-from pvphong.studio.window_lights import RendererLight
+from pvphong.studio.web.mix import Mix, MixState
+from pvphong.studio.window_lights import LightStates, RendererLight
 
 
 def _number_or_none(name: str, value: Any, **limits: Any) -> float | None:
@@ -104,6 +107,17 @@ _ACTS: Mapping[str, Callable[[Gizmos, Gizmo], Any]] = {
 }
 
 
+class DocumentState(NamedTuple):
+    """Everything that can be edited, of which two can be compared."""
+
+    lights: LightStates
+    materials: MaterialsState
+    light_model: LightModel
+    accuracy: Accuracy
+    mix: MixState
+    feature_angles: dict[LitMesh, FeatureAngle]
+
+
 class Document:
     """What a studio edits.
 
@@ -153,24 +167,29 @@ class Document:
     # -- as one thing that history can turn back
 
     @property
-    def state(self) -> Any:
+    def state(self) -> DocumentState:
         """Everything that can be edited, as history keeps it."""
-        lights, materials = self._subplot.lights.state, self._subplot.lit.state
-        angles = {mesh: mesh.feature_angle for mesh in self._subplot.lit.meshes}
-        return lights, materials, self._phong.light_model, self.accuracy, self.mix.state, angles
+        return DocumentState(
+            lights=self._subplot.lights.state,
+            materials=self._subplot.lit.state,
+            light_model=self._phong.light_model,
+            accuracy=self.accuracy,
+            mix=self.mix.state,
+            feature_angles={mesh: mesh.feature_angle for mesh in self._subplot.lit.meshes},
+        )
 
-    def revert(self, now: Any, then: Any) -> None:
+    def revert(self, now: DocumentState, then: DocumentState) -> None:
         """Undo what changed from `then` to `now`."""
-        self._subplot.lights.revert(now[0], then[0])
-        self._subplot.lit.revert(now[1], then[1])
-        if now[2] != then[2]:
-            self._phong.light_model = then[2]
-        if now[3] != then[3]:
-            self.accuracy = then[3]
-        if now[4] != then[4]:
-            self.mix.state = then[4]
-        if now[5] != then[5]:
-            for mesh, angle in then[5].items():
+        self._subplot.lights.revert(now.lights, then.lights)
+        self._subplot.lit.revert(now.materials, then.materials)
+        if now.light_model != then.light_model:
+            self._phong.light_model = then.light_model
+        if now.accuracy != then.accuracy:
+            self.accuracy = then.accuracy
+        if now.mix != then.mix:
+            self.mix.state = then.mix
+        if now.feature_angles != then.feature_angles:
+            for mesh, angle in then.feature_angles.items():
                 mesh.feature_angle = angle
 
     @contextmanager
@@ -374,10 +393,7 @@ class Document:
             The name of the material of what has no name.
         """
         with self._step():
-            for each in self._subplot.lights.renderer_lights:
-                self._subplot.lights.remove(each)
-            for light in scene.lights:
-                self._subplot.lights.add(light)
+            self._subplot.lights.replace(scene.lights)
             self._phong.light_model = scene.light_model
             for name, shared in self.materials.items():
                 found = materials.get(name, materials.get(default))
@@ -415,8 +431,16 @@ class Document:
         return {name: shared for shared, name in found.items()}
 
     def mesh_name(self, mesh: Any) -> str:
-        """What a mesh is called: as it was drawn, in brackets the block; its number if it was drawn without a name."""
-        return self._subplot.lit.name_of(mesh) or f"mesh {1 + self._subplot.lit.meshes.index(mesh)}"
+        """What a mesh is called, and no other.
+
+        A block by its own name, as rigs and scripts name it, unless another mesh has that too; else a mesh as it was
+        drawn, in brackets the block; its number if it was drawn without a name.
+        """
+        lit = self._subplot.lit
+        others = (other.block or lit.name_of(other) for other in lit.meshes if other is not mesh)
+        if mesh.block and mesh.block not in others:
+            return mesh.block
+        return lit.name_of(mesh) or f"mesh {1 + lit.meshes.index(mesh)}"
 
     def _material(self, number: Any) -> SharedMaterial:
         materials = list(self.materials.values())
@@ -523,7 +547,9 @@ class Document:
 def _with_image(light: Light, name: str, image: Any) -> Light:
     changes: dict[str, Any] = {name: image}
     changed = replace(light, **changes)
-    changed.as_vtk(), changed.bands
+    # both keep what they compute of an image, which takes long: it is done in this thread, not in the one that draws
+    changed.as_vtk()
+    changed.bands  # noqa: B018
     return changed
 
 

@@ -180,7 +180,7 @@ def _entry(field: Field, value: Any, key: str, middles: dict[str, float]) -> dic
 
 def has_stops(field: Field) -> bool:
     """Whether a number's slider stands at its stops, the logarithm to the base 2: it has no upper end."""
-    return field.kind == "number" and field.least >= 0.0 and field.most == math.inf and not field.is_whole
+    return field.least >= 0.0 and field.most == math.inf and not field.is_whole
 
 
 def _slider(field: Field, value: float | None, key: str, middles: dict[str, float]) -> dict[str, Any]:

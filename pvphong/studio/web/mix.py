@@ -231,7 +231,7 @@ class Mix:
         self.evaluations += 1
         scene = self._subplot.scene
         lit = replace(scene, lights=[replace(light, on=True) for light in scene.lights])
-        return Shares(mesh, lights, lit, [(each.drawn, each.matrix) for each in self._subplot.lit.others(mesh)])
+        return Shares(mesh, lights, lit, self._subplot.lit.others(mesh))
 
     def release(self) -> None:
         """Let go of the renderer."""

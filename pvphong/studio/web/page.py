@@ -180,7 +180,8 @@ def build(server: Any, plotter: Any, kinds: Mapping[str, str]) -> Any:
 def _panel(title: str, note: str = "") -> Iterator[None]:
     with v.VExpansionPanel(eager=True, id=f"panel-{title.lower()}"):
         with v.VExpansionPanelTitle(title):
-            html.Span(note, classes="studio-unit ml-2") if note else None
+            if note:
+                html.Span(note, classes="studio-unit ml-2")
         with v.VExpansionPanelText():
             yield
 
@@ -449,10 +450,11 @@ def _files() -> None:
     with _panel("Files"):
         html.Div("Take home", classes="text-caption")
         with html.Div(classes="studio-buttons mt-1"):
-            single = "materials.length < 2"
+            single = "mesh_count < 2"
             _take("rig", "rig", "Lights, viewer, light model and materials, .json: for pvphong --scene")
             _take("vtp", "mesh .vtp", "The lit mesh, colours as floats", v_if=single)
             _take("ply", "mesh .ply", "The lit mesh, colours of 8 bits", v_if=single)
+            _take("vtkhdf", "blocks .vtkhdf", "The lit meshes as blocks, colours as floats", v_if="mesh_count > 1")
             _take("gltf", "glTF", "The lit mesh for other programs, with its colours")
             _take("py", "Python", "The script below, as a file")
         with html.Div(classes="studio-row", style="flex-wrap: wrap"):

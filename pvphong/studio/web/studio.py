@@ -24,6 +24,7 @@ from pyvista import examples
 from trame.app import get_server
 
 from pvphong.base import check
+from pvphong.base.types import Float64Array
 from pvphong.meshes.blocks import DEFAULT, map_blocks
 from pvphong.meshes.default_scene import default_scene
 from pvphong.meshes.files import read, read_texture
@@ -39,11 +40,11 @@ from pvphong.shading.plan.effects import EFFECTS
 from pvphong.shading.plan.plan import Plan
 from pvphong.studio.gizmos import History, commands
 from pvphong.studio.subplot import Subplot
+from pvphong.studio.web.access import Access, Messages, upload
 from pvphong.studio.web.document import Document
-from pvphong.studio.web.door import Door, Messages
+from pvphong.studio.web.downloads import EXAMPLES, LIT, Downloads, reading_file
 from pvphong.studio.web.page import build
 from pvphong.studio.web.report import Measuring, Report
-from pvphong.studio.web.take_home import EXAMPLES, LIT, TakeHome, reading_file
 from pvphong.studio.web.thumbnails import thumbnail
 
 _SHOW_AFTER, _PLAN_AFTER, _ASK_AGAIN = 0.06, 0.25, 0.1
@@ -80,7 +81,7 @@ class Studio:
     history : History
         The plotter's.
     file : str
-        Name of the file that the mesh was read from, as the script that is taken home reads it.
+        Name of the file that the mesh was read from, as the script that is downloaded reads it.
     host : str
         The address to listen on.
     keep : Path, optional
@@ -100,7 +101,7 @@ class Studio:
         self._plotter, self._subplot, self._host, self._keep = plotter, subplot, host, keep
         self._reading, self._stem = reading_file(file), PurePath(file).stem
         self.document = Document(plotter.phong, subplot, history)
-        self.door = Door(host)
+        self.access = Access(host)
         self._loop = asyncio.get_running_loop()
         subplot.lit.is_in_a_page = True
         plotter.render_window.SetMultiSamples(0)  # drawn by a processor, four make a frame take five times as long
@@ -108,7 +109,7 @@ class Studio:
         self._planned_for: Any = None
         self._serving: Any = None
         self._measuring = Measuring(self._measured)
-        self._measured_matrix = np.eye(4)
+        self._measured_matrix: Float64Array | None = None
         self._reports = 0
         self.server = get_server(f"pvphong studio {next(_numbers)}", client_type="vue3")
         names = {"example_names": list(EXAMPLES), "material_names": list(Material.names())}
@@ -210,7 +211,8 @@ class Studio:
         meshes = self._subplot.lit.shown
         points = sum(mesh.drawn.n_points for mesh in meshes)
         title = f"{self._stem}: {points:,} points" if meshes else "no mesh yet"
-        return self.document.shown() | self._awaited() | {"title": title, "has_mesh": bool(meshes)}
+        of_meshes = {"title": title, "has_mesh": bool(meshes), "mesh_count": len(meshes)}
+        return self.document.shown() | self._awaited() | of_meshes
 
     def _awaited(self) -> dict[str, Any]:
         """What is computed in the background, and what has come of refining."""
@@ -253,13 +255,12 @@ class Studio:
         for mesh in meshes:
             lit = shallow_copy(mesh.drawn)
             lit.point_data.active_normals = mesh.normals
-            others = [(other.drawn, other.matrix) for other in self._subplot.lit.others(mesh)]
             with suppress(ValueError):  # the view says why it cannot be lit
-                options: dict[str, Any] = {"matrix": mesh.matrix, "tolerance": tolerance, "occluders": others}
-                made = plan(lit, scene, mesh.material, **options)
+                where: dict[str, Any] = {"matrix": mesh.matrix, "occluders": self._subplot.lit.others(mesh)}
+                made = plan(lit, scene, mesh.material, tolerance=tolerance, **where)
                 shown.append({"name": self.document.mesh_name(mesh), "rows": _rows(made), "accuracy": _accuracy(made)})
         try:
-            script = self.take_home.script()
+            script = self.downloads.script()
         except ValueError as error:
             script = f"# {error}"
         with self.server.state as state:
@@ -271,7 +272,7 @@ class Studio:
         """Keep the rig, where that was asked for."""
         if self._keep is not None:
             try:
-                self.take_home.save_rig(self._keep)
+                self.downloads.save_rig(self._keep)
             except ValueError:  # its message has the whole path
                 self.say(
                     f"The rig is not kept: {self._keep.name} cannot be written, or a map is an array without a name."
@@ -297,17 +298,14 @@ class Studio:
             If it has nothing that can be lit; all is as before then.
         """
         outside = map_blocks(mesh, surface) if isinstance(mesh, pv.MultiBlock) else surface(mesh)
-        scene, phong, lights = default_scene(outside), self._plotter.phong, self._subplot.lights
+        scene, phong = default_scene(outside), self._plotter.phong
         before = [each.actor for each in self._subplot.lit.meshes]
         self._measuring.cancel()
         self.mark_worst(False)
         phong.add_mesh(outside, refine=self.document.accuracy.refine)
         for actor in before:
             self._plotter.remove_actor(actor, render=False)
-        for light in lights.renderer_lights:
-            lights.remove(light)
-        for light in scene.lights:
-            lights.add(light)
+        self._subplot.lights.replace(scene.lights)
         phong.light_model = scene.light_model
         aim(self._plotter, scene.viewer)
         self._plotter.reset_camera_clipping_range()
@@ -320,25 +318,25 @@ class Studio:
         self.open(getattr(examples, function)(), name, f"pv.examples.{function}()")
 
     @property
-    def take_home(self) -> TakeHome:
-        """What can be taken home now."""
+    def downloads(self) -> Downloads:
+        """What can be downloaded now."""
         meshes = {self.document.mesh_name(mesh): mesh for mesh in self._subplot.lit.shown}
         tolerance = self.document.accuracy.tolerance
         textures = self.document.textures
-        return TakeHome(meshes, self._subplot.scene, tolerance, self._reading, self._stem, textures)
+        return Downloads(meshes, self._subplot.scene, tolerance, self._reading, self._stem, textures)
 
     async def _give(self, request: web.Request) -> web.StreamResponse:
-        """Answer with one of the files that can be taken home."""
+        """Answer with one of the files that can be downloaded."""
         self.mark_worst(False)
         width, height = (request.query.get(name, "")[:9] for name in ("width", "height"))
-        what, home = request.match_info["what"], self.take_home
+        what, downloads = request.match_info["what"], self.downloads
         try:
             size = int(width) if width.isdecimal() else 0, int(height) if height.isdecimal() else 0
             if what in LIT:
-                await asyncio.to_thread(lambda: home.lit)  # which takes long where light bounces
+                await asyncio.to_thread(lambda: downloads.lit)  # which takes long where light bounces
             while what == "gltf" and self._subplot.lit.is_awaiting:  # it has what the view shows
                 await asyncio.sleep(_ASK_AGAIN)
-            name, content = home.read(what, self._plotter, size)
+            name, content = downloads.read(what, self._plotter, size)
         except ValueError as error:
             self.say(str(error))
             return web.Response(status=400, text=str(error))
@@ -385,7 +383,7 @@ class Studio:
             check.refuse("mesh", "none", "there", "Open one first.")
         self.mark_worst(False)
         measured = max(meshes, key=lambda mesh: mesh.drawn.n_points)
-        self._measured_matrix = np.eye(4) if measured.matrix is None else measured.matrix
+        self._measured_matrix = measured.matrix
         self._measuring.start(
             {
                 "mesh": measured.mesh,
@@ -393,9 +391,9 @@ class Studio:
                 "material": measured.material,
                 "tolerance": self.document.accuracy.tolerance or 1.0 / 255.0,
                 "seconds": seconds,
-                "matrix": measured.matrix,
+                "matrix": self._measured_matrix,
                 "feature_angle": measured.feature_angle,
-                "occluders": [(other.mesh, other.matrix) for other in self._subplot.lit.others(measured)],
+                "occluders": self._subplot.lit.others(measured),
             }
         )
 
@@ -428,10 +426,9 @@ class Studio:
         """A browser has gone; what it was dragging in the view is put back."""
         self.document.settle()
         if in_mid_drag:
-            interactor = self._plotter.iren.interactor
-            interactor.SetKeySym("Escape")
-            interactor.InvokeEvent("KeyPressEvent")
-            interactor.InvokeEvent("LeftButtonReleaseEvent")
+            if self._subplot.interaction is not None:
+                self._subplot.interaction.give_up()
+            self._plotter.iren.interactor.InvokeEvent("LeftButtonReleaseEvent")
             self._done("The connection was lost while a light was dragged: it is where it was.")
 
     # -- the server
@@ -445,7 +442,7 @@ class Studio:
             """In place of wslink's own end of the WebSocket."""
             return await (messages.handleWsRequest if request.path == "/ws" else handler)(request)
 
-        self.door.guard(server.app)
+        self.access.guard(server.app)
         server.app.middlewares.append(to_messages)
 
         async def end(_app: web.Application) -> None:
@@ -461,7 +458,7 @@ class Studio:
             ("sky", SKIES, self._take_sky),
             ("texture", IMAGES, self._take_texture),
         ):
-            server.app.router.add_post(f"/bring/{what}", self.door.upload(suffixes, take, self._done))
+            server.app.router.add_post(f"/bring/{what}", upload(suffixes, take, self._done))
 
     def address_at(self, port: int) -> str:
         """Where the page is, served on a port."""
@@ -472,7 +469,7 @@ class Studio:
                 socket.getaddrinfo(host, None)
             except OSError:
                 host = "127.0.0.1"
-        return f"http://{f'[{host}]' if ':' in host else host}:{port}/{self.door.query}"
+        return f"http://{f'[{host}]' if ':' in host else host}:{port}/{self.access.query}"
 
     def start(self, port: int) -> None:
         """Begin to serve."""

@@ -114,6 +114,17 @@ def test_a_drag_changes_light_and_colours_and_escape_and_undo_restore_both(new_m
         assert plotter.phong.undo()
 
 
+def test_a_drag_that_is_given_up_puts_the_light_back_and_is_no_step(mouse, plotter):
+    before = seen(plotter)
+    end = mouse.pull(mouse.at("lamp", "position"), (25, -9))
+    assert seen(plotter) != before
+    interaction_of(mouse).give_up()
+    assert seen(plotter) == before
+    mouse.release(end)
+    assert seen(plotter) == before
+    assert not plotter.phong.undo()
+
+
 def test_a_window_that_was_resized_without_a_frame(mouse, plotter):
     """As trame does it at each press, when fewer pixels are to be drawn while the button is down."""
     where = mouse.at("lamp", "position")

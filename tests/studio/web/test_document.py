@@ -253,6 +253,27 @@ def test_a_rig_is_taken_over_as_one_step(document, plotter):
     assert document.state == before
 
 
+def test_a_rig_gives_blocks_their_materials_by_name(new_plotter):
+    plotter = new_plotter()
+    plotter.phong.add_mesh(pv.MultiBlock({"a": pv.Sphere(), "b": pv.Plane()}), {"a": "ruby", "b": "jade"})
+    plotter.phong.add_gizmos()
+    document = Document(plotter.phong, plotter.phong._subplot, plotter.phong._history)
+    given = {"a": ph.Material.named("gold"), "b": ph.Material.named("silver")}
+    document.replace_all(ph.Scene([ph.DirectionalLight()]), given, "default")
+    assert {name: shared.material for name, shared in document.materials.items()} == given
+
+
+def test_no_two_meshes_have_one_name(new_plotter):
+    """Blocks of one name that were drawn apart, and a mesh that was drawn by the name of a block."""
+    plotter = new_plotter()
+    for name in ("left", None, "right"):
+        plotter.phong.add_mesh(pv.MultiBlock({"wheel": pv.Sphere(), f"of {name}": pv.Plane()}), name=name)
+    plotter.phong.add_mesh(pv.Cube(), name="of right")
+    document = Document(plotter.phong, plotter.phong._subplot, plotter.phong._history)
+    names = [document.mesh_name(mesh) for mesh in plotter.phong._subplot.lit.meshes]
+    assert names == ["left[wheel]", "of left", "mesh 3", "of None", "right[wheel]", "right[of right]", "of right"]
+
+
 def test_an_image_becomes_a_sky_bytes_as_srgb_and_floats_as_they_are(document, plotter):
     document.add("environment")
     texels = np.zeros((4, 8, 3))

@@ -1,4 +1,4 @@
-"""The door: who gets in, and which messages are taken."""
+"""Access: who gets in, and which messages are taken."""
 
 import asyncio
 import io
@@ -10,8 +10,8 @@ import pytest
 
 pytest.importorskip("trame_pyvista", reason="the studio needs the extra trame")
 
-from pvphong.studio.web import door
-from pvphong.studio.web.door import Door, Malformed, is_loopback, plain, view_event, view_size
+from pvphong.studio.web import access
+from pvphong.studio.web.access import Access, Malformed, is_loopback, plain, upload, view_event, view_size
 
 web = pytest.importorskip("aiohttp.web")
 
@@ -25,7 +25,7 @@ web = pytest.importorskip("aiohttp.web")
 )
 def test_only_this_machine_is_this_machine(host, is_own):
     assert is_loopback(host) is is_own
-    assert bool(Door(host).token) is not is_own
+    assert bool(Access(host).token) is not is_own
 
 
 @pytest.mark.parametrize(
@@ -44,11 +44,11 @@ def test_only_this_machine_is_this_machine(host, is_own):
     ],
 )
 def test_on_this_machine_pages_of_other_origins_are_not_let_in(host, origin, is_admitted):
-    assert Door("127.0.0.1").admits(host, origin, ("", "")) is is_admitted
+    assert Access("127.0.0.1").admits(host, origin, ("", "")) is is_admitted
 
 
 def test_from_elsewhere_nothing_is_answered_without_the_token():
-    guarded = Door("0.0.0.0")
+    guarded = Access("0.0.0.0")
     token = guarded.token
     assert guarded.query == f"?token={token}"
     assert len(token) >= 32
@@ -57,7 +57,7 @@ def test_from_elsewhere_nothing_is_answered_without_the_token():
     assert not guarded.admits("box:80", "http://evil.example", (token, ""))
     for wrong in ("", token[:-1], token + "x", "é", token.swapcase()):
         assert not guarded.admits("box:80", "http://box:80", (wrong, wrong))
-    assert Door("0.0.0.0").token != token
+    assert Access("0.0.0.0").token != token
 
 
 def in_a_server(guarded, run, *, routes=()):
@@ -87,7 +87,7 @@ def in_a_server(guarded, run, *, routes=()):
 
 
 def test_the_browser_keeps_the_token():
-    guarded = Door("0.0.0.0")
+    guarded = Access("0.0.0.0")
 
     async def run(session, address):
         async with session.get(address) as first:
@@ -106,8 +106,8 @@ def test_the_browser_keeps_the_token():
 
 
 def test_uploads_are_limited_by_kind_and_size_and_written_under_our_own_name(monkeypatch):
-    monkeypatch.setattr(door, "LARGEST_FILE", 2**20)
-    guarded, taken, said = Door("127.0.0.1"), [], []
+    monkeypatch.setattr(access, "LARGEST_FILE", 2**20)
+    guarded, taken, said = Access("127.0.0.1"), [], []
 
     async def take(name, path, _query):
         taken.append((name, path.name, path.read_bytes()))
@@ -139,7 +139,7 @@ def test_uploads_are_limited_by_kind_and_size_and_written_under_our_own_name(mon
                 found.append((400, "file must be at most 1 MiB"))
         return found
 
-    found = in_a_server(guarded, run, routes=[("/up", guarded.upload((".ply",), take, said.append))])
+    found = in_a_server(guarded, run, routes=[("/up", upload((".ply",), take, said.append))])
     assert [status for status, _ in found] == [204, 204, 204, 400, 400, 400, 400, 400, 400, 400]
     assert [name for name, _, _ in taken] == ["part.ply", "part.PLY", "part.ply", "bad.ply"]
     assert {written for _, written, _ in taken} == {"upload.ply"}

@@ -1,10 +1,10 @@
-"""What is taken home from a studio: rig, lit mesh, glTF, picture, and the Python that makes them again, to the bit."""
+"""What is downloaded from a studio: rig, lit mesh, glTF, picture, and the Python that makes them again, to the bit."""
 
 from __future__ import annotations
 
 import re
 import tempfile
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import MISSING, dataclass, fields
 from functools import cached_property
 from pathlib import Path, PurePath
@@ -14,12 +14,12 @@ import numpy as np
 import pyvista as pv
 
 from pvphong.base import check
-from pvphong.meshes.blocks import DEFAULT
+from pvphong.meshes.blocks import DEFAULT, common_or_named
 from pvphong.meshes.files import save_lit
 from pvphong.meshes.pictures import draw, save_picture
 from pvphong.optics.lights import LIGHT_TYPES
 from pvphong.optics.maps import Map
-from pvphong.optics.material import Material
+from pvphong.optics.material import DEFAULT_MATERIAL, Material
 from pvphong.optics.reflectances import REFLECTANCES
 from pvphong.scene.light_model import LightModel
 from pvphong.scene.scene import Scene
@@ -38,14 +38,14 @@ EXAMPLES: Mapping[str, str] = {
 """What can be opened without a file → the function of `pyvista.examples` that gives it; PyVista brings them along."""
 
 FILES = ("rig", "vtp", "ply", "vtkhdf", "gltf", "png", "py")
-"""What can be taken home, by the endings of names; "rig" is a .json."""
+"""What can be downloaded, by the endings of names; "rig" is a .json."""
 
 LIT = ("vtp", "ply", "vtkhdf", "png")
 """What of that is made of the lit mesh."""
 
 
 @dataclass
-class TakeHome:
+class Downloads:
     """What a studio's files are made of, as it is now.
 
     Parameters
@@ -77,9 +77,8 @@ class TakeHome:
     @property
     def materials(self) -> dict[str, Material]:
         """As rigs keep them: "default" for all, or by the meshes' names."""
-        found = {name: mesh.material for name, mesh in self.meshes.items()}
-        first = next(iter(found.values()), Material())
-        return {DEFAULT: first} if all(material == first for material in found.values()) else found
+        found = common_or_named({name: mesh.material for name, mesh in self.meshes.items()})
+        return found or {DEFAULT: DEFAULT_MATERIAL}
 
     @property
     def _written(self) -> dict[str, Material]:
@@ -131,7 +130,7 @@ class TakeHome:
         Lights and materials that no code can hold, images and arrays, are read from the rig.
         """
         options, materials, stem = self.options, self._written, self.stem
-        ending = "vtp" if len(self.meshes) == 1 else "vtkhdf"
+        ending = "vtp" if [mesh.block for mesh in self.meshes.values()] == [""] else "vtkhdf"
         try:
             scene = python_of(self.scene)
             if list(materials) == [DEFAULT]:
@@ -176,9 +175,8 @@ class TakeHome:
             If it cannot be made.
         """
         check.choice("file", what, FILES)
-        path = folder / {"rig": f"{self.stem}-rig.json", "png": f"{self.stem}.png", "gltf": f"{self.stem}.gltf"}.get(
-            what, f"{self.stem}-lit.{what}"
-        )
+        ending = {"rig": "-rig.json", "png": ".png", "gltf": ".gltf"}.get(what, f"-lit.{what}")
+        path = folder / f"{self.stem}{ending}"
         if what == "rig":
             self.save_rig(path)
         elif what == "py":
@@ -223,11 +221,16 @@ def python_of(value: Any, indent: str = "") -> str:
     """A scene, a light, a material and the like as Python that gives it again, with `pvphong` as `ph`."""
     kind: Any = type(value)
     inside = f"{indent}    "
+
+    def listed(parts: Iterable[str]) -> str:
+        """A line for each, between lines that have nothing but brackets."""
+        return "\n" + "".join(f"{inside}{part},\n" for part in parts) + indent
+
     if isinstance(value, Scene):
-        parts = [f"{name}={python_of(getattr(value, name), inside)}" for name in ("lights", "viewer", "light_model")]
-        return f"ph.Scene(\n{''.join(f'{inside}{part},{chr(10)}' for part in parts)}{indent})"
+        names = "lights", "viewer", "light_model"
+        return f"ph.Scene({listed(f'{name}={python_of(getattr(value, name), inside)}' for name in names)})"
     if isinstance(value, tuple) and isinstance(value[0] if value else None, _CODED):
-        return f"[\n{''.join(f'{inside}{python_of(each, inside)},{chr(10)}' for each in value)}{indent}]"
+        return f"[{listed(python_of(each, inside) for each in value)}]"
     if isinstance(value, float | int | str | tuple | None):
         return repr(value)
     if kind not in _CODED:

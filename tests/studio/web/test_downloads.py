@@ -1,4 +1,4 @@
-"""What is taken home: the script gives the same bits as the lit mesh, and rigs and pictures are what is shown."""
+"""Downloads: the script gives the same bits as the lit mesh, and rigs and pictures are what is shown."""
 
 import json
 from dataclasses import replace
@@ -12,7 +12,7 @@ import pvphong as ph
 from pvphong.optics.lights import LIGHT_TYPES
 from pvphong.optics.reflectances import REFLECTANCES
 from pvphong.studio.web.document import new_reflectance
-from pvphong.studio.web.take_home import EXAMPLES, FILES, HasArrays, TakeHome, python_of, reading_file
+from pvphong.studio.web.downloads import EXAMPLES, FILES, Downloads, HasArrays, python_of, reading_file
 
 
 @pytest.fixture
@@ -28,7 +28,7 @@ def plotter(new_plotter):
 
 def taken(plotter, reading='ph.read("part.vtp")', **options):
     meshes = {f"part {k}" if k else "part": mesh for k, mesh in enumerate(plotter.phong._subplot.lit.meshes)}
-    return TakeHome(
+    return Downloads(
         meshes, plotter.phong.scene, options.get("tolerance", 0.0), reading, options.get("stem", "part"), {}
     )
 
@@ -76,11 +76,11 @@ def test_the_script_gives_the_same_bits_as_the_lit_mesh(plotter, tmp_path, monke
     if is_moved:
         actor.rotate_x(30)
         actor.scale = (0.01, 0.02, 0.01)
-    home = taken(plotter, tolerance=tolerance)
-    lit = home.lit
+    downloads = taken(plotter, tolerance=tolerance)
+    lit = downloads.lit
     assert lit.n_points > mesh.n_points  # its edges are sharp
-    np.testing.assert_array_equal(run(home.script(), tmp_path, monkeypatch)["phong"], lit["phong"])
-    assert len(home.script().splitlines()) <= 16
+    np.testing.assert_array_equal(run(downloads.script(), tmp_path, monkeypatch)["phong"], lit["phong"])
+    assert len(downloads.script().splitlines()) <= 16
     np.testing.assert_array_equal(pv.read(tmp_path / "part-lit.vtp")["phong"], lit["phong"])
 
 
@@ -106,17 +106,19 @@ def test_what_is_moved_is_lit_where_the_view_has_it(plotter, tmp_path, monkeypat
         plotter.render()
         lits = plotter.phong._subplot.lit.meshes
         names = blocks.keys() if mesh is blocks else ["part"]
-        home = TakeHome(dict(zip(names, lits, strict=True)), plotter.phong.scene, 0.0, reading_file(name), "part", {})
-        lit, again = home.lit, run(home.script(), tmp_path, monkeypatch)
+        downloads = Downloads(
+            dict(zip(names, lits, strict=True)), plotter.phong.scene, 0.0, reading_file(name), "part", {}
+        )
+        lit, again = downloads.lit, run(downloads.script(), tmp_path, monkeypatch)
         for which, shown in zip(names, lits, strict=True):
             own, other = (lit[which], again[which]) if mesh is blocks else (lit, again)
             np.testing.assert_array_equal(other["phong"], own["phong"])
             assert np.abs(np.asarray(shown.drawn["phong"]) - 255.0 * own["phong"]).max() <= 1.01
-        image = np.asarray(pv.read(tmp_path / home.write("png", tmp_path, plotter, (64, 48))).active_scalars)
+        image = np.asarray(pv.read(tmp_path / downloads.write("png", tmp_path, plotter, (64, 48))).active_scalars)
         view = plotter.screenshot(return_img=True)[::-1].reshape(-1, 3)
         assert np.abs(image.astype(int) - view).mean() < 6.0
         plotter.remove_actor(actors)
-    assert json.loads(home.read("rig", plotter, (0, 0))[1])["materials"].keys() == {"bowl", "floor"}
+    assert json.loads(downloads.read("rig", plotter, (0, 0))[1])["materials"].keys() == {"bowl", "floor"}
 
 
 def test_what_no_code_can_hold_is_read_from_the_rig(plotter, tmp_path, monkeypatch):
@@ -125,21 +127,21 @@ def test_what_no_code_can_hold_is_read_from_the_rig(plotter, tmp_path, monkeypat
     sky = ph.EnvironmentLight(image=np.random.default_rng(7).random((8, 16, 3)), name="sky")
     plotter.phong.add_light(sky)
     plotter.phong.add_mesh(mesh)
-    home = taken(plotter)
-    name, rig = home.read("rig", plotter, (0, 0))
-    assert f'ph.Scene.load("{name}")' in home.script()
+    downloads = taken(plotter)
+    name, rig = downloads.read("rig", plotter, (0, 0))
+    assert f'ph.Scene.load("{name}")' in downloads.script()
     (tmp_path / name).write_bytes(rig)
-    np.testing.assert_array_equal(run(home.script(), tmp_path, monkeypatch)["phong"], home.lit["phong"])
+    np.testing.assert_array_equal(run(downloads.script(), tmp_path, monkeypatch)["phong"], downloads.lit["phong"])
 
 
 def test_every_file_is_what_it_says(plotter, tmp_path):
     plotter.phong.add_mesh(pv.Sphere(), "gold")
     plotter.phong.add_gizmos()
-    home = taken(plotter, stem="../a b/ü")
+    downloads = taken(plotter, stem="../a b/ü")
     for what in FILES:
         if what == "vtkhdf":
             continue
-        name, content = home.read(what, plotter, (60, 40))
+        name, content = downloads.read(what, plotter, (60, 40))
         assert "/" not in name
         (tmp_path / name).write_bytes(content)
     found = sorted(path.name for path in tmp_path.iterdir())

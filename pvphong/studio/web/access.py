@@ -1,4 +1,4 @@
-"""The door of the studio: who gets in, by HTTP and by WebSocket, which messages are taken, and how files come in.
+"""Access to the studio: who gets in, by HTTP and by WebSocket, which messages are taken, and how files come in.
 
 Served on this machine alone, whoever is on it may come in, but no page of another origin. Served to others, nothing is
 answered without the token of the address, which the browser then keeps in a cookie.
@@ -57,8 +57,8 @@ def is_loopback(host: str) -> bool:
         return host == "localhost"
 
 
-class Door:
-    """What stands between the network and the studio's server.
+class Access:
+    """Which requests the studio's server answers.
 
     Parameters
     ----------
@@ -77,7 +77,7 @@ class Door:
         return f"?token={self.token}" if self.token else ""
 
     def guard(self, app: web.Application) -> None:
-        """Have every request of an application pass here first."""
+        """Have every request of an application checked first."""
         app.middlewares.append(self._admit)
 
     @web.middleware
@@ -127,85 +127,87 @@ class Door:
         wanted = self.token.encode()
         return not wanted or any(hmac.compare_digest(token.encode(errors="replace"), wanted) for token in tokens)
 
-    # --- files that come in
 
-    async def receive(self, request: web.Request, suffixes: tuple[str, ...], folder: Path) -> tuple[str, Path]:
-        """An uploaded file, written into a folder under a name of our own.
+# --- files that come in
 
-        Parameters
-        ----------
-        request : aiohttp.web.Request
-            Its body is the file, its query's `name` what that is called, of which only the ending counts here.
-        suffixes : tuple of str
-            The endings that are allowed.
-        folder : Path
-            One for this file alone.
 
-        Returns
-        -------
-        name : str
-            Without folders.
-        path : Path
-            Where the file is.
+async def receive(request: web.Request, suffixes: tuple[str, ...], folder: Path) -> tuple[str, Path]:
+    """An uploaded file, written into a folder under a name of our own.
 
-        Raises
-        ------
-        ValueError
-            If the name does not end so, the file is empty, or it is larger than `LARGEST_FILE`; of that no more is
-            read.
-        """
-        name = request.query.get("name", "").replace("\\", "/").rpartition("/")[2][:200]
-        suffix = Path(name).suffix.lower()
-        if suffix not in suffixes:
-            check.refuse("file", name or "one without a name", f"one that ends with {', '.join(suffixes)}")
-        allowed = f"at most {LARGEST_FILE >> 20} MiB"
-        if (request.content_length or 0) > LARGEST_FILE:
-            check.refuse("file", f"{name}, {(request.content_length or 0) >> 20} MiB", allowed)
-        path, size = folder / f"upload{suffix}", 0
-        with path.open("wb") as file:
-            async for piece in request.content.iter_chunked(_PIECE):
-                size += len(piece)
-                if size > LARGEST_FILE:
-                    check.refuse("file", f"{name}, which is larger", allowed)
-                file.write(piece)
-        if not size:
-            check.refuse("file", f"{name}, which is empty", "one with something in it")
-        return name, path
+    Parameters
+    ----------
+    request : aiohttp.web.Request
+        Its body is the file, its query's `name` what that is called, of which only the ending counts here.
+    suffixes : tuple of str
+        The endings that are allowed.
+    folder : Path
+        One for this file alone.
 
-    def upload(
-        self,
-        suffixes: tuple[str, ...],
-        take: Callable[[str, Path, Mapping[str, str]], Awaitable[None]],
-        done: Callable[[str], None],
-    ) -> Handler:
-        """A handler of uploads: files that end so are given to a function, and then removed.
+    Returns
+    -------
+    name : str
+        Without folders.
+    path : Path
+        Where the file is.
 
-        Parameters
-        ----------
-        suffixes : tuple of str
-            The endings that are allowed.
-        take : callable
-            Takes name, path and the query; ValueError where it cannot.
-        done : callable
-            Told why a file was not taken, or "" when it was.
-        """
+    Raises
+    ------
+    ValueError
+        If the name does not end so, the file is empty, or it is larger than `LARGEST_FILE`; of that no more is
+        read.
+    """
+    name = request.query.get("name", "").replace("\\", "/").rpartition("/")[2][:200]
+    suffix = Path(name).suffix.lower()
+    if suffix not in suffixes:
+        check.refuse("file", name or "one without a name", f"one that ends with {', '.join(suffixes)}")
+    allowed = f"at most {LARGEST_FILE >> 20} MiB"
+    if (request.content_length or 0) > LARGEST_FILE:
+        check.refuse("file", f"{name}, {(request.content_length or 0) >> 20} MiB", allowed)
+    path, size = folder / f"upload{suffix}", 0
+    with path.open("wb") as file:
+        async for piece in request.content.iter_chunked(_PIECE):
+            size += len(piece)
+            if size > LARGEST_FILE:
+                check.refuse("file", f"{name}, which is larger", allowed)
+            file.write(piece)
+    if not size:
+        check.refuse("file", f"{name}, which is empty", "one with something in it")
+    return name, path
 
-        async def handle(request: web.Request) -> web.StreamResponse:
-            reason = name = ""
-            with tempfile.TemporaryDirectory() as folder:
-                path = Path(folder)
-                try:
-                    name, path = await self.receive(request, suffixes, path)
-                    await take(name, path, request.query)
-                except ValueError as error:
-                    reason = str(error).replace(str(path), name)
-            done(reason)
-            answer = web.Response(status=400 if reason else 204, text=reason or None)
-            if reason:
-                answer.force_close()  # the rest of what is too large is not read
-            return answer
 
-        return handle
+def upload(
+    suffixes: tuple[str, ...],
+    take: Callable[[str, Path, Mapping[str, str]], Awaitable[None]],
+    done: Callable[[str], None],
+) -> Handler:
+    """A handler of uploads: files that end so are given to a function, and then removed.
+
+    Parameters
+    ----------
+    suffixes : tuple of str
+        The endings that are allowed.
+    take : callable
+        Takes name, path and the query; ValueError where it cannot.
+    done : callable
+        Told why a file was not taken, or "" when it was.
+    """
+
+    async def handle(request: web.Request) -> web.StreamResponse:
+        reason = name = ""
+        with tempfile.TemporaryDirectory() as folder:
+            path = Path(folder)
+            try:
+                name, path = await receive(request, suffixes, path)
+                await take(name, path, request.query)
+            except ValueError as error:
+                reason = str(error).replace(str(path), name)
+        done(reason)
+        answer = web.Response(status=400 if reason else 204, text=reason or None)
+        if reason:
+            answer.force_close()  # the rest of what is too large is not read
+        return answer
+
+    return handle
 
 
 # --- messages
@@ -386,7 +388,7 @@ class Messages(AioHttpWsHandler):
         if client_id != self._shown_to and size is not None:
             self._shown_to = client_id
             areas, resize = self.functionMap["trame.rca.size"]
-            resize(areas, area, "door", size)
+            resize(areas, area, "access", size)
 
     async def handleSystemMessage(self, rpcid: str, methodName: str, args: list[Any], client_id: str) -> bool:
         """Greetings: wslink would then take messages of 4 GiB."""
@@ -404,11 +406,10 @@ class Messages(AioHttpWsHandler):
         await super().onClose(client_id)
         for known in (self._sizes, self._sending, self._frames):
             known.pop(client_id, None)
-        if self._held_by == client_id:
+        was_held = self._held_by == client_id
+        if was_held:
             self._held_by = ""
-            self._closed(True)
-        else:
-            self._closed(False)
+        self._closed(was_held)
 
     async def sendWrappedMessage(
         self,

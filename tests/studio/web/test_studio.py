@@ -1,0 +1,116 @@
+"""The studio without a browser: what it does when one goes, and what is downloaded of several blocks."""
+
+import asyncio
+import re
+
+import numpy as np
+import pytest
+import pyvista as pv
+from mouse import Mouse
+
+pytest.importorskip("trame_pyvista", reason="the studio needs the extra trame")
+
+import pvphong as ph
+from pvphong.cli.app import main
+from pvphong.meshes.blocks import leaves
+from pvphong.studio.lit_mesh import SharedMaterial
+from pvphong.studio.web.studio import Studio
+
+
+def in_a_studio(plotter, act, *, file="part.vtm", **options):
+    """What a function gives for a studio of a plotter's active subplot, which is not served."""
+
+    async def run():
+        phong = plotter.phong
+        if not phong.gizmos:
+            phong.add_gizmos()
+        return act(Studio(plotter, phong._subplot, phong._history, file=file, **options))
+
+    return asyncio.run(run())
+
+
+def test_escape_puts_back_a_drag_after_a_connection_was_lost_in_another(new_plotter):
+    plotter = new_plotter((400, 300))
+    plotter.phong.add_light(ph.PointLight((0.8, -0.4, 0.9), name="lamp"))
+    plotter.phong.add_mesh(pv.Sphere())
+    plotter.camera_position = [(0, -5, 2.5), (0, 0, 0.2), (0, 0, 1)]
+    plotter.show(auto_close=False)
+    mouse = Mouse(plotter)
+
+    def act(studio):
+        before = plotter.phong.lights
+        end = mouse.pull(mouse.at("lamp", "position"), (25, -9))
+        assert plotter.phong.lights != before
+        studio._left(True)
+        assert plotter.phong.lights == before
+        mouse.move(end)
+        mouse.pull(mouse.at("lamp", "position"), (25, -9))
+        assert plotter.phong.lights != before
+        mouse.key("Escape")
+        assert plotter.phong.lights == before
+
+    in_a_studio(plotter, act)
+
+
+def blocks_in(path, count=2):
+    """Blocks in a file, of which the second has no name of its own."""
+    blocks = pv.MultiBlock([pv.Sphere(), pv.Plane(center=(0, 0, -0.6))][:count])
+    for number, name in enumerate(["bowl", ""][:count]):
+        blocks.set_block_name(number, name)
+    blocks.save(path)
+    return pv.read(path)
+
+
+GOLD = ph.Material.named("gold")
+
+
+@pytest.mark.parametrize("count", [1, 2])
+@pytest.mark.parametrize("name", [{}, {"name": "part"}], ids=["", "named"])
+def test_the_script_of_blocks_lights_them_as_the_studio_does(new_plotter, tmp_path, monkeypatch, name, count):
+    plotter, blocks = new_plotter((64, 48)), blocks_in(tmp_path / "part.vtm", count)
+    plotter.phong.add_light(ph.DirectionalLight((0, 0.3, -1)))
+    first, *_ = plotter.phong.add_mesh(blocks, **name)
+    plotter.phong.mesh(first).shared_material = SharedMaterial(GOLD)
+    downloads = in_a_studio(plotter, lambda studio: studio.downloads)
+    monkeypatch.chdir(tmp_path)
+    exec(compile(downloads.script(), "script", "exec"), {})
+    for saved, lit in zip(pv.read(tmp_path / "part-lit.vtkhdf"), leaves(downloads.lit), strict=True):
+        np.testing.assert_array_equal(saved["phong"], lit["phong"])
+
+
+def test_the_command_begins_with_a_rig_that_was_kept_of_blocks(tmp_path, monkeypatch):
+    path, started = tmp_path / "part.vtm", []
+    blocks_in(path)
+
+    def studio(phong, *, keep, **_):
+        started.append([lit.material for lit in phong._subplot.lit.meshes])
+        phong._subplot.lit.meshes[0].shared_material = SharedMaterial(GOLD)
+        in_a_studio(phong._plotter, lambda studio: studio._save(), keep=keep)
+
+    monkeypatch.setattr("pvphong.plotter.PlotterPhong.studio", studio)
+    for _ in range(2):
+        assert main(["studio", str(path), "--keep", "--no-browser"]) == 0
+    assert started == [[ph.Material(), ph.Material()], [GOLD, ph.Material()]]
+
+
+@pytest.mark.parametrize(("count", "shown"), [(1, {"vtp", "ply"}), (2, {"vtkhdf"})])
+def test_the_page_offers_files_that_hold_as_many_meshes(new_plotter, tmp_path, count, shown):
+    plotter = new_plotter((64, 48))
+    plotter.phong.add_light(ph.DirectionalLight())
+    plotter.phong.add_mesh(pv.MultiBlock([pv.Sphere(), pv.Plane()][:count]))
+
+    def act(studio):
+        state = studio.server.state
+        for what in ("vtp", "ply", "vtkhdf"):
+            (button,) = re.findall(f'<VBtn data-test="download-{what}".*', state.trame__template_main)
+            condition = re.search('v-if="([^"]*)"', button)[1]
+            assert eval(condition, {"mesh_count": state.mesh_count}) is (what in shown)
+            if what in shown:
+                studio.downloads.write(what, tmp_path, plotter, (64, 48))
+        return studio.downloads
+
+    downloads = in_a_studio(plotter, act)
+    assert {path.suffix for path in tmp_path.iterdir()} == {f".{what}" for what in shown}
+    for path in tmp_path.glob("*.v*"):
+        for saved, lit in zip(leaves(pv.read(path)), leaves(downloads.lit), strict=True):
+            np.testing.assert_array_equal(saved["phong"], lit["phong"])
