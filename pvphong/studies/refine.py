@@ -43,7 +43,7 @@ _NOT_REACHED: dict[Stopped, str] = {
 }
 
 # Of the tolerance, what rays may add as a standard error.
-_OF_RAYS = 1.0 / 4.0
+OF_RAYS = 1.0 / 4.0
 
 # After the name of the lit colours, the name of the cell array of errors.
 _ERROR = "_interpolation_error"
@@ -201,7 +201,7 @@ def refine(
         check.refuse("name", name, "a string that is not empty")
     smooth = check.choice("placement", placement, get_args(Placement)) == "smooth"
     real = check.choice("precision", precision, get_args(Precision))
-    cut, rays = check.flag("cut", cut), tolerance * _OF_RAYS
+    cut, rays = check.flag("cut", cut), tolerance * OF_RAYS
     lit = _lit_triangles(mesh, scene, material, matrix, feature_angle, occluders, transport, rays, cuts=cut)
     count = lit.mesh.n_points
     limit = count + _MOST_ADDED if max_points is None else max_points
@@ -267,7 +267,7 @@ def interpolation_error(
     ValueError
         As `refine`.
     """
-    lit = _lit_triangles(mesh, scene, material, matrix, feature_angle, occluders, transport, _OF_RAYS / 255.0)
+    lit = _lit_triangles(mesh, scene, material, matrix, feature_angle, occluders, transport, OF_RAYS / 255.0)
     with _far_ranges_allowed():
         vertices = lit.lighting.vertices(lit.mesh.points, lit.blended)
         errors = all_errors(vertices, lit.corners)

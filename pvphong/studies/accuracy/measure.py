@@ -272,15 +272,15 @@ class _Measurement:
 
     def _refine(self) -> Interpolation:
         s, model = self.subject, self.subject.scene.light_model
-        if not self._has_time_for("inside triangles", least_seconds(self.mesh, self.exact_seconds)):
+        if not self._has_time_for("inside triangles", least_seconds(self.mesh, self.exact_seconds) / _FOR_INSIDE):
             return Interpolation([], np.zeros(0), np.zeros(0), {})
-        rays = seconds_of_rays(s)
-        if rays and least_seconds(self.mesh, self.exact_seconds + rays) > self._left():
+        rays = seconds_of_rays(s, self.tolerance)
+        clock = self.clock.part(_FOR_INSIDE * self._left())
+        if rays and least_seconds(self.mesh, self.exact_seconds + rays) > clock.left:
             why = "there was no time for rays there; interpolation is measured without them"
             self.left_out["shadows and occlusion inside triangles"], rays = why, 0.0
         if model.needs_rays and not rays:
             s = replace(s, scene=replace(s.scene, light_model=model.without_rays()), visibility=None)
-        clock = self.clock.part(_FOR_INSIDE * self._left())
         found = interpolation(self.mesh, s, self.tolerance, self.exact_seconds + rays, clock)
         self.left_out |= found.left_out
         for row, run, _ in found.variants:
