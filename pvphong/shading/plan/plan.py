@@ -114,9 +114,7 @@ class Plan:
     @classmethod
     def of_equation(cls, whole: Equation, vertices: Vertices, tolerance: float = 0.0) -> Plan:
         """What will run of the equation of a scene, or of one that was rewritten from it."""
-        # sums of light that differ by x differ by at most x^(1/gamma) when they are raised to 1/gamma
-        allowed = tolerance**whole.gamma
-        draft = Draft.first(whole, vertices.extent(whole.matrix), allowed, vertices)
+        draft = Draft.first(whole, tolerance, vertices)
         for effect in EFFECTS:
             draft = effect.simplify(draft)
         left = draft.equation

@@ -185,6 +185,13 @@ def _rms(values: Float64Array) -> float:
 # --- measuring
 
 
+def refuse_convention(scene: Scene) -> None:
+    """Raise ``ValueError`` for a scene in VTK's convention."""
+    if scene.light_model.convention != "standard":
+        remedy = "VTK's shader knows no light that bounces: LightModel()."
+        check.refuse("truth", True, "False in VTK's convention", remedy)
+
+
 def measure(
     mesh: pv.DataSet,
     scene: Scene,
@@ -201,7 +208,7 @@ def measure(
     Parameters
     ----------
     mesh, scene, material, occluders, matrix, feature_angle
-        As for `mesh.phong.shade`.
+        As for `mesh.phong.shade`; the scene is in the standard convention.
     budget : float
         Seconds that paths of light may take, about; there are from 16 to 1024 of each vertex.
     say : callable
@@ -210,11 +217,8 @@ def measure(
     Raises
     ------
     ValueError
-        If the scene is in VTK's convention, or the surface reflects more light than arrives.
+        If the surface reflects more light than arrives.
     """
-    if scene.light_model.convention != "standard":
-        remedy = "VTK's shader knows no light that bounces: LightModel()."
-        check.refuse("truth", True, "False in VTK's convention", remedy)
     where: Any = {"matrix": matrix, "feature_angle": feature_angle}
     say("paths of light")
     probe = truth(mesh, scene, material, samples=_FIRST_PATHS, occluders=occluders, **where)

@@ -20,7 +20,7 @@ from pvphong.rays.sampling import MOST_RAYS
 from pvphong.rays.visibility import Visibility
 from pvphong.scene.scene import Scene
 from pvphong.shading import kernel, reference
-from pvphong.shading.equation import Equation, as_nodes, in_parts
+from pvphong.shading.equation import Equation, as_nodes, in_parts, relative_to_mesh
 from pvphong.shading.plan.effects import EFFECTS
 from pvphong.shading.plan.plan import Plan, is_worth_loading
 from pvphong.shading.reference import Shading
@@ -82,8 +82,8 @@ class Subject:
 
     @cached_property
     def assembled(self) -> Equation:
-        """The whole lighting equation."""
-        return self.vertices.equation(self.scene, self.material, self.matrix)
+        """The whole lighting equation, about the mesh where that is very far out, as plans have it."""
+        return relative_to_mesh(self.vertices.equation(self.scene, self.material, self.matrix))
 
     @cached_property
     def equation(self) -> Equation:
@@ -160,7 +160,7 @@ class Subject:
         """
 
         def run() -> FloatArray:
-            self.vertices.equation(scene or self.scene, self.material, self.matrix)
+            relative_to_mesh(self.vertices.equation(scene or self.scene, self.material, self.matrix))
             chosen = backend or self.backend_for(equation)
             return Plan.of_equation(equation, self.vertices).run(self.vertices, precision=precision, backend=chosen).rgb
 
