@@ -26,7 +26,7 @@ from pvphong.shading.inside.splitting import Refinement, Stopped
 from pvphong.shading.inside.surface import Added, LitSurface
 from pvphong.shading.plan.plan import Plan
 from pvphong.shading.vertices import Vertices
-from pvphong.shading.visibility import transport_of
+from pvphong.shading.visibility import known_transport
 
 Placement = Literal["linear", "smooth"]
 
@@ -305,12 +305,13 @@ def _lit_triangles(
     scene = scene_for(source, given_scene, matrix)
     if not has_faces(source):
         check.refuse("mesh", f"{source.n_points} points without faces", "a mesh with faces", "A cloud has no inside.")
-    triangles, first = source, source.n_verts + source.n_lines
+    triangles = source
     if not source.is_all_triangles:  # VTK's triangulation would mix up the arrays of vertex and line cells and of faces
         faces = shallow_copy(source)
         faces.clear_cell_data()
         faces.SetVerts(None)
         faces.SetLines(None)
+        first = source.n_verts + source.n_lines
         for key in source.cell_data:
             faces.cell_data[key] = np.asarray(source.cell_data[key])[first:]
         triangles = faces.triangulate()
@@ -342,7 +343,7 @@ def _bounced_light(vertices: Vertices, scene: Scene, material: Material, matrix:
     plan = Plan.of(scene, material, vertices, matrix=matrix)
     if not plan.equation.bounces:  # nothing sees anything
         return BouncedLight(np.zeros((len(vertices), 3)))
-    sent, gather = plan.sent(vertices, precision="float64"), transport_of(vertices).gather
+    sent, gather = plan.sent(vertices, precision="float64"), known_transport(vertices).gather
     return BouncedLight(interreflection.bounced(sent, gather, plan.equation.bounces, apart=False)[0])
 
 
