@@ -16,10 +16,11 @@ from pvphong.meshes.visibility import KnownOccluders
 from pvphong.optics.maps import Map, fractions
 from pvphong.optics.material import Material
 from pvphong.shading.plan.plan import Plan
+from pvphong.shading.vertices import Vertices
 from pvphong.shading.visibility import GivenVisibility
 from pvphong.studies.accuracy.result import Errors, Row
 from pvphong.studies.accuracy.timing import Clock, timed
-from pvphong.studies.accuracy.variants import Subject, Variant, vertices_of
+from pvphong.studies.accuracy.variants import Subject, Variant
 from pvphong.studies.refine import OF_RAYS, interpolation_error, refine
 
 AS_IT_IS = "as it is"
@@ -214,7 +215,7 @@ def _variant(
         seen = GivenVisibility("visibility", np.ones((subject.equation.lights + 1, len(whole.points)), np.float32))
 
     def run() -> FloatArray:
-        vertices = vertices_of(whole.points, whole.normals, whole.material, seen)
+        vertices = Vertices(whole.points, whole.normals, whole.material.maps, seen, tangents=whole.material.tangents)
         plan = Plan.of(subject.scene, whole.material, vertices, matrix=subject.matrix)
         return plan.run(vertices, backend=backend).rgb
 

@@ -38,7 +38,7 @@ from pvphong.studies.accuracy.timing import FEWEST_REPEATS, Clock, Run, interlea
 from pvphong.studies.accuracy.variants import (
     REFERENCE,
     WITHOUT,
-    Sampling,
+    SampledRows,
     Subject,
     Variant,
     plan_name,
@@ -255,12 +255,17 @@ class _Measurement:
             return
         self.rows[row.name], self.runs[row.name], self.estimates[row.name] = row, run, seconds
 
+    def _add_all(self, found: list[Variant]) -> None:
+        """Variants that have not run yet."""
+        for row, run, _ in found:
+            self._add(row, run, timed(run)[1])
+
     # -- what is measured
 
-    def _cast_rays(self) -> Sampling:
+    def _cast_rays(self) -> SampledRows:
         visibility = self.subject.visibility
         if visibility is None or not self._has_time_for("rays", 2.0 * visibility.seconds):
-            return Sampling([], {}, {})
+            return SampledRows([], {}, {})
         found = sampling(self.subject, visibility, self.tolerance, self.clock.part(_FOR_SAMPLING * self._left()))
         self.left_out |= found.left_out
         return found
@@ -296,8 +301,7 @@ class _Measurement:
             s = replace(s, scene=replace(s.scene, light_model=model.without_rays()), visibility=None)
         found = interpolation(self.mesh, s, self.tolerance, self.exact_seconds + rays, clock)
         self.left_out |= found.left_out
-        for row, run, _ in found.variants:
-            self._add(row, run, timed(run)[1])
+        self._add_all(found.variants)
         return found
 
     def _drop_effects(self) -> dict[str, float]:
@@ -339,8 +343,7 @@ class _Measurement:
             except ValueError as error:
                 self.left_out[name] = str(error)
                 continue
-            for row, run, _ in found:
-                self._add(row, run, timed(run)[1])
+            self._add_all(found)
 
 
 # --- the ledger: what each effect costs, and the plan's error bounds
