@@ -51,8 +51,8 @@ material = ph.Material(ambient=1.0, diffuse=1.0, specular=0.0, albedo="paint")
 
 physics = room.phong.tradeoff(scene, material, seconds=5, truth=True).physics
 print(physics.sentence())
-for rung in physics.rungs:
-    print(f"{rung.name:45} {rung.seconds * 1e3:8.1f} ms, RMS error {rung.rms:.4f}, at most {rung.largest:.3f}")
+for each in physics.models:
+    print(f"{each.name:45} {each.seconds * 1e3:8.1f} ms, RMS error {each.rms:.4f}, at most {each.largest:.3f}")
 print(f"{'paths of light':45} {physics.truth.seconds * 1e3:8.1f} ms, known to {physics.noise:.4f}")
 
 picture = FOLDER / "phong_and_the_truth.png"

@@ -40,6 +40,11 @@ def say(what: str, more: object = "") -> None:
         os.write(watcher, os.fsencode(f"{what} {more}") + b"\0")
 
 
+def environment() -> "dict[str, str]":
+    """This process's environment for another Python that is to find the same modules."""
+    return os.environ | {"PYTHONPATH": os.pathsep.join(entry or os.getcwd() for entry in sys.path)}
+
+
 class Watch:
     """The process that watches: it takes a worker's messages, and kills it when reading takes too long.
 

@@ -30,6 +30,12 @@ def dot(a: FloatArray, b: FloatArray) -> Any:
     return total
 
 
+def is_direction(vectors: FloatArray) -> BoolArray:
+    """Shape (n,): which columns of a (3, n) array are directions, finite and not zero."""
+    x, y, z = vectors  # row by row it takes a tenth of the time
+    return np.asarray(np.isfinite(x) & np.isfinite(y) & np.isfinite(z) & ((x != 0.0) | (y != 0.0) | (z != 0.0)))
+
+
 def cross(a: NDArray[Real], b: NDArray[Real]) -> NDArray[Real]:
     """Cross products of the columns of two (3, ...) arrays."""
     result = np.empty(np.broadcast_shapes(a.shape, b.shape), a.dtype)

@@ -85,7 +85,7 @@ class Extent:
             return None
         low, high = box_of(self.points)
         if self.matrix is not None:
-            corners = transform_points(_corners(low, high), self.matrix)
+            corners = transform_points(corners_of(low, high), self.matrix)
             low, high = corners.min(axis=0), corners.max(axis=0)
         return (low, high) if np.isfinite([low, high]).all() else None
 
@@ -135,7 +135,7 @@ def _cone(low: Float64Array, high: Float64Array) -> tuple[Vector, float] | None:
     if not 0.0 < largest < math.inf:
         return None
     low, high = (np.ldexp(bound, -np.frexp(largest)[1]) for bound in (low, high))  # so that squares can be taken
-    corners = _corners(low, high)
+    corners = corners_of(low, high)
     axis = (low + high) / 2
     length, longest = math.hypot(*axis), float(np.sqrt((corners**2).sum(axis=1)).max())
     if length == 0.0:
@@ -145,7 +145,7 @@ def _cone(low: Float64Array, high: Float64Array) -> tuple[Vector, float] | None:
     return ((x, y, z), math.acos(min(cosine, 1.0)) + TURN_SLACK) if cosine > 0.0 else None
 
 
-def _corners(low: Float64Array, high: Float64Array) -> Float64Array:
+def corners_of(low: Float64Array, high: Float64Array) -> Float64Array:
     """The corners of the box between two, shape (8, 3)."""
     return np.array(list(itertools.product(*zip(low.tolist(), high.tolist(), strict=True))))
 

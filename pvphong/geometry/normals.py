@@ -120,8 +120,8 @@ class Faces:
         rows = check.array("points", points)
         self.connectivity, self.offsets = _integers("connectivity", connectivity), _integers("offsets", offsets)
         self.count, self.n_points, end = len(self.offsets) - 1, len(rows), len(self.connectivity)
-        self._sizes = np.diff(self.offsets)
-        if not len(self.offsets) or self.offsets[0] or self.offsets[-1] != end or self._sizes.min(initial=0) < 0:
+        self.sizes = np.diff(self.offsets)  # how many corners each has
+        if not len(self.offsets) or self.offsets[0] or self.offsets[-1] != end or self.sizes.min(initial=0) < 0:
             allowed = f"indices that rise from 0 to the connectivity's length, {end}"
             got = np.array2string(self.offsets, threshold=9)
             check.refuse("offsets", got, allowed, "One starts each face, and one more ends the last.")
@@ -139,9 +139,9 @@ class Faces:
 
     def blocks(self) -> Iterator[FaceBlock]:
         """Blocks of faces with equally many corners; faces with fewer than 3 are in none."""
-        are_alike = self.count > 0 and bool((self._sizes == self._sizes[0]).all())
-        for size in self._sizes[:1].tolist() if are_alike else np.unique(self._sizes).tolist():
-            alike = np.arange(self.count) if are_alike else np.flatnonzero(self._sizes == size)
+        are_alike = self.count > 0 and bool((self.sizes == self.sizes[0]).all())
+        for size in self.sizes[:1].tolist() if are_alike else np.unique(self.sizes).tolist():
+            alike = np.arange(self.count) if are_alike else np.flatnonzero(self.sizes == size)
             step = max(_BLOCK_CORNERS // max(size, 1), 1)
             for start in range(0, len(alike) if size >= 3 else 0, step):
                 yield self._block(alike[start : start + step], size)

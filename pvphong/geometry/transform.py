@@ -126,7 +126,7 @@ def transform_points(points: ArrayLike, matrix: MatrixLike) -> Float64Array:
     ValueError
         For a matrix that is not finite or whose last row is projective, or for another shape or type.
     """
-    affine = _affine(matrix)
+    affine = affine_matrix(matrix)
     return _product(check.array("points", points), affine[:3], float(affine[3, 3]))
 
 
@@ -135,7 +135,7 @@ def transform_vectors(vectors: ArrayLike, matrix: MatrixLike) -> Float64Array:
 
     Parameters, result and errors are those of `transform_points`; lengths are kept as they come.
     """
-    affine = _affine(matrix)
+    affine = affine_matrix(matrix)
     return _product(check.array("vectors", vectors), affine[:3, :3], float(affine[3, 3]))
 
 
@@ -209,7 +209,14 @@ def _unit_rows(rows: FloatArray, coefficients: Float64Array | None = None) -> tu
     return result, lengths
 
 
-def _affine(matrix: MatrixLike) -> Float64Array:
+def affine_matrix(matrix: MatrixLike) -> Float64Array:
+    """A model matrix, checked, shape (4, 4).
+
+    Raises
+    ------
+    ValueError
+        If it is not finite, has another shape, or its last row is projective.
+    """
     result = check.matrix4("matrix", matrix)
     if result[3, :3].any() or result[3, 3] == 0.0:
         allowed = "an affine 4x4 matrix, with last row (0, 0, 0, w) and w != 0"
@@ -220,7 +227,7 @@ def _affine(matrix: MatrixLike) -> Float64Array:
 
 def _cofactors(matrix: MatrixLike) -> list[int]:
     """Nine integers in the exact proportions of the inverse-transpose of L / w, row by row; warns at rank 2."""
-    affine = _affine(matrix)
+    affine = affine_matrix(matrix)
     a, b, c, d, e, f, g, h, i = common_integers(affine[:3, :3].ravel().tolist())
     cofactors = [
         e * i - f * h, f * g - d * i, d * h - e * g,

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 import math
 from dataclasses import replace
 from typing import Any
@@ -11,12 +10,13 @@ import numpy as np
 import pyvista as pv
 
 from pvphong.base.types import MatrixLike, VectorLike
+from pvphong.geometry.extent import corners_of
 from pvphong.meshes.blocks import leaves, map_blocks
 from pvphong.meshes.surfaces import surface
 from pvphong.scene.light_model import LightModel
 from pvphong.scene.presets import key_fill_rim
 from pvphong.scene.scene import Scene, SceneLike, as_scene
-from pvphong.scene.viewer import Viewer
+from pvphong.scene.viewer import Viewer, finite_box
 from pvphong.shading.vertices import Vertices
 
 _MARGIN = 1.05
@@ -53,12 +53,11 @@ def default_scene(mesh: pv.DataSet | pv.MultiBlock, aspect: float = 4 / 3) -> Sc
 
 def default_scene_of(bounds: VectorLike, *, is_open: bool, aspect: float = 4 / 3) -> Scene:
     """The default scene of meshes of which the box around them is known, and whether one has open edges."""
-    limits = np.array(bounds)
-    far = Viewer.framing(limits)
-    box = limits if np.isfinite(limits).all() and (limits[::2] <= limits[1::2]).all() else np.array([0.0, 1.0] * 3)
+    far, (low, high) = Viewer.framing(bounds), finite_box(bounds)
     center, radius = np.array(far.focal_point), far.parallel_scale
     # from how far away the corners of the box fit into the picture, with a margin
-    corners = 0.5 * (box[1::2] - box[::2]) * np.array(list(itertools.product((-1.0, 1.0), repeat=3)))
+    half = 0.5 * (high - low)
+    corners = corners_of(-half, half)
     right, up, back = (corners @ axis for axis in (_RIGHT, _UP, _BACK))
     slope = math.tan(math.radians(0.5 * Viewer.view_angle)) / _MARGIN
     distance = float(np.max(back + np.maximum(np.abs(right) / aspect, np.abs(up)) / slope))

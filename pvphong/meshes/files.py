@@ -25,7 +25,7 @@ import pyvista as pv
 
 from pvphong.base import check
 from pvphong.base.files import PREFIX, reserve, sync, written_aside
-from pvphong.base.processes import Watch, begin_work, reading
+from pvphong.base.processes import Watch, begin_work, environment, reading
 from pvphong.meshes.blocks import leaves, map_blocks
 from pvphong.meshes.whole_files import refuse_incomplete
 from pvphong.scene.scene import is_scene_file
@@ -86,7 +86,7 @@ def read(path: str | os.PathLike[str], *, guarded: bool = False) -> pv.DataSet |
             stdout=subprocess.PIPE,
             stderr=subprocess.DEVNULL,
             pass_fds=[speaking],
-            env=os.environ | {"PYTHONPATH": os.pathsep.join(entry or os.getcwd() for entry in sys.path)},
+            env=environment(),
         )
         os.close(speaking)
         with child, os.fdopen(listening):

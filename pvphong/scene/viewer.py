@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 import math
 import sys
 from dataclasses import dataclass, replace
@@ -14,6 +13,7 @@ import numpy as np
 from pvphong.base import check
 from pvphong.base.types import Float64Array, Vector, VectorLike
 from pvphong.base.vectors import towards, unit_vector
+from pvphong.geometry.extent import Box, corners_of
 
 # The sine of the angle between up and the view axis below which rounding has decided its direction.
 _PARALLEL = 2.0**-48
@@ -111,7 +111,7 @@ class Viewer:
         bounds : sequence of float
             As for `framing`.
         """
-        low, high = _box(bounds)
+        low, high = finite_box(bounds)
         center, radius = 0.5 * low + 0.5 * high, float(np.linalg.norm(0.5 * high - 0.5 * low)) or _POINT_RADIUS
         radius = max(radius, _LEAST_RADIUS * float(np.abs(center).max()))
         distance = radius / math.sin(math.radians(0.5 * self.view_angle))
@@ -133,9 +133,8 @@ class Viewer:
         aspect : float
             Width of the picture over its height.
         """
-        low, high = _box(bounds)
-        corners = np.array(list(itertools.product(*zip(low, high, strict=True)))) - self.position
-        x, y, back = self.axes @ corners.T
+        low, high = finite_box(bounds)
+        x, y, back = self.axes @ (corners_of(low, high) - self.position).T
         half = self.parallel_scale if self.parallel else -back * math.tan(math.radians(0.5 * self.view_angle))
         beyond = [back >= 0.0, *(side > limit for v, limit in ((x, aspect * half), (y, half)) for side in (v, -v))]
         return not any(side.all() for side in beyond)
@@ -187,7 +186,14 @@ class Viewer:
         return _vector(self.axes @ (np.array(point) - np.array(self.position)))
 
 
-def _box(bounds: VectorLike) -> tuple[Float64Array, Float64Array]:
+def finite_box(bounds: VectorLike) -> Box:
+    """The least and greatest coordinates of x_min, x_max, …; those of the unit cube where that is no box.
+
+    Raises
+    ------
+    ValueError
+        If `bounds` is not six numbers.
+    """
     given = np.asarray(bounds, np.float64)
     if given.shape != (6,):
         check.refuse("bounds", bounds, "six numbers: x_min, x_max, y_min, y_max, z_min, z_max")

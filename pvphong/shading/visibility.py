@@ -128,7 +128,7 @@ def checked_part(name: str, given: Any, count: int) -> TransportLike:
     return cast(TransportLike, parts[0])
 
 
-def transport_of(vertices: Any) -> TransportLike:
+def known_transport(vertices: Any) -> TransportLike:
     """What vertices see of each other.
 
     Raises

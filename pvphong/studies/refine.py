@@ -26,7 +26,7 @@ from pvphong.shading.inside.splitting import Refinement, Stopped
 from pvphong.shading.inside.surface import Added, LitSurface
 from pvphong.shading.plan.plan import Plan
 from pvphong.shading.vertices import Vertices
-from pvphong.shading.visibility import transport_of
+from pvphong.shading.visibility import known_transport
 
 Placement = Literal["linear", "smooth"]
 
@@ -42,7 +42,7 @@ _NOT_REACHED: dict[Stopped, str] = {
 }
 
 # Of the tolerance, what rays may add as a standard error.
-_OF_RAYS = 1.0 / 4.0
+OF_RAYS = 1.0 / 4.0
 
 # After the name of the lit colours, the name of the cell array of errors.
 _ERROR = "_interpolation_error"
@@ -200,7 +200,7 @@ def refine(
         check.refuse("name", name, "a string that is not empty")
     smooth = check.choice("placement", placement, get_args(Placement)) == "smooth"
     real = check.choice("precision", precision, get_args(Precision))
-    cut, rays = check.flag("cut", cut), tolerance * _OF_RAYS
+    cut, rays = check.flag("cut", cut), tolerance * OF_RAYS
     lit = _lit_triangles(mesh, scene, material, matrix, feature_angle, occluders, transport, rays, cuts=cut)
     count = lit.mesh.n_points
     limit = count + _MOST_ADDED if max_points is None else max_points
@@ -266,7 +266,7 @@ def interpolation_error(
     ValueError
         As `refine`.
     """
-    lit = _lit_triangles(mesh, scene, material, matrix, feature_angle, occluders, transport, _OF_RAYS / 255.0)
+    lit = _lit_triangles(mesh, scene, material, matrix, feature_angle, occluders, transport, OF_RAYS / 255.0)
     with _far_ranges_allowed():
         vertices = lit.lighting.vertices(lit.mesh.points, lit.blended)
         errors = all_errors(vertices, lit.corners)
@@ -304,12 +304,13 @@ def _lit_triangles(
     scene = scene_for(source, given_scene, matrix)
     if not has_faces(source):
         check.refuse("mesh", f"{source.n_points} points without faces", "a mesh with faces", "A cloud has no inside.")
-    triangles, first = source, source.n_verts + source.n_lines
+    triangles = source
     if not source.is_all_triangles:  # VTK's triangulation would mix up the arrays of vertex and line cells and of faces
         faces = shallow_copy(source)
         faces.clear_cell_data()
         faces.SetVerts(None)
         faces.SetLines(None)
+        first = source.n_verts + source.n_lines
         for key in source.cell_data:
             faces.cell_data[key] = np.asarray(source.cell_data[key])[first:]
         triangles = faces.triangulate()
@@ -341,7 +342,7 @@ def _bounced_light(vertices: Vertices, scene: Scene, material: Material, matrix:
     plan = Plan.of(scene, material, vertices, matrix=matrix)
     if not plan.equation.bounces:  # nothing sees anything
         return BouncedLight(np.zeros((len(vertices), 3)))
-    sent, gather = plan.sent(vertices, precision="float64"), transport_of(vertices).gather
+    sent, gather = plan.sent(vertices, precision="float64"), known_transport(vertices).gather
     return BouncedLight(interreflection.bounced(sent, gather, plan.equation.bounces, apart=False)[0])
 
 

@@ -30,6 +30,7 @@ from vtkmodules.vtkRenderingOpenGL2 import (
 
 from pvphong.base import check
 from pvphong.base.types import ByteArray, FloatArray, MatrixLike, rgb
+from pvphong.base.vectors import is_direction
 from pvphong.meshes.pictures import drawing_window, preferring
 from pvphong.meshes.point_data import surface_and_maps
 from pvphong.meshes.surfaces import point_normals, surface
@@ -122,7 +123,7 @@ def vtk_shade(
     appearance = vtk_property(property_or_material)
     with np.errstate(over="ignore"):
         p, n = points.astype(np.float32), normals.astype(np.float32)
-    drawable = (np.isfinite(p) & np.isfinite(n)).all(axis=1) & (n != 0.0).any(axis=1)
+    drawable = np.isfinite(p).all(axis=1) & is_direction(n.T)
     colors = np.full(points.shape, np.nan, dtype=np.float32)
     if drawable.any():
         tints = None if tints is None else np.broadcast_to(tints, points.shape)[drawable]

@@ -21,7 +21,6 @@ import ctypes
 import functools
 import hashlib
 import inspect
-import os
 import pickle
 import subprocess
 import sys
@@ -43,6 +42,7 @@ from numba.core.ccallback import CFunc
 from numba.core.serialize import dumps
 
 from pvphong.base.files import locked, written_aside
+from pvphong.base.processes import environment
 from pvphong.shading.equation import Equation
 from pvphong.shading.kernel import arithmetic
 
@@ -326,7 +326,6 @@ def _start(request: Request | None) -> subprocess.Popen[bytes] | None:
         pickled = pickle.dumps(request)
     except Exception:  # a light of the user's may raise anything
         pickled = b""
-    environment = os.environ | {"PYTHONPATH": os.pathsep.join(path or os.getcwd() for path in sys.path)}
     with tempfile.TemporaryFile() as file:
         file.write(pickled)
         file.seek(0)
@@ -335,7 +334,7 @@ def _start(request: Request | None) -> subprocess.Popen[bytes] | None:
             stdin=file,
             stdout=subprocess.DEVNULL,
             stderr=subprocess.DEVNULL,
-            env=environment,
+            env=environment(),
             start_new_session=True,
         )
     atexit.register(_leave, process)

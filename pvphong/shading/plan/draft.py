@@ -71,7 +71,7 @@ class Draft:
     extent : Extent
         Where the vertices are.
     tolerance : float
-        The colour error that may be taken in all.
+        The error that may be taken in all, before the sum of light is raised to 1/gamma.
     notes : tuple of Note
         What has been left out so far.
     visibility : VisibilityLike or None
@@ -93,11 +93,13 @@ class Draft:
     _reaches: dict[int, tuple[Light, Reach]] = field(default_factory=dict)
 
     @classmethod
-    def first(cls, equation: Equation, extent: Extent, tolerance: float, vertices: Vertices) -> Draft:
-        """The draft of an equation as it was assembled."""
+    def first(cls, equation: Equation, tolerance: float, vertices: Vertices) -> Draft:
+        """The draft of an equation as it was assembled, with the tolerance of colours as that of sums of light."""
+        # sums of light that differ by x differ by at most x^(1/gamma) when they are raised to 1/gamma
+        allowed, extent = tolerance**equation.gamma, vertices.extent(equation.matrix)
         shining = sum(not term.is_black for term in equation.terms)
         notes = tuple(Note("lights", label, "switched off") for label in equation.off)
-        return cls(equation, shining, extent, tolerance, notes, vertices.visibility, vertices.transport)
+        return cls(equation, shining, extent, allowed, notes, vertices.visibility, vertices.transport)
 
     def reach(self, term: LightTerm) -> Reach:
         """What of a light can reach the vertices; kept, for several effects need it."""

@@ -28,7 +28,7 @@ from pvphong.shading.plan.draft import Decision, Draft
 from pvphong.shading.plan.effects import EFFECTS
 from pvphong.shading.reference import Shading
 from pvphong.shading.vertices import Vertices
-from pvphong.shading.visibility import transport_of
+from pvphong.shading.visibility import known_transport
 
 # Vertices times lights from which the compiled evaluator is worth the half second that it takes to load. The rule looks
 # at nothing that has been called before, so that equal calls on few vertices give equal bits.
@@ -114,9 +114,7 @@ class Plan:
     @classmethod
     def of_equation(cls, whole: Equation, vertices: Vertices, tolerance: float = 0.0) -> Plan:
         """What will run of the equation of a scene, or of one that was rewritten from it."""
-        # sums of light that differ by x differ by at most x^(1/gamma) when they are raised to 1/gamma
-        allowed = tolerance**whole.gamma
-        draft = Draft.first(whole, vertices.extent(whole.matrix), allowed, vertices)
+        draft = Draft.first(whole, tolerance, vertices)
         for effect in EFFECTS:
             draft = effect.simplify(draft)
         left = draft.equation
@@ -163,7 +161,7 @@ class Plan:
         if not self.equation.bounces:
             return self._shade(self.equation, vertices, real, backend, components=components)
         if bounced is None:
-            among = transport_of(vertices)
+            among = known_transport(vertices)
             sent = self.sent(vertices, precision=precision, backend=backend)
             bounced = interreflection.bounced(sent, among.gather, self.equation.bounces, apart=components)
         direct = replace(interreflection.without_ambient(self.equation), clamp=False)

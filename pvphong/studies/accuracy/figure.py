@@ -11,7 +11,7 @@ import pyvista as pv
 from numpy.typing import NDArray
 
 from pvphong.base.files import written_aside
-from pvphong.base.types import Float64Array
+from pvphong.base.types import BoolArray, Float64Array
 from pvphong.meshes.default_scene import default_scene
 from pvphong.studies.accuracy.interpolation import ADAPTIVE, AS_IT_IS, UNIFORM
 from pvphong.studies.accuracy.physics import (
@@ -104,6 +104,11 @@ def _how_it_falls(rows: Sequence[Row]) -> list[str]:
     return lines
 
 
+def _height(row: Row, zero: float) -> float:
+    """Where a row's marker is: at its largest error; an error of 0 has no logarithm."""
+    return row.error.largest or zero
+
+
 def _draw_front(axes: Any, report: Result, kind: Kind) -> None:
     rows = sorted((row for row in report.rows if row.kind == kind), key=lambda row: row.time.median)
     tolerance, chosen = report.tolerance, report.chosen
@@ -118,11 +123,11 @@ def _draw_front(axes: Any, report: Result, kind: Kind) -> None:
     _set_limits(axes, rows, zero, tolerance)  # first, for Matplotlib finds no limits of its own around one time
 
     front = [row for row in rows if row.on_front]
-    xs, ys = [row.time.median * 1e3 for row in front], [row.error.largest or zero for row in front]
+    xs, ys = [row.time.median * 1e3 for row in front], [_height(row, zero) for row in front]
     axes.step(xs, ys, where="post", color=_COLORS[kind], alpha=0.35, linewidth=2, zorder=1)
     for row in rows:
         color = _COLORS[kind] if row.on_front else _GREY
-        x, y = row.time.median * 1e3, row.error.largest or zero
+        x, y = row.time.median * 1e3, _height(row, zero)
         spread = [[x - row.time.low * 1e3], [row.time.high * 1e3 - x]]
         axes.errorbar(x, y, xerr=spread, color=color, elinewidth=1.4, capsize=3, zorder=2)
         if row.error.rms:
@@ -169,11 +174,11 @@ def _set_limits(axes: Any, rows: Sequence[Row], zero: float, tolerance: float) -
 def _label(axes: Any, rows: Sequence[Row], zero: float) -> None:
     """A column of names on the right, in the order of the errors, each with a thin line to its marker."""
     low, high = np.log10(axes.get_ylim())
-    ordered = sorted(rows, key=lambda row: (row.error.largest or zero, row.time.median))
+    ordered = sorted(rows, key=lambda row: (_height(row, zero), row.time.median))
     places: list[float] = []  # in [0, 1], near the markers' heights and apart from each other
     least, ceiling = 0.062, 0.97
     for row in ordered:
-        height = (np.log10(row.error.largest or zero) - low) / (high - low)
+        height = (np.log10(_height(row, zero)) - low) / (high - low)
         places.append(max(height, 0.04, places[-1] + least if places else 0.0))
     for index in reversed(range(len(places))):
         places[index] = min(places[index], ceiling)
@@ -185,7 +190,7 @@ def _label(axes: Any, rows: Sequence[Row], zero: float) -> None:
             short = f"{count}" if count < 10_000 else f"{count / 1e3:.0f}k" if count < 1e6 else f"{count / 1e6:.1f}M"
             text += f", {short} points"
         axes.annotate(
-            text, (row.time.median * 1e3, row.error.largest or zero), xytext=(_DATA + 0.06, place),
+            text, (row.time.median * 1e3, _height(row, zero)), xytext=(_DATA + 0.06, place),
             textcoords="axes fraction", va="center", fontsize=8.5, color=_INK if row.on_front else _GREY, zorder=2,
             bbox={"boxstyle": "square,pad=0.1", "facecolor": "white", "edgecolor": "none", "alpha": 0.85},
             arrowprops={"arrowstyle": "-", "color": "#c9c9c9", "linewidth": 0.7, "relpos": (0.0, 0.5)},
@@ -226,7 +231,7 @@ def linked_pictures(report: Result) -> list[Picture]:
     """
     mesh, viewer = bare_surface(report), report.scene.viewer
     pixels = drawn(mesh, report.reference_colors, viewer, _PICTURE)
-    if (pixels != pixels[0, 0]).any(axis=2).mean() < _LEAST_SEEN:
+    if _covered(pixels).mean() < _LEAST_SEEN:
         viewer = default_scene(mesh).viewer
         pixels = drawn(mesh, report.reference_colors, viewer, _PICTURE)
     chosen = report.best()
@@ -245,6 +250,12 @@ def linked_pictures(report: Result) -> list[Picture]:
         colors = np.repeat(_scaled(report.inside_errors, scale), 3, axis=0)
         pictures.append(Picture("interpolation error inside triangles", drawn(apart, colors, viewer, _PICTURE), scale))
     return pictures
+
+
+def _covered(pixels: NDArray[np.uint8]) -> BoolArray:
+    """Shape (height, width): which pixels are not the background's, which is in the corner."""
+    covered: BoolArray = (pixels != pixels[0, 0]).any(axis=2)
+    return covered
 
 
 def error_scale(errors: Float64Array, tolerance: float | None = None) -> Any:
@@ -276,7 +287,7 @@ def _draw_pictures(part: Any, report: Result) -> None:
         part.text(0.5, 0.5, str(error), ha="center", wrap=True)
         return
     # The same part of every picture: where the mesh is, with a margin.
-    seen = (pictures[0].pixels != pictures[0].pixels[0, 0]).any(axis=2)
+    seen = _covered(pictures[0].pixels)
     cut = [slice(None), slice(None)]
     if seen.any():
         for axis in (0, 1):
@@ -329,19 +340,22 @@ def _draw_histogram(axes: Any, report: Result) -> None:
 
 
 def _draw_ledger(axes: Any, report: Result) -> None:
-    measured = [(entry, entry.cost) for entry in reversed(report.ledger) if entry.cost is not None]
+    measured = [
+        (entry, entry.cost, entry.error)
+        for entry in reversed(report.ledger)
+        if entry.cost is not None and entry.error is not None
+    ]
     axes.set_title("What each effect costs, and the largest error without it")
     axes.set_xlabel("time with it minus time without it, in ms: median and quartiles")
-    for place, (entry, cost) in enumerate(measured):
+    for place, (entry, cost, error) in enumerate(measured):
         color = _GREY if cost.is_noise else _COLORS["arithmetic"]
         spread = [[(cost.median - cost.low) * 1e3], [(cost.high - cost.median) * 1e3]]
         axes.barh(place, cost.median * 1e3, xerr=spread, color=color, ecolor=_INK, capsize=2, height=0.6)
-        error = "" if entry.error is None else f"error {number(entry.error)}"
-        text = f"{entry.cost_text}, {error}{'' if entry.runs else ', left out'}"
+        text = f"{entry.cost_text}, error {number(error)}{'' if entry.runs else ', left out'}"
         at = (max(cost.high, 0.0) * 1e3, place)
         axes.annotate(text, at, xytext=(8, 0), textcoords="offset points", va="center", fontsize=9)
-    axes.set_yticks(range(len(measured)), [entry.effect for entry, _ in measured])
+    axes.set_yticks(range(len(measured)), [entry.effect for entry, _, _ in measured])
     axes.axvline(0.0, color=_INK, linewidth=0.8)
-    ends = [end * 1e3 for _, cost in measured for end in (cost.low, cost.high)]
+    ends = [end * 1e3 for _, cost, _ in measured for end in (cost.low, cost.high)]
     low, high = min([0.0, *ends]), max([1e-9, *ends])
     axes.set_xlim(low - 0.03 * (high - low), high + 0.45 * (high - low))

@@ -16,11 +16,12 @@ from pvphong.meshes.visibility import KnownOccluders
 from pvphong.optics.maps import Map, fractions
 from pvphong.optics.material import Material
 from pvphong.shading.plan.plan import Plan
+from pvphong.shading.vertices import Vertices
 from pvphong.shading.visibility import GivenVisibility
 from pvphong.studies.accuracy.result import Errors, Row
 from pvphong.studies.accuracy.timing import Clock, timed
-from pvphong.studies.accuracy.variants import Subject, Variant, vertices_of
-from pvphong.studies.refine import interpolation_error, refine
+from pvphong.studies.accuracy.variants import Subject, Variant
+from pvphong.studies.refine import OF_RAYS, interpolation_error, refine
 
 AS_IT_IS = "as it is"
 ADAPTIVE = "refined adaptively"
@@ -43,9 +44,10 @@ _WORST, _OTHERS = 400, 300
 # Measured: evaluations that the search of a triangle takes.
 _EVALUATIONS = 40.0
 
-# Measured: places of a triangle from which rays are cast; to a quarter of the standard error at vertices, which falls
-# with the number of rays to the power ¾. And vertices from which some are cast to know what they take.
-_PLACES, _FINER_RAYS, _PROBED = 15.0, 4.0 ** (4.0 / 3.0), 500
+# Measured: places of a triangle from which rays are cast; to a quarter of a display step, whatever the vertices were
+# cast to, and the standard error falls with the number of rays to this power. And vertices from which some are cast to
+# know what they take.
+_PLACES, _FALLS, _PROBED = 15.0, 3.0 / 4.0, 500
 
 # Measured, generously: seconds in which all of a surface is looked at for the edge of a hard shadow.
 _PER_EDGE = 1.0
@@ -103,17 +105,25 @@ class Interpolation(NamedTuple):
     left_out: dict[str, str]
 
 
-def seconds_of_rays(subject: Subject) -> float:
-    """About the seconds that rays inside triangles add to a float64 evaluation of all vertices; 0 where all is open."""
+def seconds_of_rays(subject: Subject, tolerance: float) -> float:
+    """About the seconds that rays inside triangles add to a float64 evaluation of all vertices; 0 where all is open.
+
+    Parameters
+    ----------
+    subject : Subject
+        What is lit.
+    tolerance : float
+        The standard error that the vertices' rays were cast to.
+    """
     equation, visibility = subject.equation, subject.visibility
-    if visibility is None or not (equation.shadowed or equation.is_occluded):
+    if visibility is None or not equation.needs_visibility:
         return 0.0
     lights, rows = subject.scene.world_lights, np.arange(0, len(subject.points), len(subject.points) // _PROBED + 1)
     probe = visibility.afresh(rows=rows)
-    probe.channels(equation.shadowed, sky=equation.is_occluded)
+    _, seconds = timed(lambda: probe.channels(equation.shadowed, sky=equation.is_occluded))
     is_sampled = equation.is_occluded or any(lights[k].has_size for k in equation.shadowed)
-    each = probe.seconds / len(rows) * (_FINER_RAYS if is_sampled else 1.0)
-    return each * len(subject.points) * _PLACES / _EVALUATIONS
+    more = (tolerance / (OF_RAYS / 255.0)) ** (1.0 / _FALLS) if is_sampled else 1.0
+    return seconds * more / len(rows) * len(subject.points) * _PLACES / _EVALUATIONS
 
 
 def least_seconds(mesh: pv.PolyData, exact_seconds: float) -> float:
@@ -173,7 +183,7 @@ def interpolation(
     rows = np.concatenate([worst, chosen])
     sample = _with_own_corners(subject, searched[rows], np.concatenate([areas[worst], represented]))
     whole = as_it_is
-    preparation = spent = 0.0
+    preparation, spent = 0.0, seconds * len(rows) / len(searched)  # what searching these took, unsplit
     for level in _LEVELS:
         name = UNIFORM.format(level)
         count = len(whole.points) + 3 * len(whole.corners) // 2  # of a closed mesh: as many as it has sides
@@ -205,7 +215,7 @@ def _variant(
         seen = GivenVisibility("visibility", np.ones((subject.equation.lights + 1, len(whole.points)), np.float32))
 
     def run() -> FloatArray:
-        vertices = vertices_of(whole.points, whole.normals, whole.material, seen)
+        vertices = Vertices(whole.points, whole.normals, whole.material.maps, seen, tangents=whole.material.tangents)
         plan = Plan.of(subject.scene, whole.material, vertices, matrix=subject.matrix)
         return plan.run(vertices, backend=backend).rgb
 

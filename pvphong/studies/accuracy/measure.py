@@ -38,7 +38,7 @@ from pvphong.studies.accuracy.timing import FEWEST_REPEATS, Clock, Run, interlea
 from pvphong.studies.accuracy.variants import (
     REFERENCE,
     WITHOUT,
-    Sampling,
+    SampledRows,
     Subject,
     Variant,
     plan_name,
@@ -103,11 +103,13 @@ def tradeoff(
         installation, is not counted.
     matrix : array_like, optional
         (4, 4) model matrix.
-    feature_angle, occluders, visibility
+    feature_angle, occluders
         As for `mesh.phong.shade`.
+    visibility : Visibility, optional
+        What `mesh.phong.visibility` gives; numbers alone do not do, for rays are cast anew to measure them.
     truth : bool, default False
         Whether models of light, from a constant to all that bounces, are compared with paths of light too; for that
-        there are as many seconds again.
+        there are as many seconds again. Not in VTK's convention, which knows no light that bounces.
 
     Returns
     -------
@@ -120,11 +122,14 @@ def tradeoff(
     ValueError
         If an argument has the wrong shape, type or range, or the mesh has nothing that can be lit.
     """
-    material = as_material(material)
+    material, truth = as_material(material), check.flag("truth", truth)
+    _refuse_numbers(visibility)
     tolerance = check.number("tolerance", tolerance, above=0.0)
     clock = Clock((1.0 - _SPARE) * check.number("seconds", seconds, above=0.0))
     source, maps, tangents = surface_and_maps(mesh, material, feature_angle)
     scene = scene_for(source, scene, matrix)
+    if truth:
+        physics.refuse_convention(scene)
     bounces, scene = scene.light_model.bounces, replace(scene, light_model=replace(scene.light_model, bounces=0))
     placed = None if matrix is None else check.matrix4("matrix", matrix)
     rays: Any = {"occluders": occluders, "visibility": visibility, "tolerance": tolerance, "matrix": placed}
@@ -133,7 +138,8 @@ def tradeoff(
     if material.reflectance is not None and "tangents" in material.reflectance.needs:
         arrays = arrays | {"tangents": vertices.tangents}
     lit = replace(material, tangents=None).with_values({name: Map(rows) for name, rows in arrays.items()})
-    seen = vertices.visibility if isinstance(vertices.visibility, Visibility) else None
+    seen = vertices.visibility  # None where nothing casts a shadow
+    assert seen is None or isinstance(seen, Visibility)
     subject = Subject(vertices.points, vertices.normals, scene, lit, placed, seen)
     with progress(clock, "measuring"), ExitStack() as stack:
         clock.say("loading the evaluator")
@@ -142,13 +148,20 @@ def tradeoff(
         if bounces and not truth:
             measurement.left_out["bounces"] = "all of this is of direct light"
         report = measurement.run()
-    if not check.flag("truth", truth):
+    if not truth:
         return report
     clock = Clock(seconds)
     with progress(clock, "models of light"):
         where: Any = {"matrix": placed, "feature_angle": feature_angle, "occluders": occluders}
         found = physics.measure(mesh, scene, material, budget=_FOR_TRUTH * seconds, say=clock.say, **where)
     return replace(report, physics=found)
+
+
+def _refuse_numbers(visibility: Any) -> None:
+    """Raise ``ValueError`` for a visibility that rays cannot be cast for again."""
+    if visibility is not None and not isinstance(visibility, Visibility):
+        remedy = "Leave it out, and rays are cast here."
+        check.refuse("visibility", type(visibility).__name__, "what mesh.phong.visibility gives", remedy)
 
 
 class _Measurement:
@@ -242,12 +255,17 @@ class _Measurement:
             return
         self.rows[row.name], self.runs[row.name], self.estimates[row.name] = row, run, seconds
 
+    def _add_all(self, found: list[Variant]) -> None:
+        """Variants that have not run yet."""
+        for row, run, _ in found:
+            self._add(row, run, timed(run)[1])
+
     # -- what is measured
 
-    def _cast_rays(self) -> Sampling:
+    def _cast_rays(self) -> SampledRows:
         visibility = self.subject.visibility
         if visibility is None or not self._has_time_for("rays", 2.0 * visibility.seconds):
-            return Sampling([], {}, {})
+            return SampledRows([], {}, {})
         found = sampling(self.subject, visibility, self.tolerance, self.clock.part(_FOR_SAMPLING * self._left()))
         self.left_out |= found.left_out
         return found
@@ -272,19 +290,18 @@ class _Measurement:
 
     def _refine(self) -> Interpolation:
         s, model = self.subject, self.subject.scene.light_model
-        if not self._has_time_for("inside triangles", least_seconds(self.mesh, self.exact_seconds)):
+        if not self._has_time_for("inside triangles", least_seconds(self.mesh, self.exact_seconds) / _FOR_INSIDE):
             return Interpolation([], np.zeros(0), np.zeros(0), {})
-        rays = seconds_of_rays(s)
-        if rays and least_seconds(self.mesh, self.exact_seconds + rays) > self._left():
+        rays = seconds_of_rays(s, self.tolerance)
+        clock = self.clock.part(_FOR_INSIDE * self._left())
+        if rays and least_seconds(self.mesh, self.exact_seconds + rays) > clock.left:
             why = "there was no time for rays there; interpolation is measured without them"
             self.left_out["shadows and occlusion inside triangles"], rays = why, 0.0
         if model.needs_rays and not rays:
             s = replace(s, scene=replace(s.scene, light_model=model.without_rays()), visibility=None)
-        clock = self.clock.part(_FOR_INSIDE * self._left())
         found = interpolation(self.mesh, s, self.tolerance, self.exact_seconds + rays, clock)
         self.left_out |= found.left_out
-        for row, run, _ in found.variants:
-            self._add(row, run, timed(run)[1])
+        self._add_all(found.variants)
         return found
 
     def _drop_effects(self) -> dict[str, float]:
@@ -326,8 +343,7 @@ class _Measurement:
             except ValueError as error:
                 self.left_out[name] = str(error)
                 continue
-            for row, run, _ in found:
-                self._add(row, run, timed(run)[1])
+            self._add_all(found)
 
 
 # --- the ledger: what each effect costs, and the plan's error bounds
@@ -360,14 +376,13 @@ def ledger(
 
 def predicted_bounds(subject: Subject, tolerance: float) -> tuple[PredictedBound, ...]:
     """Each approximation of the plan at a tolerance: the bound that it took, the largest difference that it makes."""
-    extent = subject.vertices.extent(subject.assembled.matrix)
-    draft = Draft.first(subject.assembled, extent, tolerance, subject.vertices)
-    found = []
+    draft, found = Draft.first(subject.assembled, tolerance, subject.vertices), []
     for effect in EFFECTS:
         before, draft = draft, effect.simplify(draft)
         notes = [note for note in draft.notes[len(before.notes) :] if note.bound]
         if notes:
             measured = Errors.at_vertices(subject.exact(draft.equation), subject.exact(before.equation)).largest
             why = "; ".join(f"{note.light}: {note.why}".removeprefix(": ") for note in notes)
-            found.append(PredictedBound(effect.name, why, sum(note.bound for note in notes), measured))
+            bound = sum(note.bound for note in notes) ** (1.0 / subject.assembled.gamma)  # of colours, not of light
+            found.append(PredictedBound(effect.name, why, bound, measured))
     return tuple(found)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from contextlib import ExitStack
-from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -98,7 +97,7 @@ def textbook_colors(
     def dot(a: Any, b: Any) -> Any:
         return np.sum(a * b, axis=1, keepdims=True)
 
-    p = points.astype(np.float64) if matrix is None else transform_points(points.astype(np.float64), matrix)
+    p = points.astype(np.float64) if matrix is None else transform_points(points, matrix)
     n = unit(normals.astype(np.float64) if matrix is None else transform_normals(normals, matrix))
     is_local = model.local_viewer and not viewer.parallel
     v = unit(np.array(viewer.position) - p) if is_local else -np.array([viewer.view_direction])
@@ -188,7 +187,7 @@ def height_field(points: FloatArray, normals: FloatArray, matrix: MatrixLike | N
             raise ValueError(_NO_GRID)
         return numbers, step
 
-    placed = points.astype(np.float64) if matrix is None else transform_points(points.astype(np.float64), matrix)
+    placed = points.astype(np.float64) if matrix is None else transform_points(points, matrix)
     upright = normals if matrix is None else transform_normals(normals, matrix)
     if not np.isfinite(placed).all():
         raise ValueError("it lights height fields, and some points are not finite")
@@ -270,9 +269,8 @@ def vtk_frames(
     ValueError
         If VTK cannot draw here, or nothing like the scene.
     """
-    scene, changed = subject.scene, ""
+    scene, matrix, changed = subject.scene, subject.matrix, ""
     material = without_maps(subject.material, "for VTK's picture")
-    matrix = None if subject.matrix is None else check.matrix4("matrix", subject.matrix)
     try:
         refuse_inexpressible(scene, material, matrix)
     except InexpressibleError as error:
@@ -299,8 +297,11 @@ def vtk_frames(
             window.Render()
             window.WaitForCompletion()
 
-        row = Row(name, "interpolation", "VTK", "float32", mesh.n_points, interpolation=errors)
-        return Variant(replace(row, is_peer=True, note=f"{note}; {more}"), run)
+        row = Row(
+            name, "interpolation", "VTK", "float32", mesh.n_points,
+            interpolation=errors, is_peer=True, note=f"{note}; {more}",
+        )  # fmt: skip
+        return Variant(row, run)
 
     given = f"drawn {changed}" if changed else "its error is 0 by definition"
     found = [variant(PER_PIXEL, windows[0].render_window, NO_ERROR, given)]

@@ -1,8 +1,8 @@
 """Phong's model beside the rendering equation: what the constant ambient light hides, and what it costs to do better.
 
-Rungs go from the textbook's model to light that bounces until nothing changes; all are compared, vertex by vertex, with
-colours by paths of light, whose noise is known. Light is linear and is not clamped here. `measure` takes the rungs in
-turn; `Physics` is the result, in sentences and a table, and `draw_physics` the panel of a report's figure.
+Models of light go from the textbook's to light that bounces until nothing changes; all are compared, vertex by vertex,
+with colours by paths of light, whose noise is known. Light is linear and is not clamped here. `measure` takes the
+models in turn; `Physics` is the result, in sentences and a table, and `draw_physics` the panel of a report's figure.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ if TYPE_CHECKING:
 _FIRST_PATHS, _MOST_PATHS = 16, 1024
 # So many bounces are all: with an albedo of 0.9 the rest is 1 %.
 _ALL_BOUNCES = 64
-# A rung is as good as the best where its error is at most so many times that one's.
+# A model is as good as the best where its error is at most so many times that one's.
 _AS_GOOD = 1.25
 _FORMATS, _SIZE = (".png", ".pdf", ".svg"), (16.0, 5.5)
 _PICTURE, _BACKGROUND = (400, 360), "#dce6f2"  # pixels, and the colour around the mesh
@@ -52,7 +52,7 @@ _BRIGHT = 0.995
 
 
 @dataclass(frozen=True, eq=False)
-class Rung:
+class ModelOfLight:
     """A model of light, and what it gives.
 
     Attributes
@@ -93,17 +93,17 @@ class Physics:
 
     Attributes
     ----------
-    rungs : tuple of Rung
+    models : tuple of ModelOfLight
         From the textbook's model to all bounces.
     truth : Truth
         By paths of light.
     left_out : dict of str to str
-        Rungs that were not measured, and why.
+        Models that were not measured, and why.
     surface, matrix, viewer
         What is lit, where it is, and from where it is seen.
     """
 
-    rungs: tuple[Rung, ...]
+    models: tuple[ModelOfLight, ...]
     truth: Truth
     left_out: dict[str, str]
     surface: pv.PolyData
@@ -122,17 +122,17 @@ class Physics:
         return 1.0 / bright if bright > 0.0 else 1.0
 
     @property
-    def cheapest(self) -> Rung:
-        """The cheapest rung that is about as good as the best."""
-        least = max(min(rung.rms for rung in self.rungs), self.noise / 4.0)
-        return min((rung for rung in self.rungs if rung.rms <= _AS_GOOD * least), key=lambda rung: rung.seconds)
+    def cheapest(self) -> ModelOfLight:
+        """The cheapest model that is about as good as the best."""
+        least = max(min(each.rms for each in self.models), self.noise / 4.0)
+        return min((each for each in self.models if each.rms <= _AS_GOOD * least), key=lambda each: each.seconds)
 
     def __repr__(self) -> str:
-        return f"<Physics of {len(self.rungs)} models of light: {self.cheapest.name}>"
+        return f"<Physics of {len(self.models)} models of light: {self.cheapest.name}>"
 
     def sentence(self) -> str:
         """What to use, and what it brings."""
-        first, best = self.rungs[0], self.cheapest
+        first, best = self.models[0], self.cheapest
         begun = f"The constant is off by up to {number(first.largest)} ({number(first.rms)} RMS)"
         if best is first:
             return f"{begun}, and nothing here is better; the truth is known to {number(self.noise)}."
@@ -141,25 +141,25 @@ class Physics:
         return f"{begun}. {best.name.capitalize()}: {back:.0%} of that comes back, for {price} more."
 
     def table(self) -> Table:
-        """The rungs as a `rich.table.Table`."""
+        """The models as a `rich.table.Table`."""
         numbers = ("time", "RMS", "largest", "mean")
         found = table(
             "Phong beside the rendering equation: linear light at the vertices", "light", *numbers, right=numbers
         )
-        for rung in self.rungs:
-            signed = f"{rung.error.mean():+.2g}"
-            found.add_row(rung.name, seconds(rung.seconds), number(rung.rms), number(rung.largest), signed)
+        for each in self.models:
+            signed = f"{each.error.mean():+.2g}"
+            found.add_row(each.name, seconds(each.seconds), number(each.rms), number(each.largest), signed)
         found.add_row(f"paths of light, ± {number(self.noise)}", seconds(self.truth.seconds))
         return found
 
     def to_dict(self) -> dict[str, Any]:
         """All numbers as plain values."""
-        rungs = [
+        models = [
             {"name": each.name, "seconds": each.seconds, "rms": each.rms, "largest": each.largest}
-            for each in self.rungs
+            for each in self.models
         ]
         truth = {"seconds": self.truth.seconds, "rays": self.truth.rays, "noise": self.noise}
-        return {"rungs": rungs, "truth": truth, "sentence": self.sentence(), "left_out": self.left_out}
+        return {"models": models, "truth": truth, "sentence": self.sentence(), "left_out": self.left_out}
 
     def plot(self, path: str | os.PathLike[str]) -> None:
         """Draw the panel alone, into a .png, .pdf or .svg file.
@@ -185,6 +185,13 @@ def _rms(values: Float64Array) -> float:
 # --- measuring
 
 
+def refuse_convention(scene: Scene) -> None:
+    """Raise ``ValueError`` for a scene in VTK's convention."""
+    if scene.light_model.convention != "standard":
+        remedy = "VTK's shader knows no light that bounces: LightModel()."
+        check.refuse("truth", True, "False in VTK's convention", remedy)
+
+
 def measure(
     mesh: pv.DataSet,
     scene: Scene,
@@ -196,12 +203,12 @@ def measure(
     matrix: MatrixLike | None = None,
     feature_angle: FeatureAngle = None,
 ) -> Physics:
-    """Light a mesh by each rung, and by paths of light.
+    """Light a mesh by each model, and by paths of light.
 
     Parameters
     ----------
     mesh, scene, material, occluders, matrix, feature_angle
-        As for `mesh.phong.shade`.
+        As for `mesh.phong.shade`; the scene is in the standard convention.
     budget : float
         Seconds that paths of light may take, about; there are from 16 to 1024 of each vertex.
     say : callable
@@ -210,11 +217,8 @@ def measure(
     Raises
     ------
     ValueError
-        If the scene is in VTK's convention, or the surface reflects more light than arrives.
+        If the surface reflects more light than arrives.
     """
-    if scene.light_model.convention != "standard":
-        remedy = "VTK's shader knows no light that bounces: LightModel()."
-        check.refuse("truth", True, "False in VTK's convention", remedy)
     where: Any = {"matrix": matrix, "feature_angle": feature_angle}
     say("paths of light")
     probe = truth(mesh, scene, material, samples=_FIRST_PATHS, occluders=occluders, **where)
@@ -232,19 +236,19 @@ def measure(
         each = prepared(model, **rays)
         return each.plan.run(each.vertices).rgb
 
-    ladder = _Ladder(found, say)
-    ladder.add("a constant", lambda: lit(bare))
+    models = _Models(found, say)
+    models.add("a constant", lambda: lit(bare))
     ambient = _ambient_of(prepared(replace(bare, ambient=1.0)))
     with_shadows = replace(bare, shadows=True)
     seen = prepared(with_shadows).vertices.visibility
     direct = timed(lambda: lit(replace(bare, ambient=0.0)))
-    constant = ladder.fit("fitted constant {:.2g}", direct, ambient)
+    constant = models.fit("fitted constant {:.2g}", direct, ambient)
     shadowed = timed(lambda: lit(replace(with_shadows, ambient=0.0), visibility=seen))
-    ladder.fit("shadows, constant {:.2g}", shadowed, ambient)
+    models.fit("shadows, constant {:.2g}", shadowed, ambient)
     occluded = replace(with_shadows, ambient=1.0, ambient_occlusion=True)
     open_sky = prepared(occluded, visibility=seen)
     sky = timed(lambda: _ambient_of(open_sky))
-    ladder.fit("shadows, {:.2g} × occlusion", (shadowed[0], shadowed[1] + sky[1]), sky[0])
+    models.fit("shadows, {:.2g} × occlusion", (shadowed[0], shadowed[1] + sky[1]), sky[0])
     if not bare.two_sided:
         own = [Exchanging(open_sky.source, lambda: open_sky.vertices.normals, matrix)]
         transport = transport_of(own, occluders)
@@ -252,9 +256,9 @@ def measure(
         for bounces, name in ((1, "one bounce"), (2, "two bounces"), (_ALL_BOUNCES, "all bounces")):
             model = replace(with_shadows, bounces=bounces, ambient=constant)
             run = partial(lit, model, visibility=seen, transport=transport)
-            ladder.add(name, run, shadowed[1] + casting)
+            models.add(name, run, shadowed[1] + casting)
     left_out = {"bounces": "the light model is two-sided"} if bare.two_sided else {}
-    return Physics(tuple(ladder.rungs), found, left_out, open_sky.source, matrix, scene.viewer)
+    return Physics(tuple(models.found), found, left_out, open_sky.source, matrix, scene.viewer)
 
 
 def _ambient_of(prepared: Prepared) -> FloatArray:
@@ -264,25 +268,25 @@ def _ambient_of(prepared: Prepared) -> FloatArray:
     return alone.run(prepared.vertices).rgb
 
 
-class _Ladder:
-    """Rungs in the making."""
+class _Models:
+    """Models of light in the making."""
 
-    def __init__(self, found: Truth, say: Callable[[str], object]) -> None:
-        self.rungs: list[Rung] = []
-        self._true, self._noise, self._say = found.rgb, _rms(found.standard_error), say
+    def __init__(self, truth: Truth, say: Callable[[str], object]) -> None:
+        self.found: list[ModelOfLight] = []
+        self._true, self._noise, self._say = truth.rgb, _rms(truth.standard_error), say
 
     def add(self, name: str, run: Callable[[], FloatArray], before: float = 0.0) -> None:
-        """A rung, after rays that took some seconds."""
+        """A model, after rays that took some seconds."""
         self._say(name)
         colors, taken = timed(run)
-        self.rungs.append(Rung(name, before + taken, colors, colors - self._true, self._noise))
+        self.found.append(ModelOfLight(name, before + taken, colors, colors - self._true, self._noise))
 
     def fit(self, name: str, direct: tuple[FloatArray, float], ambient: FloatArray) -> float:
-        """A rung of direct light and as much ambient light as makes the error least, which its name says; gives it."""
+        """One of direct light and as much ambient light as makes the error least, which its name says; gives it."""
         power = float(np.vdot(ambient, ambient))
         constant = max(float(np.vdot(ambient, self._true - direct[0])) / power, 0.0) if power else 0.0
         colors = direct[0] + constant * ambient
-        self.rungs.append(Rung(name.format(constant), direct[1], colors, colors - self._true, self._noise))
+        self.found.append(ModelOfLight(name.format(constant), direct[1], colors, colors - self._true, self._noise))
         return constant
 
 
@@ -294,7 +298,7 @@ def bare_surface(lit: Physics | Result) -> pv.PolyData:
     bare = lit.surface.copy()
     bare.clear_data()
     if lit.matrix is not None:
-        bare.points = transform_points(np.asarray(bare.points), check.matrix4("matrix", lit.matrix))
+        bare.points = transform_points(np.asarray(bare.points), lit.matrix)
     return bare
 
 
@@ -326,8 +330,8 @@ def draw_physics(part: Any, physics: Physics) -> None:
     part.suptitle(physics.sentence(), fontsize=12)
     left, right = part.subfigures(1, 2, width_ratios=(0.8, 1.7))
     axes = left.subplots()
-    times = [rung.seconds * 1e3 for rung in physics.rungs]
-    errors = [max(rung.rms, 1e-9) for rung in physics.rungs]
+    times = [each.seconds * 1e3 for each in physics.models]
+    errors = [max(each.rms, 1e-9) for each in physics.models]
     axes.set(xscale="log", yscale="log", title="models of light, at the vertices")
     axes.set_xlabel("time in ms, rays included")
     axes.set_ylabel("RMS error of linear light, beside that noise")
@@ -346,10 +350,10 @@ def draw_physics(part: Any, physics: Physics) -> None:
         va="bottom",
         fontsize=9,
     )
-    for turn, (rung, x, y) in enumerate(zip(physics.rungs, times, errors, strict=True)):
+    for turn, (each, x, y) in enumerate(zip(physics.models, times, errors, strict=True)):
         is_valley = 0 < turn < len(errors) - 1 and y < min(errors[turn - 1], errors[turn + 1])
         place = (7, -11) if turn % 2 or is_valley else (7, 4)  # below, or above
-        axes.annotate(rung.name, (x, y), xytext=place, textcoords="offset points", fontsize=9)
+        axes.annotate(each.name, (x, y), xytext=place, textcoords="offset points", fontsize=9)
     pictures = list(_pictures(physics))
     panes = right.subplots(2, len(pictures), squeeze=False)
     for (above, below), (title, shown, difference, scale) in zip(panes.T, pictures, strict=True):
@@ -365,7 +369,7 @@ def draw_physics(part: Any, physics: Physics) -> None:
 
 
 def _pictures(physics: Physics) -> Iterator[tuple[str, Any, Any, float]]:
-    """Of some rungs: title, picture, picture of the signed difference, and its scale; of the truth without the last."""
+    """Of some models: title, picture, picture of the signed difference and its scale; of the truth the first two."""
     from matplotlib import colormaps
 
     bare = bare_surface(physics)
@@ -373,10 +377,10 @@ def _pictures(physics: Physics) -> Iterator[tuple[str, Any, Any, float]]:
     def shown(colors: FloatArray) -> Any:
         return drawn(bare, np.maximum(colors * physics.exposure, 0.0) ** (1.0 / 2.2), physics.viewer, _PICTURE)
 
-    wanted = [rung for rung in physics.rungs if not rung.name.startswith(("fitted", "two"))]
-    scale = max(float(np.quantile(np.abs(physics.rungs[0].error), 0.99)), 1e-9)
-    for rung in wanted:
-        worst = in_worst_channel(rung.error)
+    wanted = [each for each in physics.models if not each.name.startswith(("fitted", "two"))]
+    scale = max(float(np.quantile(np.abs(physics.models[0].error), 0.99)), 1e-9)
+    for each in wanted:
+        worst = in_worst_channel(each.error)
         colors = colormaps["RdBu_r"](0.5 + 0.5 * np.clip(worst / scale, -1.0, 1.0))[:, :3]
-        yield rung.name, shown(rung.colors), drawn(bare, colors, physics.viewer, _PICTURE), scale
+        yield each.name, shown(each.colors), drawn(bare, colors, physics.viewer, _PICTURE), scale
     yield "the truth", shown(physics.truth.rgb), None, 0.0

@@ -84,7 +84,7 @@ class Tradeoff(Result):
     reference_colors : ndarray
         Shape (n_points, 3): colours of the float64 reference.
     physics : Physics or None
-        Models of light beside paths of it, where that was asked for: `.rungs`, `.truth`, `.sentence()`, `.table()`.
+        Models of light beside paths of it, where that was asked for: `.models`, `.truth`, `.sentence()`, `.table()`.
     """
 
     physics: Physics | None = None
@@ -121,7 +121,7 @@ class Tradeoff(Result):
 
     def _questions(self) -> list[Question]:
         """What is answered: always how to light vertices."""
-        return [question for question in QUESTIONS if question == QUESTIONS[0] or any(self.rows_for(question))]
+        return [question for question in QUESTIONS if any(self.rows_for(question))]
 
     def summary(self) -> list[str]:
         """What to choose in plain words: a few lines that fit a terminal."""

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from pvphong.base.types import Backend, Float64Array, FloatArray, IntArray, MatrixLike, Precision
+from pvphong.base.types import Backend, Float64Array, FloatArray, IntArray, Precision
 from pvphong.geometry.extent import Sphere
 from pvphong.optics.light import POSITION_EFFECT, Light
 from pvphong.optics.material import Material
@@ -20,12 +20,11 @@ from pvphong.rays.sampling import MOST_RAYS
 from pvphong.rays.visibility import Visibility
 from pvphong.scene.scene import Scene
 from pvphong.shading import kernel, reference
-from pvphong.shading.equation import Equation, as_nodes, in_parts
+from pvphong.shading.equation import Equation, as_nodes, in_parts, relative_to_mesh
 from pvphong.shading.plan.effects import EFFECTS
 from pvphong.shading.plan.plan import Plan, is_worth_loading
 from pvphong.shading.reference import Shading
 from pvphong.shading.vertices import Vertices
-from pvphong.shading.visibility import VisibilityLike
 from pvphong.studies.accuracy.result import NO_ERROR, Errors, Row, Timing
 from pvphong.studies.accuracy.timing import Clock, timed
 
@@ -68,13 +67,18 @@ class Subject:
     normals: FloatArray
     scene: Scene
     material: Material
-    matrix: MatrixLike | None
+    matrix: Float64Array | None
     visibility: Visibility | None = None
 
     @cached_property
     def vertices(self) -> Vertices:
         """Points and normals as evaluators take them."""
-        return vertices_of(self.points, self.normals, self.material, self.visibility)
+        return self.vertices_that_see(self.visibility)
+
+    def vertices_that_see(self, visibility: Visibility | None) -> Vertices:
+        """The same with another visibility."""
+        material = self.material
+        return Vertices(self.points, self.normals, material.maps, visibility, tangents=material.tangents)
 
     def plan(self, tolerance: float = 0.0) -> Plan:
         """The plan at a tolerance."""
@@ -82,8 +86,8 @@ class Subject:
 
     @cached_property
     def assembled(self) -> Equation:
-        """The whole lighting equation."""
-        return self.vertices.equation(self.scene, self.material, self.matrix)
+        """The whole lighting equation, about the mesh where that is very far out, as plans have it."""
+        return relative_to_mesh(self.vertices.equation(self.scene, self.material, self.matrix))
 
     @cached_property
     def equation(self) -> Equation:
@@ -160,18 +164,11 @@ class Subject:
         """
 
         def run() -> FloatArray:
-            self.vertices.equation(scene or self.scene, self.material, self.matrix)
+            relative_to_mesh(self.vertices.equation(scene or self.scene, self.material, self.matrix))
             chosen = backend or self.backend_for(equation)
             return Plan.of_equation(equation, self.vertices).run(self.vertices, precision=precision, backend=chosen).rgb
 
         return run
-
-
-def vertices_of(
-    points: FloatArray, normals: FloatArray, material: Material, visibility: VisibilityLike | None = None
-) -> Vertices:
-    """Points and normals with a material's maps."""
-    return Vertices(points, normals, material.maps, visibility, tangents=material.tangents)
 
 
 class Variant(NamedTuple):
@@ -274,7 +271,7 @@ def _simpler_models(subject: Subject) -> Iterator[tuple[str, Equation, str]]:
     yield "no highlights", WITHOUT["specular"](whole, middle), "" if highlighted else "there are none"
 
 
-class Sampling(NamedTuple):
+class SampledRows(NamedTuple):
     """Shadows and occlusion by few rays and by many.
 
     Parameters
@@ -292,7 +289,7 @@ class Sampling(NamedTuple):
     left_out: dict[str, str]
 
 
-def sampling(subject: Subject, visibility: Visibility, tolerance: float, clock: Clock) -> Sampling:
+def sampling(subject: Subject, visibility: Visibility, tolerance: float, clock: Clock) -> SampledRows:
     """Rows for shadows and occlusion by few rays and many, and by as many as the tolerance needs.
 
     A row's time is that of casting its rays and lighting the vertices by them. What is done once for all rays, such as
@@ -313,7 +310,7 @@ def sampling(subject: Subject, visibility: Visibility, tolerance: float, clock: 
     equation, effects, count = subject.equation, subject.plan().effects, len(subject.points)
     if not equation.needs_visibility:
         why = dict.fromkeys(effects[name].why for name in ("shadow", "occlusion"))
-        return Sampling([], {}, {"rays": "; ".join(why)})
+        return SampledRows([], {}, {"rays": "; ".join(why)})
     clock.say("casting rays")
     costs, seen = {}, visibility.afresh()
     if equation.shadowed:
@@ -338,7 +335,7 @@ def sampling(subject: Subject, visibility: Visibility, tolerance: float, clock: 
         backend = subject.backend_for(equation)
         while not seconds or (len(seconds) < _REPEATS and sum(seconds) < most):
             cast = visibility.afresh(samples=samples)
-            vertices = vertices_of(subject.points, subject.normals, subject.material, cast)
+            vertices = subject.vertices_that_see(cast)
             plan = Plan.of_equation(equation, vertices)
             seconds.append(timed(partial(plan.run, vertices, backend=backend))[1])
         errors, note = NO_ERROR, f"{cast.rays / count:.3g} rays a vertex"
@@ -350,7 +347,7 @@ def sampling(subject: Subject, visibility: Visibility, tolerance: float, clock: 
         return Row(name, "sampling", backend, "float32", count, time, sampling=errors, note=note)
 
     if not sampled:
-        return Sampling([row("one ray for each light", None)], costs, {})
+        return SampledRows([row("one ray for each light", None)], costs, {})
     rows, left_out = [row(f"rays to {_in_steps(tolerance)}", None)], {}
     for rays in _RAYS:
         name = f"{rays} rays"
@@ -358,4 +355,4 @@ def sampling(subject: Subject, visibility: Visibility, tolerance: float, clock: 
             left_out[name] = "there was no time for it"
         else:
             rows.append(row(name, rays))
-    return Sampling(rows, costs, left_out)
+    return SampledRows(rows, costs, left_out)

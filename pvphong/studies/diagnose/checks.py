@@ -8,10 +8,9 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from pvphong.base import check
 from pvphong.base.types import BoolArray, Float64Array, FloatArray, IntArray, MatrixLike, Vector
 from pvphong.geometry.normals import Faces
-from pvphong.geometry.transform import common_integers, transform_points
+from pvphong.geometry.transform import affine_matrix, common_integers
 
 # A normal is uncertain where the rounding of its corners may turn it further (radians): by Lambert's law
 # that may change a colour by one of 255 steps.
@@ -61,7 +60,7 @@ def check_faces(points: FloatArray, faces: Faces) -> FaceChecks:
         magnitudes = _largest(wide), _largest(wide - middle)
     step = float(np.finfo(points.dtype).eps)
 
-    small = np.flatnonzero(np.diff(faces.offsets) < 3)
+    small = np.flatnonzero(faces.sizes < 3)
     degenerate, far, thin, folded, one_offset_helps = [small], [], [], [small], True
     with np.errstate(all="ignore"):
         for block in faces.blocks():
@@ -137,7 +136,7 @@ def repeated_faces(faces: Faces, weightless: IntArray) -> IntArray:
 
     The weightless ones are passed over: they count for nothing, however often they come.
     """
-    sizes = np.diff(faces.offsets)
+    sizes = faces.sizes.copy()
     sizes[weightless] = 0
     found = [np.empty(0, dtype=np.intp)]
     for size in np.unique(sizes[sizes >= 3]).tolist():
@@ -151,12 +150,12 @@ def repeated_faces(faces: Faces, weightless: IntArray) -> IntArray:
 
 def edges_of(faces: Faces) -> tuple[IntArray, IntArray, IntArray]:
     """Where each edge of each face begins and ends, and the face's number; a face of n corners has n edges."""
-    begin, sizes = faces.connectivity, np.diff(faces.offsets)
+    begin = faces.connectivity
     end = np.empty_like(begin)
     end[:-1] = begin[1:]
-    some = sizes > 0
+    some = faces.sizes > 0
     end[faces.offsets[1:][some] - 1] = begin[faces.offsets[:-1][some]]
-    return begin, end, np.repeat(np.arange(faces.count), sizes)
+    return begin, end, np.repeat(np.arange(faces.count), faces.sizes)
 
 
 def check_edges(faces: Faces, folded: IntArray, repeated: IntArray) -> tuple[IntArray, IntArray]:
@@ -206,8 +205,7 @@ def check_matrix(matrix: MatrixLike) -> tuple[bool, bool, bool]:
     ValueError
         If it is no finite affine 4x4 matrix.
     """
-    transform_points(np.empty((0, 3)), matrix)  # refuses what is no model matrix
-    values = check.matrix4("matrix", matrix)
+    values = affine_matrix(matrix)
     a, b, c, d, e, f, g, h, i = common_integers(values[:3, :3].ravel().tolist())
     terms = (a * e * i, b * f * g, c * d * h, -a * f * h, -b * d * i, -c * e * g)
     determinant = sum(terms)

@@ -93,10 +93,9 @@ def _connected(count: int, begin: IntArray, end: IntArray) -> IntArray:
 
 def fan(faces: Faces) -> tuple[IntArray, IntArray]:
     """Each face as triangles from its first corner: their points (m, 3), and the numbers of their faces (m,)."""
-    sizes = np.diff(faces.offsets)
-    owner = np.repeat(np.arange(faces.count), sizes)
+    owner = np.repeat(np.arange(faces.count), faces.sizes)
     place = np.arange(len(owner)) - faces.offsets[owner]  # of a corner in its face
-    second = np.flatnonzero((place >= 1) & (place < sizes[owner] - 1))
+    second = np.flatnonzero((place >= 1) & (place < faces.sizes[owner] - 1))
     face, corners = owner[second], faces.connectivity
     return np.stack([corners[faces.offsets[face]], corners[second], corners[second + 1]], axis=1), face
 

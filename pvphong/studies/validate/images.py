@@ -7,6 +7,7 @@ than `pvphong.studies.validate.validation`, which is the judge. It says whether 
 from __future__ import annotations
 
 import os
+from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -135,16 +136,15 @@ def compare_images(
         got = "highlights for a viewer at infinity, which VTK draws from far away only"
         check.refuse("scene", got, "one that VTK can draw from the viewer's place", remedy)
 
-    ours = window_of_colors(shade_mesh(source, scene, material, name=_ARRAY), scene.viewer, size)
-    vtks = window_lit_by_vtk(source, terms, size)
-    try:
+    colored = shade_mesh(source, scene, material, name=_ARRAY)
+    with (
+        closing(window_of_colors(colored, scene.viewer, size)) as ours,
+        closing(window_lit_by_vtk(source, terms, size)) as vtks,
+    ):
         for window in (ours, vtks):
             window.disable_anti_aliasing()
         lit, lit_by_vtk = (np.asarray(window.screenshot(return_img=True)) for window in (ours, vtks))
         distances = -ours.get_image_depth(fill_value=-np.inf).astype(np.float64)  # along the view axis
-    finally:
-        ours.close()
-        vtks.close()
     inside = _inside(distances, scene.viewer)
     if not inside.any():
         check.refuse("viewer", scene.viewer, "one who sees the mesh", "Its picture is empty.")

@@ -15,6 +15,7 @@ from pvphong.base import check
 from pvphong.base.files import write_json
 from pvphong.base.text import html_table, rendered, wrapped
 from pvphong.base.types import Backend, BoolArray, Float64Array, FloatArray, IntArray, MatrixLike, Vector
+from pvphong.base.vectors import is_direction
 from pvphong.meshes.default_scene import scene_for
 from pvphong.meshes.point_data import surface_and_maps
 from pvphong.meshes.surfaces import FeatureAngle, point_normals
@@ -115,7 +116,7 @@ def validate(
     unclamped = replace(scene, light_model=replace(scene.light_model, clamp=False))
     own = evaluate(points, normals, unclamped, material, matrix=given, backend=backend).rgb
 
-    lit = np.logical_and.reduce(np.isfinite(points) & np.isfinite(normals), axis=1) & (normals != 0.0).any(axis=1)
+    lit = np.isfinite(points).all(axis=1) & is_direction(normals.T)
     rows = np.flatnonzero(lit)
     affine = np.eye(4) if given is None else given / given[3, 3]
     pose, doubtful, conversions = _pose_for_vtk(points[lit], normals[lit], scene, affine)
@@ -133,7 +134,7 @@ def validate(
     if len(rows):
         cloud = pv.PolyData(pose.points)
         cloud.point_data.active_normals = pose.normals
-        drawn = terms.material.with_values({name: Map(np.asarray(given)[lit]) for name, given in maps.items()})
+        drawn = terms.material.with_values({name: Map(np.asarray(values)[lit]) for name, values in maps.items()})
         vtk[rows] = vtk_shade(cloud, terms.lights, drawn, terms.viewer, matrix=pose.matrix)
     known = limits(pose, terms, tolerance, has_floors=scene.light_model.convention == "vtk")
     left_open = {"n·v = 0": doubtful} | known.open

@@ -17,6 +17,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from pvphong.base.processes import environment
 from pvphong.base.text import listening
 
 _CHILD = "import sys; from pvphong.studio.web.report import work; work(sys.argv[1])"
@@ -99,7 +100,7 @@ class Measuring:
                 stdin=asyncio.subprocess.DEVNULL,
                 stdout=asyncio.subprocess.PIPE,
                 stderr=asyncio.subprocess.DEVNULL,
-                env=os.environ | {"PYTHONPATH": os.pathsep.join(entry or os.getcwd() for entry in sys.path)},
+                env=environment(),
             )
             assert child.stdout is not None
             try:

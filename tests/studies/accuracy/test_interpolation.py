@@ -13,6 +13,7 @@ from pvphong.studies.accuracy.variants import Subject
 
 SCENE = ph.Scene([ph.PointLight(position=(1, 0.5, 2))], ph.Viewer(position=(0, 0, 3)))
 SHINY = ph.Material(specular=0.4, shininess=30)
+MODULE = "pvphong.studies.accuracy.interpolation"
 
 
 def refined(tolerance, seconds=20.0, scene=SCENE, mesh=None):
@@ -51,7 +52,7 @@ def test_the_saw_of_a_hard_shadow_falls_with_the_fourth_root_of_the_points_and_i
     scene = ph.Scene([ph.DirectionalLight(direction=(0, 0, -1))], SCENE.viewer, ph.LightModel(shadows=True))
     seen = ground.phong.visibility(scene, occluders=[roof])
     subject = Subject(np.asarray(ground.points), ground.phong.normals(), scene, SHINY, None, seen)
-    assert seconds_of_rays(subject) > 0
+    assert seconds_of_rays(subject, 1 / 255) > 0
     found = interpolation(ground, subject, 0.01, 1e-4, Clock(3600.0))
     expected = ground.phong.interpolation_error(scene, SHINY, occluders=[roof])["phong_interpolation_error"]
     np.testing.assert_allclose(found.errors, expected, atol=1e-12)
@@ -66,14 +67,34 @@ def test_the_saw_of_a_hard_shadow_falls_with_the_fourth_root_of_the_points_and_i
 def test_rays_that_need_not_be_cast_take_no_time():
     ball, scene = pv.Sphere(), replace(SCENE, light_model=ph.LightModel(shadows=True))
     seen = ball.phong.visibility(scene)
-    assert seconds_of_rays(Subject(np.asarray(ball.points), ball.phong.normals(), scene, SHINY, None, seen)) == 0
+    subject = Subject(np.asarray(ball.points), ball.phong.normals(), scene, SHINY, None, seen)
+    assert seconds_of_rays(subject, 1 / 255) == 0
+
+
+def test_rays_inside_triangles_take_longer_the_coarser_those_at_vertices_were(monkeypatch):
+    """They are cast to the same standard error in either case, which falls with their number to the power ¾."""
+    monkeypatch.setattr(f"{MODULE}.timed", lambda run: (run(), 1.0))
+    ball, lamp = pv.Sphere(), ph.SphereLight(position=(0, 0, 3), radius=0.5)
+    roof = pv.Disc(center=(0, 0, 1), inner=0.0, outer=0.2)
+    scene = ph.Scene([lamp], SCENE.viewer, ph.LightModel(shadows=True))
+    seen = ball.phong.visibility(scene, occluders=[roof])
+    subject = Subject(np.asarray(ball.points), ball.phong.normals(), scene, SHINY, None, seen)
+    fine, coarse = (seconds_of_rays(subject, tolerance) for tolerance in (0.01, 0.08))
+    assert coarse / fine == pytest.approx(8 ** (4 / 3))
+
+
+def test_what_took_long_to_search_is_not_searched_again_as_four_times_as_many_triangles(monkeypatch):
+    monkeypatch.setattr(f"{MODULE}.timed", lambda run: (run(), 10.0))
+    found, _, left_out = refined(0.02, seconds=20.0)
+    assert list(found) == [AS_IT_IS]
+    assert left_out["refined 1×"] == "there was no time for it"
 
 
 def test_some_triangles_stand_for_all_on_refined_meshes(monkeypatch):
     mesh = pv.Sphere(theta_resolution=36, phi_resolution=36)
-    monkeypatch.setattr("pvphong.studies.accuracy.interpolation._LEVELS", (1,))
+    monkeypatch.setattr(f"{MODULE}._LEVELS", (1,))
     some = refined(0.9, mesh=mesh)[0]["refined 1×"].error
-    monkeypatch.setattr("pvphong.studies.accuracy.interpolation._WORST", mesh.n_cells)
+    monkeypatch.setattr(f"{MODULE}._WORST", mesh.n_cells)
     every = refined(0.9, mesh=mesh)[0]["refined 1×"].error
     assert some.count < every.count == 4 * mesh.n_cells
     assert some.largest == every.largest

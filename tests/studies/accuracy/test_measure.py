@@ -164,6 +164,46 @@ def test_no_approximation_errs_by_more_than_is_predicted():
     assert count > 60, "approximations are really taken"
 
 
+def test_approximations_of_physically_based_shading_are_those_that_the_plan_took(mesh):
+    """Its colours are light raised to 1/2.2."""
+    physical = ph.Material(reflectance=ph.PBR(roughness=0.4))
+    lamps = [replace(light, intensity=strength) for light, strength in ((SUN, 1.0), (GLOW, 0.01))]
+    scene = replace(SCENE, lights=lamps, light_model=ph.LightModel.vtk())
+    for tolerance in (STEP, 0.1):
+        plan = mesh.phong.plan(scene, physical, tolerance=tolerance)
+        subject = Subject(mesh.points, mesh.point_data.active_normals, scene, physical, None)
+        bounds = predicted_bounds(subject, tolerance)
+        assert {bound.effect for bound in bounds} == {name for name, each in plan.effects.items() if each.bound}
+        light = sum(bound.predicted**2.2 for bound in bounds)
+        assert light ** (1 / 2.2) == pytest.approx(plan.error_bound)
+        assert all(bound.measured <= bound.predicted for bound in bounds)
+    assert bounds
+
+
+def test_very_far_out_the_whole_equation_is_the_one_that_evaluate_runs(mesh):
+    offset = (2.0**40, 0.0, 0.0)
+    matrix = np.eye(4)
+    matrix[:3, 3] = offset
+    lamp, viewer = replace(LAMP, position=np.add(LAMP.position, offset)), ph.Viewer(np.add((0, 0, 3), offset), offset)
+    subject = Subject(mesh.points, mesh.point_data.active_normals, ph.Scene([lamp], viewer), SHINY, matrix)
+    expected = exact(mesh, subject.scene, SHINY, matrix=matrix)
+    np.testing.assert_allclose(subject.exact(subject.assembled), expected, rtol=0, atol=1e-14)
+
+
+@pytest.mark.parametrize(
+    ("given", "message"),
+    [
+        ({"truth": "yes"}, "truth must be True or False"),
+        ({"truth": True}, "truth must be False in VTK's convention"),
+        ({"visibility": np.ones((4, 3))}, "visibility must be what mesh.phong.visibility gives; got ndarray"),
+    ],
+)
+def test_what_is_wrong_is_refused_before_anything_is_measured(mesh, monkeypatch, given, message):
+    monkeypatch.delattr("pvphong.studies.accuracy.measure._Measurement.run")
+    with pytest.raises(ValueError, match=f"^{message}"):
+        tradeoff(mesh, replace(SCENE, light_model=ph.LightModel.vtk()), SHINY, **given)
+
+
 def test_the_ledger_tells_error_reason_and_whether_it_runs(mesh, report):
     entries = {entry.effect: entry for entry in report.ledger}
     assert set(entries) == {effect.name for effect in EFFECTS} | {"light sun", "light lamp", "light glow"}

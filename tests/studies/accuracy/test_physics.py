@@ -24,29 +24,29 @@ def report():
 def test_errors_are_what_each_model_misses(report):
     """B = e/(1 − ρ) = 0.5; direct light is 0.2, and bounces are a geometric series."""
     physics = report.physics
-    rungs = {rung.name: rung for rung in physics.rungs}
+    models = {each.name: each for each in physics.models}
     np.testing.assert_allclose(physics.truth.rgb.mean(), 0.5, atol=5 * physics.noise + 1e-3)
-    assert rungs["a constant"].error.mean() == pytest.approx(0.26 - 0.5, abs=0.01)
-    assert rungs["fitted constant 0.5"].rms < 0.02
+    assert models["a constant"].error.mean() == pytest.approx(0.26 - 0.5, abs=0.01)
+    assert models["fitted constant 0.5"].rms < 0.02
     constant = 0.5
     left = {1: 0.2 + 0.6 * (0.2 + 0.6 * constant), 2: 0.2 + 0.6 * (0.2 + 0.6 * (0.2 + 0.6 * constant))}
     for name, bounces in (("one bounce", 1), ("two bounces", 2)):
-        assert rungs[name].colors.mean() == pytest.approx(left[bounces], abs=0.01)
-    np.testing.assert_allclose(rungs["all bounces"].colors, 0.5, atol=2e-3)
-    assert all(rung.seconds > 0.0 for rung in physics.rungs)
-    assert next(iter(rungs)) == "a constant"
-    assert len(rungs) == 7
+        assert models[name].colors.mean() == pytest.approx(left[bounces], abs=0.01)
+    np.testing.assert_allclose(models["all bounces"].colors, 0.5, atol=2e-3)
+    assert all(each.seconds > 0.0 for each in physics.models)
+    assert next(iter(models)) == "a constant"
+    assert len(models) == 7
 
 
 def test_it_says_what_to_use(report):
     physics = report.physics
     assert physics.sentence() in str(report).replace("\n  ", " ").replace("\n", " ")
     assert physics.sentence().startswith("The constant is off by up to 0.")
-    assert physics.cheapest.rms <= 1.25 * max(min(rung.rms for rung in physics.rungs), physics.noise / 4)
+    assert physics.cheapest.rms <= 1.25 * max(min(each.rms for each in physics.models), physics.noise / 4)
     assert "all bounces" in report.explain()
     assert "paths of light, ±" in report.explain()
     numbers = json.loads(json.dumps(report.to_dict()))["physics"]
-    assert [each["name"] for each in numbers["rungs"]] == [rung.name for rung in physics.rungs]
+    assert [each["name"] for each in numbers["models"]] == [each.name for each in physics.models]
     assert "Physics of 7" in repr(physics)
 
 
@@ -69,7 +69,7 @@ def test_noise_is_no_error():
     physics = (
         pv.Sphere(theta_resolution=12, phi_resolution=12).phong.tradeoff(scene, GREY, seconds=0.5, truth=True).physics
     )
-    assert max(rung.rms for rung in physics.rungs) <= 3 * physics.noise + 2e-3
+    assert max(each.rms for each in physics.models) <= 3 * physics.noise + 2e-3
 
 
 def test_scenes_without_bounces_and_two_sides_say_so():
@@ -77,7 +77,7 @@ def test_scenes_without_bounces_and_two_sides_say_so():
     two = ph.Scene([ph.DirectionalLight()], light_model=ph.LightModel(two_sided=True))
     physics = plane.phong.tradeoff(two, GREY, seconds=0.3, truth=True).physics
     assert physics.left_out == {"bounces": "the light model is two-sided"}
-    assert len(physics.rungs) == 4
+    assert len(physics.models) == 4
     with pytest.raises(ValueError, match=r"^truth must be False in VTK's convention"):
         plane.phong.tradeoff(ph.Scene(light_model=ph.LightModel.vtk()), GREY, seconds=0.3, truth=True)
     bounces = ph.Scene([ph.DirectionalLight()], light_model=ph.LightModel(bounces=2))

@@ -14,6 +14,7 @@ SUN = ph.DirectionalLight(direction=(1, 0, -1), name="sun")
 BALL = ph.SphereLight(position=(0, 1, 3), radius=0.5, intensity=6, name="ball")
 CLAY = ph.Material(ambient=0.8, diffuse=0.6)
 VIEWER = ph.Viewer(position=(0, -4, 3))
+MEASURE = "pvphong.studies.accuracy.measure"
 pytestmark = pytest.mark.skipif(FASTEST == "vtk", reason="VTK's rays take longer than the budget")
 
 
@@ -41,7 +42,7 @@ def rows():
 
 @pytest.fixture(scope="module")
 def report():
-    return FLOOR.phong.tradeoff(RIG, CLAY, tolerance=0.005, seconds=15.0, occluders=[ROOF])
+    return FLOOR.phong.tradeoff(RIG, CLAY, tolerance=0.005, seconds=3.0, occluders=[ROOF])
 
 
 def rays(row):
@@ -86,10 +87,18 @@ def test_the_other_kinds_take_what_is_seen_as_known(report):
 
 
 def test_without_time_for_rays_inside_triangles_there_is_no_shadow(monkeypatch):
-    monkeypatch.setattr("pvphong.studies.accuracy.measure.seconds_of_rays", lambda _: 1e9)
+    monkeypatch.setattr(f"{MEASURE}.seconds_of_rays", lambda *_: 1e9)
     found = FLOOR.phong.tradeoff(scene(SUN, shadows=True), CLAY, seconds=2.0, occluders=[ROOF])
     assert "no time for rays" in found.left_out["shadows and occlusion inside triangles"]
     assert found.inside_errors.max(initial=0.0) < 1e-6
+
+
+def test_rays_inside_triangles_are_cast_if_the_part_of_the_time_that_they_get_is_enough(monkeypatch):
+    monkeypatch.setattr(f"{MEASURE}._Measurement._left", lambda *_: 10.0)
+    monkeypatch.setattr(f"{MEASURE}.seconds_of_rays", lambda *_: 1e3)
+    monkeypatch.setattr(f"{MEASURE}.least_seconds", lambda _, seconds: 6.0 if seconds > 1e2 else 1e-3)
+    found = FLOOR.phong.tradeoff(scene(SUN, shadows=True), CLAY, seconds=2.0, occluders=[ROOF])
+    assert "no time for rays" in found.left_out["shadows and occlusion inside triangles"]
 
 
 def test_the_ledger_prices_shadows_and_occlusion_with_their_rays(report):

@@ -52,6 +52,18 @@ def test_scenes_are_drawn_as_vtk_draws_them_within_the_interpolation_error(mesh,
     assert np.count_nonzero(compared.inside) > 5_000  # there is something to see
 
 
+def test_where_vtks_window_cannot_be_made_the_other_is_closed(monkeypatch):
+    def fails(*_):
+        raise ValueError("no window")
+
+    made, window_of_colors = [], vtk_images.window_of_colors
+    monkeypatch.setattr(vtk_images, "window_lit_by_vtk", fails)
+    monkeypatch.setattr(vtk_images, "window_of_colors", lambda *given: made.append(window_of_colors(*given)) or made[0])
+    with pytest.raises(ValueError, match="no window"):
+        compare_images(SPHERE, Scene([LAMP], EYE), MATTE)
+    assert made[0].render_window is None
+
+
 def test_coarse_meshes_differ_by_their_interpolation_error():
     coarse, scene = pv.Sphere(theta_resolution=24, phi_resolution=24), Scene([SUN], EYE)
     compared = compare_images(coarse, scene, SHINY)
