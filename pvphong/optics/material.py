@@ -264,7 +264,7 @@ class Material:
         ValueError
             If the shininess is a map.
         """
-        if "shininess" in self.maps:
+        if isinstance(self.shininess, str | Map):
             check.refuse("shininess", self.shininess, "one number", "Multiply the map by 4.")
         return replace(self, shininess=LIKENESS * self.shininess)
 

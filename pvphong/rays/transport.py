@@ -147,7 +147,7 @@ class HemisphereTracer:
 
 # --- what they met, kept
 
-_FORMAT, _VERSION = "pvphong transport", 2
+_FORMAT, _VERSION = "pvphong transport", 3
 _PROBED = 512  # vertices, to find out what the rays of all will take
 _BYTES_PER_RAY = 4
 _GATHERED_AT_ONCE = 2**18  # rays
@@ -462,11 +462,13 @@ class TransportPart:
 
 
 def checksum_of(tracer: HemisphereTracer) -> str:
-    """Of the points and triangles of all that exchanges or blocks light, and of which does what."""
+    """Of the points, normals and triangles of all that exchanges or blocks light, and of which does what."""
     found = hashlib.sha256()  # which processors have instructions for
     for each in tracer.receivers:
         found.update(repr((len(each.points), each.part)).encode())
         found.update(np.ascontiguousarray(each.points if each.part is None else each.points[:0]).ravel().data)
+        # coarsely: NumPy's normals differ from compiled code's by rounding
+        found.update(np.rint(1024.0 * each.unit_normals).astype(np.int16).ravel().data)
     for part in tracer.occluders.parts:
         found.update(repr((len(part.points), len(part))).encode())
         found.update(np.ascontiguousarray(part.points, np.float64).ravel().data)

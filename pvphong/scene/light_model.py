@@ -21,8 +21,12 @@ def _flag_or_distance(name: str, value: Any) -> bool | float:
     return check.refuse(name, value, "True, False, or a distance > 0")
 
 
+# More are not told apart from so many: what is left after n bounces falls as rⁿ.
+_MOST_BOUNCES = 2.0**16
+
+
 def _count(name: str, value: Any) -> int:
-    number = check.number(name, value, at_least=0.0)
+    number = check.number(name, value, at_least=0.0, at_most=_MOST_BOUNCES)
     return int(number) if number == int(number) else check.refuse(name, value, "a whole number >= 0")
 
 

@@ -5,6 +5,7 @@ Nothing else reads or writes such files, which users call rigs.
 
 from __future__ import annotations
 
+import itertools
 import json
 import os
 from collections import Counter
@@ -195,12 +196,12 @@ class Scene:
         if not isinstance(lights, list):
             check.refuse("lights", lights, "a list")
         if document["version"] == 1:  # its lights may share a name: each but the first gets a number behind it
-            seen: Counter[str] = Counter()
-            for k, entry in enumerate(lights):
-                name = entry.get("name") if isinstance(entry, dict) else None
-                if isinstance(name, str) and name:
-                    seen[name] += 1
-                    lights[k] = entry | {"name": f"{name} {seen[name]}"} if seen[name] > 1 else entry
+            names = [entry.get("name") if isinstance(entry, dict) else None for entry in lights]
+            for k, name in enumerate(names):
+                if isinstance(name, str) and name and name in names[:k]:
+                    free = (f"{name} {number}" for number in itertools.count(2))
+                    names[k] = next(other for other in free if other not in names)
+                    lights[k] = lights[k] | {"name": names[k]}
         viewer = document.get("viewer", {} if document["version"] == 1 else None)
         return cls(
             lights=[documents.value_of_type(f"lights[{k}]", entry, LIGHT_TYPES) for k, entry in enumerate(lights)],

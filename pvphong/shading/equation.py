@@ -367,8 +367,10 @@ def _as_vtk(standard: Equation, scene: Scene, material: Material) -> Equation:
     ignored; the viewer is local even in parallel projection; a scene without any light is drawn unlit.
     """
     is_headlight = vtk_tier(scene.lights) == 1
-    reflectance: Reflectance | None = vtk_reflectance(material.shininess, is_headlight=is_headlight)
-    if material.reflectance is not None:
+    reflectance: Reflectance | None
+    if material.reflectance is None:
+        reflectance = vtk_reflectance(material.shininess, is_headlight=is_headlight)
+    else:
         reflectance = material.reflectance.of(material).in_vtk()
     if reflectance is None:
         remedy = f"LightModel() has it. {nearest_in_vtk(material)}"

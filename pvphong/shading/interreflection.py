@@ -28,8 +28,9 @@ from pvphong.shading.equation import BLACK, Equation, LightTerm, in_parts
 Gather = Callable[[FloatArray], FloatArray]
 """The mean colours that vertices see, (n, k), of what they send, (n, k)."""
 
-# So much more than 1 may a sum over nodes of the white sky make a reflectance.
-_ROUNDED = 0.01
+# So much more than 1 may be reflected under the white sky: a sum over nodes is off by 0.01, and Oren and Nayar's fit
+# reflects up to 1.018 where it is seen at a grazing angle.
+_ROUNDED = 0.03
 # What no longer changes the sum, as a share of it.
 _NOTHING = 2.0**-26
 

@@ -148,6 +148,8 @@ def test_the_shininess_of_a_roughness_and_for_blinn_phong():
     assert material.for_blinn_phong().shininess == 40
     with pytest.raises(ValueError, match=r"^shininess must be one number; got .*Multiply the map by 4"):
         Material(shininess="gloss").for_blinn_phong()
+    with pytest.raises(ValueError, match=r"^shininess must be one number"):
+        Material(shininess="gloss", reflectance=Phong(5.0)).for_blinn_phong()
 
 
 # --- as dictionaries ---

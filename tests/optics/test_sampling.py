@@ -19,6 +19,7 @@ LIGHTS = {
     "disk": ph.DiskLight((0, 0.2, 1.5), (0.3, 0.1, -1), radius=0.8),
     "near disk": ph.DiskLight((0, 0, 1.1), (0.1, 0.1, -1), radius=3.0),
     "polygon": ph.PolygonLight([(0, 0, 2), (0, 1, 2), (0.4, 0.4, 2), (1, 0, 2)]),
+    "polygon with a corner on a side": ph.PolygonLight([(0, 0, 2), (0, 1, 2), (1, 0, 2), (0.5, 0, 2)]),
     "one colour": ph.EnvironmentLight(0.5),
     "sky": ph.EnvironmentLight(
         np.linspace(0.2, 1.0, 16)[:, None, None] * np.ones((16, 32, 3)), up=(0, 0.2, 1), rotation=30

@@ -310,7 +310,7 @@ def test_what_is_no_such_file_is_refused(tmp_path):
         ("counts", good["counts"] + 1),
     ]:
         np.savez(path, **{**good, name: wrong})
-        with pytest.raises(ValueError, match="version 2" if name == "format" else "damaged"):
+        with pytest.raises(ValueError, match="version 3" if name == "format" else "damaged"):
             ph.Transport.load(path)
     for missing in ("none.npz", "."):
         with pytest.raises(ValueError, match=re.escape(str(tmp_path))):

@@ -191,6 +191,8 @@ def test_what_a_file_leaves_out_has_its_default(tmp_path):
 def test_lights_of_one_name_in_a_file_of_the_first_edition_get_numbers(tmp_path):
     path = write(tmp_path, head(lights=[{"type": "point", "name": name} for name in ("a", "b", "a", "", "a")]))
     assert [light.name for light in Scene.load(path).lights] == ["a", "b", "a 2", "", "a 3"]
+    path = write(tmp_path, head(lights=[{"type": "point", "name": name} for name in ("a", "a", "a 2", "a")]))
+    assert [light.name for light in Scene.load(path).lights] == ["a", "a 3", "a 2", "a 4"]
 
 
 def point(**fields):

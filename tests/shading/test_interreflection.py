@@ -125,6 +125,8 @@ def test_arrays_take_a_transport_too():
 def test_what_cannot_be_is_refused():
     with pytest.raises(ValueError, match=r"^bounces must be a finite number >= 0"):
         ph.LightModel(bounces=-1)
+    with pytest.raises(ValueError, match=r"^bounces must be a finite number >= 0 and <= 65536"):
+        ph.LightModel(bounces=1e300)
     with pytest.raises(ValueError, match=r"^bounces must be a whole number"):
         ph.LightModel(bounces=1.5)
     with pytest.raises(ValueError, match=r"^bounces must be 0 in VTK's convention"):
@@ -135,6 +137,10 @@ def test_what_cannot_be_is_refused():
         lit(1, material=ph.Material(diffuse=1.2))
     with pytest.raises(ValueError, match=r"^shares_by_bounce must be False without components"):
         lit(1, shares_by_bounce=True)
+    turned = ROOM.copy()
+    turned.point_data.active_normals = -ROOM.point_normals
+    with pytest.raises(ValueError, match=r"^transport must be one of what is lit"):
+        turned.phong.shade(ph.Scene(LAMP, light_model=model(1)), GREY, transport=TRANSPORT)
     assert np.isfinite(lit(50, material=ph.Material(diffuse=1.0))["phong"]).all()
 
 
@@ -241,6 +247,38 @@ def test_among_blocks_others_send_what_a_plan_of_one_does_not_know(tolerance):
     dark = {"floor": materials["floor"], "ceiling": ph.Material(ambient=0.0, specular=0.0, diffuse=0.0, emission=0.9)}
     glow = replace(scene, lights=())
     assert blocks.phong.shade(glow, dark, tolerance=tolerance, **given)["floor"]["phong"].max() > 0.05
+
+
+def test_a_far_viewer_counts_where_diffuse_reflection_depends_on_him_and_bounces():
+    """Seen at a grazing angle a rough wall reflects more: so do the walls that nothing but its glow lights."""
+    floor, glowing = wall((0, 0, 0), (0, 0, 1), 2.0, 6), wall((1, 0, 1), (-1, 0, 0), 2.0, 6)
+    mesh = floor.append_polydata(glowing)
+    glow = np.repeat([0.0, 20.0], [floor.n_points, glowing.n_points])
+    rough = ph.Material(ambient=0.0, diffuse=1.0, emission=glow, reflectance=ph.OrenNayar(80))
+    faint = ph.DirectionalLight((0, 0, -1), intensity=0.0023)
+    scene = ph.Scene([faint], ph.Viewer((-3.6, 0, 0.25), focal_point=(0, 0, 0.5)), model(1))
+    given = {"transport": mesh.phong.transport(samples=64), "precision": "float64"}
+    exact, found = (mesh.phong.shade(scene, rough, tolerance=tolerance, **given)["phong"] for tolerance in (0.0, 0.01))
+    assert np.abs(found - exact).max() <= 0.01
+
+
+def test_points_far_out_are_read_in_their_own_type_though_only_the_white_sky_reads_them():
+    offset = np.array([1e7, 0.0, 0.0])
+    glowing, viewer = ph.Material(diffuse=0.9, emission=0.5, reflectance=ph.GGX(0.6)), ph.Viewer((-1.6, 0.0, 0.25))
+    far = ROOM.copy()
+    far.points = ROOM.points.astype(float) + offset
+    there = replace(viewer, position=tuple(viewer.position + offset), focal_point=tuple(offset))
+    colors = {}
+    for backend in ("numpy", "numba"):
+        given = {"transport": far.phong.transport(samples=64), "backend": backend}
+        colors[backend] = far.phong.shade(ph.Scene([], there, model(1)), glowing, **given)["phong"]
+    np.testing.assert_allclose(colors["numba"], colors["numpy"], atol=1e-5)
+
+
+def test_the_whitest_rough_surface_may_bounce_light_seen_at_any_angle():
+    rough = ph.Material(diffuse=1.0, reflectance=ph.OrenNayar(10))
+    scene = ph.Scene(LAMP, ph.Viewer((-10.0, 0.0, 0.05)), model(1))
+    assert np.isfinite(ROOM.phong.shade(scene, rough, transport=TRANSPORT)["phong"]).all()
 
 
 def test_errors_of_direct_light_count_as_often_as_they_bounce():

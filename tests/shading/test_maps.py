@@ -169,6 +169,8 @@ def test_vtks_convention_has_albedo_alone(given):
     vtk = ph.Scene(LIGHTS, light_model=ph.LightModel.vtk())
     with pytest.raises(ValueError, match=r"^shininess must be a number or colour in VTK's convention"):
         ph.evaluate(*given, vtk, ph.Material(shininess=np.ones(COUNT)))
+    with pytest.raises(ValueError, match=r"^reflectance must be None or PBR"):
+        ph.evaluate(*given, vtk, ph.Material(shininess=np.ones(COUNT), reflectance=ph.Phong(5.0)))
     assert ph.evaluate(*given, vtk, ph.Material(albedo=np.zeros((COUNT, 3)))).rgb.max() == 0
 
 

@@ -138,3 +138,13 @@ def test_they_are_read_where_a_reflectance_asks_for_them(given):
     assert "tangents" in Plan.of(scene, MATERIAL, vertices).needs
     with pytest.raises(ValueError, match=r"^tangents must be .*Normals.*; got 'nonsense'"):
         pv.Sphere().phong.shade(SUN, replace(MATERIAL, tangents="nonsense"))
+
+
+def test_tangents_whose_blend_inside_of_a_triangle_cancels_are_none_there():
+    """Brushed in one direction and in its opposite, which is the same: a user may have both."""
+    triangle = pv.PolyData(np.array([(0.0, 0, 0), (1, 0, 0), (0, 1, 0)]), [3, 0, 1, 2])
+    triangle.point_data.active_normals = np.tile((0.0, 0.0, 1.0), (3, 1))
+    along = np.array([(1.0, 0, 0), (-1, 0, 0), (1, 0, 0)])
+    brushed = replace(MATERIAL, tangents=along, reflectance=ph.Ward(0.2, 0.5))
+    fine = triangle.phong.refine(SUN, brushed, tolerance=0.05, max_points=100)
+    assert np.isfinite(fine["phong"]).all()

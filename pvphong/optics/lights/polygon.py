@@ -121,7 +121,7 @@ class PolygonLight(Flat, Light):
         flat = (self.triangles + self.outline[0] - np.array(self.center)) @ (sides / self.reach_radius**2).T
         shares = _areas(self.triangles) / self.area
         flat[:, 1:] -= flat[:, :1]
-        rows = np.column_stack([shares.cumsum(), shares, flat.reshape(-1, 6)])
+        rows = np.column_stack([shares.cumsum(), shares, flat.reshape(-1, 6)])[shares > 0.0]
         of_all = self.sampled(polygon_sample, polygon_seen, sides, 1.0)
         return of_all._replace(numbers=(*of_all.numbers, float(len(rows)), *rows.ravel().tolist()))
 

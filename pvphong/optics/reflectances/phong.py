@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import partial
 from typing import ClassVar
 
+from pvphong.base import check
 from pvphong.optics.area.lobes import CosinePower
 from pvphong.optics.reflectances.highlight import LIKENESS, MIRROR, Shiny, own_shininess
 
@@ -23,11 +25,11 @@ class Phong(Shiny):
     Raises
     ------
     ValueError
-        If the shininess is not such a number.
+        If a field is out of range.
     """
 
     shininess: float | None = own_shininess()
-    floor: float = 0.0
+    floor: float = check.field(partial(check.number, at_least=0.0, at_most=1.0), 0.0)
 
     peak: ClassVar = MIRROR
     counterpart: ClassVar[tuple[str, float]] = ("blinn-phong", LIKENESS)

@@ -124,7 +124,10 @@ class Lighting:
 
     def colors(self, points: FloatArray, normals: FloatArray, maps: Float64Array, seen: Float64Array) -> Float64Array:
         """(n, 3) lit colours before they are clamped, for rows of `maps` and of what is seen."""
-        material = self._material.with_values({name: Map(maps[:, part]) for name, part in self._columns.items()})
+        at = {name: maps[:, part] for name, part in self._columns.items()}
+        if "tangents" in at:  # blends that cancel are no directions, nor is one along the normal
+            at["tangents"] = np.where(at["tangents"].any(axis=1, keepdims=True), at["tangents"], normals)
+        material = self._material.with_values({name: Map(rows) for name, rows in at.items()})
         options: dict[str, Any] = {"matrix": self.matrix, "precision": "float64", "backend": "numpy"}
         if seen.shape[1]:
             options["visibility"] = seen.T

@@ -52,8 +52,12 @@ def shade(
         codes = records.codes_of(equation, name_of(real))
     if codes is None:
         return False
-    read = [points] * whole.needs_points + [normals] * whole.needs_normals
-    stored = np.result_type(real, *read)
+    # a white sky may read what the whole equation does not
+    reads_points, reads_normals = (
+        whole.needs_points or equation.needs_points,
+        whole.needs_normals or equation.needs_normals,
+    )
+    stored = np.result_type(real, *[points] * reads_points, *[normals] * reads_normals)
     request = Request(equation, name_of(stored), name_of(real))
     source = library if waits else library.cached_only
     try:

@@ -225,7 +225,9 @@ class Bounces(Effect):
         ratio = most_scattered(equation) * (1.0 if transport is None else transport.most()) * ROUNDED_UP
         held = [ratio**k * sent for k in range(1, min(count, _BOUNCES_SAID) + 1)]
         said = f"at most {', '.join(f'{each:.2g}' for each in held)}{', …' if count > len(held) else ''}"
-        bounds = ((fewer, most_left(ratio, fewer, count, sent, ambient)) for fewer in range(count) if draft.tolerance)
+        bounds = (
+            (fewer, most_left(ratio, fewer, count, sent, ambient)) for fewer in range(count if draft.tolerance else 0)
+        )
         enough = ((fewer, bound) for fewer, bound in bounds if bound <= draft.tolerance / 2.0)
         kept, bound = next(enough, (count, 0.0))
         why = f"each holds {said}"
@@ -453,6 +455,9 @@ class LocalViewer(Effect):
         equation = draft.equation
         if equation.eye is None or not equation.has_highlights or equation.is_flipped or not draft.allowance:
             return draft
+        lobes = equation.reflectance.lobes
+        if equation.bounces and any(lobes[k].needs_viewer for k in equation.lobes_of["diffuse"]):
+            return draft  # what is bounced depends on him too, for which there is no bound
         seen = draft.extent.sight(equation.eye)
         if seen is None or seen.distance < 2 * seen.radius:
             return draft
