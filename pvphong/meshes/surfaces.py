@@ -87,6 +87,11 @@ def has_faces(mesh: pv.PolyData) -> bool:
     return bool(mesh.GetPolys().GetNumberOfCells() or mesh.GetStrips().GetNumberOfCells())
 
 
+def has_only_triangles(mesh: pv.PolyData) -> bool:
+    """Whether all cells are triangles that are polygons; PyVista's `is_all_triangles` passes over strips."""
+    return not mesh.n_strips and mesh.is_all_triangles
+
+
 def has_normals(mesh: pv.PolyData) -> bool:
     """Whether the points have active normals."""
     return mesh.point_data.active_normals_name is not None

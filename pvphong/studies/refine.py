@@ -15,7 +15,14 @@ from pvphong.base.types import Float64Array, FloatArray, IntArray, MatrixLike, P
 from pvphong.meshes.default_scene import scene_for
 from pvphong.meshes.lit import put_visibility, vertices_of
 from pvphong.meshes.point_data import surface_and_maps
-from pvphong.meshes.surfaces import ORIGINAL_POINT, FeatureAngle, has_faces, point_normals, shallow_copy
+from pvphong.meshes.surfaces import (
+    ORIGINAL_POINT,
+    FeatureAngle,
+    has_faces,
+    has_only_triangles,
+    point_normals,
+    shallow_copy,
+)
 from pvphong.optics.maps import maps_on_material
 from pvphong.optics.material import DEFAULT_MATERIAL, Material, as_material
 from pvphong.rays.transport import Transport
@@ -305,7 +312,8 @@ def _lit_triangles(
     if not has_faces(source):
         check.refuse("mesh", f"{source.n_points} points without faces", "a mesh with faces", "A cloud has no inside.")
     triangles = source
-    if not source.is_all_triangles:  # VTK's triangulation would mix up the arrays of vertex and line cells and of faces
+    if not has_only_triangles(source):
+        # VTK's triangulation would mix up the arrays of vertex and line cells and of faces
         faces = shallow_copy(source)
         faces.clear_cell_data()
         faces.SetVerts(None)
