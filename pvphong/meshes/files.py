@@ -204,7 +204,7 @@ def save_lit(lit: pv.PolyData | pv.MultiBlock, path: Path, name: str, compress: 
         _save_with_folder(lit, path, options)
         return
     if suffix == ".ply":
-        options |= {"texture": eight_bit(lit[name]), "recompute_normals": False}
+        options |= {"texture": eight_bit(lit.point_data[name]), "recompute_normals": False}
         lit = lit.copy(deep=False)  # PyVista adds the colours
         coordinates = lit.active_texture_coordinates
         if coordinates is not None and coordinates.dtype != np.float32:  # which VTK's writer crashes at
