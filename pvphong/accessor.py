@@ -233,12 +233,17 @@ class BlocksPhong:
 
     @_options_of(MeshPhong.tradeoff)
     def tradeoff(
-        self, scene: SceneLike | None = None, material: Material | str = DEFAULT_MATERIAL, **options: Any
+        self,
+        scene: SceneLike | None = None,
+        material: Material | str = DEFAULT_MATERIAL,
+        *,
+        feature_angle: FeatureAngle = None,
+        **options: Any,
     ) -> Tradeoff:
         """What accuracy costs in time on all blocks together, as one surface of one material."""
         from pvphong.studies.accuracy.measure import tradeoff
 
-        return tradeoff(lit.one_surface(self._blocks), scene, material, **options)
+        return tradeoff(lit.one_surface(self._blocks, feature_angle), scene, material, **options)
 
     @_options_of(MeshPhong.diagnose)
     def diagnose(self, **options: Any) -> dict[str, diagnosis.Diagnosis]:

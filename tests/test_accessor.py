@@ -248,6 +248,13 @@ def test_every_study_of_blocks_takes_a_material_for_each():
     assert not np.array_equal(compared["a"].pvphong, compared["b"].pvphong)
 
 
+def test_what_accuracy_costs_is_measured_on_blocks_whose_sharp_edges_are_split():
+    box = pv.Cube().clean()
+    box.clear_data()
+    report = pv.MultiBlock([box, box.translate((2, 0, 0))]).phong.tradeoff(SCENE, seconds=0.1, feature_angle="auto")
+    assert report.surface.n_points == 48
+
+
 def test_every_block_has_its_own_plan_and_diagnosis_where_names_are_shared_or_missing():
     car = pv.MultiBlock()
     planes = [pv.Plane(i_resolution=size) for size in range(1, 7)]

@@ -442,17 +442,20 @@ def vertices_of(
     return Vertices(source.points, normals, maps, seen, tangents=tangents, transport=among)
 
 
-def one_surface(blocks: pv.MultiBlock) -> pv.PolyData:
+def one_surface(blocks: pv.MultiBlock, feature_angle: FeatureAngle = None) -> pv.PolyData:
     """The surfaces of all blocks as one, each with the normals that it is lit with, and no other array.
 
-    No points are merged: where blocks touch there are edges, as between the blocks.
+    No points are merged: where blocks touch there are edges, as between the blocks. Sharp edges are split in each, as
+    by `split_sharp_edges`.
 
     Raises
     ------
     ValueError
         If no block, or one of them, has nothing that can be lit; the message names it.
     """
-    parts = [part for part in leaves(map_blocks(blocks, surface)) if isinstance(part, pv.PolyData)]
+    # before normals are put down, for "auto" splits nothing where there are some
+    split = map_blocks(blocks, lambda block: split_sharp_edges(surface(block), feature_angle)[0])
+    parts = [part for part in leaves(split) if isinstance(part, pv.PolyData)]
     if not parts:
         check.refuse("mesh", f"a MultiBlock of {blocks.n_blocks} without a mesh", "one with a mesh that can be lit")
     normals = np.concatenate([point_normals(part) for part in parts])

@@ -248,3 +248,14 @@ def test_all_surfaces_are_one_with_the_normals_that_they_are_lit_with_and_a_brok
         one_surface(pv.MultiBlock({"gap": None}))
     with pytest.raises(ValueError, match=r"block \['cloud'\]: mesh must be a mesh with faces"):
         one_surface(pv.MultiBlock({"ball": pv.Sphere(), "cloud": pv.PolyData(np.eye(3))}))
+
+
+@pytest.mark.parametrize("angle", [None, 30.0, "auto"])
+def test_sharp_edges_of_blocks_that_are_one_surface_are_split_as_when_each_is_lit(angle):
+    """The angle "auto" finds no normals but the blocks' own."""
+    box = pv.Cube().clean()
+    box.clear_data()
+    blocks = pv.MultiBlock({"box": box, "ball": ball()})
+    whole, lit = one_surface(blocks, angle), blocks.phong.shade(feature_angle=angle)
+    assert whole.n_points == lit["box"].n_points + lit["ball"].n_points
+    assert (lit["box"].n_points == 8) == (angle is None)
