@@ -19,7 +19,7 @@ from pvphong.base.types import Backend, MatrixLike, Weighting
 from pvphong.meshes import lit, pictures
 from pvphong.meshes import transport as transports
 from pvphong.meshes import truth as rendering
-from pvphong.meshes.blocks import DEFAULT, datasets, map_blocks, materials_of
+from pvphong.meshes.blocks import DEFAULT, datasets, leaves, map_blocks, materials_of
 from pvphong.meshes.default_scene import scene_for
 from pvphong.meshes.surfaces import FeatureAngle, shallow_copy, surface
 from pvphong.meshes.visibility import occluders_of_blocks, visibility_options
@@ -252,9 +252,10 @@ class BlocksPhong:
 
     def plot(self, *, name: str = "phong", **options: Any) -> Any:
         """Show lit blocks in one picture; see `MeshPhong.plot`."""
-        for _, block in datasets(self._blocks):
+        lit_blocks = pv.MultiBlock(leaves(self._blocks))  # what has no points is not drawn, and a table has none
+        for block in lit_blocks:
             pictures.refuse_unlit(block, name)
-        return pictures.plot(self._blocks.combine(), name=name, **options)  # one by one they would ignore `rgb`
+        return pictures.plot(lit_blocks.combine(), name=name, **options)  # one by one they would ignore `rgb`
 
     @_options_of(MeshPhong.color_view)
     def color_view(self, space: pictures.ColorSpace, **options: Any) -> pv.MultiBlock:

@@ -255,6 +255,17 @@ def test_what_accuracy_costs_is_measured_on_blocks_whose_sharp_edges_are_split()
     assert report.surface.n_points == 48
 
 
+def test_a_table_among_blocks_stays_and_nothing_minds_it():
+    table = pv.Table({"x": np.zeros(3)})
+    blocks, dark = pv.MultiBlock({"ball": pv.Sphere(), "table": table}), ph.LightModel(shadows=True)
+    lit = blocks.phong.shade()
+    assert (lit["table"], lit.keys()) == (table, blocks.keys())
+    np.testing.assert_array_equal(lit["ball"]["phong"], pv.Sphere().phong.shade()["phong"])
+    assert list(blocks.phong.plan()) == ["ball"]
+    pv.Sphere().phong.shade(Scene(SCENE.lights, light_model=dark), occluders=[blocks])
+    lit.phong.plot(off_screen=True)
+
+
 def test_every_block_has_its_own_plan_and_diagnosis_where_names_are_shared_or_missing():
     car = pv.MultiBlock()
     planes = [pv.Plane(i_resolution=size) for size in range(1, 7)]

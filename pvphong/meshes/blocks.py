@@ -106,7 +106,7 @@ def single_material(materials: Mapping[str, Surface]) -> Surface:
 
 
 def leaves(mesh: Any) -> list[Any]:
-    """The mesh itself, or the meshes in all blocks that are not empty."""
+    """The mesh itself, or the datasets in all blocks that are not empty; a table is none."""
     if isinstance(mesh, pv.MultiBlock):
-        return list(mesh.recursive_iterator(skip_none=True, skip_empty=True))
+        return [each for each in mesh.recursive_iterator() if isinstance(each, pv.DataSet) and each.n_points]
     return [mesh]
