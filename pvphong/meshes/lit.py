@@ -171,8 +171,7 @@ def lit_mesh(
     **options: Any,
 ) -> pv.PolyData:
     """A new mesh with its lit colours; options are those of `Plan.run`."""
-    if not isinstance(name, str) or not name:
-        check.refuse("name", name, "a string that is not empty")
+    refuse_name(name, prepared.source)
     if check.flag("shares_by_bounce", shares_by_bounce) and not components:
         check.refuse("shares_by_bounce", True, "False without components=True")
     now, source, scene, vertices, planned = prepared
@@ -195,6 +194,17 @@ def lit_mesh(
     lit.point_data[name] = shading.rgb
     lit.set_active_scalars(name, preference="point")
     return lit
+
+
+def refuse_name(name: Any, source: pv.PolyData) -> None:
+    """Raise ``ValueError`` for a name that lit colours cannot have, or that is one of what a surface is lit by."""
+    if not isinstance(name, str) or not name:
+        check.refuse("name", name, "a string that is not empty")
+    data = source.point_data
+    used = {data.active_normals_name: "normals", data.active_texture_coordinates_name: "texture coordinates"}
+    if name in used:
+        allowed = "one that no array has by which the mesh is lit"
+        check.refuse("name", f"{name!r}, the name of its {used[name]}", allowed, 'The name "phong" is usual.')
 
 
 def lit_together(prepared: Sequence[Prepared], together: Transport, **options: Any) -> Iterator[pv.PolyData]:
@@ -455,7 +465,7 @@ def one_surface(blocks: pv.MultiBlock, feature_angle: FeatureAngle = None) -> pv
     """
     # before normals are put down, for "auto" splits nothing where there are some
     split = map_blocks(blocks, lambda block: split_sharp_edges(surface(block), feature_angle)[0])
-    parts = [part for part in leaves(split) if isinstance(part, pv.PolyData)]
+    parts: list[pv.PolyData] = leaves(split)
     if not parts:
         check.refuse("mesh", f"a MultiBlock of {blocks.n_blocks} without a mesh", "one with a mesh that can be lit")
     normals = np.concatenate([point_normals(part) for part in parts])

@@ -230,6 +230,15 @@ def test_a_mesh_that_another_thread_edits_meanwhile_is_lit_as_it_was_or_refused(
         assert len(result["phong"]) == whole.n_points
 
 
+@pytest.mark.parametrize(("name", "of"), [("Normals", "normals"), ("uv", "texture coordinates")])
+def test_colours_take_no_name_of_what_the_mesh_is_lit_by(name, of):
+    plane = pv.Plane(i_resolution=2, j_resolution=2)
+    plane.point_data["uv"] = plane.active_texture_coordinates
+    plane.point_data.active_texture_coordinates_name = "uv"
+    with pytest.raises(ValueError, match=f"^name must be one that no array has .* got '{name}', the name of its {of}"):
+        plane.phong.shade(name=name)
+
+
 # --- blocks as one surface ---
 
 

@@ -337,6 +337,15 @@ def test_angles_stay_above_half_of_the_smallest():
 # Arrays
 
 
+def test_colours_take_no_name_of_normals_and_those_that_are_made_have_another():
+    with pytest.raises(ValueError, match=r"^name must be one that no array has .* got 'Normals', the name of its"):
+        refine(pv.Sphere(), SUNNY, MATT, tolerance=0.1, name="Normals")
+    bare = pv.Sphere()
+    bare.clear_data()
+    lit = refine(bare, SUNNY, MATT, tolerance=0.1, name="Normals")
+    assert (lit.active_scalars_name, lit.point_data.active_normals_name) == ("Normals", "Normals_")
+
+
 def test_point_arrays_are_interpolated():
     mesh = square(2)
     mesh["vector"] = mesh.points * (1, 2, 3)
