@@ -19,7 +19,7 @@ from pvphong.base.types import Backend, MatrixLike, Weighting
 from pvphong.meshes import lit, pictures
 from pvphong.meshes import transport as transports
 from pvphong.meshes import truth as rendering
-from pvphong.meshes.blocks import DEFAULT, datasets, leaves, map_blocks, materials_of
+from pvphong.meshes.blocks import DEFAULT, datasets, leaves, map_blocks, materials_of, of_each
 from pvphong.meshes.default_scene import scene_for
 from pvphong.meshes.surfaces import FeatureAngle, shallow_copy, surface
 from pvphong.meshes.visibility import occluders_of_blocks, visibility_options
@@ -152,14 +152,13 @@ class BlocksPhong:
             return map_blocks(self._blocks, self._each("shade", scene, self._own(scene, material, options)))
         run = {name: options.pop(name) for name in _OF_RUN if name in options}
         among = self._exchanging(options)
-        own, prepared = self._own(scene, material, options, among.parts), []
+        own = self._own(scene, material, options, among.parts)
 
-        def prepare(block: pv.DataSet) -> pv.DataSet:
+        def prepare(block: pv.DataSet) -> lit.Prepared:
             its_material, how = next(own)
-            prepared.append(lit.prepare(block, scene, its_material, **how))
-            return block
+            return lit.prepare(block, scene, its_material, **how)
 
-        map_blocks(self._blocks, prepare)
+        prepared = of_each(self._blocks, prepare)
         results = lit.lit_together(prepared, among, **run)
         return map_blocks(self._blocks, lambda _: next(results))
 
@@ -302,7 +301,7 @@ class BlocksPhong:
 
     def _surfaces(self, matrix: MatrixLike | None, feature_angle: FeatureAngle) -> list[transports.Exchanging]:
         """All datasets as they exchange light."""
-        return [transports.Exchanging.of(block, matrix, feature_angle) for _, block in datasets(self._blocks)]
+        return of_each(self._blocks, lambda block: transports.Exchanging.of(block, matrix, feature_angle))
 
     def _exchanging(self, options: dict[str, Any]) -> Transport:
         """How they exchange light: as it is given, or by rays that are cast when they are needed."""
@@ -316,4 +315,5 @@ class BlocksPhong:
         return materials_of([path for path, _ in datasets(self._blocks)], given)
 
     def _by_path(self, operation: Callable[[pv.DataSet], Any]) -> dict[str, Any]:
-        return {path: operation(block) for path, block in datasets(self._blocks)}
+        paths = [path for path, _ in datasets(self._blocks)]
+        return dict(zip(paths, of_each(self._blocks, operation), strict=True))
