@@ -7,6 +7,8 @@ from __future__ import annotations
 
 import hashlib
 import json
+import math
+from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass, fields, is_dataclass
 from importlib.metadata import version
@@ -62,9 +64,10 @@ class Job:
     run: str
     compress: Compression = "lz4"
 
-    def refuse_wrong(self, labels: set[str]) -> None:
+    def refuse_wrong(self, pieces: Sequence[Piece]) -> None:
         """Raise ``ValueError`` for what no piece could be lit with: it is tried on a triangle."""
-        materials_of(sorted(labels), self.materials)
+        labels = sorted({label for piece in pieces for label in piece.labels})
+        material_of = dict(zip(labels, materials_of(labels, self.materials), strict=True))
         for material in self.materials.values():
             for name, given in given_maps(material).items():
                 if isinstance(given, Map):
@@ -72,6 +75,13 @@ class Job:
             lit_alike = material.with_values(dict.fromkeys(material.maps, 0.5) | {"tangents": None})
             shade_mesh(pv.Triangle(), self.scene, lit_alike, feature_angle=self.feature_angle, **self.options)
 
+        for piece in pieces:
+            first, *others = piece.labels
+            for other in others:
+                if material_of[other] != material_of[first]:
+                    got = f"one of {first!r} and another of {other!r}, which are both {piece.input}"
+                    remedy = "Copy the file, and let one of them name the copy."
+                    check.refuse("material", got, "alike for blocks that name the same file", remedy)
     @property
     def checksum(self) -> str:
         """A checksum of all that a lit file depends on beside the mesh."""
@@ -241,7 +251,9 @@ def _lit(
     piece: Piece, job: Job, neighbours: Neighbours | None, around: PotentialOccluders[Piece] | None
 ) -> pv.PolyData:
     mesh, _ = _surface(piece)
-    material, angle = job.materials.get(piece.label) or job.materials[DEFAULT], job.feature_angle
+    if not mesh.n_points:
+        return mesh
+    material, angle = job.materials.get(piece.labels[0]) or job.materials[DEFAULT], job.feature_angle
     options = job.options if around is None else job.options | {"occluders": _occluders(mesh, job.scene, around)}
     has_own = has_normals(mesh) and angle in (None, "auto")
     if neighbours is None or has_own or len(neighbours.offsets) == 1:

@@ -171,6 +171,17 @@ def test_a_block_has_the_material_of_its_name(client):
     np.testing.assert_array_equal(lit["deep"][0]["phong"], pv.Sphere().phong.shade(SCENE)["phong"])
 
 
+def test_blocks_that_name_one_file_have_one_material(client):
+    index = save_pieces([pv.Sphere(), pv.Cube()], "in", ".vtm")
+    index.write_text(index.read_text().replace("part_0", "part_1"))
+    other = {"part 1": GOLD, "default": ph.Material()}
+    with pytest.raises(ValueError, match=r"^material must be alike .* got one of '.*' and another of 'part 1'"):
+        ph.shade_files(index, "lit", SCENE, other, client=client)
+    alike = {"part 1": GOLD, "deep/part 0": GOLD}
+    assert not ph.shade_files(index, "lit", SCENE, alike, client=client).failed
+    np.testing.assert_array_equal(pv.read("lit/whole.vtm")[1]["phong"], pv.Cube().phong.shade(SCENE, GOLD)["phong"])
+
+
 # --- where things go
 
 
@@ -186,7 +197,19 @@ def test_outputs_have_the_names_of_their_inputs_and_indices_folders_of_theirs():
 
 def test_patterns_and_paths_name_each_file_once(files):
     Path("odd[1].vtp").write_bytes(files[0].read_bytes())
-    assert paths_of(["in/*.vtp", "in/ball_0.vtp", "odd[1].vtp"]) == [*files, Path("odd[1].vtp")]
+    given = ["in/*.vtp", "in/ball_0.vtp", files[1].absolute(), "in/../in/*_2.vtp", "odd[1].vtp"]
+    assert paths_of(given, Path("lit")) == [*files, Path("odd[1].vtp")]
+
+
+def test_a_call_whose_pattern_matches_its_outputs_can_be_repeated(files, client):
+    for done in (len(files), 0):
+        batch = ph.shade_files("**/*.vtp", "lit", SCENE, client=client)
+        assert (len(batch.done), len(batch.skipped), batch.failed) == (done, 3 - done, {})
+
+
+def test_a_pattern_for_files_inside_of_the_output_folder_alone_matches_them(files):
+    os.chdir("in")
+    assert paths_of("*.vtp", Path("..")) == [Path(path.name) for path in files]
 
 
 # --- what is refused, before anything is written
