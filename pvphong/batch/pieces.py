@@ -192,7 +192,8 @@ def write_index(index: Index, arrays: Sequence[Sequence[ArrayType]]) -> bool:
     index : Index
         What else its input says is kept.
     arrays : sequence
-        Of each lit file; those that all have are declared where the format needs it.
+        Of each lit file; those that all have are declared where the format needs it. An empty file has none, and says
+        nothing about the others.
 
     Raises
     ------
@@ -205,7 +206,8 @@ def write_index(index: Index, arrays: Sequence[Sequence[ArrayType]]) -> bool:
         # VTK's reader passes over arrays that the file does not declare (VTK's "XML file formats")
         root = ElementTree.Element("VTKFile", type="PPolyData", version="0.1", byte_order="LittleEndian")
         whole = ElementTree.SubElement(root, "PPolyData", GhostLevel="0")
-        common = [array for array in arrays[0] if all(array in others for others in arrays)]
+        first, *more = [each for each in arrays if each] or [()]
+        common = [array for array in first if all(array in others for others in more)]
         for place in ("PointData", "CellData", "Points"):
             parent = ElementTree.SubElement(whole, f"P{place}")
             for array in common:

@@ -99,7 +99,7 @@ def shade_files(
 
     Files that name others are read as pieces, which are lit one by one, and written back with the names of the lit
     ones: .vtm, .pvtp, .pvtu (as .pvtp, for what is lit are surfaces) and .pvd, which may name any of these. Ghost
-    cells are left out.
+    cells are left out. A file without points, or with ghost cells alone, comes out empty.
 
     Parameters
     ----------

@@ -21,12 +21,13 @@ from pvphong.base import check, threads
 from pvphong.base.files import write_json
 from pvphong.batch.culling import Outline, PotentialOccluders, outline_of
 from pvphong.batch.pieces import ArrayType, Piece
-from pvphong.batch.seams import NORMALS, Border, Neighbours, border_of, with_normals, without_ghosts
+from pvphong.batch.seams import NORMALS, Border, Neighbours, border_of, has_only_ghosts, with_normals, without_ghosts
 from pvphong.meshes.blocks import DEFAULT, materials_of
+from pvphong.meshes.cells import refuse_invalid
 from pvphong.meshes.files import Compression, read_mesh, save_lit
 from pvphong.meshes.lit import shade_mesh
 from pvphong.meshes.point_data import given_maps
-from pvphong.meshes.surfaces import FeatureAngle, has_normals, surface
+from pvphong.meshes.surfaces import FeatureAngle, has_normals, outer_surface, surface
 from pvphong.meshes.visibility import KnownOccluders, world_faces
 from pvphong.optics.maps import Map, is_image_path
 from pvphong.optics.material import Material
@@ -74,7 +75,6 @@ class Job:
                     check.refuse(name, given, "the name of a point array that the files have")
             lit_alike = material.with_values(dict.fromkeys(material.maps, 0.5) | {"tangents": None})
             shade_mesh(pv.Triangle(), self.scene, lit_alike, feature_angle=self.feature_angle, **self.options)
-
         for piece in pieces:
             first, *others = piece.labels
             for other in others:
@@ -82,6 +82,7 @@ class Job:
                     got = f"one of {first!r} and another of {other!r}, which are both {piece.input}"
                     remedy = "Copy the file, and let one of them name the copy."
                     check.refuse("material", got, "alike for blocks that name the same file", remedy)
+
     @property
     def checksum(self) -> str:
         """A checksum of all that a lit file depends on beside the mesh."""
@@ -175,6 +176,8 @@ def look(piece: Piece, job: Job) -> tuple[str, Receipt | None]:
 def bounds_of(piece: Piece) -> tuple[tuple[float, ...], bool]:
     """x_min, …, z_max of a piece's surface, and whether that has open edges."""
     outside, _ = _surface(piece)
+    if not outside.n_points:  # it is nowhere
+        return (math.nan,) * 6, False
     return tuple(outside.bounds), bool(outside.n_open_edges)
 
 
@@ -240,11 +243,19 @@ def _checksum_of_input(piece: Piece) -> str:
 
 
 def _surface(piece: Piece) -> tuple[pv.PolyData, bool]:
-    """The surface of a file without ghost cells, and whether it is that of a volume."""
+    """The surface of a file without ghost cells, and whether it is that of a volume.
+
+    A file without points, or with ghost cells alone, is an empty piece, as processes without cells write them.
+    """
     mesh = read_mesh(str(piece.input))
     if isinstance(mesh, pv.MultiBlock):
         check.refuse("mesh", piece.input, "a file with a single mesh", "Save its blocks as a .vtm file.")
-    return without_ghosts(surface(mesh)), mesh.GetMaxSpatialDimension() == 3
+    if mesh.n_points and not has_only_ghosts(mesh):
+        outside = surface(mesh)
+    else:
+        refuse_invalid(mesh)
+        outside = outer_surface(mesh)
+    return without_ghosts(outside), mesh.GetMaxSpatialDimension() == 3
 
 
 def _lit(
@@ -271,7 +282,9 @@ def _occluders(mesh: pv.PolyData, scene: Scene, around: PotentialOccluders[Piece
 
 
 def _array_types(lit: pv.PolyData) -> tuple[ArrayType, ...]:
-    """The numeric arrays of a mesh; its points come last."""
+    """The numeric arrays of a mesh; its points come last. An empty one has none, whatever those of others are."""
+    if not lit.n_points:
+        return ()
     named = [
         *(("PointData", name, lit.point_data[name]) for name in lit.point_data),
         *(("CellData", name, lit.cell_data[name]) for name in lit.cell_data),
