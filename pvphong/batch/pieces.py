@@ -229,7 +229,7 @@ def write_index(index: Index, arrays: Sequence[Sequence[ArrayType]]) -> bool:
 
 def _root(path: Path) -> ElementTree.Element:
     """The root of an index's XML; ValueError if it is none."""
-    if not path.is_file():
+    if not os.path.isfile(path):  # which a name that is too long is not, either
         check.refuse("paths", path, "a file that exists")
     try:
         root = ElementTree.parse(path).getroot()

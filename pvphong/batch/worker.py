@@ -8,6 +8,7 @@ from __future__ import annotations
 import hashlib
 import json
 import math
+import os
 from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass, fields, is_dataclass
@@ -237,7 +238,7 @@ def reason_of(error: BaseException) -> str:
 
 
 def _checksum_of_input(piece: Piece) -> str:
-    if not piece.input.is_file():
+    if not os.path.isfile(piece.input):  # which a name that is too long is not, either
         check.refuse("mesh", piece.input, "a file that exists")
     return checksum_of_file(piece.input)
 

@@ -161,10 +161,18 @@ def read_texture(path: str, name: str = "albedo") -> Any:
 
 
 def _refuse_missing(name: str, path: Path, allowed: str) -> None:
-    if not path.exists():
-        is_folder_there = path.parent.is_dir()
-        nearest = check.meant(path.name, [each.name for each in path.parent.iterdir()]) if is_folder_there else ""
-        check.refuse(name, path, allowed, nearest if is_folder_there else f"There is no folder {path.parent}.")
+    try:
+        path.stat()
+    except (FileNotFoundError, NotADirectoryError):
+        remedy = f"There is no folder {path.parent}."
+        if path.parent.is_dir():
+            beside: list[str] = []
+            with suppress(OSError):  # who may open a folder's files may not see which there are
+                beside = os.listdir(path.parent)
+            remedy = check.meant(path.name, beside)
+        check.refuse(name, path, allowed, remedy)
+    except OSError as error:  # a name that is too long, a loop of links, a folder that may not be searched
+        check.refuse(name, path, allowed, f"{error.strerror}.")
 
 
 # --- writing ---

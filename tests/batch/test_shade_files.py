@@ -112,7 +112,7 @@ def test_a_file_that_cannot_be_lit_fails_alone_and_leaves_nothing(files, client)
     os.truncate(files[1], 2000)
     pv.PolyData([[0.0, 0, 0]]).save("in/cloud.vtp")
     pv.MultiBlock([pv.Sphere()]).save("in/blocks.vtkhdf")
-    given = [*files, "in/cloud.vtp", "in/missing.vtp", "in/blocks.vtkhdf"]
+    given = [*files, "in/cloud.vtp", "in/missing.vtp", "in/blocks.vtkhdf", "a" * 300 + ".vtp"]
     batch = ph.shade_files(given, "lit", SCENE, GOLD, client=client)
     assert batch.done == (files[2],)
     reasons = {path.name: why for path, why in batch.failed.items()}
@@ -120,9 +120,10 @@ def test_a_file_that_cannot_be_lit_fails_alone_and_leaves_nothing(files, client)
     assert "cut short" in reasons["ball_1.vtp"]
     assert "no faces and no point normals" in reasons["cloud.vtp"]
     assert "mesh must be a file that exists" in reasons["missing.vtp"]
+    assert "mesh must be a file that exists" in reasons["a" * 300 + ".vtp"]
     assert "a file with a single mesh" in reasons["blocks.vtkhdf"]
     assert sorted(os.listdir("lit")) == [".ball_2.vtp.json", "ball_2.vtp"]
-    assert str(batch).startswith("1 done, 0 skipped, 5 failed.\nin/ball_0.vtp: mesh must be")
+    assert str(batch).startswith("1 done, 0 skipped, 6 failed.\nin/ball_0.vtp: mesh must be")
 
 
 @pytest.mark.parametrize("fault", ["damaged", "out of memory"])
@@ -240,6 +241,7 @@ REFUSED = {
     r"^paths must be a file of one of .* can be read; got odd/mesh\.vtm\. It holds Poly": {"paths": "odd/mesh.vtm"},
     r"^paths must be a file of one of .* odd/text\.pvtp\. It cannot be understood": {"paths": "odd/text.pvtp"},
     r"^paths must be a file that exists; got b\.pvtp": {"paths": "b.pvtp"},
+    r"^paths must be a file that exists; got aaaa": {"paths": "a" * 300 + ".pvtp"},
     r"^paths must be an index that names files; got odd/empty\.pvd": {"paths": "odd/empty.pvd"},
     r"^paths must be an index that names files; .* One of its entries names ''": {"paths": "odd/nameless.pvd"},
     r"^out must be another folder than that of the files; got in": {"out": "in"},

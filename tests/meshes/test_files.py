@@ -252,6 +252,14 @@ def test_what_is_no_whole_mesh_file_is_refused_in_silence_with_one_error(lit, ca
     assert capfd.readouterr() == ("", "")
 
 
+@pytest.mark.usefixtures("lit")
+def test_a_name_that_no_file_can_have_is_refused():
+    os.symlink("loop.vtp", "loop.vtp")
+    for name, reason in (("a" * 300 + ".vtp", "File name too long"), ("loop.vtp", "Too many levels of symbolic links")):
+        with pytest.raises(ValueError, match=rf"^mesh must be a file that exists; got {name}\. {reason}\."):
+            ph.read(name)
+
+
 def test_where_the_process_is_watched_it_is_while_a_mesh_is_read(lit, monkeypatch):
     """Whoever reads it: an occluder of the command line's, say."""
     heard = []
