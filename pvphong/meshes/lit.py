@@ -265,7 +265,8 @@ def plan(
     feature_angle
         Of a mesh, as for `mesh.phong.shade`.
     occluders, visibility, transport
-        Of a mesh, as for `mesh.phong.shade`. No ray is cast: of bare points, what they see is not known.
+        Of a mesh, as for `mesh.phong.shade`. No ray is cast: of bare points, what they see is not known, and these
+        are refused, as `feature_angle` is.
 
     Returns
     -------
@@ -289,7 +290,14 @@ def plan(
     if isinstance(mesh_or_points, vtkDataObject):
         remedy = "pyvista.wrap(...) makes a mesh of VTK's datasets."
         check.refuse("mesh_or_points", f"a {type(mesh_or_points).__name__}", allowed, remedy)
-    vertices = Vertices(check.array("mesh_or_points", mesh_or_points, allowed=allowed), None, material.maps)
+    points = check.array("mesh_or_points", mesh_or_points, allowed=allowed)
+    of_mesh = {"feature_angle": feature_angle, "visibility": visibility, "transport": transport}
+    if not isinstance(occluders, Sequence) or len(occluders):
+        of_mesh["occluders"] = occluders
+    for name, given in of_mesh.items():
+        if given is not None:
+            check.refuse(name, f"a {type(given).__name__}", "left out for bare points", "A mesh has faces for it.")
+    vertices = Vertices(points, None, material.maps)
     scene = as_scene(scene, lambda: vertices.bounds(matrix))
     result = Plan.of(scene, material, vertices, matrix=matrix, tolerance=tolerance)
     is_open = bool(tolerance) and any(result.equation.has(term, "specular") for term in result.equation.terms)
