@@ -19,7 +19,7 @@ from pvphong.base.types import Backend, MatrixLike, Weighting
 from pvphong.meshes import lit, pictures
 from pvphong.meshes import transport as transports
 from pvphong.meshes import truth as rendering
-from pvphong.meshes.blocks import DEFAULT, datasets, map_blocks, materials_of
+from pvphong.meshes.blocks import DEFAULT, datasets, leaves, map_blocks, materials_of, of_each
 from pvphong.meshes.default_scene import scene_for
 from pvphong.meshes.surfaces import FeatureAngle, shallow_copy, surface
 from pvphong.meshes.visibility import occluders_of_blocks, visibility_options
@@ -152,14 +152,13 @@ class BlocksPhong:
             return map_blocks(self._blocks, self._each("shade", scene, self._own(scene, material, options)))
         run = {name: options.pop(name) for name in _OF_RUN if name in options}
         among = self._exchanging(options)
-        own, prepared = self._own(scene, material, options, among.parts), []
+        own = self._own(scene, material, options, among.parts)
 
-        def prepare(block: pv.DataSet) -> pv.DataSet:
+        def prepare(block: pv.DataSet) -> lit.Prepared:
             its_material, how = next(own)
-            prepared.append(lit.prepare(block, scene, its_material, **how))
-            return block
+            return lit.prepare(block, scene, its_material, **how)
 
-        map_blocks(self._blocks, prepare)
+        prepared = of_each(self._blocks, prepare)
         results = lit.lit_together(prepared, among, **run)
         return map_blocks(self._blocks, lambda _: next(results))
 
@@ -233,12 +232,17 @@ class BlocksPhong:
 
     @_options_of(MeshPhong.tradeoff)
     def tradeoff(
-        self, scene: SceneLike | None = None, material: Material | str = DEFAULT_MATERIAL, **options: Any
+        self,
+        scene: SceneLike | None = None,
+        material: Material | str = DEFAULT_MATERIAL,
+        *,
+        feature_angle: FeatureAngle = None,
+        **options: Any,
     ) -> Tradeoff:
         """What accuracy costs in time on all blocks together, as one surface of one material."""
         from pvphong.studies.accuracy.measure import tradeoff
 
-        return tradeoff(lit.one_surface(self._blocks), scene, material, **options)
+        return tradeoff(lit.one_surface(self._blocks, feature_angle), scene, material, **options)
 
     @_options_of(MeshPhong.diagnose)
     def diagnose(self, **options: Any) -> dict[str, diagnosis.Diagnosis]:
@@ -247,9 +251,10 @@ class BlocksPhong:
 
     def plot(self, *, name: str = "phong", **options: Any) -> Any:
         """Show lit blocks in one picture; see `MeshPhong.plot`."""
-        for _, block in datasets(self._blocks):
+        lit_blocks = pv.MultiBlock(leaves(self._blocks))  # what has no points is not drawn, and a table has none
+        for block in lit_blocks:
             pictures.refuse_unlit(block, name)
-        return pictures.plot(self._blocks.combine(), name=name, **options)  # one by one they would ignore `rgb`
+        return pictures.plot(lit_blocks.combine(), name=name, **options)  # one by one they would ignore `rgb`
 
     @_options_of(MeshPhong.color_view)
     def color_view(self, space: pictures.ColorSpace, **options: Any) -> pv.MultiBlock:
@@ -296,7 +301,7 @@ class BlocksPhong:
 
     def _surfaces(self, matrix: MatrixLike | None, feature_angle: FeatureAngle) -> list[transports.Exchanging]:
         """All datasets as they exchange light."""
-        return [transports.Exchanging.of(block, matrix, feature_angle) for _, block in datasets(self._blocks)]
+        return of_each(self._blocks, lambda block: transports.Exchanging.of(block, matrix, feature_angle))
 
     def _exchanging(self, options: dict[str, Any]) -> Transport:
         """How they exchange light: as it is given, or by rays that are cast when they are needed."""
@@ -310,4 +315,5 @@ class BlocksPhong:
         return materials_of([path for path, _ in datasets(self._blocks)], given)
 
     def _by_path(self, operation: Callable[[pv.DataSet], Any]) -> dict[str, Any]:
-        return {path: operation(block) for path, block in datasets(self._blocks)}
+        paths = [path for path, _ in datasets(self._blocks)]
+        return dict(zip(paths, of_each(self._blocks, operation), strict=True))

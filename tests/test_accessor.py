@@ -248,6 +248,39 @@ def test_every_study_of_blocks_takes_a_material_for_each():
     assert not np.array_equal(compared["a"].pvphong, compared["b"].pvphong)
 
 
+def test_what_accuracy_costs_is_measured_on_blocks_whose_sharp_edges_are_split():
+    box = pv.Cube().clean()
+    box.clear_data()
+    report = pv.MultiBlock([box, box.translate((2, 0, 0))]).phong.tradeoff(SCENE, seconds=0.1, feature_angle="auto")
+    assert report.surface.n_points == 48
+
+
+def test_a_table_among_blocks_stays_and_nothing_minds_it():
+    table = pv.Table({"x": np.zeros(3)})
+    blocks, dark = pv.MultiBlock({"ball": pv.Sphere(), "table": table}), ph.LightModel(shadows=True)
+    lit = blocks.phong.shade()
+    assert (lit["table"], lit.keys()) == (table, blocks.keys())
+    np.testing.assert_array_equal(lit["ball"]["phong"], pv.Sphere().phong.shade()["phong"])
+    assert list(blocks.phong.plan()) == ["ball"]
+    pv.Sphere().phong.shade(Scene(SCENE.lights, light_model=dark), occluders=[blocks])
+    lit.phong.plot(off_screen=True)
+
+
+def test_errors_name_the_block():
+    """One whose arrays are not those that the material names, or that nothing can be lit of."""
+    plain, tinted = pv.Sphere(), pv.Sphere()
+    tinted["tint"] = np.ones((tinted.n_points, 3), np.uint8)
+    blocks, material = pv.MultiBlock({"a": tinted, "in": pv.MultiBlock({"b": plain})}), Material(albedo="tint")
+    for name in ("shade", "plan", "truth", "validate", "refine"):
+        given = {"refine": {"tolerance": 0.1}, "truth": {"samples": 16}}.get(name, {})
+        with pytest.raises(ValueError, match=r"^block \['in'\]\['b'\]: albedo must be"):
+            getattr(blocks.phong, name)(SCENE, material, **given)
+    blocks["in"]["b"] = pv.PolyData(np.eye(3))
+    for name in ("visibility", "transport", "normals"):
+        with pytest.raises(ValueError, match=r"^block \['in'\]\['b'\]: mesh must be"):
+            getattr(blocks.phong, name)()
+
+
 def test_every_block_has_its_own_plan_and_diagnosis_where_names_are_shared_or_missing():
     car = pv.MultiBlock()
     planes = [pv.Plane(i_resolution=size) for size in range(1, 7)]

@@ -49,9 +49,9 @@ announce: list[Callable[[Path], None]] = []
 def written_aside(path: str | os.PathLike[str]) -> Iterator[Path]:
     """A temporary path beside `path` to write to; moved there at the end, removed if anything fails.
 
-    The temporary name keeps the suffix, because writers choose their format by it. A file that was there before is
-    replaced in one step, when the new one is on the disk; its mode and owner are kept, and links that lead to it. A
-    pipe or a character device is written into.
+    The temporary name keeps the suffix, in small letters, because writers choose their format by it. A file that was
+    there before is replaced in one step, when the new one is on the disk; its mode and owner are kept, and links that
+    lead to it. A pipe or a character device is written into.
 
     Raises
     ------
@@ -72,7 +72,7 @@ def written_aside(path: str | os.PathLike[str]) -> Iterator[Path]:
     if not is_stream:
         _refuse_target(target, old)
     with folder_aside(Path(tempfile.gettempdir()) if is_stream else target.parent) as folder:
-        written = folder / f"written{target.suffix}"  # a name that every writer can take
+        written = folder / f"written{target.suffix.lower()}"  # a name that every writer can take
         try:
             yield written
             if is_stream:

@@ -37,7 +37,7 @@ class Outline:
     Attributes
     ----------
     points : (low, high) or None
-        Around its points; None where one is not finite.
+        Around its points, a box that meets no other where there is none; None where one is not finite.
     faces : (low, high) or None
         Around the triangles that block light; None where there is none.
     count : int
@@ -97,6 +97,8 @@ class PotentialOccluders(Generic[Name]):
 
 def outline_of(surface: pv.PolyData) -> Outline:
     """Where a surface is."""
+    if not surface.n_points:
+        return Outline((np.full(3, np.inf), np.full(3, -np.inf)), None, 0)
     faces, extent = world_faces(surface), Extent(surface.points, None, None)
     return Outline(extent.box, faces.box, surface.n_points)
 
@@ -163,7 +165,7 @@ def potential_occluders(
     for number, outline in enumerate(outlines):
         points = None if outline.points is None else (outline.points[0] - above, outline.points[1] + above)
         alone: PotentialOccluders[Name] = PotentialOccluders(within, points, first, ())
-        counts = boxes.met(partial(alone.may_count, scene)) if blocking else ()
+        counts = boxes.met(partial(alone.may_count, scene)) if blocking and outline.count else ()
         others = tuple(names[blocking[row]] for row in counts if blocking[row] != number)
         yield replace(alone, blockers=others)
         first += outline.count

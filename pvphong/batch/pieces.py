@@ -9,7 +9,8 @@ from __future__ import annotations
 import glob
 import os
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from itertools import takewhile
 from pathlib import Path, PurePosixPath
 from typing import Any, Literal, NamedTuple
 from xml.etree import ElementTree
@@ -35,15 +36,15 @@ class Piece:
     ----------
     input, output : Path
         The file, and its lit one, .vtp.
-    label : str
-        Path of names of the block that it is, for its material; "default" elsewhere.
+    labels : tuple of str
+        Paths of names of the blocks that it is, for its material; "default" elsewhere.
     surface : str
         The same for the pieces of one surface; "" for a surface of its own.
     """
 
     input: Path
     output: Path
-    label: str = DEFAULT
+    labels: tuple[str, ...] = (DEFAULT,)
     surface: str = ""
 
 
@@ -66,8 +67,11 @@ class ArrayType(NamedTuple):
     components: int
 
 
-def paths_of(given: Any) -> list[Path]:
+def paths_of(given: Any, out: Path) -> list[Path]:
     """The files that paths and patterns name, in order and each once.
+
+    What a pattern matches inside the folder `out` are outputs of an earlier call, and left out, unless the pattern
+    names files of that folder alone.
 
     Raises
     ------
@@ -78,20 +82,33 @@ def paths_of(given: Any) -> list[Path]:
         given = [given]
     if not isinstance(given, Iterable):
         check.refuse("paths", given, _PATHS)
-    found: dict[Path, None] = {}
+    found: dict[Path, Path] = {}
     for path in given:
         if not isinstance(path, (str, os.PathLike)):
             check.refuse("paths", path, _PATHS)
         if not is_pattern(os.fspath(path)):
-            found[Path(path)] = None
+            found.setdefault(_place(Path(path)), Path(path))
             continue
         matches = sorted(Path(match) for match in glob.glob(os.fspath(path), recursive=True) if os.path.isfile(match))
+        root = Path(*takewhile(lambda part: not glob.has_magic(part), Path(path).parts))
+        if not _is_inside(root, out):
+            matches = [match for match in matches if not _is_inside(match, out)]
         if not matches:
             check.refuse("paths", Path(path), "a pattern that some file matches", "Patterns know *, ?, [abc] and **.")
-        found.update(dict.fromkeys(matches))
+        for match in matches:
+            found.setdefault(_place(match), match)
     if not found:
         check.refuse("paths", "none", "at least one file")
-    return list(found)
+    return list(found.values())
+
+
+def _place(path: Path) -> Path:
+    """A file's one path, whatever its folder was called by; a link to a file is another file."""
+    return Path(os.path.realpath(path.parent), path.name)
+
+
+def _is_inside(path: Path, folder: Path) -> bool:
+    return Path(os.path.realpath(path)).is_relative_to(os.path.realpath(folder))
 
 
 def is_pattern(path: str) -> bool:
@@ -134,7 +151,9 @@ def pieces_and_indices(paths: Iterable[Path], out: Path, *, as_one: bool = False
         if suffix not in _INDICES:
             output = target.with_name(f"{target.name}.vtp")
             claim(output, path)
-            pieces.setdefault(output, Piece(path, output, label, surface))
+            known = pieces.setdefault(output, Piece(path, output, (label,), surface))
+            if label not in known.labels:
+                pieces[output] = replace(known, labels=(*known.labels, label))
             return output
         if path.resolve() in above:
             check.refuse("paths", path, "an index that does not name itself")
@@ -173,7 +192,8 @@ def write_index(index: Index, arrays: Sequence[Sequence[ArrayType]]) -> bool:
     index : Index
         What else its input says is kept.
     arrays : sequence
-        Of each lit file; those that all have are declared where the format needs it.
+        Of each lit file; those that all have are declared where the format needs it. An empty file has none, and says
+        nothing about the others.
 
     Raises
     ------
@@ -186,7 +206,8 @@ def write_index(index: Index, arrays: Sequence[Sequence[ArrayType]]) -> bool:
         # VTK's reader passes over arrays that the file does not declare (VTK's "XML file formats")
         root = ElementTree.Element("VTKFile", type="PPolyData", version="0.1", byte_order="LittleEndian")
         whole = ElementTree.SubElement(root, "PPolyData", GhostLevel="0")
-        common = [array for array in arrays[0] if all(array in others for others in arrays)]
+        first, *more = [each for each in arrays if each] or [()]
+        common = [array for array in first if all(array in others for others in more)]
         for place in ("PointData", "CellData", "Points"):
             parent = ElementTree.SubElement(whole, f"P{place}")
             for array in common:
@@ -208,7 +229,7 @@ def write_index(index: Index, arrays: Sequence[Sequence[ArrayType]]) -> bool:
 
 def _root(path: Path) -> ElementTree.Element:
     """The root of an index's XML; ValueError if it is none."""
-    if not path.is_file():
+    if not os.path.isfile(path):  # which a name that is too long is not, either
         check.refuse("paths", path, "a file that exists")
     try:
         root = ElementTree.parse(path).getroot()

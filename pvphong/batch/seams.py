@@ -149,6 +149,12 @@ def with_normals(surface: pv.PolyData, neighbours: Neighbours, feature_angle: Fe
     return own
 
 
+def has_only_ghosts(mesh: pv.DataSet) -> bool:
+    """Whether a mesh has cells, and all of them only to know its neighbours."""
+    ghosts = mesh.cell_data.get(_GHOST)
+    return ghosts is not None and mesh.n_cells > 0 and bool(np.all(ghosts))
+
+
 def without_ghosts(surface: pv.PolyData) -> pv.PolyData:
     """A surface without the cells that it has only to know its neighbours, and without the points of those alone."""
     ghosts = surface.cell_data.get(_GHOST)
@@ -178,12 +184,14 @@ def _with_cells(mesh: pv.PolyData, kept: BoolArray) -> pv.PolyData:
     setters = (result.SetVerts, result.SetLines, result.SetPolys, result.SetStrips)
     for put, (offsets, connectivity) in zip(setters, found, strict=True):
         put(pv.CellArray.from_arrays(offsets, number[connectivity]))
-    for name, array in mesh.point_data.items():
+    # PyVista refuses arrays without rows
+    for name, array in mesh.point_data.items() if is_kept.any() else ():
         result.point_data[name] = np.asarray(array)[is_kept]
-    for name, array in mesh.cell_data.items():
+    for name, array in mesh.cell_data.items() if kept.any() else ():
         result.cell_data[name] = np.asarray(array)[kept]
     result.field_data.update(mesh.field_data)
-    result.point_data.active_normals_name = mesh.point_data.active_normals_name
+    if is_kept.any():
+        result.point_data.active_normals_name = mesh.point_data.active_normals_name
     return result
 
 

@@ -99,12 +99,13 @@ def shade_files(
 
     Files that name others are read as pieces, which are lit one by one, and written back with the names of the lit
     ones: .vtm, .pvtp, .pvtu (as .pvtp, for what is lit are surfaces) and .pvd, which may name any of these. Ghost
-    cells are left out.
+    cells are left out. A file without points, or with ghost cells alone, comes out empty.
 
     Parameters
     ----------
     paths : str, path, or sequence of them
         Files of any format that PyVista reads, or patterns such as "parts/*.vtp"; each holds one mesh, or names others.
+        Of a pattern's files those inside `out` are left out, as lit by an earlier call.
     out : path
         A folder; it is made if it is not there. Workers elsewhere must find it, and the files, under the same paths.
     scene : Scene, light, or sequence of lights, optional
@@ -159,8 +160,8 @@ def shade_files(
     }
     job = Job(given or Scene(), materials, feature_angle, options, uuid.uuid4().hex, compress)
     folder = Path(out)
-    pieces, indices = pieces_and_indices(paths_of(paths), folder, as_one=seams == "merge")
-    job.refuse_wrong({piece.label for piece in pieces})
+    pieces, indices = pieces_and_indices(paths_of(paths, folder), folder, as_one=seams == "merge")
+    job.refuse_wrong(pieces)
     several = [name for name, count in Counter(piece.surface for piece in pieces).items() if name and count > 1]
     if several and job.scene.light_model.bounces:  # all pieces send light to all others, again and again
         remedy = "LightModel(bounces=0) is without them; or join the pieces: pyvista.read(path)."

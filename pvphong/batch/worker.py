@@ -7,6 +7,9 @@ from __future__ import annotations
 
 import hashlib
 import json
+import math
+import os
+from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass, fields, is_dataclass
 from importlib.metadata import version
@@ -19,12 +22,13 @@ from pvphong.base import check, threads
 from pvphong.base.files import write_json
 from pvphong.batch.culling import Outline, PotentialOccluders, outline_of
 from pvphong.batch.pieces import ArrayType, Piece
-from pvphong.batch.seams import NORMALS, Border, Neighbours, border_of, with_normals, without_ghosts
+from pvphong.batch.seams import NORMALS, Border, Neighbours, border_of, has_only_ghosts, with_normals, without_ghosts
 from pvphong.meshes.blocks import DEFAULT, materials_of
+from pvphong.meshes.cells import refuse_invalid
 from pvphong.meshes.files import Compression, read_mesh, save_lit
 from pvphong.meshes.lit import shade_mesh
 from pvphong.meshes.point_data import given_maps
-from pvphong.meshes.surfaces import FeatureAngle, has_normals, surface
+from pvphong.meshes.surfaces import FeatureAngle, has_normals, outer_surface, surface
 from pvphong.meshes.visibility import KnownOccluders, world_faces
 from pvphong.optics.maps import Map, is_image_path
 from pvphong.optics.material import Material
@@ -62,15 +66,23 @@ class Job:
     run: str
     compress: Compression = "lz4"
 
-    def refuse_wrong(self, labels: set[str]) -> None:
+    def refuse_wrong(self, pieces: Sequence[Piece]) -> None:
         """Raise ``ValueError`` for what no piece could be lit with: it is tried on a triangle."""
-        materials_of(sorted(labels), self.materials)
+        labels = sorted({label for piece in pieces for label in piece.labels})
+        material_of = dict(zip(labels, materials_of(labels, self.materials), strict=True))
         for material in self.materials.values():
             for name, given in given_maps(material).items():
                 if isinstance(given, Map):
                     check.refuse(name, given, "the name of a point array that the files have")
             lit_alike = material.with_values(dict.fromkeys(material.maps, 0.5) | {"tangents": None})
             shade_mesh(pv.Triangle(), self.scene, lit_alike, feature_angle=self.feature_angle, **self.options)
+        for piece in pieces:
+            first, *others = piece.labels
+            for other in others:
+                if material_of[other] != material_of[first]:
+                    got = f"one of {first!r} and another of {other!r}, which are both {piece.input}"
+                    remedy = "Copy the file, and let one of them name the copy."
+                    check.refuse("material", got, "alike for blocks that name the same file", remedy)
 
     @property
     def checksum(self) -> str:
@@ -165,6 +177,8 @@ def look(piece: Piece, job: Job) -> tuple[str, Receipt | None]:
 def bounds_of(piece: Piece) -> tuple[tuple[float, ...], bool]:
     """x_min, …, z_max of a piece's surface, and whether that has open edges."""
     outside, _ = _surface(piece)
+    if not outside.n_points:  # it is nowhere
+        return (math.nan,) * 6, False
     return tuple(outside.bounds), bool(outside.n_open_edges)
 
 
@@ -224,24 +238,34 @@ def reason_of(error: BaseException) -> str:
 
 
 def _checksum_of_input(piece: Piece) -> str:
-    if not piece.input.is_file():
+    if not os.path.isfile(piece.input):  # which a name that is too long is not, either
         check.refuse("mesh", piece.input, "a file that exists")
     return checksum_of_file(piece.input)
 
 
 def _surface(piece: Piece) -> tuple[pv.PolyData, bool]:
-    """The surface of a file without ghost cells, and whether it is that of a volume."""
+    """The surface of a file without ghost cells, and whether it is that of a volume.
+
+    A file without points, or with ghost cells alone, is an empty piece, as processes without cells write them.
+    """
     mesh = read_mesh(str(piece.input))
     if isinstance(mesh, pv.MultiBlock):
         check.refuse("mesh", piece.input, "a file with a single mesh", "Save its blocks as a .vtm file.")
-    return without_ghosts(surface(mesh)), mesh.GetMaxSpatialDimension() == 3
+    if mesh.n_points and not has_only_ghosts(mesh):
+        outside = surface(mesh)
+    else:
+        refuse_invalid(mesh)
+        outside = outer_surface(mesh)
+    return without_ghosts(outside), mesh.GetMaxSpatialDimension() == 3
 
 
 def _lit(
     piece: Piece, job: Job, neighbours: Neighbours | None, around: PotentialOccluders[Piece] | None
 ) -> pv.PolyData:
     mesh, _ = _surface(piece)
-    material, angle = job.materials.get(piece.label) or job.materials[DEFAULT], job.feature_angle
+    if not mesh.n_points:
+        return mesh
+    material, angle = job.materials.get(piece.labels[0]) or job.materials[DEFAULT], job.feature_angle
     options = job.options if around is None else job.options | {"occluders": _occluders(mesh, job.scene, around)}
     has_own = has_normals(mesh) and angle in (None, "auto")
     if neighbours is None or has_own or len(neighbours.offsets) == 1:
@@ -259,7 +283,9 @@ def _occluders(mesh: pv.PolyData, scene: Scene, around: PotentialOccluders[Piece
 
 
 def _array_types(lit: pv.PolyData) -> tuple[ArrayType, ...]:
-    """The numeric arrays of a mesh; its points come last."""
+    """The numeric arrays of a mesh; its points come last. An empty one has none, whatever those of others are."""
+    if not lit.n_points:
+        return ()
     named = [
         *(("PointData", name, lit.point_data[name]) for name in lit.point_data),
         *(("CellData", name, lit.cell_data[name]) for name in lit.cell_data),

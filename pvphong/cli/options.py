@@ -77,7 +77,8 @@ class Lighting:
     ambient_occlusion
         Multiply ambient light by the open part of the sky.
     bounces
-        How often light is followed from surface to surface; ambient light then stands for what is left after that.
+        How often light is followed from surface to surface, 0 for not at all, as the rig says if not given; ambient
+        light then stands for what is left after that.
     occluder
         A file with a mesh that casts shadows too; may be given several times.
     feature_angle
@@ -97,7 +98,7 @@ class Lighting:
     tangents: str | None = None
     shadows: Flag = False
     ambient_occlusion: Flag = False
-    bounces: int = 0
+    bounces: int | None = None
     occluder: Annotated[tuple[str, ...], Parameter(negative="", show_default=False)] = ()
     feature_angle: Annotated[FeatureAngle, Parameter(show_choices=False)] = "auto"
 
@@ -150,7 +151,7 @@ class Lighting:
         """A scene with shadows, ambient occlusion and bounces as the options have them, beside its own."""
         model = scene.light_model
         occlusion = model.ambient_occlusion or self.ambient_occlusion  # a rig's may be a distance
-        shadows, bounces = model.shadows or self.shadows, self.bounces or model.bounces
+        shadows, bounces = model.shadows or self.shadows, model.bounces if self.bounces is None else self.bounces
         model = replace(model, shadows=shadows, ambient_occlusion=occlusion, bounces=bounces)
         if self.occluder and not model.is_global:
             remedy = "Give --shadows, --ambient-occlusion, --bounces or a rig with them too."

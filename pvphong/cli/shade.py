@@ -106,7 +106,10 @@ def shade(
         _refuse_given(given, "left out beside --refine, which has colours alone, as exact as they are")
     target = Path(output)
     suffix = target.suffix.lower()
-    is_folder = output.endswith(("/", os.sep)) or target.is_dir() or bool(more) or is_pattern(mesh)
+    are_many, names_folder = bool(more) or is_pattern(mesh), output.endswith(("/", os.sep)) or os.path.isdir(target)
+    if are_many and not names_folder and suffix in _OUTPUTS:
+        check.refuse("--output", target, "a folder where many meshes are lit", f"-o {target}/ is one of that name.")
+    is_folder = are_many or names_folder
     if is_folder or suffix != ".png":
         _refuse_given({"--size": size, "--background": background}, "left out, for a mesh has none")
     if is_folder:

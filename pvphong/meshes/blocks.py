@@ -13,6 +13,8 @@ from pvphong.base import check
 Surface = TypeVar("Surface")
 """A material, or what replaces one."""
 
+Result = TypeVar("Result")
+
 DEFAULT = "default"
 """Name of the material of those that have none of their own name."""
 
@@ -38,6 +40,18 @@ def map_blocks(blocks: pv.MultiBlock, operation: Callable[[Any], Any], place: st
             except ValueError as error:
                 raise ValueError(f"block {where}: {error}") from error
     return result
+
+
+def of_each(blocks: pv.MultiBlock, operation: Callable[[pv.DataSet], Result]) -> list[Result]:
+    """The results of an operation on the datasets that `datasets` gives; an error names the block."""
+    found: list[Result] = []
+
+    def keep(block: pv.DataSet) -> pv.DataSet:
+        found.append(operation(block))
+        return block
+
+    map_blocks(blocks, keep)
+    return found
 
 
 def datasets(blocks: pv.MultiBlock) -> Iterator[tuple[str, pv.DataSet]]:
@@ -106,7 +120,7 @@ def single_material(materials: Mapping[str, Surface]) -> Surface:
 
 
 def leaves(mesh: Any) -> list[Any]:
-    """The mesh itself, or the meshes in all blocks that are not empty."""
+    """The mesh itself, or the datasets in all blocks that are not empty; a table is none."""
     if isinstance(mesh, pv.MultiBlock):
-        return list(mesh.recursive_iterator(skip_none=True, skip_empty=True))
+        return [each for each in mesh.recursive_iterator() if isinstance(each, pv.DataSet) and each.n_points]
     return [mesh]

@@ -46,7 +46,8 @@ def default_scene(mesh: pv.DataSet | pv.MultiBlock, aspect: float = 4 / 3) -> Sc
     Scene
         To be used as it is, or saved and edited.
     """
-    outside = map_blocks(mesh, surface) if isinstance(mesh, pv.MultiBlock) else surface(mesh)
+    # a flat one of datasets alone: PyVista knows no bounds of blocks with a table
+    outside = pv.MultiBlock(leaves(map_blocks(mesh, surface))) if isinstance(mesh, pv.MultiBlock) else surface(mesh)
     is_open = any(part.n_open_edges for part in leaves(outside))
     return default_scene_of(outside.bounds, is_open=is_open, aspect=aspect)
 
@@ -88,9 +89,9 @@ def scene_for(mesh: Any, given: SceneLike | None, matrix: MatrixLike | None = No
         return default_scene(mesh)
 
     def bounds() -> VectorLike:
-        parts = [Vertices(part.points, None).bounds(matrix) for part in leaves(mesh) if isinstance(part, pv.DataSet)]
+        parts = [Vertices(part.points, None).bounds(matrix) for part in leaves(mesh)]
         if not parts:
-            return mesh.bounds
+            return pv.MultiBlock().bounds
         low, high = np.fmin.reduce(parts)[::2], np.fmax.reduce(parts)[1::2]  # whatever part has none is NaN
         return np.stack([low, high], axis=1).ravel()
 

@@ -161,10 +161,18 @@ def read_texture(path: str, name: str = "albedo") -> Any:
 
 
 def _refuse_missing(name: str, path: Path, allowed: str) -> None:
-    if not path.exists():
-        is_folder_there = path.parent.is_dir()
-        nearest = check.meant(path.name, [each.name for each in path.parent.iterdir()]) if is_folder_there else ""
-        check.refuse(name, path, allowed, nearest if is_folder_there else f"There is no folder {path.parent}.")
+    try:
+        path.stat()
+    except (FileNotFoundError, NotADirectoryError):
+        remedy = f"There is no folder {path.parent}."
+        if path.parent.is_dir():
+            beside: list[str] = []
+            with suppress(OSError):  # who may open a folder's files may not see which there are
+                beside = os.listdir(path.parent)
+            remedy = check.meant(path.name, beside)
+        check.refuse(name, path, allowed, remedy)
+    except OSError as error:  # a name that is too long, a loop of links, a folder that may not be searched
+        check.refuse(name, path, allowed, f"{error.strerror}.")
 
 
 # --- writing ---
@@ -204,7 +212,7 @@ def save_lit(lit: pv.PolyData | pv.MultiBlock, path: Path, name: str, compress: 
         _save_with_folder(lit, path, options)
         return
     if suffix == ".ply":
-        options |= {"texture": eight_bit(lit[name]), "recompute_normals": False}
+        options |= {"texture": eight_bit(lit.point_data[name]), "recompute_normals": False}
         lit = lit.copy(deep=False)  # PyVista adds the colours
         coordinates = lit.active_texture_coordinates
         if coordinates is not None and coordinates.dtype != np.float32:  # which VTK's writer crashes at

@@ -171,8 +171,7 @@ def lit_mesh(
     **options: Any,
 ) -> pv.PolyData:
     """A new mesh with its lit colours; options are those of `Plan.run`."""
-    if not isinstance(name, str) or not name:
-        check.refuse("name", name, "a string that is not empty")
+    refuse_name(name, prepared.source)
     if check.flag("shares_by_bounce", shares_by_bounce) and not components:
         check.refuse("shares_by_bounce", True, "False without components=True")
     now, source, scene, vertices, planned = prepared
@@ -195,6 +194,17 @@ def lit_mesh(
     lit.point_data[name] = shading.rgb
     lit.set_active_scalars(name, preference="point")
     return lit
+
+
+def refuse_name(name: Any, source: pv.PolyData) -> None:
+    """Raise ``ValueError`` for a name that lit colours cannot have, or that is one of what a surface is lit by."""
+    if not isinstance(name, str) or not name:
+        check.refuse("name", name, "a string that is not empty")
+    data = source.point_data
+    used = {data.active_normals_name: "normals", data.active_texture_coordinates_name: "texture coordinates"}
+    if name in used:
+        allowed = "one that no array has by which the mesh is lit"
+        check.refuse("name", f"{name!r}, the name of its {used[name]}", allowed, 'The name "phong" is usual.')
 
 
 def lit_together(prepared: Sequence[Prepared], together: Transport, **options: Any) -> Iterator[pv.PolyData]:
@@ -255,7 +265,8 @@ def plan(
     feature_angle
         Of a mesh, as for `mesh.phong.shade`.
     occluders, visibility, transport
-        Of a mesh, as for `mesh.phong.shade`. No ray is cast: of bare points, what they see is not known.
+        Of a mesh, as for `mesh.phong.shade`. No ray is cast: of bare points, what they see is not known, and these
+        are refused, as `feature_angle` is.
 
     Returns
     -------
@@ -279,7 +290,14 @@ def plan(
     if isinstance(mesh_or_points, vtkDataObject):
         remedy = "pyvista.wrap(...) makes a mesh of VTK's datasets."
         check.refuse("mesh_or_points", f"a {type(mesh_or_points).__name__}", allowed, remedy)
-    vertices = Vertices(check.array("mesh_or_points", mesh_or_points, allowed=allowed), None, material.maps)
+    points = check.array("mesh_or_points", mesh_or_points, allowed=allowed)
+    of_mesh = {"feature_angle": feature_angle, "visibility": visibility, "transport": transport}
+    if not isinstance(occluders, Sequence) or len(occluders):
+        of_mesh["occluders"] = occluders
+    for name, given in of_mesh.items():
+        if given is not None:
+            check.refuse(name, f"a {type(given).__name__}", "left out for bare points", "A mesh has faces for it.")
+    vertices = Vertices(points, None, material.maps)
     scene = as_scene(scene, lambda: vertices.bounds(matrix))
     result = Plan.of(scene, material, vertices, matrix=matrix, tolerance=tolerance)
     is_open = bool(tolerance) and any(result.equation.has(term, "specular") for term in result.equation.terms)
@@ -442,17 +460,20 @@ def vertices_of(
     return Vertices(source.points, normals, maps, seen, tangents=tangents, transport=among)
 
 
-def one_surface(blocks: pv.MultiBlock) -> pv.PolyData:
+def one_surface(blocks: pv.MultiBlock, feature_angle: FeatureAngle = None) -> pv.PolyData:
     """The surfaces of all blocks as one, each with the normals that it is lit with, and no other array.
 
-    No points are merged: where blocks touch there are edges, as between the blocks.
+    No points are merged: where blocks touch there are edges, as between the blocks. Sharp edges are split in each, as
+    by `split_sharp_edges`.
 
     Raises
     ------
     ValueError
         If no block, or one of them, has nothing that can be lit; the message names it.
     """
-    parts = [part for part in leaves(map_blocks(blocks, surface)) if isinstance(part, pv.PolyData)]
+    # before normals are put down, for "auto" splits nothing where there are some
+    split = map_blocks(blocks, lambda block: split_sharp_edges(surface(block), feature_angle)[0])
+    parts: list[pv.PolyData] = leaves(split)
     if not parts:
         check.refuse("mesh", f"a MultiBlock of {blocks.n_blocks} without a mesh", "one with a mesh that can be lit")
     normals = np.concatenate([point_normals(part) for part in parts])

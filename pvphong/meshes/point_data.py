@@ -112,8 +112,10 @@ def _of_faces(name: str, values: Any, source: pv.PolyData) -> Any:
     """An array with a row for each cell, at points of which each is one face's alone."""
     connectivity, offsets = polygons(source)
     faces = np.asarray(values)
+    if len(faces) == source.n_cells:
+        faces = faces[source.n_verts + source.n_lines :]
     if len(faces) != len(offsets) - 1 or len(np.unique(connectivity)) != len(connectivity):
-        check.refuse(name, f"{len(faces)} rows, one per cell", "one per point where faces share points", _TO_FACES)
+        check.refuse(name, f"{len(values)} rows, one per cell", "one per point where faces share points", _TO_FACES)
     found = np.zeros((source.n_points, *faces.shape[1:]), faces.dtype)
     found[connectivity] = np.repeat(faces, np.diff(offsets), axis=0)
     return found

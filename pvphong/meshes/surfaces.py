@@ -87,6 +87,11 @@ def has_faces(mesh: pv.PolyData) -> bool:
     return bool(mesh.GetPolys().GetNumberOfCells() or mesh.GetStrips().GetNumberOfCells())
 
 
+def has_only_triangles(mesh: pv.PolyData) -> bool:
+    """Whether all cells are triangles that are polygons; PyVista's `is_all_triangles` passes over strips."""
+    return not mesh.n_strips and mesh.is_all_triangles
+
+
 def has_normals(mesh: pv.PolyData) -> bool:
     """Whether the points have active normals."""
     return mesh.point_data.active_normals_name is not None
@@ -214,6 +219,8 @@ FeatureAngle = float | Literal["auto"] | None
 ORIGINAL_POINT = "pvphong_original_point"
 """Name of the point array that says which point each one was before edges were split."""
 
+_FILTERS_ORIGINAL = "pyvistaOriginalPointIds"  # PyVista's name of the same
+
 
 def split_sharp_edges(mesh: pv.PolyData, feature_angle: FeatureAngle) -> tuple[pv.PolyData, NDArray[np.int64] | None]:
     """A surface whose points are duplicated along its sharp edges.
@@ -255,15 +262,16 @@ def split_sharp_edges(mesh: pv.PolyData, feature_angle: FeatureAngle) -> tuple[p
     bare = mesh.copy(deep=False)
     if has_normals(mesh):
         del bare.point_data[mesh.point_data.active_normals_name]
-    others = bare.point_data.get("Normals")  # the filter writes its own in place of it
+    # the filter writes its own in place of these
+    others = {name: bare.point_data[name] for name in ("Normals", _FILTERS_ORIGINAL) if name in bare.point_data}
     options: dict[str, Any] = dict.fromkeys(
         ("cell_normals", "consistent_normals", "auto_orient_normals", "non_manifold_traversal", "flip_normals"), False
     )
     split = bare.compute_normals(point_normals=True, split_vertices=True, feature_angle=angle, **options)
-    points = np.asarray(split.point_data.pop("pyvistaOriginalPointIds")).astype(np.int64, copy=False)
+    points = np.asarray(split.point_data.pop(_FILTERS_ORIGINAL)).astype(np.int64, copy=False)
     del split.point_data["Normals"]
-    if others is not None:
-        split.point_data["Normals"] = np.asarray(others)[points]
+    for name, array in others.items():
+        split.point_data[name] = np.asarray(array)[points]
     before = mesh.point_data.get(ORIGINAL_POINT)
     split.point_data[ORIGINAL_POINT] = points if before is None else np.asarray(before)[points]
     return (mesh, None) if is_auto and split.n_points == mesh.n_points else (split, points)

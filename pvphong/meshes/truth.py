@@ -15,7 +15,7 @@ from pvphong.base import check, text
 from pvphong.base.types import Float64Array, MatrixLike
 from pvphong.base.vectors import unit
 from pvphong.geometry.transform import transform_normals, transform_vectors
-from pvphong.meshes.blocks import datasets
+from pvphong.meshes.blocks import of_each
 from pvphong.meshes.default_scene import scene_for
 from pvphong.meshes.point_data import surface_and_maps, tangents_from
 from pvphong.meshes.surfaces import FeatureAngle, point_normals, surface
@@ -80,8 +80,10 @@ def reflecting_blocks(
     feature_angle: FeatureAngle = None,
 ) -> Iterator[ReflectingSurfaces]:
     """For each dataset that is not empty, in their order: all of them, other occluders, and which it is."""
-    pairs = zip((block for _, block in datasets(blocks)), materials, strict=True)
-    reflectors = [_reflector(block, scene, as_material(each), matrix, feature_angle) for block, each in pairs]
+    of_blocks = iter(materials)
+    reflectors = of_each(
+        blocks, lambda block: _reflector(block, scene, as_material(next(of_blocks)), matrix, feature_angle)
+    )
     together = Occluders([*(each.faces for each in reflectors), *checked_occluders(occluders)])
     return (ReflectingSurfaces(reflectors, together, index) for index in range(len(reflectors)))
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from itertools import repeat
 from typing import Any, NamedTuple
@@ -77,8 +77,9 @@ def checked_occluders(given: Any) -> list[BlockingFaces]:
     allowed = "a sequence of meshes, or of pairs of a mesh and a 4x4 matrix"
     if isinstance(given, (pv.DataSet, pv.MultiBlock)):
         check.refuse("occluders", f"a {type(given).__name__}", allowed, "Put a single one into a list.")
-    if isinstance(given, str) or not isinstance(given, Iterable):
-        check.refuse("occluders", given, allowed)
+    # what can be read once only is none, for it is read as often as rays are cast
+    if isinstance(given, str) or not isinstance(given, Sequence):
+        check.refuse("occluders", given, allowed, "list(...) makes a sequence of what can be iterated over.")
     parts: list[BlockingFaces] = []
     for index, one in enumerate(given):
         name = f"occluders[{index}]"

@@ -13,9 +13,16 @@ from numpy.typing import NDArray
 from pvphong.base import check
 from pvphong.base.types import Float64Array, FloatArray, IntArray, MatrixLike, Precision
 from pvphong.meshes.default_scene import scene_for
-from pvphong.meshes.lit import put_visibility, vertices_of
+from pvphong.meshes.lit import put_visibility, refuse_name, vertices_of
 from pvphong.meshes.point_data import surface_and_maps
-from pvphong.meshes.surfaces import ORIGINAL_POINT, FeatureAngle, has_faces, point_normals, shallow_copy
+from pvphong.meshes.surfaces import (
+    ORIGINAL_POINT,
+    FeatureAngle,
+    has_faces,
+    has_only_triangles,
+    point_normals,
+    shallow_copy,
+)
 from pvphong.optics.maps import maps_on_material
 from pvphong.optics.material import DEFAULT_MATERIAL, Material, as_material
 from pvphong.rays.transport import Transport
@@ -196,12 +203,11 @@ def refine(
        (2001), 159-166.
     """
     tolerance = check.number("tolerance", tolerance, above=0.0)
-    if not isinstance(name, str) or not name:
-        check.refuse("name", name, "a string that is not empty")
     smooth = check.choice("placement", placement, get_args(Placement)) == "smooth"
     real = check.choice("precision", precision, get_args(Precision))
     cut, rays = check.flag("cut", cut), tolerance * OF_RAYS
     lit = _lit_triangles(mesh, scene, material, matrix, feature_angle, occluders, transport, rays, cuts=cut)
+    refuse_name(name, lit.mesh)
     count = lit.mesh.n_points
     limit = count + _MOST_ADDED if max_points is None else max_points
     if isinstance(limit, bool) or not isinstance(limit, numbers.Integral) or limit < count:
@@ -209,7 +215,7 @@ def refine(
     with _far_ranges_allowed():
         refinement = Refinement(LitSurface(lit.mesh.points, lit.blended, lit.corners, lit.lighting, smooth))
         stopped = refinement.run(tolerance, int(limit), cut=cut)
-    result, left = _split_mesh(lit, refinement), float(refinement.errors.max(initial=0.0))
+    result, left = _split_mesh(lit, refinement, name), float(refinement.errors.max(initial=0.0))
     quality = f"{tolerance:.3g} everywhere, off by up to {left:.3g}"
     points = f"{result.n_points} points, {result.n_points - count} of them new"
     summary = f"Within {quality}: {points}."
@@ -305,7 +311,8 @@ def _lit_triangles(
     if not has_faces(source):
         check.refuse("mesh", f"{source.n_points} points without faces", "a mesh with faces", "A cloud has no inside.")
     triangles = source
-    if not source.is_all_triangles:  # VTK's triangulation would mix up the arrays of vertex and line cells and of faces
+    if not has_only_triangles(source):
+        # VTK's triangulation would mix up the arrays of vertex and line cells and of faces
         faces = shallow_copy(source)
         faces.clear_cell_data()
         faces.SetVerts(None)
@@ -362,8 +369,8 @@ def _others_there(places: IntArray) -> IntArray:
     return result
 
 
-def _split_mesh(lit: _LitTriangles, refinement: Refinement) -> pv.PolyData:
-    """The refined triangles with the arrays of the mesh that they come from."""
+def _split_mesh(lit: _LitTriangles, refinement: Refinement, name: str) -> pv.PolyData:
+    """The refined triangles with the arrays of the mesh that they come from; `name` is left for the colours."""
     source, surface = lit.mesh, refinement.surface
     triangles, vertices = surface.triangles, surface.vertices
     added = slice(source.n_points, None)
@@ -381,7 +388,7 @@ def _split_mesh(lit: _LitTriangles, refinement: Refinement) -> pv.PolyData:
     key = source.point_data.active_normals_name
     if key is None:
         key = "Normals"
-        while key in source.point_data:  # it names something else
+        while key in (*source.point_data, name):  # it names something else
             key += "_"
     new_normals = np.ldexp(vertices.stored[added], lit.exponent)
     result.point_data[key] = np.concatenate([lit.normals, new_normals.astype(lit.normals.dtype)])

@@ -25,6 +25,14 @@ def target(tmp_path, monkeypatch):
     return tmp_path / "scene.json"
 
 
+def test_the_suffix_is_in_small_letters_while_it_is_written(target):
+    """Some writers know their own suffix in no other way."""
+    with written_aside("PICTURE.SVG") as aside:
+        assert aside.suffix == ".svg"
+        aside.write_text("whole")
+    assert [path.name for path in target.parent.iterdir()] == ["PICTURE.SVG"]
+
+
 @pytest.mark.parametrize("old", [None, "old"])
 @pytest.mark.parametrize("named", [lambda path: path, str, lambda path: path.name], ids=["path", "string", "bare name"])
 def test_the_written_file_itself_takes_the_place_and_leaves_nothing_beside_it(target, named, old):

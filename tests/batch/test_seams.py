@@ -1,5 +1,6 @@
 """Pieces of one surface have the normals, the edges and the colours of the surface in one piece."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -122,6 +123,37 @@ def test_an_index_is_read_as_pieces_and_written_back(suffix, client):
     assert not kept.failed
     with pytest.raises(AssertionError):
         same_at_corners([pv.read(path) for path in Path("kept").rglob("*.vtp")], whole, "phong", 1e-3)
+
+
+def ghosts(mesh):
+    """A mesh whose cells are all there only to know its neighbours."""
+    mesh = mesh.copy()
+    mesh.cell_data["vtkGhostType"] = np.ones(mesh.n_cells, np.uint8)
+    mesh.point_data["tint"], mesh.cell_data["color"] = np.ones((mesh.n_points, 3)), np.ones((mesh.n_cells, 3))
+    if isinstance(mesh, pv.PolyData):
+        mesh.point_data.active_normals = mesh.phong.normals()
+    return mesh
+
+
+@pytest.mark.parametrize("scene", [None, SCENE, replace(SCENE, light_model=ph.LightModel(shadows=True))])
+@pytest.mark.parametrize("suffix", [".pvtp", ".vtm", ".pvtu"])
+def test_pieces_without_cells_of_their_own_come_out_empty_and_leave_the_others_as_they_are(suffix, scene, client):
+    mesh = bare(MESHES["ball"])
+    pieces = cut(mesh, 2) if suffix == ".pvtu" else surfaces(mesh, 2)
+    assert not ph.shade_files(save_pieces(pieces, "some", suffix), "alone", scene, BRIGHT, client=client).failed
+    pieces = [type(pieces[0])(), *pieces, ghosts(pieces[0])]
+    index = save_pieces(pieces, "in", suffix)
+    batch = ph.shade_files(index, "lit", scene, BRIGHT, client=client)
+    assert (len(batch.done), batch.failed) == (len(pieces) + 1, {})
+    for number in range(len(pieces)):
+        lit = pv.read(f"lit/whole/part_{number}.vtp")
+        if number in (0, len(pieces) - 1):
+            assert (lit.n_points, lit.n_cells) == (0, 0)
+        else:
+            assert lit == pv.read(f"alone/whole/part_{number - 1}.vtp")
+    if suffix != ".vtm":
+        assert read_whole("lit/whole.pvtp") == read_whole("alone/whole.pvtp")
+    assert ph.shade_files(index, "lit", scene, BRIGHT, client=client).done == ()
 
 
 def test_pieces_with_normals_are_lit_with_them(client):

@@ -112,7 +112,7 @@ def test_a_file_that_cannot_be_lit_fails_alone_and_leaves_nothing(files, client)
     os.truncate(files[1], 2000)
     pv.PolyData([[0.0, 0, 0]]).save("in/cloud.vtp")
     pv.MultiBlock([pv.Sphere()]).save("in/blocks.vtkhdf")
-    given = [*files, "in/cloud.vtp", "in/missing.vtp", "in/blocks.vtkhdf"]
+    given = [*files, "in/cloud.vtp", "in/missing.vtp", "in/blocks.vtkhdf", "a" * 300 + ".vtp"]
     batch = ph.shade_files(given, "lit", SCENE, GOLD, client=client)
     assert batch.done == (files[2],)
     reasons = {path.name: why for path, why in batch.failed.items()}
@@ -120,9 +120,10 @@ def test_a_file_that_cannot_be_lit_fails_alone_and_leaves_nothing(files, client)
     assert "cut short" in reasons["ball_1.vtp"]
     assert "no faces and no point normals" in reasons["cloud.vtp"]
     assert "mesh must be a file that exists" in reasons["missing.vtp"]
+    assert "mesh must be a file that exists" in reasons["a" * 300 + ".vtp"]
     assert "a file with a single mesh" in reasons["blocks.vtkhdf"]
     assert sorted(os.listdir("lit")) == [".ball_2.vtp.json", "ball_2.vtp"]
-    assert str(batch).startswith("1 done, 0 skipped, 5 failed.\nin/ball_0.vtp: mesh must be")
+    assert str(batch).startswith("1 done, 0 skipped, 6 failed.\nin/ball_0.vtp: mesh must be")
 
 
 @pytest.mark.parametrize("fault", ["damaged", "out of memory"])
@@ -171,6 +172,17 @@ def test_a_block_has_the_material_of_its_name(client):
     np.testing.assert_array_equal(lit["deep"][0]["phong"], pv.Sphere().phong.shade(SCENE)["phong"])
 
 
+def test_blocks_that_name_one_file_have_one_material(client):
+    index = save_pieces([pv.Sphere(), pv.Cube()], "in", ".vtm")
+    index.write_text(index.read_text().replace("part_0", "part_1"))
+    other = {"part 1": GOLD, "default": ph.Material()}
+    with pytest.raises(ValueError, match=r"^material must be alike .* got one of '.*' and another of 'part 1'"):
+        ph.shade_files(index, "lit", SCENE, other, client=client)
+    alike = {"part 1": GOLD, "deep/part 0": GOLD}
+    assert not ph.shade_files(index, "lit", SCENE, alike, client=client).failed
+    np.testing.assert_array_equal(pv.read("lit/whole.vtm")[1]["phong"], pv.Cube().phong.shade(SCENE, GOLD)["phong"])
+
+
 # --- where things go
 
 
@@ -186,7 +198,19 @@ def test_outputs_have_the_names_of_their_inputs_and_indices_folders_of_theirs():
 
 def test_patterns_and_paths_name_each_file_once(files):
     Path("odd[1].vtp").write_bytes(files[0].read_bytes())
-    assert paths_of(["in/*.vtp", "in/ball_0.vtp", "odd[1].vtp"]) == [*files, Path("odd[1].vtp")]
+    given = ["in/*.vtp", "in/ball_0.vtp", files[1].absolute(), "in/../in/*_2.vtp", "odd[1].vtp"]
+    assert paths_of(given, Path("lit")) == [*files, Path("odd[1].vtp")]
+
+
+def test_a_call_whose_pattern_matches_its_outputs_can_be_repeated(files, client):
+    for done in (len(files), 0):
+        batch = ph.shade_files("**/*.vtp", "lit", SCENE, client=client)
+        assert (len(batch.done), len(batch.skipped), batch.failed) == (done, 3 - done, {})
+
+
+def test_a_pattern_for_files_inside_of_the_output_folder_alone_matches_them(files):
+    os.chdir("in")
+    assert paths_of("*.vtp", Path("..")) == [Path(path.name) for path in files]
 
 
 # --- what is refused, before anything is written
@@ -217,6 +241,7 @@ REFUSED = {
     r"^paths must be a file of one of .* can be read; got odd/mesh\.vtm\. It holds Poly": {"paths": "odd/mesh.vtm"},
     r"^paths must be a file of one of .* odd/text\.pvtp\. It cannot be understood": {"paths": "odd/text.pvtp"},
     r"^paths must be a file that exists; got b\.pvtp": {"paths": "b.pvtp"},
+    r"^paths must be a file that exists; got aaaa": {"paths": "a" * 300 + ".pvtp"},
     r"^paths must be an index that names files; got odd/empty\.pvd": {"paths": "odd/empty.pvd"},
     r"^paths must be an index that names files; .* One of its entries names ''": {"paths": "odd/nameless.pvd"},
     r"^out must be another folder than that of the files; got in": {"out": "in"},

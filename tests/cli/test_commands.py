@@ -128,6 +128,12 @@ def test_shade_writes_what_mesh_phong_shade_gives(words, expected, capsys):
             np.testing.assert_array_equal(one[name], other[name])
 
 
+def test_the_bounces_of_a_rig_can_be_changed_and_left_out():
+    rig = ph.Scene(light_model=ph.LightModel(bounces=2))
+    found = [Lighting(bounces=given).with_rays(rig).light_model.bounces for given in (None, 0, 1)]
+    assert found == [2, 0, 1]
+
+
 def test_the_table_above_tells_its_options_apart():
     assert shaded("cube.vtp").n_points == 24 > shaded("cube.vtp", feature_angle=100).n_points == 8
     by_roof = SHADED["sphere.vtp --scene sun.json --shadows --occluder roof.vtp --components"]()

@@ -47,6 +47,10 @@ REFUSED = {
     "shade sphere.vtp -o o.ply --array lit": "--array must be left out, for a .ply holds no arrays",
     "shade sphere.vtp -o o.vtk --compress lz4": "--compress must be left out",
     f"{SHADE} --workers 2": "--workers must be left out where a single mesh is lit into a file",
+    "shade sphere.vtp cube.vtp -o lit.vtp": (
+        "--output must be a folder where many meshes are lit; got lit.vtp. -o lit.vtp/ is one of that name."
+    ),
+    "shade *.vtp -o lit.png": "--output must be a folder where many meshes are lit; got lit.png.",
     "shade sphere.vtp -o lit/ --workers 2 --scheduler tcp://a:1": "--workers must be left out beside --scheduler",
     f"{SHADE} --max-points 9": "--max-points must be left out without --refine",
     f"{SHADE} --refine 0.1 --components": "--components must be left out beside --refine",

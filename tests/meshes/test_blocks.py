@@ -1,8 +1,10 @@
-"""Materials of blocks: as rigs keep them."""
+"""Blocks: which are meshes, and their materials, as rigs keep them."""
 
+import numpy as np
 import pytest
+import pyvista as pv
 
-from pvphong.meshes.blocks import common_or_named, materials_of
+from pvphong.meshes.blocks import common_or_named, leaves, materials_of
 
 
 @pytest.mark.parametrize(
@@ -16,3 +18,10 @@ from pvphong.meshes.blocks import common_or_named, materials_of
 def test_materials_that_are_alike_are_kept_as_one_and_give_all_blocks_theirs(materials, kept):
     assert common_or_named(materials) == kept
     assert materials_of(list(materials), kept) == list(materials.values())
+
+
+def test_tables_and_what_is_empty_are_no_meshes_of_blocks():
+    ball, table = pv.Sphere(), pv.Table({"x": np.zeros(3)})
+    inner = pv.MultiBlock({"table": table, "ball": ball})
+    blocks = pv.MultiBlock({"inner": inner, "table": table, "empty": pv.PolyData(), "none": None})
+    assert leaves(blocks) == [ball]

@@ -32,6 +32,13 @@ def test_the_mesh_fills_the_picture_and_lies_within_it_and_the_clipping_range(me
     assert depth.max() <= 1.0 + slack
 
 
+def test_blocks_have_the_scene_of_their_meshes_and_tables_change_nothing():
+    meshes = pv.MultiBlock([pv.Cube(), pv.Plane(center=(3, 0, 0))])
+    expected, table = default_scene(meshes), pv.Table({"x": np.zeros(3)})
+    meshes.append(table)
+    assert default_scene(pv.MultiBlock([table, meshes, pv.PolyData()])) == expected
+
+
 @pytest.mark.parametrize(
     ("point", "expected"),
     [

@@ -50,16 +50,19 @@ def test_a_cubes_edges_are_sharp_below_90_degrees(angle, count):
 def test_arrays_are_carried_and_points_know_which_they_were(albedo):
     mesh = cube()
     mesh["Normals"] = np.arange(8)  # called so, and none
+    mesh["pyvistaOriginalPointIds"] = np.arange(8)  # of something before
     mesh.cell_data["face"] = np.arange(6)
     lit = mesh.phong.shade(SUN, ph.Material(ambient=1, diffuse=0, albedo=albedo), feature_angle="auto")
     again = lit.phong.shade(SUN, DULL, feature_angle=10)  # what was split before still knows its first points
     for split in (lit, again):
         np.testing.assert_array_equal(split[ORIGINAL_POINT], split["number"])
-    np.testing.assert_array_equal(lit["Normals"], lit["number"])
+    for name in ("Normals", "pyvistaOriginalPointIds"):
+        np.testing.assert_array_equal(lit[name], lit["number"])
     np.testing.assert_array_equal(lit.points, mesh.points[lit[ORIGINAL_POINT]])
     np.testing.assert_array_equal(lit.cell_data["face"], np.arange(6))
     np.testing.assert_allclose(lit["phong"], 0.2 * TINT[lit[ORIGINAL_POINT]], atol=1e-6)
-    assert mesh.array_names == ["number", "tint", "Normals", "face"]  # and the input is as it was
+    # and the input is as it was
+    assert mesh.array_names == ["number", "tint", "Normals", "pyvistaOriginalPointIds", "face"]
     assert mesh.n_points == 8
 
 

@@ -43,7 +43,7 @@ def names():
 # --- writing ---
 
 
-@pytest.mark.parametrize("suffix", [*MESH_FORMATS, ".VTP"])
+@pytest.mark.parametrize("suffix", [*MESH_FORMATS, *map(str.upper, MESH_FORMATS)])
 def test_what_is_saved_comes_back_and_the_mesh_is_left_alone(lit, suffix):
     """All arrays bit for bit; in a .ply file the colours alone, as 8-bit vertex colours in the usual place."""
     lit.active_texture_coordinates = np.zeros((lit.n_points, 2))  # VTK's .ply writer crashes at float64
@@ -53,13 +53,19 @@ def test_what_is_saved_comes_back_and_the_mesh_is_left_alone(lit, suffix):
     assert names() == [f"lit{suffix}"]
     again = read_mesh(f"lit{suffix}")
     np.testing.assert_array_equal(again.points, lit.points)
-    if suffix == ".ply":
-        header = Path("lit.ply").read_bytes().split(b"end_header")[0].decode()
+    if suffix.lower() == ".ply":
+        header = Path(f"lit{suffix}").read_bytes().split(b"end_header")[0].decode()
         assert all(f"property uchar {channel}" in header for channel in ("red", "green", "blue"))
         np.testing.assert_array_equal(again["RGB"], np.rint(255 * np.clip(lit["phong"], 0, 1)))
     else:
         np.testing.assert_array_equal(again["phong"], lit["phong"])
         assert again["phong"].dtype == np.float32
+
+
+def test_a_ply_file_gets_the_lit_colours_of_points_where_a_cell_array_has_their_name(lit):
+    lit.cell_data["phong"] = np.zeros((lit.n_cells, 3))
+    save(lit, "lit.ply")
+    np.testing.assert_array_equal(read_mesh("lit.ply")["RGB"], np.rint(255 * lit.point_data["phong"]))
 
 
 COMPRESSORS = {"lz4": "LZ4", "zlib": "ZLib", "none": None}
@@ -78,7 +84,7 @@ def test_xml_files_are_compressed_as_asked_and_by_lz4_otherwise(lit, suffix, com
     np.testing.assert_array_equal((read[0] if has_blocks else read)["phong"], lit["phong"])
 
 
-@pytest.mark.parametrize("suffix", BLOCK_FORMATS)
+@pytest.mark.parametrize("suffix", [*BLOCK_FORMATS, *map(str.upper, BLOCK_FORMATS)])
 def test_blocks_come_back_with_their_names(lit, suffix):
     blocks = pv.MultiBlock({"one": lit, "deep": pv.MultiBlock({"two": lit.copy()})})
     Path("there").mkdir()
@@ -244,6 +250,14 @@ def test_what_is_no_whole_mesh_file_is_refused_in_silence_with_one_error(lit, ca
     with pytest.raises(ValueError, match=message):
         read_mesh(name)
     assert capfd.readouterr() == ("", "")
+
+
+@pytest.mark.usefixtures("lit")
+def test_a_name_that_no_file_can_have_is_refused():
+    os.symlink("loop.vtp", "loop.vtp")
+    for name, reason in (("a" * 300 + ".vtp", "File name too long"), ("loop.vtp", "Too many levels of symbolic links")):
+        with pytest.raises(ValueError, match=rf"^mesh must be a file that exists; got {name}\. {reason}\."):
+            ph.read(name)
 
 
 def test_where_the_process_is_watched_it_is_while_a_mesh_is_read(lit, monkeypatch):

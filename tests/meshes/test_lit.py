@@ -230,6 +230,15 @@ def test_a_mesh_that_another_thread_edits_meanwhile_is_lit_as_it_was_or_refused(
         assert len(result["phong"]) == whole.n_points
 
 
+@pytest.mark.parametrize(("name", "of"), [("Normals", "normals"), ("uv", "texture coordinates")])
+def test_colours_take_no_name_of_what_the_mesh_is_lit_by(name, of):
+    plane = pv.Plane(i_resolution=2, j_resolution=2)
+    plane.point_data["uv"] = plane.active_texture_coordinates
+    plane.point_data.active_texture_coordinates_name = "uv"
+    with pytest.raises(ValueError, match=f"^name must be one that no array has .* got '{name}', the name of its {of}"):
+        plane.phong.shade(name=name)
+
+
 # --- blocks as one surface ---
 
 
@@ -248,3 +257,14 @@ def test_all_surfaces_are_one_with_the_normals_that_they_are_lit_with_and_a_brok
         one_surface(pv.MultiBlock({"gap": None}))
     with pytest.raises(ValueError, match=r"block \['cloud'\]: mesh must be a mesh with faces"):
         one_surface(pv.MultiBlock({"ball": pv.Sphere(), "cloud": pv.PolyData(np.eye(3))}))
+
+
+@pytest.mark.parametrize("angle", [None, 30.0, "auto"])
+def test_sharp_edges_of_blocks_that_are_one_surface_are_split_as_when_each_is_lit(angle):
+    """The angle "auto" finds no normals but the blocks' own."""
+    box = pv.Cube().clean()
+    box.clear_data()
+    blocks = pv.MultiBlock({"box": box, "ball": ball()})
+    whole, lit = one_surface(blocks, angle), blocks.phong.shade(feature_angle=angle)
+    assert whole.n_points == lit["box"].n_points + lit["ball"].n_points
+    assert (lit["box"].n_points == 8) == (angle is None)

@@ -135,6 +135,23 @@ def test_a_colour_for_each_face():
             cube.phong.shade(SCENE, ph.Material(albedo=given))
 
 
+def test_a_colour_for_each_face_beside_vertex_and_line_cells():
+    """Vertices and lines come first among a mesh's cells, and nothing of them is lit."""
+    cube = pv.Cube().clean()
+    cube.point_data.clear()
+    paint = np.random.default_rng(1).random((6, 3))
+    material = ph.Material(ambient=1, diffuse=0, albedo="paint")
+    cube.cell_data["paint"] = paint
+    expected = cube.phong.shade(SCENE, material, feature_angle=0)["phong"]
+    cube.cell_data.clear()
+    cube.SetVerts(pv.CellArray([1, 0, 1, 3]))
+    cube.SetLines(pv.CellArray([2, 0, 1]))
+    cube.cell_data["paint"] = np.concatenate([np.full((3, 3), 0.5), paint])
+    for given in ("paint", cube.cell_data["paint"]):
+        again = cube.phong.shade(SCENE, ph.Material(ambient=1, diffuse=0, albedo=given), feature_angle=0)
+        np.testing.assert_array_equal(again.point_data["phong"], expected)
+
+
 def test_windows_follow_colours_of_faces(new_plotter):
     """Arrays of points are in test_plotter, textures in test_textures, and what cannot be lit in studio."""
     mesh, plotter = pv.Cube(), new_plotter(lighting="light kit")

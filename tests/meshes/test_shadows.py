@@ -263,7 +263,7 @@ def test_of_another_mesh_or_other_lights_it_is_refused():
 
 
 @pytest.mark.parametrize(
-    "given", ["mesh", 3, floor(), [3], ["a"], [(floor(), 3)], [(floor(), np.zeros((4, 4)) * np.nan)]]
+    "given", ["mesh", 3, floor(), [3], ["a"], [(floor(), 3)], [(floor(), np.zeros((4, 4)) * np.nan)], iter([floor()])]
 )
 def test_occluders_of_wrong_types_are_refused(given):
     with pytest.raises(ValueError, match=r"^occluders"):

@@ -8,7 +8,7 @@ from pyvista import examples
 from soups import faces_of, mesh_of, soup
 
 from pvphong.geometry.normals import point_normals, polygon_normals
-from pvphong.meshes.surfaces import face_normals, polygons, surface, vertex_normals
+from pvphong.meshes.surfaces import face_normals, has_only_triangles, polygons, surface, vertex_normals
 from pvphong.shading import kernel
 
 CORNERS = np.array([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0.5, 0.5, 1)], dtype=float)
@@ -49,6 +49,13 @@ def test_broken_strips_and_other_datasets_are_refused():
         polygons(full_mesh(faces=[[0, 1, 2]], strips=[[0, 1, 2, 5]]))
     with pytest.raises(ValueError, match=r"mesh must be a pyvista.PolyData; got UnstructuredGrid.*extract_surface"):
         polygons(examples.load_hexbeam())
+
+
+def test_a_mesh_of_triangles_and_strips_has_not_only_triangles():
+    """PyVista says that it has."""
+    assert has_only_triangles(full_mesh(faces=[[0, 1, 2]]))
+    assert not has_only_triangles(full_mesh(faces=[[0, 1, 2]], strips=[[0, 2, 3, 4]]))
+    assert not has_only_triangles(full_mesh(faces=[[0, 1, 2, 3]]))
 
 
 # --- surface ---

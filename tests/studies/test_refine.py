@@ -265,6 +265,13 @@ def strips():
     return mesh
 
 
+def triangle_and_strip():
+    """A triangle beside two that are one strip, over a square and half of one."""
+    mesh = pv.PolyData(np.array([(0, 0, 0), (1, 0, 0), (0, 1, 0), (1, 1, 0), (0, 2, 0)], float), faces=[3, 0, 1, 2])
+    mesh.SetStrips(pv.CellArray([4, 2, 1, 4, 3]))
+    return mesh
+
+
 def book():
     """Three pages that meet in a spine."""
     points = [(0, 0, 0), (0, 0, 1), (1, 0, 0.5), (-0.5, 0.8, 0.5), (-0.5, -0.8, 0.5)]
@@ -276,6 +283,7 @@ SHAPES = {
     "with a hole through": torus,
     "with poles": pv.Sphere,
     "strips": strips,
+    "a strip beside a triangle": triangle_and_strip,
     "open": lambda: square(3),
     "quads": lambda: pv.Plane(i_resolution=2, j_resolution=2),
     "pages that meet": book,
@@ -327,6 +335,15 @@ def test_angles_stay_above_half_of_the_smallest():
 
 
 # Arrays
+
+
+def test_colours_take_no_name_of_normals_and_those_that_are_made_have_another():
+    with pytest.raises(ValueError, match=r"^name must be one that no array has .* got 'Normals', the name of its"):
+        refine(pv.Sphere(), SUNNY, MATT, tolerance=0.1, name="Normals")
+    bare = pv.Sphere()
+    bare.clear_data()
+    lit = refine(bare, SUNNY, MATT, tolerance=0.1, name="Normals")
+    assert (lit.active_scalars_name, lit.point_data.active_normals_name) == ("Normals", "Normals_")
 
 
 def test_point_arrays_are_interpolated():

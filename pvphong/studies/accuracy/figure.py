@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from pvphong.base.files import written_aside
 from pvphong.base.types import BoolArray, Float64Array
 from pvphong.meshes.default_scene import default_scene
+from pvphong.meshes.surfaces import has_only_triangles
 from pvphong.studies.accuracy.interpolation import ADAPTIVE, AS_IT_IS, UNIFORM
 from pvphong.studies.accuracy.physics import (
     Physics,
@@ -243,7 +244,7 @@ def linked_pictures(report: Result) -> list[Picture]:
         Picture(title, drawn(mesh, report.chosen_colors, viewer, _PICTURE)),
         Picture("its signed error at the vertices", drawn(mesh, _scaled(errors, scale), viewer, _PICTURE), scale),
     ]
-    if len(report.inside_errors) == mesh.n_cells and mesh.is_all_triangles:
+    if len(report.inside_errors) == mesh.n_cells and has_only_triangles(mesh):
         scale = error_scale(report.inside_errors, report.tolerance)
         corners = mesh.regular_faces  # each triangle has points of its own, and so one colour
         apart = pv.PolyData.from_regular_faces(mesh.points[corners.ravel()], np.arange(corners.size).reshape(-1, 3))

@@ -11,7 +11,7 @@ import pyvista as pv
 from pvphong.base.types import Float64Array, FloatArray, IntArray
 from pvphong.geometry.transform import transform_points
 from pvphong.meshes.point_data import given_maps
-from pvphong.meshes.surfaces import has_faces, shallow_copy
+from pvphong.meshes.surfaces import has_faces, has_only_triangles, shallow_copy
 from pvphong.meshes.visibility import KnownOccluders
 from pvphong.optics.maps import Map, fractions
 from pvphong.optics.material import Material
@@ -151,7 +151,7 @@ def interpolation(
     """
     if not has_faces(mesh):
         return Interpolation([], np.zeros(0), np.zeros(0), {"inside triangles": "points without faces have no inside"})
-    triangles = mesh if mesh.is_all_triangles else mesh.triangulate()
+    triangles = mesh if has_only_triangles(mesh) else mesh.triangulate()
     corners = triangles.regular_faces.astype(np.intp, copy=False)
 
     clock.say("errors inside triangles")

@@ -23,6 +23,7 @@ import pyvista as pv
 from pvphong.base import threads
 from pvphong.base.files import write_json, written_aside
 from pvphong.base.text import html_table, rendered, wrapped
+from pvphong.meshes.surfaces import has_only_triangles
 from pvphong.optics.material import Material
 from pvphong.scene.scene import Scene
 from pvphong.studies.accuracy.figure import save_figure
@@ -103,7 +104,7 @@ class Tradeoff(Result):
         mesh.point_data["phong_reference"] = self.reference_colors
         mesh.point_data["phong_chosen"] = self.chosen_colors
         mesh.point_data["phong_error"] = self.chosen_colors.astype(np.float64) - self.reference_colors
-        if len(self.inside_errors) == mesh.n_cells and mesh.is_all_triangles:
+        if len(self.inside_errors) == mesh.n_cells and has_only_triangles(mesh):
             mesh.cell_data["phong_interpolation_error"] = self.inside_errors
         mesh.set_active_scalars("phong_chosen", preference="point")
         return mesh

@@ -372,3 +372,12 @@ MESH_OR_POINTS = r"^mesh_or_points must be a mesh or an \(n, 3\) array of real n
 def test_what_is_neither_a_mesh_nor_points_is_refused(bad, got):
     with pytest.raises(ValueError, match=rf"{MESH_OR_POINTS}; got {got}"):
         ph.plan(bad, scene(), DULL)
+
+
+@pytest.mark.parametrize(
+    "option",
+    [{"feature_angle": 30}, {"occluders": [pv.Sphere()]}, {"occluders": 5}, {"visibility": 3}, {"transport": 3}],
+)
+def test_what_only_a_mesh_has_is_refused_beside_bare_points(option):
+    with pytest.raises(ValueError, match=rf"^{next(iter(option))} must be left out for bare points; got an? "):
+        ph.plan(np.eye(3), scene(), DULL, **option)

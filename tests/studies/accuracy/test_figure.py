@@ -56,6 +56,17 @@ def report():
     return replace(measured, rows=tuple(row for row in measured.rows if row.name == "float32 NumPy"))
 
 
+def test_errors_inside_triangles_have_no_picture_where_some_are_strips(report):
+    """The errors of a triangle and of a strip of one are as many as the cells."""
+    mesh = pv.PolyData(np.array([(0, 0, 0), (1, 0, 0), (0, 1, 0), (1, 1, 0)], float), faces=[3, 0, 1, 2])
+    mesh.SetStrips(pv.CellArray([3, 2, 1, 3]))
+    black = np.zeros((4, 3))
+    row = replace(report.rows[0], name="black")
+    fields = {"reference_colors": black, "inside_errors": np.zeros(2), "_lighting": {"black": lambda: black}}
+    found = linked_pictures(replace(report, surface=mesh, rows=(row,), **fields))
+    assert [picture.title for picture in found][3:] == []
+
+
 def colored(pixels):
     """The part of the mesh's pixels that are not grey."""
     inside = pixels[(pixels != pixels[0, 0]).any(axis=2)].astype(int)

@@ -34,6 +34,14 @@ def test_it_is_refined_to_the_tolerance_and_only_where_it_is_not_within():
     assert left_out[ADAPTIVE] == "the mesh as it is, is within the tolerance"
 
 
+def test_triangles_of_strips_are_searched_beside_those_that_are_polygons():
+    mesh = pv.PolyData(np.array([(0, 0, 0), (1, 0, 0), (0, 1, 0), (1, 1, 0)], float), faces=[3, 0, 1, 2])
+    mesh.SetStrips(pv.CellArray([3, 2, 1, 3]))
+    mesh.point_data.active_normals = np.tile([0.0, 0.0, 1.0], (4, 1))
+    _, errors, _ = refined(0.02, mesh=mesh)
+    assert len(errors) == 2
+
+
 def test_without_time_meshes_are_left_out_and_few_triangles_searched():
     large = pv.Sphere(theta_resolution=100, phi_resolution=100)
     found, errors, left_out = refined(0.001, seconds=1e-3, mesh=large)
