@@ -195,7 +195,7 @@ class Document:
     @contextmanager
     def _step(self) -> Iterator[None]:
         """What is done inside becomes one step, if all meshes can be lit then; else everything is as before."""
-        self.settle()
+        self.history.settle()
         before = self.state
         try:
             yield
@@ -209,12 +209,10 @@ class Document:
 
     def undo(self) -> bool:
         """Take the last step back, whoever made it; False if there is none."""
-        self.settle()
         return self.history.undo()
 
     def redo(self) -> bool:
         """Take the last step that was undone again; False if there is none."""
-        self.settle()
         return self.history.redo()
 
     # -- what is computed in the background, and not awaited any longer
@@ -251,13 +249,15 @@ class Document:
     def slide(self, key: str, given: Any) -> None:
         """Move a number's slider, or a colour in its picker; all moves until `settle` are one step."""
         if self._sliding is None or self._sliding[0] != key:
-            self.settle()
+            self.history.settle()
             self._sliding = key, self.state
+            self.history.begin(self)
         self._set(key, partial(_slid, given))
 
     def settle(self) -> None:
         """Whatever was slid becomes a step."""
         sliding, self._sliding = self._sliding, None
+        self.history.end(self)
         if sliding is not None:
             self.history.record(self, sliding[1])
 

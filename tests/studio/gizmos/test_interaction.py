@@ -548,7 +548,66 @@ def test_each_subplot_has_its_own(new_mouse):
     assert len(shown.phong.gizmos) == 3
 
 
+@pytest.fixture
+def two(new_mouse):
+    """The mouse of two subplots with a selected light each, of which the second is active, and their interactions."""
+    mouse = new_mouse(LAMP, shape=(1, 2))
+    mouse.plotter.subplot(0, 1)
+    furnish(mouse.plotter, [LAMP])
+    mouse.plotter.phong.add_gizmos()
+    interactions = [subplot.interaction for subplot in mouse.plotter.phong._subplots]
+    for interaction in interactions:
+        interaction.gizmos.select(interaction.gizmos.all[0])
+    return mouse, interactions
+
+
+LEFT, RIGHT = (20, 20), (220, 20)
+
+
+def test_what_is_typed_in_one_subplot_is_no_command_in_another(two):
+    mouse, (first, second) = two
+    mouse.move(RIGHT)
+    mouse.key("Return")
+    type_keys(mouse, "12")
+    mouse.move(LEFT)
+    mouse.key("BackSpace")
+    assert second.edit.text == "1"
+    assert first.gizmos.lights.values == (LAMP,)
+
+
+def test_a_digit_during_a_drag_is_no_command_in_the_subplot_under_the_cursor(two):
+    mouse, (first, second) = two
+    before = first.gizmos.lit.state
+    mouse.pull(mouse.at("lamp", "position"), (9, 9))
+    mouse.move(LEFT)
+    mouse.key("5")
+    assert second.edit.text == "5"
+    assert first.gizmos.lit.state == before
+
+
+def test_what_is_typed_is_taken_when_a_drag_begins_in_another_subplot(two):
+    mouse, (first, second) = two
+    mouse.move(LEFT)
+    first.grabbed_last = "intensity"
+    mouse.key("Return")
+    type_keys(mouse, "3")
+    mouse.drag(mouse.at("lamp", "position"), (9, 9))
+    assert first.edit is None
+    assert mouse.plotter.phong.undo()
+    assert (first.gizmos.lights.values[0].intensity, second.gizmos.lights.values) == (3.0, (LAMP,))
+    assert mouse.plotter.phong.undo()
+    assert first.gizmos.lights.values == (LAMP,)
+
+
 # --- the end ---
+
+
+def test_what_is_typed_is_one_step_where_gizmos_are_taken_down(chosen):
+    before = seen(chosen.plotter)
+    chosen.key("Return")
+    type_keys(chosen, "1.5")
+    chosen.plotter.phong.remove_gizmos()
+    assert_one_step(chosen.plotter, before)
 
 
 @pytest.mark.parametrize("end", [pv.Plotter.close, pv.Plotter.deep_clean, pv.Plotter.clear])

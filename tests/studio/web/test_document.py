@@ -11,6 +11,7 @@ import pvphong as ph
 from pvphong.optics.lights import LIGHT_TYPES
 from pvphong.optics.reflectances import REFLECTANCES
 from pvphong.studio.gizmos import commands
+from pvphong.studio.gizmos.interaction import Entry
 from pvphong.studio.web.document import Document, placed_before
 
 
@@ -138,6 +139,39 @@ def test_moves_of_a_slider_are_one_step(document, plotter):
     for key, given in (("light.1.on", True), ("light.1.intensity", "1"), ("light.1.direction", 0.0)):
         with pytest.raises(ValueError, match=r"intensity|slider"):
             document.slide(key, given)
+
+
+def test_undo_while_a_value_is_typed_in_the_view_takes_back_that_value(document, plotter):
+    document.edit("material.0.shininess", 7.0)
+    interaction, start = plotter.phong._subplot.interaction, plotter.phong.lights
+    entry = Entry(document.gizmos, document.gizmos.all[0], "intensity")
+    interaction._begin(entry)
+    entry.put("5")
+    assert document.undo()
+    assert (plotter.phong.lights, interaction.edit) == (start, None)
+    assert document.state.materials[plotter.phong.mesh(plotter.actors["ball"]).shared_material].shininess == 7.0
+
+
+def test_an_edit_while_a_value_is_typed_in_the_view_is_a_step_after_it(document, plotter):
+    interaction, start = plotter.phong._subplot.interaction, plotter.phong.lights
+    entry = Entry(document.gizmos, document.gizmos.all[0], "intensity")
+    interaction._begin(entry)
+    entry.put("5")
+    document.edit("light.1.diffuse", "red")
+    assert document.undo()
+    assert plotter.phong.lights == (replace(start[0], intensity=5.0),)
+    assert document.undo()
+    assert plotter.phong.lights == start
+
+
+def test_a_key_while_something_is_slid_is_a_step_after_it(document, plotter):
+    document.slide("light.1.intensity", 1.0)
+    document.select(1)
+    commands.run(document.gizmos, "m")
+    document.settle()
+    assert document.undo()
+    (sun,) = plotter.phong.lights
+    assert (sun.intensity, sun.on) == (2.0, True)
 
 
 def test_panel_and_gizmos_have_one_history(document, plotter):
