@@ -302,6 +302,7 @@ class Studio:
         before = [each.actor for each in self._subplot.lit.meshes]
         self._measuring.cancel()
         self.mark_worst(False)
+        self.document.history.settle()  # else it would become a step, of what is gone, after this
         phong.add_mesh(outside, refine=self.document.accuracy.refine)
         for actor in before:
             self._plotter.remove_actor(actor, render=False)

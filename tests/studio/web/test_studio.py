@@ -52,6 +52,27 @@ def test_escape_puts_back_a_drag_after_a_connection_was_lost_in_another(new_plot
     in_a_studio(plotter, act)
 
 
+@pytest.fixture
+def lamp_and_ball(new_plotter):
+    """A plotter with a lamp and a ball, drawn once."""
+    plotter = new_plotter((64, 48))
+    plotter.phong.add_light(ph.PointLight((0.8, -0.4, 0.9), name="lamp"))
+    plotter.phong.add_mesh(pv.Sphere(), name="ball")
+    plotter.show(auto_close=False)
+    return plotter
+
+
+def test_nothing_of_before_comes_back_after_a_mesh_is_opened_while_something_is_slid(lamp_and_ball):
+    def act(studio):
+        studio.document.slide("light.1.intensity", 1.0)
+        studio.open_example("nut")
+        opened = lamp_and_ball.phong.lights
+        assert not studio.document.undo()
+        assert lamp_and_ball.phong.lights == opened
+
+    in_a_studio(lamp_and_ball, act)
+
+
 def blocks_in(path, count=2):
     """Blocks in a file, of which the second has no name of its own."""
     blocks = pv.MultiBlock([pv.Sphere(), pv.Plane(center=(0, 0, -0.6))][:count])
