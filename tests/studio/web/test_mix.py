@@ -134,6 +134,25 @@ def test_mixing_is_undone_with_everything_else(document):
     assert not document.history.can_undo
 
 
+def test_a_soloed_light_that_goes_silences_no_other(document, plotter):
+    document.start_mix(True)
+    document.act("delete", 2)
+    without = frame(document, plotter)
+    assert document.undo()
+    document.solo_fader(2)
+    document.act("delete", 2)
+    np.testing.assert_array_equal(frame(document, plotter), without)
+
+
+def test_the_end_leaves_what_is_drawn_as_its_lights_light_it(document, plotter):
+    plain = frame(document, plotter)
+    document.start_mix(True)
+    document.edit("fader.1.muted", True)
+    frame(document, plotter)
+    document.mix.release()
+    np.testing.assert_array_equal(colors_of(plotter.phong._subplot.lit.meshes[0]), plain)
+
+
 def test_what_is_no_sum_of_shares_is_refused(document, plotter):
     plotter.phong.light_model = ph.LightModel.vtk()
     plotter.phong.mesh(plotter.actors["mesh"]).material = ph.Material(reflectance=ph.PBR())
