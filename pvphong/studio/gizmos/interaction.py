@@ -254,7 +254,7 @@ class Interaction:
     def update(self) -> None:
         """Bring handles and looks to where lights, camera and scene are now."""
         gizmos, view, edit = self.gizmos, self.gizmos.view, self.edit
-        self._handles = {}
+        handles = dict[tuple[Gizmo, str], Float64Array]()
         shown = {} if gizmos.is_hidden else {gizmo: gizmo.highlight for gizmo in gizmos.all}
         if isinstance(edit, Drag) and edit.gizmo in shown and edit.over is not None:
             shown[edit.gizmo] = edit.over.point  # where it was dragged to, which need not be at a vertex
@@ -262,7 +262,8 @@ class Interaction:
             points = gizmo.in_scene(view).points(view)
             if highlight is not None:
                 points[HIGHLIGHT] = np.array(highlight)
-            self._handles |= {(gizmo, name): point for name, point in points.items() if view.is_ahead(point)}
+            handles |= {(gizmo, name): point for name, point in points.items() if view.is_ahead(point)}
+        self._handles = handles
         self._hover()
         active, readout = gizmos.hovered, ""
         if edit is not None:

@@ -11,6 +11,7 @@ from views import FROM_SOMEWHERE, KINDS, Glow, example, role_of
 
 from pvphong import DirectionalLight, Material, PointLight, SpotLight
 from pvphong.optics.roles import Aim, Place
+from pvphong.studio.lit_actors import LightingWarning
 
 LAMP = PointLight(position=(0.8, -0.4, 0.9), attenuation=(1, 0, 1), diffuse=(1, 0.5, 0.2), name="lamp")
 SPOT = SpotLight(position=(-0.7, 0.2, 1.0), direction=(0.7, -0.2, -1.0), cone_angle=20, exponent=4, name="spot")
@@ -231,6 +232,29 @@ def test_the_highlight_is_dragged_on_the_surface_and_waits_off_it(new_mouse, kin
     assert mouse.plotter.phong.lights == (light,)
     mouse.key("m")
     assert only.highlight is None
+
+
+@pytest.fixture
+def unlit(mouse, plotter):
+    """The mouse of a window whose only mesh cannot be lit any more, with a light selected."""
+    mouse.gizmo("lamp").is_selected = True
+    plotter.phong.mesh(plotter.actors["ball"]).material = replace(SHINY, albedo="gone")
+    with pytest.warns(LightingWarning):
+        plotter.render()
+    return mouse
+
+
+def test_handles_stay_where_a_mesh_cannot_be_lit(unlit):
+    before = unlit.plotter.phong.lights
+    unlit.drag(unlit.at("spot", "position"), (20, 5))
+    assert unlit.plotter.phong.lights != before
+
+
+@pytest.mark.parametrize("key", ["M", "N"])
+def test_a_mesh_that_cannot_be_lit_is_not_under_the_cursor(unlit, key, caplog):
+    unlit.move((200, 150))
+    unlit.key(key)
+    assert caplog.records == []  # of VTK's
 
 
 @pytest.mark.parametrize("change", ["edited", "removed", "replaced"])
