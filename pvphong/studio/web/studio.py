@@ -144,7 +144,7 @@ class Studio:
             "cancel_report": self._measuring.cancel,
             "mark_worst": self.mark_worst,
             "open_example": self.open_example,
-            "fit": self._plotter.reset_camera,
+            "fit": lambda: self._subplot.renderer.reset_camera(render=False),  # a frame comes after every act
             "gizmos": lambda: commands.toggle_hidden(document.gizmos),
             "theme": self._turn_theme,
         }

@@ -73,6 +73,15 @@ def test_nothing_of_before_comes_back_after_a_mesh_is_opened_while_something_is_
     in_a_studio(lamp_and_ball, act)
 
 
+def test_a_message_that_says_what_the_camera_is_to_fit_is_refused(lamp_and_ball):
+    def act(studio):
+        before = lamp_and_ball.camera.position
+        studio._triggers["fit"](True, [-1e300, 1e300, -1e300, 1e300, -1e300, 1e300])
+        assert (studio.server.state.refusals, lamp_and_ball.camera.position) == (1, before)
+
+    in_a_studio(lamp_and_ball, act)
+
+
 def blocks_in(path, count=2):
     """Blocks in a file, of which the second has no name of its own."""
     blocks = pv.MultiBlock([pv.Sphere(), pv.Plane(center=(0, 0, -0.6))][:count])
