@@ -282,7 +282,8 @@ class Interaction:
         off = {key: math.dist(view.project(point), cursor) for key, point in self._handles.items()}
         # where dots overlap, the selected light's is meant
         on_selected = [key for key in off if key[0].is_selected and off[key] <= TOLERANCE / 2]
-        self._nearest = min(on_selected or off, key=lambda key: off[key], default=None)
+        candidates = {} if gizmos.is_another_pointed_at else on_selected or off
+        self._nearest = min(candidates, key=lambda key: off[key], default=None)
         self._widget.SetProcessEvents(self._nearest is not None)
         gizmos.hovered = None
         if self._nearest is not None:

@@ -336,9 +336,8 @@ class Document:
     def act(self, what: str, number: Any) -> str:
         """Duplicate, delete, solo a light, bring it to the camera, or reset it; gives what is to be said of it."""
         act = _ACTS[check.choice("what", what, _ACTS)]
-        self.select(number)
-        gizmos, gizmo = self.gizmos, self.gizmos.selected
-        assert gizmo is not None
+        gizmos, gizmo = self.gizmos, self.gizmos.of(self._light(number))
+        gizmos.select(gizmo)
         gizmos.notice = ""
         with self._step():
             commands.change_light(gizmos, gizmo, act)
@@ -372,13 +371,13 @@ class Document:
         else:
             given = np.ascontiguousarray(texels, np.float32)
         changed = await asyncio.to_thread(_with_image, before, names[0], given)
-        with self._step():
-            renderer_light.set(changed, self._subplot.lights.viewer)
+        with self._step():  # of the light as it is by now
+            now, changes = self._light(number), {names[0]: getattr(changed, names[0])}
+            now.set(replace(now.light(self._subplot.lights.viewer), **changes), self._subplot.lights.viewer)
 
     def select(self, number: Any) -> None:
         """Select a light, in the list as in the view; none if the number is None."""
-        chosen = None if number is None else self._light(number)
-        self.gizmos.select(next((gizmo for gizmo in self.gizmos.all if gizmo.renderer_light is chosen), None))
+        self.gizmos.select(None if number is None else self.gizmos.of(self._light(number)))
 
     def replace_all(self, scene: Scene, materials: Mapping[str, Material], default: str) -> None:
         """Take over lights, light model and materials of a rig, as one step.

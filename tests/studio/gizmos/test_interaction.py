@@ -588,6 +588,16 @@ def two(new_mouse):
 LEFT, RIGHT = (20, 20), (220, 20)
 
 
+def test_a_press_beside_a_handle_of_another_subplot_grabs_nothing_there(two):
+    mouse, (first, _) = two
+    at = first.gizmos.view.facing(LAMP.position, (198, 30))
+    first.gizmos.all[0].renderer_light.set(replace(LAMP, position=tuple(at)), first.gizmos.lights.viewer)
+    mouse.plotter.render()
+    before = first.gizmos.lights.values
+    mouse.drag((204, 30), (20, 5))
+    assert first.gizmos.lights.values == before
+
+
 def test_what_is_typed_in_one_subplot_is_no_command_in_another(two):
     mouse, (first, second) = two
     mouse.move(RIGHT)

@@ -327,6 +327,60 @@ def test_an_image_becomes_a_sky_bytes_as_srgb_and_floats_as_they_are(document, p
             asyncio.run(document.set_image(number, given))
 
 
+def sky(document):
+    """The number of a sky that is added, and an image for it."""
+    document.add("environment")
+    image = pv.ImageData(dimensions=(8, 4, 1))
+    image.point_data["texels"] = np.random.default_rng(0).random((32, 3))
+    return 2, image
+
+
+def test_edits_while_an_image_is_divided_into_bands_stay(document, plotter):
+    number, image = sky(document)
+
+    async def edited_meanwhile():
+        setting = asyncio.create_task(document.set_image(number, image))
+        await asyncio.sleep(0)
+        document.edit("light.2.rotation", 30.0)
+        await setting
+
+    asyncio.run(edited_meanwhile())
+    light = plotter.phong.lights[1]
+    assert (light.rotation, light.panorama.image.shape) == (30.0, (4, 8, 3))
+
+
+def test_an_image_for_a_light_that_goes_meanwhile_is_refused(document):
+    number, image = sky(document)
+
+    async def deleted_meanwhile():
+        setting = asyncio.create_task(document.set_image(number, image))
+        await asyncio.sleep(0)
+        document.act("delete", number)
+        await setting
+
+    with pytest.raises(ValueError, match="light must be one that is still there"):
+        asyncio.run(deleted_meanwhile())
+
+
+def test_a_light_gets_a_gizmo_where_the_page_selects_it(document, plotter):
+    plotter.phong.add_light(ph.PointLight(name="lamp"))
+    plotter.phong.add_gizmos(["sun"])
+    document.select(2)
+    assert document.gizmos.selected.light.name == "lamp"
+    document.act("delete", 2)
+    assert [light.name for light in plotter.phong.lights] == ["sun"]
+
+
+def test_a_light_that_was_deleted_and_came_back_is_reset_to_what_it_was_at_first(document, plotter):
+    (first,) = plotter.phong.lights
+    document.edit("light.1.intensity", 3.0)
+    document.act("delete", 1)
+    assert document.gizmos.all == ()
+    document.undo()
+    document.act("reset", 1)
+    assert plotter.phong.lights == (first,)
+
+
 def test_what_changes_a_picture_most_comes_first_in_the_scene(document):
     shown = [entry["name"] for entry in document.shown()["model"]]
     assert shown[:4] == ["ambient", "shadows", "ambient_occlusion", "bounces"]
