@@ -201,7 +201,7 @@ class LitActors:
         held = self.uses_preview_rays or self.is_mixed or self.gathering.part is not None  # refined is what is final
         for mesh, refining in refined.items():
             before = refining.pictures
-            refining.update(scene, self._occluders_of(mesh, scene), held=held, waits=waits)
+            refining.update(scene, self.occluders_of(mesh, scene), held=held, waits=waits)
             if refining.pictures > before:
                 is_new = True
                 if refining.reason:
@@ -243,7 +243,7 @@ class LitActors:
         if model.bounces:
 
             def planned(mesh: LitMesh) -> tuple[Plan, Vertices]:
-                return mesh.planned(scene, self._occluders_of(mesh, scene), samples)
+                return mesh.planned(scene, self.occluders_of(mesh, scene), samples)
 
             held, waits = self.uses_preview_rays, waits or not (self.is_in_a_page or self._is_on_screen)
             bounced = self.gathering.light(meshes, planned, scene, samples, held=held, waits=waits)
@@ -254,7 +254,7 @@ class LitActors:
 
         def refresh(mesh: LitMesh) -> bool:
             light = None if bounced is None else bounced.get(mesh)
-            return mesh.refresh(lit, self._occluders_of(mesh, scene), samples=samples, bounced=light)
+            return mesh.refresh(lit, self.occluders_of(mesh, scene), samples=samples, bounced=light)
 
         return refresh
 
@@ -264,7 +264,7 @@ class LitActors:
         window = self._renderer.GetRenderWindow()
         return window is not None and not window.GetOffScreenRendering()
 
-    def _occluders_of(self, mesh: LitMesh, scene: Scene) -> KnownOccluders | None:
+    def occluders_of(self, mesh: LitMesh, scene: Scene) -> KnownOccluders | None:
         """What casts shadows on a mesh; None in a scene without shadows and occlusion."""
         own = list(self._blocking).index(mesh) if mesh in self._blocking else None
         return KnownOccluders(self._occluders, own) if scene.light_model.needs_rays else None

@@ -79,8 +79,8 @@ class Shares:
         Of the scene, in its order.
     scene : Scene
         With all lights on.
-    occluders : sequence
-        Other meshes that cast shadows on it.
+    occluders : KnownOccluders or sequence
+        What casts shadows on it; itself, too, if it is a sequence.
 
     Raises
     ------
@@ -227,7 +227,7 @@ class Mix:
         self.evaluations += 1
         scene = self._subplot.scene
         lit = replace(scene, lights=[replace(light, on=True) for light in scene.lights])
-        return Shares(mesh, lights, lit, self._subplot.lit.others(mesh))
+        return Shares(mesh, lights, lit, self._subplot.lit.occluders_of(mesh, lit) or ())
 
     def _put_back(self) -> None:
         """Have the lights' own colours drawn, of whatever has not been lit again since."""
