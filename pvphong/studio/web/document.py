@@ -8,12 +8,14 @@ as long as the studio runs.
 from __future__ import annotations
 
 import asyncio
+import itertools
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import MISSING, dataclass, replace
 from dataclasses import fields as dataclass_fields
 from functools import partial
+from pathlib import PurePath
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -484,7 +486,14 @@ class Document:
         check.choice("field", field, textured(shared.material))
         with self._step():
             shared.material = shared.material.with_values({field: texture})
-            self.textures[Map(texture)] = name
+            self.textures[Map(texture)] = self._file_name(texture, name)
+
+    def _file_name(self, texture: pv.Texture, name: str) -> str:
+        """The name of a texture's file, with a number where it is that of another picture: scripts name it."""
+        path, texels = PurePath(name), texture.to_array()
+        others = [known for each, known in self.textures.items() if not np.array_equal(each.source.to_array(), texels)]
+        names = itertools.chain([name], (f"{path.stem}-{number}{path.suffix}" for number in itertools.count(2)))
+        return next(each for each in names if each not in others)
 
     # -- what the page shows
 

@@ -123,6 +123,14 @@ def test_textures_are_laid_on_and_removed(document, plotter):
             document.set_texture(0, what, texture, "red.png")
 
 
+def test_pictures_of_one_file_name_are_told_apart(document, plotter):
+    mesh = plotter.phong.mesh(plotter.actors["ball"]).mesh
+    mesh.active_texture_coordinates = np.zeros((mesh.n_points, 2), np.float32)
+    for field, grey in (("albedo", 200), ("specular", 20), ("emission", 200)):
+        document.set_texture(0, field, pv.Texture(np.full((4, 4, 3), grey, np.uint8)), "scan.png")
+    assert list(document.textures.values()) == ["scan.png", "scan-2.png", "scan.png"]
+
+
 def test_moves_of_a_slider_are_one_step(document, plotter):
     for stops in (0.1, 0.5, 1.0):
         document.slide("light.1.intensity", stops)
