@@ -117,14 +117,16 @@ class PlotterPhong:
         for lit in meshes.values():
             lit.casts_shadows = casts_shadows
             subplot.lit.light(lit)
-        name = add_mesh_options.pop("name", None)
-        if name is not None:
-            for other in [other for other in subplot.renderer.actors if other == name or other.startswith(f"{name}[")]:
-                self._plotter.remove_actor(other, render=False)
+        name, names = add_mesh_options.pop("name", None), set[str]()
         for block, lit in meshes.items():
             named = {} if name is None else {"name": f"{name}[{block}]" if block else name}
-            lit.actor = self._draw(lit.drawn, ARRAY, add_mesh_options | named)
+            lit.actor = self._draw(lit.drawn, ARRAY, add_mesh_options | named)  # in place of what has its very name
             subplot.lit.add(lit, tolerance)
+            names.update(named.values())
+        if name is not None:  # only now, for a wrong option is refused by what draws
+            for other in [other for other in subplot.renderer.actors if other == name or other.startswith(f"{name}[")]:
+                if other not in names:  # of this renderer alone: a plotter takes the name out of all of them
+                    subplot.renderer.remove_actor(other, render=False)
         self._prepare_outputs()
         actors = tuple(lit.actor for lit in meshes.values())
         return actors if isinstance(mesh, pv.MultiBlock) else actors[0]

@@ -141,6 +141,24 @@ def test_a_name_is_for_all_blocks_and_replaces_what_it_was_for(plotter):
     assert named() == ["it"]
 
 
+def test_a_name_replaces_nothing_in_other_subplots(new_plotter):
+    shown = new_plotter(shape=(1, 2))
+    other = shown.phong.add_mesh(ball(), name="ball")
+    shown.subplot(0, 1)
+    for mesh in (ball(), ball(), blocks()[2]):
+        shown.phong.add_mesh(mesh, name="ball")
+    assert shown.renderers[0].actors == {"ball": other}
+    assert sorted(shown.renderers[1].actors) == ["ball[left]", "ball[more/right]"]
+
+
+@pytest.mark.parametrize("mesh", [ball(), blocks()[2]], ids=["mesh", "blocks"])
+def test_an_option_that_is_refused_replaces_nothing(plotter, mesh):
+    first = draw(plotter, DULL, name="ball")
+    with pytest.raises(TypeError, match="opacity_"):
+        plotter.phong.add_mesh(mesh, name="ball", opacity_=3)
+    assert plotter.renderer.actors == {"ball": first}
+
+
 TWO = blocks()[2]
 UNFIT = [
     (pv.PolyData([[0.0, 0, 0]]), DULL, {}, "^mesh must be a mesh with faces"),

@@ -105,9 +105,12 @@ class Gathering:
             with suppress(ValueError):  # one that cannot be lit sends nothing, and says so elsewhere
                 exchanging[mesh] = planned(mesh)
                 versions[mesh] = mesh.version
+        self.note = ""
+        if not exchanging:
+            self.stop()
+            return {}
         state = scene.lights, scene.light_model, versions, samples
         geometry, brightness = [(mesh, mesh.geometry()) for mesh in versions], _brightness(scene)
-        self.note = ""
         self._take(geometry, waits)
         last = self._last if self._last is not None and self._last.geometry == geometry else None
         if last is not None and last.state == state:

@@ -11,6 +11,7 @@ import warnings
 import weakref
 from collections.abc import Callable, Container, Sequence
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import pyvista as pv
@@ -37,6 +38,12 @@ _BEFORE_GIZMOS = 1.0  # a frame's gizmos show where highlights are
 _MESSAGE_WIDTH, _MESSAGE_PLACE = 60, (10.0, 10.0)  # letters of a line; pixels from the lower left
 
 _ASK_AGAIN = 100  # milliseconds until results from the background are asked for again
+
+
+def _refuse(error: Exception, _mesh: LitMesh) -> bool:
+    """Say of every mesh that it cannot be lit."""
+    raise error
+
 
 MaterialsState = dict[SharedMaterial, Material]
 
@@ -91,7 +98,8 @@ class LitActors:
     def meshes(self) -> tuple[LitMesh, ...]:
         """The lit meshes whose actors are still there."""
         self._meshes = [mesh for mesh in self._meshes if self._renderer.HasViewProp(mesh.actor)]
-        self._refining = {mesh: each for mesh, each in self._refining.items() if mesh in self._meshes}
+        for mesh in [mesh for mesh in self._refining if mesh not in self._meshes]:
+            self._refining.pop(mesh).forget()
         return tuple(self._meshes)
 
     @property
@@ -151,7 +159,10 @@ class LitActors:
         """
         shown, unlit = self.shown, dict[LitMesh, str]()
         if shown:
-            refresh = self._refreshing(shown, waits)
+            try:
+                refresh = self._refreshing(shown, waits)
+            except Exception as error:  # of a light of the user's, which lights all of them
+                refresh = partial(_refuse, error)
             for mesh in shown:
                 try:
                     refresh(mesh)
@@ -183,16 +194,18 @@ class LitActors:
 
     def _refine(self, unlit: Container[LitMesh], waits: bool) -> bool:
         """Show the refined pictures that there are, but of what cannot be lit; whether one is new."""
+        refined = {mesh: each for mesh, each in self.refining.items() if mesh not in unlit}
+        if not refined:
+            return False
         scene, is_new = self._scene(), False
         held = self.uses_preview_rays or self.is_mixed or self.gathering.part is not None  # refined is what is final
-        for mesh, refining in self.refining.items():
-            if mesh not in unlit:
-                before = refining.pictures
-                refining.update(scene, self._occluders_of(mesh, scene), held=held, waits=waits)
-                if refining.pictures > before:
-                    is_new = True
-                    if refining.reason:
-                        warnings.warn(f"A mesh is not refined: {refining.reason}", LightingWarning, stacklevel=2)
+        for mesh, refining in refined.items():
+            before = refining.pictures
+            refining.update(scene, self.occluders_of(mesh, scene), held=held, waits=waits)
+            if refining.pictures > before:
+                is_new = True
+                if refining.reason:
+                    warnings.warn(f"A mesh is not refined: {refining.reason}", LightingWarning, stacklevel=2)
         return is_new
 
     def _ask_again(self) -> None:
@@ -230,7 +243,7 @@ class LitActors:
         if model.bounces:
 
             def planned(mesh: LitMesh) -> tuple[Plan, Vertices]:
-                return mesh.planned(scene, self._occluders_of(mesh, scene), samples)
+                return mesh.planned(scene, self.occluders_of(mesh, scene), samples)
 
             held, waits = self.uses_preview_rays, waits or not (self.is_in_a_page or self._is_on_screen)
             bounced = self.gathering.light(meshes, planned, scene, samples, held=held, waits=waits)
@@ -241,7 +254,7 @@ class LitActors:
 
         def refresh(mesh: LitMesh) -> bool:
             light = None if bounced is None else bounced.get(mesh)
-            return mesh.refresh(lit, self._occluders_of(mesh, scene), samples=samples, bounced=light)
+            return mesh.refresh(lit, self.occluders_of(mesh, scene), samples=samples, bounced=light)
 
         return refresh
 
@@ -251,7 +264,7 @@ class LitActors:
         window = self._renderer.GetRenderWindow()
         return window is not None and not window.GetOffScreenRendering()
 
-    def _occluders_of(self, mesh: LitMesh, scene: Scene) -> KnownOccluders | None:
+    def occluders_of(self, mesh: LitMesh, scene: Scene) -> KnownOccluders | None:
         """What casts shadows on a mesh; None in a scene without shadows and occlusion."""
         own = list(self._blocking).index(mesh) if mesh in self._blocking else None
         return KnownOccluders(self._occluders, own) if scene.light_model.needs_rays else None

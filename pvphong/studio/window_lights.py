@@ -174,7 +174,12 @@ class WindowLights:
                 self.remove(renderer_light)
             elif then.get(renderer_light, state) != state:
                 renderer_light.restore(then[renderer_light])
-        returning = {renderer_light: state for renderer_light, state in then.items() if renderer_light not in now}
+        shining = {id(renderer_light.vtk_light) for renderer_light in self.renderer_lights}
+        returning = {
+            renderer_light: state
+            for renderer_light, state in then.items()
+            if renderer_light not in now and id(renderer_light.vtk_light) not in shining  # put in again by somebody
+        }
         if not returning:
             return
         # Removed lights return, each into its old place: all are taken out and put in again in that order.

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import pyvista as pv
 
-from pvphong import DirectionalLight, Material, PointLight, Scene, Viewer
+from pvphong import DirectionalLight, LightModel, Material, PointLight, Scene, Viewer
 from pvphong.studio.lit_actors import LightingWarning
 from pvphong.studio.lit_mesh import ARRAY, LitMesh
 
@@ -177,3 +177,37 @@ def test_in_a_window_a_broken_mesh_is_not_drawn_which_is_said_once_and_the_other
     assert texts() == []
     red, green, _ = seen(LEFT)
     assert red < 5 < green
+
+
+@pytest.fixture
+def window(new_plotter):
+    """A plotter with a light of PyVista's and a ball, drawn once."""
+    plotter = new_plotter()
+    plotter.add_light(pv.Light(position=(0, 0, 3)))
+    plotter.phong.add_mesh(ball(), SHINY, name="ball")
+    plotter.show(auto_close=False)
+    return plotter
+
+
+def said(plotter):
+    return " ".join(prop.GetInput() for prop in plotter.renderer.GetViewProps() if prop.IsA("vtkTextActor"))
+
+
+def test_where_light_bounces_it_is_said_that_the_only_mesh_cannot_be_lit(window):
+    window.phong.light_model = LightModel(bounces=1)
+    window.phong.mesh(window.actors["ball"]).material = Material(albedo="gone")
+    with pytest.warns(LightingWarning, match="^The mesh 'ball' is not lit: albedo must be"):
+        window.render()
+    assert "not lit" in said(window)
+
+
+def test_a_light_without_a_direction_lights_no_mesh_until_it_has_one(window):
+    (light,) = window.renderer.lights
+    light.position = light.focal_point
+    with pytest.warns(LightingWarning, match="^The mesh 'ball' is not lit: "):
+        window.render()
+    assert window.actors["ball"].mapper.dataset.n_points == 0
+    light.position = (0, 0, 3)
+    window.render()
+    assert said(window) == ""
+    assert np.ptp(window.actors["ball"].mapper.dataset[ARRAY]) > 50

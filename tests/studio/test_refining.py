@@ -123,6 +123,18 @@ def test_what_is_outdated_is_stopped_and_never_shown(window, monkeypatch):
     until(lambda: len(stopped) == 4)
 
 
+@pytest.mark.parametrize("end", [pv.Plotter.close, pv.Plotter.render], ids=["close", "render"])
+def test_nothing_is_refined_of_a_mesh_that_is_removed(window, monkeypatch, end):
+    begun, stopped = [], []
+    monkeypatch.setattr(refining, "refine", endless(begun, stopped))
+    w = window()
+    w.plotter.render()
+    until(lambda: len(begun) == 2)
+    w.plotter.remove_actor([w.floor, w.over])
+    end(w.plotter)
+    until(lambda: len(stopped) == len(begun))  # that of the second began again, where a frame came between
+
+
 def test_what_cannot_be_refined_is_said_once_and_drawn_as_it_is(window, monkeypatch):
     def failing(*_, **__):
         raise ValueError("no light in this one")

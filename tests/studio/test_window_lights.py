@@ -127,6 +127,17 @@ def test_a_light_that_was_removed_since_stays_away_when_another_returns(lights):
     assert lights.values == (LAMP, SPOT)
 
 
+def test_a_light_that_was_put_in_again_since_does_not_return_twice(lights, renderer):
+    light = pv.Light(position=(0, 0, 3))
+    lights.add(light)
+    then = lights.state
+    lights.remove(light)
+    now = lights.state
+    renderer.add_light(light)
+    lights.revert(now, then)
+    assert list(renderer.GetLights()) == [light]
+
+
 def test_replacing_takes_all_lights_out_and_is_undone(lights, renderer):
     renderer.add_light(pv.Light(intensity=0.4))
     lights.add(LAMP)

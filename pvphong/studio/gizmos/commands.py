@@ -333,6 +333,7 @@ def run(gizmos: Gizmos, key: str, *, control: bool = False) -> bool:
         if not edits:
             act(gizmos)
             return True
+        gizmos.history.settle()  # what is slid in a page
         with gizmos.history.edit(gizmos.lit if edits == "material" else gizmos.lights):
             if edits == "material":
                 _change_material(gizmos, act)

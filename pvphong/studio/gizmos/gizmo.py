@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import weakref
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
@@ -55,8 +56,8 @@ class Gizmo:
 
     def __init__(self, renderer_light: RendererLight, gizmos: Gizmos) -> None:
         self.renderer_light = renderer_light
-        self.first = renderer_light.light(gizmos.lights.viewer)
-        """The light as it was when it got its gizmo."""
+        self.first = gizmos.firsts.setdefault(renderer_light, renderer_light.light(gizmos.lights.viewer))
+        """The light as it was when it first got a gizmo here."""
         self.is_selected = False
         self._gizmos = gizmos
         self._held: tuple[Any, Scenery] | None = None
@@ -152,6 +153,8 @@ class Gizmos:
         self.hovered: tuple[Gizmo, str] | None = None
         """The handle under the cursor, and whose it is."""
         self.is_hidden, self.shows_help, self.notice = False, False, ""
+        self.firsts = weakref.WeakKeyDictionary[RendererLight, Light]()
+        """Lights as they were when they got a gizmo, for those that are deleted and come back too."""
         self._only = None if only is None else list(only)
         self.overlay = Overlay()
         self._all: list[Gizmo] = []
@@ -176,10 +179,13 @@ class Gizmos:
 
     def add(self, light: Light) -> None:
         """Add a light, give it a gizmo, and select it."""
-        added = self.lights.add(light)
-        if self._only is not None:
-            self._only.append(added)
-        self.select(next(gizmo for gizmo in self.all if gizmo.renderer_light is added))
+        self.select(self.of(self.lights.add(light)))
+
+    def of(self, renderer_light: RendererLight) -> Gizmo:
+        """The gizmo of a light, which gets one if it has none."""
+        if self._only is not None and renderer_light not in self._only:
+            self._only.append(renderer_light)
+        return next(gizmo for gizmo in self.all if gizmo.renderer_light is renderer_light)
 
     @property
     def soloed(self) -> RendererLight | None:
@@ -225,6 +231,12 @@ class Gizmos:
     def is_pointed_at(self) -> bool:
         """Whether the pointer is in the subplot."""
         return bool(self.renderer.IsInViewport(*self.interactor.GetEventPosition()))
+
+    @property
+    def is_another_pointed_at(self) -> bool:
+        """Whether the pointer is in the window, but in another subplot: what is pressed there is that one's."""
+        (x, y), (width, height) = self.interactor.GetEventPosition(), self.renderer.GetRenderWindow().GetSize()
+        return 0 <= x < width and 0 <= y < height and not self.is_pointed_at
 
     # -- drawing
 

@@ -34,12 +34,15 @@ class SurfacePoint:
 
 
 def find_highlight(light: Light, view: View, meshes: Sequence[LitMesh]) -> SurfacePoint | None:
-    """Where a light that comes from somewhere, in the world, has its highlight on the shiny ones of some meshes."""
+    """Where a light that comes from somewhere, in the world, has its highlight on the shiny ones of some meshes.
+
+    One that cannot be lit is drawn without points, and has none.
+    """
     if not light.on or light.frame == "headlight" or not comes_from_somewhere(light):
         return None
     found = []
     for mesh in meshes:
-        if "specular" in mesh.material.maps or any(rgb(mesh.material.specular)):
+        if mesh.drawn.n_points and ("specular" in mesh.material.maps or any(rgb(mesh.material.specular))):
             points, normals, matrix = np.asarray(mesh.drawn.points), np.asarray(mesh.normals), _matrix_of(mesh)
             step = max(1, len(points) // _ASKED)
             in_world = transform_points(points[::step], matrix), transform_normals(normals[::step], matrix)
@@ -141,11 +144,12 @@ class Surfaces:
     """
 
     def __init__(self, renderer: Any, view: View, meshes: Sequence[LitMesh]) -> None:
-        self._renderer, self._view, self._meshes = renderer, view, meshes
+        self._renderer, self._view = renderer, view
+        self._meshes = [mesh for mesh in meshes if mesh.drawn.n_cells]  # one that cannot be lit is drawn without
         self._picker = vtkCellPicker()
         self._picker.SetTolerance(0.0)
         self._picker.PickFromListOn()
-        for mesh in meshes:
+        for mesh in self._meshes:
             assert mesh.actor is not None
             self._picker.AddPickList(mesh.actor)
             locator = vtkStaticCellLocator()

@@ -1,4 +1,8 @@
-"""Undo and redo: one step for each finished drag or edit."""
+"""Undo and redo: one step for each finished drag or edit.
+
+Steps of a user do not overlap: before anything else is edited, begun, undone or redone, what runs becomes a step. A
+script that edits lights leaves a drag alone.
+"""
 
 from __future__ import annotations
 
@@ -19,6 +23,13 @@ class Editable(Protocol):
         """Undo what changed from the state `then` to the state `now`."""
 
 
+class Running(Protocol):
+    """What changes something until it ends, and is one step then: a drag, what is typed, a slider that moves."""
+
+    def settle(self) -> None:
+        """End as a step, and say so to `History.end`."""
+
+
 _LONGEST = 256
 _Steps = deque[tuple[Editable, Any, Any]]
 
@@ -28,6 +39,22 @@ class History:
 
     def __init__(self) -> None:
         self._done, self._undone = _Steps(maxlen=_LONGEST), _Steps(maxlen=_LONGEST)
+        self.running: Running | None = None
+        """What has begun and not ended."""
+
+    def begin(self, running: Running) -> None:
+        """Something runs from now on; `settle` comes before it keeps what there was before."""
+        self.running = running
+
+    def end(self, running: Running) -> None:
+        """Something does not run any more."""
+        if self.running is running:
+            self.running = None
+
+    def settle(self) -> None:
+        """Whatever runs becomes a step."""
+        if self.running is not None:
+            self.running.settle()
 
     def record(self, edited: Editable, before: Any) -> None:
         """Remember what has been changed since the state `before`, if anything."""
@@ -63,6 +90,7 @@ class History:
 
     def _turn(self, steps: _Steps, turned: _Steps) -> bool:
         """Revert the last of some steps; turned around it is one of the others."""
+        self.settle()
         if not steps:
             return False
         edited, then, now = steps.pop()

@@ -254,7 +254,7 @@ class Interaction:
     def update(self) -> None:
         """Bring handles and looks to where lights, camera and scene are now."""
         gizmos, view, edit = self.gizmos, self.gizmos.view, self.edit
-        self._handles = {}
+        handles = dict[tuple[Gizmo, str], Float64Array]()
         shown = {} if gizmos.is_hidden else {gizmo: gizmo.highlight for gizmo in gizmos.all}
         if isinstance(edit, Drag) and edit.gizmo in shown and edit.over is not None:
             shown[edit.gizmo] = edit.over.point  # where it was dragged to, which need not be at a vertex
@@ -262,7 +262,8 @@ class Interaction:
             points = gizmo.in_scene(view).points(view)
             if highlight is not None:
                 points[HIGHLIGHT] = np.array(highlight)
-            self._handles |= {(gizmo, name): point for name, point in points.items() if view.is_ahead(point)}
+            handles |= {(gizmo, name): point for name, point in points.items() if view.is_ahead(point)}
+        self._handles = handles
         self._hover()
         active, readout = gizmos.hovered, ""
         if edit is not None:
@@ -281,7 +282,8 @@ class Interaction:
         off = {key: math.dist(view.project(point), cursor) for key, point in self._handles.items()}
         # where dots overlap, the selected light's is meant
         on_selected = [key for key in off if key[0].is_selected and off[key] <= TOLERANCE / 2]
-        self._nearest = min(on_selected or off, key=lambda key: off[key], default=None)
+        candidates = {} if gizmos.is_another_pointed_at else on_selected or off
+        self._nearest = min(candidates, key=lambda key: off[key], default=None)
         self._widget.SetProcessEvents(self._nearest is not None)
         gizmos.hovered = None
         if self._nearest is not None:
@@ -309,8 +311,8 @@ class Interaction:
             self.update()
 
     def release(self) -> None:
-        """Let go of widget, observers and actors; a drag ends here."""
-        self._begin(None)
+        """Let go of widget, observers and actors; what is dragged or typed is taken."""
+        self.settle()
         for subject, tag in self._observed:
             subject.RemoveObserver(tag)
         if self._is_held:
@@ -334,7 +336,7 @@ class Interaction:
     def _grabbed(self) -> None:
         """A handle was grabbed: freeze everything that the drag depends on."""
         assert self._nearest is not None
-        self._end(taken=True)  # what was being typed
+        self.gizmos.history.settle()  # what was being typed, here or elsewhere
         self.gizmos.notice = ""
         self.gizmos.select(self._nearest[0])
         self._begin(Drag(self.gizmos, *self._nearest, self._handles[self._nearest]))
@@ -349,7 +351,7 @@ class Interaction:
     def _dropped(self) -> None:
         """The button was let go: the drag becomes one step."""
         if isinstance(self.edit, Drag):
-            self._end(taken=True)
+            self.settle()
         self.gizmos.render()
 
     # -- the beginning and the end of an edit
@@ -359,6 +361,13 @@ class Interaction:
         self.gizmos.lit.uses_preview_rays = isinstance(edit, Drag)
         if edit is not None:
             self.grabbed_last = edit.handle
+            self.gizmos.history.begin(self)
+        else:
+            self.gizmos.history.end(self)
+
+    def settle(self) -> None:
+        """End what is dragged or typed, as one step."""
+        self._end(taken=True)
 
     def give_up(self) -> None:
         """End what is dragged or typed, and put the light back."""
@@ -400,11 +409,12 @@ class Interaction:
         elif self.edit is not None:
             if key == "Escape":
                 self.give_up()
-        elif gizmos.is_pointed_at:
+        elif gizmos.is_pointed_at and not isinstance(gizmos.history.running, Interaction):  # whose keys they are then
             control, gizmo = bool(gizmos.interactor.GetControlKey()), gizmos.selected
             if key in commands.ENTER and not control and gizmo is not None:
                 # a value for the handle that was grabbed last, if it is the selected light's
                 names = [*gizmo.handles, INTENSITY]
+                gizmos.history.settle()
                 self._begin(Entry(gizmos, gizmo, self.grabbed_last if self.grabbed_last in names else names[0]))
                 gizmos.render()
             elif commands.run(gizmos, key, control=control):
@@ -422,7 +432,7 @@ class Interaction:
         elif key in commands.ENTER or key == "Tab":
             if entry.error:  # it stays, and says what is wrong
                 return
-            self._end(taken=True)
+            self.settle()
             if key == "Tab":
                 names = [*entry.gizmo.handles, INTENSITY]
                 following = names[(names.index(entry.handle) + 1) % len(names)]

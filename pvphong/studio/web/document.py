@@ -8,12 +8,14 @@ as long as the studio runs.
 from __future__ import annotations
 
 import asyncio
+import itertools
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import MISSING, dataclass, replace
 from dataclasses import fields as dataclass_fields
 from functools import partial
+from pathlib import PurePath
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -195,7 +197,7 @@ class Document:
     @contextmanager
     def _step(self) -> Iterator[None]:
         """What is done inside becomes one step, if all meshes can be lit then; else everything is as before."""
-        self.settle()
+        self.history.settle()
         before = self.state
         try:
             yield
@@ -209,12 +211,10 @@ class Document:
 
     def undo(self) -> bool:
         """Take the last step back, whoever made it; False if there is none."""
-        self.settle()
         return self.history.undo()
 
     def redo(self) -> bool:
         """Take the last step that was undone again; False if there is none."""
-        self.settle()
         return self.history.redo()
 
     # -- what is computed in the background, and not awaited any longer
@@ -251,13 +251,15 @@ class Document:
     def slide(self, key: str, given: Any) -> None:
         """Move a number's slider, or a colour in its picker; all moves until `settle` are one step."""
         if self._sliding is None or self._sliding[0] != key:
-            self.settle()
+            self.history.settle()
             self._sliding = key, self.state
+            self.history.begin(self)
         self._set(key, partial(_slid, given))
 
     def settle(self) -> None:
         """Whatever was slid becomes a step."""
         sliding, self._sliding = self._sliding, None
+        self.history.end(self)
         if sliding is not None:
             self.history.record(self, sliding[1])
 
@@ -336,9 +338,8 @@ class Document:
     def act(self, what: str, number: Any) -> str:
         """Duplicate, delete, solo a light, bring it to the camera, or reset it; gives what is to be said of it."""
         act = _ACTS[check.choice("what", what, _ACTS)]
-        self.select(number)
-        gizmos, gizmo = self.gizmos, self.gizmos.selected
-        assert gizmo is not None
+        gizmos, gizmo = self.gizmos, self.gizmos.of(self._light(number))
+        gizmos.select(gizmo)
         gizmos.notice = ""
         with self._step():
             commands.change_light(gizmos, gizmo, act)
@@ -372,13 +373,13 @@ class Document:
         else:
             given = np.ascontiguousarray(texels, np.float32)
         changed = await asyncio.to_thread(_with_image, before, names[0], given)
-        with self._step():
-            renderer_light.set(changed, self._subplot.lights.viewer)
+        with self._step():  # of the light as it is by now
+            now, changes = self._light(number), {names[0]: getattr(changed, names[0])}
+            now.set(replace(now.light(self._subplot.lights.viewer), **changes), self._subplot.lights.viewer)
 
     def select(self, number: Any) -> None:
         """Select a light, in the list as in the view; none if the number is None."""
-        chosen = None if number is None else self._light(number)
-        self.gizmos.select(next((gizmo for gizmo in self.gizmos.all if gizmo.renderer_light is chosen), None))
+        self.gizmos.select(None if number is None else self.gizmos.of(self._light(number)))
 
     def replace_all(self, scene: Scene, materials: Mapping[str, Material], default: str) -> None:
         """Take over lights, light model and materials of a rig, as one step.
@@ -485,7 +486,14 @@ class Document:
         check.choice("field", field, textured(shared.material))
         with self._step():
             shared.material = shared.material.with_values({field: texture})
-            self.textures[Map(texture)] = name
+            self.textures[Map(texture)] = self._file_name(texture, name)
+
+    def _file_name(self, texture: pv.Texture, name: str) -> str:
+        """The name of a texture's file, with a number where it is that of another picture: scripts name it."""
+        path, texels = PurePath(name), texture.to_array()
+        others = [known for each, known in self.textures.items() if not np.array_equal(each.source.to_array(), texels)]
+        names = itertools.chain([name], (f"{path.stem}-{number}{path.suffix}" for number in itertools.count(2)))
+        return next(each for each in names if each not in others)
 
     # -- what the page shows
 

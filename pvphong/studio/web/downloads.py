@@ -107,6 +107,8 @@ class Downloads:
         if len(angles) > 1 or len({None if each is None else each.tobytes() for each in matrices}) > 1:
             allowed = "in place, or moved together, with one feature angle, to be lit as one call"
             check.refuse("meshes", "some moved each by itself", allowed)
+        if self.scene.light_model.needs_rays and not all(mesh.casts_shadows for mesh in meshes):
+            check.refuse("meshes", "some that cast no shadows", "such that all cast shadows, to be lit as one call")
         found: dict[str, Any] = {"feature_angle": meshes[0].feature_angle}
         if matrix is not None:
             found["matrix"] = matrix.tolist()

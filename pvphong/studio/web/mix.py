@@ -79,8 +79,8 @@ class Shares:
         Of the scene, in its order.
     scene : Scene
         With all lights on.
-    occluders : sequence
-        Other meshes that cast shadows on it.
+    occluders : KnownOccluders or sequence
+        What casts shadows on it; itself, too, if it is a sequence.
 
     Raises
     ------
@@ -185,8 +185,8 @@ class Mix:
         return Fader(muted=not renderer_light.light(self._subplot.lights.viewer).on)
 
     def _heard(self, renderer_light: RendererLight) -> Fader:
-        fader = self.fader(renderer_light)
-        return fader if self.soloed in (None, renderer_light) else replace(fader, muted=True)
+        fader, is_there = self.fader(renderer_light), self.soloed in self._subplot.lights.renderer_lights
+        return replace(fader, muted=True) if is_there and self.soloed is not renderer_light else fader
 
     def start(self, *, on: bool) -> None:
         """Begin with all faders where the lights are, or end."""
@@ -204,11 +204,7 @@ class Mix:
         """Write the mix into what is drawn, if it has changed; lights are evaluated only where the scene has."""
         shown = self._subplot.lit.shown
         if not self.is_on:
-            for mesh, before in self._shares.items():
-                if mesh in shown and mesh.evaluations == before.evaluations:
-                    colors_of(mesh)[:] = before.plain
-                    mesh.drawn.GetPointData().GetAbstractArray(ARRAY).Modified()
-            self._shares, self._mixed_for = {}, None
+            self._put_back()
             return
         if bounces := self._subplot.scene.light_model.bounces:
             check.refuse("bounces", bounces, "0 while lights are mixed", "Light that bounces is no share of one light.")
@@ -231,9 +227,18 @@ class Mix:
         self.evaluations += 1
         scene = self._subplot.scene
         lit = replace(scene, lights=[replace(light, on=True) for light in scene.lights])
-        return Shares(mesh, lights, lit, self._subplot.lit.others(mesh))
+        return Shares(mesh, lights, lit, self._subplot.lit.occluders_of(mesh, lit) or ())
+
+    def _put_back(self) -> None:
+        """Have the lights' own colours drawn, of whatever has not been lit again since."""
+        for mesh, shares in self._shares.items():
+            if mesh in self._subplot.lit.meshes and mesh.evaluations == shares.evaluations:
+                colors_of(mesh)[:] = shares.plain
+                mesh.drawn.GetPointData().GetAbstractArray(ARRAY).Modified()
+        self._shares, self._mixed_for = {}, None
 
     def release(self) -> None:
-        """Let go of the renderer."""
+        """Let go of the renderer, and leave what is drawn as its lights light it."""
+        self._put_back()
         self._subplot.lit.is_mixed = False
         self._subplot.renderer.RemoveObserver(self._tag)

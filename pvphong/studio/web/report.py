@@ -17,8 +17,11 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+import pyvista as pv
+
 from pvphong.base.processes import environment
 from pvphong.base.text import listening
+from pvphong.optics.maps import is_texture
 
 _CHILD = "import sys; from pvphong.studio.web.report import work; work(sys.argv[1])"
 _NICE = 10
@@ -92,9 +95,16 @@ class Measuring:
         self._changed()
 
     async def _run(self, work: dict[str, Any]) -> None:
+        try:
+            await self._measure(work)
+        except Exception as error:  # which nobody would hear of: the page would wait for ever
+            self._show(Report(doing=f"The report could not be made: {error}"))
+
+    async def _measure(self, work: dict[str, Any]) -> None:
         with tempfile.TemporaryDirectory() as folder:
             place = Path(folder)
-            (place / "work").write_bytes(pickle.dumps(work, protocol=5))
+            with (place / "work").open("wb") as file:
+                _Pickler(file, protocol=5).dump(work)
             child = await asyncio.create_subprocess_exec(
                 *(sys.executable, "-W", "ignore", "-c", _CHILD, folder),
                 stdin=asyncio.subprocess.DEVNULL,
@@ -115,6 +125,27 @@ class Measuring:
                 while child.returncode is None or not child.stdout.at_eof():
                     with suppress(asyncio.CancelledError):  # again, by a loop that ends: the process ends first
                         await child.communicate()
+
+
+class _Pickler(pickle.Pickler):
+    """Writes textures too, which VTK does not."""
+
+    def reducer_override(self, thing: Any) -> Any:
+        """How a texture is made again; all else as it says itself."""
+        if not is_texture(thing) or thing.GetInput() is None:
+            return NotImplemented
+        settings = thing.GetWrap(), thing.GetBorderColor(), thing.GetUseSRGBColorSpace(), thing.GetColorMode()
+        return _texture, (pv.wrap(thing.GetInput()), *settings)
+
+
+def _texture(image: pv.ImageData, wrap: int, border: Any, is_encoded: bool, color_mode: int) -> pv.Texture:
+    """A texture with what lookups in it depend on."""
+    texture = pv.Texture(image)
+    texture.SetWrap(wrap)
+    texture.SetBorderColor(*border)
+    texture.SetUseSRGBColorSpace(is_encoded)
+    texture.SetColorMode(color_mode)
+    return texture
 
 
 def _result(folder: Path) -> Report:

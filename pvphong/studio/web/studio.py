@@ -12,8 +12,8 @@ import itertools
 import socket
 import weakref
 import webbrowser
-from collections.abc import Callable, Mapping
-from contextlib import suppress
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager, suppress
 from pathlib import Path, PurePath
 from typing import Any
 
@@ -144,7 +144,7 @@ class Studio:
             "cancel_report": self._measuring.cancel,
             "mark_worst": self.mark_worst,
             "open_example": self.open_example,
-            "fit": self._plotter.reset_camera,
+            "fit": lambda: self._subplot.renderer.reset_camera(render=False),  # a frame comes after every act
             "gizmos": lambda: commands.toggle_hidden(document.gizmos),
             "theme": self._turn_theme,
         }
@@ -280,6 +280,21 @@ class Studio:
 
     # -- meshes and files
 
+    @contextmanager
+    def _active(self) -> Iterator[None]:
+        """With the studio's subplot as the one that the plotter acts on, whichever a script has made that since."""
+        renderers = self._plotter.renderers
+        before, own = renderers.active_index, list(renderers).index(self._subplot.renderer)
+
+        def activate(index: int) -> None:
+            self._plotter.subplot(*np.atleast_1d(renderers.index_to_loc(index)).tolist())
+
+        activate(own)
+        try:
+            yield
+        finally:
+            activate(before)
+
     def open(self, mesh: Any, file: str, reading: str = "") -> None:
         """Show another mesh, in the default scene; what was before cannot be undone.
 
@@ -302,13 +317,15 @@ class Studio:
         before = [each.actor for each in self._subplot.lit.meshes]
         self._measuring.cancel()
         self.mark_worst(False)
-        phong.add_mesh(outside, refine=self.document.accuracy.refine)
-        for actor in before:
-            self._plotter.remove_actor(actor, render=False)
-        self._subplot.lights.replace(scene.lights)
-        phong.light_model = scene.light_model
-        aim(self._plotter, scene.viewer)
-        self._plotter.reset_camera_clipping_range()
+        self.document.history.settle()  # else it would become a step, of what is gone, after this
+        with self._active():
+            phong.add_mesh(outside, refine=self.document.accuracy.refine)
+            for actor in before:
+                self._plotter.remove_actor(actor, render=False)
+            self._subplot.lights.replace(scene.lights)
+            phong.light_model = scene.light_model
+            aim(self._plotter, scene.viewer)
+            self._plotter.reset_camera_clipping_range()
         self.document.history.clear()
         self._stem, self._reading, self._keep = PurePath(file).stem, reading or reading_file(file), None
 
@@ -336,7 +353,8 @@ class Studio:
                 await asyncio.to_thread(lambda: downloads.lit)  # which takes long where light bounces
             while what == "gltf" and self._subplot.lit.is_awaiting:  # it has what the view shows
                 await asyncio.sleep(_ASK_AGAIN)
-            name, content = downloads.read(what, self._plotter, size)
+            with self._active():
+                name, content = downloads.read(what, self._plotter, size)
         except ValueError as error:
             self.say(str(error))
             return web.Response(status=400, text=str(error))
@@ -411,13 +429,14 @@ class Studio:
 
     def mark_worst(self, on: Any) -> None:
         """Mark the vertices with the largest errors in the view, or no more."""
-        self._plotter.remove_actor(_MARKS, render=False)
+        self._subplot.renderer.remove_actor(_MARKS, render=False)
         places = [place for _, _, place in self._measuring.report.worst]
         if check.flag("on", on) and places:
             look: dict[str, Any] = {"color": "magenta", "point_size": 12, "render_points_as_spheres": True}
-            marks = self._plotter.add_points(
-                np.array(places), name=_MARKS, lighting=False, pickable=False, reset_camera=False, **look
-            )
+            with self._active():
+                marks = self._plotter.add_points(
+                    np.array(places), name=_MARKS, lighting=False, pickable=False, reset_camera=False, **look
+                )
             marks.UseBoundsOff()
             marks.user_matrix = self._measured_matrix
         self.server.state.marked = on and bool(places)

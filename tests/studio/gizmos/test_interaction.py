@@ -11,6 +11,7 @@ from views import FROM_SOMEWHERE, KINDS, Glow, example, role_of
 
 from pvphong import DirectionalLight, Material, PointLight, SpotLight
 from pvphong.optics.roles import Aim, Place
+from pvphong.studio.lit_actors import LightingWarning
 
 LAMP = PointLight(position=(0.8, -0.4, 0.9), attenuation=(1, 0, 1), diffuse=(1, 0.5, 0.2), name="lamp")
 SPOT = SpotLight(position=(-0.7, 0.2, 1.0), direction=(0.7, -0.2, -1.0), cone_angle=20, exponent=4, name="spot")
@@ -231,6 +232,29 @@ def test_the_highlight_is_dragged_on_the_surface_and_waits_off_it(new_mouse, kin
     assert mouse.plotter.phong.lights == (light,)
     mouse.key("m")
     assert only.highlight is None
+
+
+@pytest.fixture
+def unlit(mouse, plotter):
+    """The mouse of a window whose only mesh cannot be lit any more, with a light selected."""
+    mouse.gizmo("lamp").is_selected = True
+    plotter.phong.mesh(plotter.actors["ball"]).material = replace(SHINY, albedo="gone")
+    with pytest.warns(LightingWarning):
+        plotter.render()
+    return mouse
+
+
+def test_handles_stay_where_a_mesh_cannot_be_lit(unlit):
+    before = unlit.plotter.phong.lights
+    unlit.drag(unlit.at("spot", "position"), (20, 5))
+    assert unlit.plotter.phong.lights != before
+
+
+@pytest.mark.parametrize("key", ["M", "N"])
+def test_a_mesh_that_cannot_be_lit_is_not_under_the_cursor(unlit, key, caplog):
+    unlit.move((200, 150))
+    unlit.key(key)
+    assert caplog.records == []  # of VTK's
 
 
 @pytest.mark.parametrize("change", ["edited", "removed", "replaced"])
@@ -548,7 +572,76 @@ def test_each_subplot_has_its_own(new_mouse):
     assert len(shown.phong.gizmos) == 3
 
 
+@pytest.fixture
+def two(new_mouse):
+    """The mouse of two subplots with a selected light each, of which the second is active, and their interactions."""
+    mouse = new_mouse(LAMP, shape=(1, 2))
+    mouse.plotter.subplot(0, 1)
+    furnish(mouse.plotter, [LAMP])
+    mouse.plotter.phong.add_gizmos()
+    interactions = [subplot.interaction for subplot in mouse.plotter.phong._subplots]
+    for interaction in interactions:
+        interaction.gizmos.select(interaction.gizmos.all[0])
+    return mouse, interactions
+
+
+LEFT, RIGHT = (20, 20), (220, 20)
+
+
+def test_a_press_beside_a_handle_of_another_subplot_grabs_nothing_there(two):
+    mouse, (first, _) = two
+    at = first.gizmos.view.facing(LAMP.position, (198, 30))
+    first.gizmos.all[0].renderer_light.set(replace(LAMP, position=tuple(at)), first.gizmos.lights.viewer)
+    mouse.plotter.render()
+    before = first.gizmos.lights.values
+    mouse.drag((204, 30), (20, 5))
+    assert first.gizmos.lights.values == before
+
+
+def test_what_is_typed_in_one_subplot_is_no_command_in_another(two):
+    mouse, (first, second) = two
+    mouse.move(RIGHT)
+    mouse.key("Return")
+    type_keys(mouse, "12")
+    mouse.move(LEFT)
+    mouse.key("BackSpace")
+    assert second.edit.text == "1"
+    assert first.gizmos.lights.values == (LAMP,)
+
+
+def test_a_digit_during_a_drag_is_no_command_in_the_subplot_under_the_cursor(two):
+    mouse, (first, second) = two
+    before = first.gizmos.lit.state
+    mouse.pull(mouse.at("lamp", "position"), (9, 9))
+    mouse.move(LEFT)
+    mouse.key("5")
+    assert second.edit.text == "5"
+    assert first.gizmos.lit.state == before
+
+
+def test_what_is_typed_is_taken_when_a_drag_begins_in_another_subplot(two):
+    mouse, (first, second) = two
+    mouse.move(LEFT)
+    first.grabbed_last = "intensity"
+    mouse.key("Return")
+    type_keys(mouse, "3")
+    mouse.drag(mouse.at("lamp", "position"), (9, 9))
+    assert first.edit is None
+    assert mouse.plotter.phong.undo()
+    assert (first.gizmos.lights.values[0].intensity, second.gizmos.lights.values) == (3.0, (LAMP,))
+    assert mouse.plotter.phong.undo()
+    assert first.gizmos.lights.values == (LAMP,)
+
+
 # --- the end ---
+
+
+def test_what_is_typed_is_one_step_where_gizmos_are_taken_down(chosen):
+    before = seen(chosen.plotter)
+    chosen.key("Return")
+    type_keys(chosen, "1.5")
+    chosen.plotter.phong.remove_gizmos()
+    assert_one_step(chosen.plotter, before)
 
 
 @pytest.mark.parametrize("end", [pv.Plotter.close, pv.Plotter.deep_clean, pv.Plotter.clear])

@@ -11,6 +11,7 @@ import pvphong as ph
 from pvphong.optics.lights import LIGHT_TYPES
 from pvphong.optics.reflectances import REFLECTANCES
 from pvphong.studio.gizmos import commands
+from pvphong.studio.gizmos.interaction import Entry
 from pvphong.studio.web.document import Document, placed_before
 
 
@@ -122,6 +123,14 @@ def test_textures_are_laid_on_and_removed(document, plotter):
             document.set_texture(0, what, texture, "red.png")
 
 
+def test_pictures_of_one_file_name_are_told_apart(document, plotter):
+    mesh = plotter.phong.mesh(plotter.actors["ball"]).mesh
+    mesh.active_texture_coordinates = np.zeros((mesh.n_points, 2), np.float32)
+    for field, grey in (("albedo", 200), ("specular", 20), ("emission", 200)):
+        document.set_texture(0, field, pv.Texture(np.full((4, 4, 3), grey, np.uint8)), "scan.png")
+    assert list(document.textures.values()) == ["scan.png", "scan-2.png", "scan.png"]
+
+
 def test_moves_of_a_slider_are_one_step(document, plotter):
     for stops in (0.1, 0.5, 1.0):
         document.slide("light.1.intensity", stops)
@@ -138,6 +147,39 @@ def test_moves_of_a_slider_are_one_step(document, plotter):
     for key, given in (("light.1.on", True), ("light.1.intensity", "1"), ("light.1.direction", 0.0)):
         with pytest.raises(ValueError, match=r"intensity|slider"):
             document.slide(key, given)
+
+
+def test_undo_while_a_value_is_typed_in_the_view_takes_back_that_value(document, plotter):
+    document.edit("material.0.shininess", 7.0)
+    interaction, start = plotter.phong._subplot.interaction, plotter.phong.lights
+    entry = Entry(document.gizmos, document.gizmos.all[0], "intensity")
+    interaction._begin(entry)
+    entry.put("5")
+    assert document.undo()
+    assert (plotter.phong.lights, interaction.edit) == (start, None)
+    assert document.state.materials[plotter.phong.mesh(plotter.actors["ball"]).shared_material].shininess == 7.0
+
+
+def test_an_edit_while_a_value_is_typed_in_the_view_is_a_step_after_it(document, plotter):
+    interaction, start = plotter.phong._subplot.interaction, plotter.phong.lights
+    entry = Entry(document.gizmos, document.gizmos.all[0], "intensity")
+    interaction._begin(entry)
+    entry.put("5")
+    document.edit("light.1.diffuse", "red")
+    assert document.undo()
+    assert plotter.phong.lights == (replace(start[0], intensity=5.0),)
+    assert document.undo()
+    assert plotter.phong.lights == start
+
+
+def test_a_key_while_something_is_slid_is_a_step_after_it(document, plotter):
+    document.slide("light.1.intensity", 1.0)
+    document.select(1)
+    commands.run(document.gizmos, "m")
+    document.settle()
+    assert document.undo()
+    (sun,) = plotter.phong.lights
+    assert (sun.intensity, sun.on) == (2.0, True)
 
 
 def test_panel_and_gizmos_have_one_history(document, plotter):
@@ -291,6 +333,60 @@ def test_an_image_becomes_a_sky_bytes_as_srgb_and_floats_as_they_are(document, p
     for number, given in ((1, image), (2, pv.Sphere()), (2, pv.ImageData(dimensions=(2, 2, 1))), (9, image)):
         with pytest.raises(ValueError, match="must be"):
             asyncio.run(document.set_image(number, given))
+
+
+def sky(document):
+    """The number of a sky that is added, and an image for it."""
+    document.add("environment")
+    image = pv.ImageData(dimensions=(8, 4, 1))
+    image.point_data["texels"] = np.random.default_rng(0).random((32, 3))
+    return 2, image
+
+
+def test_edits_while_an_image_is_divided_into_bands_stay(document, plotter):
+    number, image = sky(document)
+
+    async def edited_meanwhile():
+        setting = asyncio.create_task(document.set_image(number, image))
+        await asyncio.sleep(0)
+        document.edit("light.2.rotation", 30.0)
+        await setting
+
+    asyncio.run(edited_meanwhile())
+    light = plotter.phong.lights[1]
+    assert (light.rotation, light.panorama.image.shape) == (30.0, (4, 8, 3))
+
+
+def test_an_image_for_a_light_that_goes_meanwhile_is_refused(document):
+    number, image = sky(document)
+
+    async def deleted_meanwhile():
+        setting = asyncio.create_task(document.set_image(number, image))
+        await asyncio.sleep(0)
+        document.act("delete", number)
+        await setting
+
+    with pytest.raises(ValueError, match="light must be one that is still there"):
+        asyncio.run(deleted_meanwhile())
+
+
+def test_a_light_gets_a_gizmo_where_the_page_selects_it(document, plotter):
+    plotter.phong.add_light(ph.PointLight(name="lamp"))
+    plotter.phong.add_gizmos(["sun"])
+    document.select(2)
+    assert document.gizmos.selected.light.name == "lamp"
+    document.act("delete", 2)
+    assert [light.name for light in plotter.phong.lights] == ["sun"]
+
+
+def test_a_light_that_was_deleted_and_came_back_is_reset_to_what_it_was_at_first(document, plotter):
+    (first,) = plotter.phong.lights
+    document.edit("light.1.intensity", 3.0)
+    document.act("delete", 1)
+    assert document.gizmos.all == ()
+    document.undo()
+    document.act("reset", 1)
+    assert plotter.phong.lights == (first,)
 
 
 def test_what_changes_a_picture_most_comes_first_in_the_scene(document):

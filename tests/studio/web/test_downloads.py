@@ -172,6 +172,14 @@ def test_what_cannot_be_made_is_refused_in_one_line(plotter):
         _ = taken(plotter).lit
 
 
+def test_where_a_mesh_casts_no_shadows_the_lit_mesh_is_refused(plotter):
+    plotter.phong.add_mesh(pv.Sphere(), casts_shadows=False)
+    assert taken(plotter).lit["phong"].any()  # where nothing does
+    plotter.phong.light_model = ph.LightModel(shadows=True)
+    with pytest.raises(ValueError, match="meshes must be such that all cast shadows"):
+        _ = taken(plotter).lit
+
+
 def test_the_examples_come_with_pyvista():
     for function in EXAMPLES.values():
         assert getattr(pv.examples, function)().n_points

@@ -60,6 +60,16 @@ def test_a_mix_that_changes_nothing_shows_the_same(document, plotter, shadows):
     np.testing.assert_array_equal(frame(document, plotter), plain)
 
 
+def test_a_mesh_that_casts_no_shadows_casts_none_in_a_mix(document, plotter):
+    plotter.phong.light_model = ph.LightModel(shadows=True)
+    plate = pv.Plane(center=(0, -0.3, 0.9), i_resolution=9, j_resolution=9)
+    plotter.phong.mesh(plotter.actors["mesh"]).mesh.copy_from(plotter.phong.mesh(plotter.actors["mesh"]).mesh + plate)
+    plotter.phong._subplot.lit.meshes[0].casts_shadows = False
+    plain = frame(document, plotter)
+    document.start_mix(True)
+    assert_alike(frame(document, plotter), plain)
+
+
 def test_faders_evaluate_no_light_and_the_kept_mix_has_the_same_colours(document, plotter):
     plain = frame(document, plotter)
     document.start_mix(True)
@@ -132,6 +142,25 @@ def test_mixing_is_undone_with_everything_else(document):
     document.undo()
     assert not document.mix.is_on
     assert not document.history.can_undo
+
+
+def test_a_soloed_light_that_goes_silences_no_other(document, plotter):
+    document.start_mix(True)
+    document.act("delete", 2)
+    without = frame(document, plotter)
+    assert document.undo()
+    document.solo_fader(2)
+    document.act("delete", 2)
+    np.testing.assert_array_equal(frame(document, plotter), without)
+
+
+def test_the_end_leaves_what_is_drawn_as_its_lights_light_it(document, plotter):
+    plain = frame(document, plotter)
+    document.start_mix(True)
+    document.edit("fader.1.muted", True)
+    frame(document, plotter)
+    document.mix.release()
+    np.testing.assert_array_equal(colors_of(plotter.phong._subplot.lit.meshes[0]), plain)
 
 
 def test_what_is_no_sum_of_shares_is_refused(document, plotter):

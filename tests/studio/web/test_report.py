@@ -2,6 +2,7 @@
 
 import asyncio
 import os
+import pickle
 import threading
 import time
 from asyncio.subprocess import Process
@@ -12,6 +13,7 @@ import pytest
 import pyvista as pv
 
 import pvphong as ph
+from pvphong.meshes.point_data import texture_colors
 from pvphong.optics.material import Material
 from pvphong.optics.reflectances import REFLECTANCES
 from pvphong.studio.web import report
@@ -77,6 +79,23 @@ def test_why_there_is_no_report_is_said_in_one_line(change, said):
     last = measured(WORK | change)[-1]
     assert said in last.doing
     assert not last.lines
+
+
+def test_what_cannot_be_sent_is_said():
+    last = measured(WORK | {"mesh": lambda: None})[-1]
+    assert last.doing.startswith("The report could not be made: ")
+
+
+def test_a_texture_is_sent_with_all_that_lookups_in_it_depend_on():
+    texture = pv.Texture(np.arange(48, dtype=np.uint8).reshape(4, 4, 3))
+    texture.wrap = pv.Texture.WrapType.MIRRORED_REPEAT
+    texture.SetUseSRGBColorSpace(True)
+    file = BytesIO()
+    report._Pickler(file, protocol=5).dump(Material(albedo=texture))
+    sent = pickle.loads(file.getvalue()).albedo.source
+    plane = pv.Plane(i_resolution=7, j_resolution=5)
+    plane.active_texture_coordinates = 3.0 * plane.active_texture_coordinates
+    np.testing.assert_array_equal(texture_colors(sent, plane), texture_colors(texture, plane))
 
 
 def test_it_can_be_ended(monkeypatch):

@@ -14,7 +14,8 @@ import pvphong as ph
 from pvphong.cli.app import main
 from pvphong.meshes.blocks import leaves
 from pvphong.studio.lit_mesh import SharedMaterial
-from pvphong.studio.web.studio import Studio
+from pvphong.studio.web.report import Report
+from pvphong.studio.web.studio import _MARKS, Studio
 
 
 def in_a_studio(plotter, act, *, file="part.vtm", **options):
@@ -48,6 +49,60 @@ def test_escape_puts_back_a_drag_after_a_connection_was_lost_in_another(new_plot
         assert plotter.phong.lights != before
         mouse.key("Escape")
         assert plotter.phong.lights == before
+
+    in_a_studio(plotter, act)
+
+
+@pytest.fixture
+def lamp_and_ball(new_plotter):
+    """A plotter with a lamp and a ball, drawn once."""
+    plotter = new_plotter((64, 48))
+    plotter.phong.add_light(ph.PointLight((0.8, -0.4, 0.9), name="lamp"))
+    plotter.phong.add_mesh(pv.Sphere(), name="ball")
+    plotter.show(auto_close=False)
+    return plotter
+
+
+def test_nothing_of_before_comes_back_after_a_mesh_is_opened_while_something_is_slid(lamp_and_ball):
+    def act(studio):
+        studio.document.slide("light.1.intensity", 1.0)
+        studio.open_example("nut")
+        opened = lamp_and_ball.phong.lights
+        assert not studio.document.undo()
+        assert lamp_and_ball.phong.lights == opened
+
+    in_a_studio(lamp_and_ball, act)
+
+
+def test_a_message_that_says_what_the_camera_is_to_fit_is_refused(lamp_and_ball):
+    def act(studio):
+        before = lamp_and_ball.camera.position
+        studio._triggers["fit"](True, [-1e300, 1e300, -1e300, 1e300, -1e300, 1e300])
+        assert (studio.server.state.refusals, lamp_and_ball.camera.position) == (1, before)
+
+    in_a_studio(lamp_and_ball, act)
+
+
+@pytest.mark.parametrize("shape", [(1, 2), "1|1"])
+def test_a_studio_acts_on_its_own_subplot_whichever_is_active(new_plotter, shape):
+    plotter = new_plotter((96, 48), shape=shape)
+    plotter.phong.add_light(ph.PointLight((0.8, -0.4, 0.9), name="lamp"))
+    plotter.phong.add_mesh(pv.Sphere(), name="ball")
+    own, other = plotter.renderers
+
+    def act(studio):
+        plotter.subplot(*([1] if shape == "1|1" else (0, 1)))
+        before, camera = plotter.phong.add_mesh(pv.Cube(), name="other"), plotter.camera.copy()
+        studio.open_example("nut")
+        studio._measuring.report = Report(worst=[(0, 0.1, (0.0, 0.0, 0.0))])
+        studio.mark_worst(True)
+        assert _MARKS in own.actors
+        own.camera.position = (0, 0, 1e3)
+        studio._triggers["fit"]()
+        assert own.camera.distance < 1e3
+        assert (other.actors, other.camera, plotter.renderer) == ({"other": before}, camera, other)
+        assert "ball" not in own.actors
+        assert studio.document.gizmos.lights.values[0].name != "lamp"
 
     in_a_studio(plotter, act)
 
