@@ -90,10 +90,10 @@ def run(work: Callable[[int, int], Any], stop: int, step: int, longest: int = 0)
     stop, step : int
         Where the last range ends, and how long they are.
     longest : int, optional
-        If more than a step, work may be shorter than waking a thread. The calling thread begins with a quarter of a
-        step, and others help if the time that it took says that the rest is worth it. Then a thread takes its even
-        share of what is left, a step at least and so much at most: ranges are few, and the last are short, so that
-        threads end together (guided self-scheduling, Polychronopoulos and Kuck 1987).
+        If more than a step, work may be shorter than waking a thread. Unless there is so much for each, the calling
+        thread begins with a quarter of a step, and others help if the time that it took says that the rest is worth
+        it. Then a thread takes its even share of what is left, a step at least and so much at most: ranges are few,
+        and the last are short, so that threads end together (guided self-scheduling, Polychronopoulos and Kuck 1987).
     """
     go_on()
     begun, lock, note = 0, threading.Lock(), text.counting(stop)
@@ -116,7 +116,7 @@ def run(work: Callable[[int, int], Any], stop: int, step: int, longest: int = 0)
                 begun = stop
             raise
 
-    if longest > step and most > 1:
+    if longest > step and most > 1 and stop < most * longest:
         start, begun = time.perf_counter(), step // 4
         work(0, begun)
         note(begun)

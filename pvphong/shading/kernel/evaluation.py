@@ -27,6 +27,9 @@ from pvphong.shading.vertices import Tint
 # and so few that copies of arrays in another form take little room.
 SHORTEST, LONGEST = 2**14, 2**18
 
+# Among what is read: points, normals, then colours by the order of `COLORS`; factors of lobes come in place of these.
+_FIRST_LOBE = 2 + COLORS.index("diffuse")
+
 # Bytes in a line of the processor's caches, and in its longest vectors.
 _LINE = 64
 
@@ -53,11 +56,9 @@ def shade(
     if codes is None:
         return False
     # a white sky may read what the whole equation does not
-    reads_points, reads_normals = (
-        whole.needs_points or equation.needs_points,
-        whole.needs_normals or equation.needs_normals,
-    )
-    stored = np.result_type(real, *[points] * reads_points, *[normals] * reads_normals)
+    read = [points] * (whole.needs_points or equation.needs_points)
+    read += [normals] * (whole.needs_normals or equation.needs_normals)
+    stored = np.result_type(real, *read)
     request = Request(equation, name_of(stored), name_of(real))
     source = library if waits else library.cached_only
     try:
@@ -79,28 +80,29 @@ def shade(
         channels = np.ascontiguousarray(channels, real)
 
     is_blend = records.blends(equation, tints)
-    rows_of = [
-        _reader(array, stored)
-        for array in (points if equation.needs_points else None, normals if equation.needs_normals else None)
+    readers = [
+        _reader(points if equation.needs_points else None, stored),
+        _reader(normals if equation.needs_normals else None, stored),
+        *(_color_reader(tints.get(name), real) for name in COLORS),
     ]
     begin_of_channels, begin_of_rgb = address(channels), address(rgb)
 
     def work(first: int, last: int) -> None:
         part = slice(first, last)
-        at = {name: tint.at(part) for name, tint in tints.items()}
-        colors = [None if name not in at else map_colors(at[name], real) for name in COLORS]
+        read = [reader(part) for reader in readers]
         seen = None if channels is None else channels[:, part]
         left_out = None
         if is_blend:
             rows = equation.channels.get("metallic")
             maps = {} if rows is None or seen is None else {"metallic": seen[rows][0]}
-            colors[1], colors[2], left_out = _of_lobes(equation.reflectance.lobes, at, maps, last - first, real)
-        vertices = [read(part) for read in rows_of]
+            at = {name: tint.at(part) for name, tint in tints.items()}
+            *factors, left_out = _of_lobes(equation.reflectance.lobes, at, maps, last - first, real)
+            read[_FIRST_LOBE : _FIRST_LOBE + 2] = [(address(rows), rows) for rows in factors]
+        addresses = *(begin for begin, _ in read), begin_of_channels + first * real.itemsize
         out = begin_of_rgb + first * rgb.strides[0]
-        arrays = *(begin for begin, _ in vertices), *map(address, colors), begin_of_channels + first * real.itemsize
         declined, has_none = _memory.declined[: last - first], False
         try:
-            has_none = bool(run(*arrays, out, out, *packed, last - first, *_memory.addresses))
+            has_none = bool(run(*addresses, out, out, *packed, last - first, *_memory.addresses))
             if has_none and left_out is None:
                 return
             left = np.flatnonzero(declined if left_out is None else declined | left_out)
@@ -108,7 +110,7 @@ def shade(
             if not has_none:
                 declined[:] = 0
         lit = Shading(np.empty((len(left), 3), real))
-        own_tints = {name: tint.at(left) for name, tint in at.items()}
+        own_tints = {name: tint.at(part).at(left) for name, tint in tints.items()}
         seen = None if seen is None else seen[:, left]
         shade_by_reference(points[part][left], normals[part][left], equation, own_tints, lit, seen)
         rgb[part][left] = np.rint(np.clip(lit.rgb, 0.0, 1.0) * 255.0) if rgb.dtype == np.uint8 else lit.rgb
@@ -136,7 +138,7 @@ def _of_lobes(
 def _reader(array: FloatArray | None, dtype: Any) -> Callable[[slice], tuple[int, FloatArray | None]]:
     """Gives where some rows of an array start, and what has them: itself, or a copy in compiled code's form."""
     if array is None:
-        return lambda _: (0, None)
+        return _nothing
     if array.dtype == dtype and array.flags.c_contiguous and array.flags.aligned:
         begin, step = address(array), array.strides[0]
         return lambda part: (begin + part.start * step, array)
@@ -146,6 +148,22 @@ def _reader(array: FloatArray | None, dtype: Any) -> Callable[[slice], tuple[int
         return address(copied), copied
 
     return copy
+
+
+def _color_reader(tint: Tint | None, real: Any) -> Callable[[slice], tuple[int, FloatArray | None]]:
+    """As `_reader`, of a map's colours."""
+    if tint is None:
+        return _nothing
+
+    def copy(part: slice) -> tuple[int, FloatArray]:
+        colors = map_colors(tint.at(part), real)
+        return address(colors), colors
+
+    return copy
+
+
+def _nothing(_part: slice) -> tuple[int, None]:
+    return 0, None
 
 
 def map_colors(tint: Tint, real: Any) -> FloatArray:
