@@ -92,15 +92,20 @@ def test_work_that_may_be_short_is_shared_where_that_is_worth_it(monkeypatch, se
         time.sleep(0.01)
         taken.append((first, last, threading.get_ident()))
 
-    threads.run(work, 1003, 60, 300)
+    threads.run(work, 1003, 60, 1000)
     taken.sort()
     assert [first for first, *_ in taken] == [0, *(last for _, last, _ in taken[:-1])]
     assert taken[-1][1] == 1003
     lengths = [last - first for first, last, _ in taken]
     assert lengths[0] == 15
-    assert lengths[1] == (min(988 // threads.count(), 300) if is_shared else 300)
+    assert lengths[1] == (988 // threads.count() if is_shared else 988)
     assert lengths[1:] == sorted(lengths[1:], reverse=True)
     assert (len({thread for *_, thread in taken}) > 1) == is_shared
+
+    taken.clear()
+    threads.run(work, 1003, 60, 1003 // threads.count())  # each has one of the longest ranges: none is timed first
+    assert max(last - first for first, last, _ in taken) == 1003 // threads.count()
+    assert len({thread for *_, thread in taken}) > 1
 
 
 def test_after_an_exception_no_range_is_begun():
