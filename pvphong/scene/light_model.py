@@ -62,9 +62,9 @@ class LightModel:
         around the normal, weighted with the cosine. A number > 0 is the distance, in the mesh's unit, up to which
         something blocks it; True is any distance.
     bounces : int, default 0
-        How often light is followed from surface to surface, as diffuse reflection of what each vertex sees. The
-        constant ambient light then counts only for what is left after the last bounce. Sides are as the normals point:
-        what is seen from behind is black.
+        How often, up to 65,536, light is followed from surface to surface, as diffuse reflection of what each vertex
+        sees. The constant ambient light then counts only for what is left after the last bounce. Sides are as the
+        normals point: what is seen from behind is black.
 
     Raises
     ------

@@ -193,6 +193,11 @@ class Equation:
         pairs = zip(term.shines, self.reflectance.lobes, strict=True)
         return any(shines and lobe.needs_viewer for shines, lobe in pairs)
 
+    @property
+    def diffuse_needs_viewer(self) -> bool:
+        """Whether diffuse reflection depends on the viewer."""
+        return any(self.reflectance.lobes[k].needs_viewer for k in self.lobes_of["diffuse"])
+
     @cached_property
     def lobes_of(self) -> dict[Component, list[int]]:
         """Indices of the reflectance's lobes that count to each component."""

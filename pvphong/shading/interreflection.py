@@ -28,9 +28,9 @@ from pvphong.shading.equation import BLACK, Equation, LightTerm, in_parts
 Gather = Callable[[FloatArray], FloatArray]
 """The mean colours that vertices see, (n, k), of what they send, (n, k)."""
 
-# So much more than 1 may be reflected under the white sky: a sum over nodes is off by 0.01, and Oren and Nayar's fit
-# reflects up to 1.018 where it is seen at a grazing angle.
-_ROUNDED = 0.03
+# So much more than 1 may a sum over nodes of the white sky make a reflectance; and a fit such as Oren and Nayar's,
+# which reflects up to 1.018 where it is seen at a grazing angle.
+_ROUNDED, _FITTED = 0.01, 0.03
 # What no longer changes the sum, as a share of it.
 _NOTHING = 2.0**-26
 
@@ -87,8 +87,8 @@ def under_white_sky(equation: Equation) -> Equation:
     return in_parts(replace(alone, is_occluded=False, clamp=False))
 
 
-def without_gain(scattered: FloatArray) -> FloatArray:
-    """What is reflected of white light, at most 1.
+def without_gain(scattered: FloatArray, equation: Equation) -> FloatArray:
+    """What is reflected of white light by an equation's surface, at most 1.
 
     Raises
     ------
@@ -96,7 +96,7 @@ def without_gain(scattered: FloatArray) -> FloatArray:
         Where a vertex would reflect more light than arrives: a series of that has no end.
     """
     most = float(scattered.max(initial=0.0))
-    if most > 1.0 + _ROUNDED:
+    if most > 1.0 + (_FITTED if equation.diffuse_needs_viewer else _ROUNDED):
         got = f"one that reflects {most:.3g} times what arrives"
         remedy = "Its diffuse colour times albedo is to be at most 1."
         check.refuse("material", got, "one that reflects no more light than arrives, where light bounces", remedy)

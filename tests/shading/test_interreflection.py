@@ -135,6 +135,8 @@ def test_what_cannot_be_is_refused():
         ph.LightModel(two_sided=True, bounces=1)
     with pytest.raises(ValueError, match=r"^material must be one that reflects no more light than arrives.*1\.2 times"):
         lit(1, material=ph.Material(diffuse=1.2))
+    with pytest.raises(ValueError, match=r"^material must be one that reflects no more light than arrives"):
+        lit(1, material=ph.Material(diffuse=1.02))
     with pytest.raises(ValueError, match=r"^shares_by_bounce must be False without components"):
         lit(1, shares_by_bounce=True)
     turned = ROOM.copy()

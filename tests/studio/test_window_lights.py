@@ -103,12 +103,18 @@ def test_a_removed_light_returns_to_its_place(lights, renderer):
     assert len(renderer.lights) == 4
 
 
-def test_a_light_that_returns_leaves_later_changes_of_others(lights):
+@pytest.fixture
+def removed(lights):
+    """The states before and after one of three lights was removed."""
     for light in (SUN, LAMP, SPOT):
         lights.add(light)
     before = lights.state
     lights.remove("lamp")
-    after = lights.state
+    return before, lights.state
+
+
+def test_a_light_that_returns_leaves_later_changes_of_others(lights, removed):
+    before, after = removed
     dimmed, turned = dataclasses.replace(SUN, intensity=0.3), dataclasses.replace(SPOT, cone_angle=30)
     lights.find("sun").set(dimmed, lights.viewer)
     lights.find("spot").set(turned, lights.viewer)
@@ -116,12 +122,8 @@ def test_a_light_that_returns_leaves_later_changes_of_others(lights):
     assert lights.values == (dimmed, LAMP, turned)
 
 
-def test_a_light_that_was_removed_since_stays_away_when_another_returns(lights):
-    for light in (SUN, LAMP, SPOT):
-        lights.add(light)
-    before = lights.state
-    lights.remove("lamp")
-    after = lights.state
+def test_a_light_that_was_removed_since_stays_away_when_another_returns(lights, removed):
+    before, after = removed
     lights.remove("sun")
     lights.revert(after, before)
     assert lights.values == (LAMP, SPOT)

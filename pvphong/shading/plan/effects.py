@@ -455,8 +455,7 @@ class LocalViewer(Effect):
         equation = draft.equation
         if equation.eye is None or not equation.has_highlights or equation.is_flipped or not draft.allowance:
             return draft
-        lobes = equation.reflectance.lobes
-        if equation.bounces and any(lobes[k].needs_viewer for k in equation.lobes_of["diffuse"]):
+        if equation.bounces and equation.diffuse_needs_viewer:
             return draft  # what is bounced depends on him too, for which there is no bound
         seen = draft.extent.sight(equation.eye)
         if seen is None or seen.distance < 2 * seen.radius:

@@ -182,7 +182,7 @@ class Plan:
         real = np.dtype(precision)
         rewritten = interreflection.directly_lit, interreflection.ambient_alone, interreflection.under_white_sky
         direct, ambient, white = (self._shade(each(self.equation), vertices, real, backend).rgb for each in rewritten)
-        return Sent(direct, ambient, interreflection.without_gain(white))
+        return Sent(direct, ambient, interreflection.without_gain(white, self.equation))
 
     def _shade(
         self, equation: Equation, vertices: Vertices, real: Any, backend: Backend, *, components: bool = False
