@@ -15,7 +15,6 @@ from typing import TYPE_CHECKING, Any, Concatenate, ParamSpec, TypeVar
 import numpy as np
 import pyvista as pv
 
-from pvphong.base.handles import Handle
 from pvphong.base.types import Backend, MatrixLike, Weighting
 from pvphong.meshes import lit, pictures
 from pvphong.meshes import transport as transports
@@ -59,7 +58,7 @@ def _of_mesh(
 
 
 @pv.register_dataset_accessor("phong", pv.DataSet)
-class MeshPhong(Handle):
+class MeshPhong:
     """Lighting of one dataset; results are new datasets and arrays, the dataset is never modified."""
 
     def __init__(self, mesh: pv.DataSet) -> None:
@@ -127,7 +126,7 @@ def _options_of(method: Callable[..., Any]) -> Callable[[Method], Method]:
 
 
 @pv.register_dataset_accessor("phong", pv.MultiBlock)
-class BlocksPhong(Handle):
+class BlocksPhong:
     """Lighting of every dataset in a MultiBlock: structure and names are kept, an empty block stays empty.
 
     Methods take what those of a single dataset do, see `MeshPhong`. One scene, with one viewer, lights all blocks; they

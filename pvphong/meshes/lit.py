@@ -33,6 +33,7 @@ from pvphong.shading import interreflection
 from pvphong.shading.equation import Equation
 from pvphong.shading.interreflection import Sent
 from pvphong.shading.plan.plan import Plan
+from pvphong.shading.reference import seen_by_viewer
 from pvphong.shading.vertices import Vertices
 from pvphong.shading.visibility import VisibilityLike, checked_visibility
 
@@ -181,8 +182,10 @@ def lit_mesh(
         labels = light_labels(scene)
         if vertices.visibility is not None:
             equation = planned.equation
-            seen = vertices.visibility.channels(equation.shadowed, sky=equation.is_occluded)
-            put_visibility(lit, name, labels, equation, seen)
+            if (channels := vertices.channels(equation)) is not None and equation.needs_visibility:
+                normals = vertices.normals_if(equation.needs_normals)
+                seen = seen_by_viewer(vertices.points, normals, equation, channels)
+                put_visibility(lit, name, labels, equation, seen)
         for part in ("ambient", "diffuse", "specular", "emission", "base"):
             lit.point_data[f"{name}_{part}"] = getattr(shading, part)
         for label, share in zip(labels, shading.per_light, strict=True):

@@ -192,7 +192,7 @@ def truth(
     tracer = PathTracer(known.reflectors, known.occluders, max_bounces, samples, seed)
     start = time.perf_counter()
     receiver = Receiver(reflector.faces, lambda: reflector.values["normal"], index)
-    receiver.origins, known.occluders.casters  # noqa: B018  found now: threads share them
+    receiver.turned.origins, known.occluders.casters  # noqa: B018  found now: threads share them
     if known.occluders.are_slow and samples * len(reflector.faces.points) >= _WORTH_A_WARNING:
         warn_of_slow_rays()
     with text.about("paths of light"):

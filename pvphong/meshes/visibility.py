@@ -152,5 +152,5 @@ def visibility_of(
         known = KnownOccluders(Occluders([*own, *others]), receiver.part)
     ambient = max(rgb(model.ambient)) + sum(light.intensity * max(rgb(light.ambient)) for light in scene.lights)
     receiver, distance = replace(receiver, part=known.own_index), model.occlusion_distance
-    tracer = Tracer(receiver, known.occluders, model.two_sided, distance, tolerance, samples, ambient, known.first)
-    return Visibility(tracer, scene.world_lights, light_labels(scene))
+    tracer = Tracer(receiver, known.occluders, distance, tolerance, samples, ambient, known.first)
+    return Visibility(tracer, scene.world_lights, light_labels(scene), two_sided=model.two_sided)

@@ -354,10 +354,11 @@ class PathTracer:
         equation, values = reflector.equation, reflector.at_points(vertices)
         points, to_eye = np.ascontiguousarray(receiver.points[vertices].T), np.array(equation.to_eye)[:, None]
         v = np.broadcast_to(to_eye, points.shape) if equation.eye is None else towards(equation.eye, points)[0]
-        n = values["normal"]
+        n, begun = values["normal"], receiver.origins[vertices].T
         if equation.two_sided:
-            n = np.where(dot(n, equation.toward_viewer(v)) < 0.0, -n, n)
-        origins = np.ascontiguousarray(receiver.origins[vertices].T) + resolution * n
+            is_behind = dot(n, equation.toward_viewer(v)) < 0.0
+            n, begun = np.where(is_behind, -n, n), np.where(is_behind, receiver.turned.origins[vertices].T, begun)
+        origins = np.ascontiguousarray(begun) + resolution * n
         return Interaction(reflector, points, origins, v, values | {"normal": n}, BEFORE_LIGHT * resolution)
 
     def _along_paths(self, at: Interaction, numbers: _Numbers, rays: list[int]) -> Float64Array:

@@ -6,7 +6,8 @@ ends to reach it, which rays from inside of faces make (Hanika, "Hacking the sha
 
 An origin is above the tangent plane by the resolution of the triangles. It is also moved by a thousandth into the
 vertex's own faces, as far as they are not below that plane: a vertex at the foot of a wall is in the plane of the wall,
-and belongs on that side of it on which its faces are.
+and belongs on that side of it on which its faces are. A surface that is seen from its other side is `Receiver.turned`:
+what was below the plane is above it there.
 """
 
 from __future__ import annotations
@@ -196,6 +197,15 @@ def _slack(vertices: Box, parts: Box) -> float:
 # --- the vertices of one mesh that look at lights, at the sky, and at each other
 
 
+class Begun(NamedTuple):
+    """Where rays from n vertices begin, but for the height above the tangent plane."""
+
+    origins: Float64Array
+    """Shape (n, 3): the points, moved a little into their faces."""
+    rise: FloatArray
+    """Shape (n,): how far their faces' middles are above the tangent plane, on the average."""
+
+
 class SendingTriangles(NamedTuple):
     """All triangles of some parts, of which some send light from their fronts, as compiled code takes them."""
 
@@ -229,14 +239,14 @@ class Receiver:
         Gives their normals, shape (n, 3), of any length.
     part : int or None
         Which of the occluders' parts its faces are; None where they block nothing.
-    known_origins : ndarray, optional
-        Shape (n, 3): `origins`, where they are known.
+    known : callable, optional
+        Gives where their rays begin, if that is not found from the faces.
     """
 
     faces: BlockingFaces
     normals: Callable[[], FloatArray]
     part: int | None
-    known_origins: Float64Array | None = None
+    known: Callable[[], Begun] | None = None
 
     def some(self, rows: IntArray) -> Receiver:
         """Some of its vertices, and the faces between them; their rays begin where they begin here."""
@@ -244,7 +254,17 @@ class Receiver:
         places[rows] = np.arange(len(rows))
         corners = places[self.faces.corners]
         faces = BlockingFaces(self.points[rows], corners[(corners >= 0).all(axis=1)])
-        return Receiver(faces, lambda: self.unit_normals[rows], self.part, self.origins[rows])
+        begun = Begun(self.origins[rows], self._begun.rise[rows])
+        return Receiver(faces, lambda: self.unit_normals[rows], self.part, lambda: begun)
+
+    @cached_property
+    def turned(self) -> Receiver:
+        """The same vertices with the opposite normals: their rays begin on the other side."""
+        return Receiver(self.faces, lambda: -self.unit_normals, self.part, self._begun_behind)
+
+    def _begun_behind(self) -> Begun:
+        origins, rise = self._begun
+        return Begun(origins - (_INTO_FACES * np.abs(rise))[:, None] * self.unit_normals, -rise)
 
     @property
     def points(self) -> Float64Array:
@@ -277,15 +297,19 @@ class Receiver:
         """Whether no ray that leaves it meets it again."""
         return len(self.faces) <= _MOST_FACES and is_convex(self.points, self.unit_normals, self.faces.corners)
 
-    @cached_property
+    @property
     def origins(self) -> Float64Array:
         """Where rays begin, but for the height above the tangent plane: the points, moved a little into their faces.
 
         That is by a thousandth of the offset to the mean of the middles of a point's faces, without the part of it that
         is against the normal; not at all where faces lie evenly around it.
         """
-        if self.known_origins is not None:
-            return self.known_origins
+        return self._begun.origins
+
+    @cached_property
+    def _begun(self) -> Begun:
+        if self.known is not None:
+            return self.known()
         points, normals, triangles = self.points, self.unit_normals, self.faces.corners
         columns = np.ascontiguousarray(points.T)
         sums, counts = np.zeros_like(columns), np.zeros(len(points))
@@ -302,5 +326,7 @@ class Receiver:
                     np.add.at(sums[axis], corner, middles[axis])
         with np.errstate(invalid="ignore"):
             inward = np.where(counts > 0, sums / np.maximum(counts, 1.0) - columns, 0.0)
-            inward -= np.minimum(dot(inward, normals.T), 0.0) * normals.T
-        return points + np.where(np.isfinite(inward), inward, 0.0).T * _INTO_FACES
+            rise = dot(inward, normals.T)
+            inward -= np.minimum(rise, 0.0) * normals.T
+        origins = points + np.where(np.isfinite(inward), inward, 0.0).T * _INTO_FACES
+        return Begun(origins, np.where(np.isfinite(rise), rise, 0.0).astype(np.float32))

@@ -24,6 +24,7 @@ from pvphong.optics.light import Light
 from pvphong.rays.casting import BYTES_PER_TRIANGLE, BlockingFaces, Occluders, warn_of_slow_rays
 from pvphong.rays.rays import (
     BEFORE_LIGHT,
+    Begun,
     Receiver,
     may_block,
     may_hide,
@@ -53,8 +54,6 @@ class Tracer:
         Whose vertices look.
     occluders : Occluders
         What can block them.
-    two_sided : bool
-        Whether vertices that face away from a light see it too: from their other side.
     distance : float
         Up to where something hides the sky.
     tolerance : float
@@ -69,86 +68,92 @@ class Tracer:
 
     receiver: Receiver
     occluders: Occluders
-    two_sided: bool = False
     distance: float = math.inf
     tolerance: float = 1.0 / 255.0
     samples: int | None = None
     ambient: float = 1.0
     first: int = 0
 
-    def light(self, light: Light) -> Seen:
-        """What the vertices see of a light in the world."""
-        return self._part_of(light) if light.has_size else self._all_or_nothing_of(light)
+    @property
+    def turned(self) -> Tracer:
+        """That of the vertices' other sides."""
+        return replace(self, receiver=self.receiver.turned)
 
-    def _sides(self, light: Light, some: slice = slice(None)) -> Float64Array:
-        """1 where vertices face a light, -1 where they see it from their other side, 0 where not at all."""
-        normals, points = self.receiver.unit_normals[some], self.receiver.points[some]
-        with np.errstate(all="ignore"):
-            facing = np.nan_to_num(dot(normals.T, light.arrival(np.ascontiguousarray(points.T)).direction))
-        return np.sign(facing) if self.two_sided else (facing > 0.0).astype(np.float64)
+    def light(self, light: Light, *, behind: bool = False) -> list[Seen]:
+        """What the vertices see of a light in the world, and then what their other sides see of it.
 
-    def _origins(self, rows: Any, sides: Any) -> Float64Array:
-        """Where rays begin at some vertices, on the side of the surface that sees the light."""
-        return self.receiver.above(rows, sides * self.occluders.resolution(self.receiver.part))
+        Parameters
+        ----------
+        light : Light
+            In the world.
+        behind : bool, default False
+            Whether the latter is found too.
+        """
+        if not light.has_size:
+            return self._all_or_nothing_of(light, behind=behind)
+        return [tracer._part_of(light) for tracer in (self, *[self.turned] * behind)]
 
-    def _all_or_nothing_of(self, light: Light) -> Seen:
-        """A light without a size: one ray for each vertex."""
+    def _origins(self, rows: Any) -> Float64Array:
+        """Where rays begin at some vertices."""
+        return self.receiver.above(rows, self.occluders.resolution(self.receiver.part))
+
+    def _all_or_nothing_of(self, light: Light, *, behind: bool) -> list[Seen]:
+        """A light without a size: one ray for each vertex, from the side that faces it."""
         receiver, compiled = self.receiver, self.occluders.compiled
         count, above = len(receiver.points), self.occluders.resolution(receiver.part)
-        part, rays = np.zeros(count), list[int]()
+        sides = [self, *[self.turned] * behind]
+        parts, rays = np.zeros((len(sides), count)), list[int]()
+        begin = [side.receiver.origins for side in sides]
         place = place_of(light)
         if place is None and not light.is_even:  # its direction differs from vertex to vertex
             compiled = None
-        known = *place_or_direction(light).tolist(), float(place is not None), float(self.two_sided), above
+        known = *place_or_direction(light).tolist(), float(place is not None), float(behind), above
         numbers = np.array([*known, BEFORE_LIGHT * above])
 
         def work(first: int, last: int) -> None:
             some = slice(first, last)
             if compiled is not None:
-                vertices = receiver.points[some], receiver.origins[some], receiver.unit_normals[some]
-                rays.append(kernel.point_seen(*vertices, numbers, compiled, part[some]))
+                vertices = receiver.points[some], begin[0][some], begin[-1][some], receiver.unit_normals[some]
+                rays.append(kernel.point_seen(*vertices, numbers, compiled, parts[0, some], parts[-1, some]))
                 return
-            sides = self._sides(light, some)
-            facing = np.flatnonzero(sides)
-            rows = first + facing
-            origins = self._origins(rows, sides[facing, None])
-            directions, distances = rays_to(light, origins)
-            part[rows] = ~self.occluders.blocked(origins, directions, distances - numbers[-1])
-            rays.append(len(rows))
+            for side, part in zip(sides, parts, strict=True):
+                rows = first + side._facing(light, some)
+                origins = side._origins(rows)
+                directions, distances = rays_to(light, origins)
+                part[rows] = ~self.occluders.blocked(origins, directions, distances - numbers[-1])
+                rays.append(len(rows))
 
         threads.run(work, count, _VERTICES_AT_ONCE)
-        return Seen(part, np.zeros(count), sum(rays) * bool(self.occluders.casters))
+        cast = sum(rays) * bool(self.occluders.casters)
+        return [Seen(part, np.zeros(count), cast * (index == 0)) for index, part in enumerate(parts)]
+
+    def _facing(self, light: Light, some: slice) -> IntArray:
+        """Which of some vertices face a light."""
+        normals, points = self.receiver.unit_normals[some], self.receiver.points[some]
+        with np.errstate(all="ignore"):
+            return np.flatnonzero(dot(normals.T, light.arrival(np.ascontiguousarray(points.T)).direction) > 0.0)
 
     def _part_of(self, light: Light) -> Seen:
         """A light with a size: as many rays as it takes, weighted with what its points send."""
         if light.sampling is None:
             remedy = "A kind with `sampling` casts shadows; pvphong.optics.area.sampling says how."
             check.refuse("light", light, "one that says how rays to it are chosen", remedy)
-        sides = self._sides(light.nodes(1)[0]) if self.two_sided else np.ones(len(self.receiver.points))
-        sides[sides == 0.0] = 1.0
         margin = BEFORE_LIGHT * self.occluders.resolution(self.receiver.part)
         brightness = light.intensity * max(np.ravel(light.diffuse).tolist())
-        return self._look(light.sampling, sides, margin, brightness, _LEAST_OF_ALL_AROUND if light.is_even else _LEAST)
+        return self._look(light.sampling, margin, brightness, _LEAST_OF_ALL_AROUND if light.is_even else _LEAST)
 
     def sky(self) -> Seen:
         """What the vertices see of the hemispheres around their normals."""
-        seen = self._look(
-            sky_sampling(self.distance, 1.0),
-            np.ones(len(self.receiver.points)),
-            0.0,
-            self.ambient,
-            _LEAST_OF_ALL_AROUND,
-        )
+        seen = self._look(sky_sampling(self.distance, 1.0), 0.0, self.ambient, _LEAST_OF_ALL_AROUND)
         has_normal: BoolArray = (self.receiver.unit_normals != 0.0).any(axis=1)
         return seen._replace(part=np.where(has_normal, seen.part, 1.0))
 
-    def _look(self, sampling: Sampling, sides: Float64Array, margin: float, brightness: float, least: int) -> Seen:
+    def _look(self, sampling: Sampling, margin: float, brightness: float, least: int) -> Seen:
         compiled, numbers = self.occluders.compiled, np.asarray(sampling.numbers, np.float64)
         stages = None if compiled is None else kernel.stages_of(sampling)
 
         def cast(vertices: IntArray, begin: int, end: int) -> Cast:
-            normals = self.receiver.unit_normals[vertices] * sides[vertices, None]
-            origins = self._origins(vertices, sides[vertices, None])
+            origins, normals = self._origins(vertices), self.receiver.unit_normals[vertices]
             given = numbers, origins, normals, sobol.seeds(self.first + vertices), begin, end, margin
             if stages is not None:
                 return Cast(*kernel.part_seen(stages, *given, compiled))
@@ -193,6 +198,9 @@ class Visibility:
     Each is computed when it is first read, and kept; nothing is kept of one that is interrupted. Lights may then be
     dimmed, tinted and switched without a ray; one that has moved is refused.
 
+    Vertices see what is on the side to which their normals point. Of a two-sided light model `behind` is what they see
+    on the other side; wherever the viewer is, one of the two is what the side sees that he sees.
+
     Parameters
     ----------
     tracer : Tracer
@@ -201,19 +209,50 @@ class Visibility:
         The scene's, in the world, those that are off too.
     labels : sequence of str
         Their names.
+    two_sided : bool, default False
+        Whether there is `behind`.
+    memory : tuple of ndarray, optional
+        Two of shape (lights + 1, n), float32, for parts, all 1, and their errors, all 0.
     """
 
-    def __init__(self, tracer: Tracer, lights: Sequence[Light], labels: Sequence[str]) -> None:
+    def __init__(
+        self,
+        tracer: Tracer,
+        lights: Sequence[Light],
+        labels: Sequence[str],
+        *,
+        two_sided: bool = False,
+        memory: tuple[FloatArray, FloatArray] | None = None,
+    ) -> None:
         self._tracer, self._receiver, self._lights = tracer, tracer.receiver, tuple(lights)
         self.lights = tuple(labels)
         """Names of the lights, in the order of `per_light`."""
-        self._parts = np.ones((len(self.lights) + 1, len(self._receiver.points)), np.float32)
-        self._errors = np.zeros_like(self._parts)
+        rows, count = len(self.lights) + 1, len(self._receiver.points)
+        if memory is None:  # both sides in one array, as evaluators read them
+            shape = rows * (1 + two_sided), count
+            memory = np.ones(shape, np.float32), np.zeros(shape, np.float32)
+        self._of_all_sides, (self._parts, self._errors) = memory[0], (each[:rows] for each in memory)
+        self.behind: Visibility | None = None
+        """What the other sides of the vertices see, in the same arrays; None where the light model is one-sided."""
+        if two_sided:
+            other, errors = (each[rows:] for each in memory)
+            self.behind = Visibility(tracer.turned, lights, labels, memory=(other, errors))
         self._done: set[int] = set()
-        self.rays = 0
-        """How many rays have been cast."""
-        self.seconds = 0.0
+        self._rays, self._seconds = 0, 0.0
+
+    @property
+    def _sides(self) -> tuple[Visibility, ...]:
+        return (self,) if self.behind is None else (self, self.behind)
+
+    @property
+    def rays(self) -> int:
+        """How many rays have been cast, from both sides."""
+        return sum(side._rays for side in self._sides)
+
+    @property
+    def seconds(self) -> float:
         """How long that took."""
+        return sum(side._seconds for side in self._sides)
 
     def __repr__(self) -> str:
         seen = f"{len(self.lights)} lights from {self._parts.shape[1]} vertices"
@@ -224,10 +263,14 @@ class Visibility:
 
     def _repr_html_(self) -> str:
         """Showing it casts no ray."""
-        rows = [(name, "not asked for yet", "") for name in (*self.lights, "the sky")]
-        for row in self._done:
-            part, error = self._parts[row].mean(dtype=np.float64), self._errors[row].max(initial=0.0)
-            rows[row] = rows[row][0], f"{part:.3f}", f"{error:.4f}"
+        rows = []
+        for side, where in zip(self._sides, ("", ", from behind"), strict=False):
+            for row, name in enumerate((*self.lights, "the sky")):
+                part, error = "not asked for yet", ""
+                if row in side._done:
+                    part = f"{side._parts[row].mean(dtype=np.float64):.3f}"
+                    error = f"{side._errors[row].max(initial=0.0):.4f}"
+                rows.append((name + where, part, error))
         return html_table(repr(self)[1:-1], ("seen", "mean part", "largest standard error"), rows)
 
     @property
@@ -266,10 +309,11 @@ class Visibility:
         picked = corners if len(corners) else np.arange(count)
         rows = np.unique(picked[:: max(len(picked) // _PROBED, 1)])
         probe = self.afresh(samples=self._tracer.samples, rows=rows)
-        for done in self._done:
-            probe._keep(done, self._parts[done, rows], self._errors[done, rows])
+        for mine, its in zip(self._sides, probe._sides, strict=True):
+            for done in mine._done:
+                its._keep(done, mine._parts[done, rows], mine._errors[done, rows])
         self._receiver.origins, self._tracer.occluders.casters  # noqa: B018  they are not to be counted
-        probe.channels(range(len(self.lights)), sky=True)
+        probe.channels(range(len(self.lights)), sky=True, behind=self.behind is not None)
         share = count / max(len(rows), 1)
         return Cost(round(probe.rays * share), probe.seconds * share)
 
@@ -283,15 +327,17 @@ class Visibility:
         samples : int, optional
             Of what is not known yet.
         """
-        result = Visibility(replace(self._tracer, samples=samples), lights, labels)
+        tracer, two_sided = replace(self._tracer, samples=samples), self.behind is not None
+        result = Visibility(tracer, lights, labels, two_sided=two_sided)
         is_as_good = self._tracer.samples in (None, samples)
-        known = {_geometry_of(light): index for index, light in enumerate(self._lights) if index in self._done}
-        for index, light in enumerate(result._lights):
-            before = known.get(_geometry_of(light))
-            if before is not None and (is_as_good or not light.has_size):
-                result._keep(index, self._parts[before], self._errors[before])
-        if len(self._lights) in self._done and is_as_good:
-            result._keep(len(result._lights), self._parts[-1], self._errors[-1])
+        before = {_geometry_of(light): index for index, light in enumerate(self._lights)}
+        places = [(index, before.get(_geometry_of(light))) for index, light in enumerate(result._lights)]
+        for mine, its in zip(self._sides, result._sides, strict=True):
+            for index, place in places:
+                if place in mine._done and (is_as_good or not result._lights[index].has_size):
+                    its._keep(index, mine._parts[place], mine._errors[place])
+            if len(self._lights) in mine._done and is_as_good:
+                its._keep(len(result._lights), mine._parts[-1], mine._errors[-1])
         return result
 
     def afresh(self, *, samples: int | None = None, rows: IntArray | None = None) -> Visibility:
@@ -305,7 +351,8 @@ class Visibility:
             Shape (m,): of these vertices alone, and the faces between them, so that adaptive rays may be more.
         """
         receiver = self._receiver if rows is None else self._receiver.some(rows)
-        return Visibility(replace(self._tracer, receiver=receiver, samples=samples), self._lights, self.lights)
+        tracer, two_sided = replace(self._tracer, receiver=receiver, samples=samples), self.behind is not None
+        return Visibility(tracer, self._lights, self.lights, two_sided=two_sided)
 
     def part(self, row: int) -> tuple[FloatArray, FloatArray]:
         """The part that is seen of a light, or in the row after theirs of the sky, and its standard error, (n,)."""
@@ -321,15 +368,21 @@ class Visibility:
             Shape (n, 3), in the world; rays begin at the origins, above them by the resolution of the triangles.
         """
         nowhere = BlockingFaces(points, np.zeros((0, 3), np.int64))
-        receiver = Receiver(nowhere, lambda: normals, self._receiver.part, origins)
+        begun = Begun(origins, np.zeros(len(origins)))
+        receiver = Receiver(nowhere, lambda: normals, self._receiver.part, lambda: begun)
         return Visibility(replace(self._tracer, receiver=receiver), self._lights, self.lights)
 
     def _keep(self, row: int, part: FloatArray, error: FloatArray) -> None:
         self._parts[row], self._errors[row] = part, error
         self._done.add(row)
 
-    def channels(self, lights: Sequence[int], *, sky: bool) -> FloatArray:
-        """Shape (lights + 1, n): `per_light` with `sky` in the last row; other rows may not be computed yet."""
+    def channels(self, lights: Sequence[int], *, sky: bool, behind: bool = False) -> FloatArray:
+        """Shape (lights + 1, n): `per_light` with `sky` in the last row; other rows may not be computed yet.
+
+        If `behind` is asked for too, as many rows follow of it.
+        """
+        if behind and self.behind is None:
+            self._refuse_one_side()
         for index in (*lights, *[len(self.lights)] * sky):
             if index not in self._done:
                 start, is_sky = time.perf_counter(), index == len(self.lights)
@@ -337,11 +390,17 @@ class Visibility:
                 if len(self._receiver.points) >= _WORTH_A_WARNING and self._tracer.occluders.are_slow:
                     warn_of_slow_rays()
                 with text.about(f"rays to {'the sky' if is_sky else self.lights[index]}"):
-                    seen = self._tracer.sky() if is_sky else self._tracer.light(self._lights[index])
-                self._keep(index, seen.part, seen.error)
-                self.rays += seen.rays
-                self.seconds += time.perf_counter() - start
-        result = self._parts.view()
+                    # one ray tells what both sides see of a light without a size
+                    both = self.behind is not None and not is_sky and not self._lights[index].has_size
+                    tracer = self._tracer
+                    found = [tracer.sky()] if is_sky else tracer.light(self._lights[index], behind=both)
+                for side, seen in zip(self._sides, found, strict=False):
+                    side._keep(index, seen.part, seen.error)
+                    side._rays += seen.rays
+                self._seconds += time.perf_counter() - start
+        if behind and self.behind is not None:
+            self.behind.channels(lights, sky=sky)
+        result = (self._of_all_sides if behind else self._parts).view()
         result.flags.writeable = False
         return result
 
@@ -365,9 +424,13 @@ class Visibility:
                 return ""
         if own is None or boxes[own] is None:
             return f"nothing {nothing}"
-        if self._tracer.two_sided or not self._receiver.is_convex:
+        if self.behind is not None or not self._receiver.is_convex:
             return ""
         return f"nothing {nothing}, and the mesh is convex" if others else "the mesh is convex, and alone"
+
+    def _refuse_one_side(self) -> None:
+        remedy = "mesh.phong.visibility(scene) makes one."
+        check.refuse("visibility", "one of a one-sided light model", "one of a two-sided one", remedy)
 
     def refuse_other(
         self, points: FloatArray, lights: Sequence[Light], labels: Sequence[str], model: LightModel
@@ -383,8 +446,8 @@ class Visibility:
         for label, now, then in zip(labels, lights, self._lights, strict=True):
             if _geometry_of(now) != _geometry_of(then):
                 check.refuse("visibility", f"one from before {label} moved", "one of the lights where they are", remedy)
-        if model.two_sided and not self._tracer.two_sided:
-            check.refuse("visibility", "one of a one-sided light model", "one of a two-sided one", remedy)
+        if model.two_sided and self.behind is None:
+            self._refuse_one_side()
         if model.ambient_occlusion is not False and model.occlusion_distance != self._tracer.distance:
             got = f"one with occlusion up to {self._tracer.distance:g}"
             check.refuse("visibility", got, f"one up to {model.occlusion_distance:g}", remedy)

@@ -180,8 +180,8 @@ class Equation:
 
     @cached_property
     def needs_normals(self) -> bool:
-        """Whether any light's share depends on the normal."""
-        return any(term.needs_normals for term in self.terms)
+        """Whether any share depends on the normal: a light's, or how open the sky is above the side that is seen."""
+        return any(term.needs_normals for term in self.terms) or (self.two_sided and self.is_occluded)
 
     @cached_property
     def has_highlights(self) -> bool:
@@ -232,10 +232,11 @@ class Equation:
     def channels(self) -> dict[str, slice]:
         """Which rows of `Vertices.channels` hold what, of what is read of them.
 
-        Of "visibility" there is one for what is seen of each of the scene's lights, and one for the sky; "tangents" are
-        x, y and z, and the maps have their names.
+        Of "visibility" there is one for what is seen of each of the scene's lights, and one for the sky; where normals
+        are turned to the viewer, as many follow for the other side. "tangents" are x, y and z, and the maps have their
+        names.
         """
-        sizes = {"visibility": self.lights + 1} if self.needs_visibility else {}
+        sizes = {"visibility": (self.lights + 1) * (1 + self.is_flipped)} if self.needs_visibility else {}
         if self.needs_normals:
             sizes |= {"tangents": 3} if "tangents" in self.reflectance.needs else {}
             sizes |= dict.fromkeys(self.maps, 1)

@@ -85,7 +85,8 @@ def evaluate(
         What the vertices see of the lights and the sky, where the light model has shadows or ambient occlusion:
         `mesh.phong.visibility(scene)` of a mesh with these points. Or plain numbers, beside Dask arrays only those, of
         shape (lights + 1, n): the part of each light that each vertex sees, as `.per_light`, and of the sky in the last
-        row, as `.sky`.
+        row, as `.sky`. Of a two-sided light model as many rows may follow for the other sides of the vertices, as
+        `.behind` has them; without, those see the same.
     transport : Transport, optional
         How light goes between the vertices, where the light model has bounces: `mesh.phong.transport()` of a mesh with
         these points.

@@ -93,7 +93,8 @@ class Block(NamedTuple):
     unseen: Any
     """Where v does not exist (the eye on the vertex, or a vertex that is not finite); False for nowhere."""
     seen: FloatArray | None
-    """Parts of each light, and in the last row of the sky, that nothing blocks; None where that is not needed."""
+    """Parts of each light, and in the last row of the sky, that nothing blocks; None where that is not needed. Where
+    normals are turned to the viewer, they are those of the side that he sees."""
     tints: dict[str, FloatArray]
     """What colours are multiplied by, (3, block): "albedo" the ambient ones, "diffuse" those that take albedo,
     "specular" and "emission"."""
@@ -160,14 +161,37 @@ def _block(
         if equation.turns_normals and matrix is not None:
             normals = transform_normals(normals, matrix)
         raw, inverse_length = moderate(normals.T, real)
+    is_behind: Any = False
     if equation.is_flipped:
-        raw = np.where(dot(raw, equation.toward_viewer(v)) < 0.0, -raw, raw)
+        is_behind = dot(raw, equation.toward_viewer(v)) < 0.0
+        raw = np.where(is_behind, -raw, raw)
     if "albedo" in tints:
         tints = tints | {"diffuse": tints["albedo"] * tints.get("diffuse", real(1.0))}
     of = {} if channels is None else {kind: channels[rows] for kind, rows in equation.channels.items()}
+    if equation.is_flipped and "visibility" in of:
+        front, behind = np.split(of["visibility"], 2)
+        of["visibility"] = np.where(is_behind, behind, front)
     maps = {name: of[name][0] for name in equation.maps if name in of}
     surface = Surface(raw, inverse_length, v.astype(real, copy=False), of.get("tangents"), maps)
     return Block(p, surface, unseen, of.get("visibility"), tints)
+
+
+def seen_by_viewer(points: FloatArray, normals: FloatArray, equation: Equation, channels: FloatArray) -> FloatArray:
+    """What of each light, and in the last row of the sky, the side sees that the viewer sees, shape (lights + 1, n).
+
+    Parameters
+    ----------
+    points, normals : ndarray
+        Shape (n, 3).
+    equation : Equation
+        What is evaluated, with visibility among its channels.
+    channels : ndarray
+        Shape (k, n): what `equation.channels` says.
+    """
+    parts = [slice(start, start + BLOCK) for start in range(0, max(len(points), 1), BLOCK)]
+    blocks = (_block(points[part], normals[part], {}, channels[:, part], equation, np.float64) for part in parts)
+    with np.errstate(divide="ignore", under="ignore", over="ignore"):
+        return np.concatenate([block.seen for block in blocks if block.seen is not None], axis=1)
 
 
 def _shade_block(block: Block, equation: Equation, result: Shading) -> None:

@@ -187,7 +187,8 @@ class Vertices:
                 if self.visibility is None:
                     allowed = "without shadows and ambient occlusion where only points are known"
                     check.refuse("light_model", "one with them", allowed, _TO_VISIBILITY)
-                kinds.append(self.visibility.channels(equation.shadowed, sky=equation.is_occluded))
+                how = {"sky": equation.is_occluded, "behind": equation.is_flipped}
+                kinds.append(self.visibility.channels(equation.shadowed, **how))
             elif kind == "tangents":
                 matrix = equation.matrix
                 kinds.append(unit((self.tangents if matrix is None else transform_vectors(self.tangents, matrix)).T)[0])

@@ -29,10 +29,11 @@ class VisibilityLike(Protocol):
         """Why nothing can hide the sky; "" where something may."""
         return ""
 
-    def channels(self, lights: Sequence[int], *, sky: bool) -> FloatArray:
+    def channels(self, lights: Sequence[int], *, sky: bool, behind: bool = False) -> FloatArray:
         """Parts that are seen, in [0, 1], shape (all the scene's lights + 1, n), the sky's in the last row.
 
-        Rows that are not wanted may hold anything finite.
+        Rows that are not wanted may hold anything finite. If `behind` is wanted, as many rows follow: what the other
+        side of each vertex sees.
         """
 
     def refuse_other(
@@ -67,7 +68,7 @@ class GivenVisibility(VisibilityLike):
         The argument's name.
     given : array_like
         Shape (lights + 1, n), the part of each light that each vertex sees, and of the sky in the last row; clipped to
-        [0, 1], a NaN counts as 0.
+        [0, 1], a NaN counts as 0. As many rows may follow for the vertices' other sides; without, these see the same.
     """
 
     def __init__(self, name: str, given: Any) -> None:
@@ -75,10 +76,13 @@ class GivenVisibility(VisibilityLike):
         parts = check.real_array(name, given, _PARTS)
         real = parts if parts.dtype in (np.float32, np.float64) else parts.astype(np.float64)
         self._parts: FloatArray = np.fmin(np.fmax(real, 0.0), 1.0)  # fmax takes 0 before a NaN
+        self._sides = 1
 
-    def channels(self, lights: Sequence[int], *, sky: bool) -> FloatArray:  # noqa: ARG002 the protocol's
+    def channels(self, lights: Sequence[int], *, sky: bool, behind: bool = False) -> FloatArray:  # noqa: ARG002
         """All of them."""
-        return self._parts
+        if self._sides == 2:
+            return self._parts if behind else self._parts[: len(self._parts) // 2]
+        return np.concatenate([self._parts] * 2) if behind else self._parts
 
     def refuse_other(
         self,
@@ -88,7 +92,9 @@ class GivenVisibility(VisibilityLike):
         model: LightModel,  # noqa: ARG002 the protocol's
     ) -> None:
         """Raise ValueError unless there are so many vertices and lights."""
-        if self._parts.shape != (len(lights) + 1, len(points)):
+        rows = len(lights) + 1
+        self._sides = 1 + (self._parts.shape == (2 * rows, len(points)))
+        if self._parts.shape != (self._sides * rows, len(points)):
             remedy = "One row for each light, on or off, and one for the sky; one column for each vertex."
             allowed = f"{_GIVEN}, or an array of shape {(len(lights) + 1, len(points))}"
             check.refuse(self._name, f"an array of shape {self._parts.shape}", allowed, remedy)

@@ -106,14 +106,18 @@ def test_arrays_of_any_layout_and_type_are_read_alike():
     lamp = np.array([0.2, 0.3, 0.9, 1.0, 1.0, 1e-6, 1e-6])
 
     def results(change):
-        part, point = np.zeros(20), np.zeros(20)
+        point, behind = np.zeros(20), np.zeros(20)
         p, n = change(points), change(normals)
         part = kernel.part_seen(
             stages, np.repeat(numbers, 2)[::2], p, n, sobol.seeds(np.arange(40))[:, ::2], 0, 16, 0.0, casters
         )
-        kernel.point_seen(p, p, n, np.repeat(lamp, 2)[::2], casters, point)
+        kernel.point_seen(p, p, p, n, np.repeat(lamp, 2)[::2], casters, point, behind)
         directions = n / np.linalg.norm(n, axis=1)[:, None]
-        return *part[:3], point, kernel.rays_blocked(p, directions, np.repeat(np.full(20, 3.0), 2)[::2], casters)
+        return (
+            *part[:3],
+            np.maximum(point, behind),
+            kernel.rays_blocked(p, directions, np.repeat(np.full(20, 3.0), 2)[::2], casters),
+        )
 
     expected = results(lambda a: np.ascontiguousarray(a[::2]))
     for change in (lambda a: a[::2], lambda a: np.asfortranarray(a[::2])):

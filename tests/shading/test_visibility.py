@@ -44,7 +44,8 @@ class KnownVisibility:
     def why_open(self):
         return self.why
 
-    def channels(self, lights, *, sky):
+    def channels(self, lights, *, sky, behind=False):
+        assert not behind, "no scene here is two-sided"
         self.asked.append((tuple(lights), sky))
         unknown = [index for index in range(len(self.parts) - 1) if index not in lights]
         parts = self.parts.copy()

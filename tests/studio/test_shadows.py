@@ -58,7 +58,7 @@ def counted(monkeypatch):
 
     def count(owner, name, key, what):
         original = getattr(owner, name)
-        monkeypatch.setattr(owner, name, lambda *a: counts[key].append(what(*a)) or original(*a))
+        monkeypatch.setattr(owner, name, lambda *a, **how: counts[key].append(what(*a)) or original(*a, **how))
 
     count(Tracer, "light", "lights", lambda _, which: which.name)
     count(Tracer, "sky", "skies", lambda _: None)

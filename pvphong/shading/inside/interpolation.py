@@ -44,6 +44,10 @@ _PLACES_AT_ONCE = 2**14
 class SeenFromPlaces(VisibilityLike, Protocol):
     """What is seen of the lights and the sky from the vertices of a mesh, and from other places on it."""
 
+    @property
+    def behind(self) -> SeenFromPlaces | None:
+        """What is seen from their other sides; None where the light model is one-sided."""
+
     def at(self, points: Float64Array, normals: Float64Array, origins: Float64Array) -> SeenFromPlaces:
         """What is seen from places in the world, with normals there, by rays that begin at origins; all (n, 3)."""
 
@@ -172,7 +176,7 @@ class Lighting:
     ) -> tuple[Float64Array, Float64Array]:
         """What is seen of a light from places on the mesh, and its standard error, (n,).
 
-        Of a sharp one that is 1 where they face away from it.
+        Of a sharp one that is 1 where they face away from it. It is seen from the side that the viewer sees.
 
         Rays begin on the plane that blends the tangent planes at a triangle's corners, if that is above it. All of a
         convex mesh is below its vertices' tangent planes, and so below their blends: a ray that rises above one meets
@@ -195,20 +199,26 @@ class Lighting:
             result[_inside_cone(source, columns(p)) < 0.0] = 0.0
         if light not in self._blocked and light not in self.soft:
             return result, error
-        side, some = np.ones(len(p)), np.arange(len(p))
-        if source is not None and (light in self._blocked or self.equation.two_sided):
-            side = np.nan_to_num(np.sign(dot(columns(n), source.arrival(columns(p)).to_light)))
-        if light in self._blocked:
-            some = np.flatnonzero((result > 0.0) & ((side != 0.0) if self.equation.two_sided else (side > 0.0)))
-        if level is None:
-            part, its_error = self._visibility.part(light)
-            result[some], error[some] = part[some], its_error[some]
-        elif len(some):
-            p, n, side = p[some], n[some], side[some]
-            length = np.linalg.norm(n, axis=1)
-            height = np.fmax((level[some] - np.einsum("ki,ki->k", p, n)) * side, 0.0)
-            scale = np.divide(height * side, length * length, out=np.zeros_like(length), where=length > 0.0)
-            result[some], error[some] = self._visibility.at(p, n, p + scale[:, None] * n).part(light)
+        some, is_behind = np.ones(len(p), bool), np.zeros(len(p), bool)
+        if self.equation.two_sided:
+            is_behind = dot(columns(n), self.equation.toward_viewer(_to_viewer(columns(p), self.equation))) < 0.0
+        if source is not None and light in self._blocked:
+            facing = np.nan_to_num(dot(columns(n), source.arrival(columns(p)).to_light))
+            some = (result > 0.0) & (np.where(is_behind, -facing, facing) > 0.0)
+        other = self._visibility.behind
+        for rows in (some & ~is_behind, some & is_behind):
+            if not rows.any():
+                continue
+            if level is None:
+                part, its_error = (self._visibility if other is None or not is_behind[rows][0] else other).part(light)
+                result[rows], error[rows] = part[rows], its_error[rows]
+                continue
+            places, up = p[rows], np.where(is_behind[rows, None], -n[rows], n[rows])
+            length = np.linalg.norm(up, axis=1)
+            own = np.where(is_behind[rows], -level[rows], level[rows])
+            height = np.fmax(own - np.einsum("ki,ki->k", places, up), 0.0)
+            scale = np.divide(height, length * length, out=np.zeros_like(length), where=length > 0.0)
+            result[rows], error[rows] = self._visibility.at(places, up, places + scale[:, None] * up).part(light)
         return result, error
 
 

@@ -62,7 +62,8 @@ def shade(
     albedo, diffuse, specular, emission
         Colours likewise, of fields that have a map.
     channels
-        Single numbers of all vertices, channel after channel: what of lights and of the sky they see, and maps.
+        Single numbers of all vertices, channel after channel: what of lights and of the sky they see, from both sides
+        where normals are turned to the viewer, and maps.
     rgb, display
         Where the colours go: floats, or bytes if `is_display`.
     settings, terms, numbers
@@ -176,7 +177,7 @@ def _load(
     if s.field >= 0:
         at.load_channel(shifted(channels, s.field * s.channel_length), first, count, shifted(rows, at.FIELD))
     if s.sky >= 0:
-        at.load_channel(shifted(channels, s.sky * s.channel_length), first, count, shifted(rows, at.SKY))
+        at.load_seen(channels, s.sky, first, count, s, rows, at.SKY)
     if s.is_split:
         clear(rows, at.OTHER_R)
     if s.unmapped:
@@ -279,7 +280,7 @@ def _add_light(
     if not t.wanted:
         return good
     if t.visible >= 0:
-        at.load_channel(shifted(channels, t.visible * s.channel_length), first, count, shifted(rows, at.VISIBLE))
+        at.load_seen(channels, t.visible, first, count, s, rows, at.VISIBLE)
         _hide(rows, varies)
         varies = True
     if not t.reflects:

@@ -272,6 +272,7 @@ def look_at_part(
 def look_at_point(
     points: Any,
     origins: Any,
+    origins_behind: Any,
     normals: Any,
     count: int,
     light: Any,
@@ -280,6 +281,7 @@ def look_at_point(
     scenes: Any,
     places: Any,
     seen: Any,
+    behind: Any,
     rows: Any,
     marks: Any,
     wide: Any,
@@ -290,15 +292,15 @@ def look_at_point(
 
     Parameters
     ----------
-    points, origins, normals
+    points, origins, origins_behind, normals
         Vectors of all vertices; rays begin at origins, and whether a vertex faces the light is decided at its point.
     light
         The light's place, or the direction to it; 1 if it is a place; 1 if vertices see from both sides; how far above
         the origins rays begin; by what length they end before the light.
-    seen
-        Filled in.
+    seen, behind
+        Filled in, the latter with what is seen from the other side.
     chosen
-        Scratch memory for the vertices of sixteen rays.
+        Scratch memory for the vertices of sixteen rays, and for their sides.
     others
         As for `look_at_part`.
     """
@@ -314,11 +316,14 @@ def look_at_point(
             to_light = light[0] - p[0], light[1] - p[1], light[2] - p[2]
         facing = dot(n, to_light)
         seen[i] = 0.0
+        if two_sided:
+            behind[i] = 0.0
         side = 1.0 if facing > 0.0 else (-1.0 if (facing < 0.0) & two_sided else 0.0)
         if side != 0.0:
-            x = origins[3 * i] + above * side * n[0]
-            y = origins[3 * i + 1] + above * side * n[1]
-            z = origins[3 * i + 2] + above * side * n[2]
+            begin = origins if side > 0.0 else origins_behind
+            x = begin[3 * i] + above * side * n[0]
+            y = begin[3 * i + 1] + above * side * n[1]
+            z = begin[3 * i + 2] + above * side * n[2]
             length = np.inf
             direction = light[0], light[1], light[2]
             if has_place:
@@ -330,14 +335,17 @@ def look_at_point(
                 np.float32(direction[2]),
             )
             rows[OPEN + lanes] = ONE
-            chosen[lanes] = i
+            chosen[lanes], chosen[RAYS + lanes] = i, np.intp(side)
             lanes += 1
         if (lanes == RAYS) | ((i == count - 1) & (lanes > 0)):
             for j in range(lanes, RAYS):
                 rows[OPEN + j] = ZERO
             _test(casters, function, scenes, places, rows, wide, valid)
             for j in range(lanes):
-                seen[chosen[j]] = rows[OPEN + j]
+                if chosen[RAYS + j] > 0:
+                    seen[chosen[j]] = rows[OPEN + j]
+                else:
+                    behind[chosen[j]] = rows[OPEN + j]
             cast += lanes
             lanes = 0
     return cast
@@ -376,7 +384,7 @@ class _Memory(threading.local):
     """Scratch memory, each thread's own, which starts where Embree wants it to."""
 
     def __init__(self) -> None:
-        self._memory = np.zeros(4 * _ROWS + 8 * _WIDE + 12 * RAYS + 64, np.uint8)
+        self._memory = np.zeros(4 * _ROWS + 8 * _WIDE + 20 * RAYS + 64, np.uint8)
         rows = address(self._memory) + -address(self._memory) % 64
         wide, valid = rows + 4 * _ROWS, rows + 4 * _ROWS + 8 * _WIDE
         self.addresses = rows, rows, wide, valid
@@ -402,8 +410,8 @@ def part_code(library: Library) -> Callable[..., int]:
 
 def point_code(library: Library) -> Callable[..., int]:
     """`look_at_point`, compiled."""
-    vertices = DOUBLES, DOUBLES, DOUBLES, types.intp
-    kinds = *vertices, DOUBLES, *CASTERS, INTEGERS, DOUBLES, DOUBLES, *SCRATCH, INTEGERS
+    vertices = DOUBLES, DOUBLES, DOUBLES, DOUBLES, types.intp
+    kinds = *vertices, DOUBLES, *CASTERS, INTEGERS, DOUBLES, DOUBLES, DOUBLES, *SCRATCH, INTEGERS
     return library.call(look_at_point, lambda: types.intp(*kinds))
 
 
@@ -478,18 +486,22 @@ def point_seen(
     library: Library,
     points: Float64Array,
     origins: Float64Array,
+    origins_behind: Float64Array,
     normals: Float64Array,
     light: Float64Array,
     casters: Any,
     seen: Float64Array,
+    behind: Float64Array,
 ) -> int:
-    """Fill in which vertices see a light, `seen`, shape (m,), contiguous; the number of rays is given.
+    """Fill in which vertices see a light, `seen`, and from their other side, `behind`, shape (m,), contiguous.
 
-    Points, origins and normals have the shape (m, 3); numbers of the light are those that `look_at_point` reads.
+    Points, origins and normals have the shape (m, 3); numbers of the light are those that `look_at_point` reads, which
+    say whether there is another side. The number of rays is given.
     """
-    given = as_float64(points, origins, normals, light)
-    vertices = *map(address, given[:3]), len(points), address(given[3])
-    return point_code(library)(*vertices, *_testing(casters), address(seen), *memory.addresses, memory.chosen)
+    *given, numbers = as_float64(points, origins, origins_behind, normals, light)
+    vertices = *map(address, given), len(points), address(numbers)
+    results = address(seen), address(behind), *memory.addresses, memory.chosen
+    return point_code(library)(*vertices, *_testing(casters), *results)
 
 
 def blocked(

@@ -166,6 +166,7 @@ SETTINGS = np.dtype(
         ("count", "i8"),
         ("stride", "i8"),
         ("sky", "i8"),
+        ("behind", "i8"),
         ("tangents", "i8"),
         ("field", "i8"),
         ("channel_length", "i8"),
@@ -191,7 +192,8 @@ SETTINGS = np.dtype(
 """What all lights share: numbers, then vectors. `has_tints`: any of the four maps of colours after it.
 `is_sunlit`: whether there is one light, the same everywhere, with Lambert's factor alone.
 `is_split`: whether what takes albedo, and what does not, are added up apart. `count`: of lights. `stride`: how many
-numbers each stage has. `sky`, `tangents`, `field`: the channel with the open part of the sky, the first of three with
+numbers each stage has. `behind`: from a channel with what is seen to that of the other side, or 0 where normals are
+not turned. `sky`, `tangents`, `field`: the channel with the open part of the sky, the first of three with
 tangents, and the one with the map of a reflectance's field, or -1. `channel_length`: from one channel to the next.
 `takes_albedo`: lobes that do, as the sum of 1, 2 and 4; `unmapped`: those
 that no map multiplies beside some that one does. `own`: a colour beside `base` that the sky has no part in.
@@ -321,6 +323,7 @@ def records_of(
         "count": len(terms),
         "stride": stride,
         "sky": equation.lights if equation.is_occluded else -1,
+        "behind": equation.lights + 1 if equation.is_flipped and equation.needs_visibility else 0,
         "tangents": equation.channels["tangents"].start if "tangents" in equation.channels else -1,
         "field": equation.channels[field].start if field in equation.channels else -1,
         "channel_length": channel_length,

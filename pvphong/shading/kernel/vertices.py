@@ -45,11 +45,12 @@ DX, DY, DZ, INVERSE_DISTANCE = range(17 * BLOCK, 21 * BLOCK, BLOCK)
 AMBIENT_R, AMBIENT_G, AMBIENT_B, TX, TY, TZ = range(21 * BLOCK, 27 * BLOCK, BLOCK)
 
 # Parts of one light, and of the ambient light, that nothing blocks; what a map has in place of the reflectance's field;
-# not 0 for a vertex that is left to the reference; light that no map multiplies, beside OTHER.
-VISIBLE, SKY, FIELD, DECLINED, UNMAPPED_R, UNMAPPED_G, UNMAPPED_B = range(27 * BLOCK, 34 * BLOCK, BLOCK)
+# not 0 for a vertex that is left to the reference; light that no map multiplies, beside OTHER; -1 where n is turned to
+# the viewer, else 1.
+VISIBLE, SKY, FIELD, DECLINED, UNMAPPED_R, UNMAPPED_G, UNMAPPED_B, SIDE = range(27 * BLOCK, 35 * BLOCK, BLOCK)
 
 # Points, where they are not beside the rows; the length of all rows.
-PX, PY, PZ, ROWS = range(34 * BLOCK, 38 * BLOCK, BLOCK)
+PX, PY, PZ, ROWS = range(35 * BLOCK, 39 * BLOCK, BLOCK)
 
 
 # --- loading
@@ -171,6 +172,30 @@ def load_channel(channels: Any, first: int, count: int, row: Any) -> None:
         row[i] = part[i]
     for i in range(count, BLOCK):
         row[i] = 0.0
+
+
+@compiled
+def load_seen(channels: Any, channel: int, first: int, count: int, s: Any, rows: Any, target: int) -> None:
+    """What is seen of a light or of the sky into a row: by the side of each vertex that the viewer sees.
+
+    Mostly he sees the same one of all in a block, and then the other's channel is not read.
+    """
+    front = shifted(channels, channel * s.channel_length)
+    behind = shifted(front, s.behind * s.channel_length)
+    any_front, any_behind = s.behind == 0, False
+    if s.behind:
+        for i in range(BLOCK):
+            any_front = any_front | (rows[SIDE + i] > ZERO)
+            any_behind = any_behind | (rows[SIDE + i] < ZERO)
+    if any_front and any_behind:
+        own, other = shifted(front, first), shifted(behind, first)
+        for i in range(count):
+            seen, seen_behind = own[i], other[i]
+            rows[target + i] = seen_behind if rows[SIDE + i] < ZERO else seen
+        for i in range(count, BLOCK):
+            rows[target + i] = 0.0
+    else:
+        load_channel(front if any_front else behind, first, count, shifted(rows, target))
 
 
 @compiled
@@ -316,5 +341,7 @@ def look_at_viewer(s: Any, rows: Any, points: Any) -> bool:
             n = vector(normals, i)
             toward = vector(viewer, i) if is_local else axis
             # a product is quicker than a store under a mask
-            put(normals, i, times(n, -ONE if dot(n, toward) < ZERO else ONE))
+            side = -ONE if dot(n, toward) < ZERO else ONE
+            put(normals, i, times(n, side))
+            rows[SIDE + i] = side
     return good

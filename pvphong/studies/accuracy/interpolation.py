@@ -120,7 +120,8 @@ def seconds_of_rays(subject: Subject, tolerance: float) -> float:
         return 0.0
     lights, rows = subject.scene.world_lights, np.arange(0, len(subject.points), len(subject.points) // _PROBED + 1)
     probe = visibility.afresh(rows=rows)
-    _, seconds = timed(lambda: probe.channels(equation.shadowed, sky=equation.is_occluded))
+    how = {"sky": equation.is_occluded, "behind": equation.is_flipped}
+    _, seconds = timed(lambda: probe.channels(equation.shadowed, **how))
     is_sampled = equation.is_occluded or any(lights[k].has_size for k in equation.shadowed)
     more = (tolerance / (OF_RAYS / 255.0)) ** (1.0 / _FALLS) if is_sampled else 1.0
     return seconds * more / len(rows) * len(subject.points) * _PLACES / _EVALUATIONS

@@ -312,11 +312,11 @@ def sampling(subject: Subject, visibility: Visibility, tolerance: float, clock: 
         why = dict.fromkeys(effects[name].why for name in ("shadow", "occlusion"))
         return SampledRows([], {}, {"rays": "; ".join(why)})
     clock.say("casting rays")
-    costs, seen = {}, visibility.afresh()
+    costs, seen, how = {}, visibility.afresh(), {"sky": equation.is_occluded, "behind": equation.is_flipped}
     if equation.shadowed:
-        _, costs["shadow"] = timed(lambda: seen.channels(equation.shadowed, sky=False))
+        _, costs["shadow"] = timed(lambda: seen.channels(equation.shadowed, sky=False, behind=equation.is_flipped))
     if equation.is_occluded:
-        _, costs["occlusion"] = timed(lambda: seen.channels((), sky=True))
+        _, costs["occlusion"] = timed(lambda: seen.channels((), sky=True, behind=equation.is_flipped))
     sampled = equation.is_occluded + len({t.index for t in equation.terms if t.is_shadowed and t.light.has_size})
 
     checked: IntArray = np.zeros(0, np.intp)
@@ -326,7 +326,7 @@ def sampling(subject: Subject, visibility: Visibility, tolerance: float, clock: 
         some = min(max(int(_FOR_ALL_RAYS * clock.left / per_vertex), _FEWEST_CHECKED), count)
         checked = np.sort(np.random.default_rng(0).choice(count, some, replace=False))
         everything = visibility.afresh(samples=MOST_RAYS, rows=checked)
-        channels = everything.channels(equation.shadowed, sky=equation.is_occluded)
+        channels = everything.channels(equation.shadowed, **how)
         truth = subject.exact(equation, checked, channels)
 
     def row(name: str, samples: int | None) -> Row:
@@ -340,7 +340,7 @@ def sampling(subject: Subject, visibility: Visibility, tolerance: float, clock: 
             seconds.append(timed(partial(plan.run, vertices, backend=backend))[1])
         errors, note = NO_ERROR, f"{cast.rays / count:.3g} rays a vertex"
         if sampled:
-            channels = cast.channels(equation.shadowed, sky=equation.is_occluded)[:, checked]
+            channels = cast.channels(equation.shadowed, **how)[:, checked]
             errors = Errors.at_vertices(subject.exact(equation, checked, channels), truth)
             note += f"; held against all {MOST_RAYS} at {len(checked)} of {count} vertices"
         time = Timing.of(seconds)
