@@ -24,9 +24,9 @@ from pvphong.scene.scene import Scene
 from pvphong.studies.validate.validation import Comparison, validate
 from pvphong.studio.gizmos import Gizmo, Gizmos, History, Interaction, Keys, Options, check_keys
 from pvphong.studio.lit_mesh import ARRAY, LitMesh, lit_meshes
+from pvphong.studio.live import LightHandle, MeshHandle, changed_light
 from pvphong.studio.subplot import Subplot
 from pvphong.studio.web import refuse_missing_extra
-from pvphong.studio.window_lights import RendererLight
 
 _NO_KEYS: Keys = MappingProxyType({})
 
@@ -181,18 +181,29 @@ class PlotterPhong:
         actors = tuple(self._draw(drawable(mesh, name), name, add_mesh_options) for mesh in meshes)
         return actors if isinstance(lit, pv.MultiBlock) else actors[0]
 
-    def mesh(self, actor: pv.Actor) -> LitMesh:
-        """What `add_mesh` drew as this actor: its `.material`, which blocks share, can be set.
+    def mesh(self, actor: pv.Actor) -> MeshHandle:
+        """What `add_mesh` drew as this actor: its `material`, which blocks share, and each field of it can be set.
+
+        Returns
+        -------
+        MeshHandle
+            `plotter.phong.mesh(actor).diffuse = "red"` shows in the next frame; it is one step of `undo` where gizmos
+            are up.
 
         Raises
         ------
         ValueError
             If the actor is not one of `add_mesh`, or has been removed.
         """
+        subplot, lit = self._drawn(actor)
+        return MeshHandle(lit, subplot)
+
+    def _drawn(self, actor: pv.Actor) -> tuple[Subplot, LitMesh]:
+        """The lit mesh that is drawn as an actor, and where."""
         for subplot in self._subplots:
             for lit in subplot.lit.meshes:
                 if lit.actor is actor:
-                    return lit
+                    return subplot, lit
         return check.refuse("actor", actor, "an actor that plotter.phong.add_mesh returned, not removed since")
 
     def validate(self, actor: pv.Actor | None = None) -> Comparison:
@@ -217,8 +228,8 @@ class PlotterPhong:
             subplot = self._subplot
             compared = subplot.lit.shown
         else:
-            compared = [self.mesh(actor)]
-            subplot = next(each for each in self._subplots if compared[0] in each.lit.meshes)
+            subplot, lit = self._drawn(actor)
+            compared = [lit]
         if not compared:
             check.refuse("plotter", "a subplot without any", "one with a lit mesh", "phong.add_mesh draws one.")
         comparisons = [validate(lit.drawn, subplot.scene, lit.material, matrix=lit.matrix) for lit in compared]
@@ -231,8 +242,10 @@ class PlotterPhong:
         """The active subplot's lights as values, the plotter's own `pyvista.Light` objects among them."""
         return self._subplot.lights.values
 
-    def add_light(self, light: Any) -> RendererLight:
+    def add_light(self, light: Any) -> LightHandle:
         """Add a light to the active subplot; it lights the actors that VTK lights too.
+
+        Set the fields of what it returns to move or change the light: the next frame shows it.
 
         Parameters
         ----------
@@ -241,40 +254,52 @@ class PlotterPhong:
 
         Returns
         -------
-        RendererLight
-            Names the light for `set_light` and `remove_light`.
+        LightHandle
+            The light, live: `lamp.position = (1, 0, 2)` moves it; one step of `undo` where gizmos are up. It also
+            names the light for `set_light` and `remove_light`.
 
         Raises
         ------
         ValueError
-            If it is no light, or one that VTK has nothing like, or the subplot has it already.
-        """
-        lights = self._subplot.lights
-        with self._history.edit(lights):
-            return lights.add(light)
+            If it is no light, or one that VTK has nothing like, or the subplot has it, or one of its name, already.
 
-    def set_light(self, which: Any, light: Light) -> None:
-        """Give a light of the active subplot a new value.
+        Examples
+        --------
+        >>> import pyvista as pv, pvphong as ph
+        >>> plotter = pv.Plotter(off_screen=True)
+        >>> lamp = plotter.phong.add_light(ph.PointLight(position=(0, 0, 2)))
+        >>> lamp.position = (1, 0, 2)
+        >>> plotter.close()
+        """
+        subplot = self._subplot
+        with self._history.edit(subplot.lights):
+            return LightHandle(subplot.lights.add(light), subplot)
+
+    def set_light(self, which: Any, light: Light | None = None, **fields: Any) -> None:
+        """Replace a light of the active subplot, or change fields of it.
 
         Parameters
         ----------
-        which : RendererLight, int, str or pyvista.Light
+        which : LightHandle, int, str or pyvista.Light
             The light: as `add_light` gave it, or by its index in `lights`, its name, or its PyVista light.
-        light : Light
+        light : Light, optional
             The new value.
+        **fields
+            New values of some fields, where no new light is given, as in `set_light("lamp", intensity=2)`.
 
         Raises
         ------
         ValueError
-            If there is no such light, or `light` is none, or one that VTK has nothing like.
+            If there is no such light or field, or `light` is none, or one that VTK has nothing like, or another light
+            has its name; and if there is nothing to set.
         """
+        lights = self._subplot.lights
+        if light is None or fields:
+            light = changed_light(lights.find(which).light(lights.viewer), light, fields)
         if not isinstance(light, Light):
             check.refuse("light", light, "a light of pvphong's", "as_light converts a pyvista.Light.")
-        light.as_vtk()  # refuses one that VTK has nothing like
-        lights = self._subplot.lights
-        renderer_light = lights.find(which)
         with self._history.edit(lights):
-            renderer_light.set(light, lights.viewer)
+            lights.set(which, light)
 
     def remove_light(self, which: Any) -> None:
         """Take a light out of the active subplot; `which` as for `set_light`."""
@@ -512,7 +537,7 @@ class PlotterPhong:
         for subplot in self._subplots:
             if subplot.renderer is renderer:
                 return subplot
-        self._subplots.append(Subplot(renderer, self._light_model))
+        self._subplots.append(Subplot(renderer, self._light_model, self._history))
         return self._subplots[-1]
 
     def __plotter_close__(self) -> None:

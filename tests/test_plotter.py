@@ -3,8 +3,9 @@
 import base64
 import gc
 import json
+import re
 import weakref
-from dataclasses import FrozenInstanceError, replace
+from dataclasses import FrozenInstanceError, fields, replace
 
 import numpy as np
 import pytest
@@ -12,7 +13,7 @@ import pyvista as pv
 import vtk
 from views import KINDS, example
 
-from pvphong import DirectionalLight, LightModel, Material, PointLight, Scene, SpotLight, Viewer
+from pvphong import GGX, DirectionalLight, LightModel, Material, PointLight, Scene, SpotLight, Viewer
 
 SUN = DirectionalLight(direction=(-1, -2, -3), name="sun")
 LAMP = PointLight(position=(2, 2, 2), attenuation=(1, 0.1, 0), name="lamp")
@@ -368,6 +369,157 @@ def test_bad_lights_are_refused_and_change_nothing(plotter):
     with pytest.raises(ValueError, match=r"^light must be a light that the plotter does not have yet"):
         plotter.phong.add_light(twice)
     assert len(plotter.phong.lights) == 2
+
+
+# --- live handles ---
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_every_field_of_a_light_reads_and_sets_and_the_next_frame_shows_it(new_plotter, kind):
+    shown, mesh = new_plotter(), ball()
+    before, after = example(kind, 1 / 3, name="it"), example(kind, 2 / 3, name="that", intensity=0.6, diffuse="tan")
+    lamp = shown.phong.add_light(before)
+    actor = draw(shown, SHINY, mesh)
+    for field in fields(after):
+        assert getattr(lamp, field.name) == getattr(before, field.name)
+        assert field.name in dir(lamp)
+        setattr(lamp, field.name, getattr(after, field.name))
+        before = replace(before, **{field.name: getattr(after, field.name)})
+        assert shown.phong.lights == (before,) == (lamp.light(),)
+    assert lamp.light() == after
+    shown.render()
+    assert_current(shown, actor, mesh, SHINY)
+    assert not shown.phong._history.can_redo
+
+
+@pytest.mark.parametrize("name", ["ambient", "diffuse", "specular", "shininess", "emission", "albedo", "reflectance"])
+def test_every_field_of_a_drawn_material_reads_and_sets(plotter, name):
+    mesh = ball()
+    mesh["tint"] = np.random.default_rng(0).random((mesh.n_points, 3))
+    handle = plotter.phong.mesh(draw(plotter, SHINY, mesh))
+    assert getattr(handle, name) == getattr(SHINY, name)
+    value = {"shininess": 3.0, "albedo": "tint", "reflectance": GGX(roughness=0.4)}.get(name, (0.7, 0.2, 0.4))
+    assert evaluations_after(plotter, lambda: setattr(handle, name, value)) == 1
+    assert getattr(handle, name) == value
+    assert handle.material == replace(SHINY, **{name: value})
+    assert_current(plotter, handle.actor, mesh, handle.material)
+
+
+def test_blocks_that_share_a_material_still_share_it(plotter):
+    one, other = (plotter.phong.mesh(actor) for actor in draw(plotter, DULL, blocks()[2]))
+    one.specular = 0.5
+    assert one != other
+    assert one.material == other.material == replace(DULL, specular=0.5)
+    assert {one} == {plotter.phong.mesh(one.actor)}
+
+
+WRONG = [
+    ("light", "color", "'color'. Did you mean 'diffuse'"),
+    ("light", "positon", "'positon'. Did you mean 'position'"),
+    ("light", "direction", "'direction'. It has ambient, attenuation, diffuse, "),
+    ("mesh", "color", "'color'. Did you mean 'diffuse'"),
+    ("mesh", "specular_power", "'specular_power'. Did you mean 'shininess'"),
+    ("mesh", "shinyness", "'shinyness'. Did you mean 'shininess'"),
+    ("mesh", "cast_shadows", "'cast_shadows'. Did you mean 'casts_shadows'"),
+]
+
+
+@pytest.mark.parametrize(("which", "name", "message"), WRONG)
+def test_an_attribute_that_a_handle_has_not_is_refused_by_name(plotter, which, name, message):
+    handle = plotter.phong.add_light(LAMP) if which == "light" else plotter.phong.mesh(draw(plotter))
+    for act in (lambda: getattr(handle, name), lambda: setattr(handle, name, 1.0)):
+        with pytest.raises(AttributeError, match=re.escape(f" has no attribute {message}")):
+            act()
+    assert not hasattr(handle, "_nothing")
+
+
+def test_what_a_handle_cannot_set_is_refused_and_changes_nothing(plotter):
+    lamp, mesh = plotter.phong.add_light(LAMP), plotter.phong.mesh(draw(plotter))
+    with pytest.raises(ValueError, match=r"^position must be 3 finite numbers"):
+        lamp.position = (1, 2)
+    with pytest.raises(AttributeError, match=r"'light' cannot be set; .*set_light"):
+        lamp.light = SUN
+    with pytest.raises(ValueError, match=r"^diffuse must be a number"):
+        mesh.diffuse = (255, 0, 0)
+    with pytest.raises(AttributeError, match=r"'matrix' of a drawn mesh cannot be set"):
+        mesh.matrix = np.eye(4)
+    assert (lamp.light(), mesh.material) == (LAMP, DULL)
+
+
+def test_a_handle_names_its_light_everywhere_until_it_is_removed(plotter):
+    lamp = plotter.phong.add_light(LAMP)
+    assert [gizmo.light for gizmo in plotter.phong.add_gizmos([lamp])] == [LAMP]
+    plotter.phong.set_light(lamp, SUN := replace(LAMP, diffuse="red"))
+    assert (lamp.light(), lamp.vtk_light) == (SUN, plotter.renderer.lights[1])
+    plotter.phong.remove_light(lamp)
+    assert lamp.diffuse == (1.0, 0.0, 0.0)
+    with pytest.raises(ValueError, match=r"^light must be one that has not been removed"):
+        lamp.intensity = 2
+    assert plotter.phong.undo()
+    lamp.intensity = 2
+    assert plotter.phong.lights[1] == replace(SUN, intensity=2)
+
+
+def test_an_assignment_is_one_step_of_undo_where_gizmos_are_up(plotter):
+    lamp, mesh = plotter.phong.add_light(LAMP), plotter.phong.mesh(draw(plotter))
+    plotter.phong.add_gizmos()
+    lamp.position, mesh.diffuse, lamp.intensity = (1, 2, 3), "red", 2
+    for light, material in [
+        (replace(LAMP, position=(1, 2, 3)), replace(DULL, diffuse="red")),
+        (replace(LAMP, position=(1, 2, 3)), DULL),
+        (LAMP, DULL),
+    ]:
+        assert plotter.phong.undo()
+        assert (lamp.light(), mesh.material) == (light, material)
+    assert not plotter.phong.undo()
+    plotter.phong.remove_gizmos()
+    lamp.position = (1, 2, 3)
+    assert not plotter.phong.undo()
+
+
+def test_set_light_changes_fields(plotter):
+    plotter.phong.set_light("sun", intensity=2, diffuse="tan")
+    assert plotter.phong.lights == (replace(SUN, intensity=2, diffuse="tan"),)
+    for given, message in [
+        ({}, "^light must be a light, or fields of it; got None"),
+        ({"light": LAMP, "intensity": 2}, "^light must be left out where fields are given"),
+        ({"color": "red"}, r"^DirectionalLight has no attribute 'color'\. Did you mean 'diffuse'"),
+        ({"intensity": -1}, "^intensity must be"),
+    ]:
+        with pytest.raises(ValueError, match=message):
+            plotter.phong.set_light("sun", **given)
+    assert plotter.phong.lights == (replace(SUN, intensity=2, diffuse="tan"),)
+
+
+def test_no_two_lights_have_one_name(plotter):
+    lamp = plotter.phong.add_light(LAMP)
+    for act in (
+        lambda: plotter.phong.add_light(LAMP),
+        lambda: plotter.phong.set_light(lamp, SUN),
+        lambda: plotter.phong.set_light(lamp, name="sun"),
+        lambda: setattr(lamp, "name", "sun"),
+    ):
+        with pytest.raises(
+            ValueError, match=r"^name must be one that no other light of the plotter has; got (sun|lamp)"
+        ):
+            act()
+    assert plotter.phong.lights == (SUN, LAMP)
+    for _ in range(2):
+        plotter.phong.add_light(replace(LAMP, name=""))  # without a name there may be many
+
+
+def test_undo_gives_no_two_lights_one_name(plotter):
+    lamp, other = plotter.phong.add_light(LAMP), plotter.phong.add_light(replace(LAMP, name="other"))
+    plotter.phong.remove_light(lamp)
+    other.name = "lamp"  # no step of undo, for there are no gizmos
+    assert plotter.phong.undo()
+    assert [light.name for light in plotter.phong.lights] == ["sun", "lamp 2", "lamp"]
+    assert plotter.phong.redo()
+    assert [light.name for light in plotter.phong.lights] == ["sun", "lamp"]
+    plotter.phong.set_light("sun", name="moon")
+    other.name = "sun"
+    assert plotter.phong.undo()
+    assert [light.name for light in plotter.phong.lights] == ["sun 2", "sun"]
 
 
 # --- scene and light model ---

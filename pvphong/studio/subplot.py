@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from contextlib import AbstractContextManager, nullcontext
+
 import pyvista as pv
 
 from pvphong.scene.light_model import LightModel
 from pvphong.scene.scene import Scene
-from pvphong.studio.gizmos import Interaction
+from pvphong.studio.gizmos import History, Interaction
+from pvphong.studio.gizmos.history import Editable
 from pvphong.studio.lit_actors import LitActors
 from pvphong.studio.window_lights import WindowLights
 
@@ -20,10 +23,12 @@ class Subplot:
         Held on to until `release`.
     light_model : LightModel
         Can be set at any time.
+    history : History
+        Where edits go that can be undone.
     """
 
-    def __init__(self, renderer: pv.Renderer, light_model: LightModel) -> None:
-        self.renderer, self.light_model = renderer, light_model
+    def __init__(self, renderer: pv.Renderer, light_model: LightModel, history: History) -> None:
+        self.renderer, self.light_model, self._history = renderer, light_model, history
         self.lights = WindowLights(renderer)
         self.lit = LitActors(renderer, lambda: self.scene)
         self.interaction: Interaction | None = None
@@ -32,6 +37,10 @@ class Subplot:
     def scene(self) -> Scene:
         """A snapshot of what lights this subplot."""
         return Scene(lights=self.lights.values, viewer=self.lights.viewer, light_model=self.light_model)
+
+    def assigning(self, edited: Editable) -> AbstractContextManager[None]:
+        """What is assigned inside becomes one step of undo where there are gizmos; an animation leaves no steps."""
+        return nullcontext() if self.interaction is None else self._history.edit(edited)
 
     def remove_gizmos(self) -> bool:
         """Take the gizmos down; False if there are none."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable
 from dataclasses import replace
 from typing import Any
@@ -36,6 +37,15 @@ class RendererLight:
     def __repr__(self) -> str:
         value = type(self.vtk_light if self._own is None else self._own).__name__
         return f"<RendererLight of a {value}{f' named {self._name!r}' if self._name else ''}>"
+
+    @property
+    def name(self) -> str:
+        """The light's name; "" if it has none."""
+        return self._name
+
+    def rename(self, name: str) -> None:
+        """Give the light another name and change nothing else."""
+        self._own, self._name = self._own and replace(self._own, name=name), name
 
     def light(self, viewer: Viewer) -> Light:
         """The light's value now."""
@@ -122,8 +132,22 @@ class WindowLights:
             renderer_light = RendererLight(light)
         if any(other is renderer_light.vtk_light for other in self._renderer.GetLights()):
             check.refuse("light", light, "a light that the plotter does not have yet", "set_light changes a light.")
+        self._refuse_taken(renderer_light.name)
         self._append(renderer_light)
         return renderer_light
+
+    def set(self, which: Any, light: Light) -> None:
+        """Give a light a new value, in place; `which` as for `find`."""
+        light.as_vtk()  # refuses one that VTK has nothing like
+        renderer_light = self.find(which)
+        if light.name != renderer_light.name:
+            self._refuse_taken(light.name)
+        renderer_light.set(light, self.viewer)
+
+    def _refuse_taken(self, name: str) -> None:
+        """Raise ValueError if a light of the renderer has that name: results are found by it."""
+        if name and name in (other.name for other in self.renderer_lights):
+            check.refuse("name", name, "one that no other light of the plotter has", "set_light changes a light.")
 
     def replace(self, lights: Iterable[Any]) -> None:
         """Take all lights out, and add others."""
@@ -140,12 +164,13 @@ class WindowLights:
     def find(self, which: Any) -> RendererLight:
         """A light: by itself, by index, by name, or by its PyVista light."""
         present = self.renderer_lights
+        vtk_light = getattr(which, "vtk_light", which)
         if isinstance(which, int) and not isinstance(which, bool) and -len(present) <= which < len(present):
             return present[which]
         lights = self.values
         for renderer_light, light in zip(present, lights, strict=True):
             named = isinstance(which, str) and which != "" and light.name == which
-            if named or renderer_light is which or renderer_light.vtk_light is which:
+            if named or renderer_light.vtk_light is vtk_light:
                 return renderer_light
         names = ", ".join(repr(light.name) for light in lights if light.name)
         allowed = f"a light of this renderer: what `add_light` gave, its pyvista.Light, an index below {len(present)}"
@@ -168,12 +193,25 @@ class WindowLights:
         return {renderer_light: renderer_light.state for renderer_light in self.renderer_lights}
 
     def revert(self, now: LightStates, then: LightStates) -> None:
-        """Undo what changed from `then` to `now`; what else has changed since is left as it is."""
+        """Undo what changed from `then` to `now`; what else has changed since is left as it is.
+
+        A light whose name another has been given since gets a free one.
+        """
         for renderer_light, state in now.items():
             if renderer_light not in then and renderer_light in self.renderer_lights:
                 self.remove(renderer_light)
             elif then.get(renderer_light, state) != state:
                 renderer_light.restore(then[renderer_light])
+        self._bring_back(now, then)
+        reverted = [each for each in self.renderer_lights if each in then and now.get(each) != then[each]]
+        taken = {each.name for each in self.renderer_lights if each not in reverted}
+        for renderer_light in reverted:
+            if renderer_light.name in taken and renderer_light.name:
+                renderer_light.rename(free_name(renderer_light.name, taken))
+            taken.add(renderer_light.name)
+
+    def _bring_back(self, now: LightStates, then: LightStates) -> None:
+        """Put the lights that were removed from `then` to `now` in again, each into its old place."""
         shining = {id(renderer_light.vtk_light) for renderer_light in self.renderer_lights}
         returning = {
             renderer_light: state
@@ -182,7 +220,7 @@ class WindowLights:
         }
         if not returning:
             return
-        # Removed lights return, each into its old place: all are taken out and put in again in that order.
+        # All are taken out and put in again in that order.
         present = self.renderer_lights
         for renderer_light in present:
             self.remove(renderer_light)
@@ -191,6 +229,15 @@ class WindowLights:
             self._append(renderer_light)
         for renderer_light, state in returning.items():
             renderer_light.restore(state)
+
+
+def free_name(wanted: str, taken: set[str]) -> str:
+    """The name itself where it is free, else with the lowest number from 2 that makes it so: no two may share one."""
+    stem, number, name = re.sub(r" \d+$", "", wanted), 1, wanted
+    while name in taken:
+        number += 1
+        name = f"{stem} {number}"
+    return name
 
 
 _ELEMENTS = "elements of the transform matrix"

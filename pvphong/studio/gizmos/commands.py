@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import colorsys
 import math
-import re
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from functools import partial
@@ -27,6 +26,7 @@ from pvphong.optics.roles import Aim
 from pvphong.studio.gizmos.gizmo import Gizmo, Gizmos, Keys, called
 from pvphong.studio.gizmos.handles import comes_from_somewhere, fields, luminance
 from pvphong.studio.gizmos.view import vector
+from pvphong.studio.window_lights import free_name
 
 # -- help, gizmos, selection, undo
 
@@ -184,15 +184,6 @@ def _put(gizmos: Gizmos, light: Light) -> None:
     name = free_name(light.name or "light", {known.name for known in gizmos.lights.values})
     gizmos.add(replace(light, name=name))
     gizmos.notice = f"added: {name}"
-
-
-def free_name(wanted: str, taken: set[str]) -> str:
-    """The name itself where it is free, else with the lowest number from 2 that makes it so: no two may share one."""
-    stem, number, name = re.sub(r" \d+$", "", wanted), 1, wanted
-    while name in taken:
-        number += 1
-        name = f"{stem} {number}"
-    return name
 
 
 def delete(gizmos: Gizmos, gizmo: Gizmo) -> None:

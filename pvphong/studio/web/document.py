@@ -42,7 +42,7 @@ from pvphong.studio.lit_mesh import LitMesh, SharedMaterial
 from pvphong.studio.subplot import Subplot
 from pvphong.studio.web.fields import edited, field_of, fields_of, form_of, has_stops
 from pvphong.studio.web.mix import Mix, MixState
-from pvphong.studio.window_lights import LightStates, RendererLight
+from pvphong.studio.window_lights import LightStates, RendererLight, free_name
 
 
 def _number_or_none(name: str, value: Any, **limits: Any) -> float | None:
@@ -294,11 +294,7 @@ class Document:
         after: Light = change(before, name)
         if after.frame != before.frame:  # it stays where it is
             after = before.in_world(viewer).in_frame(after.frame, viewer)
-        if after.name and after.name != before.name:
-            taken = [light.name for light in self._subplot.lights.values]
-            if after.name in taken:
-                check.refuse("name", after.name, "one that no other light has")
-        renderer_light.set(after, viewer)
+        self._subplot.lights.set(renderer_light, after)
 
     # -- lights
 
@@ -331,7 +327,7 @@ class Document:
             origin = LightInScene(light, scenery).origin
             if all(math.dist(origin, other) > _LARGE * scenery.size for other in taken):
                 break
-        name = commands.free_name(kind, {known.name for known in self._subplot.lights.values})
+        name = free_name(kind, {known.name for known in self._subplot.lights.values})
         with self._step():
             self.gizmos.add(replace(light, name=name))
 
