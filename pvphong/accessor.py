@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any, Concatenate, ParamSpec, TypeVar
 import numpy as np
 import pyvista as pv
 
+from pvphong.base.handles import Handle
 from pvphong.base.types import Backend, MatrixLike, Weighting
 from pvphong.meshes import lit, pictures
 from pvphong.meshes import transport as transports
@@ -58,7 +59,7 @@ def _of_mesh(
 
 
 @pv.register_dataset_accessor("phong", pv.DataSet)
-class MeshPhong:
+class MeshPhong(Handle):
     """Lighting of one dataset; results are new datasets and arrays, the dataset is never modified."""
 
     def __init__(self, mesh: pv.DataSet) -> None:
@@ -126,7 +127,7 @@ def _options_of(method: Callable[..., Any]) -> Callable[[Method], Method]:
 
 
 @pv.register_dataset_accessor("phong", pv.MultiBlock)
-class BlocksPhong:
+class BlocksPhong(Handle):
     """Lighting of every dataset in a MultiBlock: structure and names are kept, an empty block stays empty.
 
     Methods take what those of a single dataset do, see `MeshPhong`. One scene, with one viewer, lights all blocks; they

@@ -3,19 +3,20 @@
 from __future__ import annotations
 
 from inspect import signature
-from typing import Any
+from typing import Any, ClassVar
 
 import pyvista as pv
 from vtkmodules.util.vtkAlgorithm import VTKPythonAlgorithmBase
 from vtkmodules.vtkCommonCore import vtkOutputWindow
 
 from pvphong.base import check
+from pvphong.base.handles import Handle
 from pvphong.meshes.lit import shade_mesh
 from pvphong.optics.material import Material, as_material
 from pvphong.scene.scene import Scene, SceneLike, as_scene
 
 
-class PhongFilter(VTKPythonAlgorithmBase):  # type: ignore[misc]  # VTK's class has no type
+class PhongFilter(Handle, VTKPythonAlgorithmBase):  # type: ignore[misc]  # VTK's class has no type
     """A VTK filter: polydata in, polydata with the lit array "phong" (n_points, 3) float32 out, or as its options say.
 
     It executes again only when its input, scene, material or options have changed.
@@ -31,6 +32,10 @@ class PhongFilter(VTKPythonAlgorithmBase):  # type: ignore[misc]  # VTK's class 
     >>> phong.GetOutput().GetPointData().GetArray("phong").GetNumberOfComponents()
     3
     """
+
+    InputType: str
+    OutputType: str
+    _instead: ClassVar = {"scene": "SetScene", "material": "SetMaterial", "options": "SetOptions"}
 
     def __init__(self) -> None:
         super().__init__(nInputPorts=1, inputType="vtkPolyData", nOutputPorts=1, outputType="vtkPolyData")

@@ -13,6 +13,7 @@ from typing import Any
 import pyvista as pv
 
 from pvphong.base import check
+from pvphong.base.handles import Handle
 from pvphong.meshes.blocks import leaves
 from pvphong.meshes.pictures import refuse_colouring
 from pvphong.meshes.surfaces import FeatureAngle, drawable
@@ -43,8 +44,10 @@ _OUTPUTS = (
 
 
 @pv.register_plotter_component("phong")
-class PlotterPhong:
+class PlotterPhong(Handle):
     """Lighting in one plotter: every subplot has its own lights, all share the light model."""
+
+    _instead = dict.fromkeys(LightModel.__dataclass_fields__, "light_model")
 
     def __init__(self, plotter: pv.Plotter) -> None:
         self._owner = weakref.ref(plotter)

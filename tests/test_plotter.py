@@ -13,7 +13,7 @@ import pyvista as pv
 import vtk
 from views import KINDS, example
 
-from pvphong import GGX, DirectionalLight, LightModel, Material, PointLight, Scene, SpotLight, Viewer
+from pvphong import GGX, DirectionalLight, LightModel, Material, PhongFilter, PointLight, Scene, SpotLight, Viewer
 
 SUN = DirectionalLight(direction=(-1, -2, -3), name="sun")
 LAMP = PointLight(position=(2, 2, 2), attenuation=(1, 0.1, 0), name="lamp")
@@ -475,6 +475,25 @@ def test_an_assignment_is_one_step_of_undo_where_gizmos_are_up(plotter):
     plotter.phong.remove_gizmos()
     lamp.position = (1, 2, 3)
     assert not plotter.phong.undo()
+
+
+@pytest.mark.parametrize(
+    ("handle", "name", "meant"),
+    [
+        (lambda plotter: plotter.phong, "lightmodel", "light_model"),
+        (lambda plotter: plotter.phong, "shadows", "light_model"),
+        (lambda plotter: plotter.phong.add_gizmos()[0], "is_selectd", "is_selected"),
+        (lambda _: ball().phong, "planned", "plan"),
+        (lambda _: blocks()[2].phong, "shades", "shade"),
+        (lambda _: PhongFilter(), "scene", "SetScene"),
+    ],
+)
+def test_no_handle_takes_an_attribute_that_it_has_not(plotter, handle, name, meant):
+    given = handle(plotter)
+    with pytest.raises(
+        AttributeError, match=rf"^{type(given).__name__} has no attribute '{name}'\. Did you mean '{meant}'"
+    ):
+        setattr(given, name, None)
 
 
 def test_set_light_changes_fields(plotter):

@@ -12,8 +12,8 @@ from pvphong.base import check
 class Handle:
     """An object that has the attributes its class declares: setting any other raises AttributeError.
 
-    Private names (with an underscore) are free. Attributes that are set in `__init__` are declared by an annotation in
-    the class.
+    Private names (with an underscore) are free, and so are users' own subclasses of handles. Attributes that are set
+    in `__init__` are declared by an annotation in the class.
     """
 
     _instead: ClassVar[Mapping[str, str]] = {}
@@ -21,7 +21,7 @@ class Handle:
 
     def __setattr__(self, name: str, value: Any) -> None:
         kind: Any = type(self)
-        if not name.startswith("_") and name not in declared(kind):
+        if Handle in kind.__bases__ and not name.startswith("_") and name not in declared(kind):
             raise unknown_attribute(kind.__name__, name, declared(kind), self._instead)
         super().__setattr__(name, value)
 

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from pvphong.base.handles import Handle
 from pvphong.base.types import Vector
 from pvphong.optics.light import Light
 from pvphong.studio.gizmos.drawing import DARK_EDGE, LIGHT_EDGE, Drawing, Overlay, hue
@@ -43,7 +44,7 @@ def called(light: Light) -> str:
     return light.name or type(light).__name__
 
 
-class Gizmo:
+class Gizmo(Handle):
     """What stands for a light in the window, to be dragged.
 
     Parameters
@@ -54,10 +55,14 @@ class Gizmo:
         All of the subplot.
     """
 
+    renderer_light: RendererLight
+    first: Light
+    """The light as it was when it first got a gizmo here."""
+    is_selected: bool
+
     def __init__(self, renderer_light: RendererLight, gizmos: Gizmos) -> None:
         self.renderer_light = renderer_light
         self.first = gizmos.firsts.setdefault(renderer_light, renderer_light.light(gizmos.lights.viewer))
-        """The light as it was when it first got a gizmo here."""
         self.is_selected = False
         self._gizmos = gizmos
         self._held: tuple[Any, Scenery] | None = None

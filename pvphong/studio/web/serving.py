@@ -13,6 +13,7 @@ from typing import Any
 import pyvista as pv
 
 from pvphong.base import check
+from pvphong.base.handles import Handle
 from pvphong.studio.gizmos import History
 from pvphong.studio.subplot import Subplot
 from pvphong.studio.web.studio import Studio
@@ -20,7 +21,7 @@ from pvphong.studio.web.studio import Studio
 _HEIGHT = 720  # pixels, of the page in a notebook
 
 
-class StudioFrame:
+class StudioFrame(Handle):
     """A studio in a notebook: the page below the cell.
 
     Parameters
@@ -30,6 +31,9 @@ class StudioFrame:
     address : str
         Of its page.
     """
+
+    studio: Studio
+    address: str
 
     def __init__(self, studio: Studio, address: str) -> None:
         self.studio, self.address = studio, address

@@ -11,7 +11,7 @@ pytest.importorskip("trame_pyvista", reason="the studio needs the extra trame")
 
 import pvphong as ph
 from pvphong.cli.app import main
-from pvphong.studio.web.serving import free_port
+from pvphong.studio.web.serving import StudioFrame, free_port
 
 
 @pytest.fixture
@@ -149,3 +149,9 @@ def test_the_command_line_says_what_is_wrong_in_one_line(words, message, capsys)
     said = capsys.readouterr().err
     assert said.startswith(message)
     assert said.count("\n") == 1
+
+
+def test_a_frame_takes_no_attribute_that_it_has_not():
+    frame = StudioFrame(None, "http://localhost")
+    with pytest.raises(AttributeError, match=r"^StudioFrame has no attribute 'adress'\. Did you mean 'address'"):
+        frame.adress = ""
