@@ -136,7 +136,8 @@ class PlotterPhong(Handle):
 
     def _draw(self, mesh: Any, array: str, options: dict[str, Any]) -> pv.Actor:
         """Draw a mesh in the colours of one of its point arrays."""
-        actor = self._plotter.add_mesh(mesh, scalars=array, rgb=True, lighting=False, **options)
+        draw = functools.partial(self._plotter.add_mesh, mesh, scalars=array, rgb=True, lighting=False, **options)
+        actor = self._subplot.add_unlit(draw)
         actor.prop.color = "white"  # VTK's exporters write it too, and glTF multiplies colours by it
         return actor
 

@@ -653,6 +653,29 @@ def test_it_is_exported_in_colours_that_are_current(plotter, tmp_path, is_shown)
     assert_current(plotter, actor, mesh, DULL)
 
 
+NO_VTK_SHADOWS = r"^VTK's shadows cannot be drawn .* plotter\.phong\.light_model = pvphong\.LightModel\(shadows=True\)"
+
+
+def test_vtks_shadows_are_refused_where_they_cannot_be_drawn(plotter, capfd):
+    for add in (lambda: draw(plotter), lambda: plotter.phong.add_lit(ball().phong.shade(SUN))):
+        actor = add()
+        for enable in (plotter.enable_shadows, plotter.renderer.enable_shadows):
+            with pytest.raises(ValueError, match=NO_VTK_SHADOWS):
+                enable()
+        plotter.remove_actor(actor)
+        plotter.enable_shadows()
+        with pytest.raises(ValueError, match=NO_VTK_SHADOWS):
+            add()
+        assert not plotter.renderer.actors
+        plotter.add_mesh(ball())  # VTK lights it
+        plotter.screenshot()
+        plotter.disable_shadows()
+        plotter.clear_actors()
+    assert "shader" not in "".join(capfd.readouterr())
+    plotter.close()
+    assert "enable_shadows" not in vars(plotter.renderers[0])
+
+
 # --- against VTK ---
 
 

@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+import functools
+import weakref
+from collections.abc import Callable
 from contextlib import AbstractContextManager, nullcontext
+from typing import Any
 
 import pyvista as pv
 
@@ -12,6 +16,11 @@ from pvphong.studio.gizmos import History, Interaction
 from pvphong.studio.gizmos.history import Editable
 from pvphong.studio.lit_actors import LitActors
 from pvphong.studio.window_lights import WindowLights
+
+_NO_VTK_SHADOWS = (
+    "VTK's shadows cannot be drawn where pvphong lights meshes. Set plotter.phong.light_model = "
+    "pvphong.LightModel(shadows=True)"
+)
 
 
 class Subplot:
@@ -32,6 +41,8 @@ class Subplot:
         self.lights = WindowLights(renderer)
         self.lit = LitActors(renderer, lambda: self.scene)
         self.interaction: Interaction | None = None
+        self._unlit = weakref.WeakSet[Any]()
+        self._refuse_shadow_pass()
 
     @property
     def scene(self) -> Scene:
@@ -50,7 +61,32 @@ class Subplot:
         self.interaction = None
         return True
 
+    def _refuse_shadow_pass(self) -> None:
+        """Have the renderer refuse VTK's shadows where it draws pvphong's meshes.
+
+        VTK's shadow pass has no shader for unlit actors, and prints hundreds of lines at each frame.
+        """
+        subplot, enable = weakref.ref(self), type(self.renderer).enable_shadows
+
+        @functools.wraps(enable)
+        def enable_shadows() -> None:
+            if (alive := subplot()) is not None:
+                if any(alive.renderer.HasViewProp(actor) for actor in alive._unlit):
+                    raise ValueError(f"{_NO_VTK_SHADOWS} in place of plotter.enable_shadows().")
+                enable(alive.renderer)
+
+        self.renderer.enable_shadows = enable_shadows
+
+    def add_unlit(self, draw: Callable[[], pv.Actor]) -> pv.Actor:
+        """Draw an actor without VTK's lighting; ValueError if VTK's shadows are on, which cannot draw it."""
+        if self.renderer._render_passes._shadow_map_pass is not None:
+            raise ValueError(f"{_NO_VTK_SHADOWS} and leave out plotter.enable_shadows().")
+        actor = draw()
+        self._unlit.add(actor)
+        return actor
+
     def release(self) -> None:
         """Let go of everything."""
+        vars(self.renderer).pop("enable_shadows", None)
         self.remove_gizmos()
         self.lit.release()
