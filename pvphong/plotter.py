@@ -15,8 +15,8 @@ import pyvista as pv
 from pvphong.base import check
 from pvphong.base.handles import Handle
 from pvphong.meshes.blocks import leaves
-from pvphong.meshes.pictures import refuse_colouring
-from pvphong.meshes.surfaces import FeatureAngle, drawable
+from pvphong.meshes.pictures import refuse_colouring, vertex_opacity, with_opacity
+from pvphong.meshes.surfaces import FeatureAngle
 from pvphong.optics.lights import Light
 from pvphong.optics.maps import maps_on_material
 from pvphong.optics.material import DEFAULT_MATERIAL, Material
@@ -24,7 +24,7 @@ from pvphong.scene.light_model import LightModel
 from pvphong.scene.scene import Scene
 from pvphong.studies.validate.validation import Comparison, validate
 from pvphong.studio.gizmos import Gizmo, Gizmos, History, Interaction, Keys, Options, check_keys
-from pvphong.studio.lit_mesh import ARRAY, LitMesh, lit_meshes
+from pvphong.studio.lit_mesh import LitMesh, lit_meshes
 from pvphong.studio.live import LightHandle, MeshHandle, changed_light
 from pvphong.studio.subplot import Subplot
 from pvphong.studio.web import refuse_missing_extra
@@ -101,7 +101,9 @@ class PlotterPhong(Handle):
             It adds 200,000 points at most, and none where vertices or lines are drawn as such.
         **add_mesh_options
             As for `pyvista.Plotter.add_mesh`, without those that colour the mesh. With a `name` blocks are called
-            "name[block]", and replace those drawn under the name before.
+            "name[block]", and replace those drawn under the name before. `opacity` may have a number from 0 to 1 for
+            each point, or for each cell where faces share no points (`feature_angle=0`), or be the name of such an
+            array, which is followed.
 
         Returns
         -------
@@ -116,14 +118,17 @@ class PlotterPhong(Handle):
         refuse_colouring(add_mesh_options, "Colour comes from `material` here.")
         check.flag("casts_shadows", casts_shadows)
         tolerance = None if refine is None else check.number("refine", refine, above=0.0)
-        subplot, meshes = self._subplot, lit_meshes(mesh, material, feature_angle)
+        opacity = vertex_opacity(add_mesh_options)
+        subplot, meshes = self._subplot, lit_meshes(mesh, material, feature_angle, opacity)
         for lit in meshes.values():
             lit.casts_shadows = casts_shadows
             subplot.lit.light(lit)
         name, names = add_mesh_options.pop("name", None), set[str]()
         for block, lit in meshes.items():
             named = {} if name is None else {"name": f"{name}[{block}]" if block else name}
-            lit.actor = self._draw(lit.drawn, ARRAY, add_mesh_options | named)  # in place of what has its very name
+            lit.actor = self._draw(
+                lit.drawn, lit.shown_array, add_mesh_options | named
+            )  # in place of what has its very name
             subplot.lit.add(lit, tolerance)
             names.update(named.values())
         if name is not None:  # only now, for a wrong option is refused by what draws
@@ -182,7 +187,8 @@ class PlotterPhong(Handle):
             check.refuse("lit", "blocks without any mesh", "a MultiBlock with a mesh in it")
         for mesh in meshes:
             check.choice("name", name, mesh.point_data.keys())
-        actors = tuple(self._draw(drawable(mesh, name), name, add_mesh_options) for mesh in meshes)
+        opacity = vertex_opacity(add_mesh_options)
+        actors = tuple(self._draw(with_opacity(mesh, name, opacity), name, add_mesh_options) for mesh in meshes)
         return actors if isinstance(lit, pv.MultiBlock) else actors[0]
 
     def mesh(self, actor: pv.Actor) -> MeshHandle:

@@ -653,6 +653,97 @@ def test_it_is_exported_in_colours_that_are_current(plotter, tmp_path, is_shown)
     assert_current(plotter, actor, mesh, DULL)
 
 
+# --- an opacity for each vertex ---
+
+RED = Material(ambient=0, diffuse=0, emission="red")
+FINE_BOX = BOX.triangulate().subdivide(2)
+FINE_BOX.clear_data()
+
+
+def picture(plotter, add):
+    actor = add()
+    plotter.set_background("white")
+    plotter.camera_position = [(2, 1.5, 1.8), (0, 0, 0), (0, 0, 1)]
+    plotter.show(auto_close=False)
+    shown = plotter.screenshot(return_img=True).astype(int)
+    plotter.remove_actor(actor)
+    return shown
+
+
+@pytest.mark.parametrize("mesh", [FINE_BOX, GRID, ball()], ids=["split edges", "grid", "ball"])
+@pytest.mark.parametrize("of", ["points", "cells"])
+@pytest.mark.parametrize("is_named", [True, False])
+def test_opacities_are_drawn_as_pyvista_draws_them(plotter, mesh, of, is_named):
+    mesh = mesh.copy()
+    count = mesh.n_points if of == "points" else mesh.n_cells
+    opacity = numbers = np.linspace(0.1, 1, count)
+    if is_named:
+        (mesh.point_data if of == "points" else mesh.cell_data)["glass"] = numbers
+        opacity = "glass"
+    angle = {"feature_angle": 0} if of == "cells" else {}
+    if of == "cells" and mesh.n_cells != FINE_BOX.n_cells:
+        with pytest.raises(ValueError, match=r"^opacity must be one per point where faces share points"):
+            plotter.phong.add_mesh(mesh, RED, opacity=opacity, feature_angle=None)
+        assert not plotter.renderer.actors
+        return
+    ours = picture(plotter, lambda: plotter.phong.add_mesh(mesh, RED, opacity=opacity, **angle))
+    theirs = picture(plotter, lambda: plotter.add_mesh(mesh, color="red", lighting=False, opacity=numbers))
+    assert np.abs(ours - theirs).max() <= 1
+    assert np.ptp(ours[..., 1]) > 100
+
+
+def test_opacities_are_followed_and_refined_too(plotter):
+    mesh = FINE_BOX.copy()
+    mesh["glass"] = np.linspace(0.1, 1, mesh.n_points)
+    actor = plotter.phong.add_mesh(mesh, DULL, opacity="glass", refine=1 / 255)
+    plotter.show(auto_close=False)
+    for _ in range(2):
+        plotter.screenshot()
+        shown = actor.mapper.dataset
+        assert shown.active_scalars.shape == (shown.n_points, 4)
+        own = plotter.phong.mesh(actor).drawn
+        alpha = np.rint(255 * np.asarray(mesh["glass"])[own["pvphong_original_point"]])
+        np.testing.assert_array_equal(own["phong_rgba"], np.column_stack([own["phong"], alpha]))
+        mesh["glass"][:] = mesh["glass"][::-1].copy()
+
+
+def test_what_is_lit_already_may_have_opacities(plotter):
+    lit, opacity = ball().phong.shade(SUN), np.linspace(0, 1, ball().n_points)
+    ours = picture(plotter, lambda: plotter.phong.add_lit(lit, opacity=opacity))
+    rgba = np.column_stack([lit["phong"], opacity])
+    theirs = picture(plotter, lambda: plotter.add_mesh(ball(), scalars=rgba, rgb=True, lighting=False))
+    assert np.abs(ours - theirs).max() <= 1
+
+
+@pytest.mark.parametrize(
+    ("opacity", "message"),
+    [
+        (
+            "glas",
+            r"^opacity must be a number, an array, or the name of one \(.*glass.*\); got 'glas'\. Did you mean 'glass'",
+        ),
+        (
+            np.ones(7),
+            r"^opacity must be a number, or one for each point \(162\) or cell \(320\); got an array of shape",
+        ),
+        (np.full(162, 255.0), r"^opacity must be numbers from 0 to 1; .*Divide 0-255"),
+        (np.full(162, np.nan), r"^opacity must be numbers from 0 to 1"),
+    ],
+)
+def test_bad_opacities_are_refused_and_draw_nothing(plotter, opacity, message):
+    mesh = ball()
+    mesh["glass"] = np.ones(mesh.n_points)
+    for add in (
+        plotter.phong.add_mesh,
+        lambda mesh, **options: plotter.phong.add_lit(mesh.phong.shade(SUN), **options),
+    ):
+        with pytest.raises(ValueError, match=message):
+            add(mesh, opacity=opacity)
+        with pytest.raises(ValueError, match=r"^use_transparency must be False"):
+            add(mesh, opacity=opacity, use_transparency=True)
+    assert not plotter.renderer.actors
+
+
 NO_VTK_SHADOWS = r"^VTK's shadows cannot be drawn .* plotter\.phong\.light_model = pvphong\.LightModel\(shadows=True\)"
 
 

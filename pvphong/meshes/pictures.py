@@ -8,6 +8,7 @@ import sys
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from functools import cache
+from numbers import Real
 from pathlib import Path
 from typing import Any, Literal, get_args
 
@@ -18,6 +19,7 @@ from pvphong.base import check
 from pvphong.base.color import xyz_from_rgb
 from pvphong.base.files import written_aside
 from pvphong.meshes.blocks import leaves
+from pvphong.meshes.point_data import opacity_at
 from pvphong.meshes.surfaces import drawable, shallow_copy, surface
 from pvphong.scene.viewer import Viewer
 
@@ -116,7 +118,7 @@ def plot(mesh: pv.DataSet, /, *, name: str = "phong", **options: Any) -> Any:
     """
     refuse_colouring(options)
     refuse_unlit(mesh, name)
-    return drawable(mesh, name).plot(rgb=True, lighting=False, scalars=name, **options)
+    return with_opacity(mesh, name, vertex_opacity(options)).plot(rgb=True, lighting=False, scalars=name, **options)
 
 
 _COLOURING = ("scalars", "rgb", "rgba", "lighting", "color", "smooth_shading", "texture", "pbr", "cmap", "copy_mesh")
@@ -130,6 +132,30 @@ def refuse_colouring(options: Mapping[str, Any], remedy: str = "The colours are 
             if option == "smooth_shading":
                 remedy = "Colours are blended between vertices; shade(feature_angle=0) gives each face its own."
             check.refuse("option", option, f"an option of add_mesh other than {', '.join(_COLOURING)}", remedy)
+
+
+def vertex_opacity(options: dict[str, Any]) -> Any:
+    """Take an opacity for each vertex, or its name, out of `add_mesh`'s options; None where there is but one number.
+
+    PyVista has none for meshes that are coloured by RGB.
+    """
+    if isinstance(options.get("opacity"), Real | np.number | None):
+        return None
+    if options.pop("use_transparency", False):
+        check.refuse("use_transparency", True, "False where opacity is not one number", "Give 1 - opacity.")
+    return options.pop("opacity")
+
+
+def with_opacity(mesh: pv.DataSet, name: str, opacity: Any) -> pv.DataSet:
+    """`drawable` with an opacity for each vertex as the fourth channel; `opacity` as `vertex_opacity` gives it."""
+    if opacity is None:
+        return drawable(mesh, name)
+    source = surface(mesh)
+    result = drawable(source, name)
+    colors = np.asarray(result.point_data[name])
+    colors = colors / 255.0 if colors.dtype == np.uint8 else colors
+    result.point_data[name] = np.column_stack([colors, opacity_at(opacity, mesh, source, source, None)])
+    return result
 
 
 def refuse_unlit(mesh: pv.DataSet, name: str) -> None:

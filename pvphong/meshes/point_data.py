@@ -108,6 +108,44 @@ def values_at(name: str, given: Any, whole: pv.PolyData, source: pv.PolyData, po
     return _checked(name, value, whole) if points is None else _checked(name, value, whole)[points]
 
 
+def opacity_at(
+    given: Any, mesh: pv.DataSet, whole: pv.PolyData, source: pv.PolyData, points: NDArray[Any] | None
+) -> FloatArray:
+    """Opacities at a surface's points, from 0 for transparent to 1.
+
+    Parameters
+    ----------
+    given : Map, array_like or str
+        A number from 0 to 1 for each of the mesh's points or cells, or the name of such an array; uint8 counts as
+        0-255. Cells are taken where each face has points of its own.
+    mesh : pyvista.DataSet
+        The user's mesh.
+    whole, source, points
+        Its surface, as for `values_at`.
+    """
+    value = given.source if isinstance(given, Map) else given
+    if isinstance(value, str):
+        names = [*mesh.point_data.keys(), *mesh.cell_data.keys()]
+        if value not in names:
+            allowed = f"a number, an array, or the name of one ({', '.join(names) or 'there is none'})"
+            check.refuse("opacity", repr(value), allowed, check.meant(value, names))
+        value = mesh.point_data[value] if value in mesh.point_data else mesh.cell_data[value]
+    rows = check.real_array("opacity", value, "a number, or one for each point or cell")
+    if rows.size != len(np.atleast_1d(rows)) or rows.size not in (mesh.n_points, mesh.n_cells):
+        allowed = f"a number, or one for each point ({mesh.n_points}) or cell ({mesh.n_cells})"
+        check.refuse("opacity", f"an array of shape {rows.shape}", allowed)
+    found: Any = rows.ravel() / 255.0 if rows.dtype == np.uint8 else rows.ravel()
+    if not (found.min(initial=0.0) >= 0.0 and found.max(initial=0.0) <= 1.0):  # nor if there is a NaN
+        remedy = "Divide 0-255 by 255, or convert it to uint8."
+        check.refuse("opacity", f"numbers from {found.min():g} to {found.max():g}", "numbers from 0 to 1", remedy)
+    is_surface = isinstance(mesh, pv.PolyData | pv.PointSet)
+    if rows.size != mesh.n_points:
+        cells = found if is_surface else found[whole.cell_data["vtkOriginalCellIds"]]
+        return np.asarray(_of_faces("opacity", cells, source), np.float64)
+    at_whole = found if is_surface else found[whole.point_data["vtkOriginalPointIds"]]
+    return np.asarray(at_whole if points is None else at_whole[points], np.float64)
+
+
 def _of_faces(name: str, values: Any, source: pv.PolyData) -> Any:
     """An array with a row for each cell, at points of which each is one face's alone."""
     connectivity, offsets = polygons(source)

@@ -12,12 +12,12 @@ import pyvista as pv
 from vtkmodules.util.numpy_support import vtk_to_numpy
 
 from pvphong.base import check
-from pvphong.base.types import Float64Array, FloatArray
+from pvphong.base.types import ByteArray, Float64Array, FloatArray
 from pvphong.meshes.blocks import DEFAULT, datasets, materials_of, single_material
-from pvphong.meshes.point_data import given_maps, tangents_from, texture_version, values_at
+from pvphong.meshes.point_data import given_maps, opacity_at, tangents_from, texture_version, values_at
 from pvphong.meshes.surfaces import FeatureAngle, has_normals, point_normals, split_sharp_edges, surface
 from pvphong.meshes.visibility import KnownOccluders, visibility_of
-from pvphong.optics.maps import Map, is_image_path, is_texture
+from pvphong.optics.maps import Map, is_image_path, is_texture, map_in
 from pvphong.optics.material import Material, as_material
 from pvphong.rays.visibility import Visibility
 from pvphong.scene.scene import Scene, light_labels
@@ -26,6 +26,9 @@ from pvphong.shading.vertices import Vertices
 
 ARRAY = "phong"
 """Name of the drawn mesh's colours, uint8 RGB."""
+
+TRANSLUCENT_ARRAY = "phong_rgba"
+"""Name of the drawn mesh's colours with opacities, uint8 RGBA, where it has an opacity for each vertex."""
 
 
 @dataclass(eq=False)
@@ -57,10 +60,17 @@ class LitMesh:
         are edited or replaced; of an array that is given, edits are seen if it is a mesh's.
     feature_angle : float, "auto" or None, default None
         Degrees from which edges are sharp, as for `shade`. Can be set at any time.
+    opacity : array_like or str, optional
+        An opacity for each of the mesh's points or cells, or the name of such an array, which is followed.
     """
 
     def __init__(
-        self, mesh: pv.DataSet, material: Material | SharedMaterial, *, feature_angle: FeatureAngle = None
+        self,
+        mesh: pv.DataSet,
+        material: Material | SharedMaterial,
+        *,
+        feature_angle: FeatureAngle = None,
+        opacity: Any = None,
     ) -> None:
         surface(mesh)  # refuses what has nothing that can be lit
         self.mesh = mesh
@@ -76,6 +86,7 @@ class LitMesh:
         """How many times its colours have been computed."""
         self.bounced: FloatArray | None = None
         """Shape (1, n, 3): light that arrived by bounces then."""
+        self._opacity = map_in("opacity", opacity)
         self._colors: Any = None
         self._geometry: Any = None
         self._computed_normals: FloatArray | None = None
@@ -97,7 +108,8 @@ class LitMesh:
     def version(self) -> Any:
         """A stamp of what is lit, which changes with it; cheap to compare."""
         maps = tuple((name, self._version_of(given)) for name, given in given_maps(self.material).items())
-        return self.material, self.geometry(), maps
+        opacity = None if self._opacity is None else self._version_of(self._opacity)
+        return self.material, self.geometry(), maps, opacity
 
     @property
     def state(self) -> Any:
@@ -167,9 +179,29 @@ class LitMesh:
             bounced = np.zeros((1, len(vertices), 3), np.float32)
         self._plan.run_for_display(vertices, vtk_to_numpy(self._colors), bounced)
         self._lit_for, self._eye, self.bounced = state, eye, bounced
-        self._colors.Modified()
+        self.show_colors()
         self.evaluations += 1
         return True
+
+    def show_colors(self) -> None:
+        """Have the next frame draw what has been written into the colours."""
+        self._colors.Modified()
+        if (opacities := self.opacities()) is not None:
+            rgba = np.column_stack([vtk_to_numpy(self._colors), opacities])
+            self.drawn.point_data[TRANSLUCENT_ARRAY] = rgba
+            self.drawn.set_active_scalars(TRANSLUCENT_ARRAY, preference="point")
+
+    def opacities(self) -> ByteArray | None:
+        """An opacity for each vertex that is drawn, uint8; None where the actor has one for all."""
+        if self._opacity is None:
+            return None
+        found = opacity_at(self._opacity, self.mesh, self._whole, self.drawn, self._original_points)
+        return np.rint(255.0 * found).astype(np.uint8)
+
+    @property
+    def shown_array(self) -> str:
+        """Name of the array of the drawn mesh that is to be shown."""
+        return ARRAY if self._opacity is None else TRANSLUCENT_ARRAY
 
     def blank(self) -> None:
         """Draw nothing, until it can be refreshed again: an index that no point has would end the process."""
@@ -281,7 +313,10 @@ def _version(part: Any) -> Any:
 
 
 def lit_meshes(
-    mesh: Any, material: Material | str | Mapping[str, Material | str], feature_angle: FeatureAngle
+    mesh: Any,
+    material: Material | str | Mapping[str, Material | str],
+    feature_angle: FeatureAngle,
+    opacity: Any = None,
 ) -> dict[str, LitMesh]:
     """The lit mesh, by no name, or those of all blocks, by their names: they share the material if there is but one.
 
@@ -293,11 +328,11 @@ def lit_meshes(
     given = material if isinstance(material, Mapping) else {DEFAULT: material}
     shared = {name: SharedMaterial(as_material(each)) for name, each in given.items()}
     if not isinstance(mesh, pv.MultiBlock):
-        return {"": LitMesh(mesh, single_material(shared), feature_angle=feature_angle)}
+        return {"": LitMesh(mesh, single_material(shared), feature_angle=feature_angle, opacity=opacity)}
     found, blocks = {}, list(datasets(mesh))
     for (path, block), own in zip(blocks, materials_of([path for path, _ in blocks], shared), strict=True):
         try:
-            found[path] = LitMesh(block, own, feature_angle=feature_angle)
+            found[path] = LitMesh(block, own, feature_angle=feature_angle, opacity=opacity)
         except ValueError as error:
             raise ValueError(f"block {path!r}: {error}") from error
         found[path].block = path

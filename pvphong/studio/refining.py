@@ -22,6 +22,7 @@ from pvphong.studio.background import Job
 from pvphong.studio.lit_mesh import ARRAY, LitMesh
 
 _AFTER = 0.2  # seconds in which nothing has changed
+_OPACITY = "_opacity"
 _MOST_ADDED = 200_000  # points
 
 
@@ -110,6 +111,9 @@ class Refining:
         surface = mesh.drawn.copy()
         surface.clear_data()
         surface.point_data.active_normals = np.array(mesh.normals)
+        opacities = mesh.opacities()
+        if opacities is not None:
+            surface.point_data[_OPACITY] = opacities.astype(np.float64)
         options: dict[str, Any] = {"matrix": mesh.matrix, "max_points": surface.n_points + _MOST_ADDED}
         options |= {"occluders": occluders or (), "tolerance": self.tolerance}
         if mesh.bounced is not None:
@@ -118,6 +122,8 @@ class Refining:
         def work() -> pv.PolyData:
             refined = refine(surface, scene, material, **options)
             colors = np.rint(np.clip(refined[ARRAY], 0.0, 1.0) * 255.0).astype(np.uint8)
+            if opacities is not None:
+                colors = np.column_stack([colors, np.rint(refined[_OPACITY]).astype(np.uint8)])
             normals = np.asarray(refined.point_data.active_normals)
             refined.clear_data()
             refined.point_data.active_normals = normals

@@ -220,7 +220,7 @@ class Mix:
                 known_shares = self._shares[mesh] = self._evaluate(mesh, lights)
                 began = time.perf_counter()
             known_shares.mix(factors, colors_of(mesh))
-            mesh.drawn.GetPointData().GetAbstractArray(ARRAY).Modified()
+            mesh.show_colors()
         self._mixed_for, self.seconds = known, time.perf_counter() - began
 
     def _evaluate(self, mesh: LitMesh, lights: Any) -> Shares:
@@ -234,7 +234,7 @@ class Mix:
         for mesh, shares in self._shares.items():
             if mesh in self._subplot.lit.meshes and mesh.evaluations == shares.evaluations:
                 colors_of(mesh)[:] = shares.plain
-                mesh.drawn.GetPointData().GetAbstractArray(ARRAY).Modified()
+                mesh.show_colors()
         self._shares, self._mixed_for = {}, None
 
     def release(self) -> None:
