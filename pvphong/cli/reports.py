@@ -160,7 +160,7 @@ def tradeoff(
 
 
 def diagnose(mesh: str, /, *, json: Path | None = None, verbose: Verbose = False) -> int:
-    """Say what in a mesh will not light as it should; the exit status is 1 if there is anything.
+    """Say what in a mesh will not light as it should; the exit status is 1 if anything spoils the lighting.
 
     Parameters
     ----------

@@ -114,7 +114,6 @@ def test_row_23_a_face_without_area_has_no_weight(form, flaw, weighting):
     assert np.array_equal(form(points, *soup(*flawed), weighting), form(points, *soup(*sound), weighting))
     found = diagnose(mesh_of(points, *flawed))
     assert found.degenerate_faces.tolist() == [1]
-    assert not found.ok
 
 
 SIZES = [(1e-30, np.float32), (1e20, np.float32), (1e-30, np.float64), (1e-170, np.float64), (1e-300, np.float64)]

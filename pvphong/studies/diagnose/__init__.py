@@ -1,5 +1,6 @@
 """What in a mesh will not light as it should.
 
-Read `diagnosis` first: the kinds of fault, `diagnose`, and its result. `checks` looks at faces, edges, duplicates and
-the model matrix one by one, `shells` at closed parts that are inside out.
+Read `diagnosis` first: `diagnose`, and its result. `kinds` has the kinds of fault, in words, and when they spoil the
+lighting; `remedies` has their code. `checks` looks at faces, edges, duplicates and the model matrix one by one,
+`shells` at closed parts that are inside out, `fit` at stored normals and at neighbours that face opposite ways.
 """

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import asdict, dataclass
 from functools import cached_property
 from textwrap import shorten
-from typing import TYPE_CHECKING, Any, ClassVar, Literal, NamedTuple
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 import pyvista as pv
@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from pvphong.base import check
 from pvphong.base.text import WIDTH, html_table, wrapped
-from pvphong.base.types import FloatArray, IntArray, MatrixLike, Vector
+from pvphong.base.types import Float64Array, FloatArray, IntArray, MatrixLike, Vector
 from pvphong.geometry import normals
 from pvphong.geometry.normals import Faces
 from pvphong.meshes.cells import invalid_cells, refuse_wrong_sizes
@@ -26,6 +26,9 @@ from pvphong.studies.diagnose.checks import (
     first_alike,
     repeated_faces,
 )
+from pvphong.studies.diagnose.fit import MISFIT, NormalsFit, TurnedFaces, areas_of, fit_of, turned_faces
+from pvphong.studies.diagnose.kinds import FLAGS, KINDS, WHERE
+from pvphong.studies.diagnose.remedies import Case
 from pvphong.studies.diagnose.shells import inside_out_faces
 
 if TYPE_CHECKING:
@@ -34,135 +37,8 @@ if TYPE_CHECKING:
 _LINES = 5  # of a printed diagnosis
 _SHOWN = 6  # indices that a report lists of each finding
 
-
-class Kind(NamedTuple):
-    """One kind of fault.
-
-    Parameters
-    ----------
-    spoils : {"always", "without stored normals", "never"}
-        When it spoils the lighting, so that `Diagnosis.ok` is False; else it is a note.
-    meaning, remedy : str
-        What it is and what to do about it.
-    """
-
-    spoils: Literal["always", "without stored normals", "never"]
-    meaning: str
-    remedy: str
-
-
-KINDS: dict[str, Kind] = {
-    "invalid_cells": Kind(
-        "always",
-        "with an index that no point has, with too few points for their type, of a type that VTK has not, or of the "
-        "type convex point set",
-        "Repair the file or the code that made them, and make tetrahedra of point sets: VTK would crash, so pvphong "
-        "refuses the mesh.",
-    ),
-    "nothing_to_light": Kind(
-        "always",
-        "has no faces and no point normals",
-        "Give it faces, or set mesh.point_data.active_normals.",
-    ),
-    "non_finite_points": Kind(
-        "always",
-        "with a NaN or infinity; their faces have no normal",
-        "Remove them, for example with mesh.remove_points.",
-    ),
-    "zero_normals": Kind(
-        "always",
-        "with a stored normal of length zero, unlit",
-        "Compute the normals anew: mesh.point_data.active_normals = pvphong.vertex_normals(mesh).",
-    ),
-    "non_finite_normals": Kind(
-        "always",
-        "with a NaN or infinity in the stored normal, unlit",
-        "Compute the normals anew: mesh.point_data.active_normals = pvphong.vertex_normals(mesh).",
-    ),
-    "unlit_points": Kind(
-        "without stored normals",
-        "whose faces have no area, are not finite, or cancel as two coincident opposite faces do",
-        "Remove such faces, and one of each coincident pair, with mesh.remove_cells.",
-    ),
-    "degenerate_faces": Kind(
-        "without stored normals",
-        "without an area or with a corner that comes twice; they have no weight in the normals",
-        "Remove them, for example with mesh.remove_cells.",
-    ),
-    "duplicate_faces": Kind(
-        "without stored normals",
-        "round the same points in the same order as an earlier one: both count in the normals there",
-        "Remove them, for example with mesh.remove_cells.",
-    ),
-    "far_faces": Kind(
-        "without stored normals",
-        "so far from the origin for their size that the coordinates' float type blurs their normals",
-        "Subtract an offset before the coordinates are rounded to this float type (of parts far apart, each its own), "
-        "or keep them in float64.",
-    ),
-    "inconsistent_edges": Kind(
-        "without stored normals",
-        "whose two faces have opposite fronts, so that their normals cancel",
-        "Turn the faces: mesh.compute_normals(consistent_normals=True, auto_orient_normals=True).",
-    ),
-    "inside_out_faces": Kind(
-        "without stored normals",
-        "of closed parts whose fronts look inwards: they are lit as if seen from within",
-        "Turn the faces: mesh.flip_faces(), or mesh.compute_normals(consistent_normals=True, "
-        "auto_orient_normals=True) for some parts of several. Leave them if it is a room that is seen from within.",
-    ),
-    "singular_matrix": Kind(
-        "always",
-        "flattens the mesh: surfaces lose their normals",
-        "Use a small scale in place of 0.",
-    ),
-    "non_manifold_edges": Kind(
-        "never",
-        "of more than two faces: their points are lit by the mean of sheets that may not belong together",
-        "Split them if it shows: mesh.compute_normals(split_vertices=True, non_manifold_traversal=False).",
-    ),
-    "thin_faces": Kind(
-        "never",
-        "so thin that the rounding of their coordinates blurs their normals",
-        "Remesh them, or keep the coordinates in float64.",
-    ),
-    "opposed_normals": Kind(
-        "never",
-        "with a stored normal on the back of their faces",
-        "Flip the faces or the normals if light falls on the wrong side.",
-    ),
-    "duplicate_points": Kind(
-        "never",
-        "in the place of an earlier one: a seam, over which computed normals are not smooth",
-        "Merge them if no seam is meant: mesh.clean().",
-    ),
-    "unused_points": Kind(
-        "never",
-        "in no face, without a computed normal",
-        "Leave them, or drop them with mesh.clean().",
-    ),
-    "nearly_singular_matrix": Kind(
-        "never",
-        "flattens the mesh but for the last bits of its entries: where normals point depends on those",
-        "Leave it if they are meant; else use a matrix that flattens exactly, or less.",
-    ),
-    "mirrored_matrix": Kind(
-        "never",
-        "mirrors: lit rightly here, but VTK's own shader draws it black",
-        "Flip the mesh itself, if VTK is to light it.",
-    ),
-}
-"""Fields of `Diagnosis` that hold indices → what these mean, in the order of the report.
-
-What is counted is the last word of a name, cells, faces, edges, points or the matrix, but for those in `_WHERE`.
-"""
-
-_WHERE = {"nothing_to_light": "mesh"} | dict.fromkeys(
-    ("zero_normals", "non_finite_normals", "opposed_normals"), "points"
-)
-
-FLAGS: dict[str, int] = {name: 1 << place for place, name in enumerate(KINDS)}
-"""The bit of each kind in the arrays of `Diagnosis.to_mesh`."""
+# Of a surface's area: from which its faces count as all of them.
+_ALL = 0.99
 
 
 @dataclass(frozen=True)
@@ -179,26 +55,33 @@ class Finding:
         How many there are; 1 for the mesh or the matrix as a whole.
     first : tuple
         The first few indices; pairs of points for edges.
+    share : float
+        The share of the surface that they take, 0 to 1: of its area, or of its points where it has no area.
     spoils : bool
         Whether it spoils the lighting; else it is a note.
     meaning, remedy : str
         What it is and what to do about it.
+    code : tuple of str
+        Lines of Python that do it to a mesh named `mesh`; none where code cannot.
     """
 
     name: str
     where: str
     count: int
     first: tuple[Any, ...]
+    share: float
     spoils: bool
     meaning: str
     remedy: str
+    code: tuple[str, ...]
 
     @property
     def sentence(self) -> str:
-        """What has the fault, and which: the mesh, the matrix, 1 face, 2 faces."""
+        """What has the fault, and how much of the surface: the mesh, the matrix, 1 face, 2 faces."""
         if self.where in ("mesh", "matrix"):
             return f"the {self.where} {self.meaning}"
-        return f"{self.count} {self.where if self.count > 1 else self.where[:-1]} {self.meaning}"
+        share = f" ({_percent(self.share)} of the surface)" if self.share else ""
+        return f"{self.count} {self.where if self.count > 1 else self.where[:-1]}{share} {self.meaning}"
 
     @property
     def indices(self) -> str:
@@ -228,6 +111,9 @@ class Diagnosis:
         Size of the surface.
     stored_normals : bool
         Whether it has active point normals, which then are what is lit.
+    normals_fit : NormalsFit or None
+        How far these are off the faces: `.mean`, `.worst` in degrees, and `.beyond_60`, the share of the area where it
+        is more than 60. None without stored normals, or without faces.
     invalid_cells : ndarray
         Cells of the mesh, faces or not, with an index that no point has or with too few points for their type.
         They are left out of everything else; any in another dataset than PolyData leave no surface.
@@ -237,6 +123,9 @@ class Diagnosis:
         Points with a NaN or infinity. Faces with one are left out of the checks of faces.
     zero_normals, non_finite_normals : ndarray
         Points whose stored normal is zero, or has a NaN or infinity.
+    misfit_normals : ndarray
+        Points whose stored normal is more than 22.5 degrees off those of the faces around. It spoils the lighting where
+        `normals_fit.mean` is that much: an eighth of the surface may be turned round.
     unlit_points : ndarray
         Points in faces whose computed normal is zero: no face there has an area and finite points, or their normals
         cancel as those of two coincident opposite faces do. It spoils nothing where normals are stored.
@@ -249,10 +138,14 @@ class Diagnosis:
         Faces whose normal the coordinates' rounding may turn by more than 1/255 rad, about one display step,
         only because they lie far from the origin.
     inconsistent_edges : ndarray
-        (m, 2) points of the edges whose two faces have opposite fronts; duplicate faces are left out.
+        (m, 2) points of the edges whose two faces have opposite fronts; duplicate faces are left out. Its share is that
+        of the faces that would have to be turned.
     inside_out_faces : ndarray
         Faces of closed parts whose signed volume is negative, but for the walls of cavities within other parts: their
-        fronts look inwards. It spoils nothing where normals are stored.
+        fronts look inwards. It spoils nothing where stored normals look outwards.
+    downward_faces : ndarray
+        All faces, where no vertex looks up (+z), as those of a terrain that is made upside down. A note: it may be a
+        ceiling.
     singular_matrix : bool
         The matrix flattens space: its determinant is zero.
     non_manifold_edges : ndarray
@@ -282,17 +175,20 @@ class Diagnosis:
     n_points: int
     n_faces: int
     stored_normals: bool
+    normals_fit: NormalsFit | None
     invalid_cells: IntArray
     nothing_to_light: bool
     non_finite_points: IntArray
     zero_normals: IntArray
     non_finite_normals: IntArray
+    misfit_normals: IntArray
     unlit_points: IntArray
     degenerate_faces: IntArray
     duplicate_faces: IntArray
     far_faces: IntArray
     inconsistent_edges: IntArray
     inside_out_faces: IntArray
+    downward_faces: IntArray
     singular_matrix: bool
     non_manifold_edges: IntArray
     thin_faces: IntArray
@@ -302,6 +198,8 @@ class Diagnosis:
     nearly_singular_matrix: bool
     mirrored_matrix: bool
     offset: Vector | None
+    _shares: dict[str, float]
+    _case: Case
     _points: FloatArray
     _faces: tuple[IntArray, IntArray, IntArray]  # numbers, connectivity and offsets of the valid ones
 
@@ -314,18 +212,57 @@ class Diagnosis:
     def findings(self) -> tuple[Finding, ...]:
         """The faults that there are: first what spoils the lighting, then the notes."""
         found = []
-        for name, (when, meaning, remedy) in KINDS.items():
-            value, where = getattr(self, name), _WHERE.get(name, name.rpartition("_")[2])
+        for name in KINDS:
+            value, where = getattr(self, name), WHERE.get(name, name.rpartition("_")[2])
             is_whole = isinstance(value, bool)  # the mesh or the matrix
             if not (value if is_whole else len(value)):
                 continue
+            if name == "opposed_normals" and self._spoils("misfit_normals"):
+                continue  # it says the same
             first = [] if is_whole else value[:_SHOWN].tolist()
             plain = tuple(tuple(index) if isinstance(index, list) else index for index in first)
-            spoils = when == "always" or (when != "never" and not self.stored_normals)
-            if name == "far_faces" and self.offset is not None:
-                remedy += " The offset: ({:.17g}, {:.17g}, {:.17g}).".format(*self.offset)
-            found.append(Finding(name, where, 1 if is_whole else len(value), plain, spoils, meaning, remedy))
-        return tuple(sorted(found, key=lambda finding: not finding.spoils))
+            share, count = self._shares.get(name, 0.0), 1 if is_whole else len(value)
+            (meaning, remedy), code = self._words(name), self._case.code(name)
+            if code and len(self.invalid_cells):  # VTK would crash
+                remedy, code = "Repair the invalid cells first.", ()
+            found.append(Finding(name, where, count, plain, share, self._spoils(name), meaning, remedy, code))
+        always = {name for name, kind in KINDS.items() if kind.spoils_from == 0.0}
+        return tuple(sorted(found, key=lambda each: (not each.spoils, each.name not in always, -each.share)))
+
+    def _spoils(self, name: str) -> bool:
+        """Whether a kind of fault that there is spoils the lighting."""
+        least, helped, _, _ = KINDS[name]
+        if name == "inside_out_faces":
+            helped = self._case.normals_opposed
+        if least is None or (helped and self.stored_normals):
+            return False
+        if name == "misfit_normals" and self.normals_fit is not None:
+            return self.normals_fit.mean > MISFIT
+        return self._shares.get(name, 1.0) >= least
+
+    def _words(self, name: str) -> tuple[str, str]:
+        """What a kind of fault is here, and what to do about it here."""
+        _, _, meaning, remedy = KINDS[name]
+        case = self._case
+        if name == "far_faces" and self.offset is not None:
+            remedy += " The offset: ({:.17g}, {:.17g}, {:.17g}).".format(*self.offset)
+        if name == "far_faces" and not self._spoils(name):
+            remedy = f"Leave them: they cover little. {remedy}"
+        if name == "misfit_normals" and self.normals_fit is not None:
+            fit = self.normals_fit
+            meaning += (
+                f": on average {fit.mean:.0f}° off it, at worst {fit.worst:.0f}°; {_percent(fit.beyond_60)} of the "
+                "surface are off by more than 60°"
+            )
+            if "flip_faces" in "".join(case.code(name)):
+                remedy = "The faces were turned after the normals were stored. Turn them back:"
+        if name == "unlit_points" and case.unlit_have_area:
+            remedy = "Give each of the faces that meet there points of its own:"
+        if name == "inconsistent_edges" and case.turned.is_one_sided:
+            remedy = "No turning of faces cures a surface with one side: light it by LightModel(two_sided=True)."
+        if name == "inside_out_faces" and self.stored_normals and case.normals_opposed:
+            meaning = "of closed parts whose fronts look inwards; stored normals light them from outside all the same"
+        return meaning, remedy
 
     @property
     def _summary(self) -> str:
@@ -355,6 +292,7 @@ class Diagnosis:
             lines += _lines_of(finding)
             for text in filter(None, (finding.indices, finding.remedy)):
                 lines += wrapped(f"    {text}")
+            lines += [f"      {line}" for line in finding.code]
         return "\n".join(lines)
 
     def table(self) -> Table:
@@ -367,12 +305,12 @@ class Diagnosis:
         table.add_column(overflow="fold")  # code in a remedy may be longer than a line
         for finding in self.findings:
             label = f"[red]{finding.label}[/red]" if finding.spoils else finding.label
-            texts = filter(None, (finding.sentence, finding.indices, finding.remedy))
+            texts = filter(None, (finding.sentence, finding.indices, finding.remedy, *finding.code))
             table.add_row(f"{finding.name}\n{label}", "\n".join(texts))
         return table
 
     def _repr_html_(self) -> str:
-        rows = [(f.label, f.name, f.sentence, f.indices, f.remedy) for f in self.findings]
+        rows = [(f.label, f.name, f.sentence, f.indices, "\n".join([f.remedy, *f.code])) for f in self.findings]
         return html_table(self._summary, ("", "name", "what", "where", "remedy"), rows)
 
     def to_dict(self) -> dict[str, Any]:
@@ -382,7 +320,9 @@ class Diagnosis:
             del finding["name"]
             indices = getattr(self, name)
             finding["indices"] = [] if isinstance(indices, bool) else indices.tolist()
-        return {"ok": self.ok, "n_points": self.n_points, "n_faces": self.n_faces, "findings": findings}
+        fit = None if self.normals_fit is None else self.normals_fit._asdict()
+        counts = {"n_points": self.n_points, "n_faces": self.n_faces}
+        return {"ok": self.ok, **counts, "normals_fit": fit, "findings": findings}
 
     def to_mesh(self) -> pv.PolyData:
         """A mesh to look at the findings on.
@@ -415,6 +355,11 @@ class Diagnosis:
                 flags[indices] |= FLAGS[finding.name]
                 severity[indices] = 1 + finding.spoils
         return {"diagnosis": flags, "severity": severity}
+
+
+def _percent(share: float) -> str:
+    """A share of the surface, with two digits."""
+    return f"{float(f'{100.0 * share:.2g}'):g} %"
 
 
 def _lines_of(finding: Finding) -> list[str]:
@@ -464,7 +409,8 @@ def diagnose(mesh: pv.DataSet, *, matrix: MatrixLike | None = None) -> Diagnosis
     n_faces, numbers, faces = _valid_faces(source, points)
 
     by_face = check_faces(points, faces)
-    repeated = repeated_faces(faces, np.concatenate([by_face.degenerate, by_face.folded]))
+    weightless = np.concatenate([by_face.degenerate, by_face.folded])
+    repeated = repeated_faces(faces, weightless)
     non_manifold, inconsistent = check_edges(faces, by_face.folded, repeated)
     used = np.zeros(len(points), dtype=bool)
     used[faces.connectivity] = True
@@ -473,33 +419,85 @@ def diagnose(mesh: pv.DataSet, *, matrix: MatrixLike | None = None) -> Diagnosis
     with np.errstate(all="ignore"):
         along = np.einsum("ij,ij->i", computed[: len(stored)], stored.astype(np.float64))
     finite_normals = finite_rows(stored)
+    areas, weights = areas_of(faces)
+    fit, misfit = (None, np.empty(0, np.intp)) if active is None else fit_of(stored, computed, weights)
+    turned = TurnedFaces(np.empty(0, np.intp), False, False)
+    if len(inconsistent):
+        turned = turned_faces(points, faces, areas, np.concatenate([by_face.folded, repeated]))
+    inside_out, is_closed = inside_out_faces(points, faces, first_in_place)
+    unlit = np.flatnonzero(used & finite & ~computed.any(axis=1))
+    zero, opposed = np.flatnonzero(~stored.any(axis=1)), np.flatnonzero(finite_normals & (along < 0))
+    lit_by = computed if active is None else stored
+    looks_down = bool(weights.sum()) and _share(np.flatnonzero(lit_by[:, 2] < 0.0), weights) >= _ALL
+    of_points = {
+        "non_finite_points": ~finite,
+        "zero_normals": zero,
+        "non_finite_normals": ~finite_normals,
+        "misfit_normals": misfit,
+        "unlit_points": unlit,
+        "opposed_normals": opposed,
+    }
+    of_faces = {
+        "duplicate_faces": repeated,
+        "far_faces": by_face.far,
+        "inconsistent_edges": turned.faces,
+        "inside_out_faces": inside_out,
+        "downward_faces": np.full(faces.count, looks_down),
+        "thin_faces": by_face.thin,
+    }
+    shares = {name: _share(where, weights) for name, where in of_points.items()}
+    shares |= {name: _share(where, areas) for name, where in of_faces.items()}
+    case = Case(
+        is_surface=isinstance(mesh, pv.PolyData),
+        has_strips=bool(source.n_strips),
+        cells_before=bool(source.n_verts or source.n_lines),
+        stored_normals=active is not None,
+        normals_opposed=shares["opposed_normals"] > 0.5,
+        is_outside_in=len(inside_out) == faces.count,
+        faces_are_outward=is_closed and not len(inside_out),
+        turned=turned,
+        unlit_have_area=bool(weights[unlit].any()),
+    )
     return Diagnosis(
         n_points=len(points),
         n_faces=n_faces,
         stored_normals=active is not None,
+        normals_fit=fit,
         invalid_cells=invalid,
         nothing_to_light=not len(invalid) and not (len(points) and (n_faces or active is not None)),
         non_finite_points=np.flatnonzero(~finite),
-        zero_normals=np.flatnonzero(~stored.any(axis=1)),
+        zero_normals=zero,
         non_finite_normals=np.flatnonzero(~finite_normals),
-        unlit_points=np.flatnonzero(used & finite & ~computed.any(axis=1)),
+        misfit_normals=misfit,
+        unlit_points=unlit,
         degenerate_faces=numbers[by_face.degenerate],
         duplicate_faces=numbers[repeated],
         far_faces=numbers[by_face.far],
         inconsistent_edges=inconsistent,
-        inside_out_faces=numbers[inside_out_faces(points, faces, first_in_place)],
+        inside_out_faces=numbers[inside_out],
+        downward_faces=numbers if looks_down else np.empty(0, np.intp),
         singular_matrix=singular,
         non_manifold_edges=non_manifold,
         thin_faces=numbers[by_face.thin],
-        opposed_normals=np.flatnonzero(finite_normals & (along < 0)),
+        opposed_normals=opposed,
         duplicate_points=np.flatnonzero(finite & (first_in_place != np.arange(len(points)))),
         unused_points=np.flatnonzero(~used) if faces.count else np.empty(0, dtype=np.intp),
         nearly_singular_matrix=nearly,
         mirrored_matrix=mirrored,
         offset=by_face.offset,
+        _shares=shares,
+        _case=case,
         _points=points,
         _faces=(numbers, faces.connectivity, faces.offsets),
     )
+
+
+def _share(where: Any, weights: Float64Array) -> float:
+    """The share of some points or faces in the surface, by weight, or by number where there are no weights."""
+    total = float(weights.sum())
+    if total > 0.0:
+        return float(weights[where].sum()) / total
+    return float(np.count_nonzero(where) if where.dtype == bool else len(where)) / max(len(weights), 1)
 
 
 def _valid_faces(source: pv.PolyData, points: FloatArray) -> tuple[int, IntArray, Faces]:

@@ -13,8 +13,8 @@ from pvphong.studies.diagnose.checks import edges_of, finite_rows
 _ROUNDING = 1e-9  # of the sum of a volume's terms, below which its sign is nobody's
 
 
-def inside_out_faces(points: FloatArray, faces: Faces, first_in_place: IntArray) -> IntArray:
-    """Faces of closed parts whose fronts look inwards, in rising order.
+def inside_out_faces(points: FloatArray, faces: Faces, first_in_place: IntArray) -> tuple[IntArray, bool]:
+    """Faces of closed parts whose fronts look inwards, in rising order, and whether all parts are closed.
 
     A part is what hangs together by edges, where points in one place count as one. It is closed if each of its edges
     is run along as often in one direction as in the other; then 1/6 of the sum of all p · (q × r) over its triangles
@@ -38,7 +38,7 @@ def inside_out_faces(points: FloatArray, faces: Faces, first_in_place: IntArray)
     begin, end = first_in_place[begin], first_in_place[end]
     real = begin != end
     begin, end, owner = begin[real], end[real], owner[real]
-    parts = _connected(count, begin, end)[begin]  # by the number of their first point
+    parts = connected(count, begin, end)[begin]  # by the number of their first point
     part_of_face = np.full(faces.count, -1)
     part_of_face[owner] = parts
 
@@ -73,10 +73,10 @@ def inside_out_faces(points: FloatArray, faces: Faces, first_in_place: IntArray)
         return turns > 0.5
 
     wrong = [inner for inner in turned.tolist() if not is_cavity(inner)]
-    return np.flatnonzero(np.isin(part_of_face, wrong))
+    return np.flatnonzero(np.isin(part_of_face, wrong)), len(closed) > 0 and not len(open_parts)
 
 
-def _connected(count: int, begin: IntArray, end: IntArray) -> IntArray:
+def connected(count: int, begin: IntArray, end: IntArray) -> IntArray:
     """For each of so many points the lowest that edges connect it with."""
     labels = np.arange(count)
     while True:

@@ -1,0 +1,87 @@
+"""The code of remedies: lines of PyVista's that take the mesh under the name `mesh`, and leave it there cured."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from pvphong.studies.diagnose.fit import TurnedFaces
+
+_FROM_FACES = 'mesh.point_data.active_normals = mesh.phong.normals("angle")'
+_FLIP = "mesh = mesh.flip_faces()"
+_ORIENT = "mesh = mesh.compute_normals(auto_orient_normals=True)"
+_OUTSIDE = 'mesh = mesh.extract_surface(algorithm="dataset_surface")'
+
+
+@dataclass(frozen=True)
+class Case:
+    """What remedies depend on.
+
+    Parameters
+    ----------
+    is_surface : bool
+        Whether the mesh is a PolyData; of others the surface is cured.
+    has_strips : bool
+        Whether faces are in triangle strips, which cannot be turned or removed by themselves.
+    cells_before : bool
+        Whether vertices or lines are counted before the faces.
+    stored_normals : bool
+        Whether there are stored normals, which follow faces that are turned.
+    normals_opposed : bool
+        Whether stored normals point out of the backs of most faces.
+    is_outside_in : bool
+        Whether all faces are those of closed parts that look inwards.
+    faces_are_outward : bool
+        Whether the surface is closed, and none looks inwards.
+    turned : TurnedFaces
+        What would have to be turned so that neighbours agree about their front.
+    unlit_have_area : bool
+        Whether faces with an area meet at points without a computed normal.
+    """
+
+    is_surface: bool
+    has_strips: bool
+    cells_before: bool
+    stored_normals: bool
+    normals_opposed: bool
+    is_outside_in: bool
+    faces_are_outward: bool
+    turned: TurnedFaces
+    unlit_have_area: bool
+
+    def code(self, name: str) -> tuple[str, ...]:
+        """The lines that cure a kind of fault; none where code cannot."""
+        lines = self._lines(name)
+        if not lines:
+            return ()
+        if not self.is_surface:
+            lines = (_OUTSIDE, *lines)
+        elif self.has_strips and name not in ("zero_normals", "non_finite_normals", "misfit_normals"):
+            lines = ("mesh = mesh.triangulate()", *lines)
+        return lines
+
+    def _lines(self, name: str) -> tuple[str, ...]:
+        if name == "non_finite_points":
+            keep = "keep = np.isfinite(mesh.points).all(axis=1)"
+            return "import numpy as np", keep, "mesh = mesh.extract_points(keep, adjacent_cells=False)", _OUTSIDE
+        if name in ("zero_normals", "non_finite_normals"):
+            return (_FROM_FACES,)
+        if name == "misfit_normals":
+            return (_FLIP,) if self.normals_opposed and not self.faces_are_outward else (_FROM_FACES,)
+        if name == "unlit_points" and self.unlit_have_area:
+            return ("mesh = mesh.compute_normals(consistent_normals=False, split_vertices=True)",)
+        if name in ("unlit_points", "degenerate_faces", "duplicate_faces"):
+            kind = "duplicate_faces" if name == "duplicate_faces" else "degenerate_faces"
+            after = " + mesh.n_verts + mesh.n_lines" if self.cells_before else ""
+            return f"faces = mesh.phong.diagnose().{kind}", f"mesh = mesh.remove_cells(faces{after})"
+        if name == "inconsistent_edges" and not self.turned.is_one_sided:
+            if self.turned.is_closed:
+                return (_ORIENT,)
+            # of what is open it turns all to the first
+            flip = "flip_normals=True" if self.turned.faces[:1].tolist() == [0] else ""
+            return (f"mesh = mesh.compute_normals({flip})",)
+        if name == "inside_out_faces" and not self.is_outside_in:
+            return (_ORIENT,)
+        if name == "downward_faces" or name == "inside_out_faces":
+            follow = self.stored_normals and not self.normals_opposed
+            return (_FLIP, _FROM_FACES) if follow else (_FLIP,)
+        return ()
