@@ -9,13 +9,14 @@ nothing of conventions. `relative_to_mesh` puts its origin beside the mesh where
 from __future__ import annotations
 
 import math
+import operator
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from functools import cached_property
-from itertools import accumulate
+from itertools import accumulate, groupby
 from types import MappingProxyType
-from typing import Any, NamedTuple, cast
+from typing import Any, Literal, NamedTuple, cast
 
 import numpy as np
 
@@ -215,6 +216,27 @@ class Equation:
         return replace(term, colors=tuple(BLACK if k in gone else color for k, color in enumerate(term.colors)))
 
     @property
+    def shares(self) -> list[Share]:
+        """What adds up to the colour before it is raised to a power and clamped, without what is black.
+
+        First what is there without any light, then light by light.
+        """
+        lobes, index = self.reflectance.lobes, operator.attrgetter("index")
+        dark = tuple(BLACK for _ in lobes)
+        shares = [Share("emission", None, ())] * any(self.emission) + [Share("ambient", None, ())] * any(self.ambient)
+        for light, group in groupby(sorted(self.terms, key=index), index):
+            terms = tuple(group)
+            of: dict[Component | Literal["ambient"], list[LightTerm]] = {
+                "ambient": [replace(term, colors=dark) for term in terms],
+                "diffuse": [replace(self.without(term, "specular"), ambient=BLACK) for term in terms],
+                "specular": [replace(self.without(term, "diffuse"), ambient=BLACK) for term in terms],
+            }
+            for component, own in of.items():
+                lit = tuple(term for term in own if not term.is_black)
+                shares += [Share(component, light, lit)] * bool(lit)
+        return shares
+
+    @property
     def is_flipped(self) -> bool:
         """Whether normals are turned to the viewer."""
         return self.two_sided and self.needs_normals
@@ -270,6 +292,15 @@ class Equation:
     def needs_points(self) -> bool:
         """Whether any share depends on where the vertex is."""
         return self.needs_eye or any(not term.light.is_even for term in self.terms)
+
+
+class Share(NamedTuple):
+    """One component of what one of the scene's lights adds, or of what is there without any (None)."""
+
+    component: Component | Literal["ambient", "emission"]
+    light: int | None
+    terms: tuple[LightTerm, ...]
+    """What adds nothing else, in the order of the equation's."""
 
 
 # --- from a scene and a material

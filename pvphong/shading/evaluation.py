@@ -75,8 +75,8 @@ def evaluate(
         compiler: where code is missing, NumPy answers, and another process compiles it for later calls; so equal calls
         may differ within the bound above. With a name, equal calls give equal bits, and "numba" waits for what has to
         be compiled: ten seconds or more once per installation and combination of float types, and a second for each
-        kind of light. What the compiled one cannot do (components, lights and reflectances that it has no code for,
-        coordinates beyond 2¹⁰⁰) NumPy does.
+        kind of light. What the compiled one cannot do (lights and reflectances that it has no code for, coordinates
+        beyond 2¹⁰⁰) NumPy does.
     tolerance : float, default 0
         Largest absolute colour error that may be traded for time; 0 allows no approximation.
     components : bool, default False

@@ -2,9 +2,9 @@
 
 Numba is an optional extra. It is imported when the kernel is first used, and the code that it compiles is kept on disk.
 Where a call is not to wait, code that is missing is declined and the reference runs; another process compiles it
-meanwhile. The kernel also declines what it cannot run, and the reference runs: component arrays are wanted, a light has
-no placement, a reflectance's formula is not marked as one, a scene coordinate lies beyond 2¹⁰⁰, an attenuation or a
-matrix has an entry that is not between that and 2⁻¹⁰⁰, or a light is brighter than its stage takes.
+meanwhile. The kernel also declines what it cannot run, and the reference runs: a light has no placement, a
+reflectance's formula is not marked as one, a scene coordinate lies beyond 2¹⁰⁰, an attenuation or a matrix has an entry
+that is not between that and 2⁻¹⁰⁰, or a light is brighter than its stage takes.
 Single vertices are declined too, and the reference lights those: on a light or the eye, not finite, or so far from a
 light or so near it that float32 does not hold the products.
 
@@ -150,7 +150,7 @@ def shade(
     channels: FloatArray | None = None,
     waits: bool = True,
 ) -> bool:
-    """Evaluate the equation at every vertex into `result.rgb`, or decline.
+    """Evaluate the equation at every vertex into the arrays of a result, or decline.
 
     The result does not depend on the number of threads, to the bit. Arrays that are not C-contiguous are copied piece
     by piece and give the same bits; so are float32 beside float64, as float64.
@@ -165,7 +165,7 @@ def shade(
         What `Vertices.tints` gives.
     result : Shading
         `rgb`, C-contiguous, is filled in: float32, float64, or uint8, which is float32 arithmetic rounded to
-        0-255 for display.
+        0-255 for display. So are components where it has them, of `Shading.empty`, and not with uint8.
     whole : Equation, optional
         The equation before a plan left out what does not reach these vertices; the same if not given. It decides
         whether the kernel declines and the type in which vertices are read, so that these do not depend on where the

@@ -83,7 +83,7 @@ def shade(
     places = wide if s.is_wide else nowhere(wide)
     fill(rows, at.VX, in_type(s.to_eye, rows))
     none = True
-    is_uniform = not (s.needs_normals or s.needs_points or s.has_tints or s.sky >= 0)
+    is_uniform = not (s.needs_normals or s.needs_points or s.has_tints or s.sky >= 0 or s.is_apart)
     good = True
     for first in range(0, count, BLOCK):
         size = min(count - first, BLOCK)
@@ -92,6 +92,12 @@ def shade(
         if first == 0 or not is_uniform:  # else all blocks have the colors of the first
             good = _load(first, size, points, normals, channels, s, rows, wide, places)
             _prefetch_colors(first + BLOCK, rgb, display, s)
+            if s.is_apart:
+                clear(rows, at.LIGHT_R)
+                for k in range(4):
+                    clear(rows, at.COMPONENTS + 3 * BLOCK * k)
+                if s.has_tints:
+                    _add_emission(first, size, emission, s, rows)
             for k in range(len(lights)):
                 # with the arithmetic of a light between them, for few lines can be waited for at once
                 if k == 1 and s.needs_normals:
@@ -100,8 +106,15 @@ def shade(
                     prefetch_to_read(points, first + BLOCK)
                 own = shifted(numbers, (k + 1) * s.stride)
                 good = _add_light(first, size, channels, lights[k], s, numbers, own, rows, places) & good
-            if s.has_tints:
-                _tint(first, size, albedo, diffuse, specular, emission, s, rows)
+                if lights[k].component >= 0:
+                    if s.has_tints and lights[k].component < 3:  # not the emission
+                        _tint(first, size, albedo, diffuse, specular, s, rows)
+                    _end_share(first, size, rgb, lights[k], s, rows)
+            if s.is_apart:
+                _end_shares(first, size, rgb, s, rows)
+            elif s.has_tints:
+                _tint(first, size, albedo, diffuse, specular, s, rows)
+                _add_emission(first, size, emission, s, rows)
             _finish(s, rows)
         _store(first, size, rgb, display, s, rows)
         if not good:
@@ -352,8 +365,8 @@ def _add_rows(rows: Any, start: int) -> None:
 
 
 @inlined_early
-def _tint(first: int, count: int, albedo: Any, diffuse: Any, specular: Any, emission: Any, s: Any, rows: Any) -> None:
-    """The colour from its parts, each times the maps that multiply it."""
+def _tint(first: int, count: int, albedo: Any, diffuse: Any, specular: Any, s: Any, rows: Any) -> None:
+    """The colour from its parts, each times the maps that multiply it, but for the emission."""
     if s.has_albedo:
         _multiply_by_albedo(first, count, albedo, rows, s.has_diffuse)
     if s.has_diffuse:
@@ -364,12 +377,60 @@ def _tint(first: int, count: int, albedo: Any, diffuse: Any, specular: Any, emis
         _add_rows(rows, at.OTHER_R)
     if s.unmapped:
         _add_rows(rows, at.UNMAPPED_R)
+
+
+@inlined_early
+def _add_emission(first: int, count: int, emission: Any, s: Any, rows: Any) -> None:
+    """Add the emission, where it is not among what colours begin with."""
     if s.has_emission or s.is_split:
         fill(rows, at.OTHER_R, in_type(s.emission, rows))
         if s.has_emission:
             _add_times_map(first, count, emission, rows, at.OTHER_R, like(rows, s.over_emission))
         else:
             _add_rows(rows, at.OTHER_R)
+
+
+# --- shares, where they are wanted apart
+
+
+@compiled
+def _add_share(rows: Any, start: int) -> None:
+    """Add the colour's rows to others."""
+    for i in range(3 * BLOCK):
+        rows[start + i] = rows[start + i] + rows[at.R + i]
+
+
+@inlined_early
+def _end_share(first: int, count: int, rgb: Any, t: Any, s: Any, rows: Any) -> None:
+    """Add a share that is complete to its light and its component; and put the light where it goes, if complete too."""
+    if not t.is_alone:
+        _add_share(rows, at.LIGHT_R)
+    if t.light_at:
+        out, light = shifted(rgb, t.light_at), at.R if t.is_alone else at.LIGHT_R
+        prefetch_to_write(out, first + BLOCK)
+        _put_rows(first, count, out, rows, light)
+        if not t.is_alone:
+            clear(rows, at.LIGHT_R)
+    _add_share(rows, at.COMPONENTS + 3 * BLOCK * t.component)
+    clear(rows, at.R)
+    if s.is_split:
+        clear(rows, at.OTHER_R)
+    if s.unmapped:
+        clear(rows, at.UNMAPPED_R)
+    if s.has_diffuse:
+        clear(rows, at.AMBIENT_R)
+
+
+@inlined_early
+def _end_shares(first: int, count: int, rgb: Any, s: Any, rows: Any) -> None:
+    """Put the components where they go, and their sum into the colour's rows."""
+    for k in range(4):
+        if s.components_at[k]:
+            component = at.COMPONENTS + 3 * BLOCK * k
+            _add_rows(rows, component)
+            out = shifted(rgb, s.components_at[k])
+            prefetch_to_write(out, first + BLOCK)
+            _put_rows(first, count, out, rows, component)
 
 
 @compiled
@@ -379,6 +440,16 @@ def _finish(s: Any, rows: Any) -> None:
         exponent = like(rows, s.exponent)
         for i in range(3 * BLOCK):
             rows[at.R + i] = max(rows[at.R + i], ZERO) ** exponent
+
+
+@compiled
+def _put_rows(first: int, count: int, out: Any, rows: Any, start: int) -> None:
+    """Three rows as they are, as vectors one after the other."""
+    part = shifted(out, 3 * first)
+    for i in range(count):
+        part[3 * i] = rows[start + i]
+        part[3 * i + 1] = rows[start + BLOCK + i]
+        part[3 * i + 2] = rows[start + 2 * BLOCK + i]
 
 
 @compiled

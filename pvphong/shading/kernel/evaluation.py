@@ -5,6 +5,7 @@ from __future__ import annotations
 import functools
 import threading
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numba
@@ -47,10 +48,13 @@ def shade(
 ) -> bool:
     """As `pvphong.shading.kernel.shade` has it."""
     rgb = result.rgb
-    if result.base is not None or not rgb.flags.c_contiguous:
+    if not rgb.flags.c_contiguous:
         return False
     real = np.dtype(np.float64 if rgb.dtype == np.float64 else np.float32)
     codes = records.codes_of(whole, name_of(real))
+    shown, apart = equation, None if result.base is None else _apart(equation, result)
+    if apart is not None:
+        equation = replace(equation, terms=tuple(term for share in apart.shares for term in share.terms))
     if codes is not None and equation is not whole:
         codes = records.codes_of(equation, name_of(real))
     if codes is None:
@@ -72,6 +76,7 @@ def shade(
             tints,
             is_display=rgb.dtype == np.uint8,
             channel_length=len(rgb),
+            apart=apart,
         )
     except NotCompiled as missing:
         code.ask_for(missing.key, request, library.lock)
@@ -109,14 +114,34 @@ def shade(
         finally:
             if not has_none:
                 declined[:] = 0
-        lit = Shading(np.empty((len(left), 3), real))
+        lit = Shading.empty(len(left), equation.lights, real, components=apart is not None)
         own_tints = {name: tint.at(part).at(left) for name, tint in tints.items()}
         seen = None if seen is None else seen[:, left]
-        shade_by_reference(points[part][left], normals[part][left], equation, own_tints, lit, seen)
-        rgb[part][left] = np.rint(np.clip(lit.rgb, 0.0, 1.0) * 255.0) if rgb.dtype == np.uint8 else lit.rgb
+        shade_by_reference(points[part][left], normals[part][left], shown, own_tints, lit, seen)
+        if rgb.dtype == np.uint8:
+            rgb[part][left] = np.rint(np.clip(lit.rgb, 0.0, 1.0) * 255.0)
+            return
+        for name, array in vars(lit).items():
+            if array is not None:
+                getattr(result, name)[..., part, :][..., left, :] = array
 
     threads.run(work, len(rgb), SHORTEST, LONGEST)
     return True
+
+
+def _apart(equation: Equation, result: Shading) -> records.Apart | None:
+    """An equation's shares, and where in a result they go; None where they are not wanted, or all is black."""
+    shares, rgb = equation.shares, result.rgb
+    if result.base is None or result.per_light is None or not shares:
+        return None
+
+    def offset(array: FloatArray | None) -> int:
+        return (address(array) - address(rgb)) // rgb.itemsize
+
+    used = {share.component for share in shares}
+    components = [offset(getattr(result, name)) if name in used else 0 for name in records.COMPONENTS]
+    own: dict[int | None, int] = {None: offset(result.base)}
+    return records.Apart(shares, own | dict(enumerate(map(offset, result.per_light))), components)
 
 
 def _of_lobes(

@@ -18,7 +18,7 @@ from pvphong.base.formulas import BRIGHTEST, FORMULAS, add, times
 from pvphong.geometry.transform import normal_matrix
 from pvphong.optics.maps import COLORS
 from pvphong.optics.reflectance import LAMBERT
-from pvphong.shading.equation import Equation, LightTerm
+from pvphong.shading.equation import Equation, LightTerm, Share
 from pvphong.shading.kernel.code import Library
 from pvphong.shading.kernel.stages import (
     LEAST_NUMBERS,
@@ -45,6 +45,9 @@ TERM = np.dtype(
         ("to_light", "3f8"),
         ("ambient", "3f8"),
         ("colors", "(3,3)f8"),
+        ("is_alone", "?"),
+        ("component", "i8"),
+        ("light_at", "i8"),
     ],
     align=True,
 )
@@ -52,7 +55,10 @@ TERM = np.dtype(
 each vertex; what of it is the same everywhere is in the colours, and `gain`, a power of two, goes with the strength.
 `wanted`: lobes that are not black, as the sum of 1, 2 and 4. `visible`: the channel with its visible part, or -1.
 `arrives`, `reflects`: addresses of the stages, 0 for those that the driver has. That a light with a size arrives is
-`integral_stage`, which writes the reflectance's factors too; `reflects` is `factors_already_written` then."""
+`integral_stage`, which writes the reflectance's factors too; `reflects` is `factors_already_written` then.
+Where shares are wanted apart, `component`: of which of `COMPONENTS` one is complete with it, or -1; `light_at`: how
+many numbers after the colours the array starts that all of its light goes to, where that is complete, or 0;
+`is_alone`: whether its light has no other share."""
 
 
 def _packer(kind: np.dtype[Any]) -> Callable[..., bytes]:
@@ -62,6 +68,10 @@ def _packer(kind: np.dtype[Any]) -> Callable[..., bytes]:
 
 
 _pack_term = _packer(TERM)
+
+_NO_END = False, -1, 0
+
+COMPONENTS = "ambient", "diffuse", "specular", "emission"
 
 MOST_LOBES = 3
 
@@ -163,6 +173,7 @@ SETTINGS = np.dtype(
         ("has_emission", "?"),
         ("is_display", "?"),
         ("is_sunlit", "?"),
+        ("is_apart", "?"),
         ("count", "i8"),
         ("stride", "i8"),
         ("sky", "i8"),
@@ -186,11 +197,13 @@ SETTINGS = np.dtype(
         ("base", "3f8"),
         ("own", "3f8"),
         ("emission", "3f8"),
+        ("components_at", "4i8"),
     ],
     align=True,
 )
 """What all lights share: numbers, then vectors. `has_tints`: any of the four maps of colours after it.
 `is_sunlit`: whether there is one light, the same everywhere, with Lambert's factor alone.
+`is_apart`: whether shares are wanted apart; `components_at`: how many numbers after the colours the components start.
 `is_split`: whether what takes albedo, and what does not, are added up apart. `count`: of lights. `stride`: how many
 numbers each stage has. `behind`: from a channel with what is seen to that of the other side, or 0 where normals are
 not turned. `sky`, `tangents`, `field`: the channel with the open part of the sky, the first of three with
@@ -204,6 +217,16 @@ _scalars_of, _vectors_of = (
     itemgetter(*[name for name in SETTINGS.names or () if bool(SETTINGS[name].shape) is has_axes])
     for has_axes in (False, True)
 )
+
+
+class Apart(NamedTuple):
+    """Shares that are wanted apart, and how many numbers after the colours the arrays start that they go to."""
+
+    shares: Sequence[Share]
+    lights: Mapping[int | None, int]
+    """None: what is there without any light."""
+    components: Sequence[int]
+    """By `COMPONENTS`."""
 
 
 class Records(NamedTuple):
@@ -251,14 +274,27 @@ def records_of(
     *,
     is_display: bool,
     channel_length: int = 0,
+    apart: Apart | None = None,
 ) -> Records:
-    """An equation that compiled code can take, with what `codes_of` gives for it, for types of vertices and rows."""
+    """An equation that compiled code can take, with what `codes_of` gives for it, for types of vertices and rows.
+
+    Where shares are wanted apart, its terms are theirs.
+    """
     reflectance, base = equation.reflectance, equation.ambient
     field = next((name for name in equation.maps if name != "metallic"), "")
     terms, numbers = [], [reflectance_numbers(reflectance)]
     addresses: dict[Any, int] = {}  # each stage is looked up once
     lambert_alone, is_blend = list[bool](), blends(equation, tints)
-    for term, (stage, own, varies, divisors) in zip(equation.terms, codes, strict=True):
+    ends = [_NO_END] * len(equation.terms)
+    if apart is not None:
+        alone, ends = _ends(apart)
+        unused, dark = (0, -1, 0, 0, 1.0, *_NOWHERE), (0.0,) * 3 * MOST_LOBES
+        for end in alone:  # what is there without any light, as lights that add only that
+            is_ambient = end[1] == COMPONENTS.index("ambient")
+            ambient = equation.ambient if is_ambient else _NOWHERE
+            terms.append(_pack_term(True, False, is_ambient, *unused, *ambient, *dark, *end))
+            numbers.append(())
+    for term, (stage, own, varies, divisors), end in zip(equation.terms, codes, ends, strict=True):
         strength, gain, to_light = min(term.gain, BRIGHTEST), 1.0, _NOWHERE
         if term.light.has_size:
             strength = 1.0  # its stage's factors have that
@@ -266,7 +302,7 @@ def records_of(
             arrival = term.light.arrival(np.zeros((3, 1)))
             to_light = arrival.to_light[:, 0].tolist()
             strength = min(term.gain * np.asarray(arrival.strength).item(), BRIGHTEST)
-            base = add(base, times(term.ambient, strength))
+            base = base if apart else add(base, times(term.ambient, strength))
         elif stage not in addresses:
             addresses[stage] = library.stage(stage, real)
         if varies:
@@ -285,7 +321,7 @@ def records_of(
             _pack_term(
                 stage is None,
                 varies,
-                stage is not None and any(term.ambient),
+                (stage is not None or apart is not None) and any(term.ambient),
                 sum_of(wanted),
                 term.index if term.is_shadowed else -1,
                 0 if stage is None else addresses[stage],
@@ -295,6 +331,7 @@ def records_of(
                 *times(term.ambient, strength),
                 *colors,
                 *(0.0,) * (3 * MOST_LOBES - len(colors)),
+                *end,
             )
         )
         numbers.append(own)
@@ -302,7 +339,13 @@ def records_of(
     matrix = _IDENTITY if equation.matrix is None else equation.matrix
     turns_normals = equation.matrix is not None and equation.needs_normals and equation.turns_normals
     is_sunlit = lambert_alone == [True] and not (
-        turns_normals or equation.is_flipped or equation.is_occluded or equation.gamma != 1.0 or tints or is_display
+        turns_normals
+        or equation.is_flipped
+        or equation.is_occluded
+        or equation.gamma != 1.0
+        or tints
+        or is_display
+        or apart
     )
     has_size = any(term.light.has_size for term in equation.terms)  # whose stages read points in float64
     is_wide = has_size or stored == "float64" or equation.matrix is not None
@@ -320,6 +363,7 @@ def records_of(
         **{f"has_{name}": name in tints or (is_blend and name in ("diffuse", "specular")) for name in COLORS},
         "is_display": is_display,
         "is_sunlit": is_sunlit,
+        "is_apart": apart is not None,
         "count": len(terms),
         "stride": stride,
         "sky": equation.lights if equation.is_occluded else -1,
@@ -342,13 +386,28 @@ def records_of(
         "to_eye": equation.to_eye,
         "matrix": matrix[:3].ravel().tolist(),
         "normal_matrix": normal_matrix(matrix).ravel().tolist() if turns_normals else (0.0,) * 9,
-        "base": base,
+        "base": _NOWHERE if apart else base,
         "own": _NOWHERE if tints or is_blend else equation.emission,
         "emission": equation.emission,
+        "components_at": (0,) * len(COMPONENTS) if apart is None else apart.components,
     }
     packed = _pack_settings(*_scalars_of(scalars), *chain.from_iterable(_vectors_of(vectors)))
     rows = [number for own in numbers for number in (*own, *(0.0,) * (stride - len(own)))]
     return Records(packed, b"".join(terms), struct.pack(f"{len(rows)}d", *rows))
+
+
+def _ends(apart: Apart) -> tuple[list[tuple[bool, int, int]], list[tuple[bool, int, int]]]:
+    """The last fields of what is there without any light, and of the terms of all lights."""
+    alone, ends = list[tuple[bool, int, int]](), list[tuple[bool, int, int]]()
+    lights = [share.light for share in apart.shares]
+    for share, next_light in zip(apart.shares, (*lights[1:], -1), strict=True):
+        light_at = apart.lights[share.light] if share.light != next_light else 0
+        end = lights.count(share.light) == 1, COMPONENTS.index(share.component), light_at
+        if share.terms:
+            ends += [*[_NO_END] * (len(share.terms) - 1), end]
+        else:
+            alone.append(end)
+    return alone, ends
 
 
 def _gain_apart(gain: float, numbers: tuple[float, ...], divisors: slice) -> tuple[float, float, tuple[float, ...]]:

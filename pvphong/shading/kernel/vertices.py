@@ -49,8 +49,14 @@ AMBIENT_R, AMBIENT_G, AMBIENT_B, TX, TY, TZ = range(21 * BLOCK, 27 * BLOCK, BLOC
 # the viewer, else 1.
 VISIBLE, SKY, FIELD, DECLINED, UNMAPPED_R, UNMAPPED_G, UNMAPPED_B, SIDE = range(27 * BLOCK, 35 * BLOCK, BLOCK)
 
-# Points, where they are not beside the rows; the length of all rows.
-PX, PY, PZ, ROWS = range(35 * BLOCK, 39 * BLOCK, BLOCK)
+# Points, where they are not beside the rows.
+PX, PY, PZ = range(35 * BLOCK, 38 * BLOCK, BLOCK)
+
+# Where shares are wanted apart, one after the other in the colour's rows: their light so far, and the components.
+LIGHT_R, LIGHT_G, LIGHT_B, COMPONENTS = range(38 * BLOCK, 42 * BLOCK, BLOCK)
+
+# The length of all rows.
+ROWS = COMPONENTS + 4 * 3 * BLOCK
 
 
 # --- loading

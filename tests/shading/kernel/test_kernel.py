@@ -97,18 +97,12 @@ def test_colours_for_a_display_are_the_rounded_floats(vertices):
     assert len(np.unique(shown)) > 100
 
 
-def result_of(rows, **arrays):
-    return Shading(np.full((rows, 3), 7.0, np.float32), **arrays)
-
-
 def test_it_declines_what_it_cannot_do_and_writes_nothing(vertices):
     points, normals = vertices
     far = ph.Scene([replace(LAMP, position=(1e200, 0, 0))], ph.Viewer())
-    result = result_of(COUNT)
+    result = Shading(np.full((COUNT, 3), 7.0, np.float32))
     assert not kernel.shade(points, normals, assemble(far, SHINY, None), {}, result)
     assert (result.rgb == 7.0).all()
-    with_parts = result_of(COUNT, base=np.zeros((COUNT, 3), np.float32))
-    assert not kernel.shade(points, normals, assemble(*scene_of("lamp"), None), {}, with_parts)
 
 
 @pytest.mark.parametrize(("has_run", "count"), [(False, 150_000), (True, 5_000)])
