@@ -10,12 +10,13 @@ from typing import Any, NamedTuple
 import numpy as np
 import pyvista as pv
 from numpy.typing import NDArray
+from vtkmodules.vtkCommonDataModel import vtkDataSetAttributes
 
 from pvphong.base import check
-from pvphong.base.types import FloatArray, MatrixLike, rgb
+from pvphong.base.types import BoolArray, FloatArray, MatrixLike, rgb
 from pvphong.geometry.transform import transform_normals, transform_points
 from pvphong.meshes.blocks import datasets, leaves
-from pvphong.meshes.cells import refuse_invalid
+from pvphong.meshes.cells import cells, refuse_invalid
 from pvphong.meshes.surfaces import has_faces, outer_surface, polygons, surface
 from pvphong.rays.casting import BlockingFaces, Occluders
 from pvphong.rays.rays import Receiver
@@ -27,9 +28,12 @@ _AS_FINE_AS_A_DISPLAY = 1.0 / 255.0
 
 
 def triangles_of(mesh: pv.PolyData) -> NDArray[np.int64]:
-    """The corners of a surface's faces cut into triangles, shape (m, 3)."""
+    """The corners of a surface's faces cut into triangles, shape (m, 3); hidden cells have none."""
     connectivity, offsets = polygons(mesh)
-    sizes = np.diff(offsets)
+    sizes, shown = np.diff(offsets), _shown(mesh)
+    if not shown.all():
+        connectivity, sizes = connectivity[np.repeat(shown, sizes)], sizes[shown]
+        offsets = np.concatenate([[0], np.cumsum(sizes)])
     if (sizes == 3).all():
         return connectivity.reshape(-1, 3)
     if sizes.max(initial=0) > 4:  # only these may be so far from convex that a fan is not inside of them
@@ -39,6 +43,17 @@ def triangles_of(mesh: pv.PolyData) -> NDArray[np.int64]:
     first, quads = offsets[:-1][sizes >= 3], offsets[:-1][sizes == 4]
     fans = np.concatenate([first[:, None] + [0, 1, 2], quads[:, None] + [0, 2, 3]])
     return connectivity[fans]
+
+
+def _shown(mesh: pv.PolyData) -> BoolArray:
+    """Which of its `polygons` are of cells that are not hidden by the array in which VTK marks such."""
+    ghosts = mesh.cell_data.get("vtkGhostType")
+    if ghosts is None:
+        return np.ones(1, bool)
+    shown = (np.asarray(ghosts) & vtkDataSetAttributes.HIDDENCELL) == 0
+    _, _, faces, strips = cells(mesh)
+    of_faces, of_strips = (shown[each.first : each.first + each.count] for each in (faces, strips))
+    return np.concatenate([of_faces, np.repeat(of_strips, np.maximum(np.diff(strips.offsets) - 2, 0))])
 
 
 class KnownOccluders(NamedTuple):

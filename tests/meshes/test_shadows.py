@@ -14,6 +14,7 @@ from ray_backends import BACKENDS, FASTEST
 import pvphong as ph
 from pvphong.base import threads
 from pvphong.base.text import listening
+from pvphong.meshes.visibility import triangles_of
 from pvphong.rays import casting, sampling, visibility
 
 SUN = ph.DirectionalLight(direction=(0, 0, -1), name="sun")
@@ -268,6 +269,29 @@ def test_of_another_mesh_or_other_lights_it_is_refused():
 def test_occluders_of_wrong_types_are_refused(given):
     with pytest.raises(ValueError, match=r"^occluders"):
         floor().phong.shade(scene(SUN), WHITE, occluders=given)
+
+
+@pytest.mark.parametrize("strips", [False, True])
+def test_hidden_cells_block_nothing(strips):
+    """Those that VTK's array of ghosts hides, as a grid's surface is without its blanked ones; others block."""
+    roof = floor(size=2.0, cells=4).translate((0, 0, 1)).triangulate()
+    roof.clear_data()
+    roof = roof.strip() if strips else roof
+    assert bool(roof.n_strips) is strips
+    roof.cell_data["vtkGhostType"] = kinds = np.resize(np.array([0, 32, 1], np.uint8), roof.n_cells)
+    lengths = [roof.get_cell(k).n_points - 2 for k in range(roof.n_cells)]
+    faces = np.repeat(kinds, lengths)
+    shown = pv.PolyData.from_regular_faces(roof.points, triangles_of(without_marks(roof))[faces != 32])
+    ground = floor(size=1.9, cells=17)
+    expected = ground.phong.visibility([SUN], occluders=[shown]).per_light
+    assert 0 < expected.mean() < 1
+    np.testing.assert_array_equal(ground.phong.visibility([SUN], occluders=[roof]).per_light, expected)
+
+
+def without_marks(mesh):
+    result = mesh.copy()
+    result.clear_cell_data()
+    return result
 
 
 def test_memory_is_said_before_any_ray(monkeypatch):
