@@ -70,6 +70,10 @@ class BlockingFaces:
     def __len__(self) -> int:
         return len(self.corners)
 
+    def __getstate__(self) -> dict[str, Any]:
+        """For files: points that are a mesh's are but numbers there."""
+        return {"points": np.asarray(self.points), "corners": self.corners}
+
     @cached_property
     def sound_numbers(self) -> IntArray:
         """Shape (k,): the numbers of those without a corner that is not finite."""
@@ -318,7 +322,11 @@ class Occluders:
     """
 
     def __init__(self, parts: Sequence[BlockingFaces], within: Box | None = None) -> None:
-        self.parts, self._within = tuple(parts), within
+        self.parts, self.within = tuple(parts), within
+
+    def __getstate__(self) -> dict[str, Any]:
+        """For files and other processes, where casters are built anew."""
+        return {"parts": self.parts, "within": self.within}
 
     @property
     def counts(self) -> list[int]:
@@ -335,7 +343,7 @@ class Occluders:
         left.sort(reverse=True)
         groups: list[list[int]] = []
         while left:
-            alike = [index for radius, index in left if self._within or radius * _ALIKE >= left[0][0]]
+            alike = [index for radius, index in left if self.within or radius * _ALIKE >= left[0][0]]
             groups.append(alike)
             left = left[len(alike) :]
         return groups
@@ -359,7 +367,7 @@ class Occluders:
         for group in self._groups:
             parts = [self.parts[index] for index in group]
             faces = parts[0] if len(parts) == 1 else BlockingFaces(*_joined(parts))
-            casters.append(Caster(faces, self._within, backend))
+            casters.append(Caster(faces, self.within, backend))
         return casters
 
     @cached_property

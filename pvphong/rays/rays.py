@@ -15,7 +15,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -254,7 +254,7 @@ class Receiver:
         places[rows] = np.arange(len(rows))
         corners = places[self.faces.corners]
         faces = BlockingFaces(self.points[rows], corners[(corners >= 0).all(axis=1)])
-        begun = Begun(self.origins[rows], self._begun.rise[rows])
+        begun = Begun(self.origins[rows], self.begun.rise[rows])
         return Receiver(faces, lambda: self.unit_normals[rows], self.part, lambda: begun)
 
     @cached_property
@@ -263,8 +263,15 @@ class Receiver:
         return Receiver(self.faces, lambda: -self.unit_normals, self.part, self._begun_behind)
 
     def _begun_behind(self) -> Begun:
-        origins, rise = self._begun
+        origins, rise = self.begun
         return Begun(origins - (_INTO_FACES * np.abs(rise))[:, None] * self.unit_normals, -rise)
+
+    def __getstate__(self) -> dict[str, Any]:
+        """For files and other processes: what callables give in place of them, and what has been found."""
+        normals, is_known = self.unit_normals, self.known is not None or "begun" in vars(self)
+        known = partial(Begun, *self.begun) if is_known else None
+        found = {"normals": partial(np.asarray, normals), "known": known, "unit_normals": normals}
+        return {"faces": self.faces, "part": self.part} | found
 
     @property
     def points(self) -> Float64Array:
@@ -304,10 +311,11 @@ class Receiver:
         That is by a thousandth of the offset to the mean of the middles of a point's faces, without the part of it that
         is against the normal; not at all where faces lie evenly around it.
         """
-        return self._begun.origins
+        return self.begun.origins
 
     @cached_property
-    def _begun(self) -> Begun:
+    def begun(self) -> Begun:
+        """Where rays begin, and what is known of that for the other side."""
         if self.known is not None:
             return self.known()
         points, normals, triangles = self.points, self.unit_normals, self.faces.corners

@@ -6,21 +6,27 @@ answers what a plan asks before any ray is cast.
 
 from __future__ import annotations
 
+import json
 import math
+import os
 import time
+import zipfile
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from pvphong.base import check, sobol, text, threads
+from pvphong.base import check, documents, sobol, text, threads
+from pvphong.base.files import written_aside
 from pvphong.base.text import html_table
 from pvphong.base.types import BoolArray, Float64Array, FloatArray, IntArray
 from pvphong.base.vectors import dot
 from pvphong.geometry.extent import Box
 from pvphong.optics.area.sampling import Sampling, sky_sampling
 from pvphong.optics.light import Light
+from pvphong.optics.lights import LIGHT_TYPES
 from pvphong.rays.casting import BYTES_PER_TRIANGLE, BlockingFaces, Occluders, warn_of_slow_rays
 from pvphong.rays.rays import (
     BEFORE_LIGHT,
@@ -171,6 +177,10 @@ _MANY = 2_000_000
 # From so many vertices on VTK's rays are worth a warning.
 _WORTH_A_WARNING = 2**15
 
+
+_FORMAT, _VERSION = "pvphong visibility", 1
+# A tracer's, in files.
+_NUMBERS = "distance", "tolerance", "samples", "ambient", "first"
 
 # So many faces are picked to find out what rays from all vertices will take.
 _PROBED = 256
@@ -372,6 +382,77 @@ class Visibility:
         receiver = Receiver(nowhere, lambda: normals, self._receiver.part, lambda: begun)
         return Visibility(replace(self._tracer, receiver=receiver), self._lights, self.lights)
 
+    # -- files, and other processes
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Both sides in one array again; what is not known yet is cast there, past the same triangles."""
+        return _restored, (self._state,)
+
+    @property
+    def _state(self) -> _State:
+        errors = np.concatenate([side._errors for side in self._sides])
+        done = tuple(sorted(side._done) for side in self._sides)
+        lights = self._tracer, self._lights, self.lights
+        return _State(*lights, done, self._of_all_sides, errors, self.rays, self.seconds)
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write it to a file, by NumPy's format .npz: what is known, and all that rays are cast by.
+
+        So what is not known yet can be asked for when it is read again; no ray is cast now. The triangles that block
+        light are in the file, about 36 bytes for each.
+
+        Raises
+        ------
+        ValueError
+            If the file cannot be written, or a light is of a kind that files do not know.
+        """
+        with_lights = [documents.with_type(f"lights[{k}]", light, LIGHT_TYPES) for k, light in enumerate(self._lights)]
+        state, tracer, receiver = self._state, self._tracer, self._receiver
+        header = {
+            "lights": with_lights,
+            "labels": self.lights,
+            "done": state.done,
+            "part": receiver.part,
+            "cast": [state.rays, state.seconds],
+            "parts": len(tracer.occluders.parts),
+            "within": tracer.occluders.within,
+            **{name: getattr(tracer, name) for name in _NUMBERS},
+        }
+        described = json.dumps(header, default=lambda given: np.asarray(given).tolist())
+        faces = [*tracer.occluders.parts, *[receiver.faces] * (receiver.part is None)]
+        arrays = {
+            "format": np.array([_FORMAT, str(_VERSION), described]),
+            "seen": state.seen,
+            "errors": state.errors,
+            "normals": receiver.unit_normals,
+            **receiver.begun._asdict(),
+            **{f"points_{index}": np.asarray(each.points) for index, each in enumerate(faces)},
+            **{f"corners_{index}": each.corners for index, each in enumerate(faces)},
+        }
+        with written_aside(path) as aside, aside.open("wb") as file:
+            np.savez(file, **arrays)
+
+    @classmethod
+    def load(cls, path: str | os.PathLike[str]) -> Visibility:
+        """What `save` has written.
+
+        Raises
+        ------
+        ValueError
+            If the file cannot be read, is none of such, is damaged, or of another version.
+        """
+        allowed = "a file that Visibility.save has written"
+        try:
+            with open(path, "rb") as opened, np.load(opened, allow_pickle=False) as file:
+                arrays = {name: file[name] for name in file.files}
+                kind = arrays.pop("format").tolist()
+            if len(kind) != 3 or kind[0] != _FORMAT or kind[1] != str(_VERSION):
+                raise ValueError(f"it is {' '.join(map(str, kind[:2]))}")
+            return _restored(_state_of(json.loads(kind[2]), arrays))
+        except (OSError, ValueError, KeyError, TypeError, IndexError, EOFError, zipfile.BadZipFile) as error:
+            remedy = "mesh.phong.visibility(scene) makes a new one."
+            check.refuse("path", os.fspath(path), allowed, f"{type(error).__name__}: {error}. {remedy}")
+
     def _keep(self, row: int, part: FloatArray, error: FloatArray) -> None:
         self._parts[row], self._errors[row] = part, error
         self._done.add(row)
@@ -451,6 +532,66 @@ class Visibility:
         if model.ambient_occlusion is not False and model.occlusion_distance != self._tracer.distance:
             got = f"one with occlusion up to {self._tracer.distance:g}"
             check.refuse("visibility", got, f"one up to {model.occlusion_distance:g}", remedy)
+
+
+class _State(NamedTuple):
+    """What a visibility is made of again; of both sides, as `done` has an entry for each."""
+
+    tracer: Tracer
+    lights: tuple[Light, ...]
+    labels: tuple[str, ...]
+    done: tuple[list[int], ...]
+    seen: FloatArray
+    errors: FloatArray
+    rays: int
+    seconds: float
+
+
+def _restored(state: _State) -> Visibility:
+    """The visibility of a state."""
+    memory, two_sided = (state.seen, state.errors), len(state.done) == 2
+    result = Visibility(state.tracer, state.lights, state.labels, two_sided=two_sided, memory=memory)
+    for side, done in zip(result._sides, state.done, strict=True):
+        side._done.update(done)
+    result._rays, result._seconds = state.rays, state.seconds
+    return result
+
+
+def _state_of(header: dict[str, Any], arrays: dict[str, Any]) -> _State:
+    """The state in a file; an exception if it is damaged."""
+    labels, sides = tuple(map(str, header["labels"])), tuple(sorted(map(int, done)) for done in header["done"])
+    lights = tuple(
+        documents.value_of_type(f"lights[{k}]", entry, LIGHT_TYPES) for k, entry in enumerate(header["lights"])
+    )
+    part, parts = header["part"], int(header["parts"])
+    faces = [BlockingFaces(arrays[f"points_{k}"], arrays[f"corners_{k}"]) for k in range(parts + (part is None))]
+    own = faces[parts if part is None else int(part)]
+    count, rows = len(own.points), len(labels) + 1
+    shapes = {"seen": (len(sides) * rows, count), "errors": (len(sides) * rows, count), "rise": (count,)}
+    shapes |= dict.fromkeys(("normals", "origins"), (count, 3))
+    is_sound = (
+        len(lights) == len(labels)
+        and len(sides) in (1, 2)
+        and all(set(done) <= set(range(rows)) for done in sides)
+        and all(arrays[name].shape == shape and arrays[name].dtype.kind == "f" for name, shape in shapes.items())
+        and all(map(_is_sound, faces))
+    )
+    if not is_sound:
+        raise ValueError("it is damaged")
+    begun = Begun(arrays["origins"], arrays["rise"])
+    receiver = Receiver(own, partial(np.asarray, arrays["normals"]), part, lambda: begun)
+    within = None if header["within"] is None else (np.array(header["within"][0]), np.array(header["within"][1]))
+    tracer = Tracer(receiver, Occluders(faces[:parts], within), **{name: header[name] for name in _NUMBERS})
+    seen, errors = (np.array(arrays[name], np.float32) for name in ("seen", "errors"))
+    return _State(tracer, lights, labels, sides, seen, errors, *header["cast"])
+
+
+def _is_sound(faces: BlockingFaces) -> bool:
+    """Whether its corners are numbers of its points."""
+    points, corners = faces.points, faces.corners
+    has_shapes = points.ndim == 2 and points.shape[1] == 3 and corners.ndim == 2 and corners.shape[1] == 3
+    is_typed = points.dtype.kind == "f" and corners.dtype == np.int64
+    return has_shapes and is_typed and (not corners.size or 0 <= corners.min() <= corners.max() < len(points))
 
 
 def _geometry_of(light: Light) -> str:
