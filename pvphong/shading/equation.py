@@ -175,9 +175,10 @@ class Equation:
 
     @property
     def forms(self) -> tuple[CosinePower | None, ...]:
-        """The reflectance's forms; None where they are not the same at all vertices."""
+        """The reflectance's forms; None where they are not the same at all vertices, as by a map of one number."""
         forms, diffuse = self.reflectance.forms, self.lobes_of["diffuse"]
-        return tuple(form if k in diffuse else None for k, form in enumerate(forms)) if self.maps else forms
+        varies = any(least < most for least, most in self.maps.values())
+        return tuple(form if k in diffuse else None for k, form in enumerate(forms)) if varies else forms
 
     @cached_property
     def needs_normals(self) -> bool:

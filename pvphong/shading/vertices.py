@@ -67,6 +67,8 @@ class Vertices:
         What they see of lights and sky, for scenes with shadows or ambient occlusion.
     transport : TransportLike, optional
         What they see of each other, for scenes in which light bounces.
+    ranges : mapping, optional
+        As the attribute, of more vertices, of which these are some: the equation is theirs.
 
     Raises
     ------
@@ -83,11 +85,13 @@ class Vertices:
         *,
         tangents: Any | Callable[[], Any] | None = None,
         transport: TransportLike | None = None,
+        ranges: Mapping[str, tuple[float, float]] | None = None,
     ) -> None:
         self.points: FloatArray = check.array("points", points)
         self._normals = normals if callable(normals) else self._checked("normals", normals)
         self.maps: dict[str, Values] = {name: map_values(name, value, len(self.points)) for name, value in maps.items()}
         self.visibility, self.transport = visibility, transport
+        self._ranges = ranges
         self._tangents = tangents if callable(tangents) else self._checked("tangents", tangents)
 
     def __repr__(self) -> str:
@@ -152,13 +156,14 @@ class Vertices:
         emitted = self.maps.get("emission")
         own = rgb(material.emission) if emitted is None else fractions("emission", emitted.rows)
         maps = {name: values.rows for name, values in self.maps.items()} | {"emission": colors + own}
-        how: Any = {"tangents": self._tangents, "transport": self.transport}
+        how: Any = {"tangents": self._tangents, "transport": self.transport, "ranges": self._ranges}
         return Vertices(self.points, self._normals, maps, self.visibility, **how)
 
     @property
     def ranges(self) -> dict[str, tuple[float, float]]:
         """The least and the greatest of the numbers that are no colours, of each map."""
-        return {name: (values.least, values.most) for name, values in self.maps.items() if name not in COLORS}
+        own = {name: (values.least, values.most) for name, values in self.maps.items() if name not in COLORS}
+        return own | dict(self._ranges or {})
 
     def equation(self, scene: Scene, material: Material, matrix: MatrixLike | None) -> Equation:
         """The whole lighting equation of a scene and a material whose maps these are.

@@ -14,7 +14,7 @@ import math
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from itertools import chain, pairwise
-from typing import Any, NamedTuple, Protocol, cast
+from typing import NamedTuple, Protocol, cast
 
 import numpy as np
 
@@ -28,9 +28,9 @@ from pvphong.optics.material import Material
 from pvphong.optics.roles import Aim, Angle, Power
 from pvphong.scene.scene import Scene
 from pvphong.shading.equation import Equation, LightTerm
-from pvphong.shading.evaluation import evaluate
+from pvphong.shading.plan.plan import Plan
 from pvphong.shading.vertices import Vertices
-from pvphong.shading.visibility import VisibilityLike
+from pvphong.shading.visibility import VisibilityLike, checked_visibility
 
 # Samples that are held in memory at a time.
 _SAMPLES = 2**18
@@ -94,6 +94,7 @@ class Lighting:
     ) -> None:
         self.scene, self.matrix = scene, matrix
         self.equation = vertices.equation(scene, material, matrix)
+        self._ranges = vertices.ranges
         self._material = replace(material, tangents=None)  # they are among the maps, where anything reads them
         columns = {name: fractions(name, values.rows) for name, values in vertices.maps.items()}
         if "tangents" in self.equation.channels:
@@ -132,11 +133,11 @@ class Lighting:
         if "tangents" in at:  # blends that cancel are no directions, nor is one along the normal
             at["tangents"] = np.where(at["tangents"].any(axis=1, keepdims=True), at["tangents"], normals)
         material = self._material.with_values({name: Map(rows) for name, rows in at.items()})
-        options: dict[str, Any] = {"matrix": self.matrix, "precision": "float64", "backend": "numpy"}
+        vertices = Vertices(points, normals, material.maps, tangents=material.tangents, ranges=self._ranges)
         if seen.shape[1]:
-            options["visibility"] = seen.T
-        shading = evaluate(points, normals, self._unclamped, material, **options)
-        return shading.rgb.astype(np.float64, copy=False)
+            vertices.visibility = checked_visibility("visibility", seen.T, points, self.matrix, self._unclamped)
+        plan = Plan.of(self._unclamped, material, vertices, matrix=self.matrix)
+        return plan.run(vertices, precision="float64", backend="numpy").rgb
 
     def vertices(self, points: FloatArray, normals: FloatArray) -> LitVertices:
         """The mesh's own, which begin what is interpolated."""
