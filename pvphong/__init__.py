@@ -39,6 +39,7 @@ if TYPE_CHECKING:  # by the alias a type checker knows that a name is public
     from pvphong.meshes.surfaces import face_normals as face_normals
     from pvphong.meshes.surfaces import vertex_normals as vertex_normals
     from pvphong.meshes.truth import Truth as Truth
+    from pvphong.optics.colormap import Colormap as Colormap
     from pvphong.optics.lights import DirectionalLight as DirectionalLight
     from pvphong.optics.lights import DiskLight as DiskLight
     from pvphong.optics.lights import EnvironmentLight as EnvironmentLight
@@ -98,6 +99,7 @@ _PLACES = {
     "meshes.lit": "plan",
     "meshes.surfaces": "face_normals vertex_normals",
     "meshes.truth": "Truth",
+    "optics.colormap": "Colormap",
     "optics.lights": "DirectionalLight DiskLight EnvironmentLight Light PointLight PolygonLight RectangleLight "
     "SphereLight SpotLight light_from_homogeneous",
     "optics.material": "Material",

@@ -13,10 +13,12 @@ from vtkmodules.util.numpy_support import vtk_to_numpy
 from pvphong.base import check, host
 from pvphong.base.color import linear_from_srgb
 from pvphong.base.processes import reading
-from pvphong.base.types import Float64Array, FloatArray, IntArray
+from pvphong.base.types import ByteArray, Float64Array, FloatArray, IntArray
 from pvphong.geometry.normals import point_tangents
+from pvphong.meshes.colormaps import colors_by, lookup_table, scalars_of
 from pvphong.meshes.surfaces import FeatureAngle, has_faces, polygons, split_sharp_edges, surface
-from pvphong.optics.maps import COLORS, SHINIEST, Map, is_image_path, is_texture
+from pvphong.optics.colormap import Colormap
+from pvphong.optics.maps import COLORS, SHINIEST, AnyMap, Map, is_image_path, is_texture
 from pvphong.optics.material import Material
 
 _TO_POINTS = "mesh.cell_data_to_point_data() turns cell arrays into point arrays."
@@ -53,6 +55,7 @@ def surface_and_maps(
         without texture coordinates.
     """
     given: dict[str, Any] = given_maps(material)
+    mapped = {name: given.pop(name) for name in list(given) if isinstance(given[name], Colormap)}
     arrays = {
         name: value.source for name, value in given.items() if isinstance(value, Map) and not is_texture(value.source)
     }
@@ -66,10 +69,11 @@ def surface_and_maps(
         given |= {name: whole.point_data.pop(f"_pvphong_{name}") for name in arrays}
     source, points = split_sharp_edges(whole, feature_angle)
     found = {name: values_at(name, value, whole, source, points) for name, value in given.items()}
+    found |= {name: colors_at(name, each, mesh, whole, source, points) for name, each in mapped.items()}
     return source, found, found.pop("tangents", None)
 
 
-def given_maps(material: Material) -> dict[str, Map | str]:
+def given_maps(material: Material) -> dict[str, AnyMap]:
     """A material's maps, and its tangents as one of them."""
     return material.maps | ({} if material.tangents is None else {"tangents": material.tangents})
 
@@ -138,12 +142,55 @@ def opacity_at(
     if not (found.min(initial=0.0) >= 0.0 and found.max(initial=0.0) <= 1.0):  # nor if there is a NaN
         remedy = "Divide 0-255 by 255, or convert it to uint8."
         check.refuse("opacity", f"numbers from {found.min():g} to {found.max():g}", "numbers from 0 to 1", remedy)
-    is_surface = isinstance(mesh, pv.PolyData | pv.PointSet)
-    if rows.size != mesh.n_points:
-        cells = found if is_surface else found[whole.cell_data["vtkOriginalCellIds"]]
-        return np.asarray(_of_faces("opacity", cells, source), np.float64)
-    at_whole = found if is_surface else found[whole.point_data["vtkOriginalPointIds"]]
-    return np.asarray(at_whole if points is None else at_whole[points], np.float64)
+    of_cells = rows.size != mesh.n_points
+    return np.asarray(_carried("opacity", found, mesh, whole, source, points, of_cells=of_cells), np.float64)
+
+
+def colors_at(
+    name: str,
+    colormap: Colormap,
+    mesh: pv.DataSet,
+    whole: pv.PolyData,
+    source: pv.PolyData,
+    points: NDArray[Any] | None,
+) -> ByteArray:
+    """The colours of a mesh's scalars at its surface's points, shape (n, 3).
+
+    Parameters
+    ----------
+    name : str
+        Of the field.
+    colormap : Colormap
+        What maps them; its range is that of the whole mesh, where it has none.
+    mesh : pyvista.DataSet
+        What has them.
+    whole, source : pyvista.PolyData
+        Its surface before edges were split, and after that.
+    points : ndarray or None
+        As for `values_at`.
+    """
+    numbers, of_cells = scalars_of(name, colormap, mesh)
+    table = lookup_table(name, colormap, numbers)
+    return colors_by(table, _carried(name, numbers, mesh, whole, source, points, of_cells=of_cells))
+
+
+def _carried(
+    name: str,
+    rows: Any,
+    mesh: pv.DataSet,
+    whole: pv.PolyData,
+    source: pv.PolyData,
+    points: NDArray[Any] | None,
+    *,
+    of_cells: bool,
+) -> Any:
+    """Rows for a mesh's points or cells, at its surface's points."""
+    if not isinstance(mesh, pv.PolyData | pv.PointSet):  # the surface is only a part of it
+        data, of = (whole.cell_data, "Cell") if of_cells else (whole.point_data, "Point")
+        rows = rows[np.asarray(data[f"vtkOriginal{of}Ids"])]
+    if of_cells:
+        return _of_faces(name, rows, source)
+    return rows if points is None else rows[points]
 
 
 def _of_faces(name: str, values: Any, source: pv.PolyData) -> Any:

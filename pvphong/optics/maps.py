@@ -1,7 +1,7 @@
 """Maps: what of a surface is given vertex by vertex, in place of one number or colour.
 
-A map is an array with a row for each vertex, the name of a mesh's point array, or a texture. Fields that may be one are
-in `FIELDS`; `map_values` says of an array whether it is allowed.
+A map is an array with a row for each vertex, the name of a mesh's point array, a texture, or scalars through a
+colormap. Fields that may be one are in `FIELDS`; `map_values` says of an array whether it is allowed.
 """
 
 from __future__ import annotations
@@ -16,6 +16,7 @@ import numpy as np
 from pvphong.base import check, host
 from pvphong.base.formulas import BRIGHTEST, Function
 from pvphong.base.types import FloatArray
+from pvphong.optics.colormap import Colormap
 
 MOST_REFLECTED = 16.0
 """A surface may be made to reflect more than all of the light, but more than this is 0-255 in disguise."""
@@ -78,14 +79,20 @@ class Map:
         return np.array(self.source, dtype, copy=copy)
 
 
-def map_in(name: str, value: Any) -> Map | str | None:
-    """A field's value as a map: an array or a texture as a `Map`, a point array's name as it is; None for other values.
+AnyMap = Map | str | Colormap
+"""What a field holds that is a map: an array or a texture, a name, or scalars through a colormap."""
+
+
+def map_in(name: str, value: Any) -> AnyMap | None:
+    """A field's value as a map: an array or a texture as a `Map`, a name or a colormap as it is; None for other values.
 
     A string that is a colour's name, and three numbers, are a colour where a field is one.
     """
     is_color = name in COLORS
     if isinstance(value, Map):
         return value
+    if isinstance(value, Colormap):
+        return value if is_color else None
     if isinstance(value, str):
         return None if is_color and is_color_name(value) else value
     if is_texture(value):
@@ -149,7 +156,9 @@ _MOVED = ("albedo", "specular", "shininess", "roughness", "tangents")
 
 
 def refuse_unnamed(name: str, value: Any) -> None:
-    """Raise ValueError for a map that a file cannot keep: only names can be written."""
+    """Raise ValueError for a map that a file cannot keep: only names, and colormaps of names, can be written."""
+    if isinstance(value, Colormap):
+        value.to_dict(name)
     if isinstance(value, Map):
         allowed = "a number or colour, a point array's name or an image file's path, where it is kept in a file"
         remedy = "Store it as a point array of the mesh, and give its name."
@@ -189,6 +198,8 @@ def map_values(name: str, value: Any, count: int) -> Values:
     allowed = f"{field.allowed}, shape (n,){' or (n, 3)' if field.is_color else ''}"
     if isinstance(value, str):
         check.refuse(name, repr(value), f"an array where there is no mesh: {allowed}")
+    if isinstance(value, Colormap):
+        value = host.answers().mapped_colors(name, value)
     given = check.real_array(name, value.source if isinstance(value, Map) else value, allowed)
     if field.is_color and given.ndim == 2 and given.shape[1] == 4:
         check.refuse(name, f"an array of shape {given.shape}", allowed, "Leave out the opacity: [:, :3].")

@@ -11,10 +11,12 @@ import numpy as np
 
 from pvphong.base import check, documents
 from pvphong.base.types import InitSignature, rgb
+from pvphong.optics.colormap import Colormap
 from pvphong.optics.maps import (
     COLORS,
     FIELDS,
     MOST_REFLECTED,
+    AnyMap,
     Map,
     color_or_map,
     is_color_name,
@@ -36,7 +38,7 @@ def _reflected(name: str, value: Any, *, checked: check.Check = color_or_map, is
     """A colour, or a map, of what is reflected: 0-255 in disguise is refused, and of a part what is more than all."""
     found = checked(name, value)
     most = 1.0 if is_part else MOST_REFLECTED
-    if not isinstance(found, str | Map) and max(rgb(found)) > most:
+    if not isinstance(found, AnyMap) and max(rgb(found)) > most:
         is_255 = max(rgb(found)) <= 255.0 and all(channel.is_integer() for channel in rgb(found))
         if is_255 or is_part:
             remedy = "These look like 0-255 values: divide them by 255." if is_255 else ""
@@ -62,8 +64,8 @@ class Material:
     A color is a float (grey), RGB floats (1.0 = full), or a colour's name. Where it says "or map", it may differ from
     vertex to vertex: the name of a mesh's point array, an array with a row for each vertex, a `pyvista.Texture` that is
     laid on by the mesh's texture coordinates, or the path of an image file for one. Colours of uint8 count as 0-255.
-    A string that is a colour's name is that colour, and three numbers are one colour. A texture's white is a shininess
-    of 128, OpenGL's largest.
+    A map of colours may also be a `Colormap`: a scalar array through a colormap. A string that is a colour's name is
+    that colour, and three numbers are one colour. A texture's white is a shininess of 128, OpenGL's largest.
 
     Parameters
     ----------
@@ -122,7 +124,7 @@ class Material:
         check.fields(self)
 
     @property
-    def maps(self) -> dict[str, Map | str]:
+    def maps(self) -> dict[str, AnyMap]:
         """Field → map, of this material and of its reflectance: what is not the same at all vertices.
 
         A number that the reflectance has itself replaces the material's, also where that is a map.
@@ -130,7 +132,7 @@ class Material:
         own = {name: getattr(self, name) for name in (*COLORS, "shininess")}
         of = vars(self.reflectance) if self.reflectance is not None else {}
         own |= {name: value for name, value in of.items() if name in FIELDS and value is not None}
-        return {name: value for name, value in own.items() if isinstance(value, (str, Map))}
+        return {name: value for name, value in own.items() if isinstance(value, AnyMap)}
 
     def with_values(self, values: Mapping[str, Any]) -> Self:
         """A copy with other values of some fields, of this material's or, where that has them, of its reflectance's."""
@@ -189,6 +191,7 @@ class Material:
         found = {each.name: getattr(self, each.name) for each in fields(self) if each.name not in left_out}
         for name, value in (found | self.maps).items():
             refuse_unnamed(name, value)
+        found |= {name: each.to_dict(name) for name, each in found.items() if isinstance(each, Colormap)}
         if self.reflectance is not None:
             found["reflectance"] = documents.with_type("reflectance", self.reflectance, REFLECTANCES)
         return found
@@ -210,6 +213,9 @@ class Material:
             If a field is unknown or not allowed.
         """
         found = documents.entries(place, given)
+        for name in COLORS:
+            if isinstance(found.get(name), Mapping):
+                found[name] = Colormap.from_dict(found[name], f"{place}.{name}")
         if found.get("reflectance") is not None:
             inside = f"{place}.reflectance"
             found["reflectance"] = documents.value_of_type(inside, found["reflectance"], REFLECTANCES)

@@ -14,10 +14,11 @@ from vtkmodules.util.numpy_support import vtk_to_numpy
 from pvphong.base import check
 from pvphong.base.types import ByteArray, Float64Array, FloatArray
 from pvphong.meshes.blocks import DEFAULT, datasets, materials_of, single_material
-from pvphong.meshes.point_data import given_maps, opacity_at, tangents_from, texture_version, values_at
+from pvphong.meshes.point_data import colors_at, given_maps, opacity_at, tangents_from, texture_version, values_at
 from pvphong.meshes.surfaces import FeatureAngle, has_normals, point_normals, split_sharp_edges, surface
 from pvphong.meshes.visibility import KnownOccluders, visibility_of
-from pvphong.optics.maps import Map, is_image_path, is_texture, map_in
+from pvphong.optics.colormap import Colormap
+from pvphong.optics.maps import AnyMap, Map, is_image_path, is_texture, map_in
 from pvphong.optics.material import Material, as_material
 from pvphong.rays.visibility import Visibility
 from pvphong.scene.scene import Scene, light_labels
@@ -91,7 +92,7 @@ class LitMesh:
         self._geometry: Any = None
         self._computed_normals: FloatArray | None = None
         self._tangents: Callable[[], FloatArray] | None = None
-        self._textured: dict[str, tuple[Any, FloatArray]] = {}
+        self._textured: dict[str, tuple[Any, Any]] = {}
         self._original_points: Any = None
         self._whole = pv.PolyData()
         self._lit_for: Any = None
@@ -280,7 +281,13 @@ class LitMesh:
             data.AddArray(self._colors)
             self.drawn.set_active_scalars(ARRAY, preference="point")
 
-    def _version_of(self, given: Map | str) -> Any:
+    def _version_of(self, given: AnyMap) -> Any:
+        if isinstance(given, Colormap):
+            scalars, table = given.scalars, getattr(given.cmap, "GetMTime", None)
+            if not isinstance(scalars, str):
+                return given, _version(getattr(scalars, "VTKObject", None)), table and table()
+            data = (self.mesh.GetPointData(), self.mesh.GetCellData())
+            return given, table and table(), *(_version(each.GetAbstractArray(scalars)) for each in data)
         if isinstance(given, str):  # an array of the user's mesh, which may be replaced at any time
             mesh = self.mesh if isinstance(self.mesh, pv.PolyData) else self.drawn
             data = (mesh.GetPointData(), mesh.GetCellData())
@@ -288,8 +295,8 @@ class LitMesh:
         source = given.source
         return texture_version(source) if is_texture(source) else (given, _version(getattr(source, "VTKObject", None)))
 
-    def _values(self, name: str, given: Map | str) -> Any:
-        """A map at the points that are drawn; texels are looked up only where the texture is another."""
+    def _values(self, name: str, given: AnyMap) -> Any:
+        """A map at the points that are drawn; texels and colormaps are looked up only where they changed."""
         if isinstance(given, str) and isinstance(self.mesh, pv.PolyData):  # the drawn mesh has what was there before
             if given in self.mesh.point_data:
                 given = Map(self.mesh.point_data[given])
@@ -298,6 +305,10 @@ class LitMesh:
         version = self._version_of(given)
         if name in self._textured and self._textured[name][0] == version:
             return self._textured[name][1]
+        if isinstance(given, Colormap):
+            found = colors_at(name, given, self.mesh, self._whole, self.drawn, self._original_points)
+            self._textured[name] = version, found
+            return found
         values = values_at(name, given, self._whole, self.drawn, self._original_points)
         if is_image_path(given) or (isinstance(given, Map) and is_texture(given.source)):
             self._textured[name] = version, np.array(values, np.float32)

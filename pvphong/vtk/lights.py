@@ -14,8 +14,10 @@ import pyvista as pv
 from vtkmodules.vtkRenderingCore import vtkLightKit, vtkRenderer
 
 from pvphong.base import check
-from pvphong.base.types import Frame, Vector, rgb
+from pvphong.base.types import ByteArray, Frame, Vector, rgb
 from pvphong.base.vectors import unit
+from pvphong.meshes import colormaps
+from pvphong.optics.colormap import Colormap
 from pvphong.optics.light import Light, VtkValues
 from pvphong.optics.lights import light_from_values
 from pvphong.scene.viewer import Viewer
@@ -199,6 +201,16 @@ def color_by_name(name: str) -> Vector:
 def color_names() -> list[str]:
     """PyVista's colour names, without their other spellings."""
     return list(pv.hex_colors)
+
+
+def colormap_names() -> list[str]:
+    """Names of colormaps that PyVista takes here: matplotlib's, and those of packages that are installed."""
+    return colormaps.names()
+
+
+def mapped_colors(name: str, colormap: Colormap) -> ByteArray:
+    """The colours, shape (n, 3), of a colormap whose scalars are an array; an error begins with the name of a field."""
+    return colormaps.mapped(name, colormap)
 
 
 def light_kit() -> tuple[Light, ...]:

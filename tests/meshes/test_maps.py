@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import pyvista as pv
 from PIL import Image
 
 import pvphong as ph
+from pvphong.meshes.colormaps import mapped
 from pvphong.meshes.point_data import texture_colors
 from pvphong.studio.lit_mesh import LitMesh
 
@@ -22,6 +25,7 @@ MATERIALS = {
     "GGX": ph.Material(albedo="tint", reflectance=ph.GGX("rough", f0=0.3)),
     "PBR": ph.Material(albedo="tint", reflectance=ph.PBR(metallic="dim", roughness="rough")),
     "texture": ph.Material(albedo=TEXTURE),
+    "colormap": ph.Material(albedo=ph.Colormap("dim", "terrain"), specular=ph.Colormap("tint", "gray", component=1)),
     "Ward": ph.Material(specular="dim", tangents="grain", reflectance=ph.Ward(0.2, 0.5)),
 }
 
@@ -39,13 +43,14 @@ def ball():
 
 def with_arrays(material, mesh):
     """The same material with the arrays themselves."""
+
+    def array(given):
+        if isinstance(given, ph.Colormap):
+            return mapped("albedo", replace(given, scalars=mesh[given.scalars]))
+        return np.asarray(mesh[given]) if isinstance(given, str) else texture_colors(TEXTURE, mesh)
+
     named = dict(material.maps) | ({"tangents": material.tangents} if material.tangents else {})
-    return material.with_values(
-        {
-            name: np.asarray(mesh[given]) if isinstance(given, str) else texture_colors(TEXTURE, mesh)
-            for name, given in named.items()
-        }
-    )
+    return material.with_values({name: array(given) for name, given in named.items()})
 
 
 def live(mesh, material):

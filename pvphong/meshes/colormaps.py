@@ -1,0 +1,173 @@
+"""Scalars as colours: a `Colormap` of a mesh's array through VTK's lookup table, set up as PyVista sets it up."""
+
+from __future__ import annotations
+
+import importlib.util
+import sys
+from typing import Any, NamedTuple
+
+import numpy as np
+import pyvista as pv
+from vtkmodules.util.numpy_support import numpy_to_vtk, vtk_to_numpy
+
+from pvphong.base import check
+from pvphong.base.types import ByteArray
+from pvphong.optics.colormap import Colormap, numbers_of
+
+_MAP_SCALARS = 1  # vtkScalarsToColors' colour mode: bytes are numbers to be mapped, not colours
+
+
+def names() -> list[str]:
+    """Names of colormaps that PyVista finds: matplotlib's, and those of other packages that are installed."""
+    import matplotlib as mpl
+    from pyvista.plotting import colors
+
+    found = [*mpl.colormaps]
+    for package in ("colorcet", "cmocean", "cmcrameri"):
+        if importlib.util.find_spec(package):
+            found += getattr(colors, f"_{package.upper()}_CMAPS", ())
+    return found
+
+
+class Scalars(NamedTuple):
+    """The numbers that a colormap maps."""
+
+    numbers: Any
+    """Shape (n,), real."""
+    of_cells: bool
+
+
+def scalars_of(name: str, colormap: Colormap, mesh: pv.DataSet) -> Scalars:
+    """A colormap's numbers at all points or cells of a mesh.
+
+    Raises
+    ------
+    ValueError
+        If the mesh has no such array, or both its points and its cells have, or the array has another length, or no
+        numbers in it; the message begins with the name, which is a field's.
+    """
+    given, preference = colormap.scalars, colormap.preference
+    if isinstance(given, str):
+        data = {"point": mesh.point_data, "cell": mesh.cell_data}
+        having = [where for where, arrays in data.items() if given in arrays]
+        if not having:
+            arrays = list(dict.fromkeys((*mesh.point_data.keys(), *mesh.cell_data.keys())))
+            allowed = f"the name of a point or cell array ({', '.join(arrays) or 'there is none'})"
+            check.refuse(f"{name}'s scalars", repr(given), allowed, check.meant(given, arrays))
+        if len(having) == 2 and preference is None:
+            remedy = 'Colormap(..., preference="point") or preference="cell" says which.'
+            check.refuse(f"{name}'s scalars", f"{given!r}, a point and a cell array", "one array", remedy)
+        where = preference if preference in having else having[0]
+        values, label = np.asarray(data[where][given]), f"{name}'s scalars {given!r}"
+    else:
+        values, label = np.asarray(given), f"{name}'s scalars"
+        lengths = {"point": mesh.n_points, "cell": mesh.n_cells}
+        having = [where for where, length in lengths.items() if len(values) == length]
+        if not having:
+            allowed = f"one per point ({mesh.n_points}) or per cell ({mesh.n_cells})"
+            check.refuse(label, f"{len(values)} rows", allowed)
+        where = preference if preference in having else having[0]
+    return Scalars(_reduced(label, colormap, values), where == "cell")
+
+
+def _reduced(label: str, colormap: Colormap, values: Any) -> Any:
+    """One real number or bool for each row."""
+    values = numbers_of(label, values)
+    if values.dtype.kind == "c":
+        values = values.real
+    if values.ndim == 2 and colormap.component is not None:
+        if colormap.component >= values.shape[1]:
+            allowed = f"less than {values.shape[1]}, as many columns as there are"
+            check.refuse(f"{label}: component", colormap.component, allowed)
+        values = values[:, colormap.component]
+    elif values.ndim == 2:
+        values = np.linalg.norm(values, axis=1)
+    return values
+
+
+def lookup_table(name: str, colormap: Colormap, numbers: Any) -> pv.LookupTable:
+    """The table that maps some numbers, with the range of these if the colormap has none.
+
+    Source: `pyvista.DataSetMapper.set_scalars`, whose order of steps this is.
+
+    Raises
+    ------
+    ValueError
+        If there is no range: all numbers are NaN or infinite.
+    """
+    if hasattr(colormap.cmap, "MapScalars"):
+        colormap.cmap.Build()
+        return colormap.cmap
+    is_bool = numbers.dtype == np.bool_
+    known = (-0.5, 1.5) if is_bool else colormap.clim
+    low, high = known or _range_of(name, numbers)
+    if not known and colormap.log_scale and low < 0.0:  # VTK would refuse it, print an error and go on
+        if not high > 0.0:
+            remedy = "Leave log_scale out, or give clim."
+            check.refuse(
+                f"{name}'s scalars", f"numbers up to {high:g}", "an array with numbers > 0 for log_scale", remedy
+            )
+        low = float(numbers[numbers > 0.0].min())
+    if known and colormap.log_scale and low <= 0.0:  # as PyVista; VTK itself sees to a range that it finds
+        low = sys.float_info.min
+    count = 2 if is_bool else colormap.n_colors
+    if colormap.categories is not False:
+        count = len(np.unique(numbers)) if colormap.categories is True else colormap.categories
+    table, theme = pv.LookupTable(), pv.global_theme
+    table.scalar_range = low, high
+    if isinstance(colormap.cmap, tuple):
+        table.apply_cmap(_listed(colormap.cmap), len(colormap.cmap))
+    else:
+        table.apply_cmap(theme.cmap if colormap.cmap is None else colormap.cmap, count)
+    if colormap.flip_scalars:
+        table.values[:] = table.values[::-1]
+    table.nan_color = theme.nan_color if colormap.nan_color is None else colormap.nan_color
+    for outside in ("above", "below"):
+        color = getattr(colormap, f"{outside}_color")
+        if color is not None:
+            setattr(table, f"{outside}_range_color", color)
+    table.log_scale = colormap.log_scale
+    if is_bool:
+        table.annotations = {0.0: "False", 1.0: "True"}
+    if colormap.annotations is not None:
+        table.annotations = dict(colormap.annotations)
+    table.Build()  # else colours of NaN and of what is outside are those before, as in PyVista's `LookupTable.__call__`
+    return table
+
+
+def _listed(colors: tuple[Any, ...]) -> Any:
+    """A colormap of some colours. Names are matplotlib's first, as PyVista takes them: its "g" is not PyVista's."""
+    from matplotlib.colors import ListedColormap, is_color_like
+
+    return ListedColormap([each if is_color_like(each) else pv.Color(each).float_rgb for each in colors])
+
+
+def _range_of(name: str, numbers: Any) -> tuple[float, float]:
+    """The least and the greatest of the finite numbers; (0, 1) of none at all."""
+    finite = numbers[np.isfinite(numbers)] if numbers.dtype.kind == "f" else numbers
+    if len(finite):
+        return float(finite.min()), float(finite.max())
+    if len(numbers):
+        remedy = "clim=(0, 1) draws them all in the colour of NaN."
+        check.refuse(f"{name}'s scalars", "an array without any", "an array with finite numbers, or with clim", remedy)
+    return 0.0, 1.0
+
+
+def colors_by(table: Any, numbers: Any) -> ByteArray:
+    """The 8-bit colours, shape (n, 3), that VTK draws some numbers in."""
+    if numbers.dtype == np.bool_ or numbers.dtype == np.float16 or numbers.dtype.itemsize > 8:
+        numbers = numbers.astype(np.float64)
+    if not len(numbers):
+        return np.zeros((0, 3), np.uint8)
+    plain = np.ascontiguousarray(numbers, numbers.dtype.newbyteorder("="))
+    mapped = table.MapScalars(numpy_to_vtk(plain), _MAP_SCALARS, -1)
+    return vtk_to_numpy(mapped).reshape(len(numbers), -1)[:, :3].copy()
+
+
+def mapped(name: str, colormap: Colormap) -> ByteArray:
+    """The colours of a colormap whose scalars are an array, shape (n, 3); an error begins with the name of a field."""
+    if isinstance(colormap.scalars, str):
+        allowed = "a Colormap of an array where there is no mesh"
+        check.refuse(name, repr(colormap), allowed, "Colormap(array, ...) has the numbers themselves.")
+    numbers = _reduced(f"{name}'s scalars", colormap, np.asarray(colormap.scalars))
+    return colors_by(lookup_table(name, colormap, numbers), numbers)
