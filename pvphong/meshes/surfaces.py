@@ -232,7 +232,8 @@ def split_sharp_edges(mesh: pv.PolyData, feature_angle: FeatureAngle) -> tuple[p
     mesh : pyvista.PolyData
         A checked surface; it is not modified.
     feature_angle : float, "auto" or None
-        Edges whose faces' normals are further apart than that, in degrees, 0 to 180, are split; 0 is flat shading.
+        Edges whose faces' normals are further apart than that, in degrees, 0 to 180, are split; 0 is flat shading: each
+        face has points of its own.
         Point normals that the mesh has are then left out, for they are those of points that are not split. "auto"
         takes 30, as Blender's "smooth by angle" and PyVista do, where the mesh has no point normals of its own, and
         splits nothing where it has. None splits nothing.
@@ -267,14 +268,48 @@ def split_sharp_edges(mesh: pv.PolyData, feature_angle: FeatureAngle) -> tuple[p
     options: dict[str, Any] = dict.fromkeys(
         ("cell_normals", "consistent_normals", "auto_orient_normals", "non_manifold_traversal", "flip_normals"), False
     )
-    split = bare.compute_normals(point_normals=True, split_vertices=True, feature_angle=angle, **options)
-    points = np.asarray(split.point_data.pop(_FILTERS_ORIGINAL)).astype(np.int64, copy=False)
-    del split.point_data["Normals"]
+    if angle == 0.0:
+        split, points = _apart(bare)
+    else:
+        split = bare.compute_normals(point_normals=True, split_vertices=True, feature_angle=angle, **options)
+        points = np.asarray(split.point_data.pop(_FILTERS_ORIGINAL)).astype(np.int64, copy=False)
+        del split.point_data["Normals"]
     for name, array in others.items():
         split.point_data[name] = np.asarray(array)[points]
     before = mesh.point_data.get(ORIGINAL_POINT)
     split.point_data[ORIGINAL_POINT] = points if before is None else np.asarray(before)[points]
     return (mesh, None) if is_auto and split.n_points == mesh.n_points else (split, points)
+
+
+def _apart(mesh: pv.PolyData) -> tuple[pv.PolyData, NDArray[np.int64]]:
+    """Each face with points of its own, also beside faces in its plane, and which of the mesh's points each one was.
+
+    Vertices and lines keep one of a face's, or points that no face has.
+    """
+    verts, lines, _, strips = cells(mesh)
+    corners, offsets = unchecked_polygons(mesh)
+    place = np.full(mesh.n_points, -1)
+    place[corners[::-1]] = np.arange(len(corners))[::-1]
+    others = [each.connectivity for each in (verts, lines)]
+    loose = np.unique(np.concatenate(others))
+    loose = loose[place[loose] < 0]
+    place[loose] = len(corners) + np.arange(len(loose))
+    points = np.concatenate([corners, loose]).astype(np.int64, copy=False)
+    split = pv.PolyData()
+    split.points = np.asarray(mesh.points)[points]
+    split.verts, split.lines = (
+        pv.CellArray.from_arrays(each.offsets, place[each.connectivity]) for each in (verts, lines)
+    )
+    split.faces = pv.CellArray.from_arrays(offsets, np.arange(len(corners)))
+    before = np.arange(mesh.n_cells)
+    triangles = np.maximum(np.diff(strips.offsets) - 2, 0)  # of each strip
+    before = np.repeat(before, np.concatenate([np.ones(mesh.n_cells - strips.count, np.int64), triangles]))
+    for given, kept, rows in ((mesh.point_data, split.point_data, points), (mesh.cell_data, split.cell_data, before)):
+        for name, array in given.items():
+            kept[name] = np.asarray(array)[rows]
+    split.point_data.active_texture_coordinates_name = mesh.point_data.active_texture_coordinates_name
+    split.field_data.update(mesh.field_data)
+    return split, points
 
 
 _Mesh = TypeVar("_Mesh", bound=pv.PolyData)

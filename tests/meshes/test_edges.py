@@ -3,9 +3,10 @@
 import numpy as np
 import pytest
 import pyvista as pv
+from pyvista import examples
 
 import pvphong as ph
-from pvphong.meshes.surfaces import ORIGINAL_POINT, split_sharp_edges
+from pvphong.meshes.surfaces import ORIGINAL_POINT, polygons, split_sharp_edges
 from pvphong.studio.lit_mesh import LitMesh
 
 SUN = ph.Scene([ph.DirectionalLight(direction=(-1.0, -2.0, -3.0))], ph.Viewer(position=(2.0, 3.0, 4.0)))
@@ -44,6 +45,25 @@ def test_a_cubes_edges_are_sharp_below_90_degrees(angle, count):
     for none in ("sharp", -1, 181, np.nan, [30]):
         with pytest.raises(ValueError, match=r"^feature_angle must be "):
             cube().phong.shade(SUN, DULL, feature_angle=none)
+
+
+@pytest.mark.parametrize(
+    "mesh",
+    [pv.Sphere(), pv.Plane(), pv.Cylinder(), pv.Sphere().strip(), examples.load_airplane()],
+    ids=["poles", "one plane", "caps", "strips", "airplane"],
+)
+def test_each_face_has_points_of_its_own_at_angle_0(mesh):
+    """Also beside faces in its plane, which no angle separates."""
+    mesh.cell_data["number"] = np.arange(mesh.n_cells)
+    split, points = split_sharp_edges(mesh, 0)
+    assert sorted(np.concatenate([cell.point_ids for cell in split.cell])) == list(range(split.n_points))
+    np.testing.assert_array_equal(split.points, mesh.points[points])
+    np.testing.assert_array_equal(polygons(split)[1], polygons(mesh)[1])
+    np.testing.assert_array_equal(points[polygons(split)[0]], polygons(mesh)[0])
+    assert list(np.unique(split.cell_data["number"])) == list(range(mesh.n_cells))  # of strips each triangle has one
+    mesh.cell_data["paint"] = np.random.default_rng(3).integers(0, 256, (mesh.n_cells, 3)).astype(np.uint8)
+    lit = mesh.phong.shade(SUN, ph.Material(albedo="paint"), feature_angle=0)
+    assert lit.n_points == split.n_points
 
 
 @pytest.mark.parametrize("albedo", ["tint", TINT], ids=["name", "array"])
