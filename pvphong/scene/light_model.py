@@ -42,7 +42,8 @@ class LightModel:
         The direction to the viewer is taken at each vertex; False: the same everywhere, towards the eye
         along the view axis (OpenGL's default).
     two_sided : bool, default False
-        A vertex whose normal points away from the viewer is lit with the opposite normal.
+        A vertex whose normal points away from the viewer is lit with the opposite normal, and shadows and occlusion are
+        those of that side.
     reflection : {"phong", "blinn-phong"}
         Highlight by the mirror direction, (r·v)ⁿ (Phong 1975), or by the half-way direction,
         (n·h)ⁿ (Blinn 1977), which OpenGL uses.
@@ -56,7 +57,9 @@ class LightModel:
         shaded as VTK shades `pbr=True`, its last power included.
     shadows : bool, default False
         What a light adds by diffuse and specular reflection is multiplied by the part of it that a vertex sees past
-        the mesh itself and other meshes. Of a light without a size that is 0 or 1.
+        the mesh itself and other meshes. Of a light without a size that is 0 or 1; of one with a size it is the part
+        that reaches a matt surface, also for highlights, which are off where something hides what they mirror:
+        `tradeoff` measures by how much, `truth` is without that.
     ambient_occlusion : bool or float, default False
         Ambient light, `ambient` above and that of lights, is multiplied by the open part of the sky: of the hemisphere
         around the normal, weighted with the cosine. A number > 0 is the distance, in the mesh's unit, up to which

@@ -260,7 +260,7 @@ class Equation:
         names.
         """
         sizes = {"visibility": (self.lights + 1) * (1 + self.is_flipped)} if self.needs_visibility else {}
-        if self.needs_normals:
+        if any(term.needs_normals for term in self.terms):
             sizes |= {"tangents": 3} if "tangents" in self.reflectance.needs else {}
             sizes |= dict.fromkeys(self.maps, 1)
         ends = accumulate(sizes.values())

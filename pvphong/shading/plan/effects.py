@@ -486,7 +486,12 @@ class LocalViewer(Effect):
 
 
 class Shadow(Effect):
-    """A light's shadows, which are left out where nothing can block it."""
+    """A light's shadows, which are left out where nothing can block it.
+
+    Of a light with a size that is partly hidden, each lobe reflects a share of what it would of all: that of its light
+    which reaches the vertex, as a matt surface receives it. That is exact for those; a highlight, which may see the
+    hidden part alone, is off by up to its brightness. `tradeoff` measures by how much.
+    """
 
     def leave_out(self, draft: Draft, term: LightTerm) -> Change | None:
         if not term.is_shadowed:
@@ -498,6 +503,18 @@ class Shadow(Effect):
 
     def has(self, equation: Equation, term: LightTerm) -> bool:
         return term.is_shadowed
+
+    def decide(self, draft: Draft) -> Decision:
+        """Its reason also names lights whose highlights are a share, where they are partly hidden."""
+        decision, equation = super().decide(draft), draft.equation
+        terms = [term for term in equation.terms if self.has(equation, term) and equation.has(term, "specular")]
+        labels = [term.label for term in terms if term.light.has_size]
+        if not labels:
+            return decision
+        return replace(
+            decision,
+            why=f"{decision.why}; where a part is hidden, the same part of the highlight ({', '.join(labels)})",
+        )
 
     def term_without(self, equation: Equation, term: LightTerm, point: Vector) -> LightTerm:
         return replace(term, is_shadowed=False)

@@ -84,8 +84,9 @@ def tradeoff(
     arithmetic (against the same equation in float64) and light model (between two equations in float64), both at the
     vertices, and interpolation (colours blended across triangles against per-pixel shading, in float64). Where the
     scene has shadows or ambient occlusion there is a fourth, sampling: colours by few rays for each vertex against
-    colours by 4096, at vertices chosen at random. Arithmetic and light model then take what the vertices see as
-    known; interpolation casts rays inside triangles, if there is time for them.
+    colours by 4096, at vertices chosen at random; highlights of lights with a size that are partly hidden count in it,
+    for their part of the light is not the share that matt surfaces see. Arithmetic and light model then take what the
+    vertices see as known; interpolation casts rays inside triangles, if there is time for them.
 
     Parameters
     ----------

@@ -20,7 +20,7 @@ from pvphong.rays.sampling import MOST_RAYS
 from pvphong.rays.visibility import Visibility
 from pvphong.scene.scene import Scene
 from pvphong.shading import kernel, reference
-from pvphong.shading.equation import Equation, as_nodes, in_parts, relative_to_mesh
+from pvphong.shading.equation import BLACK, Equation, as_nodes, in_parts, relative_to_mesh
 from pvphong.shading.plan.effects import EFFECTS
 from pvphong.shading.plan.plan import Plan, is_worth_loading
 from pvphong.shading.reference import Shading
@@ -44,6 +44,9 @@ _RAYS, _FEWEST_RAYS = (4, 16, 64, 256), 16
 
 # The part of the time budget that colours by all rays may take, and vertices at which they are found in any case.
 _FOR_ALL_RAYS, _FEWEST_CHECKED = 0.2, 100
+
+# So many nodes of each light with a size have a ray of their own, where highlights are checked.
+_NODES_OF_HIGHLIGHT = 256
 
 # A row is cast so often at most, as long as that takes no more than a part of what is left.
 _REPEATS, _FOR_REPEATS = 5, 0.1
@@ -111,15 +114,51 @@ class Subject:
         rows : ndarray, optional
             Shape (m,): the vertices; all of them if not given.
         channels : ndarray, optional
-            Shape (k, m): what these see, as `Vertices.channels` gives it of all vertices.
+            Shape (k, m): what these see, as `Visibility.channels` gives it of them.
         """
         part: Any = slice(None) if rows is None else rows
         points, normals = self.points[part], self.normals[part]
         seen = self.vertices.channels(equation) if rows is None else channels
+        if rows is not None and set(equation.channels) - {"visibility"}:
+            terms = tuple(replace(term, is_shadowed=False) for term in equation.terms)
+            others = self.vertices.channels(replace(equation, terms=terms, is_occluded=False))
+            assert others is not None, "it has other channels"
+            seen = others[:, rows] if seen is None else np.concatenate([seen, others[:, rows]])
         result = Shading(np.empty((len(points), 3)))
         tints = {name: tint.at(part) for name, tint in self.vertices.tints(equation).items()}
         reference.shade(points, normals, in_parts(equation), tints, result, seen)
         return result.rgb
+
+    def highlights_beyond_shares(self, seen: Visibility, rows: IntArray) -> Float64Array:
+        """How much more highlights of lights with a size are than the share of them that is seen, (m, 3).
+
+        That is by nodes, each with a ray of its own. Evaluators multiply a highlight by the part of its light that
+        reaches a matt surface.
+
+        Parameters
+        ----------
+        seen : Visibility
+            What the vertices of these rows see.
+        rows : ndarray
+            Shape (m,).
+        """
+        whole, lights = self.vertices.equation(self.scene, self.material, self.matrix), self.equation.shadowed
+        result = np.zeros((len(rows), 3))
+        for term in whole.terms:
+            if term.index not in lights or not term.light.has_size or not whole.has(term, "specular"):
+                continue
+            alone = replace(whole, terms=(whole.without(term, "diffuse"),), ambient=BLACK, emission=BLACK, clamp=False)
+            alone = as_nodes(replace(alone, is_occluded=False), _NODES_OF_HIGHLIGHT)
+            terms = [node for node in alone.terms if any(node.shines)]
+            nodes = replace(alone, terms=tuple(replace(each, index=k) for k, each in enumerate(terms)))
+            nodes = replace(nodes, lights=len(terms))
+            own = seen.for_lights([each.light for each in terms], [str(k) for k in range(len(terms))])
+            of_node = own.channels(range(len(terms)), sky=False, behind=nodes.is_flipped)
+            share = seen.channels([term.index], sky=False, behind=nodes.is_flipped)
+            parts = share.reshape(-1, len(seen.lights) + 1, len(rows))[:, term.index]
+            of_all = np.broadcast_to(parts[:, None], (len(parts), len(terms) + 1, len(rows))).reshape(of_node.shape)
+            result += self.exact(nodes, rows, of_node) - self.exact(nodes, rows, of_all)
+        return result
 
     @cached_property
     def sphere(self) -> Sphere:
@@ -294,7 +333,8 @@ def sampling(subject: Subject, visibility: Visibility, tolerance: float, clock: 
 
     A row's time is that of casting its rays and lighting the vertices by them. What is done once for all rays, such as
     the tree of the occluders' triangles, is not counted. Its errors are those of its colours against colours by 4096
-    rays, at vertices chosen at random.
+    rays, at vertices chosen at random; in these the highlight of a light with a size that is partly hidden is that of
+    its visible nodes, not the share of it that evaluators take.
 
     Parameters
     ----------
@@ -327,7 +367,9 @@ def sampling(subject: Subject, visibility: Visibility, tolerance: float, clock: 
         checked = np.sort(np.random.default_rng(0).choice(count, some, replace=False))
         everything = visibility.afresh(samples=MOST_RAYS, rows=checked)
         channels = everything.channels(equation.shadowed, **how)
-        truth = subject.exact(equation, checked, channels)
+        truth = subject.exact(replace(equation, clamp=False), checked, channels)
+        truth += subject.highlights_beyond_shares(everything, checked)
+        truth = np.clip(truth, 0.0, 1.0) if equation.clamp else truth
 
     def row(name: str, samples: int | None) -> Row:
         clock.say(name)

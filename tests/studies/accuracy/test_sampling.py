@@ -126,3 +126,21 @@ def test_where_nothing_is_in_the_way_no_ray_is_priced():
     found = sampled(pv.Sphere(), scene(SUN, shadows=True))
     assert not found.rows
     assert "sun: the mesh is convex, and alone" in found.left_out["rays"]
+
+
+@pytest.mark.parametrize("reflectance", [ph.Phong(40.0), ph.Ward(0.2, 0.4)])
+@pytest.mark.parametrize("two_sided", [False, True])
+def test_highlights_of_partly_hidden_lights_are_off_by_what_paths_say(reflectance, two_sided):
+    """A screen hides half a panel, and the highlight mirrors the other half or the hidden one."""
+    floor, screen = FLOOR.copy(), pv.Plane(center=(1, 0, 1.5), i_size=2, j_size=9)
+    floor["along"] = np.tile([1.0, 0.0, 0.0], (floor.n_points, 1))
+    panel = ph.RectangleLight(position=(0, 0, 3), direction=(0, 0, -1), width=1.5, height=1.5, intensity=6.0)
+    glossy = ph.Material(diffuse=0.2, specular=0.6, reflectance=reflectance, tangents=floor["along"])
+    rig = scene(panel, shadows=True, two_sided=two_sided, ambient=0.0, clamp=False)
+    seen, rows = floor.phong.visibility(rig, occluders=[screen], samples=4096), np.arange(0, floor.n_points, 7)
+    subject = Subject(np.asarray(floor.points), floor.phong.normals(), rig, glossy, None, seen)
+    found = subject.highlights_beyond_shares(seen.afresh(samples=4096, rows=rows), rows)
+    true = floor.phong.truth(rig, glossy, occluders=[screen], samples=1024, max_bounces=0)
+    off = true.rgb[rows] - floor.phong.shade(rig, glossy, visibility=seen)["phong"][rows]
+    assert np.abs(off).max() > 0.02
+    np.testing.assert_allclose(found, off, atol=0.15 * np.abs(off).max() + 5 * true.standard_error.max())
