@@ -21,10 +21,11 @@ from pvphong.meshes import lit, pictures
 from pvphong.meshes import transport as transports
 from pvphong.meshes import truth as rendering
 from pvphong.meshes.blocks import DEFAULT, datasets, leaves, map_blocks, materials_of, of_each
+from pvphong.meshes.colormaps import over_all
 from pvphong.meshes.default_scene import scene_for
 from pvphong.meshes.surfaces import FeatureAngle, shallow_copy, surface
 from pvphong.meshes.visibility import occluders_of_blocks, visibility_options
-from pvphong.optics.material import DEFAULT_MATERIAL, Material
+from pvphong.optics.material import DEFAULT_MATERIAL, Material, as_material
 from pvphong.rays.transport import Transport
 from pvphong.rays.visibility import Visibility
 from pvphong.scene.scene import Scene, SceneLike
@@ -310,10 +311,12 @@ class BlocksPhong(Handle):
         surfaces = self._surfaces(*(options.get(name) for name in _OF_SURFACES))
         return transports.checked_transport(given, surfaces, occluders)
 
-    def _materials(self, material: Materials) -> list[Material | str]:
-        """Of each dataset, in their order."""
+    def _materials(self, material: Materials) -> list[Material]:
+        """Of each dataset, in their order; colormaps have the range of all blocks."""
         given = material if isinstance(material, Mapping) else {DEFAULT: material}
-        return materials_of([path for path, _ in datasets(self._blocks)], given)
+        blocks = list(datasets(self._blocks))
+        own = {name: over_all(as_material(each), [block for _, block in blocks]) for name, each in given.items()}
+        return materials_of([path for path, _ in blocks], own)
 
     def _by_path(self, operation: Callable[[pv.DataSet], Any]) -> dict[str, Any]:
         paths = [path for path, _ in datasets(self._blocks)]

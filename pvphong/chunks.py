@@ -15,6 +15,7 @@ import numpy as np
 
 from pvphong.base import check, threads
 from pvphong.base.types import Float64Array
+from pvphong.optics.colormap import Colormap
 from pvphong.optics.maps import Map
 from pvphong.optics.material import Material
 from pvphong.scene.scene import Scene, as_scene
@@ -36,7 +37,7 @@ def _taking_chunks(whole: Callable[Given, Shading]) -> Callable[Given, Shading]:
 
     @wraps(whole)
     def evaluate(points: Any, normals: Any, scene: Any, material: Any, **options: Any) -> Shading:
-        named = {"points": points, "normals": normals, "scene": scene, "material": material} | options
+        named = {"points": points, "normals": normals, "scene": scene, "material": _with_colors(material)} | options
         arrays = _arrays_of(named)
         if any(hasattr(array, "__dask_graph__") for array in arrays.values()):
             return _evaluate_chunks(arrays, **{name: value for name, value in named.items() if name not in arrays})
@@ -56,6 +57,37 @@ def _arrays_of(given: Mapping[str, Any]) -> dict[str, Any]:
         maps = material.maps | {"tangents": material.tangents}
         found |= {name: each.source for name, each in maps.items() if isinstance(each, Map)}
     return {name: array for name, array in found.items() if array is not None}
+
+
+def _with_colors(material: Any) -> Any:
+    """A material with the colours of colormaps whose scalars are arrays; of Dask arrays they are one too."""
+    maps = material.maps if isinstance(material, Material) else {}
+    given = {name: each for name, each in maps.items() if isinstance(each, Colormap)}
+    colors = {name: Map(_colors(name, each)) for name, each in given.items() if not isinstance(each.scalars, str)}
+    return material.with_values(colors) if colors else material
+
+
+def _colors(name: str, colormap: Colormap) -> Any:
+    """Colours of shape (n, 3): of each chunk of a colormap's numbers by the range of all."""
+    from pvphong.meshes.colormaps import colors_by, joined, lookup_table, mapped, numbers_in, span_of
+
+    if not hasattr(colormap.scalars, "__dask_graph__"):
+        return mapped(name, colormap)
+    from dask import delayed
+
+    scalars = _checked(name, colormap.scalars)
+
+    def span(chunk: Any) -> Any:
+        return span_of(colormap, numbers_in(name, colormap, chunk))
+
+    def colors(chunk: Any, spans: Any) -> Any:
+        numbers = numbers_in(name, colormap, chunk)
+        return colors_by(lookup_table(name, colormap, numbers, spans), numbers)
+
+    spans = delayed(joined)([delayed(span)(chunk) for chunk in scalars.to_delayed().ravel()])
+    axis = {"new_axis": 1} if scalars.ndim == 1 else {}
+    how: dict[str, Any] = {"dtype": np.uint8, "meta": np.empty((0, 0), np.uint8), "chunks": (scalars.chunks[0], (3,))}
+    return scalars.map_blocks(colors, spans=spans, **how, **axis)
 
 
 def _evaluate_chunks(given: dict[str, Any], scene: Any, **options: Any) -> Shading:

@@ -61,6 +61,19 @@ def test_all_that_is_given_for_each_vertex_comes_in_chunks():
     same(ph.evaluate(POINTS, NORMALS, PLAIN, material), expected)
 
 
+@pytest.mark.parametrize("options", [{}, {"clim": (0.2, 0.6)}, {"categories": True}, {"log_scale": True}], ids=str)
+@pytest.mark.parametrize("columns", [1, 2])
+def test_colormaps_have_the_range_of_all_chunks(options, columns):
+    numbers = np.where(np.arange(COUNT) < 400, np.nan, np.round(RNG.random(COUNT), 1) + 0.1)  # a chunk without any
+    numbers = np.column_stack([numbers, -numbers]) if columns == 2 else numbers
+    lazy = da.from_array(numbers, chunks=(300, columns)[: numbers.ndim])
+    expected = ph.evaluate(POINTS, NORMALS, PLAIN, ph.Material(albedo=ph.Colormap(numbers, "terrain", **options)))
+    for points in POINTS, cut(POINTS, 500):
+        for scalars in (lazy, numbers) if points is not POINTS else (lazy,):
+            colormap = ph.Colormap(scalars, "terrain", **options)
+            same(ph.evaluate(points, NORMALS, PLAIN, ph.Material(albedo=colormap)), expected)
+
+
 @pytest.mark.parametrize("how", [{"scheduler": "threads"}, {"scheduler": "processes"}, "distributed"], ids=str)
 def test_every_scheduler_does(how, request):
     expected = ph.evaluate(POINTS, NORMALS, PLAIN, SHINY, components=True, backend="numpy")

@@ -23,8 +23,9 @@ from pvphong.batch.cluster import connected, ended
 from pvphong.batch.culling import potential_occluders, touching
 from pvphong.batch.pieces import Index, Piece, Seams, paths_of, pieces_and_indices, write_index
 from pvphong.batch.seams import neighbours_of
-from pvphong.batch.worker import Job, Result, border_in, bounds_of, checksum_of, light, look, outline_in
+from pvphong.batch.worker import Job, Result, border_in, bounds_of, checksum_of, light, look, outline_in, spans_of
 from pvphong.meshes.blocks import DEFAULT
+from pvphong.meshes.colormaps import joined, spanned, unspanned
 from pvphong.meshes.default_scene import default_scene_of
 from pvphong.meshes.files import Compression
 from pvphong.meshes.surfaces import FeatureAngle
@@ -116,7 +117,8 @@ def shade_files(
         Light that bounces is refused for pieces of one surface.
     material : Material or mapping, optional
         The surface's reflectances; or by the paths of names of a .vtm file's blocks, "default" for the others. Maps are
-        names of point arrays that the files have, or paths of image files.
+        names of point arrays that the files have, colormaps of such names, or paths of image files. A colormap without
+        a `clim` has the range of all files, which are read once more for it.
     client : distributed.Client or str, optional
         A Dask cluster, or the address of its scheduler, as "tcp://host:8786". A local cluster is started if not given;
         a script then needs ``if __name__ == "__main__":``, as with all of Python's processes.
@@ -173,6 +175,7 @@ def shade_files(
         run = _Run(workforce, job, pieces, indices)
         if given is None or given.viewer is None:
             run.frame(given)
+        run.span()
         run.light(merges=seams != "keep")
         run.write_indices()
     are_apart = sum(not piece.surface for piece in pieces) > 1
@@ -217,6 +220,18 @@ class _Run:
         box = np.column_stack([low, high]).ravel()
         scene = default_scene_of(box, is_open=is_open) if given is None else given.framed(box)
         self._job = replace(self._job, scene=scene)
+
+    def span(self) -> None:
+        """Give colormaps without a range that of their array in all pieces."""
+        fields = [(label, name) for label, each in self._job.materials.items() for name in unspanned(each)]
+        if not fields:
+            return
+        colormaps = [unspanned(self._job.materials[label])[name] for label, name in fields]
+        of_pieces = [spans for _, spans in self._each(spans_of, self._left(self._pieces), colormaps)]
+        materials = dict(self._job.materials)
+        for (label, name), spans in zip(fields, zip(*of_pieces, strict=True), strict=False):
+            materials[label] = spanned(materials[label], {name: joined(spans)})
+        self._job = replace(self._job, materials=materials)
 
     def light(self, *, merges: bool) -> None:
         """Light all pieces that have not failed; with normals of surfaces in one piece, if they are merged."""

@@ -25,12 +25,14 @@ from pvphong.batch.pieces import ArrayType, Piece
 from pvphong.batch.seams import NORMALS, Border, Neighbours, border_of, has_only_ghosts, with_normals, without_ghosts
 from pvphong.meshes.blocks import DEFAULT, materials_of
 from pvphong.meshes.cells import refuse_invalid
+from pvphong.meshes.colormaps import Span, spans_in
 from pvphong.meshes.files import Compression, read_mesh, save_lit
 from pvphong.meshes.lit import shade_mesh
 from pvphong.meshes.point_data import given_maps
 from pvphong.meshes.surfaces import FeatureAngle, has_normals, outer_surface, surface
 from pvphong.meshes.visibility import KnownOccluders, world_faces
-from pvphong.optics.maps import Map, is_image_path
+from pvphong.optics.colormap import Colormap
+from pvphong.optics.maps import Map, is_image_path, refuse_unnamed
 from pvphong.optics.material import Material
 from pvphong.rays.casting import Occluders
 from pvphong.scene.scene import Scene
@@ -74,6 +76,7 @@ class Job:
             for name, given in given_maps(material).items():
                 if isinstance(given, Map):
                     check.refuse(name, given, "the name of a point array that the files have")
+                refuse_unnamed(name, given)
             lit_alike = material.with_values(dict.fromkeys(material.maps, 0.5) | {"tangents": None})
             shade_mesh(pv.Triangle(), self.scene, lit_alike, feature_angle=self.feature_angle, **self.options)
         for piece in pieces:
@@ -180,6 +183,12 @@ def bounds_of(piece: Piece) -> tuple[tuple[float, ...], bool]:
     if not outside.n_points:  # it is nowhere
         return (math.nan,) * 6, False
     return tuple(outside.bounds), bool(outside.n_open_edges)
+
+
+def spans_of(piece: Piece, colormaps: Sequence[Colormap]) -> list[Span]:
+    """The ranges of a piece's arrays, for colormaps that have none."""
+    mesh = read_mesh(str(piece.input))
+    return [spans_in(colormap, [mesh] if isinstance(mesh, pv.DataSet) else []) for colormap in colormaps]
 
 
 def border_in(piece: Piece) -> Border:

@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+import contextlib
 import importlib.util
+import math
 import sys
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -13,6 +17,7 @@ from vtkmodules.util.numpy_support import numpy_to_vtk, vtk_to_numpy
 from pvphong.base import check
 from pvphong.base.types import ByteArray
 from pvphong.optics.colormap import Colormap, numbers_of
+from pvphong.optics.material import Material
 
 _MAP_SCALARS = 1  # vtkScalarsToColors' colour mode: bytes are numbers to be mapped, not colours
 
@@ -85,10 +90,97 @@ def _reduced(label: str, colormap: Colormap, values: Any) -> Any:
     return values
 
 
-def lookup_table(name: str, colormap: Colormap, numbers: Any) -> pv.LookupTable:
-    """The table that maps some numbers, with the range of these if the colormap has none.
+class Span(NamedTuple):
+    """The range of some numbers."""
+
+    low: float
+    """The least finite one; infinite where there is none."""
+    high: float
+    positive: float
+    """The least finite one above 0; infinite where there is none."""
+    different: tuple[float, ...]
+    """Each of them once, where a colormap asks how many there are."""
+
+
+def span_of(colormap: Colormap, numbers: Any) -> Span:
+    """The range of a colormap's numbers."""
+    finite = numbers[np.isfinite(numbers)] if numbers.dtype.kind == "f" else numbers
+    different = np.unique(numbers).tolist() if colormap.categories is True else ()
+    if not len(finite):
+        return Span(math.inf, -math.inf, math.inf, tuple(different))
+    low = float(finite.min())
+    positive = low if low > 0.0 else float(np.min(finite, where=finite > 0, initial=_highest(finite.dtype)))
+    return Span(low, float(finite.max()), positive, tuple(different))
+
+
+def _highest(kind: np.dtype[Any]) -> Any:
+    return np.inf if kind.kind == "f" else True if kind == np.bool_ else np.iinfo(kind).max
+
+
+def joined(spans: Iterable[Span]) -> Span:
+    """The range of several arrays together."""
+    found = [*spans, Span(math.inf, -math.inf, math.inf, ())]
+    low, high, positive, different = zip(*found, strict=True)
+    return Span(min(low), max(high), min(positive), tuple(np.unique(np.concatenate(different)).tolist()))
+
+
+def over_all(material: Material, meshes: Sequence[pv.DataSet]) -> Material:
+    """A material whose colormaps have the range of all meshes that have their array, where they have none.
+
+    What is wrong with an array is told when a mesh is lit: such a colormap is left as it is.
+    """
+    return spanned(material, {name: spans_in(each, meshes) for name, each in unspanned(material).items()})
+
+
+def unspanned(material: Material) -> dict[str, Colormap]:
+    """The fields whose colormaps depend on the numbers of a mesh beside its points' own."""
+    maps = {name: each for name, each in material.maps.items() if isinstance(each, Colormap)}
+    own = {name: each for name, each in maps.items() if not hasattr(each.cmap, "MapScalars")}
+    return {name: each for name, each in own.items() if each.clim is None or each.categories is True}
+
+
+def spans_in(colormap: Colormap, meshes: Sequence[pv.DataSet]) -> Span:
+    """The range of a colormap's array over several meshes; those that have it not, or not as numbers, do not count."""
+    spans = []
+    for mesh in meshes if isinstance(colormap.scalars, str) else ():
+        with contextlib.suppress(ValueError):
+            numbers = scalars_of("", colormap, mesh).numbers
+            if numbers.dtype != np.bool_:
+                spans.append(span_of(colormap, numbers))
+    return joined(spans)
+
+
+def spanned(material: Material, spans: Mapping[str, Span]) -> Material:
+    """A material whose colormaps, by their fields, have given ranges, where they have none."""
+    found = {}
+    for name, span in spans.items():
+        colormap = material.maps[name]
+        if not isinstance(colormap, Colormap):
+            continue
+        low = span.positive if colormap.log_scale and span.low <= 0.0 else span.low
+        if colormap.clim is None and low < span.high:
+            colormap = replace(colormap, clim=(low, span.high))
+        if colormap.categories is True and span.different:
+            colormap = replace(colormap, categories=len(span.different))
+        found[name] = colormap
+    return material.with_values(found)
+
+
+def lookup_table(name: str, colormap: Colormap, numbers: Any, span: Span | None = None) -> pv.LookupTable:
+    """The table that maps some numbers.
 
     Source: `pyvista.DataSetMapper.set_scalars`, whose order of steps this is.
+
+    Parameters
+    ----------
+    name : str
+        Of a field.
+    colormap : Colormap
+        What maps them.
+    numbers : ndarray
+        Shape (n,).
+    span : Span, optional
+        Their range together with others', where the colormap has none; their own if not given.
 
     Raises
     ------
@@ -99,20 +191,17 @@ def lookup_table(name: str, colormap: Colormap, numbers: Any) -> pv.LookupTable:
         colormap.cmap.Build()
         return colormap.cmap
     is_bool = numbers.dtype == np.bool_
-    known = (-0.5, 1.5) if is_bool else colormap.clim
-    low, high = known or _range_of(name, numbers)
-    if not known and colormap.log_scale and low < 0.0:  # VTK would refuse it, print an error and go on
-        if not high > 0.0:
-            remedy = "Leave log_scale out, or give clim."
-            check.refuse(
-                f"{name}'s scalars", f"numbers up to {high:g}", "an array with numbers > 0 for log_scale", remedy
-            )
-        low = float(numbers[numbers > 0.0].min())
-    if known and colormap.log_scale and low <= 0.0:  # as PyVista; VTK itself sees to a range that it finds
-        low = sys.float_info.min
+    if is_bool or colormap.clim is not None:
+        low, high = (-0.5, 1.5) if is_bool else colormap.clim
+        if colormap.log_scale and low <= 0.0:  # as PyVista; VTK itself sees to a range that it finds
+            low = sys.float_info.min
+    else:
+        span = span or span_of(colormap, numbers)
+        low, high = _found_range(name, span, colormap.log_scale) if len(numbers) else (0.0, 1.0)
     count = 2 if is_bool else colormap.n_colors
     if colormap.categories is not False:
-        count = len(np.unique(numbers)) if colormap.categories is True else colormap.categories
+        is_counted = colormap.categories is True
+        count = len((span or span_of(colormap, numbers)).different) if is_counted else colormap.categories
     table, theme = pv.LookupTable(), pv.global_theme
     table.scalar_range = low, high
     if isinstance(colormap.cmap, tuple):
@@ -142,15 +231,17 @@ def _listed(colors: tuple[Any, ...]) -> Any:
     return ListedColormap([each if is_color_like(each) else pv.Color(each).float_rgb for each in colors])
 
 
-def _range_of(name: str, numbers: Any) -> tuple[float, float]:
-    """The least and the greatest of the finite numbers; (0, 1) of none at all."""
-    finite = numbers[np.isfinite(numbers)] if numbers.dtype.kind == "f" else numbers
-    if len(finite):
-        return float(finite.min()), float(finite.max())
-    if len(numbers):
+def _found_range(name: str, span: Span, log_scale: bool) -> tuple[float, float]:
+    """The range of numbers as a table takes it."""
+    if span.low > span.high:
         remedy = "clim=(0, 1) draws them all in the colour of NaN."
         check.refuse(f"{name}'s scalars", "an array without any", "an array with finite numbers, or with clim", remedy)
-    return 0.0, 1.0
+    if not log_scale or span.low >= 0.0:
+        return span.low, span.high
+    if not span.high > 0.0:
+        allowed, remedy = "an array with numbers > 0 for log_scale", "Leave log_scale out, or give clim."
+        check.refuse(f"{name}'s scalars", f"numbers up to {span.high:g}", allowed, remedy)
+    return span.positive, span.high  # a range of both signs VTK refuses: it prints an error and goes on
 
 
 def colors_by(table: Any, numbers: Any) -> ByteArray:
@@ -169,5 +260,10 @@ def mapped(name: str, colormap: Colormap) -> ByteArray:
     if isinstance(colormap.scalars, str):
         allowed = "a Colormap of an array where there is no mesh"
         check.refuse(name, repr(colormap), allowed, "Colormap(array, ...) has the numbers themselves.")
-    numbers = _reduced(f"{name}'s scalars", colormap, np.asarray(colormap.scalars))
+    numbers = numbers_in(name, colormap, np.asarray(colormap.scalars))
     return colors_by(lookup_table(name, colormap, numbers), numbers)
+
+
+def numbers_in(name: str, colormap: Colormap, values: Any) -> Any:
+    """The numbers, shape (n,), that a colormap takes of an array that it was given, or of a part of that."""
+    return _reduced(f"{name}'s scalars", colormap, values)

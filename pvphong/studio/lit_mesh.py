@@ -13,7 +13,8 @@ from vtkmodules.util.numpy_support import vtk_to_numpy
 
 from pvphong.base import check
 from pvphong.base.types import ByteArray, Float64Array, FloatArray
-from pvphong.meshes.blocks import DEFAULT, datasets, materials_of, single_material
+from pvphong.meshes.blocks import DEFAULT, datasets, leaves, materials_of, single_material
+from pvphong.meshes.colormaps import over_all
 from pvphong.meshes.point_data import colors_at, given_maps, opacity_at, tangents_from, texture_version, values_at
 from pvphong.meshes.surfaces import FeatureAngle, has_normals, point_normals, split_sharp_edges, surface
 from pvphong.meshes.visibility import KnownOccluders, visibility_of
@@ -337,9 +338,10 @@ def lit_meshes(
         If there is nothing that can be lit, or what is given as a material is none; the message names the block.
     """
     given = material if isinstance(material, Mapping) else {DEFAULT: material}
-    shared = {name: SharedMaterial(as_material(each)) for name, each in given.items()}
+    materials = {name: as_material(each) for name, each in given.items()}
     if not isinstance(mesh, pv.MultiBlock):
-        return {"": LitMesh(mesh, single_material(shared), feature_angle=feature_angle, opacity=opacity)}
+        return {"": LitMesh(mesh, single_material(materials), feature_angle=feature_angle, opacity=opacity)}
+    shared = {name: SharedMaterial(over_all(each, leaves(mesh))) for name, each in materials.items()}
     found, blocks = {}, list(datasets(mesh))
     for (path, block), own in zip(blocks, materials_of([path for path, _ in blocks], shared), strict=True):
         try:

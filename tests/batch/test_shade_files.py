@@ -89,6 +89,25 @@ def test_what_is_done_is_not_done_again_until_something_changes(files, client, m
     assert run(material=ph.Material(), tolerance=0.1) == (names, [])
 
 
+def test_colormaps_have_the_range_of_all_files(files, client):
+    meshes = [pv.read(path) for path in files]
+    for number, (mesh, path) in enumerate(zip(meshes, files, strict=True)):
+        mesh["height"] = mesh.points[:, 2] + 3.0 * number
+        mesh.save(path)
+    material = ph.Material(albedo=ph.Colormap("height", "terrain"))
+    expected = pv.MultiBlock(meshes).phong.shade(SCENE, material)
+    assert len(ph.shade_files(files, "lit", SCENE, material, client=client).done) == 3
+    for path, block in zip(files, expected, strict=True):
+        np.testing.assert_array_equal(pv.read(f"lit/{path.name}")["phong"], block["phong"])
+    assert len(ph.shade_files(files, "lit", SCENE, material, client=client).skipped) == 3
+    meshes[0]["height"][0] = -90.0
+    meshes[0].save(files[0])
+    assert len(ph.shade_files(files, "lit", SCENE, material, client=client).done) == 3, "the range is another"
+    for given in (np.zeros(3), meshes[0]["height"]):
+        with pytest.raises(ValueError, match=r"^albedo\.scalars must be an array's name"):
+            ph.shade_files(files, "lit", SCENE, ph.Material(albedo=ph.Colormap(given)), client=client)
+
+
 def test_checksums_of_lighting_differ_by_all_that_colours_depend_on():
     image = np.random.default_rng(0).random((40, 80, 3))
     other = image.copy()

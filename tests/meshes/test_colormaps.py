@@ -11,7 +11,7 @@ from matplotlib import colormaps
 
 import pvphong as ph
 from pvphong.meshes.colormaps import colors_by, lookup_table, mapped, scalars_of
-from pvphong.studio.lit_mesh import LitMesh
+from pvphong.studio.lit_mesh import LitMesh, lit_meshes
 
 UNLIT = {"ambient": 1.0, "diffuse": 0.0}
 SCENE = ph.Scene([], ph.Viewer((3, -4, 4)), light_model=ph.LightModel(ambient=1.0))
@@ -133,6 +133,36 @@ def test_sharp_edges_keep_the_colours_of_their_points():
     colors = unlit(cube, ph.Colormap("a"))
     assert lit.n_points > cube.n_points
     assert np.array_equal(np.rint(255 * lit["phong"]).astype(int), colors[lit["pvphong_original_point"]])
+
+
+@pytest.mark.parametrize("options", [{}, {"categories": True}, {"log_scale": True}, {"clim": (1, 3)}], ids=str)
+def test_blocks_have_the_range_of_all(options):
+    """A block of one number, one with another range, one without any; and beside them a block that has no array."""
+    low, high, none = ball(), ball(), ball()
+    low["a"], high["a"], none["a"] = (
+        np.full(low.n_points, 2.0),
+        np.linspace(0.5, 9, low.n_points),
+        np.full(low.n_points, np.nan),
+    )
+    blocks = pv.MultiBlock({"low": low, "inner": pv.MultiBlock({"high": high, "none": none}), "bare": ball()})
+    colormap = ph.Colormap("a", "terrain", **options)
+    materials = {"default": ph.Material(albedo=colormap, **UNLIT), "bare": ph.Material()}
+    together = mapped("albedo", replace(colormap, scalars=np.concatenate([low["a"], high["a"], none["a"]])))
+    count = low.n_points
+    lit = blocks.phong.shade(SCENE, materials, precision="float64")
+    shown = lit_meshes(blocks, materials, None)
+    for start, path, mesh in (
+        (0, "low", lit["low"]),
+        (count, "inner/high", lit["inner"]["high"]),
+        (2 * count, "inner/none", lit["inner"]["none"]),
+    ):
+        assert np.array_equal(np.rint(255 * mesh["phong"]), together[start : start + count])
+        shown[path].refresh(SCENE)
+        assert np.array_equal(shown[path].drawn["phong"], together[start : start + count])
+    plans = blocks.phong.plan(SCENE, materials)
+    assert len(plans) == 4
+    with pytest.raises(ValueError, match=r"^block \['bare'\]: albedo's scalars must be the name"):
+        blocks.phong.shade(SCENE, materials["default"])
 
 
 def test_points_alone_have_colormaps_of_arrays():

@@ -12,7 +12,7 @@ import pytest
 import pyvista as pv
 import vtk
 
-from pvphong import LightModel, Material, OrenNayar, Viewer
+from pvphong import Colormap, LightModel, Material, OrenNayar, Viewer
 from pvphong.optics.lights import LIGHT_TYPES, DirectionalLight, PointLight, SphereLight, SpotLight
 from pvphong.scene.scene import Scene, light_labels, load_materials
 
@@ -360,3 +360,13 @@ def test_a_notebooks_table_has_every_light_and_what_is_not_at_its_default():
         "viewer", "Viewer", "framing what is lit",
     ]  # fmt: skip
     assert "position (0.0, 0.0, 5.0)" in Scene(viewer=Viewer(position=(0, 0, 5)))._repr_html_()
+
+
+def test_a_rig_keeps_colormaps_by_name_and_by_colours(tmp_path):
+    materials = {
+        "default": Material(albedo=Colormap("Elevation", "terrain", clim=(0, 8), annotations={4: "snow"})),
+        "lake": Material(emission=Colormap("depth", ["navy", (0.5, 0.75, 1.0)], preference="cell")),
+    }
+    Scene([]).save(tmp_path / "rig.json", materials=materials)
+    assert load_materials(tmp_path / "rig.json") == materials
+    assert '"cmap": "terrain"' in (tmp_path / "rig.json").read_text()
