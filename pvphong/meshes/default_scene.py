@@ -11,8 +11,9 @@ import pyvista as pv
 
 from pvphong.base.types import MatrixLike, VectorLike
 from pvphong.geometry.extent import corners_of
+from pvphong.geometry.transform import transform_points
 from pvphong.meshes.blocks import leaves, map_blocks
-from pvphong.meshes.surfaces import surface
+from pvphong.meshes.surfaces import shallow_copy, surface
 from pvphong.scene.light_model import LightModel
 from pvphong.scene.presets import key_fill_rim
 from pvphong.scene.scene import Scene, SceneLike, as_scene
@@ -25,7 +26,9 @@ _RIGHT = np.array([-1.0, 1.0, 0.0]) / math.sqrt(2.0)
 _UP = np.cross(_BACK, _RIGHT)
 
 
-def default_scene(mesh: pv.DataSet | pv.MultiBlock, aspect: float = 4 / 3) -> Scene:
+def default_scene(
+    mesh: pv.DataSet | pv.MultiBlock, aspect: float = 4 / 3, *, matrix: MatrixLike | None = None
+) -> Scene:
     """Key, fill and rim light, and PyVista's first view of the mesh.
 
     The viewer looks at the centre from where PyVista puts its camera, from the direction (1, 1, 1) with z up,
@@ -40,16 +43,33 @@ def default_scene(mesh: pv.DataSet | pv.MultiBlock, aspect: float = 4 / 3) -> Sc
         A dataset with a surface, or several.
     aspect : float, default 4/3
         Width over height of the picture into which the bounding box fits.
+    matrix : array_like, optional
+        (4, 4) model matrix: the scene is that of the mesh where it puts it.
 
     Returns
     -------
     Scene
         To be used as it is, or saved and edited.
+
+    Raises
+    ------
+    ValueError
+        If the mesh has no surface, or `matrix` is not a model matrix.
     """
-    # a flat one of datasets alone: PyVista knows no bounds of blocks with a table
-    outside = pv.MultiBlock(leaves(map_blocks(mesh, surface))) if isinstance(mesh, pv.MultiBlock) else surface(mesh)
-    is_open = any(part.n_open_edges for part in leaves(outside))
-    return default_scene_of(outside.bounds, is_open=is_open, aspect=aspect)
+    parts = leaves(map_blocks(mesh, surface)) if isinstance(mesh, pv.MultiBlock) else [surface(mesh)]
+    is_open = any(part.n_open_edges for part in parts)
+    if matrix is not None:
+        parts = [_moved(part, matrix) for part in parts]
+    # of all as one block, without tables: PyVista knows no bounds of those
+    bounds = parts[0].bounds if len(parts) == 1 else pv.MultiBlock(parts).bounds
+    return default_scene_of(bounds, is_open=is_open, aspect=aspect)
+
+
+def _moved(part: pv.PolyData, matrix: MatrixLike) -> pv.PolyData:
+    """A surface's points and faces where a matrix puts them, in float64."""
+    moved = shallow_copy(part)
+    moved.points = transform_points(part.points, matrix)
+    return moved
 
 
 def default_scene_of(bounds: VectorLike, *, is_open: bool, aspect: float = 4 / 3) -> Scene:
@@ -78,7 +98,7 @@ def scene_for(mesh: Any, given: SceneLike | None, matrix: MatrixLike | None = No
     given : Scene, light, or sequence of lights, optional
         Without a viewer it gets the one of `Viewer.framing`.
     matrix : array_like, optional
-        (4, 4) model matrix, which moves the mesh for the viewer too.
+        (4, 4) model matrix, which moves the mesh for the viewer and the default lights too.
 
     Raises
     ------
@@ -86,7 +106,7 @@ def scene_for(mesh: Any, given: SceneLike | None, matrix: MatrixLike | None = No
         If `given` or `matrix` is no such thing.
     """
     if given is None:
-        return default_scene(mesh)
+        return default_scene(mesh, matrix=matrix)
 
     def bounds() -> VectorLike:
         parts = [Vertices(part.points, None).bounds(matrix) for part in leaves(mesh)]

@@ -62,3 +62,39 @@ def test_key_is_brightest_and_nothing_is_lost_in_white():
     brightness = {light.name: lit[f"phong_light_{light.name}"].max() for light in scene.lights}
     assert max(brightness, key=brightness.get) == "key"
     assert 0.7 < lit["phong"].max() < 1.0
+
+
+MOVES = {
+    "far away": pv.Transform().translate(0, 0, 100),
+    "turned": pv.Transform().rotate_x(130).scale(3, 1, 0.2).translate(-5, 2, 1e6),
+    "mirrored": pv.Transform().reflect((1, 2, 0)),
+}
+WAYS = {
+    "shade": lambda mesh, **how: mesh.phong.shade(**how)["phong"],
+    "shade blocks": lambda mesh, **how: pv.MultiBlock([mesh, mesh]).phong.shade(**how)[0]["phong"],
+    "truth": lambda mesh, **how: mesh.phong.truth(samples=16, max_bounces=0, **how).rgb,
+    "validate": lambda mesh, **how: mesh.phong.validate(**how).pvphong,
+    "refine": lambda mesh, **how: mesh.phong.refine(tolerance=0.1, **how)["phong"],
+}
+
+
+@pytest.mark.parametrize("move", MOVES.values(), ids=MOVES)
+def test_a_model_matrix_gives_the_scene_of_the_moved_mesh(move):
+    mesh = MESHES["flat"].copy()
+    before = mesh.points.copy()
+    mesh.points = before.astype(float)
+    moved = mesh.transform(move, inplace=False)
+    expected = default_scene(moved)
+    for given, there in ((mesh, moved), (pv.MultiBlock([mesh, None]), pv.MultiBlock([moved]))):
+        scene = default_scene(given, matrix=move.matrix)
+        assert scene.viewer.position == pytest.approx(expected.viewer.position, rel=1e-12)
+        assert scene.viewer.position == pytest.approx(default_scene(there).viewer.position, rel=1e-12)
+        assert scene.lights == expected.lights
+    assert np.array_equal(mesh.points, before)
+
+
+@pytest.mark.parametrize("way", WAYS.values(), ids=WAYS)
+def test_a_mesh_under_a_matrix_is_lit_by_default_as_the_moved_mesh_is(way):
+    mesh, matrix = MESHES["flat"], MOVES["far away"].matrix
+    moved = mesh.transform(matrix, inplace=False)
+    assert way(mesh, matrix=matrix) == pytest.approx(way(moved), abs=1e-4)

@@ -18,6 +18,7 @@ from pvphong.optics.lights import refuse_unless_in_vtk
 from pvphong.optics.material import Material, without_maps
 from pvphong.scene.scene import Scene
 from pvphong.shading.equation import Equation
+from pvphong.shading.vertices import Vertices
 from pvphong.shading.visibility import refuse_rays
 from pvphong.studies.accuracy.result import NO_ERROR, Errors, Row
 from pvphong.studies.accuracy.variants import Subject, Variant
@@ -278,7 +279,7 @@ def vtk_frames(
             raise
         scene, material, changed = error.scene, error.material, "without " + ", ".join(error.reasons)
 
-    low, high = np.reshape(mesh.bounds, (3, 2)).T
+    low, high = np.reshape(Vertices(mesh.points, None).bounds(matrix), (3, 2)).T
     terms = in_vtk_terms(scene, material, (low + high) / 2.0, float((high - low).max()))
     windows = [window_lit_by_vtk(mesh, terms, FRAME, matrix)]
     stack.callback(windows[0].close)
