@@ -14,7 +14,7 @@ from arguments import FOLDER, OFF_SCREEN
 import pvphong as ph
 
 if find_spec("imageio") is None:
-    raise SystemExit('A GIF needs imageio: pip install "pvphong[plot]".')
+    raise SystemExit("A GIF needs imageio: pip install imageio.")
 
 FRAMES, STONES = 30, 10
 CIRCLE = np.linspace(0, 2 * np.pi, STONES, endpoint=False) + np.pi / STONES

@@ -5,7 +5,7 @@ from __future__ import annotations
 import logging
 import socket
 from asyncio import CancelledError
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import ExitStack, contextmanager, suppress
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -28,9 +28,29 @@ _GONE = "the scheduler is gone; what is finished stays, and the same call goes o
 _ADDRESS = "a distributed.Client, or the address of a Dask scheduler that answers, as tcp://host:8786"
 
 
+class _Task:
+    """Finished work, as `Here` gives it; no two are equal."""
+
+    def __init__(self, value: Any) -> None:
+        self.value = value
+
+
+class Here:
+    """A client that works in this process, one task after the other: for a single file, where there is no Dask."""
+
+    def submit(self, work: Callable[..., Any], *given: Any, pure: bool) -> Any:  # noqa: ARG002 as of Dask's
+        """Do it at once; among what is given may be tasks."""
+        try:
+            return _Task(work(*(each.value if isinstance(each, _Task) else each for each in given)))
+        except Exception as error:  # as of a Dask task, whatever it is
+            return _Task(Result(reason=reason_of(error)))
+
+
 @contextmanager
-def connected(client: Any, workers: int | None) -> Iterator[Client]:
+def connected(client: Any, workers: int | None, pieces: int) -> Iterator[Client | Here]:
     """A client of a cluster: that which is given, one for an address, or of a local cluster that lasts as long as this.
+
+    One piece is lit in this process where there is no Dask.
 
     Raises
     ------
@@ -40,7 +60,10 @@ def connected(client: Any, workers: int | None) -> Iterator[Client]:
     try:
         from distributed import Client
     except ImportError as error:
-        remedy = 'pip install "pvphong[dask]" installs it.'
+        if pieces == 1 and client is None and workers is None:
+            yield Here()
+            return
+        remedy = "pip install dask distributed installs it; without, each file can be lit by itself."
         check.refuse("client", f"no Dask here ({error})", "one where Dask is installed", remedy)
     if client is not None and workers is not None:
         check.refuse("workers", workers, "left out beside a client, whose cluster has its own")
@@ -108,11 +131,15 @@ def _refuse_other_versions(client: Client) -> None:
                 check.refuse("client", f"{package} {got or 'missing'} at {address}", allowed, remedy)
 
 
-def ended(client: Client, tasks: Mapping[Any, Item], *, fetches: bool = True) -> Iterator[tuple[Item, Any]]:
+def ended(client: Client | Here, tasks: Mapping[Any, Item], *, fetches: bool = True) -> Iterator[tuple[Item, Any]]:
     """What tasks stand for, as they end, and their values, or a `Result` with the reason why there is none.
 
     Without `fetches` values stay with the workers, and the task itself is given.
     """
+    if isinstance(client, Here):
+        for task, item in tasks.items():
+            yield item, task.value if fetches or isinstance(task.value, Result) else task
+        return
     from distributed import KilledWorker, as_completed
 
     for task in as_completed(list(tasks), loop=client.loop):

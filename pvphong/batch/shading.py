@@ -19,7 +19,7 @@ from pvphong.base import check
 from pvphong.base.files import folder_aside
 from pvphong.base.text import about, counting, html_table, wrapped
 from pvphong.base.types import Backend, Precision
-from pvphong.batch.cluster import connected, ended
+from pvphong.batch.cluster import Here, connected, ended
 from pvphong.batch.culling import potential_occluders, touching
 from pvphong.batch.pieces import Index, Piece, Seams, paths_of, pieces_and_indices, write_index
 from pvphong.batch.seams import neighbours_of
@@ -171,7 +171,7 @@ def shade_files(
         check.refuse("light_model", got, "without bounces where a surface is in pieces", remedy)
     outputs = [piece.output for piece in pieces] + [index.output for index in indices]
     folders = sorted({folder, *(output.parent for output in outputs)})
-    with connected(client, workers) as workforce, _folders(folders), about("files"):
+    with connected(client, workers, len(pieces)) as workforce, _folders(folders), about("files"):
         run = _Run(workforce, job, pieces, indices)
         if given is None or given.viewer is None:
             run.frame(given)
@@ -206,7 +206,7 @@ def _folders(folders: Iterable[Path]) -> Iterator[None]:
 class _Run:
     """One call: what workers are to light, in which order, and the result of each piece and index, by its output."""
 
-    def __init__(self, client: Client, job: Job, pieces: Sequence[Piece], indices: Sequence[Index]) -> None:
+    def __init__(self, client: Client | Here, job: Job, pieces: Sequence[Piece], indices: Sequence[Index]) -> None:
         self._client, self._job, self._pieces, self._indices = client, job, pieces, indices
         self._count = counting(len(pieces))
         self._results: dict[Path, Result] = {}

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import itertools
+import os
+import re
 import sys
 import time
 import traceback
@@ -62,6 +65,25 @@ for name, command in _COMMANDS.items():
     app.command(command, name=name)
 
 
+_SHORT = {"-o": "--output"}
+
+
+def _in_its_words(reason: str, words: Sequence[str]) -> str:
+    """An error in the words of the command line: of a path by its option, and of a colour where PyVista has one."""
+    if re.search(r"^Unknown option: .?--colou?r\b", reason):
+        return f"{reason.split('. Did')[0].removesuffix('.')}. --diffuse is the colour of what light scatters."
+    argument, must, rest = reason.partition(" must be ")
+    if argument in ("path", "output"):
+        split = [part for word in words for part in (word.split("=", 1) if word.startswith("-") else [word])]
+        for option, value in itertools.pairwise(split):
+            paths = {value, os.path.abspath(value), os.path.realpath(value)}
+            if option.startswith("-") and any(
+                f"; got {path}{end}" in f"{reason} " for path in paths for end in (". ", " (")
+            ):
+                return f"{_SHORT.get(option, option)}{must}{rest}"
+    return reason
+
+
 def main(tokens: Sequence[str] | None = None) -> int:
     """Run the command line in this process and give the exit status."""
     words = list(sys.argv[1:] if tokens is None else tokens)
@@ -76,7 +98,7 @@ def main(tokens: Sequence[str] | None = None) -> int:
     except KeyboardInterrupt:
         return 130
     except (CycloptsError, ValueError, OSError) as error:
-        reason = str(error)
+        reason = _in_its_words(str(error), words)
     except MemoryError:
         reason = "there is not enough memory for this."
     except Exception as error:

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import MISSING, dataclass, fields, replace
 from pathlib import Path
@@ -39,6 +39,18 @@ _LONG = 1.0
 """Seconds after which work is long enough for a bar."""
 
 Flag = Annotated[bool, Parameter(negative="", show_default=False)]
+
+
+def _number(_type: Any, tokens: Sequence[Any]) -> float:
+    """A float, or a quotient as in 1/255."""
+    above, slash, below = tokens[0].value.partition("/")
+    if slash and not float(below):
+        raise ValueError(f'unable to convert "{tokens[0].value}" into a number')
+    return float(above) / float(below) if slash else float(above)
+
+
+Number = Annotated[float, Parameter(converter=_number)]
+"""A number, as 0.004 or 1/255."""
 Verbose = Annotated[
     bool, Parameter(name=["--verbose", "-v"], negative="", show_default=False, help="Tell all of it, not a few lines.")
 ]

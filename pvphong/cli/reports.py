@@ -16,6 +16,7 @@ from pvphong.cli.options import (
     DEFAULT_LIGHTING,
     Flag,
     LightingOptions,
+    Number,
     Verbose,
     busy,
 )
@@ -28,7 +29,7 @@ def plan(
     /,
     *,
     lighting: LightingOptions = DEFAULT_LIGHTING,
-    tolerance: float = 0.0,
+    tolerance: Number = 0.0,
     verbose: Verbose = False,
 ) -> None:
     """Say which effects a scene calls for on a mesh and which are left out; with --verbose, why.
@@ -84,7 +85,12 @@ def validate(
         formats = BLOCK_FORMATS if has_blocks else tuple(suffix for suffix in MESH_FORMATS if suffix != ".ply")
         refuse_suffix(output, "signed errors", formats)
     with busy(f"Drawing {mesh} with VTK"):
-        found = outside.phong.validate(scene, material, feature_angle=lighting.feature_angle)
+        from pvphong.vtk.scenes import InexpressibleError  # it loads VTK's rendering
+
+        try:
+            found = outside.phong.validate(scene, material, feature_angle=lighting.feature_angle)
+        except InexpressibleError as error:
+            raise ValueError(error.message) from error
     by_block = _print_reports(found, verbose)
     if json is not None:
         numbers = {block: comparison.to_dict() for block, comparison in by_block.items()}
@@ -114,7 +120,7 @@ def tradeoff(
     /,
     *,
     lighting: LightingOptions = DEFAULT_LIGHTING,
-    tolerance: float = 1.0 / 255.0,
+    tolerance: Number = 1.0 / 255.0,
     seconds: float = 20.0,
     truth: Flag = False,
     plot: Path | None = None,

@@ -19,6 +19,7 @@ from pvphong.cli.options import (
     SIZE,
     Flag,
     LightingOptions,
+    Number,
     busy,
     seeing,
 )
@@ -40,8 +41,8 @@ def shade(
     array: str | None = None,
     components: Flag = False,
     precision: Precision = "float32",
-    tolerance: float = 0.0,
-    refine: float | None = None,
+    tolerance: Number = 0.0,
+    refine: Number | None = None,
     max_points: int | None = None,
     compress: Compression | None = None,
     size: Annotated[tuple[int, int] | None, Parameter(negative="")] = None,
@@ -74,7 +75,7 @@ def shade(
     tolerance
         Largest absolute colour error that may be traded for time.
     refine
-        Split triangles until colours between points are off by no more than that, 0.004 is one step of a display, and
+        Split triangles until colours between points are off by no more than that, 1/255 is one step of a display, and
         cut them along the edges of hard shadows and cones.
     max_points
         How many points each refined mesh may have; a million more than it has, if not given.

@@ -281,7 +281,7 @@ def color_view(mesh: pv.DataSet, space: ColorSpace, *, name: str = "phong") -> p
         try:
             from matplotlib.colors import rgb_to_hsv
         except ImportError as error:
-            raise ValueError('Hue, saturation and value need Matplotlib: pip install "pvphong[plot]".') from error
+            raise ValueError("Hue, saturation and value need Matplotlib: pip install matplotlib.") from error
         above = np.maximum(colors.max(axis=1, keepdims=True), colors.dtype.type(1.0))
         converted = rgb_to_hsv(colors / above)
         converted[:, 2:] *= above

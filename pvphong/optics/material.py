@@ -31,7 +31,7 @@ from pvphong.optics.reflectances.highlight import LIKENESS
 from pvphong.optics.reflectances.pbr import is_physical, physical_of
 
 # What files of earlier versions have not, and its defaults: a file without it stays one that they can read.
-_NEW = (("albedo", 1.0), ("tangents", None))
+_NEW = (("albedo", 1.0), ("tangents", None), ("reflectance", None))
 
 
 def _reflected(name: str, value: Any, *, checked: check.Check = color_or_map, is_part: bool = False) -> Any:
@@ -59,7 +59,7 @@ def _reflectance(name: str, value: Any) -> Any:
 
 @dataclass(frozen=True, kw_only=True)
 class Material:
-    """A Phong material; the defaults are OpenGL's (2.1 specification, table 2.10).
+    """A Phong material; the defaults are OpenGL's (2.1 specification, table 2.10), but for the shininess.
 
     A color is a float (grey), RGB floats (1.0 = full), or a colour's name. Where it says "or map", it may differ from
     vertex to vertex: the name of a mesh's point array, an array with a row for each vertex, a `pyvista.Texture` that is
@@ -75,8 +75,9 @@ class Material:
         Reflectance of light that is scattered in all directions, k_diffuse.
     specular : color or map, default 0
         Reflectance of light that is mirrored in the highlight, k_specular.
-    shininess : float or map, default 0
-        Exponent of the highlight, >= 0; 1 to 200 is usual, 1e6 works.
+    shininess : float or map, default 30
+        Exponent of the highlight, >= 0; 1 to 200 is usual, 1e6 works. The default is that of three.js and Mitsuba.
+        OpenGL's default of 0 is no highlight, but adds `specular` to all that faces a light; VTK's is 1.
     emission : color or map, default 0
         Light that the surface gives off by itself.
     albedo : color or map, default 1
@@ -97,7 +98,7 @@ class Material:
     ambient: Any = check.field(partial(_reflected, checked=check.color), 0.2)
     diffuse: Any = check.field(_reflected, 0.8)
     specular: Any = check.field(_reflected, 0.0)
-    shininess: Any = check.field(partial(number_or_map, at_least=0.0), 0.0)
+    shininess: Any = check.field(partial(number_or_map, at_least=0.0), 30.0)
     emission: Any = check.field(color_or_map, 0.0)
     albedo: Any = check.field(partial(_reflected, is_part=True), 1.0)
     tangents: Any = check.field(_vectors, None)

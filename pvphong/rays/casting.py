@@ -195,7 +195,7 @@ class Locator:
 def ray_backend() -> tuple[type[Embree | Embreex | Locator], str]:
     """What casts rays here, and why nothing faster does; "" for the fastest."""
     if importlib.util.find_spec("embreex") is None:
-        return Locator, 'embreex is not installed; pip install "pvphong[rays]"'
+        return Locator, "embreex is not installed; pip install embreex"
     reason = embree.obstacle() or kernel.rays_obstacle()
     return (Embreex, reason) if reason else (Embree, "")
 
@@ -298,7 +298,7 @@ class Caster:
 @functools.cache
 def warn_of_slow_rays() -> None:
     """Warn, once in a process, of rays that take long without embreex."""
-    message = 'VTK casts the rays, which takes long; pip install "pvphong[rays]" makes them twenty times as fast.'
+    message = "VTK casts the rays, which takes long; pip install embreex makes them twenty times as fast."
     warnings.warn(message, SlowRaysWarning, stacklevel=2)
 
 

@@ -303,7 +303,7 @@ class Transport:
         """
         met = self._met
         if importlib.util.find_spec("scipy") is None:
-            remedy = 'pip install "pvphong[rays]" installs it; gather works without.'
+            remedy = "pip install scipy installs it; gather works without."
             check.refuse("matrix", "one of scipy.sparse", "left out where SciPy is not installed", remedy)
         from scipy import sparse
 

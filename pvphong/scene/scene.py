@@ -202,7 +202,7 @@ class Scene:
                     free = (f"{name} {number}" for number in itertools.count(2))
                     names[k] = next(other for other in free if other not in names)
                     lights[k] = lights[k] | {"name": names[k]}
-        viewer = document.get("viewer", {} if document["version"] == 1 else None)
+        viewer = document.get("viewer")
         return cls(
             lights=[documents.value_of_type(f"lights[{k}]", entry, LIGHT_TYPES) for k, entry in enumerate(lights)],
             viewer=None if viewer is None else documents.value("viewer", Viewer, viewer),
@@ -219,12 +219,19 @@ def load_materials(path: str | os.PathLike[str]) -> dict[str, Material]:
         As for `Scene.load`.
     """
     kept, folder = documents.entries("materials", _document(path).get("materials", {})), Path(path).parent
-    found = {name: Material.from_dict(entry, f"materials.{name}") for name, entry in kept.items()}
+    found = {name: _material_of(f"materials.{name}", entry) for name, entry in kept.items()}
 
     def seen_from_here(image: str) -> str:
         return os.path.normpath(folder / image)
 
     return {name: _with_paths(material, seen_from_here) for name, material in found.items()}
+
+
+def _material_of(place: str, entry: Any) -> Material:
+    """A material from its fields or, where the file was written by hand, its name."""
+    if isinstance(entry, str):
+        return Material.named(check.choice(place, entry.lower(), Material.names()))
+    return Material.from_dict(entry, place)
 
 
 def _seen_from(folder: Path, image: str) -> str:

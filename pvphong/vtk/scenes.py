@@ -85,6 +85,8 @@ class InexpressibleError(ValueError):
         What VTK cannot do.
     scene, material : Scene and Material, or None
         The nearest that it can draw; None where there is none, as for a singular matrix.
+    message : str
+        The error's text, without a word of these.
     """
 
     def __init__(self, reasons: Iterable[str], remedies: Iterable[str], nearest: tuple[Scene, Material] | None) -> None:
@@ -93,8 +95,10 @@ class InexpressibleError(ValueError):
         self.material: Material | None = nearest[1] if nearest else None
         remedy = ", ".join(remedies)
         if nearest:
-            remedy = f"The nearest that it can: {remedy} (`.scene` and `.material` of this error)"
-        super().__init__(f"scene must be one that VTK can draw; got {'; '.join(self.reasons)}. {remedy}.")
+            remedy = f"The nearest that it can: {remedy}"
+        self.message = f"scene must be one that VTK can draw; got {'; '.join(self.reasons)}. {remedy}."
+        attributes = " (`.scene` and `.material` of this error)." if nearest else "."
+        super().__init__(self.message.removesuffix(".") + attributes)
 
 
 def refuse_inexpressible(scene: Scene, material: Material, matrix: Float64Array | None) -> None:

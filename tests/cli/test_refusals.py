@@ -13,13 +13,13 @@ import pyvista as pv
 from pvphong.cli.app import main
 
 NO_MESH, NO_FACES = "mesh must be a mesh file that PyVista can read", "mesh must be a mesh with faces, or points with"
-NO_FOLDER, NO_OUTPUT = "path must be in a folder that exists", "output must be a file that holds the colours of "
+NO_FOLDER, NO_OUTPUT = " must be in a folder that exists", "--output must be a file that holds the colours of "
 SHADE = "shade sphere.vtp -o o.vtp"
 REFUSED = {
     "shado": 'Unknown command "shado". Did you mean "shade"?',
     "shade": "MESH requires an argument",
     "shade m.vtp": "--output requires an argument",
-    f"{SHADE} --colour red": "Unknown option: --colour",
+    f"{SHADE} --colour red": "Unknown option: --colour. --diffuse is the colour of what light scatters.",
     f"{SHADE} --precision half": 'Choose from: "float32", "float64"',
     f"{SHADE} --size ten 10": "--size",
     "shade missing.vtp -o o.vtp": "mesh must be a file that exists; got missing.vtp.",
@@ -30,7 +30,9 @@ REFUSED = {
     "shade faulty.vtm -o o.vtm": f"block ['cloud']: {NO_FACES}",
     "shade sphere.vtp -o o.stl": NO_OUTPUT + "a mesh: one of .vtp,",
     "shade sphere.vtp -o o.vtm": NO_OUTPUT + "a single mesh",
-    "shade sphere.vtp -o no/o.vtp": NO_FOLDER,
+    "shade sphere.vtp -o no/o.vtp": "--output" + NO_FOLDER,
+    f"{SHADE} --tolerance 1/0": 'Invalid value for --tolerance: unable to convert "1/0" into a number',
+    f"{SHADE} --scene no.json": "--scene must be a scene file that can be read; got no.json",
     f"{SHADE} --material golt": "Did you mean 'gold'?",
     f"{SHADE} --reflectance ggxx": "Did you mean 'ggx'?",
     f"{SHADE} --reflectance ggx:rough=1": "Did you mean 'roughness'?",
@@ -67,14 +69,15 @@ REFUSED = {
     "validate": "MESH must be given, or --all in its place",
     "validate sphere.vtp --output errors.ply": NO_OUTPUT + "signed errors",
     "validate sphere.vtp --scene opengl.json --specular 0.5": "scene must be one that VTK can draw",
+    "validate sphere.vtp --shadows": "The nearest that it can: the same without them.\n",
     "validate blocks.vtm --output errors.vtp": NO_OUTPUT + "signed errors: one of .vtm,",
     "validate sphere.vtp --report all.md": "--report must be given together with --all",
     "validate sphere.vtp --all": "--all must be alone or with --report",
     "validate --all --shininess 4": "--all must be alone or with --report",
     "validate --all --report all.pdf": ".md",
-    "validate --all --report no/all.md": NO_FOLDER,
+    "validate --all --report=no/all.md": "--report" + NO_FOLDER,
     "tradeoff sphere.vtp --tolerance 0": "tolerance must be a finite number > 0",
-    "tradeoff sphere.vtp --plot no/a.png": NO_FOLDER,
+    "tradeoff sphere.vtp --plot no/a.png": "--plot" + NO_FOLDER,
     "tradeoff sphere.vtp --plot a.bmp": "suffix of path must be one of",
     "demo --folder garbage.json": "folder must be one that can be made; got garbage.json",
 }
@@ -171,3 +174,20 @@ def test_words_become_arguments_of_shade_files(words, expected, monkeypatch, cap
     assert capsys.readouterr().out == "1 done, 0 skipped, 0 failed.\n"
     assert given | expected == given
     assert (given["scene"] is not None and given["scene"].light_model.shadows) == ("--shadows" in words)
+
+
+def test_a_tolerance_may_be_a_quotient(capsys):
+    assert run("plan sphere.vtp --tolerance 1/255") == 0
+    assert "tolerance 0.00392;" in capsys.readouterr().out
+
+
+def test_one_file_is_lit_into_a_folder_without_dask_and_several_are_not(monkeypatch, capsys):
+    monkeypatch.setitem(sys.modules, "distributed", None)
+    for counts in ("1 done, 0 skipped", "0 done, 1 skipped"):
+        assert run("shade sphere.vtp -o lit/ --material gold") == 0
+        assert counts in capsys.readouterr().out
+    assert pv.read("lit/sphere.vtp")["phong"].shape == (pv.read("sphere.vtp").n_points, 3)
+    assert run("shade half.ply -o lit/") == 1
+    assert "half.ply: " in capsys.readouterr().err
+    assert run("shade sphere.vtp cube.vtp -o lit/") == 2
+    assert "each file can be lit by itself" in capsys.readouterr().err

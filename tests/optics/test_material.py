@@ -167,8 +167,8 @@ def test_dictionaries_give_back_every_bit(name, seed):
 
 
 def test_a_dictionary_holds_what_is_set_and_defaults_may_be_left_out():
-    assert Material().to_dict() == dict.fromkeys(("specular", "shininess", "emission"), 0.0) | {
-        "ambient": 0.2, "diffuse": 0.8
+    assert Material().to_dict() == {
+        "ambient": 0.2, "diffuse": 0.8, "specular": 0.0, "shininess": 30.0, "emission": 0.0
     }  # fmt: skip
     assert Material.from_dict({}) == Material()
     assert Material.from_dict({"diffuse": "red", "reflectance": None}) == Material(diffuse="red")
@@ -177,7 +177,7 @@ def test_a_dictionary_holds_what_is_set_and_defaults_may_be_left_out():
 @pytest.mark.parametrize(
     ("reflectance", "said"),
     [  # a surface of Oren-Nayar with sigma 25 scatters 0.8824 of what Lambert's does, in all
-        (OrenNayar(25), "without it, diffuse=(0.706, 0.706, 0.706), specular=(0, 0, 0), shininess=0."),
+        (OrenNayar(25), "without it, diffuse=(0.706, 0.706, 0.706), specular=(0, 0, 0), shininess=30."),
         (
             Metal((0.5, 0.25, 0.125), 9),
             "without it, diffuse=(0.8, 0.8, 0.8), specular=(0.5, 0.25, 0.125), shininess=9.",
@@ -187,6 +187,14 @@ def test_a_dictionary_holds_what_is_set_and_defaults_may_be_left_out():
 )
 def test_what_is_nearest_in_vtk_is_said_in_numbers(reflectance, said):
     assert nearest_in_vtk(Material(reflectance=reflectance)).endswith(said)
+
+
+def test_a_specular_alone_is_a_highlight_and_not_everywhere():
+    normals = np.random.default_rng(0).normal(size=(1000, 3))
+    scene = Scene(lights=[DirectionalLight()], viewer=Viewer())
+    colors = [evaluate(np.zeros((1000, 3)), normals, scene, Material(specular=part)).rgb for part in (0.0, 0.5)]
+    changed = (np.abs(colors[1] - colors[0]) > 1 / 255).any(axis=1)
+    assert 0.005 < changed.mean() < 0.2
 
 
 def test_a_reflectance_that_files_do_not_know_is_refused():

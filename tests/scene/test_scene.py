@@ -183,9 +183,17 @@ def head(**entries):
 
 
 def test_what_a_file_leaves_out_has_its_default(tmp_path):
-    for version, viewer in ((1, Viewer()), (2, None)):
+    for version in (1, 2):
         path = write(tmp_path, head(version=version, lights=[{"type": "point", "diffuse": "red"}]))
-        assert Scene.load(path) == Scene(lights=[PointLight(diffuse="red")], viewer=viewer)
+        assert Scene.load(path) == Scene(lights=[PointLight(diffuse="red")], viewer=None)
+
+
+def test_a_material_may_be_written_into_a_file_by_its_name(tmp_path):
+    path = write(tmp_path, head(materials={"default": "Gold", "wing": {"diffuse": "red"}}))
+    assert load_materials(path) == {"default": Material.named("gold"), "wing": Material(diffuse="red")}
+    path = write(tmp_path, head(materials={"wing": "golt"}))
+    with pytest.raises(ValueError, match=r"^materials\.wing must be one of .* got golt\. Did you mean 'gold'"):
+        load_materials(path)
 
 
 def test_lights_of_one_name_in_a_file_of_the_first_edition_get_numbers(tmp_path):

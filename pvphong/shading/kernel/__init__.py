@@ -49,7 +49,7 @@ def obstacle() -> tuple[str, str] | None:
         return None
     if importlib.util.find_spec("numba") is not None:
         return "where Numba does not compile", "Unset NUMBA_DISABLE_JIT, or see whether `import numba` fails."
-    remedy = 'pip install "pvphong[fast]" installs it; backend="auto" does without where it is missing.'
+    remedy = 'pip install numba installs it; backend="auto" does without where it is missing.'
     return "where Numba is not installed", remedy
 
 

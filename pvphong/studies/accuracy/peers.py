@@ -227,7 +227,7 @@ def hillshading(field: HeightField, equation: Equation) -> Callable[[], Float64A
     try:
         from matplotlib.colors import LightSource
     except ImportError as error:
-        raise ValueError('Matplotlib is not installed: pip install "pvphong[plot]"') from error
+        raise ValueError("Matplotlib is not installed: pip install matplotlib") from error
 
     east, north, up = light.arrival(np.zeros((3, 1))).direction[:, 0].tolist()  # towards the light
     azimuth = 90.0 - math.degrees(math.atan2(north, east))  # Matplotlib's is clockwise from north

@@ -322,7 +322,7 @@ def refuse_format(path: str | os.PathLike[str]) -> None:
     try:
         import matplotlib.figure  # noqa: F401
     except ImportError as error:
-        raise ValueError('Figures need Matplotlib: pip install "pvphong[plot]".') from error
+        raise ValueError("Figures need Matplotlib: pip install matplotlib.") from error
 
 
 def draw_physics(part: Any, physics: Physics) -> None:

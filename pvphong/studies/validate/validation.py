@@ -14,7 +14,7 @@ import pyvista as pv
 from pvphong.base import check
 from pvphong.base.files import write_json
 from pvphong.base.text import html_table, rendered, wrapped
-from pvphong.base.types import Backend, BoolArray, Float64Array, FloatArray, IntArray, MatrixLike, Vector
+from pvphong.base.types import Backend, BoolArray, Float64Array, FloatArray, IntArray, MatrixLike, Vector, rgb
 from pvphong.base.vectors import is_direction
 from pvphong.meshes.default_scene import scene_for
 from pvphong.meshes.point_data import surface_and_maps
@@ -126,7 +126,8 @@ def validate(
     # 16 · power · 2⁻²⁴ + 1e-6, see `pvphong.vtk.oracle`; and `allowed_error` where shading is physically based.
     exponents = [light.as_vtk().exponent for light in shining(scene)]
     physical = material.reflectance and material.reflectance.in_vtk()
-    shininess, more = (0.0, allowed_error(physical.roughness)) if physical else (material.shininess, 1e-6)
+    power = material.shininess if any(rgb(material.specular)) else 0.0
+    shininess, more = (0.0, allowed_error(physical.roughness)) if physical else (power, 1e-6)
     tolerance = 16.0 * max(shininess, *exponents, 0.0) * 2.0**-24 + more
 
     terms = in_vtk_terms(scene, material, pose.matrix[:3, 3], _box(positions[rows])[1])
@@ -243,9 +244,9 @@ class Comparison:
     Attributes
     ----------
     tolerance : float
-        The bound that applied: 16 · power · 2⁻²⁴ + 1e-6, where the power is the shininess or a spot's exponent,
-        whichever is largest; for physically based shading the power is that of spots, and
-        6 · 2⁻²⁴ / roughness⁴ + 1e-6 is added.
+        The bound that applied: 16 · power · 2⁻²⁴ + 1e-6, where the power is the shininess, if there is a
+        highlight, or a spot's exponent, whichever is larger; for physically based shading the power is that of spots,
+        and 6 · 2⁻²⁴ / roughness⁴ + 1e-6 is added.
     tier : int
         Which of VTK's three tiers of lighting code drew it; 0 where it drew unlit.
     conversions : tuple of str

@@ -26,4 +26,4 @@ from pvphong.base import check
 def refuse_missing_extra(called: str) -> None:
     """Raise ``ValueError`` if the extra is not installed; what is called is named."""
     if importlib.util.find_spec("trame_pyvista") is None:
-        check.refuse(called, "none of its packages", "installed", 'pip install "pvphong[trame]".')
+        check.refuse(called, "none of its packages", "installed", "pip install trame-pyvista trame-vuetify.")
