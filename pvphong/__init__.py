@@ -35,6 +35,7 @@ if TYPE_CHECKING:  # by the alias a type checker knows that a name is public
     from pvphong.geometry.transform import transform_vectors as transform_vectors
     from pvphong.meshes.default_scene import default_scene as default_scene
     from pvphong.meshes.files import read as read
+    from pvphong.meshes.glance import NormalsWarning as NormalsWarning
     from pvphong.meshes.lit import plan as plan
     from pvphong.meshes.surfaces import face_normals as face_normals
     from pvphong.meshes.surfaces import vertex_normals as vertex_normals
@@ -96,6 +97,7 @@ _PLACES = {
     "geometry.transform": "SingularMatrixWarning normal_matrix transform_normals transform_points transform_vectors",
     "meshes.default_scene": "default_scene",
     "meshes.files": "read",
+    "meshes.glance": "NormalsWarning",
     "meshes.lit": "plan",
     "meshes.surfaces": "face_normals vertex_normals",
     "meshes.truth": "Truth",

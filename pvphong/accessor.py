@@ -23,6 +23,7 @@ from pvphong.meshes import truth as rendering
 from pvphong.meshes.blocks import DEFAULT, datasets, leaves, map_blocks, materials_of, of_each
 from pvphong.meshes.colormaps import over_all
 from pvphong.meshes.default_scene import scene_for
+from pvphong.meshes.glance import warn_of_normals
 from pvphong.meshes.surfaces import FeatureAngle, shallow_copy, surface
 from pvphong.meshes.visibility import occluders_of_blocks, visibility_options
 from pvphong.optics.material import DEFAULT_MATERIAL, Material, as_material
@@ -161,6 +162,8 @@ class BlocksPhong(Handle):
             return lit.prepare(block, scene, its_material, **how)
 
         prepared = of_each(self._blocks, prepare)
+        for each in prepared:
+            warn_of_normals(each.mesh, each.source, scene, options.get("matrix"))
         results = lit.lit_together(prepared, among, **run)
         return map_blocks(self._blocks, lambda _: next(results))
 

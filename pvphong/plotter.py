@@ -15,6 +15,7 @@ import pyvista as pv
 from pvphong.base import check
 from pvphong.base.handles import Handle
 from pvphong.meshes.blocks import leaves
+from pvphong.meshes.glance import warn_of_normals
 from pvphong.meshes.pictures import refuse_colouring, vertex_opacity, with_opacity
 from pvphong.meshes.surfaces import FeatureAngle
 from pvphong.optics.lights import Light
@@ -114,6 +115,11 @@ class PlotterPhong(Handle):
         ------
         ValueError
             If an argument is not allowed, or the mesh has nothing that can be lit.
+
+        Warns
+        -----
+        NormalsWarning
+            As `mesh.phong.shade`.
         """
         refuse_colouring(add_mesh_options, "Colour comes from `material` here.")
         check.flag("casts_shadows", casts_shadows)
@@ -136,6 +142,8 @@ class PlotterPhong(Handle):
                 if other not in names:  # of this renderer alone: a plotter takes the name out of all of them
                     subplot.renderer.remove_actor(other, render=False)
         self._prepare_outputs()
+        for lit in meshes.values():  # now that the camera is where it will be
+            warn_of_normals(lit.mesh, lit.drawn, subplot.scene, lit.matrix)
         actors = tuple(lit.actor for lit in meshes.values())
         return actors if isinstance(mesh, pv.MultiBlock) else actors[0]
 

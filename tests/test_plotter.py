@@ -263,6 +263,7 @@ CHANGES = {
 }
 
 
+@pytest.mark.filterwarnings("ignore::pvphong.NormalsWarning")  # of normals that are turned
 @pytest.mark.parametrize("change", CHANGES)
 def test_a_change_is_seen_at_the_next_frame_once(new_plotter, change):
     shown, mesh = new_plotter(), ball()

@@ -22,9 +22,10 @@ from pvphong.base import check
 from pvphong.base.processes import reading
 from pvphong.base.text import listening
 from pvphong.base.types import ColorLike
-from pvphong.meshes.blocks import DEFAULT, map_blocks, single_material
+from pvphong.meshes.blocks import DEFAULT, leaves, map_blocks, single_material
 from pvphong.meshes.default_scene import default_scene, scene_for
 from pvphong.meshes.files import read_mesh
+from pvphong.meshes.glance import complaint
 from pvphong.meshes.surfaces import FeatureAngle, surface
 from pvphong.optics.maps import COLORS, is_color_name
 from pvphong.optics.material import Material, as_material
@@ -157,6 +158,9 @@ class Lighting:
             has_blocks = isinstance(mesh, pv.MultiBlock)
             outside = map_blocks(mesh, surface) if has_blocks else surface(mesh)
         scene = default_scene(outside, size[0] / size[1]) if given is None else scene_for(outside, given)
+        complaints = [complaint(*parts, scene) for parts in zip(leaves(mesh), leaves(outside), strict=True)]
+        for text in dict.fromkeys(filter(None, complaints)):
+            print(f"note: {text}", file=sys.stderr)
         return outside, self.with_rays(scene), materials if has_blocks else single_material(materials)
 
     def with_rays(self, scene: Scene) -> Scene:

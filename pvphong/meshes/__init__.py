@@ -4,6 +4,7 @@
 normals, and splits its sharp edges, by `surfaces` (with `cells`, which reads cell arrays and refuses what would crash
 VTK); what is given for each point, textures too, by `point_data`, and scalars through `colormaps`; a scene where none
 is given by `default_scene`; what blocks the light by `visibility`, and how it goes on between vertices by `transport`.
-`truth` makes meshes and materials what paths of light meet. `blocks` does things to meshes of several blocks, `files`
-reads and writes them (`whole_files` says whether a file is whole), and `pictures` draws lit meshes.
+`glance` warns of normals that look the wrong way. `truth` makes meshes and materials what paths of light meet. `blocks`
+does things to meshes of several blocks, `files` reads and writes them (`whole_files` says whether a file is whole), and
+`pictures` draws lit meshes.
 """

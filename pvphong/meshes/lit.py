@@ -20,6 +20,7 @@ from pvphong.base.types import Backend, FloatArray, MatrixLike, Precision, Weigh
 from pvphong.geometry.transform import transform_normals
 from pvphong.meshes.blocks import leaves, map_blocks
 from pvphong.meshes.default_scene import scene_for
+from pvphong.meshes.glance import warn_of_normals
 from pvphong.meshes.point_data import surface_and_maps, tangents_from
 from pvphong.meshes.surfaces import FeatureAngle, point_normals, shallow_copy, split_sharp_edges, surface
 from pvphong.meshes.transport import Exchanging, checked_transport
@@ -116,6 +117,12 @@ def shade_mesh(
     ValueError
         If an argument has the wrong shape, type or range, or the mesh has nothing that can be lit.
 
+    Warns
+    -----
+    NormalsWarning
+        Once for each state of a mesh, if most of its stored normals do not fit its faces, or if it is closed, has no
+        stored normals, and its faces look inwards.
+
     Examples
     --------
     >>> import pyvista as pv, pvphong as ph
@@ -125,6 +132,7 @@ def shade_mesh(
     """
     rays = {"occluders": occluders, "visibility": visibility, "transport": transport, "feature_angle": feature_angle}
     prepared = prepare(mesh, scene, material, matrix=matrix, tolerance=tolerance, backend=backend, **rays)
+    warn_of_normals(mesh, prepared.source, prepared.scene, matrix)
     options: Any = {"components": components, "backend": backend, "precision": precision}
     return lit_mesh(prepared, name, shares_by_bounce=shares_by_bounce, **options)
 

@@ -156,6 +156,7 @@ def test_pieces_without_cells_of_their_own_come_out_empty_and_leave_the_others_a
     assert ph.shade_files(index, "lit", scene, BRIGHT, client=client).done == ()
 
 
+@pytest.mark.filterwarnings("ignore::pvphong.NormalsWarning")  # they are none of theirs
 def test_pieces_with_normals_are_lit_with_them(client):
     pieces = surfaces(bare(MESHES["ball"]), 2)
     for piece in pieces:

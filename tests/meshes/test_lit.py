@@ -118,6 +118,8 @@ def test_components_are_named_after_the_array_and_add_up_to_it(precision, name, 
 # --- normals ---
 
 
+@pytest.mark.filterwarnings("ignore::pvphong.NormalsWarning")
+@pytest.mark.filterwarnings("ignore::pvphong.NormalsWarning")  # of random ones
 @pytest.mark.parametrize("name", ["Normals", "bent"])
 def test_active_point_normals_are_used_as_they_are(name):
     mesh = ball()

@@ -29,6 +29,7 @@ def lit(bounces, lights=LAMP, material=GREY, **how):
     return ROOM.phong.shade(scene, material, transport=TRANSPORT, **how)
 
 
+@pytest.mark.filterwarnings("ignore::pvphong.NormalsWarning")  # the ball's normals look into it, its faces out
 @pytest.mark.parametrize("albedo", [0.2, 0.7, 0.95])
 @pytest.mark.parametrize("mesh", [hollow(), room()], ids=["ball", "box"])
 def test_in_a_furnace_all_is_as_bright(mesh, albedo):

@@ -54,6 +54,7 @@ class Window:
         self.phong.add_light(LAMP)
         self.floor = pv.Plane(center=(0, 0, -0.6), i_size=3, j_size=3, i_resolution=8, j_resolution=8)
         self.bowl = pv.Sphere(start_phi=90, theta_resolution=16, phi_resolution=8).flip_faces()
+        self.bowl.point_data.active_normals = self.bowl.phong.normals("angle")
         self.actors = [self.phong.add_mesh(mesh, WHITE) for mesh in (self.floor, self.bowl)]
         self.phong.add_gizmos()
         self.plotter.show(auto_close=False)

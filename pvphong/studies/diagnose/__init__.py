@@ -2,5 +2,5 @@
 
 Read `diagnosis` first: `diagnose`, and its result. `kinds` has the kinds of fault, in words, and when they spoil the
 lighting; `remedies` has their code. `checks` looks at faces, edges, duplicates and the model matrix one by one,
-`shells` at closed parts that are inside out, `fit` at stored normals and at neighbours that face opposite ways.
+`shells` at closed parts that are inside out, `orientation` at neighbours that face opposite ways.
 """

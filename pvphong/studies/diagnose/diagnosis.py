@@ -15,6 +15,7 @@ from pvphong.base import check
 from pvphong.base.text import WIDTH, html_table, wrapped
 from pvphong.base.types import Float64Array, FloatArray, IntArray, MatrixLike, Vector
 from pvphong.geometry import normals
+from pvphong.geometry.fit import MISFIT, NormalsFit, areas_of, fit_of
 from pvphong.geometry.normals import Faces
 from pvphong.meshes.cells import invalid_cells, refuse_wrong_sizes
 from pvphong.meshes.surfaces import outer_surface, unchecked_polygons
@@ -26,8 +27,8 @@ from pvphong.studies.diagnose.checks import (
     first_alike,
     repeated_faces,
 )
-from pvphong.studies.diagnose.fit import MISFIT, NormalsFit, TurnedFaces, areas_of, fit_of, turned_faces
 from pvphong.studies.diagnose.kinds import FLAGS, KINDS, WHERE
+from pvphong.studies.diagnose.orientation import TurnedFaces, turned_faces
 from pvphong.studies.diagnose.remedies import Case
 from pvphong.studies.diagnose.shells import inside_out_faces
 

@@ -7,7 +7,7 @@ from typing import NamedTuple
 _BLACK = 0.01
 """The share of a surface from which black or blurred places spoil it."""
 _TURNED = 0.125
-"""The share of a surface from which faces or normals that look the wrong way spoil it: see `fit.MISFIT`."""
+"""The share of a surface from which faces or normals that look the wrong way spoil it: see `geometry.fit.MISFIT`."""
 
 
 class Kind(NamedTuple):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from pvphong.studies.diagnose.fit import TurnedFaces
+from pvphong.studies.diagnose.orientation import TurnedFaces
 
 _FROM_FACES = 'mesh.point_data.active_normals = mesh.phong.normals("angle")'
 _FLIP = "mesh = mesh.flip_faces()"

@@ -6,8 +6,8 @@ import pyvista as pv
 from pyvista import examples
 from soups import mesh_of
 
+from pvphong.geometry.fit import BEYOND, MISFIT
 from pvphong.studies.diagnose.diagnosis import diagnose
-from pvphong.studies.diagnose.fit import BEYOND, MISFIT
 
 NAN = np.nan
 SQUARE = np.array([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)], dtype=float)
