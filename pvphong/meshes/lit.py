@@ -98,7 +98,8 @@ def shade_mesh(
     visibility : Visibility, optional
         What `visibility` gave for this mesh and these lights, in place of new rays; or its numbers, as for
         `pvphong.evaluate`. With `components=True` the
-        result has it as arrays, `<name>_visibility_<name or index>` and `<name>_sky`, where it was needed.
+        result has it as arrays, `<name>_visibility_<name or index>` and `<name>_sky`, where it was needed: that of the
+        side that the viewer sees.
     transport : Transport, optional
         What `transport` gave for this mesh, where the light model has bounces, in place of new rays.
     shares_by_bounce : bool, default False
@@ -380,7 +381,8 @@ def visibility(
     Returns
     -------
     Visibility
-        `.per_light` (lights, n), `.sky` (n,), `.standard_error` of both, `.rays` and `.seconds`.
+        `.per_light` (lights, n), `.sky` (n,), `.standard_error` of both, `.rays` and `.seconds`; `.behind`, the same of
+        the vertices' other sides, where the light model is two-sided; `.save(path)`, for `Visibility.load`.
 
     Raises
     ------

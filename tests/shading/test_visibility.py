@@ -202,3 +202,32 @@ def test_plain_numbers_are_clipped_and_nan_is_0(given):
 
 
 # --- the light model
+
+
+# --- two sides
+
+
+@pytest.mark.parametrize("backend", BACKENDS)
+@pytest.mark.parametrize("local", [True, False])
+@pytest.mark.parametrize("model", MODELS)
+def test_each_vertex_has_the_parts_of_the_side_that_the_viewer_sees(given, backend, local, model):
+    """As if one-sided, with normals turned by hand, and the parts of these sides."""
+    points, normals, parts = given
+    both = np.concatenate([parts, np.random.default_rng(6).random(parts.shape).astype(np.float32)])
+    two, one = (scene(**model, local_viewer=local, two_sided=sides) for sides in (True, False))
+    v = np.array(two.viewer.position) - (points if local else two.viewer.focal_point)
+    is_behind = (normals * v).sum(axis=1) < 0.0
+    assert 0.1 < is_behind.mean() < 0.9
+    turned, seen = np.where(is_behind[:, None], -normals, normals), np.where(is_behind, *np.split(both, 2)[::-1])
+    for material in MATERIALS.values():
+        for precision, within in (("float64", 1e-12), ("float32", 3e-5)):
+            how = {"precision": precision, "backend": backend}
+            got = ph.evaluate(points, normals, two, material, visibility=both, **how).rgb
+            expected = ph.evaluate(points, turned, one, material, visibility=seen, **how).rgb
+            np.testing.assert_allclose(got, expected, atol=within)
+    with_one = ph.evaluate(points, normals, two, SHINY, visibility=parts).rgb  # both sides see the same
+    np.testing.assert_allclose(with_one, ph.evaluate(points, turned, one, SHINY, visibility=parts).rgb, atol=3e-5)
+    first = ph.evaluate(points, normals, one, SHINY, visibility=both).rgb  # the other sides are not asked
+    np.testing.assert_array_equal(first, ph.evaluate(points, normals, one, SHINY, visibility=parts).rgb)
+    with pytest.raises(ValueError, match=r"visibility must be .*, or an array of shape \(7, 700\)"):
+        ph.evaluate(points, normals, two, SHINY, visibility=both[:-1])
