@@ -259,7 +259,10 @@ class BlocksPhong(Handle):
         lit_blocks = pv.MultiBlock(leaves(self._blocks))  # what has no points is not drawn, and a table has none
         for block in lit_blocks:
             pictures.refuse_unlit(block, name)
-        return pictures.plot(lit_blocks.combine(), name=name, **options)  # one by one they would ignore `rgb`
+        together = lit_blocks.combine()  # one by one they would ignore `rgb`
+        for block in lit_blocks:
+            together.field_data.update(block.field_data)  # for their scalar bar
+        return pictures.plot(together, name=name, **options)
 
     @_options_of(MeshPhong.color_view)
     def color_view(self, space: pictures.ColorSpace, **options: Any) -> pv.MultiBlock:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import importlib.util
+import json
 import math
 import sys
 from collections.abc import Iterable, Mapping, Sequence
@@ -253,6 +254,61 @@ def colors_by(table: Any, numbers: Any) -> ByteArray:
     plain = np.ascontiguousarray(numbers, numbers.dtype.newbyteorder("="))
     mapped = table.MapScalars(numpy_to_vtk(plain), _MAP_SCALARS, -1)
     return vtk_to_numpy(mapped).reshape(len(numbers), -1)[:, :3].copy()
+
+
+_SCALE = "_colormap"
+"""What the field array is called, after the lit colours' name, that says what their unlit colours mean."""
+
+
+def put_scale(lit: pv.DataSet, name: str, material: Material, mesh: pv.DataSet) -> None:
+    """Have a lit mesh say what its unlit colours mean, for a scalar bar; or say nothing, where there is no colormap.
+
+    Parameters
+    ----------
+    lit : pyvista.DataSet
+        It gets the field array `<name>_colormap`, a text in JSON, which files keep; or loses it.
+    name : str
+        Of its colours.
+    material : Material
+        Of its colormaps the first one counts, albedo's before others.
+    mesh : pyvista.DataSet
+        What was lit.
+    """
+    lit.field_data.pop(f"{name}{_SCALE}", None)
+    maps = sorted(material.maps.items(), key=lambda item: item[0] != "albedo")
+    colormaps = [(field, each) for field, each in maps if isinstance(each, Colormap)]
+    for field, colormap in colormaps[:1]:
+        table = lookup_table(field, colormap, scalars_of(field, colormap, mesh).numbers)
+        if not isinstance(table, pv.LookupTable):
+            return
+        colors = {f"{which}_color": getattr(table, f"{which}_range_color") for which in ("below", "above")}
+        found = {
+            "title": colormap.scalars if isinstance(colormap.scalars, str) else "",
+            "clim": list(table.scalar_range),
+            "colors": [f"#{bytes(color[:3]).hex()}" for color in np.asarray(table.values)],
+            "log_scale": table.log_scale,
+            "annotations": {str(number): text for number, text in table.annotations.items()},
+            **{which: color.hex_rgb for which, color in colors.items() if color is not None},
+        }
+        lit.field_data[f"{name}{_SCALE}"] = json.dumps(found)
+
+
+def scale_of(lit: pv.DataSet, name: str) -> tuple[str, pv.LookupTable] | None:
+    """What a lit mesh says of its unlit colours: a title, and a table for a scalar bar; None where it says nothing."""
+    kept = lit.field_data.get(f"{name}{_SCALE}")
+    if kept is None:
+        return None
+    try:
+        found = json.loads(str(np.asarray(kept).ravel()[0] if np.ndim(kept) else kept))
+        table = pv.LookupTable(values=[pv.Color(color).int_rgba for color in found["colors"]])
+        table.scalar_range, table.log_scale = found["clim"], found["log_scale"]
+        table.annotations = {float(number): text for number, text in found["annotations"].items()}
+        for which in ("below", "above"):
+            setattr(table, f"{which}_range_color", found.get(f"{which}_color"))
+        table.Build()
+        return str(found["title"]), table
+    except (ValueError, TypeError, KeyError, AttributeError):  # an array of that name that somebody else has put there
+        return None
 
 
 def mapped(name: str, colormap: Colormap) -> ByteArray:

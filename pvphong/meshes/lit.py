@@ -19,6 +19,7 @@ from pvphong.base import check
 from pvphong.base.types import Backend, FloatArray, MatrixLike, Precision, Weighting
 from pvphong.geometry.transform import transform_normals
 from pvphong.meshes.blocks import leaves, map_blocks
+from pvphong.meshes.colormaps import put_scale
 from pvphong.meshes.default_scene import scene_for
 from pvphong.meshes.glance import warn_of_normals
 from pvphong.meshes.point_data import surface_and_maps, tangents_from
@@ -148,6 +149,7 @@ class Prepared(NamedTuple):
     scene: Scene
     vertices: Vertices
     plan: Plan
+    material: Material
 
 
 def prepare(
@@ -168,7 +170,7 @@ def prepare(
     scene = scene_for(source, scene, matrix)
     vertices = vertices_of(source, maps, tangents, scene=scene, tolerance=tolerance, matrix=matrix, **rays)
     planned = Plan.of(scene, material, vertices, matrix=matrix, tolerance=tolerance)
-    return Prepared(now, source, scene, vertices, planned)
+    return Prepared(now, source, scene, vertices, planned, material)
 
 
 def lit_mesh(
@@ -184,7 +186,7 @@ def lit_mesh(
     refuse_name(name, prepared.source)
     if check.flag("shares_by_bounce", shares_by_bounce) and not components:
         check.refuse("shares_by_bounce", True, "False without components=True")
-    now, source, scene, vertices, planned = prepared
+    now, source, scene, vertices, planned, material = prepared
     shading = planned.run(vertices, components=components, bounced=bounced, **options)
     lit = source if source is now else shallow_copy(source)
     if shading.per_light is not None:
@@ -204,6 +206,7 @@ def lit_mesh(
             for bounce, share in enumerate(shading.bounced, 1) if shares_by_bounce else ():
                 lit.point_data[f"{name}_bounce_{bounce}"] = share
     lit.point_data[name] = shading.rgb
+    put_scale(lit, name, material, now)
     lit.set_active_scalars(name, preference="point")
     return lit
 

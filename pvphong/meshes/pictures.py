@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from functools import cache
 from numbers import Real
@@ -19,6 +19,7 @@ from pvphong.base import check
 from pvphong.base.color import xyz_from_rgb
 from pvphong.base.files import written_aside
 from pvphong.meshes.blocks import leaves
+from pvphong.meshes.colormaps import scale_of
 from pvphong.meshes.point_data import opacity_at
 from pvphong.meshes.surfaces import drawable, shallow_copy, surface
 from pvphong.scene.viewer import Viewer
@@ -109,7 +110,8 @@ def plot(mesh: pv.DataSet, /, *, name: str = "phong", **options: Any) -> Any:
         Name of the array with the colours.
     **options
         As for `pyvista.plot`, such as `screenshot`, `cpos`, `show_edges` or `opacity`, without those that colour a
-        mesh.
+        mesh. Where the colours before light were those of a `Colormap`, its scalar bar is shown: `show_scalar_bar` and
+        `scalar_bar_args` are about that.
 
     Raises
     ------
@@ -118,8 +120,72 @@ def plot(mesh: pv.DataSet, /, *, name: str = "phong", **options: Any) -> Any:
     """
     refuse_colouring(options)
     refuse_unlit(mesh, name)
-    return with_opacity(mesh, name, vertex_opacity(options)).plot(rgb=True, lighting=False, scalars=name, **options)
+    drawn, scale = with_opacity(mesh, name, vertex_opacity(options)), scale_of(mesh, name)
+    shows_bar, bar = options.pop("show_scalar_bar", pv.global_theme.show_scalar_bar), options.pop("scalar_bar_args", {})
+    colors = {"rgb": True, "lighting": False, "scalars": name}
+    if scale is None or not shows_bar:
+        return drawn.plot(**colors, **options)
+    title, table = scale
+    plotter, shown = _plotter(options)
+    plotter.add_mesh(drawn, **colors, **options)
+    plotter.add_scalar_bar(**{"title": title, "lookup_table": table, "n_labels": 0 if table.annotations else 5} | bar)
+    return shown(plotter)
 
+
+def _plotter(options: dict[str, Any]) -> tuple[pv.Plotter, Callable[[pv.Plotter], Any]]:
+    """A plotter as `pyvista.plot` makes it, and what shows it; these take their options out of the others.
+
+    `pyvista.plot` itself has no way to add a scalar bar to a mesh that is coloured by RGB.
+    """
+
+    def taken(*names: str) -> dict[str, Any]:
+        return {name: options.pop(name) for name in names if options.get(name) is not None}
+
+    plotter = pv.Plotter(**taken(*_OF_PLOTTER))
+    view, showing = taken(*_OF_VIEW), taken(*_OF_SHOWING)
+    axes = plotter.theme.axes
+    if view.get("show_axes", axes.show):
+        plotter.add_box_axes() if axes.box else plotter.add_axes()
+    if "background" in view:
+        plotter.set_background(view["background"])
+    if "anti_aliasing" in view:
+        kind = view["anti_aliasing"]
+        plotter.enable_anti_aliasing("msaa" if kind is True else kind) if kind else plotter.disable_anti_aliasing()
+    for option, enable in (
+        ("edl", plotter.enable_eye_dome_lighting),
+        ("eye_dome_lighting", plotter.enable_eye_dome_lighting),
+        ("parallel_projection", plotter.enable_parallel_projection),
+        ("ssao", plotter.enable_ssao),
+    ):
+        if view.get(option):
+            enable()
+
+    def show(plotter: pv.Plotter) -> Any:
+        if view.get("text"):
+            plotter.add_text(view["text"])
+        if view.get("show_grid"):
+            plotter.show_grid()
+        elif view.get("show_bounds"):
+            plotter.show_bounds()
+        plotter.camera_position = view.get("cpos", plotter.get_default_cam_pos())
+        plotter.camera_set = "cpos" in view
+        if "zoom" in view:
+            plotter.camera.zoom(view["zoom"])
+        return plotter.show(**showing)
+
+    return plotter, show
+
+
+_OF_PLOTTER = ("window_size", "off_screen", "notebook", "theme", "border", "border_color", "border_width")
+_OF_VIEW = (
+    *("cpos", "zoom", "background", "show_axes", "text", "show_grid", "show_bounds", "anti_aliasing"),
+    *("edl", "eye_dome_lighting", "parallel_projection", "ssao"),
+)
+_OF_SHOWING = (
+    *("auto_close", "interactive", "full_screen", "screenshot", "return_img", "return_viewer", "return_cpos"),
+    *("before_close_callback", "jupyter_backend", "jupyter_kwargs"),
+)
+"""Options of `pyvista.plot` that are not `add_mesh`'s."""
 
 _COLOURING = ("scalars", "rgb", "rgba", "lighting", "color", "smooth_shading", "texture", "pbr", "cmap", "copy_mesh")
 """PyVista's options that colour a mesh."""

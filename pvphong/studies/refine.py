@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from pvphong.base import check
 from pvphong.base.types import Float64Array, FloatArray, IntArray, MatrixLike, Precision
+from pvphong.meshes.colormaps import put_scale
 from pvphong.meshes.default_scene import scene_for
 from pvphong.meshes.lit import put_visibility, refuse_name, vertices_of
 from pvphong.meshes.point_data import surface_and_maps
@@ -237,6 +238,7 @@ def refine(
         seen = np.ones((lit.lighting.equation.lights + 1, result.n_points), real)
     put_visibility(result, name, light_labels(lit.lighting.scene), lit.lighting.equation, seen)
     result.point_data[name] = lit.lighting.shown(vertices.colors).astype(real)
+    put_scale(result, name, as_material(material), mesh)
     result.set_active_scalars(name, preference="point")
     return result
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 from dataclasses import replace
 
 import numpy as np
@@ -10,6 +11,7 @@ import pyvista as pv
 from matplotlib import colormaps
 
 import pvphong as ph
+from pvphong.meshes import pictures
 from pvphong.meshes.colormaps import colors_by, lookup_table, mapped, scalars_of
 from pvphong.studio.lit_mesh import LitMesh, lit_meshes
 
@@ -189,6 +191,51 @@ def test_a_window_follows_the_array():
     mesh.point_data["a"].VTKObject.Modified()
     assert shown.refresh(SCENE)
     assert np.array_equal(shown.drawn["phong"], unlit(mesh, ph.Colormap("a", "terrain")))
+
+
+def test_a_lit_mesh_shows_the_scalar_bar_of_its_unlit_colours(tmp_path):
+    hills, how = pv.examples.load_random_hills(), {"off_screen": True, "window_size": (300, 200), "show_axes": False}
+    before, colormap = hills.copy(), ph.Colormap("Elevation", ["red", "blue"], above_color="lime", clim=(0, 7))
+    lit = hills.phong.shade(SCENE, ph.Material(albedo=colormap))
+    assert hills == before
+    lit.save(tmp_path / "lit.vtp")
+    plain = lit.phong.plot(show_scalar_bar=False, screenshot=True, **how)
+    assert np.array_equal(
+        plain,
+        hills.phong.shade(SCENE, ph.Material(albedo=colormap)).plot(
+            rgb=True, lighting=False, scalars="phong", screenshot=True, **how
+        ),
+    )
+    for mesh in (
+        lit,
+        pv.read(tmp_path / "lit.vtp"),
+        hills.phong.refine(SCENE, ph.Material(albedo=colormap), tolerance=2),
+    ):
+        bar = mesh.phong.plot(screenshot=True, **how)
+        is_bar = (bar != plain).any(axis=2)
+        assert not is_bar[: 200 - 60].any() or mesh is not lit
+        assert {(255, 0, 0), (0, 0, 255), (0, 255, 0)} <= set(map(tuple, bar[-40:].reshape(-1, 3).tolist()))
+    blocks = pv.MultiBlock([hills, hills]).phong.shade(SCENE, ph.Material(albedo=colormap))
+    assert not np.array_equal(
+        blocks.phong.plot(screenshot=True, **how), blocks.phong.plot(show_scalar_bar=False, screenshot=True, **how)
+    )
+    assert "phong_colormap" not in lit.phong.shade(SCENE).field_data
+    lit.field_data["phong_colormap"] = "not what it was"
+    assert np.array_equal(lit.phong.plot(screenshot=True, **how), plain)
+
+
+def test_options_of_plot_are_known_where_a_bar_is_shown():
+    """They are dealt out by name; others are `add_mesh`'s."""
+    known = {*pictures._OF_PLOTTER, *pictures._OF_VIEW, *pictures._OF_SHOWING}
+    assert set(inspect.signature(pv.plot).parameters) - {"var_item", "volume", "kwargs"} <= known
+    lit = ball()
+    lit["a"] = lit.points[:, 2].copy()
+    lit = lit.phong.shade(SCENE, ph.Material(albedo=ph.Colormap("a")))
+    how = {"cpos": "xz", "zoom": 0.5, "background": "navy", "text": "text", "anti_aliasing": "ssaa", "edl": True}
+    how |= {"off_screen": True, "window_size": (90, 60), "screenshot": True, "show_edges": True, "show_grid": True}
+    image = lit.phong.plot(scalar_bar_args={"position_y": 5.0}, parallel_projection=True, **how)
+    plain = lit.phong.plot(show_scalar_bar=False, parallel_projection=True, **how)
+    assert np.array_equal(image, plain), "a bar outside of the window"
 
 
 def test_validate_has_vtk_draw_the_same_colours():
