@@ -23,10 +23,12 @@ from pvphong.base.processes import reading
 from pvphong.base.text import listening
 from pvphong.base.types import ColorLike
 from pvphong.meshes.blocks import DEFAULT, leaves, map_blocks, single_material
+from pvphong.meshes.colormaps import over_all
 from pvphong.meshes.default_scene import default_scene, scene_for
 from pvphong.meshes.files import read_mesh
 from pvphong.meshes.glance import complaint
 from pvphong.meshes.surfaces import FeatureAngle, surface
+from pvphong.optics.colormap import Colormap
 from pvphong.optics.maps import COLORS, is_color_name
 from pvphong.optics.material import Material, as_material
 from pvphong.optics.reflectance import Reflectance
@@ -81,6 +83,14 @@ class Lighting:
         Light that the surface gives off, likewise.
     albedo
         What multiplies ambient and diffuse, likewise.
+    scalars
+        The name of a point or cell array whose numbers, through a colormap, are the albedo; cell arrays need
+        --feature-angle 0.
+    cmap
+        The colormap of --scalars: a name such as terrain, or colours with commas between them; PyVista's if not given.
+    clim
+        The numbers with its first and its last colour, as in 0,8; the least and the greatest of the array, of all
+        blocks, if not given.
     shininess
         Exponent of the highlight: a number, the name of a point array, or a grey image file whose white is 128.
     tangents
@@ -107,6 +117,9 @@ class Lighting:
     specular: str | None = None
     emission: str | None = None
     albedo: str | None = None
+    scalars: str | None = None
+    cmap: str | None = None
+    clim: Annotated[str | None, Parameter(allow_leading_hyphen=True)] = None
     shininess: str | None = None
     tangents: str | None = None
     shadows: Flag = False
@@ -126,6 +139,15 @@ class Lighting:
             found = ({} if self.scene is None else load_materials(self.scene)) or {DEFAULT: Material()}
         given = {name: getattr(self, name) for name in ("ambient", *COLORS, "shininess")}
         changes: dict[str, Any] = {name: _value(text) for name, text in given.items() if text is not None}
+        if self.scalars is not None:
+            if self.albedo is not None:
+                check.refuse("--albedo", self.albedo, "left out beside --scalars, which are the albedo")
+            clim = None if self.clim is None else _value(self.clim)
+            cmap: Any = self.cmap.split(",") if self.cmap is not None and "," in self.cmap else self.cmap
+            changes["albedo"] = Colormap(self.scalars, cmap, clim)
+        for option, text in {"--cmap": self.cmap, "--clim": self.clim}.items():
+            if text is not None and self.scalars is None:
+                check.refuse(option, text, "left out without --scalars, the array whose colours they are")
         if self.tangents is not None:
             changes["tangents"] = self.tangents
         if self.reflectance is not None:
@@ -157,6 +179,7 @@ class Lighting:
             mesh = read_mesh(path)
             has_blocks = isinstance(mesh, pv.MultiBlock)
             outside = map_blocks(mesh, surface) if has_blocks else surface(mesh)
+        materials = {name: over_all(each, leaves(mesh)) for name, each in materials.items()}
         scene = default_scene(outside, size[0] / size[1]) if given is None else scene_for(outside, given)
         complaints = [complaint(*parts, scene) for parts in zip(leaves(mesh), leaves(outside), strict=True)]
         for text in dict.fromkeys(filter(None, complaints)):

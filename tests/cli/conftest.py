@@ -23,6 +23,9 @@ def _written(tmp_path_factory):
     sphere = pv.Sphere(theta_resolution=12, phi_resolution=12)
     sphere.clear_data()
     sphere["tint"] = np.linspace(0, 1, 3 * sphere.n_points).reshape(-1, 3)
+    sphere["height"] = sphere.points[:, 2].copy()
+    box = pv.ImageData(dimensions=(4, 4, 4))
+    box["deep"] = np.where(np.arange(64) == 21, 99.0, np.arange(64.0))  # the greatest is inside
     cube = pv.Cube(clean=True)
     cube.clear_data()
     cloud = pv.PolyData(np.eye(3))
@@ -34,7 +37,7 @@ def _written(tmp_path_factory):
         "cube.vtp": cube,
         "tile.vtp": pv.Plane(i_resolution=4, j_resolution=4),
         "roof.vtp": pv.Plane(center=(0, 0, 2), i_size=9, j_size=9),
-        "box.vti": pv.ImageData(dimensions=(4, 4, 4)),
+        "box.vti": box,
         "cloud.vtp": cloud,
         "beyond.vtp": pv.PolyData(np.eye(3), faces=[3, 0, 1, 9]),
         "faulty.vtp": faulty,

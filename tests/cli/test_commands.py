@@ -96,6 +96,12 @@ SHADED = {
     "tile.vtp --scene rig.json --albedo oak.png": lambda: shaded(
         "tile.vtp", "rig.json", ph.Material(albedo=pv.read_texture("oak.png"))
     ),
+    "sphere.vtp --scalars height --cmap terrain --clim=-0.4,0.4": lambda: shaded(
+        "sphere.vtp", material=ph.Material(albedo=ph.Colormap("height", "terrain", (-0.4, 0.4)))
+    ),
+    "box.vti --scalars deep --cmap red,#00ff00,blue --scene rig.json": lambda: shaded(
+        "box.vti", "rig.json", ph.Material(albedo=ph.Colormap("deep", ["red", "#00ff00", "blue"]))
+    ),
     "box.vti --feature-angle none": lambda: shaded("box.vti", feature_angle=None),
     "cube.vtp": lambda: shaded("cube.vtp"),
     "cube.vtp --feature-angle 100": lambda: shaded("cube.vtp", feature_angle=100),
