@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import sys
 import warnings
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -16,12 +17,15 @@ import pyvista as pv
 from numpy.typing import NDArray
 from vtkmodules.util.numpy_support import vtk_to_numpy
 
-from pvphong.base.types import Float64Array, MatrixLike
+from pvphong.base.types import BoolArray, Float64Array, FloatArray, MatrixLike
 from pvphong.base.vectors import cross, dot
 from pvphong.geometry.fit import MISFIT, areas_of, fit_of
 from pvphong.geometry.normals import Faces
 from pvphong.meshes.surfaces import unchecked_polygons, vertex_normals
+from pvphong.optics.material import Material
+from pvphong.scene.light_model import LightModel
 from pvphong.scene.scene import Scene
+from pvphong.shading.evaluation import evaluate
 from pvphong.shading.vertices import Vertices
 
 _FACES = 256
@@ -36,6 +40,8 @@ _FITS = 0.866
 # from the middle, along their fronts, is its volume. Shares of the sums of the magnitudes, with some room for a sample
 # of the faces: of rough bodies that look outwards, the ant of PyVista's examples has 0.34.
 _BALANCED, _INWARD = 0.3, -0.3
+
+_WHITE = Material(ambient=0.0, diffuse=1.0)
 
 # States of meshes that need no second look: all is well, or the warning was given.
 _seen: dict[tuple[int, ...], None] = {}
@@ -105,6 +111,41 @@ def complaint(mesh: pv.DataSet, source: pv.PolyData, scene: Scene, matrix: Matri
             _seen.clear()
         _seen[state] = None
     return text
+
+
+def faces_away(source: pv.PolyData, scene: Scene, vertices: Vertices, matrix: MatrixLike | None = None) -> bool:
+    """Whether every vertex faces away from every light, and would be lit from behind.
+
+    Some faces are looked at first: mostly one of them faces a light, and that is the end of it.
+
+    Parameters
+    ----------
+    source : pyvista.PolyData
+        A checked surface.
+    scene : Scene
+        With a viewer.
+    vertices : Vertices
+        Of the surface.
+    matrix : array_like, optional
+        (4, 4) model matrix.
+    """
+    corners = _corners_of_some(source)
+    if scene.light_model.two_sided or not corners.size:
+        return False
+    plain = replace(scene, light_model=LightModel(ambient=0.0, clamp=False))
+
+    def is_lit(points: FloatArray, normals: FloatArray) -> BoolArray:
+        diffuse: Any = evaluate(points, normals, plain, _WHITE, matrix=matrix, components=True).diffuse
+        lit: BoolArray = diffuse.any(axis=1)
+        return lit
+
+    with np.errstate(all="ignore"):
+        places, fronts = (rows.T for rows in _places_and_areas(source, corners))
+    if source.point_data.active_normals is not None:
+        fronts = np.take(np.asarray(source.point_data.active_normals), corners, axis=0).sum(axis=0, dtype=np.float64)
+    if is_lit(places / 3.0, fronts).any() or not 2 * np.count_nonzero(is_lit(places / 3.0, -fronts)) > len(places):
+        return False
+    return not is_lit(vertices.points, vertices.normals).any()
 
 
 def _corners_of_some(source: pv.PolyData) -> NDArray[np.int64]:

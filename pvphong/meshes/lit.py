@@ -21,7 +21,7 @@ from pvphong.geometry.transform import transform_normals
 from pvphong.meshes.blocks import leaves, map_blocks
 from pvphong.meshes.colormaps import put_scale
 from pvphong.meshes.default_scene import scene_for
-from pvphong.meshes.glance import warn_of_normals
+from pvphong.meshes.glance import faces_away, warn_of_normals
 from pvphong.meshes.point_data import surface_and_maps, tangents_from
 from pvphong.meshes.surfaces import FeatureAngle, point_normals, shallow_copy, split_sharp_edges, surface
 from pvphong.meshes.transport import Exchanging, checked_transport
@@ -286,7 +286,7 @@ def plan(
     Returns
     -------
     Plan
-        `.effects`, `.needs`, `.view_dependent`, `.error_bound`, `.explain()`.
+        `.effects`, `.needs`, `.view_dependent`, `.error_bound`, `.faces_away`, `.explain()`.
 
     Raises
     ------
@@ -297,7 +297,8 @@ def plan(
     if isinstance(mesh_or_points, pv.DataSet):
         rays: Any = {"occluders": occluders, "visibility": visibility, "transport": transport}
         how: Any = {"feature_angle": feature_angle, "matrix": matrix, "tolerance": tolerance}
-        return prepare(mesh_or_points, scene, material, **how, **rays).plan
+        ready = prepare(mesh_or_points, scene, material, **how, **rays)
+        return replace(ready.plan, faces_away=faces_away(ready.source, ready.scene, ready.vertices, matrix))
     allowed = "a mesh or an (n, 3) array of real numbers"
     if isinstance(mesh_or_points, pv.MultiBlock):
         remedy = "blocks.phong.plan(...) plans each block by itself."

@@ -227,3 +227,43 @@ def test_it_looks_at_some_faces_only(monkeypatch):
     for resolution in (10, 40, 200):
         bare(pv.Sphere(theta_resolution=resolution, phi_resolution=resolution)).phong.shade(SUN)
     assert [count for _, count in looked] == [160, 256, 256]
+
+
+UP = ph.DirectionalLight(direction=(0.2, 0.1, -1))
+SKY = ph.EnvironmentLight(np.ones((2, 4, 3)))
+WARPED = pv.StructuredGrid(*np.meshgrid(np.linspace(-10, 10, 40), np.linspace(-10, 10, 40)), np.zeros((40, 40)))
+WARPED.points[:, 2] = np.sin(np.hypot(*WARPED.points[:, :2].T))
+CLOUD = pv.PolyData(NINE)
+CLOUD.point_data.active_normals = np.tile([0.0, 0, -1], (9, 1))
+AWAY = "Every vertex faces away from every light"
+
+
+@pytest.mark.parametrize(
+    ("mesh", "lights", "options", "expected"),
+    [
+        (WARPED, [UP], {}, True),  # PyVista's own terrain
+        (WARPED, [UP, ph.PointLight(position=(0, 0, 30))], {}, True),
+        (WARPED, [UP, ph.PointLight(position=(0, 0, -30))], {}, False),
+        (WARPED, [ph.SphereLight(position=(0, 0, 30), radius=1)], {}, True),
+        (WARPED, [UP], {"matrix": np.diag([1.0, -1, -1, 1])}, False),
+        (WARPED.extract_surface(algorithm="dataset_surface").flip_faces(), [UP], {}, False),
+        (WARPED, [], {}, False),
+        (WARPED, [replace(UP, on=False)], {}, False),
+        (WARPED, [SKY], {}, False),
+        (pv.Plane(), [UP], {}, False),
+        (pv.Plane(), [replace(UP, direction=(0, 0, 1))], {}, True),
+        (pv.Plane(), [replace(UP, direction=(0, 0, 1))], {"feature_angle": 0}, True),
+        (pv.Plane(), [ph.SpotLight(position=(9, 0, 9), direction=(1, 0, 0))], {}, False),  # its cone is elsewhere
+        (SPHERE, [UP], {}, False),
+        (CLOUD, [UP], {}, False),
+    ],
+)
+def test_a_plan_says_where_every_vertex_faces_away(mesh, lights, options, expected):
+    plan = mesh.phong.plan(ph.Scene(lights), **options)
+    assert plan.faces_away is expected
+    for text in (str(plan), plan.explain(), plan._repr_html_()):
+        assert (AWAY in " ".join(text.split())) is expected
+    lit = mesh.phong.shade(ph.Scene(lights, light_model=ph.LightModel(ambient=0)), **options)["phong"]
+    assert not (expected and lit.any())
+    both = ph.Scene(lights, light_model=ph.LightModel(two_sided=True))
+    assert not mesh.phong.plan(both, **options).faces_away

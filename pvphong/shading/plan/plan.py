@@ -38,6 +38,11 @@ _AS_LIGHT_THAT_BOUNCES = 32
 # Those from which it is worth its start in a window once it is loaded; what is drawn is rounded anyway.
 _WORTH_STARTING = 2**13
 
+_FACES_AWAY = (
+    "Every vertex faces away from every light: only ambient light and emission are left. If it should be lit, turn the "
+    "surface by flip_faces(), and its stored normals too, or light both sides by LightModel(two_sided=True)."
+)
+
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Plan:
@@ -55,6 +60,9 @@ class Plan:
         The colour error that was allowed.
     error_bound : float
         The largest absolute colour error that was taken for it, beside rounding; at most `tolerance`.
+    faces_away : bool
+        Whether every vertex faces away from every light, and would be lit from behind, so that only ambient light and
+        emission are left. Looked for where a mesh is planned for.
     equation : Equation
         What is left of the lighting equation; the evaluators run this.
     whole : Equation
@@ -68,6 +76,7 @@ class Plan:
     equation: Equation
     whole: Equation
     _draft: Draft
+    faces_away: bool = False
 
     @cached_property
     def effects(self) -> Mapping[str, Decision]:
@@ -222,14 +231,15 @@ class Plan:
         off = [name for name, decision in self.effects.items() if not decision.on]
         runs = f"Runs: {', '.join(running) or 'nothing'}. Left out: {', '.join(off) or 'nothing'}."
         cost = f"{self._accuracy}; about {sum(self._nanoseconds):.1f} ns a vertex."
-        return "\n".join(line for sentence in (runs, cost, self._dependence) for line in wrapped(sentence))
+        return "\n".join(line for sentence in (runs, cost, *self._said) for line in wrapped(sentence))
 
     def __repr__(self) -> str:
         running = sum(decision.on for decision in self.effects.values())
         return f"<Plan: {running} of {len(self.effects)} effects run, error bound {self.error_bound:.3g}>"
 
     def _repr_html_(self) -> str:
-        return html_table(f"Plan: {self._accuracy}", ("effect", "", "why", "reads", "bound", "ns"), self._rows)
+        title = f"Plan: {self._accuracy}" + (f". {_FACES_AWAY}" if self.faces_away else "")
+        return html_table(title, ("effect", "", "why", "reads", "bound", "ns"), self._rows)
 
     def explain(self) -> str:
         """A table of all effects: on or off, why, what they read, at what error, and about what they cost.
@@ -251,7 +261,7 @@ class Plan:
         for row in self._rows:
             table.add_row(*row)
         estimates = "ns: a vertex, estimates for the compiled evaluator in float32 on one core."
-        return rendered([table, estimates, self._dependence]) + "\n"
+        return rendered([table, estimates, *self._said]) + "\n"
 
     @property
     def _accuracy(self) -> str:
@@ -259,10 +269,12 @@ class Plan:
         return f"{error}, tolerance {self.tolerance:.3g}"
 
     @property
-    def _dependence(self) -> str:
+    def _said(self) -> tuple[str, ...]:
+        """On what the colours depend, and whether no light can reach them."""
         reads = ", ".join(sorted(self.needs)) or "nothing"
         depends = "change" if self.view_dependent else "do not change"
-        return f"It reads {reads}; the colours {depends} when the viewer moves."
+        dependence = f"It reads {reads}; the colours {depends} when the viewer moves."
+        return (dependence, _FACES_AWAY) if self.faces_away else (dependence,)
 
     @property
     def _nanoseconds(self) -> list[float]:
