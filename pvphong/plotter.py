@@ -10,6 +10,7 @@ from contextlib import ExitStack, contextmanager, nullcontext
 from types import MappingProxyType
 from typing import Any
 
+import numpy as np
 import pyvista as pv
 
 from pvphong.base import check
@@ -17,14 +18,14 @@ from pvphong.base.handles import Handle
 from pvphong.meshes.blocks import leaves
 from pvphong.meshes.glance import warn_of_normals
 from pvphong.meshes.pictures import refuse_colouring, vertex_opacity, with_opacity
-from pvphong.meshes.surfaces import FeatureAngle
+from pvphong.meshes.surfaces import FeatureAngle, surface
 from pvphong.optics.lights import Light
-from pvphong.optics.maps import maps_on_material
-from pvphong.optics.material import DEFAULT_MATERIAL, Material
+from pvphong.optics.material import Material
 from pvphong.scene.light_model import LightModel
 from pvphong.scene.scene import Scene
 from pvphong.studies.validate.validation import Comparison, validate
 from pvphong.studio.gizmos import Gizmo, Gizmos, History, Interaction, Keys, Options, check_keys
+from pvphong.studio.keywords import look_of
 from pvphong.studio.lit_mesh import LitMesh, lit_meshes
 from pvphong.studio.live import LightHandle, MeshHandle, changed_light
 from pvphong.studio.subplot import Subplot
@@ -63,11 +64,10 @@ class PlotterPhong(Handle):
 
     # -- meshes ------------------------------------------------------------------------------------------
 
-    @maps_on_material
     def add_mesh(
         self,
         mesh: pv.DataSet | pv.MultiBlock,
-        material: Material | str | Mapping[str, Material | str] = DEFAULT_MATERIAL,
+        material: Material | str | Mapping[str, Material | str] | None = None,
         *,
         feature_angle: FeatureAngle = "auto",
         casts_shadows: bool = True,
@@ -87,8 +87,8 @@ class PlotterPhong(Handle):
             A dataset with a surface, or blocks of such; edits to them are followed, blocks that are put in or taken
             out are not.
         material : Material, str or mapping, optional
-            The surface's reflectances, numbers or maps, or the name of a material; OpenGL's default material if not
-            given. Blocks share it, or a mapping has one for each, as for `blocks.phong.shade`.
+            The surface's reflectances, numbers or maps, or the name of a material. Blocks share it, or a mapping has
+            one for each, as for `blocks.phong.shade`. If not given, PyVista's keywords say it, and its theme.
         feature_angle : float, "auto" or None, default "auto"
             Degrees between two faces from which their common edge is sharp, as for `mesh.phong.shade`; "auto" takes
             30 where the mesh has no point normals of its own.
@@ -101,10 +101,14 @@ class PlotterPhong(Handle):
             and cones; until that is computed, in the background, at its own vertices. Pictures and exports wait for it.
             It adds 200,000 points at most, and none where vertices or lines are drawn as such.
         **add_mesh_options
-            As for `pyvista.Plotter.add_mesh`, without those that colour the mesh. With a `name` blocks are called
-            "name[block]", and replace those drawn under the name before. `opacity` may have a number from 0 to 1 for
-            each point, or for each cell where faces share no points (`feature_angle=0`), or be the name of such an
-            array, which is followed.
+            As for `pyvista.Plotter.add_mesh`, which draws the same in the same lights with `LightModel.vtk()`: `color`,
+            `ambient`, `diffuse`, `specular`, `specular_power`, `pbr`, `metallic` and `roughness` are the material;
+            `scalars` with `cmap`, `clim` and all that belongs to them, `rgb` and `texture` its albedo, with a scalar
+            bar of the colours before light; cell data give flat faces. `smooth_shading` and `split_sharp_edges` say
+            where edges are sharp; without them `feature_angle` does. With `lighting=False` PyVista draws it as it is.
+            `backface_params` and `emissive` are refused. With a `name` blocks are called "name[block]", and replace
+            those drawn under the name before. `opacity` may have a number from 0 to 1 for each point, or for each cell
+            where faces share no points (`feature_angle=0`), or be the name of such an array, which is followed.
 
         Returns
         -------
@@ -121,11 +125,17 @@ class PlotterPhong(Handle):
         NormalsWarning
             As `mesh.phong.shade`.
         """
-        refuse_colouring(add_mesh_options, "Colour comes from `material` here.")
         check.flag("casts_shadows", casts_shadows)
         tolerance = None if refine is None else check.number("refine", refine, above=0.0)
-        opacity = vertex_opacity(add_mesh_options)
-        subplot, meshes = self._subplot, lit_meshes(mesh, material, feature_angle, opacity)
+        subplot, plotter = self._subplot, self._plotter
+        if add_mesh_options.get("lighting") is False and material is None:
+            return subplot.add_unlit(functools.partial(plotter.add_mesh, mesh, **add_mesh_options))
+        mesh = _as_mesh(mesh, copies=bool(add_mesh_options.pop("copy_mesh", False)))
+        add_mesh_options.pop("lighting", None)
+        next_color = functools.partial(getattr, subplot.renderer, "next_color")
+        look = look_of(mesh, material, feature_angle, add_mesh_options, plotter.theme, next_color)
+        add_mesh_options = look.options
+        meshes = lit_meshes(mesh, look.materials, look.feature_angle, look.opacity)
         for lit in meshes.values():
             lit.casts_shadows = casts_shadows
             subplot.lit.light(lit)
@@ -141,6 +151,12 @@ class PlotterPhong(Handle):
             for other in [other for other in subplot.renderer.actors if other == name or other.startswith(f"{name}[")]:
                 if other not in names:  # of this renderer alone: a plotter takes the name out of all of them
                     subplot.renderer.remove_actor(other, render=False)
+        if look.bar is not None:
+            look.bar.add_to(plotter)
+        if look.silhouette is not None:
+            for lit in meshes.values():
+                outline = plotter.add_silhouette(surface(lit.mesh), **look.silhouette)
+                outline.user_matrix = None if lit.matrix is None else lit.matrix
         self._prepare_outputs()
         for lit in meshes.values():  # now that the camera is where it will be
             warn_of_normals(lit.mesh, lit.drawn, subplot.scene, lit.matrix)
@@ -573,3 +589,13 @@ class PlotterPhong(Handle):
     def __plotter_deep_clean__(self) -> None:
         """As at a close: what PyVista has cleaned has no camera any more, and events may still come."""
         self.__plotter_close__()
+
+
+def _as_mesh(given: Any, *, copies: bool) -> Any:
+    """A mesh of what PyVista's `add_mesh` takes: a dataset, blocks, one of VTK's, points, or a file's path."""
+    mesh = pv.read(given) if isinstance(given, str | os.PathLike) else given
+    if not isinstance(mesh, pv.DataSet | pv.MultiBlock) and (
+        isinstance(mesh, np.ndarray) or hasattr(mesh, "GetDataObjectType")
+    ):
+        mesh = pv.wrap(mesh)
+    return mesh.copy(deep=False) if copies else mesh

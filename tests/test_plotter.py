@@ -163,7 +163,7 @@ def test_an_option_that_is_refused_replaces_nothing(plotter, mesh):
 TWO = blocks()[2]
 UNFIT = [
     (pv.PolyData([[0.0, 0, 0]]), DULL, {}, "^mesh must be a mesh with faces"),
-    ("ball.vtp", DULL, {}, "^mesh must be a pyvista.DataSet"),
+    (3, DULL, {}, "^mesh must be a pyvista.DataSet"),
     (ball(), "gld", {}, "^material must be a Material"),
     (ball(), TINTED, {}, r"^albedo must be the name of a point array \(Normals.*; got 'tint'"),
     (ball(), replace(DULL, albedo=np.ones((4, 3))), {}, "^albedo must be .* rows; got 4 rows"),
@@ -174,8 +174,10 @@ UNFIT = [
     (TWO, TINTED, {}, "albedo must be the name of a point array"),
     (TWO, {"rigth": SHINY}, {}, "^material must be a mapping with the names of all blocks"),
 ]
-COLOURING = ["color", "scalars", "rgb", "lighting", "smooth_shading", "cmap", "pbr"]
-UNFIT += [(ball(), DULL, {name: None}, rf"^option must .*; got {name}\. Colour") for name in COLOURING]
+COLOURING = {"color": "red", "scalars": "Normals", "rgb": True, "cmap": "jet", "pbr": True, "diffuse": 0.1}
+UNFIT += [
+    (ball(), DULL, {name: COLOURING[name]}, f"^{name} must be left out where there is a mat") for name in COLOURING
+]
 
 
 @pytest.mark.parametrize(("mesh", "material", "options", "message"), UNFIT)
@@ -735,7 +737,7 @@ def test_bad_opacities_are_refused_and_draw_nothing(plotter, opacity, message):
     mesh = ball()
     mesh["glass"] = np.ones(mesh.n_points)
     for add in (
-        plotter.phong.add_mesh,
+        lambda mesh, **options: plotter.phong.add_mesh(mesh, DULL, **options),
         lambda mesh, **options: plotter.phong.add_lit(mesh.phong.shade(SUN), **options),
     ):
         with pytest.raises(ValueError, match=message):

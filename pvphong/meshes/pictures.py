@@ -187,7 +187,11 @@ _OF_SHOWING = (
 )
 """Options of `pyvista.plot` that are not `add_mesh`'s."""
 
-_COLOURING = ("scalars", "rgb", "rgba", "lighting", "color", "smooth_shading", "texture", "pbr", "cmap", "copy_mesh")
+_COLOURING = (
+    *("scalars", "rgb", "rgba", "lighting", "color", "smooth_shading", "texture", "pbr", "cmap", "copy_mesh"),
+    *("ambient", "diffuse", "specular", "specular_power", "metallic", "roughness", "clim", "log_scale", "multi_colors"),
+    *("split_sharp_edges", "interpolation", "backface_params"),
+)
 """PyVista's options that colour a mesh."""
 
 
