@@ -168,8 +168,13 @@ def test_on_a_convex_body_shadows_change_nothing_that_the_viewer_sees(seeds: Any
         v = np.subtract(viewer.position, points) if local else -np.array(viewer.view_direction)
         is_seen = (outward * v).sum(axis=1) > 1e-5
         free = it.shaded(shadows=False, ambient_occlusion=False)
-        off = np.abs(it.shaded() - free).max(axis=1)[is_seen]
-        assert off.max(initial=0.0) < 1e-4, f"seed {seed}: {off.max()} at {np.count_nonzero(off > 1e-4)} of {len(off)}"
+        off, size = np.abs(it.shaded() - free).max(axis=1)[is_seen], max(float(free.max()), 1.0)
+        # of a light that only just rises above the horizon no ray may find the sliver: within the sampling's tolerance
+        bound = size / 255.0 if any(light.has_size for light in it.scene.lights) else 1e-5 * size
+        assert off.max(initial=0.0) < bound, (
+            f"seed {seed}: {off.max()} at {np.count_nonzero(off > bound)} of {len(off)}"
+        )
+        assert np.count_nonzero(off > 1e-4 * size) <= 0.02 * len(off) + 1, f"seed {seed}"
 
 
 # --- held against paths of light
