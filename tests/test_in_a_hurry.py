@@ -6,6 +6,7 @@ import pyvista as pv
 
 import pvphong as ph
 from pvphong.meshes.files import save_lit
+from pvphong.optics.lights import LIGHT_TYPES
 
 MESH = pv.examples.load_airplane()
 SHINY = ph.Material(specular=0.6, shininess=20)
@@ -101,9 +102,42 @@ def test_at_a_target():
     spot = ph.SpotLight.at((1, 2, 3), target=(1, 2, 0), cone_angle=12, name="desk")
     assert spot == ph.SpotLight(position=(1, 2, 3), direction=(0, 0, -3), cone_angle=12, name="desk")
     assert ph.DirectionalLight.at((0, 5, 0), target=(0, 0, 0)) == ph.DirectionalLight(direction=(0, -5, 0))
-    for kind in (ph.SpotLight, ph.DirectionalLight):
+    both = [kind for kind in LIGHT_TYPES.values() if {"position", "direction"} <= kind.__dataclass_fields__.keys()]
+    assert len(both) == 3
+    for kind in (*both, ph.DirectionalLight):
         with pytest.raises(ValueError, match=r"^target must be another place than position"):
             kind.at((1, 2, 3), target=(1, 2, 3))
+
+
+def test_a_sun_stands_where_the_compass_says():
+    sun = ph.DirectionalLight.from_angles
+    for azimuth, towards in ((0, (0, -1, 0)), (90, (-1, 0, 0)), (180, (0, 1, 0)), (-90, (1, 0, 0)), (630, (1, 0, 0))):
+        assert sun(azimuth, 0, name="sun") == ph.DirectionalLight(direction=towards, name="sun")
+        assert sun(azimuth, 90).direction == (0, 0, -1)
+        up = np.degrees(np.arcsin(-sun(azimuth + 17.0, 20.0).direction[2]))
+        assert up == pytest.approx(20)
+    x, y, z = sun(315, 45).direction
+    assert (x, y, z) == pytest.approx((0.5, -0.5, -(0.5**0.5)))
+    with pytest.raises(ValueError, match=r"^elevation must be a finite number >= -90"):
+        sun(0, 91)
+
+
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        (lambda: ph.Material(color="red"), r"^color must be given as diffuse=; got red\. Material\(diffuse='red'\)\."),
+        (lambda: ph.PointLight(colour=1), r"^colour must be given as diffuse=; got 1\. PointLight\(diffuse=1\)\."),
+        (lambda: ph.Material(difuse=1), r"^Material has no 'difuse'\. Did you mean 'diffuse'"),
+        (lambda: ph.LightModel(shadow=True), r"^LightModel has no 'shadow'\. Did you mean 'shadows'\?"),
+        (lambda: ph.Viewer(eye=(0, 0, 1)), r"^Viewer has no 'eye'\. It has position, "),
+        (lambda: MESH.phong.shade(pv.Plotter(off_screen=True)), r"Scene\.from_plotter\(plotter\)"),
+        (lambda: MESH.phong.shade(pv.Camera()), r"Scene\(lights, viewer=camera\)"),
+        (lambda: pv.MultiBlock([MESH, MESH]).phong.shade(None, ["gold", "jade"]), r"dict\(zip\(blocks\.keys\(\), "),
+    ],
+)
+def test_habits_are_answered_with_what_to_write(call, message):
+    with pytest.raises((TypeError, ValueError), match=message):
+        call()
 
 
 def test_ready_made_lights_are_public():

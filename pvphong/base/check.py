@@ -11,7 +11,7 @@ import difflib
 import functools
 import math
 import numbers
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import PurePath
 from typing import Any, NoReturn
 
@@ -255,6 +255,22 @@ def fields(instance: Any) -> None:
     kind: Any = type(instance)
     for name, checked in _checks(kind):
         object.__setattr__(instance, name, checked(name, getattr(instance, name)))
+
+
+def keywords(kind: Any, given: Iterable[str]) -> None:
+    """Raise ``TypeError`` for an argument that a dataclass has no field for, which suggests the nearest."""
+    known = [each.name for each in dataclasses.fields(kind)]
+    for name in given:
+        if name not in known:
+            remedy = meant(name, known) or f"It has {', '.join(known)}."
+            raise TypeError(f"{kind.__name__} has no {name!r}. {remedy}")
+
+
+def refuse_color(kind: Any, given: Mapping[str, Any]) -> None:
+    """Raise ``ValueError`` for a colour by PyVista's name for it, where a dataclass has `diffuse`."""
+    for name in ("color", "colour"):
+        if name in given and name not in kind.__dataclass_fields__:
+            refuse(name, given[name], "given as diffuse=", f"{kind.__name__}(diffuse={given[name]!r}).")
 
 
 @functools.cache

@@ -29,6 +29,7 @@ from pvphong.meshes.files import read_mesh
 from pvphong.meshes.glance import complaint
 from pvphong.meshes.surfaces import FeatureAngle, surface
 from pvphong.optics.colormap import Colormap
+from pvphong.optics.lights import DirectionalLight
 from pvphong.optics.maps import COLORS, is_color_name
 from pvphong.optics.material import Material, as_material
 from pvphong.optics.reflectance import Reflectance
@@ -95,6 +96,9 @@ class Lighting:
         Exponent of the highlight: a number, the name of a point array, or a grey image file whose white is 128.
     tangents
         The name of a point array of vectors along the surface, for a reflectance that needs them.
+    sun
+        A sun in place of the scene's lights: where it stands, in degrees clockwise from north, and its height above the
+        horizon, as in 315,20. North is +y, up is +z.
     shadows
         Multiply what lights add by the part of them that each vertex sees; blocks shadow each other.
     ambient_occlusion
@@ -122,6 +126,7 @@ class Lighting:
     clim: Annotated[str | None, Parameter(allow_leading_hyphen=True)] = None
     shininess: str | None = None
     tangents: str | None = None
+    sun: Annotated[str | None, Parameter(allow_leading_hyphen=True)] = None
     shadows: Flag = False
     ambient_occlusion: Flag = False
     bounces: int | None = None
@@ -184,7 +189,18 @@ class Lighting:
         complaints = [complaint(*parts, scene) for parts in zip(leaves(mesh), leaves(outside), strict=True)]
         for text in dict.fromkeys(filter(None, complaints)):
             print(f"note: {text}", file=sys.stderr)
-        return outside, self.with_rays(scene), materials if has_blocks else single_material(materials)
+        return outside, self.with_rays(self.with_sun(scene)), materials if has_blocks else single_material(materials)
+
+    def with_sun(self, scene: Scene) -> Scene:
+        """A scene with a sun as its only light, if one is given."""
+        if self.sun is None:
+            return scene
+        try:
+            azimuth, elevation = (float(part) for part in self.sun.split(","))
+        except ValueError:
+            remedy = "--sun 315,20 is low in the north-west."
+            check.refuse("--sun", self.sun, "two numbers with a comma between them", remedy)
+        return replace(scene, lights=[DirectionalLight.from_angles(azimuth, elevation, name="sun")])
 
     def with_rays(self, scene: Scene) -> Scene:
         """A scene with shadows, ambient occlusion and bounces as the options have them, beside its own."""

@@ -155,10 +155,10 @@ def _shade_many(meshes: Sequence[str], output: str, lighting: LightingOptions, o
     _refuse_given({"--occluder": lighting.occluder}, "left out where many files are lit, each by itself")
     scene = None
     if lighting.scene is not None:
-        scene = lighting.with_rays(Scene.load(lighting.scene))
+        scene = lighting.with_rays(lighting.with_sun(Scene.load(lighting.scene)))
     else:
         given: dict[str, Any] = {"--shadows": lighting.shadows, "--ambient-occlusion": lighting.ambient_occlusion}
-        given["--bounces"] = lighting.bounces or None
+        given |= {"--bounces": lighting.bounces or None, "--sun": lighting.sun}
         _refuse_given(given, "left out without --scene where many files are lit")
     with busy("Lighting many files"):
         batch = shade_files(meshes, output, scene, lighting.materials(), **options)

@@ -195,9 +195,9 @@ class Light:
     __signature__ = InitSignature()
 
     def __new__(cls, *_given: Any, **fields: Any) -> Self:
-        """Refuse a colour by the name that PyVista's lights have for it."""
-        if "color" in fields and "color" not in cls.__dataclass_fields__:
-            check.refuse("color", fields["color"], "given as diffuse=", f"{cls.__name__}(diffuse={fields['color']!r}).")
+        """Refuse a colour by the name that PyVista's lights have for it, and fields that it has not."""
+        check.refuse_color(cls, fields)
+        check.keywords(cls, fields)
         return super().__new__(cls)
 
     def __init_subclass__(cls, **options: Any) -> None:

@@ -106,10 +106,12 @@ class Material:
 
     __signature__ = InitSignature()
 
-    def __new__(cls, *given: Any, **_fields: Any) -> Self:
+    def __new__(cls, *given: Any, **fields: Any) -> Self:
         """Refuse what is given without a field's name: `Material("gold")` would be one of golden ambient light."""
         if given:
             check.refuse("Material", given[0], "given by its fields, as in Material(diffuse=...)", _remedy(given[0]))
+        check.refuse_color(cls, fields)
+        check.keywords(cls, fields)
         return super().__new__(cls)
 
     def __repr__(self) -> str:
@@ -298,6 +300,8 @@ def as_material(given: Any) -> Material:
         remedy = "Material(albedo=texture) has its colours."
     elif isinstance(given, str) and not is_color_name(given):
         remedy = check.meant(given, names) or "Material.names() lists them."
+    elif isinstance(given, tuple | list) and any(isinstance(each, str | Material) for each in given):
+        remedy = "Blocks take a mapping of their names: dict(zip(blocks.keys(), materials))."
     elif isinstance(given, str | tuple | list) or hasattr(given, "float_rgb"):
         remedy = f"Material(diffuse={given!r}) has that colour."
     else:

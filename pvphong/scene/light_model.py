@@ -10,7 +10,7 @@ from typing import Any, Self, get_args
 import numpy as np
 
 from pvphong.base import check
-from pvphong.base.types import ColorLike, Convention, Reflection
+from pvphong.base.types import ColorLike, Convention, InitSignature, Reflection
 
 
 def _flag_or_distance(name: str, value: Any) -> bool | float:
@@ -84,6 +84,13 @@ class LightModel:
     shadows: bool = check.field(check.flag, False)
     ambient_occlusion: bool | float = check.field(_flag_or_distance, False)
     bounces: int = check.field(_count, 0)
+
+    __signature__ = InitSignature()
+
+    def __new__(cls, *_given: Any, **fields: Any) -> Self:
+        """Refuse fields that it has not, and suggest one that it has."""
+        check.keywords(cls, fields)
+        return super().__new__(cls)
 
     def __post_init__(self) -> None:
         check.fields(self)

@@ -297,6 +297,10 @@ def as_scene(given: SceneLike | None, bounds: Callable[[], VectorLike] | None = 
         scene = Scene(given)
     else:
         remedy = "Did you mean material=?" if isinstance(given, Material) else ""
+        if hasattr(given, "renderer"):
+            remedy = "Scene.from_plotter(plotter) has its lights and its camera."
+        if hasattr(given, "GetParallelProjection"):
+            remedy = "Scene(lights, viewer=camera) is seen from there."
         if isinstance(given, str):
             remedy = "Did you mean material=Material.named(...), or Scene.load(...)?"
         check.refuse("scene", given, "a Scene, a light, or a sequence of lights", remedy)

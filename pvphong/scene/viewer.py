@@ -11,7 +11,7 @@ from typing import Any, Self
 import numpy as np
 
 from pvphong.base import check
-from pvphong.base.types import Float64Array, Vector, VectorLike
+from pvphong.base.types import Float64Array, InitSignature, Vector, VectorLike
 from pvphong.base.vectors import towards, unit_vector
 from pvphong.geometry.extent import Box, corners_of
 
@@ -60,6 +60,13 @@ class Viewer:
     view_angle: float = check.field(partial(check.number, above=0.0, at_most=179.0), 30.0)
     parallel_scale: float = check.field(partial(check.number, above=0.0), 1.0)
     clipping_range: VectorLike = check.field(partial(check.numbers_in, count=2), (0.01, 1000.01))
+
+    __signature__ = InitSignature()
+
+    def __new__(cls, *_given: Any, **fields: Any) -> Self:
+        """Refuse fields that it has not, and suggest one that it has."""
+        check.keywords(cls, fields)
+        return super().__new__(cls)
 
     def __post_init__(self) -> None:
         check.fields(self)

@@ -2,16 +2,25 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Any, ClassVar, Self
 
 import numpy as np
 
+from pvphong.base import check
 from pvphong.base.types import Float64Array, VectorLike
 from pvphong.base.vectors import moderate_vector, unit_vector
 from pvphong.geometry.extent import TURN_SLACK, Extent
 from pvphong.optics.light import Arrival, Light, Reach, VtkValues
 from pvphong.optics.roles import aim, direction_from
+
+
+def _sine_and_cosine(degrees: float) -> tuple[float, float]:
+    """Sine and cosine of an angle, exact for whole right angles."""
+    turns, rest = divmod(degrees, 90.0)
+    sine, cosine = math.sin(math.radians(rest)), math.cos(math.radians(rest))
+    return ((sine, cosine), (cosine, -sine), (-sine, -cosine), (-cosine, sine))[int(turns) % 4]
 
 
 @dataclass(frozen=True)
@@ -52,6 +61,38 @@ class DirectionalLight(Light):
             As for the light itself, or if the places are the same.
         """
         return cls(direction=direction_from(position, target), **fields)
+
+    @classmethod
+    def from_angles(cls, azimuth: float, elevation: float, **fields: Any) -> Self:
+        """The light of a sun that stands in a direction of the compass, at a height above the horizon.
+
+        North is +y, east +x, and up +z, as in maps and terrains.
+
+        Parameters
+        ----------
+        azimuth : float
+            Where the sun stands, in degrees clockwise from north: 90 is in the east, 315 in the north-west.
+        elevation : float
+            Its angle above the horizon in degrees, from -90 to 90.
+        **fields
+            The other fields of the light.
+
+        Raises
+        ------
+        ValueError
+            As for the light itself, or if an angle is not a number, or beyond its range.
+
+        Examples
+        --------
+        >>> import pvphong as ph
+        >>> ph.DirectionalLight.from_angles(90, 0).direction  # from the east, towards the west
+        (-1.0, 0.0, 0.0)
+        """
+        azimuth = check.number("azimuth", azimuth)
+        elevation = check.number("elevation", elevation, at_least=-90.0, at_most=90.0)
+        east, north = _sine_and_cosine(azimuth)
+        up, across = _sine_and_cosine(elevation)
+        return cls(direction=(0.0 - east * across, 0.0 - north * across, 0.0 - up), **fields)
 
     def arrival(self, points: Float64Array, real: Any = np.float64) -> Arrival:  # noqa: ARG002 the same everywhere
         """Strength 1 against the light's travel: the direction given, but for a power of two, and 1/length."""

@@ -14,12 +14,13 @@ from pvphong.optics.area.disk import disk_highlight, disk_irradiance
 from pvphong.optics.area.lobes import CosinePower
 from pvphong.optics.area.sampling import Sampling, disk_sample, disk_seen
 from pvphong.optics.light import Integral, Light
+from pvphong.optics.lights.aimed import Aimed
 from pvphong.optics.lights.sized import Flat, across
 from pvphong.optics.roles import Role, aim, length, meaning, place
 
 
 @dataclass(frozen=True)
-class DiskLight(Flat, Light):
+class DiskLight(Aimed, Flat, Light):
     """A disk that glows like a Lambertian surface: `diffuse` · `intensity` is its intensity along its normal.
 
     A white patch that faces it at a great distance d gets the colour of the light over d². What matt surfaces scatter,

@@ -13,6 +13,7 @@ from pvphong.base.vectors import unit_vector
 from pvphong.optics.area.lobes import CosinePower
 from pvphong.optics.area.sampling import Sampling, rectangle_sample, rectangle_seen
 from pvphong.optics.light import Integral, Light
+from pvphong.optics.lights.aimed import Aimed
 from pvphong.optics.lights.sized import Flat, across, lattice, over_polygon
 from pvphong.optics.roles import Role, Up, aim, length, meaning, place
 
@@ -21,7 +22,7 @@ _LEAST = 1e-9
 
 
 @dataclass(frozen=True)
-class RectangleLight(Flat, Light):
+class RectangleLight(Aimed, Flat, Light):
     """A rectangle that glows like a Lambertian surface: `diffuse` · `intensity` is its intensity along its normal.
 
     A white patch that faces it at a great distance d gets the colour of the light over d². What matt surfaces scatter,

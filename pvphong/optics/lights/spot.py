@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import cached_property, partial
-from typing import Any, Self
+from typing import Any
 
 from pvphong.base import check
 from pvphong.base.formulas import BRIGHTEST, ONE, TWO, ZERO, Power, add, formula, square, times, where
@@ -14,9 +14,10 @@ from pvphong.base.vectors import angle_between, moderate_vector
 from pvphong.geometry.extent import Extent
 from pvphong.optics.attenuation import COEFFICIENTS, NONE, strongest
 from pvphong.optics.light import Light, Placement, StandIn, VtkValues
+from pvphong.optics.lights.aimed import Aimed
 from pvphong.optics.lights.point import PointLight, Weakening
 from pvphong.optics.roles import Power as FalloffPower
-from pvphong.optics.roles import aim, angle, direction_from, meaning, place
+from pvphong.optics.roles import aim, angle, meaning, place
 
 CONE = "cone"
 """The plan's effect."""
@@ -39,7 +40,7 @@ def _in_cone(own: Any, l: Any) -> Any:
 
 
 @dataclass(frozen=True)
-class SpotLight(Weakening, Light):
+class SpotLight(Aimed, Weakening, Light):
     """A point light that shines only inside a cone.
 
     Inside, it is weakened by cos θ to the power `exponent`, θ the angle off the axis; outside it is dark
@@ -71,24 +72,6 @@ class SpotLight(Weakening, Light):
     cone_angle: float = angle(30.0, "cone", above=0.0, at_most=90.0, remedy=_HALF)
     exponent: float = meaning(FalloffPower(partial(check.number, at_least=0.0)), 1.0)
     attenuation: VectorLike = meaning(COEFFICIENTS, NONE)
-
-    @classmethod
-    def at(cls, position: VectorLike, *, target: VectorLike, **fields: Any) -> Self:
-        """A spot light at a place, which shines at another.
-
-        Parameters
-        ----------
-        position, target : sequence of float
-            Two places that differ.
-        **fields
-            The other fields of the light.
-
-        Raises
-        ------
-        ValueError
-            As for the light itself, or if the places are the same.
-        """
-        return cls(position=position, direction=direction_from(position, target), **fields)
 
     @cached_property
     def axis(self) -> Vector:
