@@ -230,6 +230,7 @@ def test_few_modules_know_a_light_by_its_class():
     made = {
         "__init__",
         "cli.demo",
+        "cli.options",
         "scene.presets",
         "shading.interreflection",
         "studies.validate.cases",

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Self, get_args
 
@@ -148,8 +148,25 @@ def _color_or_none(name: str, value: Any) -> Any:
     return None if value is None else check.color(name, value)
 
 
+class _Kind(type):
+    """The type of lights, whose kinds show users what is theirs: help() and tab leave out how a light is evaluated.
+
+    `Light` itself shows all of it, to those who write a kind.
+    """
+
+    def __dir__(cls) -> list[str]:
+        names = list(super().__dir__())
+        if not any(isinstance(base, _Kind) for base in cls.__bases__):
+            return names
+        shown = _SHOWN | {each.name for each in fields(Light)}
+        return [name for name in names if name.startswith("__") or name in shown or name not in vars(Light)]
+
+
+_SHOWN = {"in_frame", "in_world", "moved", "outline", "places", "specular_color", "to_pyvista"}
+
+
 @dataclass(frozen=True, kw_only=True)
-class Light:
+class Light(metaclass=_Kind):
     """Fields and checks that every light shares.
 
     Parameters
@@ -194,10 +211,10 @@ class Light:
 
     __signature__ = InitSignature()
 
-    def __new__(cls, *_given: Any, **fields: Any) -> Self:
+    def __new__(cls, *_given: Any, **given: Any) -> Self:
         """Refuse a colour by the name that PyVista's lights have for it, and fields that it has not."""
-        check.refuse_color(cls, fields)
-        check.keywords(cls, fields)
+        check.refuse_color(cls, given)
+        check.keywords(cls, given)
         return super().__new__(cls)
 
     def __init_subclass__(cls, **options: Any) -> None:
@@ -212,6 +229,9 @@ class Light:
         if type(self) is Light:
             raise TypeError("Light is abstract; its kinds are in pvphong.optics.lights.")
         check.fields(self)
+
+    def __dir__(self) -> list[str]:
+        return dir(type(self))
 
     # -- what it says of its fields
 

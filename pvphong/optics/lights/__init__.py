@@ -3,7 +3,8 @@
 A new kind is its own file beside these and one entry in `LIGHT_TYPES`; then its name and place in
 `pvphong/__init__.py`, a row in the README, and a strategy in `tests/strategies.py`, with which all tests of laws take
 it. One with a size gives its `nodes`; with a `closed` form it is exact, with `sampling` rays reach it, for soft shadows
-and `truth`. `sized.py` has what such lights share, `conversion.py` makes lights from other notations.
+and `truth`. `aimed.py` has what lights with a direction share, `sized.py` what those with a size do; `conversion.py`
+makes lights from other notations.
 """
 
 from __future__ import annotations
