@@ -197,8 +197,10 @@ def lookup_table(name: str, colormap: Colormap, numbers: Any, span: Span | None 
         if colormap.log_scale and low <= 0.0:  # as PyVista; VTK itself sees to a range that it finds
             low = sys.float_info.min
     else:
-        span = span or span_of(colormap, numbers)
-        low, high = _found_range(name, span, colormap.log_scale) if len(numbers) else (0.0, 1.0)
+        is_known = span is not None or len(numbers)
+        low, high = (
+            _found_range(name, span or span_of(colormap, numbers), colormap.log_scale) if is_known else (0.0, 1.0)
+        )
     count = 2 if is_bool else colormap.n_colors
     if colormap.categories is not False:
         is_counted = colormap.categories is True

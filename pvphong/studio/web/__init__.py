@@ -3,7 +3,7 @@
 Read in this order:
 
 1. `fields`: what a form asks of a dataclass: kind, unit, range and help of each field; and a value from the page.
-2. `mix`: faders, which sum the lights' shares.
+2. `coloring`: an array through a colormap, as it is chosen and shown; `mix`: faders, which sum the lights' shares.
 3. `document`: what is edited, by keys, with one history for panels and gizmos.
 4. `inputs` and `page`: Vuetify's components around the view.
 5. `access`: who gets in, by HTTP and WebSocket; which messages are taken; uploads.

@@ -40,6 +40,7 @@ from pvphong.studio.gizmos.handles import LightInScene
 from pvphong.studio.lit_actors import MaterialsState
 from pvphong.studio.lit_mesh import LitMesh, SharedMaterial
 from pvphong.studio.subplot import Subplot
+from pvphong.studio.web import coloring
 from pvphong.studio.web.fields import edited, field_of, fields_of, form_of, has_stops
 from pvphong.studio.web.mix import Mix, MixState
 from pvphong.studio.window_lights import LightStates, RendererLight, free_name
@@ -484,6 +485,42 @@ class Document:
             shared.material = shared.material.with_values({field: texture})
             self.textures[Map(texture)] = self._file_name(texture, name)
 
+    def set_colormap(self, number: Any, scalars: Any, cmap: Any = None, low: Any = None, high: Any = None) -> str:
+        """Give a material an array of its meshes through a colormap as its albedo; gives what is to be said of it.
+
+        Parameters
+        ----------
+        number
+            The material's.
+        scalars : str or None
+            The name of a point or cell array; None removes it. For a cell array the feature angle becomes 0.
+        cmap : str, optional
+            The colormap's name; the one before, or PyVista's, if not given.
+        low, high : float or str, optional
+            The range, as numbers or their digits; an end that is not given is that of the array.
+
+        Raises
+        ------
+        ValueError
+            If there is no such array or colormap, or the range is not one.
+        """
+        shared = self._material(number)
+        if not scalars:
+            with self._step():
+                shared.material = replace(shared.material, albedo=1.0)
+            return ""
+        colormap = coloring.chosen(shared.material.albedo, self._colored(shared), scalars, cmap, low, high)
+        splits = colormap.preference == "cell" and any(mesh.feature_angle != 0.0 for mesh in self._subplot.lit.meshes)
+        with self._step():
+            if splits:
+                self.surfaces = Surfaces(0.0)
+            shared.material = replace(shared.material, albedo=colormap)
+        return "The feature angle is 0 now: an array of cells needs faces with points of their own." if splits else ""
+
+    def _colored(self, shared: SharedMaterial) -> list[pv.DataSet]:
+        """The meshes that have a material."""
+        return [mesh.mesh for mesh in self._subplot.lit.shown if mesh.shared_material is shared]
+
     def _file_name(self, texture: pv.Texture, name: str) -> str:
         """The name of a texture's file, with a number where it is that of another picture: scripts name it."""
         path, texels = PurePath(name), texture.to_array()
@@ -526,6 +563,7 @@ class Document:
                     "name": name,
                     "preset": commands.name_of(material),
                     "textured": textured(material),
+                    "colormap": coloring.shown(material.albedo, self._colored(shared)),
                     "fields": form_of(material, f"material.{number}", self._middles, hidden=("reflectance",)),
                     "reflectance": next((k for k, v in REFLECTANCES.items() if type(reflectance) is v), ""),
                     "reflectance_fields": []

@@ -17,6 +17,7 @@ from pvphong.base import check
 from pvphong.meshes.blocks import DEFAULT, common_or_named
 from pvphong.meshes.files import save_lit
 from pvphong.meshes.pictures import draw, save_picture
+from pvphong.optics.colormap import Colormap
 from pvphong.optics.lights import LIGHT_TYPES
 from pvphong.optics.maps import Map
 from pvphong.optics.material import DEFAULT_MATERIAL, Material
@@ -215,7 +216,7 @@ class HasArrays(Exception):
     """Something that no code can hold."""
 
 
-_CODED = (Scene, Viewer, LightModel, Material, *LIGHT_TYPES.values(), *REFLECTANCES.values())
+_CODED = (Scene, Viewer, LightModel, Material, Colormap, *LIGHT_TYPES.values(), *REFLECTANCES.values())
 """Whose constructors `ph` has by their names."""
 
 

@@ -16,6 +16,7 @@ from typing import Any, Literal, NamedTuple
 
 from pvphong.base import check
 from pvphong.base.types import rgb
+from pvphong.optics.colormap import Colormap
 from pvphong.optics.maps import Map, is_image_path, is_texture
 
 Kind = Literal["number", "numbers", "points", "color", "flag", "choice", "text", "reflectance"]
@@ -158,6 +159,8 @@ def _entry(field: Field, value: Any, key: str, middles: dict[str, float]) -> dic
     if isinstance(value, Map) or (field.takes == "map" and isinstance(value, str)):
         is_of_image = isinstance(value, Map) and is_texture(value.source)
         entry["map"] = f"array {value!r}" if isinstance(value, str) else "a texture" if is_of_image else "an array"
+    elif isinstance(value, Colormap):
+        entry["map"] = f"array {value.scalars!r}, coloured" if isinstance(value.scalars, str) else "an array, coloured"
     elif field.takes == "image" and not isinstance(value, (float, tuple)):
         entry["map"] = "image {1} × {0}".format(*value.image.shape)
     elif field.kind == "number":
@@ -232,7 +235,7 @@ def edited(value: Any, name: str, given: Any, index: Sequence[int] = ()) -> Any:
             check.refuse(name, "nothing", "given")
         return dataclasses.replace(value, **{name: None})
     if field.kind == "number" or (field.takes == "number" and not isinstance(given, bool)):
-        given = _number(name, given)
+        given = number_in(name, given)
         if field.is_whole and given.is_integer():
             given = int(given)
     elif field.kind in ("numbers", "points") or (field.kind == "color" and index):
@@ -247,7 +250,8 @@ def edited(value: Any, name: str, given: Any, index: Sequence[int] = ()) -> Any:
     return dataclasses.replace(value, **{name: given})
 
 
-def _number(name: str, given: Any) -> float:
+def number_in(name: str, given: Any) -> float:
+    """A number, or one of its digits as somebody types them."""
     if isinstance(given, str):
         try:
             return float(given.strip().replace(",", ".").replace("−", "-"))
@@ -264,5 +268,5 @@ def _with_number(name: str, before: Any, given: Any, index: list[int]) -> Any:
     if type(first) is not int or not 0 <= first < len(before):
         check.refuse(f"index of {name}", first, f"a whole number below {len(before)}")
     changed = list(before)
-    changed[first] = _with_number(name, before[first], given, rest) if rest else _number(name, given)
+    changed[first] = _with_number(name, before[first], given, rest) if rest else number_in(name, given)
     return tuple(changed)

@@ -24,7 +24,7 @@ DEFAULTS = {
 }
 """How Vuetify's components look where nothing else is said."""
 
-_NUMBER = "Number(({0}).toPrecision(6))"
+SIX_DIGITS = "Number(({0}).toPrecision(6))"
 """How a number is shown: with six digits."""
 
 
@@ -117,7 +117,7 @@ def number_input(entry: str, name: str = "number", label: str = "") -> None:
     with html.Div(classes="studio-row", title=(f"{entry}.help",), **found_by(name)):
         v.VTextField(
             key=(f"{entry}.key + refusals",),
-            model_value=(f"{value} == null ? '' : " + _NUMBER.format(value),),
+            model_value=(f"{value} == null ? '' : " + SIX_DIGITS.format(value),),
             label=(f"{called} + ({entry}.unit.length > 2 ? ', ' + {entry}.unit : '')",),
             suffix=(f"{entry}.unit.length > 2 ? '' : {entry}.unit",),
             type="number",
@@ -147,7 +147,7 @@ def _numbers(entry: str, values: str, index: str, label: str) -> None:
     v.VTextField(
         v_for=f"(number, k) in {values}",
         key=(f"{entry}.key + {index} + refusals",),
-        model_value=(_NUMBER.format("number"),),
+        model_value=(SIX_DIGITS.format("number"),),
         label=(label,),
         type="number",
         step="any",

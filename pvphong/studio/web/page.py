@@ -16,6 +16,7 @@ from trame_pyvista.widgets import PyVistaRCAView
 
 from pvphong.studio.web.inputs import (
     DEFAULTS,
+    SIX_DIGITS,
     color_picker,
     color_text,
     file_input,
@@ -338,6 +339,7 @@ def _material() -> None:
         _balls("reflectance")
     form("material.reflectance_fields")
     form("material.fields")
+    _colormap()
     with html.Div(v_if="material.textured.length", classes="studio-row mt-2"):
         chosen = "(local['texture ' + material.number] ?? 'albedo')"
         v.VSelect(
@@ -350,6 +352,57 @@ def _material() -> None:
         )
         more = f" + '&material=' + material.number + '&field=' + {chosen}"
         file_input("texture", "image", more=more)
+
+
+def _colormap() -> None:
+    """An array of the mesh, its colormap and its range, as albedo."""
+    shown = "material.colormap"
+    given = f"{shown}.scalars, {shown}.cmap"
+    with html.Div(v_if=f"{shown}.arrays.length", classes="mt-2"):
+        v.VSelect(
+            model_value=(f"{shown}.scalars || null",),
+            items=(f"{shown}.arrays",),
+            label="colour by",
+            placeholder="no array",
+            persistent_placeholder=True,
+            clearable=True,
+            classes="mt-2",
+            update_modelValue="trigger('set_colormap', [material.number, $event])",
+            **found_by("colour-by", "Array whose numbers are the colours, as albedo"),
+        )
+        with html.Div(v_if=f"{shown}.scalars"):
+            v.VAutocomplete(
+                model_value=(f"{shown}.cmap || null",),
+                items=("colormap_names",),
+                label="colormap",
+                placeholder="of a script",
+                persistent_placeholder=True,
+                classes="mt-3",
+                update_modelValue=f"$event && trigger('set_colormap', [material.number, {shown}.scalars, $event])",
+                **found_by("colormap", "Colormap"),
+            )
+            html.Div(style=(f"'height: 14px; border-radius: 3px; background: ' + {shown}.gradient",), classes="mt-2")
+            with html.Div(classes="studio-numbers mt-2"):
+                for end, ends in (
+                    ("low", f"$event.target.value, {shown}.high"),
+                    ("high", f"{shown}.low, $event.target.value"),
+                ):
+                    v.VTextField(
+                        key=(f"'{end}' + material.number + refusals",),
+                        model_value=(SIX_DIGITS.format(f"{shown}.{end}"),),
+                        label=end,
+                        type="number",
+                        step="any",
+                        change=f"trigger('set_colormap', [material.number, {given}, {ends}])",
+                        **found_by(f"colormap-{end}"),
+                    )
+                v.VBtn(
+                    "whole range",
+                    variant="text",
+                    click=f"trigger('set_colormap', [material.number, {given}])",
+                    title="From the least to the greatest of the array's numbers",
+                    **found_by("colormap-range"),
+                )
 
 
 def _balls(kind: str) -> None:

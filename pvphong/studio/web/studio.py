@@ -25,6 +25,7 @@ from trame.app import get_server
 
 from pvphong.base import check
 from pvphong.base.types import Float64Array
+from pvphong.meshes import colormaps
 from pvphong.meshes.blocks import DEFAULT, map_blocks
 from pvphong.meshes.default_scene import default_scene
 from pvphong.meshes.files import read, read_texture
@@ -62,6 +63,7 @@ _MARKS = "pvphong worst vertices"
 
 _EDITS = (
     *("edit", "slide", "settle", "add", "act", "select", "choose_material", "choose_reflectance"),
+    "set_colormap",
     *("start_mix", "solo_fader", "keep_mix", "cancel_bounces", "cancel_refining"),
 )
 """What the page triggers of the document."""
@@ -113,7 +115,7 @@ class Studio:
         self._reports = 0
         self.server = get_server(f"pvphong studio {next(_numbers)}", client_type="vue3")
         names = {"example_names": list(EXAMPLES), "material_names": list(Material.names())}
-        names |= {"reflectance_names": ["", *REFLECTANCES]}
+        names |= {"reflectance_names": ["", *REFLECTANCES], "colormap_names": sorted(colormaps.names(), key=str.lower)}
         at_first = {"plan": {"accuracy": "", "meshes": []}, "script": "", "report": vars(Report()) | {"figure": ""}}
         self.server.state.update(names | at_first | {"marked": False} | self._shown())
         self._triggers = {name: self._trigger(getattr(self.document, name)) for name in _EDITS}

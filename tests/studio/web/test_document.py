@@ -393,3 +393,44 @@ def test_what_changes_a_picture_most_comes_first_in_the_scene(document):
     shown = [entry["name"] for entry in document.shown()["model"]]
     assert shown[:4] == ["ambient", "shadows", "ambient_occlusion", "bounces"]
     assert sorted(shown) == sorted(each.name for each in fields(ph.LightModel))
+
+
+def test_an_array_colours_a_material_through_a_colormap(document, plotter):
+    lit = plotter.phong.mesh(plotter.actors["ball"])
+    mesh = lit.mesh
+    shown = lambda: document.shown()["materials"][0]["colormap"]  # noqa: E731
+    assert shown()["arrays"] == []
+    mesh["height"], mesh.cell_data["part"] = mesh.points[:, 2].copy(), np.arange(mesh.n_cells)
+    assert shown()["arrays"] == ["height", "part"]
+    before, drawn = document.state, colors(plotter)
+    steps = [
+        ((0, "height"), ph.Colormap("height", preference="point")),
+        ((0, "height", "terrain"), ph.Colormap("height", "terrain", preference="point")),
+        ((0, "height", "terrain", "-0,25", ""), ph.Colormap("height", "terrain", (-0.25, 0.5), preference="point")),
+        ((0, "part"), ph.Colormap("part", "terrain", preference="cell")),
+        ((0, None), 1.0),
+    ]
+    for given, expected in steps:
+        said = document.set_colormap(*given)
+        assert plotter.phong.mesh(plotter.actors["ball"]).material.albedo == expected
+        assert bool(said) == (given[1] == "part")
+        if given[1]:
+            assert (colors(plotter) != drawn).any() if given[1] == "height" else lit.feature_angle == 0.0
+            entry = shown()
+            assert (entry["scalars"], entry["gradient"].count("#")) == (given[1], 16)
+            assert entry["low"] < entry["high"]
+    assert shown()["scalars"] == ""
+    for given, message in (
+        ((0, "heigth"), "Did you mean 'height'"),
+        ((0, "height", "terain"), "Did you mean 'terrain'"),
+        ((0, "height", "terrain", 2, 1), "clim must be two finite numbers, the smaller first"),
+        ((0, "height", "terrain", "low", 1), "low must be a number"),
+        ((7, "height"), "material must be one that is there"),
+    ):
+        with pytest.raises(ValueError, match=message):
+            document.set_colormap(*given)
+    for _ in steps:
+        assert document.undo()
+    assert not document.undo()
+    assert document.state == before
+    np.testing.assert_array_equal(colors(plotter), drawn)

@@ -1,0 +1,81 @@
+"""An array of meshes through a colormap, as the studio's page chooses it and shows it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pyvista as pv
+
+from pvphong.base import check
+from pvphong.meshes.colormaps import colors_by, lookup_table, spans_in
+from pvphong.meshes.surfaces import ORIGINAL_POINT
+from pvphong.optics.colormap import Colormap
+from pvphong.studio.web.fields import number_in
+
+_STEPS = 16
+"""Colours of the gradient that shows a colormap."""
+
+
+def arrays_of(meshes: Sequence[pv.DataSet]) -> dict[str, str]:
+    """The arrays of numbers that meshes may be coloured by: name → "point" or "cell"."""
+    found: dict[str, str] = {}
+    for mesh in meshes:
+        for where, data in (("point", mesh.point_data), ("cell", mesh.cell_data)):
+            hidden = {ORIGINAL_POINT}
+            if where == "point":
+                hidden |= {data.active_normals_name, data.active_texture_coordinates_name}
+            for name in data:
+                if np.asarray(data[name]).dtype.kind in "fiu" and name not in hidden and not name.startswith("vtk"):
+                    found.setdefault(name, where)
+    return found
+
+
+def chosen(before: Any, meshes: Sequence[pv.DataSet], scalars: Any, cmap: Any, low: Any, high: Any) -> Colormap:
+    """The colormap that the page asks for.
+
+    Parameters
+    ----------
+    before : object
+        What colours the meshes: a colormap's name stays where none is given.
+    meshes : sequence of pyvista.DataSet
+        They have the array.
+    scalars, cmap : str
+        Names of the array and of the colormap.
+    low, high : float, str or None
+        The range, as numbers or their digits; None or "" is the array's own end.
+
+    Raises
+    ------
+    ValueError
+        If there is no such array or colormap, or the range is not one.
+    """
+    arrays = arrays_of(meshes)
+    known = before.cmap if isinstance(before, Colormap) else None
+    colormap = Colormap(check.choice("array", scalars, arrays), cmap or known, preference=arrays[scalars])
+    ends = [None if end in (None, "") else number_in(name, end) for name, end in (("low", low), ("high", high))]
+    span = spans_in(colormap, meshes)
+    own = (span.low, span.high)
+    if ends == [None, None] and (len(meshes) == 1 or not own[0] < own[1]):
+        return colormap  # the mesh's own, also after it is edited
+    first, last = (found if end is None else end for end, found in zip(ends, own, strict=True))
+    return replace(colormap, clim=(first, last))
+
+
+def shown(albedo: Any, meshes: Sequence[pv.DataSet]) -> dict[str, Any]:
+    """What the page shows: the arrays that there are, and the colormap with its range, colours and names."""
+    entry: dict[str, Any] = {"arrays": list(arrays_of(meshes)), "scalars": "", "cmap": "", "gradient": ""}
+    entry |= {"low": None, "high": None}
+    if not isinstance(albedo, Colormap) or not isinstance(albedo.scalars, str):
+        return entry
+    try:
+        table = lookup_table("albedo", albedo, np.empty(0), spans_in(albedo, meshes))
+    except ValueError:  # the array has gone, of which the view says that it cannot be lit
+        return entry
+    low, high = table.GetRange()
+    colors = ", ".join(f"#{bytes(color).hex()}" for color in colors_by(table, np.linspace(low, high, _STEPS)))
+    cmap = pv.global_theme.cmap if albedo.cmap is None else albedo.cmap
+    entry |= {"scalars": albedo.scalars, "cmap": cmap if isinstance(cmap, str) else "", "low": low, "high": high}
+    return entry | {"gradient": f"linear-gradient(to right, {colors})"}
