@@ -203,6 +203,19 @@ def test_a_viewer_that_looks_elsewhere_is_moved_to_see_the_mesh_and_that_is_said
         assert (pv.read("lit.png").active_scalars != 255).mean() > 0.01
 
 
+def test_a_mesh_that_shows_its_backs_is_lit_and_that_is_noted_once(capsys):
+    ball = pv.Sphere().flip_faces()
+    ball.save("stored.vtp")
+    ball.clear_data()
+    ball.save("inwards.vtp")
+    for name, said in (("stored", "stored normals do not fit"), ("inwards", "faces look inwards"), ("sphere", "")):
+        assert run(f"shade {name}.vtp -o lit.vtp") == 0
+        output, notes = capsys.readouterr()
+        assert output == "lit.vtp\n"
+        assert said in notes
+        assert notes.count("note: ") == bool(said)
+
+
 REPORTED = {
     "plan sphere.vtp --feature-angle none": (0, lambda: planned("sphere.vtp", feature_angle=None)),
     "plan sphere.vtp --scene away.json --tolerance 0.1": (0, lambda: planned("sphere.vtp", "away.json", tolerance=0.1)),
