@@ -131,6 +131,7 @@ def test_a_sun_stands_where_the_compass_says():
         (lambda: ph.LightModel(shadow=True), r"^LightModel has no 'shadow'\. Did you mean 'shadows'\?"),
         (lambda: ph.Viewer(eye=(0, 0, 1)), r"^Viewer has no 'eye'\. It has position, "),
         (lambda: MESH.phong.shade(pv.Plotter(off_screen=True)), r"Scene\.from_plotter\(plotter\)"),
+        (lambda: ph.EnvironmentLight("sky.hdr"), r"EnvironmentLight\(pv\.read_texture\('sky\.hdr'\)\) reads it"),
         (lambda: MESH.phong.shade(pv.Camera()), r"Scene\(lights, viewer=camera\)"),
         (lambda: pv.MultiBlock([MESH, MESH]).phong.shade(None, ["gold", "jade"]), r"dict\(zip\(blocks\.keys\(\), "),
     ],

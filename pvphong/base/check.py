@@ -221,13 +221,15 @@ def real_array(name: str, value: Any, allowed: str) -> Any:
 
 
 def matrix4(name: str, value: Any) -> Float64Array:
-    """A finite (4, 4) float64 copy of an array_like or a ``vtkMatrix4x4``.
+    """A finite (4, 4) float64 copy of an array_like, a ``vtkMatrix4x4`` or a transform that has one.
 
     Raises
     ------
     ValueError
         For another shape, another kind of number, or a NaN or infinity.
     """
+    if hasattr(value, "GetMatrix"):  # a pyvista.Transform or vtkTransform
+        value = value.GetMatrix()
     if hasattr(value, "GetElement"):  # vtkMatrix4x4, taken without importing VTK
         value = [[value.GetElement(row, column) for column in range(4)] for row in range(4)]
     result = real_array(name, value, "a 4x4 matrix of real numbers")

@@ -22,7 +22,7 @@ def answers() -> Any:
     """The module that answers: `pvphong.vtk.lights`.
 
     The core asks it for `color_by_name`, `color_names` and `colormap_names`; for the colours of a colormap's array
-    (`mapped_colors`); for a light as a `pyvista.Light` (`to_pyvista`), and for any light as one of pvphong's: as it is
-    (`from_vtk`), or where a viewer has it in the world (`as_light`).
+    (`mapped_colors`) or of a mapper (`mapper_colors`); for a light as a `pyvista.Light` (`to_pyvista`), and for any
+    light as one of pvphong's: as it is (`from_vtk`), or where a viewer has it in the world (`as_light`).
     """
     return _load[0]()

@@ -235,7 +235,10 @@ def _checked(name: str, given: Any, mesh: pv.DataSet) -> Any:
         return check.array(name, given, count=count)
     rows = check.real_array(name, given, "an array of real numbers")
     if len(np.atleast_1d(rows)) != count:
-        check.refuse(name, f"{len(np.atleast_1d(rows))} rows", f"an array with one row per point, {count} rows")
+        is_grid = rows.ndim == 3 and rows.shape[0] * rows.shape[1] == count
+        remedy = "array.reshape(-1, 3, order='F') has a StructuredGrid's points in their order." if is_grid else ""
+        got = f"an array of shape {rows.shape}" if is_grid else f"{len(np.atleast_1d(rows))} rows"
+        check.refuse(name, got, f"an array with one row per point, {count} rows", remedy)
     return rows
 
 

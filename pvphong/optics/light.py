@@ -185,7 +185,7 @@ class Light(metaclass=_Kind):
     frame : {"world", "camera", "headlight"}
         What its coordinates are relative to. "camera": in eye space (eye at the origin, looking down −z, y up),
         so that the light moves with the viewer. "headlight": position and direction are the viewer's,
-        and the light's own are ignored.
+        and the light's own are ignored; its `up`, if it has one, is in eye space, where (0, 1, 0) is the viewer's.
     name : str
         Names its array in results.
 

@@ -75,8 +75,28 @@ class Map:
         shape = getattr(self.source, "shape", None)
         return f"<{type(self.source).__name__}{'' if shape is None else f' of shape {shape}'}>"
 
+    def __reduce__(self) -> Any:
+        """An array as it is; a texture, which VTK does not pickle, as its image and how that is looked up."""
+        texture = self.source
+        if not is_texture(texture):
+            return Map, (texture,)
+        settings = {name: getattr(texture, f"Get{name}")() for name in _LOOKED_UP_BY}
+        return _unpickled, (type(texture), texture.GetInput(), settings)
+
     def __array__(self, dtype: Any = None, copy: bool | None = None) -> Any:
         return np.array(self.source, dtype, copy=copy)
+
+
+_LOOKED_UP_BY = "Wrap", "BorderColor", "Interpolate", "UseSRGBColorSpace", "ColorMode", "CubeMap"
+
+
+def _unpickled(kind: Any, image: Any, settings: Mapping[str, Any]) -> Map:
+    texture = kind()
+    texture.SetInputData(image)
+    for name, value in settings.items():
+        getattr(texture, f"Set{name}")(value)
+    texture.Update()
+    return Map(texture)
 
 
 AnyMap = Map | str | Colormap

@@ -9,7 +9,7 @@ from typing import Any, Self
 
 import numpy as np
 
-from pvphong.base import check, documents
+from pvphong.base import check, documents, host
 from pvphong.base.types import InitSignature, rgb
 from pvphong.optics.colormap import Colormap
 from pvphong.optics.maps import (
@@ -232,6 +232,8 @@ class Material:
         the ambient colour without a light's, as `LightModel.vtk()` does.) Where it is drawn with physically based
         shading (`pbr=True`), the material has the reflectance `PBR`.
 
+        Where a mesh has colours of its own, VTK draws these in place of the property's; `from_actor` has them.
+
         Raises
         ------
         ValueError
@@ -247,6 +249,33 @@ class Material:
         colors: dict[str, Any] = {term: tuple(k * c for c in color) for term, (k, color) in terms.items()}
         reflectance = physical_of(prop) if is_physical(prop) else None
         return cls(**colors, shininess=prop.GetSpecularPower(), reflectance=reflectance)
+
+    @classmethod
+    def from_actor(cls, actor: Any) -> Self:
+        """The material of a `pyvista.Actor` or `vtkActor`: that of its property, and the colours of its mesh.
+
+        Vertex colours, scalars through a colormap, and a texture are the albedo. VTK draws the first two in place of
+        the property's ambient and diffuse colours, of which only the coefficients count then. They are an array, with a
+        row for each point or cell of what the actor draws.
+
+        Parameters
+        ----------
+        actor : pyvista.Actor or vtkActor
+            As `plotter.add_mesh` gives it. It is not modified.
+
+        Raises
+        ------
+        ValueError
+            If `actor` is not such an object, or as for `from_property`.
+        """
+        if not (hasattr(actor, "GetProperty") and hasattr(actor, "GetMapper")):
+            check.refuse("actor", actor, "a pyvista.Actor or a vtkActor", "plotter.add_mesh gives one.")
+        prop, mapper, texture = actor.GetProperty(), actor.GetMapper(), actor.GetTexture()
+        found = cls.from_property(prop)
+        albedo = host.answers().mapper_colors(mapper)
+        if albedo is not None:
+            return replace(found, ambient=prop.GetAmbient(), diffuse=prop.GetDiffuse(), albedo=albedo)
+        return found if texture is None else replace(found, albedo=texture)
 
     @classmethod
     def from_roughness(cls, roughness: float, **fields: Any) -> Self:

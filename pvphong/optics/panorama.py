@@ -13,6 +13,7 @@ import zlib
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
 from functools import cached_property
+from pathlib import PurePath
 from typing import Any, Self
 
 import numpy as np
@@ -24,6 +25,7 @@ from pvphong.optics.area.harmonics import BANDS, projected
 from pvphong.optics.maps import is_texture
 
 _ALLOWED = "a colour, a pv.Texture, or an (h, w, 3) array of linear floats >= 0"
+_IMAGE_FILES = ".hdr", ".exr", ".png", ".jpg", ".jpeg", ".tif", ".tiff", ".bmp"
 _TYPES = "float32", "float64"
 _IN_8_BITS = "These are 8-bit values: (image / 255.0) ** 2.2 makes them linear."
 _TEXTURE_IN_8_BITS = "texture.SetUseSRGBColorSpace(True) says that its 8-bit values are sRGB."
@@ -141,6 +143,8 @@ def image_or_color(name: str, value: Any) -> Any:
         return Panorama.of(name, _linear(name, value, _IN_8_BITS))
     if isinstance(value, list) and value and isinstance(value[0], (list, tuple, np.ndarray)):
         return Panorama.of(name, _linear(name, check.real_array(name, value, _ALLOWED), _IN_8_BITS))
+    if isinstance(value, str | PurePath) and str(value).lower().endswith(_IMAGE_FILES):
+        check.refuse(name, value, _ALLOWED, f"EnvironmentLight(pv.read_texture({str(value)!r})) reads it.")
     return check.color(name, value)
 
 

@@ -45,7 +45,7 @@ _MOST_ADDED = 1_000_000
 # Where the tolerance is not reached: why.
 _NOT_REACHED: dict[Stopped, str] = {
     "max_points": "the points that are allowed are spent",
-    "jump": "only where the colour jumps, at the edge of a spot's cone say",
+    "jump": "only where the colour jumps, as at the edge of a cone or of a hard shadow",
     "resolution": "only where triangles are as small as the points' type can tell apart",
 }
 

@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 import pyvista as pv
+from vtkmodules.util.numpy_support import vtk_to_numpy
 from vtkmodules.vtkRenderingCore import vtkLightKit, vtkRenderer
 
 from pvphong.base import check
@@ -211,6 +212,15 @@ def colormap_names() -> list[str]:
 def mapped_colors(name: str, colormap: Colormap) -> ByteArray:
     """The colours, shape (n, 3), of a colormap whose scalars are an array; an error begins with the name of a field."""
     return colormaps.mapped(name, colormap)
+
+
+def mapper_colors(mapper: Any) -> ByteArray | None:
+    """The colours, shape (n, 3), that a mapper gives its mesh's points or cells; None where it draws the property's."""
+    if mapper is None or not mapper.GetScalarVisibility():
+        return None
+    mapper.Update()  # nothing may have been drawn yet
+    mapped = mapper.MapScalars(1.0)
+    return None if mapped is None else np.array(vtk_to_numpy(mapped), np.uint8)[:, :3]
 
 
 def light_kit() -> tuple[Light, ...]:

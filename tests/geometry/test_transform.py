@@ -6,6 +6,7 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
+import pyvista as pv
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from oracle import Placement
@@ -178,3 +179,10 @@ def test_normals_through_any_stretch_have_the_bits_of_the_stretched_normal(sprea
     assert np.array_equal(transform_normals(normals, matrix), expected)
     long = np.diag([2.0**-535, 2.0**535 * 1.1, 2.0**535 * 1.3, 1.0])  # two small cofactors would have few bits
     assert np.array_equal(transform_normals([(0.0, 2.0**900, 2.0**900)], long), normalize([(0.0, 1.3, 1.1)]))
+
+
+def test_a_transform_stands_for_its_matrix():
+    turned = pv.Transform().rotate_x(30).translate(1, 2, 3)
+    points = np.random.default_rng(0).normal(size=(5, 3))
+    for matrix in (turned, turned.GetMatrix()):
+        assert np.array_equal(transform_points(points, matrix), transform_points(points, turned.matrix))

@@ -2,6 +2,7 @@
 
 import json
 import math
+import pickle
 from dataclasses import replace
 
 import numpy as np
@@ -219,3 +220,56 @@ def test_a_reflectance_that_files_do_not_know_is_refused():
 def test_what_is_no_material_is_refused(given, message):
     with pytest.raises(ValueError, match=rf"^{message}"):
         Material.from_dict(given)
+
+
+COLORED = pv.Sphere()
+COLORED["rgb"] = (50 * COLORED.point_normals + 100).astype(np.uint8)
+
+
+@pytest.mark.parametrize(
+    ("options", "albedo"),
+    [
+        ({"scalars": "rgb", "rgb": True}, COLORED["rgb"]),
+        ({"scalars": COLORED.points[:, 2].copy(), "cmap": "terrain", "clim": (-0.2, 0.2)}, "a colormap's"),
+        ({"color": "red"}, 1.0),
+    ],
+)
+def test_an_actors_material_has_the_colours_of_its_mesh_in_place_of_the_propertys(options, albedo):
+    plotter = pv.Plotter(off_screen=True)  # without it, what it draws is gone
+    actor = plotter.add_mesh(COLORED, diffuse=0.7, ambient=0.1, specular=0.5, **options)
+    material, prop = Material.from_actor(actor), Material.from_property(actor.prop)
+    if isinstance(albedo, float):
+        assert material == prop == replace(prop, diffuse=(0.7, 0, 0))
+        return
+    assert (material.ambient, material.diffuse, material.specular) == (0.1, 0.7, prop.specular)
+    colors = np.asarray(material.albedo)
+    if isinstance(albedo, str):
+        table = pv.LookupTable("terrain", scalar_range=(-0.2, 0.2))
+        albedo = np.array([table.map_value(z, opacity=False) for z in options["scalars"]]) * 255
+    assert np.abs(colors - albedo.astype(float)).max() <= 1
+    with pytest.raises(ValueError, match=r"^actor must be a pyvista\.Actor"):
+        Material.from_actor(actor.prop)
+
+
+@pytest.mark.parametrize("kind", [pv.Texture, vtk.vtkTexture])
+def test_a_material_with_a_texture_pickles(kind):
+    picture = pv.Texture(np.arange(48, dtype=np.uint8).reshape(4, 4, 3))
+    texture = kind()
+    texture.SetInputData(picture.GetInput())
+    texture.SetWrap(2)
+    texture.UseSRGBColorSpaceOn()
+    mesh = pv.Plane()
+    copied = pickle.loads(pickle.dumps(Material(albedo=texture)))
+    assert isinstance(copied.albedo.source, kind)
+    expected, colors = (mesh.phong.shade(None, each)["phong"] for each in (Material(albedo=texture), copied))
+    assert np.array_equal(colors, expected)
+    assert len(np.unique(colors, axis=0)) > 9
+
+
+def test_an_array_like_a_grid_is_answered_with_its_order():
+    x, y = np.meshgrid(np.linspace(0, 1, 4), np.linspace(0, 1, 5), indexing="ij")
+    colors = np.stack([x, y, 0 * x], axis=-1)
+    grid = pv.StructuredGrid(x, y, 0 * x)
+    with pytest.raises(ValueError, match=r"got an array of shape \(4, 5, 3\)\. array\.reshape\(-1, 3, order='F'\)"):
+        grid.phong.shade(None, Material(albedo=colors))
+    assert colors.reshape(-1, 3, order="F")[:, :2] == pytest.approx(grid.points[:, :2])

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pydoc
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import Any
 
 import numpy as np
@@ -107,7 +107,7 @@ def test_a_window_says_that_vtk_has_nothing_like_it():
 def test_help_and_tab_show_what_users_need_and_not_how_it_is_evaluated(kind):
     shown = pydoc.render_doc(kind, renderer=pydoc.plaintext)
     methods = set(re.findall(r"^ \|  (\w+)(?:\(| =|$)", shown, re.MULTILINE))
-    assert {"in_world", "to_pyvista", *kind.__dataclass_fields__} <= methods
+    assert {"in_world", "to_pyvista", *(each.name for each in fields(kind))} <= methods
     internal = {"effects", "nodes", "tints", "simpler", "closed", "reach", "arrival", "placement", "without"}
     assert not internal & methods
     assert not internal & set(dir(kind()))
