@@ -22,7 +22,7 @@ from pvphong.meshes.blocks import DEFAULT, common_or_named, datasets
 from pvphong.meshes.files import save_lit
 from pvphong.meshes.pictures import WITHOUT_DISPLAY, aim, drawing_window, save_picture
 from pvphong.meshes.surfaces import FeatureAngle
-from pvphong.optics.material import Material
+from pvphong.optics.material import DEFAULT_MATERIAL, Material
 from pvphong.scene.scene import Scene
 
 BACKGROUND = "#2b2e34"
@@ -110,7 +110,7 @@ def show(
     set_scene(plotter, scene)
     drawn = plotter.phong.add_mesh(mesh, material, feature_angle=feature_angle)
     for occluder in occluders:
-        plotter.phong.add_mesh(occluder)
+        plotter.phong.add_mesh(occluder, DEFAULT_MATERIAL)
     has_blocks = isinstance(mesh, pv.MultiBlock)
     names = [name for name, _ in datasets(mesh)] if has_blocks else [DEFAULT]
     actors = dict(zip(names, drawn if has_blocks else [drawn], strict=True))

@@ -34,7 +34,7 @@ from pvphong.meshes.pictures import aim
 from pvphong.meshes.surfaces import shallow_copy, surface
 from pvphong.optics.lights import LIGHT_TYPES
 from pvphong.optics.maps import IMAGES, is_image_path
-from pvphong.optics.material import Material
+from pvphong.optics.material import DEFAULT_MATERIAL, Material
 from pvphong.optics.reflectances import REFLECTANCES
 from pvphong.scene.scene import Scene, load_materials
 from pvphong.shading.plan.effects import EFFECTS
@@ -321,7 +321,7 @@ class Studio:
         self.mark_worst(False)
         self.document.history.settle()  # else it would become a step, of what is gone, after this
         with self._active():
-            phong.add_mesh(outside, refine=self.document.accuracy.refine)
+            phong.add_mesh(outside, DEFAULT_MATERIAL, refine=self.document.accuracy.refine)
             for actor in before:
                 self._plotter.remove_actor(actor, render=False)
             self._subplot.lights.replace(scene.lights)

@@ -407,6 +407,51 @@ def test_a_texture_is_brought_and_its_script_gives_the_same_bits(page, folder):
     assert np.ptp(lit["phong"][:, 2]) > 0.3
 
 
+def test_an_array_is_chosen_with_its_colormap_and_its_script_gives_the_same_bits(page, folder):
+    from selenium.webdriver.common.keys import Keys
+
+    home = folder / "hills"
+    home.mkdir()
+    pv.examples.load_random_hills().save(home / "hills.vtp")
+    bring(page, "mesh", home / "hills.vtp")
+    page.until(lambda: page.state("title").startswith("hills"))
+
+    def chosen():
+        return page.state("materials")[0]["colormap"]
+
+    def choose(name, text, typed=""):
+        field = page.all(name)[0]
+        page.driver.execute_script("arguments[0].scrollIntoView({block: 'center'})", field)
+        page.until(lambda: field.click() is None)  # another list may still be closing
+        if typed:
+            field.find_element("css selector", "input").send_keys(Keys.CONTROL, "a")
+            field.find_element("css selector", "input").send_keys(typed)
+        item = "//div[contains(@class, 'v-overlay--active')]//div[contains(@class, 'v-list-item-title')]"
+        item += f"[normalize-space(.)='{text}']"
+        page.until(lambda: page.driver.find_element("xpath", item).click() is None)
+
+    grey = page.settled(lambda: np.ptp(page.picture(), axis=2).max())
+    choose("colour-by", "Elevation")
+    page.until(lambda: chosen()["scalars"] == "Elevation")
+    page.until(lambda: np.ptp(page.picture(), axis=2).max() > grey + 40)
+    choose("colormap", "terrain", typed="terrain")
+    page.until(lambda: chosen()["cmap"] == "terrain")
+    page.type("colormap-low", "-2")
+    page.until(lambda: chosen()["low"] == -2)
+    page.type("colormap-high", "-3")
+    page.until(lambda: "the smaller first" in page.state("notice"))
+    assert chosen()["low"] == -2
+    page.until(lambda: "ph.Colormap(scalars='Elevation', cmap='terrain', clim=(-2.0, " in page.state("script"))
+    (home / "hills-lit.py").write_text(page.state("script"))
+    page.until(lambda: not page.state("notice"))  # which lies over the buttons
+    download(page, home, "hills-lit.vtp")
+    made_again(home / "hills-lit.py")
+    page.driver.execute_script("arguments[0].scrollIntoView({block: 'center'})", page.all("colormap")[0])
+    page.until(lambda: page.click("colormap-range") is None)
+    page.until(lambda: chosen()["low"] > 0)
+    page.driver.save_screenshot(str(folder / "colormap.png"))
+
+
 def test_meshes_and_rigs_are_brought_and_what_is_broken_is_refused(page, folder):
     rig = ph.Scene([ph.PointLight((1, 1, 1), name="lamp")], light_model=ph.LightModel(ambient=0.5))
     rig.save(folder / "rig.json", materials={"default": "gold"})
