@@ -75,10 +75,18 @@ def outer_surface(mesh: pv.DataSet) -> pv.PolyData:
     numbered = mesh.copy(deep=False)
     numbered.point_data["vtkOriginalPointIds"] = np.arange(mesh.n_points)
     numbered.cell_data["vtkOriginalCellIds"] = np.arange(mesh.n_cells)
+    points = np.asarray(mesh.points)
+    name = "points"
+    while name in numbered.point_data:
+        name += "_"
+    is_exact = bool(len(points)) and (isinstance(mesh, pv.Grid) or points.dtype == np.float64)
+    if is_exact:
+        # the filter computes points of grids and of nonlinear cells in float32, which far from the origin is too coarse
+        # for faces; arrays keep their type, and are interpolated where points are
+        numbered.point_data[name] = points.astype(np.float64, copy=False)
     result = numbered.extract_surface(pass_pointid=False, pass_cellid=False, algorithm=None)
-    if isinstance(mesh, pv.Grid) and result.n_points:
-        # the filter computes a grid's points in float32, which far from the origin is too coarse for faces
-        result.points = np.asarray(mesh.points, np.float64)[result.point_data["vtkOriginalPointIds"]]
+    if is_exact and result.n_points:
+        result.points = np.asarray(result.point_data.pop(name))
     return result
 
 

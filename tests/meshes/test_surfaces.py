@@ -7,6 +7,7 @@ import vtk
 from pyvista import examples
 from soups import faces_of, mesh_of, soup
 
+import pvphong as ph
 from pvphong.geometry.normals import point_normals, polygon_normals
 from pvphong.meshes.surfaces import face_normals, has_only_triangles, polygons, surface, vertex_normals
 from pvphong.shading import kernel
@@ -90,6 +91,48 @@ def test_every_dataset_gives_its_surface_with_its_arrays_and_active_normals(mesh
     np.testing.assert_array_equal(found.cell_data["number"], found.cell_data["vtkOriginalCellIds"])
     np.testing.assert_array_equal(np.asarray(mesh.points)[found.point_data["vtkOriginalPointIds"]], found.points)
     assert mesh.array_names == names
+
+
+FAR = np.array([500_000.37, 5_400_000.77, 100.13])  # metres, as UTM has them
+X, Y = np.meshgrid(np.arange(12.0) * 30, np.arange(9.0) * 30, indexing="ij")
+TERRAIN = pv.StructuredGrid(X, Y, 40 * np.sin(X / 90) * np.cos(Y / 70))
+
+
+def moved(mesh, offset):
+    """Its points in float64, where it has points of its own."""
+    mesh = mesh.copy()
+    if isinstance(mesh, pv.ImageData):
+        mesh.origin = np.add(mesh.origin, offset)
+    elif isinstance(mesh, pv.RectilinearGrid):
+        mesh.x, mesh.y, mesh.z = (each + by for each, by in zip((mesh.x, mesh.y, mesh.z), offset, strict=True))
+    else:
+        mesh.points = np.asarray(mesh.points, float) + offset
+    return mesh
+
+
+@pytest.mark.parametrize("mesh", [*DATASETS, TERRAIN, examples.cells.BezierHexahedron()])
+def test_far_from_the_origin_a_surface_has_the_points_that_it_has_there(mesh):
+    """To a rounding of float64; VTK's filter gives float32, up to a quarter of a metre off."""
+    near, far = surface(moved(mesh, np.zeros(3))), surface(moved(mesh, FAR))
+    assert far.points.dtype == np.float64
+    assert "points" not in far.point_data
+    np.testing.assert_array_equal(far.faces, near.faces)
+    np.testing.assert_allclose(far.points - FAR, near.points, atol=4 * np.spacing(FAR.max()))
+
+
+def test_the_filter_takes_a_users_array_of_the_same_name_along():
+    mesh = moved(TERRAIN, FAR)
+    mesh["points"] = np.arange(mesh.n_points)
+    found = surface(mesh)
+    np.testing.assert_array_equal(found["points"], found["vtkOriginalPointIds"])
+    np.testing.assert_array_equal(found.points, mesh.points[found["points"]])
+
+
+def test_a_terrain_has_the_colours_far_away_that_it_has_at_the_origin():
+    scene = ph.Scene(lights=[ph.DirectionalLight(direction=(-1, -0.5, -2))])  # from below, where the faces point
+    near, far = (moved(TERRAIN, offset).phong.shade(scene)["phong"] for offset in (np.zeros(3), FAR))
+    np.testing.assert_allclose(far, near, atol=1e-6)
+    assert np.ptp(near) > 0.1
 
 
 @pytest.mark.parametrize(
