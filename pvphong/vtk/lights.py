@@ -12,7 +12,8 @@ from typing import Any
 import numpy as np
 import pyvista as pv
 from vtkmodules.util.numpy_support import vtk_to_numpy
-from vtkmodules.vtkRenderingCore import vtkLightKit, vtkRenderer
+from vtkmodules.vtkCommonCore import reference
+from vtkmodules.vtkRenderingCore import vtkAbstractMapper, vtkLightKit, vtkRenderer
 
 from pvphong.base import check
 from pvphong.base.types import ByteArray, Frame, Vector, rgb
@@ -219,8 +220,15 @@ def mapper_colors(mapper: Any) -> ByteArray | None:
     if mapper is None or not mapper.GetScalarVisibility():
         return None
     mapper.Update()  # nothing may have been drawn yet
-    mapped = mapper.MapScalars(1.0)
-    return None if mapped is None else np.array(vtk_to_numpy(mapped), np.uint8)[:, :3]
+    how = mapper.GetScalarMode(), mapper.GetArrayAccessMode(), mapper.GetArrayId(), mapper.GetArrayName()
+    of_cells: Any = reference(0)  # which VTK sets
+    scalars = vtkAbstractMapper.GetAbstractScalars(mapper.GetInput(), *how, of_cells)
+    table = mapper.GetLookupTable()
+    if scalars is None or table is None:
+        return None
+    # not by `mapper.MapScalars`: where colours are looked up between points it has none of points
+    mapped = table.MapScalars(scalars, mapper.GetColorMode(), mapper.GetArrayComponent())
+    return np.array(vtk_to_numpy(mapped), np.uint8)[:, :3]
 
 
 def light_kit() -> tuple[Light, ...]:
