@@ -19,7 +19,7 @@ from pvphong.studio.web.document import Document, placed_before
 def plotter(new_plotter):
     plotter = new_plotter()
     plotter.phong.add_light(ph.DirectionalLight((0, 0, -1), name="sun"))
-    plotter.phong.add_mesh(pv.Sphere(theta_resolution=12, phi_resolution=12), name="ball")
+    plotter.phong.add_mesh(pv.Sphere(theta_resolution=12, phi_resolution=12), ph.Material(), name="ball")
     plotter.phong.add_gizmos()
     return plotter
 
