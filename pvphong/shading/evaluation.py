@@ -44,8 +44,10 @@ def evaluate(
     With the extra `dask`, `pvphong.evaluate` takes Dask arrays, cut along vertices as one likes, and gives a `Shading`
     of Dask arrays. Nothing is computed until `compute` is called, but shapes, types and all other arguments are checked
     at once. Each chunk is planned for by itself, within the tolerance, and lit by the thread that Dask gives it; with a
-    named backend and tolerance 0 the colours are those of NumPy arrays, to the bit. NumPy arrays beside Dask ones are
-    cut as those are. A scene without a viewer is framed by all points, which then are computed first.
+    named backend and tolerance 0 the colours are those of NumPy arrays, to the bit, but under lights with a size where
+    a map of a highlight's field is one number in a chunk and not in all: it is exact there, else by nodes. NumPy arrays
+    beside Dask ones are cut as those are. A scene without a viewer is framed by all points, which then are computed
+    first.
 
     Parameters
     ----------

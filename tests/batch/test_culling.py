@@ -28,11 +28,11 @@ def scene_of(*lights, **model):
     return ph.Scene(lights, VIEWER, ph.LightModel(shadows=True, **model))
 
 
-@pytest.mark.parametrize("light", LIGHTS)
+@pytest.mark.parametrize(("light", "two_sided"), [*((name, False) for name in LIGHTS), ("sphere", True)])
 @pytest.mark.parametrize("backend", BACKENDS)
-def test_shadows_across_pieces_are_those_of_one_piece_to_the_bit(light, backend, client, monkeypatch):
+def test_shadows_across_pieces_are_those_of_one_piece_to_the_bit(light, two_sided, backend, client, monkeypatch):
     monkeypatch.setattr(casting, "ray_backend", lambda: (BACKENDS[backend], ""))
-    pieces, scene = surfaces(houses()), scene_of(LIGHTS[light])
+    pieces, scene = surfaces(houses()), scene_of(LIGHTS[light], two_sided=two_sided)
     index = save_pieces(pieces, "in", ".pvtp")
     batch = ph.shade_files(index, "lit", scene, client=client, components=True, backend="numpy")
     assert (len(batch.done), batch.failed) == (len(pieces) + 1, {})
