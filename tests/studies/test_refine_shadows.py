@@ -395,6 +395,7 @@ def test_light_that_bounces_is_interpolated_between_the_vertices_and_changes_no_
     assert np.quantile(np.abs(errors[0] - errors[1]), 0.9) < 1e-7
 
 
+@pytest.mark.filterwarnings("ignore::pvphong.NormalsWarning")  # the normals still look outwards
 def test_a_bowl_lights_itself_by_a_transport_that_is_given_or_is_not():
     bowl = pv.Sphere(end_phi=90, theta_resolution=12, phi_resolution=6).flip_faces()
     bowl = bowl.compute_normals(auto_orient_normals=False, consistent_normals=False)
