@@ -25,6 +25,10 @@ _QUIET = ("SIGINT", "SIGTERM", "SIGHUP", "SIGPIPE")
 """What ends the work without a word, with the status that shells give: 128 and the signal's number."""
 
 
+def _quiet() -> "list[signal.Signals]":
+    return [signal.Signals[name] for name in _QUIET]
+
+
 def main(tokens: "Sequence[str] | None" = None) -> int:
     """Run the command line and give the exit status; 2 if the work crashes.
 
@@ -42,6 +46,8 @@ def main(tokens: "Sequence[str] | None" = None) -> int:
 
 def _supervise() -> int:
     """Have a child do the work, and watch it until it ends; what it has not said itself is said here."""
+    # one that comes before both have set what it does waits, or it would end this process and leave the child running
+    signal.pthread_sigmask(signal.SIG_BLOCK, _quiet())
     listening, speaking = os.pipe()
     if FORKS:
         process = os.fork()
@@ -57,8 +63,9 @@ def _supervise() -> int:
         with contextlib.suppress(ProcessLookupError):  # it has just ended
             os.kill(process, number)
 
-    for name in _QUIET[:3]:  # a terminal's come to both
-        signal.signal(getattr(signal, name), pass_on)
+    for number in _quiet()[:3]:  # a terminal's come to both
+        signal.signal(number, pass_on)
+    signal.pthread_sigmask(signal.SIG_UNBLOCK, _quiet())
     watch = Watch(listening, process)
     watch.until_it_ends()
     code = os.waitstatus_to_exitcode(os.waitpid(process, 0)[1])
@@ -82,8 +89,9 @@ def _work(end: int | None) -> int:
     """What the child does; `end` is its end of the pipe to the parent, if it has one."""
     _set_outputs(VERBOSE in sys.argv)
     if end is not None:
-        for name in _QUIET:
-            signal.signal(getattr(signal, name), signal.SIG_DFL)
+        for number in _quiet():
+            signal.signal(number, signal.SIG_DFL)
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, _quiet())
         begin_work(end)
         from pvphong.base.files import announce
 

@@ -87,6 +87,7 @@ def shade_mesh(
     precision : {"float32", "float64"}
         Of the arrays and the arithmetic. float32 errs by at most (4√n + 16) · 2⁻²⁴ · (1 + number of lights) for
         colours of size 1, n the largest of the shininess and the spot lights' exponents; see `pvphong.evaluate`.
+        Light that bounces is gathered in float32 with either, which errs by some 3e-6.
     backend : {"auto", "numpy", "numba"}
         Which evaluator computes, see `pvphong.evaluate`; and normals, see `pvphong.vertex_normals`.
     feature_angle : float, "auto" or None, default None

@@ -147,6 +147,25 @@ def test_an_interruption_ends_quietly_and_leaves_nothing(number, status):
     assert os.listdir() == []
 
 
+@pytest.mark.parametrize("forks", [True, False])
+def test_an_interruption_of_a_parent_that_has_just_begun_leaves_no_child_running(forks):
+    """It comes when the child is there, and nothing says yet what is to become of it."""
+    begin = "fork" if forks else "posix_spawn"
+    driver = f"""
+import os, signal
+begin = os.{begin}
+def interrupted(*given):
+    process = begin(*given)
+    if process:
+        os.kill(os.getpid(), signal.SIGTERM)
+    return process
+os.{begin} = interrupted
+""" + DRIVER.format(forks=forks)
+    given = [sys.executable, "-W", "ignore", "-c", driver, "time.sleep(60)", "0"]
+    found = subprocess.run(given, capture_output=True, text=True, timeout=20)  # until nothing has the pipes any more
+    assert (found.returncode, found.stdout, found.stderr) == (143, "", "")
+
+
 def test_a_worker_that_is_killed_in_mid_write_leaves_nothing():
     status, _, err = run(WRITING + "os.kill(os.getpid(), 9)")
     assert (status, err.count("\n")) == (2, 1)
