@@ -102,7 +102,7 @@ class Lighting:
     shadows
         Multiply what lights add by the part of them that each vertex sees; blocks shadow each other.
     ambient_occlusion
-        Multiply ambient light by the open part of the sky.
+        Multiply ambient light by the open part of the sky; with --diffuse 0 --ambient 5 that part alone is the colour.
     bounces
         How often light is followed from surface to surface, 0 for not at all, as the rig says if not given; ambient
         light then stands for what is left after that.
