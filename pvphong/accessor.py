@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import functools
 import inspect
+import os
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from itertools import repeat
 from typing import TYPE_CHECKING, Any, Concatenate, ParamSpec, TypeVar
@@ -17,7 +18,7 @@ import pyvista as pv
 
 from pvphong.base.handles import Handle
 from pvphong.base.types import Backend, MatrixLike, Weighting
-from pvphong.meshes import lit, pictures
+from pvphong.meshes import lit, pictures, saving
 from pvphong.meshes import transport as transports
 from pvphong.meshes import truth as rendering
 from pvphong.meshes.blocks import DEFAULT, datasets, leaves, map_blocks, materials_of, of_each
@@ -78,6 +79,7 @@ class MeshPhong(Handle):
     truth = _of_mesh(rendering.truth)
     normals = _of_mesh(lit.normals)
     plot = _of_mesh(pictures.plot)
+    save = _of_mesh(saving.save)
     color_view = _of_mesh(pictures.color_view)
     refine = _of_mesh(refinement.refine)
     interpolation_error = _of_mesh(refinement.interpolation_error)
@@ -268,6 +270,11 @@ class BlocksPhong(Handle):
     def color_view(self, space: pictures.ColorSpace, **options: Any) -> pv.MultiBlock:
         """A new MultiBlock with the blocks' lit colours in other terms."""
         return map_blocks(self._blocks, lambda block: block.phong.color_view(space, **options))
+
+    @_options_of(MeshPhong.save)
+    def save(self, path: str | os.PathLike[str], **options: Any) -> None:
+        """Write lit blocks: .vtm, .vtmb, .vtkhdf, .glb, .gltf or .png; see `MeshPhong.save`."""
+        saving.save(self._blocks, path, **options)
 
     def _scene(self, given: SceneLike | None, options: Mapping[str, Any]) -> Scene:
         """What lights all blocks, with a viewer."""

@@ -26,6 +26,13 @@ def linear_from_srgb(encoded: Float64Array) -> Float64Array:
     return np.where(encoded <= 0.04045, encoded / 12.92, curve)
 
 
+def srgb_from_linear(linear: FloatArray) -> Float64Array:
+    """Values of sRGB for linear light, of any shape; those of negative numbers are negative."""
+    with np.errstate(invalid="ignore"):
+        curve = 1.055 * np.maximum(linear, 0.0) ** (1.0 / 2.4) - 0.055
+    return np.where(linear <= 0.0031308, 12.92 * linear, curve)
+
+
 def xyz_from_rgb(rgb: FloatArray) -> FloatArray:
     """CIE XYZ, shape (n, 3), of linear colours of shape (n, 3), of the same type; values above 1 are allowed."""
     result: FloatArray = (rgb @ XYZ_OF_RGB.T).astype(rgb.dtype)

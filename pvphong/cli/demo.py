@@ -13,8 +13,7 @@ from rich.markdown import Markdown
 from pvphong.base.files import written_aside
 from pvphong.base.text import changed_fields
 from pvphong.cli.options import busy
-from pvphong.meshes.files import save_lit
-from pvphong.meshes.pictures import draw, save_picture
+from pvphong.meshes.saving import save
 from pvphong.optics.lights import DirectionalLight, SpotLight
 from pvphong.optics.material import Material
 from pvphong.scene.light_model import LightModel
@@ -64,8 +63,8 @@ def demo(*, folder: Path = Path("pvphong-demo")) -> None:
         started = time.perf_counter()
         lit = mesh.phong.shade(SCENE, PLASTIC)
         report = _report(lit, time.perf_counter() - started)
-        save_picture(draw(lit, SCENE.viewer), files["picture"])
-        save_lit(lit, files["mesh"], "phong")
+        save(lit, files["picture"], viewer=SCENE.viewer)
+        save(lit, files["mesh"])
         SCENE.save(files["rig"])
         with written_aside(files["report"]) as aside:
             aside.write_text(report, encoding="utf-8")

@@ -25,10 +25,12 @@ from pvphong.cli.options import (
 )
 from pvphong.meshes import pictures
 from pvphong.meshes.blocks import leaves
-from pvphong.meshes.files import BLOCK_FORMATS, MESH_FORMATS, Compression, refuse_suffix, save_lit
+from pvphong.meshes.files import Compression, refuse_suffix
+from pvphong.meshes.saving import SAVED_BLOCKS, SAVED_MESHES, save
 from pvphong.scene.scene import Scene
 
-_OUTPUTS = (*dict.fromkeys(MESH_FORMATS + BLOCK_FORMATS), ".png")
+_OUTPUTS = (*(suffix for suffix in dict.fromkeys(SAVED_MESHES + SAVED_BLOCKS) if suffix != ".png"), ".png")
+_WITHOUT_ARRAYS = ".png", ".ply", ".obj", ".glb", ".gltf"
 _COMPRESSED = (".vtp", ".vtm", ".vtmb")
 
 
@@ -64,8 +66,9 @@ def shade(
     more
         For a folder: further ones, patterns such as "parts/*.vtp", or files that name others: .vtm, .pvtp, .pvtu, .pvd.
     output
-        .vtp, .vtk, .vtkhdf or .ply (8-bit vertex colours) for a mesh; .vtm, .vtmb or .vtkhdf for several
-        blocks; .png for a picture. A folder, as lit/, for many files, each as .vtp.
+        .vtp, .vtk, .vtkhdf, .ply (8-bit vertex colours) or .obj for a mesh; .vtm, .vtmb or .vtkhdf for several
+        blocks; .glb or .gltf for either, unlit in viewers; .png for a picture. A folder, as lit/, for many files, each
+        as .vtp.
     array
         Name of the array of lit colours, "phong" if not given.
     components
@@ -122,7 +125,7 @@ def shade(
     allowed = "left out where a single mesh is lit into a file; -o FOLDER/ is for many"
     _refuse_given({"--workers": workers, "--scheduler": scheduler, "--seams": seams}, allowed)
     refuse_suffix(target, "a mesh", _OUTPUTS)
-    if suffix in (".png", ".ply"):
+    if suffix in _WITHOUT_ARRAYS:
         _refuse_given({"--array": array, "--components": components}, f"left out, for a {suffix} holds no arrays")
     if suffix not in _COMPRESSED:
         _refuse_given({"--compress": compress}, f"left out, for a {suffix} is not compressed by it")
@@ -138,12 +141,8 @@ def shade(
             how = {name: options[name] for name in ("name", "precision", "feature_angle")}
             how |= {"tolerance": refine, "max_points": max_points, "occluders": lighting.occluders()}
             lit = outside.phong.refine(scene, material, **how)
-        if suffix == ".png":
-            name = options["name"]
-            image = pictures.draw(lit, scene.viewer, name=name, size=size, background=background or "white")
-            pictures.save_picture(image, target)
-        else:
-            save_lit(lit, target, options["name"], compress or "lz4")
+        picture = {"viewer": scene.viewer, "size": size, "background": background} if suffix == ".png" else {}
+        save(lit, target, name=options["name"], compress=compress, **picture)
     for block in leaves(lit) if refine is not None else ():
         print(block.field_data[options["name"] + "_refinement_summary"], file=sys.stderr)
     print(target)

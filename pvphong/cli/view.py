@@ -19,8 +19,8 @@ from pvphong.cli.options import (
     seeing,
 )
 from pvphong.meshes.blocks import DEFAULT, common_or_named, datasets
-from pvphong.meshes.files import save_lit
 from pvphong.meshes.pictures import WITHOUT_DISPLAY, aim, drawing_window, save_picture
+from pvphong.meshes.saving import save
 from pvphong.meshes.surfaces import FeatureAngle
 from pvphong.optics.material import DEFAULT_MATERIAL, Material
 from pvphong.scene.scene import Scene
@@ -124,7 +124,7 @@ def show(
         lit = mesh.phong.shade(
             plotter.phong.scene, left if has_blocks else left[DEFAULT], occluders=occluders, feature_angle=feature_angle
         )
-        save_lit(lit, path, "phong")
+        save(lit, path)
 
     plotter.reset_camera_clipping_range()  # PyVista leaves it alone once the camera has been placed
     saved: dict[str, tuple[str, str, Callable[[Path], Any]]] = {

@@ -15,8 +15,7 @@ import pyvista as pv
 
 from pvphong.base import check
 from pvphong.meshes.blocks import DEFAULT, common_or_named
-from pvphong.meshes.files import save_lit
-from pvphong.meshes.pictures import draw, save_picture
+from pvphong.meshes.saving import save
 from pvphong.optics.colormap import Colormap
 from pvphong.optics.lights import LIGHT_TYPES
 from pvphong.optics.maps import Map
@@ -38,10 +37,10 @@ EXAMPLES: Mapping[str, str] = {
 }
 """What can be opened without a file → the function of `pyvista.examples` that gives it; PyVista brings them along."""
 
-FILES = ("rig", "vtp", "ply", "vtkhdf", "gltf", "png", "py")
+FILES = ("rig", "vtp", "ply", "vtkhdf", "glb", "png", "py")
 """What can be downloaded, by the endings of names; "rig" is a .json."""
 
-LIT = ("vtp", "ply", "vtkhdf", "png")
+LIT = ("vtp", "ply", "vtkhdf", "glb", "png")
 """What of that is made of the lit mesh."""
 
 
@@ -168,7 +167,7 @@ class Downloads:
         folder : Path
             Where to.
         plotter : pyvista.Plotter
-            What glTF and the picture's background are taken from.
+            What the picture's background is taken from.
         size : tuple of int
             Width and height of a picture, in pixels.
 
@@ -178,22 +177,19 @@ class Downloads:
             If it cannot be made.
         """
         check.choice("file", what, FILES)
-        ending = {"rig": "-rig.json", "png": ".png", "gltf": ".gltf"}.get(what, f"-lit.{what}")
+        ending = {"rig": "-rig.json", "png": ".png"}.get(what, f"-lit.{what}")
         path = folder / f"{self.stem}{ending}"
         if what == "rig":
             self.save_rig(path)
         elif what == "py":
             path.write_text(self.script(), encoding="utf-8")
-        elif what == "gltf":
-            plotter.export_gltf(path)
-        elif what == "png":
-            lit, matrix = self.lit, self.options.get("matrix")
-            if matrix is not None:
-                lit = lit.transform(np.array(matrix), inplace=False)
-            image = draw(lit, self.scene.viewer, size=size, background=plotter.background_color.hex_rgb)
-            save_picture(image, path)
         else:
-            save_lit(self.lit, path, "phong")
+            lit, matrix, how = self.lit, self.options.get("matrix"), dict[str, Any]()
+            if what in ("png", "glb") and matrix is not None:  # they have it where it is seen
+                lit = lit.transform(np.array(matrix), inplace=False)
+            if what == "png":
+                how = {"viewer": self.scene.viewer, "size": size, "background": plotter.background_color.hex_rgb}
+            save(lit, path, **how)
         return path
 
     def save_rig(self, path: Path) -> None:

@@ -508,7 +508,7 @@ def _files() -> None:
             _take("vtp", "mesh .vtp", "The lit mesh, colours as floats", v_if=single)
             _take("ply", "mesh .ply", "The lit mesh, colours of 8 bits", v_if=single)
             _take("vtkhdf", "blocks .vtkhdf", "The lit meshes as blocks, colours as floats", v_if="mesh_count > 1")
-            _take("gltf", "glTF", "The lit mesh for other programs, with its colours")
+            _take("glb", "glTF", "The lit mesh for other programs, with its colours, .glb")
             _take("py", "Python", "The script below, as a file")
         with html.Div(classes="studio-row", style="flex-wrap: wrap"):
             for side in ("width", "height"):

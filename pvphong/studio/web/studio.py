@@ -353,8 +353,6 @@ class Studio:
             size = int(width) if width.isdecimal() else 0, int(height) if height.isdecimal() else 0
             if what in LIT:
                 await asyncio.to_thread(lambda: downloads.lit)  # which takes long where light bounces
-            while what == "gltf" and self._subplot.lit.is_awaiting:  # it has what the view shows
-                await asyncio.sleep(_ASK_AGAIN)
             with self._active():
                 name, content = downloads.read(what, self._plotter, size)
         except ValueError as error:

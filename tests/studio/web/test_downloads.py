@@ -146,12 +146,12 @@ def test_every_file_is_what_it_says(plotter, tmp_path):
         (tmp_path / name).write_bytes(content)
     found = sorted(path.name for path in tmp_path.iterdir())
     assert found == sorted(
-        ["a-b-ü-lit.ply", "a-b-ü-lit.py", "a-b-ü-lit.vtp", "a-b-ü-rig.json", "a-b-ü.gltf", "a-b-ü.png"]
+        ["a-b-ü-lit.ply", "a-b-ü-lit.py", "a-b-ü-lit.vtp", "a-b-ü-rig.json", "a-b-ü-lit.glb", "a-b-ü.png"]
     )
     picture = pv.read(tmp_path / "a-b-ü.png")
     assert picture.dimensions == (60, 40, 1)
     assert np.ptp(picture.active_scalars) > 50
-    assert "COLOR_0" in (tmp_path / "a-b-ü.gltf").read_text()
+    assert b"KHR_materials_unlit" in (tmp_path / "a-b-ü-lit.glb").read_bytes()
     assert "RGB" in pv.read(tmp_path / "a-b-ü-lit.ply").point_data
     assert ph.load_materials(tmp_path / "a-b-ü-rig.json") == {"default": ph.Material.named("gold")}
     assert ph.Scene.load(tmp_path / "a-b-ü-rig.json") == plotter.phong.scene

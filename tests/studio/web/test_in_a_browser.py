@@ -381,7 +381,7 @@ def test_what_is_taken_home_is_made_again_by_its_script(page, folder):
     (home / "ball.ply").write_bytes((folder / "ball.ply").read_bytes())
     page.type("picture-width", "320")
     page.type("picture-height", "200")
-    download(page, home, "ball-rig.json", "ball-lit.vtp", "ball-lit.ply", "ball.gltf", "ball.png", "ball-lit.py")
+    download(page, home, "ball-rig.json", "ball-lit.vtp", "ball-lit.ply", "ball-lit.glb", "ball.png", "ball-lit.py")
     made_again(home / "ball-lit.py")
     assert json.loads((home / "ball-rig.json").read_text())["lights"][-1]["type"] == "spot"
     assert pv.read(home / "ball.png").dimensions == (320, 200, 1)

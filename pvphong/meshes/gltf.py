@@ -1,0 +1,239 @@
+"""glTF 2.0 files of lit meshes, which other programs show as they are, or light themselves.
+
+Source: Khronos, "glTF 2.0 Specification", with the extensions KHR_materials_unlit, whose colours are not lit a second
+time, and KHR_lights_punctual.
+"""
+
+from __future__ import annotations
+
+import base64
+import json
+import math
+import struct
+import warnings
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+import pyvista as pv
+from numpy.typing import NDArray
+
+from pvphong.base import check
+from pvphong.base.types import FloatArray, rgb
+from pvphong.meshes.surfaces import has_faces, point_normals, polygons
+from pvphong.optics.lights import DirectionalLight, Light, PointLight, SpotLight
+from pvphong.optics.material import Material
+from pvphong.scene.scene import Scene
+
+_FLOAT, _SHORT, _INT = 5126, 5123, 5125  # types of numbers, as OpenGL has them
+_VERTICES, _INDICES = 34962, 34963  # what they are for
+_FULL = 65535.0
+_ALL_AROUND = math.pi
+"""Of a white surface that reflects as Lambert has it, light of π lux gives a luminance of 1."""
+_FALLS = (0.0, 0.0, 1.0)  # the attenuation that glTF's lights have
+
+_Z_UP = (-math.sqrt(0.5), 0.0, 0.0, math.sqrt(0.5))
+"""The rotation, as a quaternion, after which z is up as glTF's y is."""
+
+
+class LightsWarning(UserWarning):
+    """Some of a scene's lights have no counterpart in a file."""
+
+
+class Part(NamedTuple):
+    """A mesh, its name, and its colours, shape (n, 3), linear and from 0 to 1."""
+
+    name: str
+    mesh: pv.PolyData
+    colors: FloatArray
+
+
+def write(path: Path, parts: Sequence[Part], scene: Scene | None = None, materials: Sequence[Material] = ()) -> None:
+    """Write meshes with vertex colours, as text for .gltf and as bytes for .glb.
+
+    Positions are float32 from the middle of each mesh, which is a node's translation: so a mesh far from the origin
+    keeps its digits. A node above all turns z up.
+
+    Parameters
+    ----------
+    path : Path
+        Ends with .gltf or .glb.
+    parts : sequence of Part
+        Faces of any number of corners, which become triangles.
+    scene : Scene, optional
+        Lights to go with them; the colours are those before light, then, and the materials are lit.
+    materials : sequence of Material, optional
+        Of each part, for its highlight in those lights.
+
+    Raises
+    ------
+    ValueError
+        If a mesh has no faces.
+
+    Warns
+    -----
+    LightsWarning
+        Of lights that glTF has not, and of what it has not of others.
+    """
+    file = _File()
+    nodes = [file.part(part, materials[k] if scene is not None else None) for k, part in enumerate(parts)]
+    if scene is not None:
+        nodes += file.lights(scene)
+    file.write(path, nodes)
+
+
+class _File:
+    """A file's objects, as JSON has them, and its bytes."""
+
+    def __init__(self) -> None:
+        self.bytes = bytearray()
+        self.lists: dict[str, list[Any]] = {}
+        self.extensions: dict[str, Any] = {}
+        self.used: set[str] = set()
+
+    def add(self, kind: str, what: dict[str, Any]) -> int:
+        """Add an object to a list of its kind, and give its place there."""
+        self.lists.setdefault(kind, []).append(what)
+        return len(self.lists[kind]) - 1
+
+    def array(self, rows: NDArray[Any], kind: int, shape: str, target: int, **more: Any) -> int:
+        """Add numbers, and give the place of what describes them."""
+        self.bytes += b"\0" * (-len(self.bytes) % 4)
+        data = np.ascontiguousarray(rows).tobytes()
+        view = {"buffer": 0, "byteOffset": len(self.bytes), "byteLength": len(data), "target": target}
+        self.bytes += data
+        view_at = self.add("bufferViews", view)
+        count = {"bufferView": view_at, "componentType": kind, "count": len(rows), "type": shape}
+        return self.add("accessors", count | more)
+
+    def part(self, part: Part, material: Material | None) -> int:
+        """Add a mesh, and give the place of its node."""
+        mesh = part.mesh
+        if not has_faces(mesh):
+            check.refuse("mesh", f"{mesh.n_points} points and no faces", "a mesh with faces, in a .gltf or .glb")
+        points = np.asarray(mesh.points, np.float64)
+        used = np.asarray(np.isfinite(points).all(axis=1))
+        middle = 0.5 * (points[used].min(axis=0) + points[used].max(axis=0)) if used.any() else np.zeros(3)
+        positions = np.where(used[:, None], points - middle, 0.0).astype(np.float32)
+        normals = np.array(point_normals(mesh), np.float32)
+        lengths = np.linalg.norm(normals, axis=1)
+        is_unit = np.isfinite(lengths) & (lengths > 0.0)
+        normals = np.where(is_unit[:, None], normals / np.where(is_unit, lengths, 1.0)[:, None], (0.0, 0.0, 1.0))
+        colors = np.full((len(points), 4), _FULL)
+        colors[:, :3] = np.rint(_FULL * np.clip(np.nan_to_num(part.colors), 0.0, 1.0))
+        corners = np.asarray(_triangles(mesh, used), np.uint32)
+        limits = {"min": positions.min(axis=0).tolist(), "max": positions.max(axis=0).tolist()}
+        attributes = {
+            "POSITION": self.array(positions, _FLOAT, "VEC3", _VERTICES, **limits),
+            "NORMAL": self.array(normals.astype(np.float32), _FLOAT, "VEC3", _VERTICES),
+            "COLOR_0": self.array(colors.astype(np.uint16), _SHORT, "VEC4", _VERTICES, normalized=True),
+        }
+        primitive = {
+            "attributes": attributes,
+            "indices": self.array(corners.ravel(), _INT, "SCALAR", _INDICES),
+            "material": self.add("materials", self._material(material)),
+        }
+        own = {"name": part.name} if part.name else {}
+        at = self.add("meshes", own | {"primitives": [primitive]})
+        return self.add("nodes", own | {"mesh": at, "translation": middle.tolist()})
+
+    def _material(self, material: Material | None) -> dict[str, Any]:
+        shared: dict[str, Any] = {"doubleSided": True}
+        if material is None:
+            self.used.add("KHR_materials_unlit")
+            plain = {"baseColorFactor": [1.0, 1.0, 1.0, 1.0], "metallicFactor": 0.0, "roughnessFactor": 1.0}
+            return shared | {"pbrMetallicRoughness": plain, "extensions": {"KHR_materials_unlit": {}}}
+        reflectance, shininess = material.reflectance, material.shininess
+        roughness = getattr(reflectance, "roughness", None)
+        if not isinstance(roughness, float):  # by Blinn-Phong's width: α² = 2 / (n + 2), and α is a square too
+            roughness = (2.0 / (shininess + 2.0)) ** 0.25 if isinstance(shininess, float) else 0.5
+            shows = "specular" in material.maps or any(rgb(material.specular))
+            roughness = roughness if shows else 1.0
+        metallic = getattr(reflectance, "metallic", 0.0)
+        numbers = {"metallicFactor": metallic if isinstance(metallic, float) else 0.0, "roughnessFactor": roughness}
+        return shared | {"pbrMetallicRoughness": {"baseColorFactor": [1.0, 1.0, 1.0, 1.0]} | numbers}
+
+    def lights(self, scene: Scene) -> list[int]:
+        """Add the lights that glTF has, and give the places of their nodes."""
+        nodes, lights, left_out = list[int](), list[dict[str, Any]](), list[str]()
+        for light in scene.world_lights:
+            if not light.on:
+                continue
+            found = _punctual(light)
+            if found is None:
+                left_out.append(f"{light.name or type(light).__name__}")
+                continue
+            as_written, place = found
+            nodes.append(self.add("nodes", place | {"extensions": {"KHR_lights_punctual": {"light": len(lights)}}}))
+            lights.append(as_written)
+        if lights:
+            self.used.add("KHR_lights_punctual")
+            self.extensions["KHR_lights_punctual"] = {"lights": lights}
+        if left_out:
+            allowed = "directional, point and spot lights, which weaken with the square of the distance"
+            text = f"{', '.join(left_out)} cannot be kept in glTF as given; it has {allowed}."
+            warnings.warn(text, LightsWarning, stacklevel=4)
+        return nodes
+
+    def write(self, path: Path, nodes: list[int]) -> None:
+        """Write all of it."""
+        root = self.add("nodes", {"name": "z up", "rotation": _Z_UP, "children": nodes})
+        self.bytes += b"\0" * (-len(self.bytes) % 4)
+        buffer: dict[str, Any] = {"byteLength": len(self.bytes)}
+        is_text = path.suffix.lower() == ".gltf"
+        if is_text:
+            buffer["uri"] = "data:application/octet-stream;base64," + base64.b64encode(self.bytes).decode()
+        found: dict[str, Any] = {"asset": {"version": "2.0", "generator": "pvphong"}, "scene": 0}
+        found |= {"scenes": [{"nodes": [root]}], "buffers": [buffer]} | self.lists
+        found |= {"extensionsUsed": sorted(self.used)} if self.used else {}
+        found |= {"extensions": self.extensions} if self.extensions else {}
+        text = json.dumps(found, separators=(",", ":")).encode()
+        if is_text:
+            path.write_bytes(text)
+            return
+        text += b" " * (-len(text) % 4)
+        chunks = struct.pack("<II", len(text), 0x4E4F534A) + text
+        chunks += struct.pack("<II", len(self.bytes), 0x004E4942) + self.bytes
+        path.write_bytes(struct.pack("<III", 0x46546C67, 2, 12 + len(chunks)) + chunks)
+
+
+def _triangles(mesh: pv.PolyData, is_finite: NDArray[Any]) -> NDArray[Any]:
+    """Corners of the faces as triangles, shape (m, 3), without those that have a point that is not finite."""
+    if not (mesh.is_all_triangles and not mesh.n_strips):
+        bare = pv.PolyData()
+        bare.points = np.asarray(mesh.points)
+        connectivity, offsets = polygons(mesh)
+        bare.faces = pv.CellArray.from_arrays(offsets, connectivity)
+        mesh = bare.triangulate(inplace=False)
+    corners = np.asarray(mesh.regular_faces)
+    return corners[is_finite[corners].all(axis=1)]
+
+
+def _punctual(light: Light) -> tuple[dict[str, Any], dict[str, Any]] | None:
+    """A light as KHR_lights_punctual has it, and where its node is; None where it has no such light."""
+    color = [light.intensity * channel for channel in rgb(light.diffuse)]
+    most = max(color)
+    found: dict[str, Any] = {"color": [each / most if most else 0.0 for each in color], "intensity": _ALL_AROUND * most}
+    found |= {"name": light.name} if light.name else {}
+    if type(light) is DirectionalLight:
+        return found | {"type": "directional"}, {"rotation": _turned(light.direction)}
+    if type(light) not in (PointLight, SpotLight) or tuple(light.attenuation[:2]) != _FALLS[:2]:  # type: ignore[attr-defined]
+        return None
+    found["intensity"] /= light.attenuation[2]  # type: ignore[attr-defined]
+    place: dict[str, Any] = {"translation": list(light.position)}  # type: ignore[attr-defined]
+    if isinstance(light, SpotLight):
+        edge = math.radians(min(light.cone_angle, 90.0))
+        cone: Mapping[str, float] = {"innerConeAngle": 0.0 if light.exponent else edge - 1e-4, "outerConeAngle": edge}
+        return found | {"type": "spot", "spot": cone}, place | {"rotation": _turned(light.direction)}
+    return found | {"type": "point"}, place
+
+
+def _turned(direction: Any) -> list[float]:
+    """The rotation, as a quaternion (x, y, z, w), that turns −z into a direction."""
+    d = np.array(direction, np.float64)
+    x, y, z = d / np.linalg.norm(d)
+    if z > 1.0 - 1e-12:
+        return [1.0, 0.0, 0.0, 0.0]
+    quaternion = np.array([y, -x, 0.0, 1.0 - z])  # (−z) × d, 1 + (−z) · d
+    return list((quaternion / np.linalg.norm(quaternion)).tolist())

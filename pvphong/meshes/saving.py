@@ -1,0 +1,186 @@
+"""Lit meshes into files, by `lit.phong.save`: in VTK's formats with all arrays, in others' with their colours."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from itertools import pairwise
+from pathlib import Path
+from typing import Any, Literal, get_args
+
+import numpy as np
+import pyvista as pv
+
+from pvphong.base import check
+from pvphong.base.color import srgb_from_linear
+from pvphong.base.files import written_aside
+from pvphong.base.types import FloatArray
+from pvphong.meshes import gltf
+from pvphong.meshes.blocks import DEFAULT, datasets, materials_of
+from pvphong.meshes.colormaps import over_all
+from pvphong.meshes.files import BLOCK_FORMATS, MESH_FORMATS, Compression, save_lit
+from pvphong.meshes.pictures import draw, refuse_unlit, save_picture
+from pvphong.meshes.point_data import surface_and_maps
+from pvphong.meshes.surfaces import polygons, surface
+from pvphong.optics.maps import fractions, map_values
+from pvphong.optics.material import DEFAULT_MATERIAL, Material, as_material
+from pvphong.scene.scene import SceneLike, as_scene
+from pvphong.scene.viewer import Viewer
+
+Encoding = Literal["linear", "srgb"]
+"""How colours are kept in a format that does not say it."""
+
+SAVED_MESHES = (*MESH_FORMATS, ".glb", ".gltf", ".obj", ".png")
+SAVED_BLOCKS = (*BLOCK_FORMATS, ".glb", ".gltf", ".png")
+
+_COMPRESSED, _ENCODED, _GLTF = (".vtp", ".vtm", ".vtmb"), (".ply", ".obj"), (".glb", ".gltf")
+_SIZE = 1024, 768
+
+
+def save(
+    lit: pv.DataSet | pv.MultiBlock,
+    path: str | os.PathLike[str],
+    *,
+    name: str = "phong",
+    encoding: Encoding = "linear",
+    compress: Compression | None = None,
+    lights: SceneLike | None = None,
+    material: Material | str | Mapping[str, Material | str] = DEFAULT_MATERIAL,
+    viewer: Viewer | None = None,
+    size: tuple[int, int] | None = None,
+    background: str | None = None,
+) -> None:
+    """Write a lit mesh for other programs, in the format that the suffix says, whole or not at all.
+
+    .vtp, .vtk and .vtkhdf have all arrays as they are; so have .vtm, .vtmb and .vtkhdf of a MultiBlock, where .vtm and
+    .vtmb keep the blocks in a folder beside them. .ply has the colours as 8-bit red, green and blue of its vertices,
+    .obj as three numbers behind each position. .glb and .gltf have positions, normals and linear 16-bit colours as
+    `COLOR_0`, and say `KHR_materials_unlit`, so that viewers do not light them again. .png is a picture.
+    Colours are clipped to [0, 1] where a format has no others.
+
+    Parameters
+    ----------
+    lit : pyvista.DataSet or pyvista.MultiBlock
+        What `mesh.phong.shade` or `refine` gave; it is not modified. With `lights` any mesh.
+    path : path
+        The file; one that is there is replaced when the new one is complete.
+    name : str, default "phong"
+        Name of the point array with the colours.
+    encoding : {"linear", "srgb"}, default "linear"
+        Of the colours in .ply and .obj, whose formats do not say which: programs that show them as they are, as
+        MeshLab does, want "linear" for the colours that `plot` shows; those that take them for sRGB and make them
+        linear, as Blender does of byte colours, want "srgb".
+    compress : {"lz4", "zlib", "none"}, optional
+        How arrays in .vtp, .vtm and .vtmb are compressed; LZ4 if not given.
+    lights : Scene, light or sequence of lights, optional
+        Write .glb or .gltf with these lights, by `KHR_lights_punctual`, for viewers to light: then the colours are the
+        diffuse ones of `material`, and nothing needs to be lit here.
+    material : Material, str or mapping, optional
+        The material for `lights`; OpenGL's default if not given.
+    viewer : Viewer, optional
+        Where a .png is seen from; as PyVista frames the mesh if not given.
+    size : (int, int), optional
+        Width and height of a .png in pixels; 1024 by 768 if not given.
+    background : color, optional
+        Of a .png; white if not given.
+
+    Raises
+    ------
+    ValueError
+        If no format has the suffix, an option is not of its format, there are no such colours, or the file cannot be
+        written.
+
+    Examples
+    --------
+    >>> import pyvista as pv, pvphong as ph
+    >>> pv.Sphere().phong.shade(ph.DirectionalLight()).phong.save("ball.glb")  # doctest: +SKIP
+    """
+    target, suffix = Path(path), Path(path).suffix.lower()
+    is_blocks = isinstance(lit, pv.MultiBlock)
+    allowed = SAVED_BLOCKS if is_blocks else SAVED_MESHES
+    if suffix not in allowed:
+        what = "a MultiBlock" if is_blocks else "a single mesh"
+        remedy = "blocks.combine() makes one mesh of them." if suffix in SAVED_MESHES and is_blocks else ""
+        check.refuse("path", target, f"a file that holds the colours of {what}: {', '.join(allowed)}", remedy)
+    check.choice("encoding", encoding, get_args(Encoding))
+    for option, given, formats in (
+        ("encoding", None if encoding == "linear" else encoding, _ENCODED),
+        ("compress", compress, _COMPRESSED),
+        ("lights", lights, _GLTF),
+        ("viewer", viewer, (".png",)),
+        ("size", size, (".png",)),
+        ("background", background, (".png",)),
+    ):
+        if given is not None and suffix not in formats:
+            check.refuse(option, given, f"left out for {suffix}", f"{' and '.join(formats)} have it.")
+    if lights is not None:
+        _save_with_lights(lit, target, lights, material)
+        return
+    meshes = dict(datasets(lit)) if isinstance(lit, pv.MultiBlock) else {"": lit}
+    for mesh in meshes.values():
+        refuse_unlit(mesh, name)
+    if suffix == ".png":
+        seen = viewer or Viewer.framing(lit.bounds)
+        save_picture(draw(lit, seen, name=name, size=size or _SIZE, background=background or "white"), target)
+    elif suffix in _GLTF:
+        parts = [gltf.Part(block, _drawn(mesh), _colors(mesh, name)) for block, mesh in meshes.items()]
+        with written_aside(target) as aside:
+            gltf.write(aside, parts)
+    elif suffix == ".obj":
+        with written_aside(target) as aside:
+            _write_obj(aside, _drawn(meshes[""]), _encoded(_colors(meshes[""], name), encoding))
+    elif suffix == ".ply" and encoding == "srgb":
+        encoded = meshes[""].copy(deep=False)
+        encoded.point_data[name] = _encoded(_colors(encoded, name), encoding)
+        save_lit(encoded, target, name)
+    else:
+        save_lit(lit, target, name, compress or "lz4")
+
+
+def _drawn(mesh: pv.DataSet) -> pv.PolyData:
+    """The mesh itself: what is lit is a surface."""
+    if not isinstance(mesh, pv.PolyData):
+        check.refuse("lit", f"a {type(mesh).__name__}", "a lit surface, as mesh.phong.shade gives it")
+    return mesh
+
+
+def _colors(mesh: pv.DataSet, name: str) -> FloatArray:
+    colors = np.asarray(mesh.point_data[name])
+    return colors / 255.0 if colors.dtype == np.uint8 else np.clip(np.nan_to_num(colors), 0.0, 1.0)
+
+
+def _encoded(colors: FloatArray, encoding: Encoding) -> FloatArray:
+    return srgb_from_linear(colors) if encoding == "srgb" else colors
+
+
+def _write_obj(path: Path, mesh: pv.PolyData, colors: FloatArray) -> None:
+    """Wavefront's format with colours behind positions, as MeshLab and others write and read it."""
+    connectivity, offsets = polygons(mesh)
+    with path.open("w", encoding="ascii") as file:
+        np.savetxt(file, np.column_stack([mesh.points, colors]), "v %.9g %.9g %.9g %.6g %.6g %.6g")
+        for begin, end in pairwise(offsets):
+            file.write(f"f {' '.join(map(str, (connectivity[begin:end] + 1).tolist()))}\n")
+
+
+def _save_with_lights(mesh: Any, target: Path, lights: SceneLike, material: Any) -> None:
+    """Write surfaces in their diffuse colours, and lights."""
+    is_blocks = isinstance(mesh, pv.MultiBlock)
+    meshes = dict(datasets(mesh)) if is_blocks else {"": mesh}
+    given = material if isinstance(material, Mapping) else {DEFAULT: material}
+    own = {name: over_all(as_material(each), list(meshes.values())) for name, each in given.items()}
+    materials = materials_of(list(meshes), own) if is_blocks else list(own.values())
+    parts = []
+    for (block, each), its in zip(meshes.items(), materials, strict=True):
+        source, maps, _ = surface_and_maps(surface(each), its)
+        color = np.ones((source.n_points, 3))
+        for field in ("albedo", "diffuse"):
+            rows = fractions(field, map_values(field, maps[field], source.n_points).rows) if field in maps else None
+            color = color * (_as_rgb(getattr(its, field)) if rows is None else rows)
+        parts.append(gltf.Part(block, source, color))
+    scene = as_scene(lights, lambda: mesh.bounds)
+    with written_aside(target) as aside:
+        gltf.write(aside, parts, scene, materials)
+
+
+def _as_rgb(color: Any) -> Any:
+    return np.broadcast_to(np.asarray(color, np.float64), (3,))
