@@ -11,7 +11,7 @@ import json
 import math
 import struct
 import warnings
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from pvphong.base import check
 from pvphong.base.types import FloatArray, rgb
 from pvphong.meshes.surfaces import has_faces, point_normals, polygons
-from pvphong.optics.lights import DirectionalLight, Light, PointLight, SpotLight
+from pvphong.optics.light import Light
 from pvphong.optics.material import Material
 from pvphong.scene.scene import Scene
 
@@ -31,7 +31,6 @@ _VERTICES, _INDICES = 34962, 34963  # what they are for
 _FULL = 65535.0
 _ALL_AROUND = math.pi
 """Of a white surface that reflects as Lambert has it, light of π lux gives a luminance of 1."""
-_FALLS = (0.0, 0.0, 1.0)  # the attenuation that glTF's lights have
 
 _Z_UP = (-math.sqrt(0.5), 0.0, 0.0, math.sqrt(0.5))
 """The rotation, as a quaternion, after which z is up as glTF's y is."""
@@ -212,21 +211,26 @@ def _triangles(mesh: pv.PolyData, is_finite: NDArray[Any]) -> NDArray[Any]:
 
 def _punctual(light: Light) -> tuple[dict[str, Any], dict[str, Any]] | None:
     """A light as KHR_lights_punctual has it, and where its node is; None where it has no such light."""
+    if light.has_size or light.nearest_in_vtk is not light:
+        return None
+    values = light.as_vtk()
     color = [light.intensity * channel for channel in rgb(light.diffuse)]
     most = max(color)
     found: dict[str, Any] = {"color": [each / most if most else 0.0 for each in color], "intensity": _ALL_AROUND * most}
     found |= {"name": light.name} if light.name else {}
-    if type(light) is DirectionalLight:
-        return found | {"type": "directional"}, {"rotation": _turned(light.direction)}
-    if type(light) not in (PointLight, SpotLight) or tuple(light.attenuation[:2]) != _FALLS[:2]:  # type: ignore[attr-defined]
+    turned = {"rotation": _turned(values.direction)}
+    if not values.is_positional:
+        return found | {"type": "directional"}, turned
+    constant, linear, quadratic = values.attenuation
+    if constant or linear:
         return None
-    found["intensity"] /= light.attenuation[2]  # type: ignore[attr-defined]
-    place: dict[str, Any] = {"translation": list(light.position)}  # type: ignore[attr-defined]
-    if isinstance(light, SpotLight):
-        edge = math.radians(min(light.cone_angle, 90.0))
-        cone: Mapping[str, float] = {"innerConeAngle": 0.0 if light.exponent else edge - 1e-4, "outerConeAngle": edge}
-        return found | {"type": "spot", "spot": cone}, place | {"rotation": _turned(light.direction)}
-    return found | {"type": "point"}, place
+    found["intensity"] /= quadratic
+    place = {"translation": list(values.position)}
+    if values.cone_angle is None and not values.exponent:
+        return found | {"type": "point"}, place
+    edge = math.radians(min(values.cone_angle or 90.0, 90.0))
+    cone = {"innerConeAngle": 0.0 if values.exponent else max(edge - 1e-4, 0.0), "outerConeAngle": edge}
+    return found | {"type": "spot", "spot": cone}, place | turned
 
 
 def _turned(direction: Any) -> list[float]:
