@@ -268,6 +268,12 @@ class LitVertices:
     colors: Float64Array
     noise: Float64Array
 
+    @property
+    def as_stored(self) -> LitVertices:
+        """The same, as whoever gets the mesh will blend them: planes go with the lengths of normals."""
+        was, now = (np.linalg.norm(each, axis=1) for each in (self.normals, self.stored))
+        return replace(self, normals=self.stored, level=self.level * now / np.where(was > 0.0, was, 1.0))
+
 
 def _lit_inside(vertices: LitVertices, corners: IntArray, weights: Float64Array) -> tuple[Float64Array, Float64Array]:
     """The truth at places in triangles (m, 3), as it is shown, (m, s, 3); and its standard error, (m, s)."""
@@ -607,7 +613,7 @@ def more_errors(vertices: LitVertices, corners: IntArray) -> Float64Array:
     length, stored = (np.linalg.norm(normals, axis=1) for normals in (vertices.normals, vertices.stored))
     ratio = np.divide(length, stored, out=np.ones_like(length), where=stored > 0.0)[corners]
     rows = np.flatnonzero(np.ptp(ratio, axis=1) > _SAME_RATIO * ratio.max(axis=1))  # they blend differently
-    others = replace(vertices, normals=vertices.stored), corners[rows]
+    others = vertices.as_stored, corners[rows]
     errors = np.maximum(first_errors(*others), pattern_errors(_MORE, *others))
     result[rows] = np.maximum(result[rows], errors)
     return result
