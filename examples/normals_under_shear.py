@@ -5,6 +5,8 @@ transform by M, normals by the transpose of M's inverse. Left: the inverse-trans
 light comes from the top left; on the right it seems to come from elsewhere, and the normals lean over.
 """
 
+import warnings
+
 import numpy as np
 import pyvista as pv
 from arguments import FOLDER, OFF_SCREEN
@@ -26,6 +28,7 @@ wrong /= np.linalg.norm(wrong, axis=1, keepdims=True)
 angles = np.degrees(np.arccos(np.clip((right * wrong).sum(axis=1), -1, 1)))
 print(f"transformed by M itself the normals are off by up to {angles.max():.0f}°, {angles.mean():.0f}° on average")
 
+warnings.simplefilter("ignore", ph.NormalsWarning)  # of the wrong ones, which are looked at here
 outline = np.flatnonzero(np.abs(sphere.points[:, 2]) < 1e-6)[::3]
 plotter = pv.Plotter(shape=(1, 2), off_screen=OFF_SCREEN, window_size=(1200, 560), border=False)
 for pane, (title, turned) in enumerate({"inverse-transpose of M": right, "M itself: wrong": wrong}.items()):

@@ -118,6 +118,7 @@ WITHOUT = {
     "diagnose": dict.fromkeys(OPTIONS - {"matrix"}, IN_ITSELF),
     "plot": dict.fromkeys(OPTIONS, SHOWN),
     "color_view": dict.fromkeys(OPTIONS, SHOWN),
+    "save": dict.fromkeys(OPTIONS, SHOWN),
 }
 """Method → option that it does not take → why."""
 

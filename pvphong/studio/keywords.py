@@ -104,6 +104,8 @@ def _known() -> tuple[str, ...]:
 def refuse_unknown(options: Mapping[str, Any]) -> None:
     """Raise ``TypeError`` for a keyword that PyVista's `add_mesh` does not have; the message has a close match."""
     for name in options:
+        if name in Material.__dataclass_fields__ and name not in _known():
+            raise TypeError(f"add_mesh has no keyword {name!r}. Material({name}=...) has it.")
         if name not in _known():
             remedy = check.meant(name, (*_known(), "material", "casts_shadows", "refine"))
             raise TypeError(f"add_mesh has no keyword {name!r}. {remedy}".rstrip())
@@ -215,7 +217,7 @@ def _by_keywords(
     if color is None or color is True:
         color = "white" if texture is not None else next_color()
     options["color"] = color  # for legends, and for edges that are drawn in it
-    colored = {name: asked.pop(name) for name in _PROPERTY if name in asked}
+    colored = {name: check.number(name, asked.pop(name)) for name in _PROPERTY if name in asked}
     shading = "Physically based rendering" if asked.pop("pbr", False) else None
     prop = pv.Property(theme, interpolation=shading, color=color, **colored)
     material = Material.from_property(prop)

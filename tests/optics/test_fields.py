@@ -202,7 +202,7 @@ REFUSED = [
     (LIGHTS, ["image"], [np.ones((4, 8, 4))], " must be .*leaves out what is opaque"),
     (LIGHTS, ["image"], [np.full((4, 8, 3), 200, np.uint8)], " must be .*8-bit.*255"),
     (LIGHTS, ["image"], [pv.Texture(np.full((4, 8, 3), 200, np.uint8))], " must be .*SetUseSRGB"),
-    (LIGHTS, ["image"], ["sky.hdr"], " must be a number"),
+    (LIGHTS, ["image"], ["sky.hdr"], " must be a colour, a pv.Texture, or an .*pv.read_texture"),
     ([OrenNayar], ["sigma"], [-1, 90.1, math.nan, "20", None], " must be a finite number >= 0 and <= 90"),
 ]
 

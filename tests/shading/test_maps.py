@@ -178,19 +178,16 @@ def test_vtks_convention_has_albedo_alone(given):
 def test_old_keywords_say_where_they_went(given, name):
     sphere, parts = (
         pv.Sphere(),
-        ("evaluate", "shade", "plan", "refine", "interpolation_error", "add_mesh", "shade_files"),
+        ("evaluate", "shade", "plan", "refine", "interpolation_error", "shade_files"),
     )
-    plotter = pv.Plotter(off_screen=True)
     calls = [
         lambda **old: ph.evaluate(*given, SCENE, ph.Material(), **old),
         lambda **old: sphere.phong.shade(**old),
         lambda **old: sphere.phong.plan(**old),
         lambda **old: sphere.phong.refine(tolerance=0.1, **old),
         lambda **old: sphere.phong.interpolation_error(**old),
-        lambda **old: plotter.phong.add_mesh(sphere, **old),
         lambda **old: ph.shade_files("x.vtp", "y", **old),
     ]
     for call, part in zip(calls, parts, strict=True):
         with pytest.raises(TypeError, match=f"^{part}.* takes no {name}: it is on the material"):
             call(**{name: np.ones(3)})
-    plotter.close()

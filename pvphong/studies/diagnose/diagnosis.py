@@ -36,6 +36,7 @@ if TYPE_CHECKING:
     from rich.table import Table
 
 _LINES = 5  # of a printed diagnosis
+_OPPOSED = 0.9  # of the surface: then faces were turned, and turning them back is enough
 _SHOWN = 6  # indices that a report lists of each finding
 
 # Of a surface's area: from which its faces count as all of them.
@@ -453,7 +454,7 @@ def diagnose(mesh: pv.DataSet, *, matrix: MatrixLike | None = None) -> Diagnosis
         has_strips=bool(source.n_strips),
         cells_before=bool(source.n_verts or source.n_lines),
         stored_normals=active is not None,
-        normals_opposed=shares["opposed_normals"] > 0.5,
+        normals_opposed=shares["opposed_normals"] > _OPPOSED,
         is_outside_in=len(inside_out) == faces.count,
         faces_are_outward=is_closed and not len(inside_out),
         turned=turned,

@@ -27,7 +27,7 @@ class Case:
     stored_normals : bool
         Whether there are stored normals, which follow faces that are turned.
     normals_opposed : bool
-        Whether stored normals point out of the backs of most faces.
+        Whether stored normals point out of the backs of nearly all faces.
     is_outside_in : bool
         Whether all faces are those of closed parts that look inwards.
     faces_are_outward : bool

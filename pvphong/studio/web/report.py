@@ -132,7 +132,7 @@ class _Pickler(pickle.Pickler):
 
     def reducer_override(self, thing: Any) -> Any:
         """How a texture is made again; all else as it says itself."""
-        if not is_texture(thing) or thing.GetInput() is None:
+        if isinstance(thing, type) or not is_texture(thing) or thing.GetInput() is None:
             return NotImplemented
         settings = thing.GetWrap(), thing.GetBorderColor(), thing.GetUseSRGBColorSpace(), thing.GetColorMode()
         return _texture, (pv.wrap(thing.GetInput()), *settings)

@@ -18,7 +18,7 @@ from pvphong.studio.web.serving import StudioFrame, free_port
 def plotter(new_plotter):
     plotter = new_plotter((200, 150))
     plotter.phong.add_light(ph.DirectionalLight(name="sun"))
-    plotter.phong.add_mesh(pv.Sphere())
+    plotter.phong.add_mesh(pv.Sphere(), ph.Material())
     return plotter
 
 
