@@ -20,7 +20,7 @@ import pvphong as ph
 from pvphong.geometry.transform import transform_normals, transform_points
 from pvphong.shading import kernel
 
-FEW, MANY = 60, 3000
+FEW, MANY = 100, 3000
 hunted = pytest.mark.parametrize(
     "seeds", [pytest.param(range(FEW), id="few"), pytest.param(range(FEW, MANY), id="many", marks=pytest.mark.long)]
 )
