@@ -18,7 +18,7 @@ from pvphong.base.handles import Handle
 from pvphong.meshes.blocks import leaves
 from pvphong.meshes.glance import warn_of_normals
 from pvphong.meshes.pictures import refuse_colouring, vertex_opacity, with_opacity
-from pvphong.meshes.surfaces import FeatureAngle, surface
+from pvphong.meshes.surfaces import FeatureAngle, has_faces, surface
 from pvphong.optics.lights import Light
 from pvphong.optics.material import Material
 from pvphong.scene.light_model import LightModel
@@ -105,7 +105,8 @@ class PlotterPhong(Handle):
             `ambient`, `diffuse`, `specular`, `specular_power`, `pbr`, `metallic` and `roughness` are the material;
             `scalars` with `cmap`, `clim` and all that belongs to them, `rgb` and `texture` its albedo, with a scalar
             bar of the colours before light; cell data give flat faces. `smooth_shading` and `split_sharp_edges` say
-            where edges are sharp; without them `feature_angle` does. With `lighting=False` PyVista draws it as it is.
+            where edges are sharp; without them `feature_angle` does. With `lighting=False` PyVista draws it as it is,
+            and without a material points and lines that have no normals too.
             `backface_params` and `emissive` are refused. With a `name` blocks are called "name[block]", and replace
             those drawn under the name before. `opacity` may have a number from 0 to 1 for each point, or for each cell
             where faces share no points (`feature_angle=0`), or be the name of such an array, which is followed.
@@ -131,6 +132,8 @@ class PlotterPhong(Handle):
         if add_mesh_options.get("lighting") is False and material is None:
             return subplot.add_unlit(functools.partial(plotter.add_mesh, mesh, **add_mesh_options))
         mesh = _as_mesh(mesh, copies=bool(add_mesh_options.pop("copy_mesh", False)))
+        if material is None and _is_bare(mesh):
+            return plotter.add_mesh(mesh, **add_mesh_options)
         add_mesh_options.pop("lighting", None)
         next_color = functools.partial(getattr, subplot.renderer, "next_color")
         look = look_of(mesh, material, feature_angle, add_mesh_options, plotter.theme, next_color)
@@ -589,6 +592,13 @@ class PlotterPhong(Handle):
     def __plotter_deep_clean__(self) -> None:
         """As at a close: what PyVista has cleaned has no camera any more, and events may still come."""
         self.__plotter_close__()
+
+
+def _is_bare(mesh: Any) -> bool:
+    """Whether it is points and lines without normals, on which light has no direction."""
+    if not isinstance(mesh, pv.PolyData | pv.PointSet) or not mesh.n_points:
+        return False
+    return mesh.point_data.active_normals_name is None and not (isinstance(mesh, pv.PolyData) and has_faces(mesh))
 
 
 def _as_mesh(given: Any, *, copies: bool) -> Any:

@@ -222,8 +222,8 @@ def _by_keywords(
     prop = pv.Property(theme, interpolation=shading, color=color, **colored)
     material = Material.from_property(prop)
     if texture is not None:
-        texture = pv.numpy_to_texture(texture) if isinstance(texture, np.ndarray) else texture
-        return Look(replace(material, albedo=texture), angle, _opacity(options), None, options, None)
+        options["texture"] = texture  # VTK multiplies lit colours by it, texel by texel
+        return Look(material, angle, _opacity(options), None, options, None)
     if isinstance(scalars, str) and rgb is None and scalars.endswith(("_rgb", "_rgba")):
         rgb = True
     nan_opacity, show, bar_options = (asked.pop(name, None) for name in ("nan_opacity", *_BAR))
