@@ -150,7 +150,7 @@ def tradeoff(
     if plot is not None:
         from pvphong.studies.accuracy.physics import refuse_format
 
-        refuse_format(plot)
+        refuse_format(plot, "--plot")
     for output in (plot, csv, json):
         if output is not None and not output.resolve().parent.is_dir():
             check.refuse("path", output, "in a folder that exists", f"Create {output.parent} first.")

@@ -145,9 +145,9 @@ def _check_hdf(contents: Any) -> None:
 
 
 def _check_stl(contents: Any) -> None:
-    """A binary file has 50 bytes per triangle after its header of 84; text ends with a word."""
-    if contents[:5] == b"solid" and b"facet" in contents[:_BEGINNING]:
-        if b"endsolid" not in contents[-_END:]:
+    """A binary file has 50 bytes per triangle after its header of 84; text, in any case, its last word."""
+    if contents[:5].lower() == b"solid" and b"facet" in contents[:_BEGINNING].lower():
+        if b"endsolid" not in contents[-_END:].lower():
             raise ValueError("It is cut short: the word endsolid is missing.")
         return
     count = struct.unpack_from("<I", contents, 80)[0] if len(contents) >= 84 else 0

@@ -13,7 +13,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass, fields, replace
 from functools import cached_property, partial
-from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Self, get_args
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Self, cast, get_args
 
 import numpy as np
 
@@ -159,10 +159,12 @@ class _Kind(type):
         if not any(isinstance(base, _Kind) for base in cls.__bases__):
             return names
         shown = _SHOWN | {each.name for each in fields(Light)}
-        return [name for name in names if name.startswith("__") or name in shown or name not in vars(Light)]
+        hidden = {*vars(Light), *_OF_KINDS} - shown - {each.name for each in fields(cast("Any", cls))}
+        return [name for name in names if name.startswith("__") or name not in hidden]
 
 
 _SHOWN = {"in_frame", "in_world", "moved", "outline", "places", "specular_color", "to_pyvista"}
+_OF_KINDS = {"area", "bands", "error_without_bands", "reach_radius", "sampled", "sides", "spots", "triangles"}
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -87,7 +87,7 @@ REFUSED = {
     "validate --all --report=no/all.md": "--report" + NO_FOLDER,
     "tradeoff sphere.vtp --tolerance 0": "tolerance must be a finite number > 0",
     "tradeoff sphere.vtp --plot no/a.png": "--plot" + NO_FOLDER,
-    "tradeoff sphere.vtp --plot a.bmp": "suffix of path must be one of",
+    "tradeoff sphere.vtp --plot a.bmp": "suffix of --plot must be one of",
     "demo --folder garbage.json": "folder must be one that can be made; got garbage.json",
 }
 

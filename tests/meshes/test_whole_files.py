@@ -225,3 +225,15 @@ def test_an_array_with_fewer_bytes_than_it_says_is_refused(tmp_path, compressor)
         path.write_bytes(whole[:middle] + left)
         with pytest.raises(ValueError, match="fewer bytes than it says"):
             refuse_incomplete(path)
+
+
+@pytest.mark.parametrize("change", [str, str.upper], ids=["small", "capitals"])
+def test_a_text_stl_is_whole_in_small_letters_and_capitals(tmp_path, change):
+    path = tmp_path / "a.stl"
+    pv.Tetrahedron().save(path, binary=False)
+    text = change(path.read_text())
+    path.write_text(text)
+    refuse_incomplete(path)
+    path.write_text(text[: len(text) // 2])
+    with pytest.raises(ValueError, match="endsolid"):
+        refuse_incomplete(path)

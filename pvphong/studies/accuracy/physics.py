@@ -316,9 +316,9 @@ def in_worst_channel(errors: FloatArray) -> Float64Array:
 # --- the panel
 
 
-def refuse_format(path: str | os.PathLike[str]) -> None:
-    """Raise ``ValueError`` unless the suffix is one that figures are drawn in, and Matplotlib is there."""
-    check.choice("suffix of path", Path(path).suffix.lower(), _FORMATS)
+def refuse_format(path: str | os.PathLike[str], name: str = "path") -> None:
+    """Raise ``ValueError``, which names the path, unless figures have its suffix and Matplotlib is there."""
+    check.choice(f"suffix of {name}", Path(path).suffix.lower(), _FORMATS)
     try:
         import matplotlib.figure  # noqa: F401
     except ImportError as error:
