@@ -18,7 +18,7 @@ from pvphong.geometry.normals import point_tangents
 from pvphong.meshes.colormaps import colors_by, lookup_table, scalars_of
 from pvphong.meshes.surfaces import FeatureAngle, has_faces, polygons, split_sharp_edges, surface
 from pvphong.optics.colormap import Colormap
-from pvphong.optics.maps import COLORS, SHINIEST, AnyMap, Map, is_image_path, is_texture
+from pvphong.optics.maps import COLORS, SHINIEST, AnyMap, Map, NamedColor, is_image_path, is_texture
 from pvphong.optics.material import Material
 
 _TO_POINTS = "mesh.cell_data_to_point_data() turns cell arrays into point arrays."
@@ -54,7 +54,7 @@ def surface_and_maps(
         If the mesh has no surface, or no array of a name, or an array has not a row for each point; or for a texture
         without texture coordinates.
     """
-    given: dict[str, Any] = given_maps(material)
+    given: dict[str, Any] = given_maps(material, mesh)
     mapped = {name: given.pop(name) for name in list(given) if isinstance(given[name], Colormap)}
     arrays = {
         name: value.source for name, value in given.items() if isinstance(value, Map) and not is_texture(value.source)
@@ -73,9 +73,20 @@ def surface_and_maps(
     return source, found, found.pop("tangents", None)
 
 
-def given_maps(material: Material) -> dict[str, AnyMap]:
-    """A material's maps, and its tangents as one of them."""
-    return material.maps | ({} if material.tangents is None else {"tangents": material.tangents})
+def given_maps(material: Material, mesh: pv.DataSet | None = None) -> dict[str, AnyMap]:
+    """A material's maps, and its tangents as one of them; a colour's name that a mesh has as an array's is that."""
+    named: dict[str, AnyMap] = {}
+    for field in COLORS if mesh is not None else ():
+        color = getattr(material, field)
+        if isinstance(color, NamedColor) and _has_numbers(mesh, color.name):
+            named[field] = color.name
+    return named | material.maps | ({} if material.tangents is None else {"tangents": material.tangents})
+
+
+def _has_numbers(mesh: Any, name: str) -> bool:
+    """Whether a mesh's points or cells have an array of numbers of a name."""
+    arrays = [data.GetArray(name) for data in (mesh.GetPointData(), mesh.GetCellData())]
+    return any(array is not None for array in arrays)  # of texts it is no vtkDataArray
 
 
 def values_at(name: str, given: Any, whole: pv.PolyData, source: pv.PolyData, points: NDArray[Any] | None) -> Any:

@@ -15,7 +15,7 @@ import numpy as np
 
 from pvphong.base import check, host
 from pvphong.base.formulas import BRIGHTEST, Function
-from pvphong.base.types import FloatArray
+from pvphong.base.types import FloatArray, rgb
 from pvphong.optics.colormap import Colormap
 
 MOST_REFLECTED = 16.0
@@ -144,10 +144,30 @@ def is_texture(value: Any) -> bool:
     return hasattr(value, "GetUseSRGBColorSpace")
 
 
+class NamedColor(tuple[float, float, float]):
+    """A colour that was given by its name, which a mesh may have as that of an array: then the array is meant."""
+
+    name: str
+
+    def __new__(cls, name: str, color: Sequence[float]) -> NamedColor:
+        """Three floats, as `check.color` gives them, and a name."""
+        made = super().__new__(cls, color)
+        made.name = name
+        return made
+
+    def __getnewargs__(self) -> tuple[str, tuple[float, ...]]:
+        return self.name, tuple(self)
+
+    def __repr__(self) -> str:
+        return repr(self.name)
+
+
 def color_or_map(name: str, value: Any) -> Any:
-    """A map, or a colour."""
+    """A map, or a colour; one that was given by name keeps it."""
     found = map_in(name, value)
-    return check.color(name, value) if found is None else found
+    if found is not None:
+        return found
+    return NamedColor(value, rgb(check.color(name, value))) if isinstance(value, str) else check.color(name, value)
 
 
 def number_or_map(name: str, value: Any, **bounds: Any) -> Any:

@@ -109,7 +109,7 @@ class LitMesh:
     @property
     def version(self) -> Any:
         """A stamp of what is lit, which changes with it; cheap to compare."""
-        maps = tuple((name, self._version_of(given)) for name, given in given_maps(self.material).items())
+        maps = tuple((name, self._version_of(given)) for name, given in given_maps(self.material, self.mesh).items())
         opacity = None if self._opacity is None else self._version_of(self._opacity)
         return self.material, self.geometry(), maps, opacity
 
@@ -131,7 +131,7 @@ class LitMesh:
                 how: dict[str, Any] = {"occluders": occluders or (), "samples": samples, "matrix": self.matrix}
                 visibility = visibility_of(self.drawn, lambda: self.normals, scene, **how)
             self._visibility = key, visibility
-        maps = {name: self._values(name, given) for name, given in given_maps(self.material).items()}
+        maps = {name: self._values(name, given) for name, given in given_maps(self.material, self.mesh).items()}
         tangents = maps.pop("tangents", self._tangents)
         vertices = Vertices(self.drawn.points, lambda: self.normals, maps, visibility, tangents=tangents)
         return Plan.of(scene, self.material, vertices, matrix=self.matrix), vertices

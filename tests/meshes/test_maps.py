@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+import pickle
 from dataclasses import replace
 
 import numpy as np
@@ -167,3 +169,25 @@ def test_windows_follow_colours_of_faces(new_plotter):
     mesh.cell_data["paint"] = np.zeros((mesh.n_cells, 3), np.uint8)
     plotter.render()
     assert actor.mapper.dataset["phong"].max() == 0
+
+
+@pytest.mark.parametrize("field", ["albedo", "diffuse", "specular", "emission"])
+@pytest.mark.parametrize("name", ["c", "red", "tan"])
+def test_a_string_names_an_array_first_and_a_colour_second(field, name, new_plotter):
+    """In files, copies and arithmetic it stays the colour that it is where no array has its name."""
+    ball = pv.Sphere()
+    as_color = ph.Material(**{field: name})
+    assert getattr(as_color, field) == pv.Color(name).float_rgb
+    assert pickle.loads(pickle.dumps(as_color)) == ph.Material.from_dict(json.loads(json.dumps(as_color.to_dict())))
+    assert repr(name) in repr(as_color)
+    plain = ball.phong.shade(SCENE, as_color)
+    of_colour, of_array = ph.Material(**{field: pv.Color(name).float_rgb}), ph.Material(**{field: "values"})
+    np.testing.assert_array_equal(plain["phong"], ball.phong.shade(SCENE, of_colour)["phong"])
+    ball[name] = np.random.default_rng(5).random((ball.n_points, 3))
+    ball["values"] = ball[name]
+    np.testing.assert_array_equal(*(ball.phong.shade(SCENE, each)["phong"] for each in (as_color, of_array)))
+    plotter = new_plotter()
+    plotter.phong.add_light(SCENE.lights[0])
+    actor = plotter.phong.add_mesh(ball, as_color)
+    plotter.render()
+    assert len(np.unique(np.asarray(actor.mapper.dataset["phong"]), axis=0)) > 20
