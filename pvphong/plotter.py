@@ -106,7 +106,7 @@ class PlotterPhong(Handle):
             `scalars` with `cmap`, `clim` and all that belongs to them, `rgb` and `texture` its albedo, with a scalar
             bar of the colours before light; cell data give flat faces. `smooth_shading` and `split_sharp_edges` say
             where edges are sharp; without them `feature_angle` does. With `lighting=False` PyVista draws it as it is,
-            and without a material points and lines that have no normals too.
+            and without a material lines, and points that have no normals, too.
             `backface_params` and `emissive` are refused. With a `name` blocks are called "name[block]", and replace
             those drawn under the name before. `opacity` may have a number from 0 to 1 for each point, or for each cell
             where faces share no points (`feature_angle=0`), or be the name of such an array, which is followed.
@@ -595,10 +595,12 @@ class PlotterPhong(Handle):
 
 
 def _is_bare(mesh: Any) -> bool:
-    """Whether it is points and lines without normals, on which light has no direction."""
+    """Whether it is lines, or points without normals, which VTK draws beside surfaces in many scripts."""
     if not isinstance(mesh, pv.PolyData | pv.PointSet) or not mesh.n_points:
         return False
-    return mesh.point_data.active_normals_name is None and not (isinstance(mesh, pv.PolyData) and has_faces(mesh))
+    if isinstance(mesh, pv.PolyData) and has_faces(mesh):
+        return False
+    return (isinstance(mesh, pv.PolyData) and mesh.n_lines > 0) or mesh.point_data.active_normals_name is None
 
 
 def _as_mesh(given: Any, *, copies: bool) -> Any:

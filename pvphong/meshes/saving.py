@@ -14,7 +14,7 @@ import pyvista as pv
 from pvphong.base import check
 from pvphong.base.color import srgb_from_linear
 from pvphong.base.files import written_aside
-from pvphong.base.types import FloatArray
+from pvphong.base.types import FloatArray, rgb
 from pvphong.meshes import gltf
 from pvphong.meshes.blocks import DEFAULT, datasets, materials_of
 from pvphong.meshes.colormaps import over_all
@@ -175,12 +175,8 @@ def _save_with_lights(mesh: Any, target: Path, lights: SceneLike, material: Any)
         color = np.ones((source.n_points, 3))
         for field in ("albedo", "diffuse"):
             rows = fractions(field, map_values(field, maps[field], source.n_points).rows) if field in maps else None
-            color = color * (_as_rgb(getattr(its, field)) if rows is None else rows)
+            color = color * (rgb(getattr(its, field)) if rows is None else rows)
         parts.append(gltf.Part(block, source, color))
     scene = as_scene(lights, lambda: mesh.bounds)
     with written_aside(target) as aside:
         gltf.write(aside, parts, scene, materials)
-
-
-def _as_rgb(color: Any) -> Any:
-    return np.broadcast_to(np.asarray(color, np.float64), (3,))

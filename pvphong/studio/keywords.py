@@ -240,7 +240,7 @@ def _by_keywords(
         return Look(replace(material, albedo=colors), angle, alpha if opacity is None else opacity, None, options, None)
     colormap = Colormap(scalars, **{"preference": "point"} | asked)
     meshes = [each for each in leaves(mesh) if not is_blocks or _has(each, str(scalars))] or leaves(mesh)
-    found = [scalars_of("scalars", colormap, each) for each in meshes]
+    found = [scalars_of("add_mesh", colormap, each) for each in meshes]
     numbers = np.concatenate([each.numbers for each in found])
     table = lookup_table("scalars", colormap, numbers)
     if (

@@ -76,7 +76,7 @@ def glyphs_by_size(plotter, add):
 
 
 def contours_with_two_bars(_plotter, add):
-    field = pv.Wavelet()
+    field = pv.Wavelet().resample(2.0)  # so fine that what is between vertices does not count
     add(field.contour(5), scalars="RTData", opacity=0.6, smooth_shading=True, cmap="coolwarm")
     floor = field.slice("z", origin=(0, 0, -9))
     floor["other"] = floor.points[:, 0]
@@ -126,5 +126,5 @@ def drawn(script, *, is_lit):
 def test_a_script_looks_as_it_did(script):
     """But for outlines, and for what PyVista interpolates in a face where vertices are samples."""
     off = np.abs(drawn(script, is_lit=True) - drawn(script, is_lit=False)).max(axis=2)
-    assert np.percentile(off, 97.0) <= 12
-    assert (off > 40).mean() < 0.02
+    assert np.percentile(off, 97.0) <= 8
+    assert (off > 40).mean() < 0.005
