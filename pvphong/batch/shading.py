@@ -29,8 +29,8 @@ from pvphong.meshes.colormaps import joined, spanned, unspanned
 from pvphong.meshes.default_scene import default_scene_of
 from pvphong.meshes.files import Compression
 from pvphong.meshes.surfaces import FeatureAngle
-from pvphong.optics.maps import maps_on_material
 from pvphong.optics.material import DEFAULT_MATERIAL, Material, as_material
+from pvphong.scene.options import known_options
 from pvphong.scene.scene import Scene, SceneLike, as_scene
 
 if TYPE_CHECKING:
@@ -73,7 +73,7 @@ class Batch:
         return html_table(repr(self)[1:-1], ("failed", "why") if rows else (), rows)
 
 
-@maps_on_material
+@known_options
 def shade_files(
     paths: Any,
     out: str | os.PathLike[str],

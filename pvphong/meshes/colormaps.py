@@ -276,7 +276,7 @@ def put_scale(lit: pv.DataSet, name: str, material: Material, mesh: pv.DataSet) 
     mesh : pyvista.DataSet
         What was lit.
     """
-    lit.field_data.pop(f"{name}{_SCALE}", None)
+    lit.GetFieldData().RemoveArray(f"{name}{_SCALE}")
     maps = sorted(material.maps.items(), key=lambda item: item[0] != "albedo")
     colormaps = [(field, each) for field, each in maps if isinstance(each, Colormap)]
     for field, colormap in colormaps[:1]:

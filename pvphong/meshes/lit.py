@@ -22,14 +22,14 @@ from pvphong.meshes.blocks import leaves, map_blocks
 from pvphong.meshes.colormaps import put_scale
 from pvphong.meshes.default_scene import scene_for
 from pvphong.meshes.glance import faces_away, warn_of_normals
-from pvphong.meshes.point_data import surface_and_maps, tangents_from
+from pvphong.meshes.point_data import names_taken, surface_and_maps, tangents_from
 from pvphong.meshes.surfaces import FeatureAngle, point_normals, shallow_copy, split_sharp_edges, surface
 from pvphong.meshes.transport import Exchanging, checked_transport
 from pvphong.meshes.visibility import KnownOccluders, visibility_of
-from pvphong.optics.maps import maps_on_material
 from pvphong.optics.material import DEFAULT_MATERIAL, Material, as_material
 from pvphong.rays.transport import Transport, TransportPart
 from pvphong.rays.visibility import Visibility
+from pvphong.scene.options import known_options
 from pvphong.scene.scene import Scene, SceneLike, as_scene, light_labels
 from pvphong.shading import interreflection
 from pvphong.shading.equation import Equation
@@ -40,7 +40,7 @@ from pvphong.shading.vertices import Vertices
 from pvphong.shading.visibility import VisibilityLike, checked_visibility
 
 
-@maps_on_material
+@known_options
 def shade_mesh(
     mesh: pv.DataSet,
     scene: SceneLike | None = None,
@@ -244,7 +244,7 @@ def lit_together(prepared: Sequence[Prepared], together: Transport, **options: A
         yield lit_mesh(each, bounced=None if shares is None else shares[:, rows], **options)
 
 
-@maps_on_material
+@known_options
 def plan(
     mesh_or_points: Any,
     scene: SceneLike | None = None,
@@ -287,7 +287,7 @@ def plan(
     Returns
     -------
     Plan
-        `.effects`, `.needs`, `.view_dependent`, `.error_bound`, `.faces_away`, `.explain()`.
+        `.effects`, `.needs`, `.view_dependent`, `.error_bound`, `.faces_away`, `.maps`, `.explain()`.
 
     Raises
     ------
@@ -299,7 +299,8 @@ def plan(
         rays: Any = {"occluders": occluders, "visibility": visibility, "transport": transport}
         how: Any = {"feature_angle": feature_angle, "matrix": matrix, "tolerance": tolerance}
         ready = prepare(mesh_or_points, scene, material, **how, **rays)
-        return replace(ready.plan, faces_away=faces_away(ready.source, ready.scene, ready.vertices, matrix))
+        is_away = faces_away(ready.source, ready.scene, ready.vertices, matrix)
+        return replace(ready.plan, faces_away=is_away, maps=names_taken(ready.material, ready.mesh))
     allowed = "a mesh or an (n, 3) array of real numbers"
     if isinstance(mesh_or_points, pv.MultiBlock):
         remedy = "blocks.phong.plan(...) plans each block by itself."
@@ -343,6 +344,7 @@ def put_visibility(lit: pv.PolyData, name: str, labels: Sequence[str], equation:
         lit.point_data[f"{name}_sky"] = seen[-1].copy()
 
 
+@known_options
 def visibility(
     mesh: pv.DataSet,
     scene: SceneLike | None = None,

@@ -83,6 +83,18 @@ def given_maps(material: Material, mesh: pv.DataSet | None = None) -> dict[str, 
     return named | material.maps | ({} if material.tangents is None else {"tangents": material.tangents})
 
 
+def names_taken(material: Material, mesh: pv.DataSet) -> dict[str, str]:
+    """For each of a material's fields that was given by a name, in words, what the name is on a mesh."""
+    given: dict[str, Any] = {name: getattr(material, name) for name in COLORS} | given_maps(material, mesh)
+    kinds = ((Colormap, "of"), (NamedColor, "the colour"), (str, "the array"))
+    return {
+        field: f"{'the image' if is_image_path(value) and value not in mesh.point_data else words} {value!r}"
+        for field, value in given.items()
+        for kind, words in kinds
+        if isinstance(value, kind)
+    }
+
+
 def _has_numbers(mesh: Any, name: str) -> bool:
     """Whether a mesh's points or cells have an array of numbers of a name."""
     arrays = [data.GetArray(name) for data in (mesh.GetPointData(), mesh.GetCellData())]

@@ -55,6 +55,7 @@ def surface(mesh: pv.DataSet) -> pv.PolyData:
     if not result.n_points or not (has_faces(result) or has_normals(result)):
         allowed = "a mesh with faces, or points with normals"
         remedy = "Points without faces are lit by their normals: set mesh.point_data.active_normals."
+        remedy = remedy if mesh.n_points else "It is empty."
         faceless = (
             "no faces" if isinstance(mesh, (pv.PolyData, pv.PointSet)) else f"{mesh.n_cells} cells but no surface"
         )

@@ -20,11 +20,11 @@ from pvphong.meshes.default_scene import scene_for
 from pvphong.meshes.point_data import surface_and_maps, tangents_from
 from pvphong.meshes.surfaces import FeatureAngle, point_normals, surface
 from pvphong.meshes.visibility import checked_occluders, world_faces
-from pvphong.optics.maps import maps_on_material
 from pvphong.optics.material import DEFAULT_MATERIAL, Material, as_material
 from pvphong.rays.casting import Occluders, warn_of_slow_rays
 from pvphong.rays.paths import LEAST_SAMPLES, MOST_SAMPLES, PathTracer, Reflector
 from pvphong.rays.rays import Receiver
+from pvphong.scene.options import known_options
 from pvphong.scene.scene import Scene, SceneLike
 from pvphong.shading.vertices import Vertices
 
@@ -112,7 +112,7 @@ def _reflector(
     return Reflector(world_faces(source, matrix), equation, values | tints)
 
 
-@maps_on_material
+@known_options
 def truth(
     mesh: pv.DataSet,
     scene: SceneLike | None = None,

@@ -6,15 +6,14 @@ colormap. Fields that may be one are in `FIELDS`; `map_values` says of an array 
 
 from __future__ import annotations
 
-import functools
 import math
 from collections.abc import Mapping, Sequence
-from typing import Any, NamedTuple, cast
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from pvphong.base import check, host
-from pvphong.base.formulas import BRIGHTEST, Function
+from pvphong.base.formulas import BRIGHTEST
 from pvphong.base.types import FloatArray, rgb
 from pvphong.optics.colormap import Colormap
 
@@ -174,25 +173,6 @@ def number_or_map(name: str, value: Any, **bounds: Any) -> Any:
     """A map, or a number within the bounds that `check.number` takes."""
     found = map_in(name, value)
     return check.number(name, value, **bounds) if found is None else found
-
-
-def maps_on_material(function: Function) -> Function:
-    """Have a function's callers told where arguments went that are the material's now."""
-
-    @functools.wraps(function)
-    def called(*given: Any, **options: Any) -> Any:
-        for name in options:
-            if name in _MOVED:
-                place = "the material's reflectance" if name == "roughness" else "the material"
-                example = "reflectance=GGX(roughness=...)" if name == "roughness" else f"{name}=..."
-                call = function.__name__.replace("shade_mesh", "shade")
-                raise TypeError(f"{call} takes no {name}: it is on {place} now, as in Material({example}).")
-        return function(*given, **options)
-
-    return cast("Function", called)
-
-
-_MOVED = ("albedo", "specular", "shininess", "roughness", "tangents")
 
 
 def refuse_unnamed(name: str, value: Any) -> None:

@@ -8,8 +8,8 @@ from __future__ import annotations
 from typing import Any
 
 from pvphong.base.types import Backend, MatrixLike, Precision
-from pvphong.optics.maps import maps_on_material
 from pvphong.optics.material import Material, as_material
+from pvphong.scene.options import known_options
 from pvphong.scene.scene import SceneLike, as_scene
 from pvphong.shading.plan.plan import Plan
 from pvphong.shading.reference import Shading
@@ -17,7 +17,7 @@ from pvphong.shading.vertices import Vertices
 from pvphong.shading.visibility import checked_part, checked_visibility
 
 
-@maps_on_material
+@known_options
 def evaluate(
     points: Any,
     normals: Any,

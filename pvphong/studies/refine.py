@@ -24,9 +24,9 @@ from pvphong.meshes.surfaces import (
     point_normals,
     shallow_copy,
 )
-from pvphong.optics.maps import maps_on_material
 from pvphong.optics.material import DEFAULT_MATERIAL, Material, as_material
 from pvphong.rays.transport import Transport
+from pvphong.scene.options import known_options
 from pvphong.scene.scene import Scene, SceneLike, light_labels
 from pvphong.shading import interreflection
 from pvphong.shading.inside.interpolation import Lighting, all_errors
@@ -66,7 +66,7 @@ class BouncedLight(NamedTuple):
     """Shape (n, 3), with what is left of ambient light."""
 
 
-@maps_on_material
+@known_options
 def refine(
     mesh: pv.DataSet,
     scene: SceneLike | None = None,
@@ -244,7 +244,7 @@ def refine(
     return result
 
 
-@maps_on_material
+@known_options
 def interpolation_error(
     mesh: pv.DataSet,
     scene: SceneLike | None = None,

@@ -22,6 +22,7 @@ from pvphong.meshes.blocks import datasets, leaves
 from pvphong.meshes.colormaps import lookup_table, scalars_of
 from pvphong.meshes.surfaces import FeatureAngle
 from pvphong.optics.colormap import Colormap
+from pvphong.optics.maps import is_color_name
 from pvphong.optics.material import Material, as_material
 
 _ALIASES = {"rng": "clim", "colormap": "cmap", "rgba": "rgb", "backface_culling": "culling"}
@@ -111,6 +112,21 @@ def refuse_unknown(options: Mapping[str, Any]) -> None:
             raise TypeError(f"add_mesh has no keyword {name!r}. {remedy}".rstrip())
 
 
+_STYLES = "surface", "wireframe", "points", "points_gaussian"
+
+
+def _refuse_misspelt(options: Mapping[str, Any]) -> None:
+    """Raise ``ValueError`` for words that PyVista does not know, before it says so in many lines."""
+    for name, value in options.items():
+        if isinstance(value, str) and (name == "color" or name.endswith("_color")) and not is_color_name(value):
+            check.color(name, value)
+    if options.get("style") is not None:
+        check.choice("style", str(options["style"]).lower(), _STYLES)
+    if isinstance(options.get("texture"), str):
+        remedy = f"pyvista.read_texture({options['texture']!r}) reads it."
+        check.refuse("texture", options["texture"], "a pyvista.Texture", remedy)
+
+
 def look_of(
     mesh: Any,
     material: Any,
@@ -145,6 +161,7 @@ def look_of(
     """
     refuse_unknown(given)
     options = {_ALIASES.get(name, name): value for name, value in given.items()}
+    _refuse_misspelt(options)
     for name, reason in REFUSED.items():
         if options.get(name) is not None:
             check.refuse(name, options[name], "left out for a lit mesh", reason)

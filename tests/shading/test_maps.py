@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-import pyvista as pv
 from strategies import REFLECTANCE_SHAPES, Dice
 
 import pvphong as ph
@@ -172,22 +171,3 @@ def test_vtks_convention_has_albedo_alone(given):
     with pytest.raises(ValueError, match=r"^reflectance must be None or PBR"):
         ph.evaluate(*given, vtk, ph.Material(shininess=np.ones(COUNT), reflectance=ph.Phong(5.0)))
     assert ph.evaluate(*given, vtk, ph.Material(albedo=np.zeros((COUNT, 3)))).rgb.max() == 0
-
-
-@pytest.mark.parametrize("name", ["albedo", "specular", "shininess", "roughness", "tangents"])
-def test_old_keywords_say_where_they_went(given, name):
-    sphere, parts = (
-        pv.Sphere(),
-        ("evaluate", "shade", "plan", "refine", "interpolation_error", "shade_files"),
-    )
-    calls = [
-        lambda **old: ph.evaluate(*given, SCENE, ph.Material(), **old),
-        lambda **old: sphere.phong.shade(**old),
-        lambda **old: sphere.phong.plan(**old),
-        lambda **old: sphere.phong.refine(tolerance=0.1, **old),
-        lambda **old: sphere.phong.interpolation_error(**old),
-        lambda **old: ph.shade_files("x.vtp", "y", **old),
-    ]
-    for call, part in zip(calls, parts, strict=True):
-        with pytest.raises(TypeError, match=f"^{part}.* takes no {name}: it is on the material"):
-            call(**{name: np.ones(3)})

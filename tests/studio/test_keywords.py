@@ -178,6 +178,14 @@ def test_edits_of_the_scalars_show_and_the_limits_stay():
 
 
 BAD = {
+    "no colour": ({"color": "redd"}, ValueError, r"^color must be .*; got redd. Did you mean 'red'"),
+    "no edge's": ({"edge_color": "blu"}, ValueError, r"^edge_color must be .*; got blu. Did you mean 'blue'"),
+    "no style": ({"style": "surfac"}, ValueError, r"^style must be .*Did you mean 'surface'"),
+    "a path": (
+        {"texture": "earth.jpg"},
+        ValueError,
+        r"^texture must be a .*read_texture\('earth.jpg'\)",
+    ),
     "misspelt": ({"colour": "red"}, TypeError, r"^add_mesh has no keyword 'colour'. Did you mean 'color'"),
     "a material's": ({"albedo": "z"}, TypeError, r"^add_mesh has no keyword 'albedo'. Material\(albedo=...\) has it"),
     "not a number": ({"specular": "red"}, ValueError, r"^specular must be a finite number; got red"),

@@ -7,7 +7,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from types import MappingProxyType
 from typing import Any, get_args
@@ -77,6 +77,7 @@ class Plan:
     whole: Equation
     _draft: Draft
     faces_away: bool = False
+    maps: Mapping[str, str] = field(default_factory=dict)
 
     @cached_property
     def effects(self) -> Mapping[str, Decision]:
@@ -270,11 +271,12 @@ class Plan:
 
     @property
     def _said(self) -> tuple[str, ...]:
-        """On what the colours depend, and whether no light can reach them."""
+        """On what the colours depend, what names were taken for, and whether no light can reach them."""
         reads = ", ".join(sorted(self.needs)) or "nothing"
         depends = "change" if self.view_dependent else "do not change"
         dependence = f"It reads {reads}; the colours {depends} when the viewer moves."
-        return (dependence, _FACES_AWAY) if self.faces_away else (dependence,)
+        maps = (f"By name, {', '.join(f'{name} is {what}' for name, what in self.maps.items())}.",) if self.maps else ()
+        return (dependence, *maps, *((_FACES_AWAY,) if self.faces_away else ()))
 
     @property
     def _nanoseconds(self) -> list[float]:

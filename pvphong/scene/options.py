@@ -1,0 +1,48 @@
+"""Options that a call does not take: its error says where they are given instead, or what comes close."""
+
+from __future__ import annotations
+
+import functools
+import inspect
+from collections.abc import Callable, Iterable
+from dataclasses import fields
+from typing import Any, TypeVar, cast
+
+from pvphong.base import check
+from pvphong.optics.material import Material
+from pvphong.scene.light_model import LightModel
+from pvphong.scene.scene import Scene
+
+Function = TypeVar("Function", bound=Callable[..., Any])
+
+# Later ones win: both a material and a light model have `ambient`, and the material's is meant.
+_PLACES = {
+    **{each.name: f"Scene(..., {each.name}=...)" for each in fields(Scene)},
+    **{each.name: f"Scene(..., light_model=LightModel({each.name}=...))" for each in fields(LightModel)},
+    "shadow": "Scene(..., light_model=LightModel(shadows=True))",
+    **{each.name: f"Material({each.name}=...)" for each in fields(Material)},
+    "color": "Material(albedo=...)",
+    "scalars": "Material(albedo=Colormap(...))",
+    "cmap": "Material(albedo=Colormap(...))",
+    "clim": "Material(albedo=Colormap(...))",
+    "roughness": "Material(reflectance=GGX(roughness=...))",
+    "metallic": "Material(reflectance=PBR(metallic=...))",
+}
+
+
+def known_options(function: Function) -> Function:
+    """Have a function's callers told where an option belongs that it does not take."""
+    known = frozenset(inspect.signature(function).parameters)
+
+    @functools.wraps(function)
+    def called(*given: Any, **options: Any) -> Any:
+        if not known.issuperset(options):
+            raise _unknown(function.__name__.removesuffix("_mesh"), next(iter(options.keys() - known)), known)
+        return function(*given, **options)
+
+    return cast("Function", called)
+
+
+def _unknown(call: str, name: str, known: Iterable[str]) -> TypeError:
+    remedy = f"{_PLACES[name]} has it." if name in _PLACES else check.meant(name, sorted(known))
+    return TypeError(f"{call} takes no {name!r}. {remedy or 'It takes ' + ', '.join(sorted(known)) + '.'}")
