@@ -84,8 +84,9 @@ def given_maps(material: Material, mesh: pv.DataSet | None = None) -> dict[str, 
 
 
 def names_taken(material: Material, mesh: pv.DataSet) -> dict[str, str]:
-    """For each of a material's fields that was given by a name, in words, what the name is on a mesh."""
-    given: dict[str, Any] = {name: getattr(material, name) for name in COLORS} | given_maps(material, mesh)
+    """For each of a material's colours that was given by a name, in words, what the name is on a mesh."""
+    maps = given_maps(material, mesh)
+    given: dict[str, Any] = {name: maps.get(name, getattr(material, name)) for name in COLORS}
     kinds = ((Colormap, "of"), (NamedColor, "the colour"), (str, "the array"))
     return {
         field: f"{'the image' if is_image_path(value) and value not in mesh.point_data else words} {value!r}"

@@ -163,7 +163,7 @@ class NamedColor(tuple[float, float, float]):
 
 def color_or_map(name: str, value: Any) -> Any:
     """A map, or a colour; one that was given by name keeps it."""
-    found = map_in(name, value)
+    found = value if isinstance(value, NamedColor) else map_in(name, value)
     if found is not None:
         return found
     return NamedColor(value, rgb(check.color(name, value))) if isinstance(value, str) else check.color(name, value)

@@ -18,6 +18,7 @@ from pvphong.optics.maps import (
     MOST_REFLECTED,
     AnyMap,
     Map,
+    NamedColor,
     color_or_map,
     is_color_name,
     is_texture,
@@ -194,6 +195,7 @@ class Material:
         found = {each.name: getattr(self, each.name) for each in fields(self) if each.name not in left_out}
         for name, value in (found | self.maps).items():
             refuse_unnamed(name, value)
+        found |= {name: each.name for name, each in found.items() if isinstance(each, NamedColor)}
         found |= {name: each.to_dict(name) for name, each in found.items() if isinstance(each, Colormap)}
         if self.reflectance is not None:
             found["reflectance"] = documents.with_type("reflectance", self.reflectance, REFLECTANCES)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import difflib
 import functools
 import inspect
 from collections.abc import Callable, Iterable
@@ -44,5 +45,9 @@ def known_options(function: Function) -> Function:
 
 
 def _unknown(call: str, name: str, known: Iterable[str]) -> TypeError:
-    remedy = f"{_PLACES[name]} has it." if name in _PLACES else check.meant(name, sorted(known))
+    if name in _PLACES:
+        return TypeError(f"{call} takes no {name!r}. {_PLACES[name]} has it.")
+    remedy = check.meant(name, sorted(known))
+    if not remedy and (near := difflib.get_close_matches(name, _PLACES, 1)):
+        remedy = f"Did you mean {near[0]!r}? {_PLACES[near[0]]} has it."
     return TypeError(f"{call} takes no {name!r}. {remedy or 'It takes ' + ', '.join(sorted(known)) + '.'}")

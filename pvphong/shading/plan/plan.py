@@ -231,8 +231,8 @@ class Plan:
         running = [name for name, decision in self.effects.items() if decision.on]
         off = [name for name, decision in self.effects.items() if not decision.on]
         runs = f"Runs: {', '.join(running) or 'nothing'}. Left out: {', '.join(off) or 'nothing'}."
-        cost = f"{self._accuracy}; about {sum(self._nanoseconds):.1f} ns a vertex."
-        return "\n".join(line for sentence in (runs, cost, *self._said) for line in wrapped(sentence))
+        cost = f"{self._accuracy}; about {sum(self._nanoseconds):.1f} ns a vertex. {self._names}"
+        return "\n".join(line for sentence in (runs, cost.rstrip(), *self._said) for line in wrapped(sentence))
 
     def __repr__(self) -> str:
         running = sum(decision.on for decision in self.effects.values())
@@ -262,7 +262,7 @@ class Plan:
         for row in self._rows:
             table.add_row(*row)
         estimates = "ns: a vertex, estimates for the compiled evaluator in float32 on one core."
-        return rendered([table, estimates, *self._said]) + "\n"
+        return rendered([table, estimates, *[self._names] * bool(self.maps), *self._said]) + "\n"
 
     @property
     def _accuracy(self) -> str:
@@ -271,12 +271,17 @@ class Plan:
 
     @property
     def _said(self) -> tuple[str, ...]:
-        """On what the colours depend, what names were taken for, and whether no light can reach them."""
+        """On what the colours depend, and whether no light can reach them."""
         reads = ", ".join(sorted(self.needs)) or "nothing"
         depends = "change" if self.view_dependent else "do not change"
         dependence = f"It reads {reads}; the colours {depends} when the viewer moves."
-        maps = (f"By name, {', '.join(f'{name} is {what}' for name, what in self.maps.items())}.",) if self.maps else ()
-        return (dependence, *maps, *((_FACES_AWAY,) if self.faces_away else ()))
+        return (dependence, _FACES_AWAY) if self.faces_away else (dependence,)
+
+    @property
+    def _names(self) -> str:
+        """What names were taken for."""
+        listed = ", ".join(f"{name} is {what}" for name, what in self.maps.items())
+        return f"By name, {listed}." if listed else ""
 
     @property
     def _nanoseconds(self) -> list[float]:
