@@ -438,14 +438,13 @@ def test_an_array_is_chosen_with_its_colormap_and_its_script_gives_the_same_bits
     page.until(lambda: chosen()["cmap"] == "terrain")
     page.type("colormap-low", "-2")
     page.until(lambda: chosen()["low"] == -2)
+    page.until(lambda: "ph.Colormap(scalars='Elevation', cmap='terrain', clim=(-2.0, " in page.state("script"))
+    (home / "hills-lit.py").write_text(page.state("script"))
+    download(page, home, "hills-lit.vtp")
+    made_again(home / "hills-lit.py")
     page.type("colormap-high", "-3")
     page.until(lambda: "the smaller first" in page.state("notice"))
     assert chosen()["low"] == -2
-    page.until(lambda: "ph.Colormap(scalars='Elevation', cmap='terrain', clim=(-2.0, " in page.state("script"))
-    (home / "hills-lit.py").write_text(page.state("script"))
-    page.until(lambda: not page.state("notice"))  # which lies over the buttons
-    download(page, home, "hills-lit.vtp")
-    made_again(home / "hills-lit.py")
     page.driver.execute_script("arguments[0].scrollIntoView({block: 'center'})", page.all("colormap")[0])
     page.until(lambda: page.click("colormap-range") is None)
     page.until(lambda: chosen()["low"] > 0)
