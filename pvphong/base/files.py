@@ -13,7 +13,6 @@ import shutil
 import stat
 import sys
 import tempfile
-import time
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
@@ -38,7 +37,6 @@ PREFIX = ".pvphong-"
 
 _LOCK = "owner.lock"
 _TRIES = 10  # where files cannot be locked, nothing is ever cleared, and no lock is needed
-_ABANDONED = 60.0  # seconds after which an empty folder has lost its maker
 _NO_ROOM = (errno.EFBIG, errno.ENOSPC, errno.EDQUOT)
 
 announce: list[Callable[[Path], None]] = []
@@ -143,8 +141,8 @@ def _clear_abandoned(place: Path) -> None:
                         _remove(folder)
                 if is_abandoned:  # but for the locked file itself, where that cannot be removed
                     _remove(folder)
-            elif time.time() - folder.stat().st_mtime > _ABANDONED:
-                folder.rmdir()
+            else:
+                folder.rmdir()  # if it is empty: one who has just made it makes another
 
 
 def _remove(folder: Path) -> None:

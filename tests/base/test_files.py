@@ -7,7 +7,6 @@ import subprocess
 import sys
 import tempfile
 import threading
-import time
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import ExitStack, contextmanager, nullcontext
 from pathlib import Path
@@ -216,16 +215,32 @@ def test_who_is_killed_while_removing_a_folder_leaves_what_the_next_can_clear(ta
     assert folders() == []
 
 
-def test_folders_of_others_are_left_alone(target):
-    """Of the same form of name: one with something in it, and one that its maker may be about to lock."""
-    Path(".pvphong-keepsake").mkdir()
+def test_a_folder_with_something_in_it_is_left_alone_and_an_empty_one_is_cleared(target):
+    """Empty is what is left by one who is killed before he locks it, or when only it is left to be removed."""
+    for name in ("keepsake", "12345678"):
+        Path(f".pvphong-{name}").mkdir()
     Path(".pvphong-keepsake/mine").write_text("mine")
-    for name, age in {".pvphong-12345678": 0, ".pvphong-abcdefgh": 120}.items():
-        Path(name).mkdir()
-        os.utime(name, (time.time() - age,) * 2)
     with written_aside(target) as aside:
         aside.write_text("new")
-    assert sorted(folders()) == [".pvphong-12345678", ".pvphong-keepsake"]
+    assert folders() == [".pvphong-keepsake"]
+
+
+def test_a_writer_whose_new_folder_is_cleared_makes_the_next(target, monkeypatch):
+    """Another clears it before the first has made its lock."""
+
+    @contextmanager
+    def late(path, **how):
+        if not made:
+            path.parent.rmdir()
+        made.append(path.parent)
+        with locked(path, **how) as is_alone:
+            yield is_alone
+
+    made = []
+    monkeypatch.setattr(files, "locked", late)
+    with written_aside(target) as aside:
+        aside.write_text("new")
+    assert (len(made), target.read_text(), folders()) == (2, "new", [])
 
 
 @pytest.mark.parametrize("lost", [5, 1000], ids=["by turns", "no file can be locked"])
