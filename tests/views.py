@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from pvphong import Light, Viewer
-from pvphong.optics.lights import LIGHT_TYPES, DirectionalLight, PointLight
+from pvphong.optics.lights import LIGHT_TYPES, DirectionalLight, PointLight, vtk_values
 from pvphong.optics.roles import Aim, Angle, Corners, Falloff, Length, Place, Power, Up, length, place
 from pvphong.studio.gizmos.handles import ORIGIN, LightInScene, comes_from_somewhere, is_movable
 from pvphong.studio.gizmos.view import Scenery, View
@@ -37,8 +37,8 @@ class Glow(Light):
     def nodes(self, count):  # noqa: ARG002 it has no size in truth
         return (DirectionalLight(),)
 
-    def as_vtk(self):
-        return DirectionalLight().as_vtk()
+
+vtk_values.register(Glow, lambda _: vtk_values(DirectionalLight()))
 
 
 KINDS = LIGHT_TYPES | {"globe": Globe}

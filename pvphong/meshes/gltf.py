@@ -23,6 +23,7 @@ from pvphong.base import check
 from pvphong.base.types import FloatArray, rgb
 from pvphong.meshes.surfaces import has_faces, point_normals, polygons
 from pvphong.optics.light import Light
+from pvphong.optics.lights import nearest_in_vtk, vtk_values
 from pvphong.optics.material import Material
 from pvphong.scene.scene import Scene
 
@@ -211,9 +212,9 @@ def _triangles(mesh: pv.PolyData, is_finite: NDArray[Any]) -> NDArray[Any]:
 
 def _punctual(light: Light) -> tuple[dict[str, Any], dict[str, Any]] | None:
     """A light as KHR_lights_punctual has it, and where its node is; None where it has no such light."""
-    if light.has_size or light.nearest_in_vtk is not light:
+    if light.has_size or nearest_in_vtk(light) is not light:
         return None
-    values = light.as_vtk()
+    values = vtk_values(light)
     color = [light.intensity * channel for channel in rgb(light.diffuse)]
     most = max(color)
     found: dict[str, Any] = {"color": [each / most if most else 0.0 for each in color], "intensity": _ALL_AROUND * most}

@@ -1,7 +1,5 @@
 """Attenuation with distance, 1 / (c + l·d + q·d²), of lights with a position (OpenGL 2.1 specification, 2.14.1).
 
-`lights/point.py` says which cheaper lights may replace one that weakens with distance.
-
 Symbols: c, l, q the constant, linear and quadratic coefficient; d the distance from the light.
 """
 
@@ -15,7 +13,6 @@ import numpy as np
 from pvphong.base import check
 from pvphong.base.formulas import formula, multiply_add
 from pvphong.base.types import Float64Array, Vector, VectorLike
-from pvphong.geometry.extent import ROUNDED_UP, Sight
 from pvphong.optics.roles import Falloff
 
 NONE = (1.0, 0.0, 0.0)
@@ -23,8 +20,6 @@ NONE = (1.0, 0.0, 0.0)
 
 INVERSE_SQUARE = (0.0, 0.0, 1.0)
 """Those of a light that weakens as light does, by 1/d²."""
-
-EFFECT = "attenuation"
 
 
 def checked_coefficients(name: str, value: VectorLike) -> Vector:
@@ -82,8 +77,3 @@ def distance_of(fraction: float, attenuation: VectorLike) -> float | None:
         root = math.sqrt(linear * linear + 4.0 * quadratic * rest)
         return 2.0 * rest / (linear + root)
     return rest / linear if linear else None
-
-
-def strongest(seen: Sight, attenuation: VectorLike) -> float:
-    """No vertex gets more from a position that is so seen."""
-    return strength_at(max(seen.distance - seen.radius, 0.0) / ROUNDED_UP, attenuation) * ROUNDED_UP

@@ -21,7 +21,6 @@ from pvphong.base import check, host
 from pvphong.base.formulas import Power, chord_power
 from pvphong.base.types import ColorLike, Float64Array, FloatArray, Frame, InitSignature, Vector, rgb
 from pvphong.base.vectors import directions_to
-from pvphong.geometry.extent import Extent
 from pvphong.optics.area.lobes import CosinePower
 from pvphong.optics.area.sampling import Sampling
 from pvphong.optics.attenuation import attenuate
@@ -50,22 +49,6 @@ class Arrival(NamedTuple):
         return self.to_light * self.inverse_length
 
 
-class Reach(NamedTuple):
-    """What of a light can reach the vertices inside a sphere; nothing is known by default, and it is never left out."""
-
-    strongest: float = math.inf
-    """No vertex gets more strength, rounded up; infinite where there is no bound."""
-
-    direction: Vector | None = None
-    """Unit vector to the light from the sphere's centre; None where it is not known."""
-
-    turn: float = 0.0
-    """The largest angle in radians by which the direction at a vertex may be off that one."""
-
-
-POSITION_EFFECT, SIZE_EFFECT = "position", "size"
-"""The plan's effects of lights that have a place, and of lights that have a size."""
-
 NODES = 64
 """A light with a size is evaluated as so many lights without one where there is no closed form, or as `nodes_for`."""
 
@@ -86,28 +69,6 @@ class Integral(NamedTuple):
     above the horizon, or a lobe around the mirrored viewer is 0: see `lobes.may_rise` and `lobes.shows`."""
 
     numbers: tuple[float, ...]
-
-
-class StandIn(NamedTuple):
-    """Cheaper lights that may replace one, and how large the error is."""
-
-    make: Callable[[], tuple[Light, ...]] | None
-    """Gives them; only what arrives from them counts: colours and intensity stay. None: the one is dark here."""
-
-    why: str = ""
-    """The reason; `{bound}` in it is replaced by the error in a colour."""
-
-    factor: float = 1.0
-    """Their strength is multiplied by it."""
-
-    spread: float = 0.0
-    """The largest error of the strength."""
-
-    turn: float | None = None
-    """The largest error of the direction, in radians; None where it stays."""
-
-    strongest: float = 1.0
-    """Where the direction is off, no vertex gets more strength, of all parts of a light that has a size."""
 
 
 class Placement(NamedTuple):
@@ -132,18 +93,6 @@ class Placement(NamedTuple):
     """Where its colours times so much may be beyond float32, the readable evaluator is to light the scene."""
 
 
-class VtkValues(NamedTuple):
-    """A light in the values that VTK's shader knows, coordinates in the light's own frame."""
-
-    is_positional: bool
-    direction: Vector
-    position: Vector = (0.0, 0.0, 0.0)
-    attenuation: Vector = (1.0, 0.0, 0.0)
-    cone_angle: float | None = None
-    """Half the opening in degrees; None where there is no cone, as VTK has it from 90° on."""
-    exponent: float = 0.0
-
-
 def _color_or_none(name: str, value: Any) -> Any:
     return None if value is None else check.color(name, value)
 
@@ -164,7 +113,7 @@ class _Kind(type):
 
 
 _SHOWN = {"in_frame", "in_world", "moved", "outline", "places", "specular_color", "to_pyvista"}
-_OF_KINDS = {"area", "bands", "error_without_bands", "reach_radius", "sampled", "sides", "spots", "triangles"}
+_OF_KINDS = {"area", "bands", "error_without_bands", "part", "reach_radius", "sampled", "sides", "spots", "triangles"}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -376,57 +325,7 @@ class Light(metaclass=_Kind):
         """
         return np.zeros((3, 1))
 
-    @cached_property
-    def effects(self) -> frozenset[str]:
-        """The plan's effects that it calls for: its position's unless it is even, and its size's."""
-        if self.is_even:
-            return frozenset()
-        return frozenset({POSITION_EFFECT, SIZE_EFFECT} if self.has_size else {POSITION_EFFECT})
-
-    def reach(self, extent: Extent) -> Reach:  # noqa: ARG002 nothing is known of it
-        """What of it can reach the vertices."""
-        return Reach()
-
-    def simpler(self, effect: str, extent: Extent, *, exactly: bool) -> StandIn | None:  # noqa: ARG002 there is none
-        """A cheaper light that could replace this one for the vertices.
-
-        Parameters
-        ----------
-        effect : str
-            One of its effects, which the other does not call for.
-        extent : Extent
-            Where the vertices are; finding that takes time, so it is asked only where it counts.
-        exactly : bool
-            Whether only a light will do that is the same to the last bit.
-        """
-        return None
-
-    def without(self, effect: str, point: Vector) -> tuple[Light, float]:  # noqa: ARG002 there is none
-        """The light with one of its effects left out, whatever the error, and the factor of its strength.
-
-        What varies is then taken as it is at a point. Only what arrives counts: colours and intensity stay.
-        """
-        return self, 1.0
-
     # -- what VTK knows of it
-
-    @property
-    def nearest_in_vtk(self) -> Light:
-        """The nearest light without a size, as VTK may have it; itself if it has none."""
-        return self.nodes(1)[0]
-
-    def as_vtk(self) -> VtkValues:
-        """Values of the nearest light that VTK has.
-
-        Raises
-        ------
-        ValueError
-            If there is none.
-        """
-        if self.nearest_in_vtk is self:
-            remedy = "It can be evaluated and planned; a kind with `as_vtk` can also be drawn and compared."
-            check.refuse("light", self, "one that VTK has", remedy)
-        return self.nearest_in_vtk.as_vtk()
 
     def to_pyvista(self, viewer: Any = None) -> pv.Light:
         """The same light as a new `pyvista.Light`, its floats unrounded; of a light that VTK has not, the nearest.

@@ -25,7 +25,7 @@ from pvphong.base.formulas import BRIGHTEST, FARTHEST, add
 from pvphong.base.types import ColorLike, Float64Array, FloatArray, MatrixLike, Vector, VectorLike, rgb
 from pvphong.optics.area.lobes import CosinePower
 from pvphong.optics.light import Light
-from pvphong.optics.lights import light_from_homogeneous, light_from_values, refuse_unless_in_vtk
+from pvphong.optics.lights import light_from_homogeneous, light_from_values, refuse_unless_in_vtk, vtk_values
 from pvphong.optics.material import Material, nearest_in_vtk
 from pvphong.optics.reflectance import WHITE, Component, Lobe, Reflectance
 from pvphong.optics.reflectances import REFLECTANCES
@@ -417,7 +417,7 @@ def _as_vtk(standard: Equation, scene: Scene, material: Material) -> Equation:
     terms = []
     for term in standard.terms:
         refuse_unless_in_vtk(term.light, f"lights[{term.index}]", "one that VTK has, in VTK's convention")
-        values = term.light.as_vtk()  # in which a cone of 90° is none
+        values = vtk_values(term.light)  # in which a cone of 90° is none
         values = values._replace(exponent=min(values.exponent, HIGHEST_POWER))
         light = light_from_values(values, diffuse=term.light.diffuse, intensity=term.light.intensity)
         if is_headlight and reflectance.is_physical:

@@ -11,7 +11,7 @@ import pyvista as pv
 from vtkmodules.vtkRenderingCore import VTK_LIGHT_TYPE_HEADLIGHT, VTK_LIGHT_TYPE_SCENE_LIGHT, vtkLight
 
 from pvphong.base import check
-from pvphong.optics.lights import Light
+from pvphong.optics.lights import Light, vtk_values
 from pvphong.scene.viewer import Viewer
 from pvphong.vtk.lights import from_vtk, write_light
 
@@ -65,7 +65,7 @@ class RendererLight:
         write_light(light, vtk_light, viewer)
         # VTK keeps more of a light than its meaning: leave the user's own object what it need not lose.
         if self._is_users and light.frame == before.frame == "world" and type(light) is type(before):
-            values = light.as_vtk()
+            values = vtk_values(light)
             if not values.is_positional:
                 vtk_light.SetPosition(position)
                 vtk_light.SetFocalPoint(*(p + d for p, d in zip(position, values.direction, strict=True)))
@@ -138,7 +138,7 @@ class WindowLights:
 
     def set(self, which: Any, light: Light) -> None:
         """Give a light a new value, in place; `which` as for `find`."""
-        light.as_vtk()  # refuses one that VTK has nothing like
+        vtk_values(light)  # refuses one that VTK has nothing like
         renderer_light = self.find(which)
         if light.name != renderer_light.name:
             self._refuse_taken(light.name)

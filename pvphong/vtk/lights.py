@@ -20,8 +20,8 @@ from pvphong.base.types import ByteArray, Frame, Vector, rgb
 from pvphong.base.vectors import unit
 from pvphong.meshes import colormaps
 from pvphong.optics.colormap import Colormap
-from pvphong.optics.light import Light, VtkValues
-from pvphong.optics.lights import light_from_values
+from pvphong.optics.light import Light
+from pvphong.optics.lights import VtkValues, light_from_values, vtk_values
 from pvphong.scene.viewer import Viewer
 
 # A focal point this many bits closer than the coordinates are large still gives the direction to 2⁻³².
@@ -143,7 +143,7 @@ def to_pyvista(light: Light, viewer: Any = None) -> pv.Light:
 
 def write_light(light: Light, target: Any, viewer: Any = None) -> None:
     """Give an existing `pyvista.Light` or `vtkLight` a light's values, as `Light.to_pyvista` does."""
-    values = light.as_vtk()
+    values = vtk_values(light)
     target.SetLightType({"headlight": 1, "camera": 2, "world": 3}[light.frame])  # VTK_LIGHT_TYPE_HEADLIGHT and so on
     target.SetTransformMatrix(None)
     target.SetDiffuseColor(rgb(light.diffuse))

@@ -34,7 +34,7 @@ from pvphong.base.vectors import is_direction
 from pvphong.meshes.pictures import drawing_window, preferring
 from pvphong.meshes.point_data import surface_and_maps
 from pvphong.meshes.surfaces import point_normals, surface
-from pvphong.optics.lights import Light
+from pvphong.optics.lights import Light, vtk_values
 from pvphong.optics.maps import Map, map_values
 from pvphong.optics.material import Material, as_material, nearest_in_vtk, refuse_maps_in_vtk
 from pvphong.optics.reflectances.pbr import is_physical, physical_of
@@ -140,7 +140,7 @@ def vtk_light(light: Any, viewer: Viewer) -> vtkLight:
     copy = vtkLight()
     if isinstance(light, Light):
         if light.on:
-            _within_vtk("exponent", light.as_vtk().exponent)
+            _within_vtk("exponent", vtk_values(light).exponent)
         write_light(light, copy, viewer)
     elif isinstance(light, vtkLight):
         copy.DeepCopy(light)

@@ -18,7 +18,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from pvphong.base.types import BoolArray, Float64Array, Vector, rgb
-from pvphong.optics.light import Light, VtkValues
+from pvphong.optics.light import Light
+from pvphong.optics.lights import VtkValues, vtk_values
 from pvphong.optics.reflectances.pbr import PBR, fresnel_ends
 from pvphong.vtk.scenes import Terms, reflected
 
@@ -199,7 +200,7 @@ def _phong_share(
     shiny = max(reflected(terms.material.specular, rgb(light.diffuse), light))
     power, is_headlight = terms.material.shininess, terms.tier == 1
     with np.errstate(divide="ignore", invalid="ignore", over="ignore", under="ignore"):
-        came = _arrival(surface, light.in_world(terms.viewer).as_vtk())
+        came = _arrival(surface, vtk_values(light.in_world(terms.viewer)))
         n_l = _dot(surface.normals, came.direction)
         if is_headlight:
             f, error, floor = n_l, surface.normal_angle + 2.0, _HEADLIGHT_FLOOR
@@ -236,7 +237,7 @@ def _physical_limits(surface: _Surface, terms: Terms, values: PBR, tolerance: fl
         sums += np.array(rgb(terms.material.ambient)) + rgb(terms.material.diffuse)
     for light in terms.lights:
         if light.on:
-            came = _arrival(surface, light.in_world(terms.viewer).as_vtk())
+            came = _arrival(surface, vtk_values(light.in_world(terms.viewer)))
             if terms.tier == 1:
                 came = came._replace(direction=surface.to_eye, angle=surface.eye_angle)
             color, error = _physical_share(surface, came, rgb(terms.material.diffuse), values)

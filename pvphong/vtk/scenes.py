@@ -16,8 +16,8 @@ import numpy as np
 from pvphong.base import check
 from pvphong.base.types import ColorLike, Float64Array, Vector, rgb
 from pvphong.geometry.transform import SingularMatrixWarning, normal_matrix
-from pvphong.optics.light import Light, VtkValues
-from pvphong.optics.lights import light_from_values, refuse_unless_in_vtk
+from pvphong.optics.light import Light
+from pvphong.optics.lights import VtkValues, light_from_values, refuse_unless_in_vtk, vtk_values
 from pvphong.optics.material import Material, nearest_in_vtk
 from pvphong.optics.reflectances.highlight import LIKENESS
 from pvphong.optics.reflectances.vtk import HIGHEST_POWER
@@ -163,7 +163,7 @@ def refuse_inexpressible(scene: Scene, material: Material, matrix: Float64Array 
         obstacles[what] = f"shininess at most {HIGHEST_POWER:g}"
         nearest = replace(nearest, shininess=min(nearest.shininess, HIGHEST_POWER))
     for index, light in enumerate(scene.lights):
-        exponent = light.as_vtk().exponent
+        exponent = vtk_values(light).exponent
         if light.on and exponent > HIGHEST_POWER:
             what = f"an exponent of {exponent:g} in lights[{index}] (VTK clamps them to {HIGHEST_POWER:g})"
             obstacles[what] = f"lights[{index}] with exponent={HIGHEST_POWER:g}"
@@ -231,7 +231,7 @@ def in_vtk_terms(scene: Scene, material: Material, center: Float64Array, size: f
     lights, viewer, conversions = list(scene.lights), scene.viewer, []
     ambient, emission = np.array(rgb(material.ambient)), np.array(rgb(material.emission))
     if scene.light_model.convention == "standard":
-        angles = (light.as_vtk().cone_angle or 0.0 for light in shining(scene))
+        angles = (vtk_values(light).cone_angle or 0.0 for light in shining(scene))
         lights = [
             light.with_values(Angle, _WIDEST_CONE) if angle > _WIDEST_CONE else light
             for light, angle in zip(shining(scene), angles, strict=True)

@@ -4,13 +4,21 @@ A new kind is its own file beside these and one entry in `LIGHT_TYPES`; then its
 `pvphong/__init__.py`, a row in the README, and a strategy in `tests/strategies.py`, with which all tests of laws take
 it. One with a size gives its `nodes`; with a `closed` form it is exact, with `sampling` rays reach it, for soft shadows
 and `truth`. `aimed.py` has what lights with a direction share, `sized.py` what those with a size do; `conversion.py`
-makes lights from other notations.
+has lights in other notations, as VTK's. Which cheaper light may replace one is `pvphong/shading/plan/lights.py`'s.
 """
 
 from __future__ import annotations
 
 from pvphong.optics.light import Light
-from pvphong.optics.lights.conversion import light_from_homogeneous, light_from_values, refuse_unless_in_vtk
+from pvphong.optics.lights.conversion import (
+    VtkValues,
+    is_in_vtk,
+    light_from_homogeneous,
+    light_from_values,
+    nearest_in_vtk,
+    refuse_unless_in_vtk,
+    vtk_values,
+)
 from pvphong.optics.lights.directional import DirectionalLight
 from pvphong.optics.lights.disk import DiskLight
 from pvphong.optics.lights.environment import EnvironmentLight
@@ -44,7 +52,11 @@ __all__ = [
     "RectangleLight",
     "SphereLight",
     "SpotLight",
+    "VtkValues",
+    "is_in_vtk",
     "light_from_homogeneous",
     "light_from_values",
+    "nearest_in_vtk",
     "refuse_unless_in_vtk",
+    "vtk_values",
 ]

@@ -10,9 +10,8 @@ import numpy as np
 
 from pvphong.base import check
 from pvphong.base.types import Float64Array, VectorLike
-from pvphong.base.vectors import moderate_vector, unit_vector
-from pvphong.geometry.extent import TURN_SLACK, Extent
-from pvphong.optics.light import Arrival, Light, Reach, VtkValues
+from pvphong.base.vectors import moderate_vector
+from pvphong.optics.light import Arrival, Light
 from pvphong.optics.roles import aim, direction_from
 
 
@@ -98,13 +97,3 @@ class DirectionalLight(Light):
         """Strength 1 against the light's travel: the direction given, but for a power of two, and 1/length."""
         direction, inverse_length = moderate_vector(self.direction)
         return Arrival(-np.array(direction, dtype=real)[:, None], 1.0, inverse_length)
-
-    def reach(self, extent: Extent) -> Reach:  # noqa: ARG002 the same everywhere
-        """Strength 1 from one direction."""
-        x, y, z = unit_vector(self.direction)
-        return Reach(1.0, (-x, -y, -z), TURN_SLACK)
-
-    def as_vtk(self) -> VtkValues:
-        """Its direction."""
-        x, y, z = self.direction
-        return VtkValues(False, (x, y, z))

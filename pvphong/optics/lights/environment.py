@@ -13,7 +13,7 @@ import numpy as np
 from pvphong.base import check
 from pvphong.base.types import Float64Array, FloatArray, Vector, VectorLike, rgb
 from pvphong.base.vectors import unit_vector
-from pvphong.geometry.extent import ROUNDED_UP, Extent
+from pvphong.geometry.extent import ROUNDED_UP
 from pvphong.optics.area.harmonics import energies, moments, moments_left, sky, sky_numbers
 from pvphong.optics.area.lobes import CosinePower
 from pvphong.optics.area.sampling import (
@@ -24,13 +24,10 @@ from pvphong.optics.area.sampling import (
     sky_frame,
     sky_sampling,
 )
-from pvphong.optics.light import Integral, Light, Reach
+from pvphong.optics.light import Integral, Light
 from pvphong.optics.lights.directional import DirectionalLight
 from pvphong.optics.panorama import Panorama, directions, image_or_color, row_areas
 from pvphong.optics.roles import Role, Turn, Up, meaning
-
-SKY = "sky"
-"""The plan's effect."""
 
 # Sine of the least angle between `up` and the x axis for which that is the middle of the image.
 _LEAST = 1e-9
@@ -43,8 +40,6 @@ _ROWS = 48
 _NODES_IN_LOBES, _LEAST_NODES, _MOST_NODES = 4.0, 256, 1024
 # Rows of an image that rays are chosen by, at most: cells of it have the mean of their texels.
 _MOST_ROWS = 256
-# What harmonics may have more than the image that they are of.
-_OVERSHOOT = 2.0
 _RED_GREEN_BLUE = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
 
 
@@ -118,11 +113,6 @@ class EnvironmentLight(Light):
 
     # -- what arrives
 
-    @cached_property
-    def nearest_in_vtk(self) -> DirectionalLight:
-        """Parallel light from where it is brightest on average."""
-        return DirectionalLight(direction=self.nodes(1)[0].direction)
-
     def nodes(self, count: int) -> tuple[DirectionalLight, ...]:
         """Parallel lights that have the same energy each, and together that of the image.
 
@@ -154,17 +144,7 @@ class EnvironmentLight(Light):
         texels = np.minimum(row.astype(int), height - 1), np.minimum(column.astype(int), width - 1)
         return np.asarray(self.panorama.image[texels].T)
 
-    def reach(self, extent: Extent) -> Reach:  # noqa: ARG002 the same everywhere
-        """It comes from everywhere; no lobe makes more of it than a factor of 1 does."""
-        strongest = max(1.0, _OVERSHOOT * float(self.panorama.total.max())) * ROUNDED_UP
-        return Reach(strongest, None, 0.0)
-
     # -- in bands
-
-    @property
-    def effects(self) -> frozenset[str]:
-        """Its bands."""
-        return frozenset({SKY}) if self.bands > 1 else frozenset()
 
     @property
     def bands(self) -> int:

@@ -10,14 +10,12 @@ from typing import ClassVar
 import numpy as np
 
 from pvphong.base.types import Float64Array, Vector, VectorLike
-from pvphong.geometry.extent import Extent
 from pvphong.optics.area.disk import sphere_highlight, sphere_irradiance
 from pvphong.optics.area.lobes import CosinePower
 from pvphong.optics.area.sampling import Sampling, sphere_frame, sphere_sample, sphere_seen
 from pvphong.optics.attenuation import INVERSE_SQUARE
-from pvphong.optics.light import SIZE_EFFECT, Integral, Light, Reach, StandIn
-from pvphong.optics.lights.point import PointLight, parallel_at
-from pvphong.optics.lights.sized import as_point, reach_within
+from pvphong.optics.light import Integral, Light
+from pvphong.optics.lights.point import PointLight
 from pvphong.optics.roles import MESH_UNIT, length, place
 
 
@@ -74,23 +72,6 @@ class SphereLight(Light):
     def radiance(self, directions: Float64Array) -> Float64Array:  # noqa: ARG002 the same from everywhere
         """One over the square of its radius."""
         return np.full((3, 1), 1.0 / self.radius / self.radius)
-
-    def reach(self, extent: Extent) -> Reach:
-        """Its surface may be as near as that; it is seen as far off as its edge is."""
-        return reach_within(self.places[0], self.radius, extent)
-
-    def simpler(self, effect: str, extent: Extent, *, exactly: bool) -> StandIn | None:
-        """A point light in its middle.
-
-        It is seen as a disk of one colour, s the sine of its angular radius, that sends 2 / (1 + √(1 − s²)) times 1/d².
-        """
-        if exactly or effect != SIZE_EFFECT:
-            return None
-        return as_point(extent.sight(self.places[0]), self.radius, self.nodes(1)[0], lambda s: s * s / 2.0)
-
-    def without(self, effect: str, point: Vector) -> tuple[Light, float]:
-        """A point light in its middle, or parallel light."""
-        return (self.nodes(1)[0], 1.0) if effect == SIZE_EFFECT else parallel_at(self, point)
 
 
 @lru_cache(maxsize=32)

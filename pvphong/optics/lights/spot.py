@@ -10,22 +10,15 @@ from typing import Any
 from pvphong.base import check
 from pvphong.base.formulas import BRIGHTEST, ONE, TWO, ZERO, Power, add, formula, square, times, where
 from pvphong.base.types import Vector, VectorLike
-from pvphong.base.vectors import angle_between, moderate_vector
-from pvphong.geometry.extent import Extent
-from pvphong.optics.attenuation import COEFFICIENTS, NONE, strongest
-from pvphong.optics.light import Light, Placement, StandIn, VtkValues
+from pvphong.base.vectors import moderate_vector
+from pvphong.optics.attenuation import COEFFICIENTS, NONE
+from pvphong.optics.light import Light, Placement
 from pvphong.optics.lights.aimed import Aimed
-from pvphong.optics.lights.point import PointLight, Weakening
+from pvphong.optics.lights.point import Weakening
 from pvphong.optics.roles import Power as FalloffPower
 from pvphong.optics.roles import aim, angle, meaning, place
 
-CONE = "cone"
-"""The plan's effect."""
-
 _HALF = "It is half the opening angle, in degrees; a light without a cone is a PointLight."
-
-# Angles are known to this many radians: arc cosines lose half the digits near 0.
-_SLACK = 1e-6
 
 
 @formula
@@ -86,44 +79,3 @@ class SpotLight(Aimed, Weakening, Light):
         edge = 2.0 if self.cone_angle == 90.0 else 4.0 * math.sin(math.radians(self.cone_angle) / 2.0) ** 2
         own, power = (*self.axis, edge), Power(self.exponent)
         return super().placement._replace(falloff=_in_cone, power=power, parameters=own, most_gain=most_gain)
-
-    @cached_property
-    def effects(self) -> frozenset[str]:
-        """A point light's, and its cone."""
-        return super().effects | {CONE}
-
-    def simpler(self, effect: str, extent: Extent, *, exactly: bool) -> StandIn | None:
-        """Off outside its cone, a point light inside it; or as one that does not weaken."""
-        if effect != CONE:
-            return super().simpler(effect, extent, exactly=exactly)
-        seen = extent.sight(self.position)
-        if seen is None:
-            return None
-        middle, edge = math.pi - angle_between(seen.direction, self.axis), math.radians(self.cone_angle)
-        least, most = max(middle - seen.turn, 0.0), min(middle + seen.turn, math.pi)
-        if least > edge + _SLACK:
-            margin = math.degrees(least - edge)
-            shown = f"{margin:.0f}" if margin >= 1.0 else f"{margin:.1g}"
-            return StandIn(None, f"mesh lies outside the cone by {shown}°")
-        if most >= edge - _SLACK or (exactly and self.exponent):
-            return None
-        found = StandIn(lambda: (self._as_point(),), "mesh lies inside the cone")
-        if self.exponent == 0.0:
-            return found
-        angles = max(least - _SLACK, 0.0), most + _SLACK
-        brightest, darkest = (max(math.cos(off_axis), 0.0) ** self.exponent for off_axis in angles)
-        why = f"{found.why}, whose light is even to {{bound:.2g}}"
-        spread = strongest(seen, self.attenuation) * (brightest - darkest) / 2
-        return found._replace(why=why, factor=(brightest + darkest) / 2, spread=spread)
-
-    def without(self, effect: str, point: Vector) -> tuple[Light, float]:
-        """A point light, parallel light, or as strong everywhere as at a point."""
-        return (self._as_point(), 1.0) if effect == CONE else super().without(effect, point)
-
-    def _as_point(self) -> PointLight:
-        return PointLight(position=self.position, attenuation=self.attenuation)
-
-    def as_vtk(self) -> VtkValues:
-        """All its fields. VTK takes a cone of 90° for none, and keeps exponents up to 128."""
-        x, y, z = self.direction
-        return super().as_vtk()._replace(direction=(x, y, z), cone_angle=self.cone_angle, exponent=self.exponent)

@@ -8,10 +8,10 @@ import math
 from pvphong.base.types import Vector
 from pvphong.base.vectors import angle_between
 from pvphong.geometry.extent import ROUNDED_UP, TURN_SLACK
-from pvphong.optics.light import StandIn
 from pvphong.optics.reflectance import LAMBERT, Sightline
 from pvphong.shading.equation import Equation, LightTerm
 from pvphong.shading.plan.draft import Draft
+from pvphong.shading.plan.lights import StandIn
 
 Cone = tuple[Vector, float]
 """Directions: a unit vector, and the angle in radians by which one at a vertex may be off it."""

@@ -14,8 +14,10 @@ from functools import cached_property
 from typing import NamedTuple
 
 from pvphong.geometry.extent import ROUNDED_UP, Extent
-from pvphong.optics.light import Light, Reach
+from pvphong.optics.light import Light
 from pvphong.shading.equation import Equation, LightTerm
+from pvphong.shading.plan import lights
+from pvphong.shading.plan.lights import Reach
 from pvphong.shading.vertices import Vertices
 from pvphong.shading.visibility import TransportLike, VisibilityLike
 
@@ -105,7 +107,7 @@ class Draft:
         """What of a light can reach the vertices; kept, for several effects need it."""
         light, reach = self._reaches.get(term.index, (None, Reach()))
         if light is not term.light:
-            reach = term.light.reach(self.extent)
+            reach = lights.reach(term.light, self.extent)
             self._reaches[term.index] = term.light, reach
         return reach
 

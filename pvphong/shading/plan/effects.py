@@ -1,7 +1,7 @@
 """The effects that a scene may call for: how each is left out, when it is on and why, and the equation without it.
 
 An effect is a class here and its row in `EFFECTS`, at the end, which plans and the accuracy report read. One that
-lights call for by its name (`Light.effects`) and can say how to do without is a row alone, of `LightEffect`.
+lights call for, and `lights.py` says how to do without, is a row alone, of `LightEffect`.
 
 In order: what an effect is; the surface (matrix, emission, ambient light, light that bounces); lights (whether one
 shines at all, its position, attenuation and cone, its size, its bands); reflection; the viewer; visibility.
@@ -24,10 +24,8 @@ from pvphong.base.types import Vector
 from pvphong.base.vectors import angle_between
 from pvphong.geometry.extent import ROUNDED_UP
 from pvphong.geometry.transform import class_of
-from pvphong.optics import attenuation
 from pvphong.optics.area.harmonics import BANDS
-from pvphong.optics.light import NODES, POSITION_EFFECT, SIZE_EFFECT
-from pvphong.optics.lights.sized import merged_nodes
+from pvphong.optics.light import NODES
 from pvphong.optics.reflectance import Component
 from pvphong.shading.equation import BLACK, Equation, LightTerm, by_closed_form, in_parts
 from pvphong.shading.interreflection import diffuse_white, without_ambient
@@ -43,6 +41,7 @@ from pvphong.shading.plan.bounds import (
     viewer_seen,
 )
 from pvphong.shading.plan.draft import BOUNCES, Decision, Draft, Note
+from pvphong.shading.plan.lights import ATTENUATION, CONE, POSITION, SIZE, SKY, effects, merged_nodes, simpler, without
 
 _LIGHTS = "lights"
 _NO_LIGHT = "no light reaches the mesh"
@@ -268,14 +267,14 @@ class Lights(Effect):
 
 
 class LightEffect(Effect):
-    """What some lights call for. The light says which cheaper lights may replace it, and how wrong they are
-    (`Light.simpler`); this class decides whether that is within the tolerance.
+    """An effect that some lights call for: `lights.py` says which cheaper lights may replace one, and how wrong they
+    are; this class decides whether that is within the tolerance.
     """
 
     def leave_out(self, draft: Draft, term: LightTerm) -> Change | None:
-        if self.name not in term.light.effects:
+        if self.name not in effects(term.light):
             return None
-        choice = term.light.simpler(self.name, draft.extent, exactly=not draft.allowance)
+        choice = simpler(term.light, self.name, draft.extent, exactly=not draft.allowance)
         if choice is None:
             return None
         if choice.make is None:  # it is dark here
@@ -287,10 +286,10 @@ class LightEffect(Effect):
         return (replace(term, light=choice.make()[0], gain=gain),), (note,)
 
     def has(self, equation: Equation, term: LightTerm) -> bool:
-        return self.name in term.light.effects
+        return self.name in effects(term.light)
 
     def term_without(self, equation: Equation, term: LightTerm, point: Vector) -> LightTerm:
-        light, factor = term.light.without(self.name, point)
+        light, factor = without(term.light, self.name, point)
         return replace(term, light=light, gain=term.gain * factor)
 
 
@@ -552,12 +551,12 @@ EFFECTS: tuple[Effect, ...] = (
     Ambient("ambient", (), "black ambient light or ambient reflectance", {"ambient": BLACK}, each=0.3),
     Bounces(BOUNCES, ("points", "normals"), "the light model has no bounces", {"bounces": 0}),
     Lights(_LIGHTS, (), _NO_LIGHT, {"terms": ()}),
-    Size(SIZE_EFFECT, ("points",), "no light has a size", each=20.0),
-    Sky("sky", ("normals",), "no light from all around varies", each=13.0),  # for each channel, with about nine bands
-    LightEffect("cone", ("points",), "no spot light", each=1.6),
+    Size(SIZE, ("points",), "no light has a size", each=20.0),
+    Sky(SKY, ("normals",), "no light from all around varies", each=13.0),  # for each channel, with about nine bands
+    LightEffect(CONE, ("points",), "no spot light", each=1.6),
     Specular("specular", ("normals", "viewer"), "black specular colour", each=1.4),
-    LightEffect(attenuation.EFFECT, ("points",), "no light weakens with distance", each=0.7),
-    LightEffect(POSITION_EFFECT, ("points",), "every light is directional", once=0.5, each=0.2),
+    LightEffect(ATTENUATION, ("points",), "no light weakens with distance", each=0.7),
+    LightEffect(POSITION, ("points",), "every light is directional", once=0.5, each=0.2),
     # without it he is at infinity along the view axis, as `LightModel(local_viewer=False)` has it
     LocalViewer("local viewer", ("points", "viewer"), "no highlight is left that depends on it", _FAR_AWAY, once=0.6),
     Reflection("diffuse", ("normals",), "black diffuse colour", once=0.5, each=0.2),

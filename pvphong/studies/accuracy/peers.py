@@ -14,7 +14,7 @@ from pvphong.base import check
 from pvphong.base.types import Float64Array, FloatArray, IntArray, MatrixLike, rgb
 from pvphong.geometry.transform import transform_normals, transform_points
 from pvphong.meshes.surfaces import shallow_copy
-from pvphong.optics.lights import refuse_unless_in_vtk
+from pvphong.optics.lights import refuse_unless_in_vtk, vtk_values
 from pvphong.optics.material import Material, without_maps
 from pvphong.scene.scene import Scene
 from pvphong.shading.equation import Equation
@@ -108,7 +108,7 @@ def textbook_colors(
     for light in scene.world_lights:
         if not light.on:
             continue
-        given = light.as_vtk()
+        given = vtk_values(light)
         if given.is_positional:
             to_light = np.array(given.position) - p
             distance = np.linalg.norm(to_light, axis=1, keepdims=True)

@@ -12,7 +12,7 @@ import numpy as np
 
 from pvphong.base.types import Backend, Float64Array, FloatArray, IntArray, Precision
 from pvphong.geometry.extent import Sphere
-from pvphong.optics.light import POSITION_EFFECT, Light
+from pvphong.optics.light import Light
 from pvphong.optics.material import Material
 from pvphong.optics.reflectances import counterpart_of
 from pvphong.optics.roles import Place
@@ -22,6 +22,7 @@ from pvphong.scene.scene import Scene
 from pvphong.shading import kernel, reference
 from pvphong.shading.equation import BLACK, Equation, as_nodes, in_parts, relative_to_mesh
 from pvphong.shading.plan.effects import EFFECTS
+from pvphong.shading.plan.lights import POSITION
 from pvphong.shading.plan.plan import Plan, is_worth_loading
 from pvphong.shading.reference import Shading
 from pvphong.shading.vertices import Vertices
@@ -296,7 +297,7 @@ def _simpler_models(subject: Subject) -> Iterator[tuple[str, Equation, str]]:
         places = light.values(Place)
         return bool(places) and all(math.dist(place, middle) > _FAR * radius for place in places)
 
-    directional = WITHOUT[POSITION_EFFECT](whole, middle).terms
+    directional = WITHOUT[POSITION](whole, middle).terms
     terms = tuple(b if is_far(a.light) else a for a, b in zip(whole.terms, directional, strict=True))
     all_near = "no light with a position is farther away than the mesh's diameter"
     any_far = any(is_far(term.light) for term in needed.terms)

@@ -19,6 +19,7 @@ from pvphong.base.vectors import is_direction
 from pvphong.meshes.default_scene import scene_for
 from pvphong.meshes.point_data import surface_and_maps
 from pvphong.meshes.surfaces import FeatureAngle, point_normals
+from pvphong.optics.lights import vtk_values
 from pvphong.optics.maps import Map
 from pvphong.optics.material import Material, as_material, refuse_maps_in_vtk
 from pvphong.scene.scene import Scene, SceneLike
@@ -124,7 +125,7 @@ def validate(
     positions[rows], directions[rows] = pose.in_world()
 
     # 16 · power · 2⁻²⁴ + 1e-6, see `pvphong.vtk.oracle`; and `allowed_error` where shading is physically based.
-    exponents = [light.as_vtk().exponent for light in shining(scene)]
+    exponents = [vtk_values(light).exponent for light in shining(scene)]
     physical = material.reflectance and material.reflectance.in_vtk()
     power = material.shininess if any(rgb(material.specular)) else 0.0
     shininess, more = (0.0, allowed_error(physical.roughness)) if physical else (power, 1e-6)

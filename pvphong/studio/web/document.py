@@ -26,7 +26,7 @@ from pvphong.base.types import Vector
 from pvphong.base.vectors import unit_vector
 from pvphong.meshes.surfaces import FeatureAngle
 from pvphong.optics.light import Light
-from pvphong.optics.lights import LIGHT_TYPES
+from pvphong.optics.lights import LIGHT_TYPES, vtk_values
 from pvphong.optics.maps import FIELDS, Map
 from pvphong.optics.material import Material, as_material
 from pvphong.optics.reflectances import REFLECTANCES
@@ -590,7 +590,7 @@ def _with_image(light: Light, name: str, image: Any) -> Light:
     changes: dict[str, Any] = {name: image}
     changed = replace(light, **changes)
     # both keep what they compute of an image, which takes long: it is done in this thread, not in the one that draws
-    changed.as_vtk()
+    vtk_values(changed)
     changed.bands  # noqa: B018
     return changed
 

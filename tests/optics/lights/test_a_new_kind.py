@@ -109,7 +109,17 @@ def test_help_and_tab_show_what_users_need_and_not_how_it_is_evaluated(kind):
     methods = set(re.findall(r"^ \|  (\w+)(?:\(| =|$)", shown, re.MULTILINE))
     assert {"in_world", "to_pyvista", *(each.name for each in fields(kind))} <= methods
     internal = {"effects", "nodes", "tints", "simpler", "closed", "reach", "arrival", "placement", "without"}
-    internal |= {"area", "bands", "error_without_bands", "reach_radius", "sampled", "sides", "spots", "triangles"}
+    internal |= {
+        "area",
+        "bands",
+        "error_without_bands",
+        "part",
+        "reach_radius",
+        "sampled",
+        "sides",
+        "spots",
+        "triangles",
+    }
     assert not internal & methods
     assert not internal & set(dir(kind()))
-    assert "simpler" in dir(Light)
+    assert "placement" in dir(Light)

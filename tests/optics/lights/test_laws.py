@@ -13,10 +13,10 @@ from strategies import LIGHT_SHAPES, Dice, triple, unit
 
 from pvphong import LightModel, Material, Scene, SphereLight, Viewer, as_light, evaluate, plan
 from pvphong.geometry.extent import Extent
-from pvphong.optics.light import NODES, Light
-from pvphong.optics.lights import LIGHT_TYPES
-from pvphong.optics.lights.sized import merged_nodes
+from pvphong.optics.light import NODES
+from pvphong.optics.lights import LIGHT_TYPES, is_in_vtk, nearest_in_vtk, vtk_values
 from pvphong.optics.roles import Aim, Corners, Place, Role, Turn, Up
+from pvphong.shading.plan import lights as plans
 from pvphong.shading.plan.effects import EFFECTS
 from pvphong.vtk.scenes import refuse_inexpressible
 
@@ -196,7 +196,7 @@ def test_many_nodes_light_a_patch_as_the_whole_does(kind, seed):
 def test_no_vertex_gets_more_or_from_elsewhere_than_its_reach_says(kind, seed):
     light, every, _ = thrown(kind, seed)
     for points in all_and_single(every):
-        reach = light.reach(extent_of(points))
+        reach = plans.reach(light, extent_of(points))
         total = sum(strength for _, strength in arriving(light, points))
         assert (total <= reach.strongest).all()
         if reach.direction is None:
@@ -205,7 +205,7 @@ def test_no_vertex_gets_more_or_from_elsewhere_than_its_reach_says(kind, seed):
         for direction, strength in arriving(light, points):
             for l, s in zip(direction.T, strength, strict=True):
                 assert s == 0.0 or angle(l, reach.direction) <= reach.turn
-    nothing = light.reach(extent_of(every[:0]))
+    nothing = plans.reach(light, extent_of(every[:0]))
     assert light.is_even or (nothing.strongest == math.inf and nothing.direction is None)
 
 
@@ -215,8 +215,8 @@ def test_what_may_stand_in_is_no_further_off_than_it_says(kind, seed, size):
     light, points, _ = thrown(kind, seed)
     points = points * size
     direction, strength = of_its_middle(light, points)
-    for effect, exactly in itertools.product(light.effects, (True, False)):
-        choice = light.simpler(effect, extent_of(points), exactly=exactly)
+    for effect, exactly in itertools.product(plans.effects(light), (True, False)):
+        choice = plans.simpler(light, effect, extent_of(points), exactly=exactly)
         if choice is None:
             continue
         if choice.make is None:
@@ -233,7 +233,7 @@ def test_what_may_stand_in_is_no_further_off_than_it_says(kind, seed, size):
 
 with_a_place_and_a_size = pytest.mark.parametrize(
     ("kind", "seed"),
-    [(kind, seed) for kind in LIGHT_TYPES for seed in SEEDS if "size" in thrown(kind, seed)[0].effects],
+    [(kind, seed) for kind in LIGHT_TYPES for seed in SEEDS if "size" in plans.effects(thrown(kind, seed)[0])],
 )
 
 
@@ -261,7 +261,7 @@ def test_a_light_without_a_size_is_no_further_off_all_its_parts_than_is_said(kin
     light, every, _ = thrown(kind, seed)
     light, count = light.moved(lambda place: triple(farther * np.array(place))), 512
     for points, strengths, directions in with_many_nodes(light, every, count):
-        choice = light.simpler("size", extent_of(points), exactly=False)
+        choice = plans.simpler(light, "size", extent_of(points), exactly=False)
         if choice is None or choice.make is None:
             continue
         total, (there, even) = strengths.sum(axis=0), of_its_middle(choice.make()[0], points)
@@ -277,7 +277,7 @@ def test_fewer_nodes_are_no_further_off_than_is_said(kind, seed, farther):
     light, every, _ = thrown(kind, seed)
     light = light.moved(lambda place: triple(farther * np.array(place)))
     for (points, strengths, directions), count in itertools.product(with_many_nodes(light, every, NODES), (1, 4, 16)):
-        choice = merged_nodes(light, count, extent_of(points))
+        choice = plans.merged_nodes(light, count, extent_of(points))
         if choice is None:
             continue
         fewer, ways = from_nodes(choice.make(), points)
@@ -291,8 +291,8 @@ def test_fewer_nodes_are_no_further_off_than_is_said(kind, seed, farther):
 @every_light
 def test_its_effects_are_some_of_the_plans_and_its_position_is_one_unless_it_is_even(kind, seed):
     light, _, _ = thrown(kind, seed)
-    assert light.effects <= {effect.name for effect in EFFECTS}
-    assert ("position" in light.effects) != light.is_even
+    assert plans.effects(light) <= {effect.name for effect in EFFECTS}
+    assert ("position" in plans.effects(light)) != light.is_even
 
 
 @every_light
@@ -300,12 +300,12 @@ def test_left_out_an_effect_is_as_it_was_at_the_point(kind, seed):
     light, points, _ = thrown(kind, seed)
     point = triple(points[0])
     direction, strength = of_its_middle(light, points[:1])
-    for effect in light.effects - {"cone"}:  # without its cone a light is as bright everywhere as on its axis
-        simpler, factor = light.without(effect, point)
+    for effect in plans.effects(light) - {"cone"}:  # without its cone a light is as bright everywhere as on its axis
+        simpler, factor = plans.without(light, effect, point)
         there, even = of_its_middle(simpler, points[:1])
         np.testing.assert_allclose(factor * even, strength, rtol=1e-12)
         np.testing.assert_allclose(there, direction, atol=1e-12)
-        assert effect not in simpler.effects or simpler is light
+        assert effect not in plans.effects(simpler) or simpler is light
 
 
 @every_light
@@ -325,12 +325,12 @@ def test_a_plan_keeps_its_promise(kind, seed, tolerance):
 def test_vtk_has_it_or_is_said_not_to(kind, seed):
     light, _, _ = thrown(kind, seed, intensity=0.5)
     back = as_light(light.to_pyvista())
-    if type(light).as_vtk is not Light.as_vtk:
-        values, kept = light.as_vtk(), back.as_vtk()
+    if is_in_vtk(light):
+        values, kept = vtk_values(light), vtk_values(back)
         np.testing.assert_allclose(kept.position, values.position, rtol=1e-12)
         assert kept.attenuation == values.attenuation
         return
-    nearest = dataclasses.replace(light.nearest_in_vtk, intensity=0.5)
+    nearest = dataclasses.replace(nearest_in_vtk(light), intensity=0.5)
     for field in nearest.roles:  # a direction is the way to a focal point to VTK
         np.testing.assert_allclose(getattr(back, field), getattr(nearest, field), rtol=1e-12, atol=1e-12)
     assert dataclasses.replace(back, **{field: getattr(nearest, field) for field in nearest.roles}) == nearest

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from pvphong.optics.lights import PointLight, SpotLight
+from pvphong.shading.plan.lights import without
 
 LARGEST = np.finfo(np.float64).max
 
@@ -30,8 +31,8 @@ def test_a_distance_beyond_float64_is_taken_for_its_largest():
 def test_at_the_very_point_where_it_is_it_has_no_direction_to_be_taken_as():
     """As in a report on a mesh around it."""
     for lamp in (PointLight(position=(1, 2, 3)), SpotLight(position=(1, 2, 3))):
-        assert lamp.without("position", (1.0, 2.0, 3.0)) == (lamp, 1.0)
-        other, _ = lamp.without("position", (1.0, 2.0, 2.0))
+        assert without(lamp, "position", (1.0, 2.0, 3.0)) == (lamp, 1.0)
+        other, _ = without(lamp, "position", (1.0, 2.0, 2.0))
         assert other.direction == (0.0, 0.0, -1.0)
 
 

@@ -8,7 +8,7 @@ import pytest
 import pyvista as pv
 
 import pvphong as ph
-from pvphong.optics.lights import LIGHT_TYPES
+from pvphong.optics.lights import LIGHT_TYPES, nearest_in_vtk
 from pvphong.optics.reflectances import REFLECTANCES
 from pvphong.studio.gizmos import commands
 from pvphong.studio.gizmos.interaction import Entry
@@ -217,7 +217,7 @@ def test_a_new_light_shines_as_bright_on_any_scale(kind):
     for size in (1e-3, 1.0, 1e4):
         light = placed_before(LIGHT_TYPES[kind](), (0.0, 0.0, 0.0), size, viewer)
         towards = (
-            np.array(light.places).mean(axis=0) if light.places else -np.array(light.nearest_in_vtk.direction)
+            np.array(light.places).mean(axis=0) if light.places else -np.array(nearest_in_vtk(light).direction)
         ).tolist()
         rgb = ph.evaluate([[0.0, 0.0, 0.0]], [towards], [light], ph.Material(ambient=0, diffuse=1), precision="float64")
         assert 0.4 < rgb.rgb[0].max() < 0.75
