@@ -217,7 +217,7 @@ def test_the_face_says_what_it_gives():
 
 
 def test_few_modules_know_a_light_by_its_class():
-    """Who wants something of a light asks it. Those that make one name its class, and tables by kind: plans have one."""
+    """Who wants something of a light asks it. Those that make one name its class, and a plan's table by kind."""
 
     def makes(module):
         tree = ast.parse(MODULES[module].read_text(encoding="utf-8"))

@@ -2,10 +2,47 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import Any, ClassVar
 
-from pvphong.optics.reflectances.highlight import HALFWAY, LIKENESS, Shiny, own_shininess
+from pvphong.base.formulas import LEAST_SQUARE, TWO, add, formula, inverse_length, like, square, subtract, times, where
+from pvphong.base.vectors import unit
+from pvphong.optics.reflectance import Geometry, Peak, Sightline
+from pvphong.optics.reflectances.highlight import LIKENESS, Shiny, own_shininess
+
+_LARGER = 2.0**60
+"""Makes room for the square of l + v where they are nearly opposite; a power of two, so that it changes no bit."""
+
+
+@formula
+def _halfway_square(at: Geometry) -> Any:
+    """|C|² for C = h − n, n·h = 1 − ½|C|²; 2 where l = −v and there is no h."""
+    h = times(add(at.l, at.v), like(at.n_l, _LARGER))
+    length = square(h)
+    chord = square(subtract(times(h, inverse_length(length)), times(at.n, at.scale)))
+    return where(length > LEAST_SQUARE, chord, TWO)
+
+
+def largest_halfway(line: Sightline) -> float:
+    """The largest n·h = (cos θ + cos φ) / (2 cos ψ/2): it grows with smaller θ and φ and greater ψ.
+
+    H is the middle of the arc from l to v, so its angle from n is no less than θ − ψ/2, and than φ − ψ/2.
+    """
+    theta, phi, psi = line
+    nearest = math.cos(max(theta - 0.5 * psi, phi - 0.5 * psi, 0.0))
+    middle = 2.0 * math.cos(0.5 * psi)
+    return min((math.cos(theta) + math.cos(phi)) / middle, nearest) if middle > 1e-6 else nearest
+
+
+HALFWAY = Peak(
+    _halfway_square,
+    lambda n, l, v: unit(l + v)[0] - n,
+    largest_halfway,
+    None,
+    lambda psi: 0.5 / max(math.cos(0.5 * psi), 1e-6),
+)
+"""Where the half-way direction h = (l + v)/|l + v| is n. It is the middle of the arc from l to v."""
 
 
 @dataclass(frozen=True)

@@ -18,27 +18,17 @@ import numpy as np
 from pvphong.base import check
 from pvphong.base.formulas import (
     HALF,
-    LEAST_SQUARE,
     ONE,
-    TWO,
     ZERO,
     Power,
     add,
-    cross,
-    dot,
     formula,
-    inverse_length,
-    like,
     maximum,
-    multiply_add,
     sqrt,
     square,
-    subtract,
-    times,
     where,
 )
 from pvphong.base.types import Color, rgb
-from pvphong.base.vectors import unit
 from pvphong.geometry.extent import ROUNDED_UP
 from pvphong.optics.area.sampling import Directions, around, by_halves
 from pvphong.optics.maps import number_or_map
@@ -59,80 +49,6 @@ _SHARPEST = 2.0**40
 
 LIKENESS = 4.0
 """Blinn-Phong needs about this many times the shininess for the same highlight; see `Material.for_blinn_phong`."""
-
-_LARGER = 2.0**60
-"""Makes room for the square of l + v where they are nearly opposite; a power of two, so that it changes no bit."""
-
-
-# --- where highlights are
-
-
-@formula
-def _mirror_square(at: Geometry) -> Any:
-    """|C|² for C = 2(n·l)n − l − v, r·v = 1 − ½|C|², taken apart across n and along it.
-
-    |C|² = |n × (l + v)|² + (n·(l − v))² is 0 where n = l = v, and leaves out the rounding of |n|.
-    """
-    along = dot(at.n, subtract(at.l, at.v))
-    return multiply_add(along, along, square(cross(at.n, add(at.l, at.v)))) * (at.scale * at.scale)
-
-
-@formula
-def _halfway_square(at: Geometry) -> Any:
-    """|C|² for C = h − n, n·h = 1 − ½|C|²; 2 where l = −v and there is no h."""
-    h = times(add(at.l, at.v), like(at.n_l, _LARGER))
-    length = square(h)
-    chord = square(subtract(times(h, inverse_length(length)), times(at.n, at.scale)))
-    return where(length > LEAST_SQUARE, chord, TWO)
-
-
-@formula
-def _back_square(at: Geometry) -> Any:
-    """|C|² for C = l − v, l·v = 1 − ½|C|²."""
-    return square(subtract(at.l, at.v))
-
-
-@formula
-def _normal_square(at: Geometry) -> Any:
-    """|C|² for C = l − n, n·l = 1 − ½|C|²."""
-    return square(subtract(at.l, times(at.n, at.scale)))
-
-
-def largest_halfway(line: Sightline) -> float:
-    """The largest n·h = (cos θ + cos φ) / (2 cos ψ/2): it grows with smaller θ and φ and greater ψ.
-
-    H is the middle of the arc from l to v, so its angle from n is no less than θ − ψ/2, and than φ − ψ/2.
-    """
-    theta, phi, psi = line
-    nearest = math.cos(max(theta - 0.5 * psi, phi - 0.5 * psi, 0.0))
-    middle = 2.0 * math.cos(0.5 * psi)
-    return min((math.cos(theta) + math.cos(phi)) / middle, nearest) if middle > 1e-6 else nearest
-
-
-MIRROR = Peak(
-    _mirror_square,
-    lambda n, l, v: 2.0 * dot(n, l) * n - l - v,
-    lambda line: 2.0 * math.cos(line.theta) * max(math.cos(line.phi), 0.0) - math.cos(line.psi),
-    lambda surface: surface.mirrored,
-)
-"""Where the viewer is in the direction r = 2(n·l)n − l in which light is mirrored: r·v = 2(n·l)(n·v) − l·v."""
-
-HALFWAY = Peak(
-    _halfway_square,
-    lambda n, l, v: unit(l + v)[0] - n,
-    largest_halfway,
-    None,
-    lambda psi: 0.5 / max(math.cos(0.5 * psi), 1e-6),
-)
-"""Where the half-way direction h = (l + v)/|l + v| is n. It is the middle of the arc from l to v."""
-
-BACK = Peak(_back_square, lambda _, l, v: l - v, lambda _: 1.0, lambda surface: surface.to_viewer)
-"""Where the viewer is beside the light. Nothing is known of the least angle between them."""
-
-NORMAL = Peak(
-    _normal_square, lambda n, l, _: l - n, lambda line: math.cos(line.theta), lambda surface: surface.exact_normals
-)
-"""Where light falls along the normal."""
 
 
 # --- Schlick's part of the light that is white

@@ -10,7 +10,6 @@ from pvphong.base.formulas import ZERO, formula, like, where
 from pvphong.base.types import ColorLike, rgb
 from pvphong.optics.reflectance import ANYWHERE, HIGHLIGHT, LAMBERT, Geometry, Lobe, Sightline
 from pvphong.optics.reflectances.highlight import (
-    MIRROR,
     WHITENESS_SLOPE,
     Shiny,
     lambert_and_highlight,
@@ -19,7 +18,7 @@ from pvphong.optics.reflectances.highlight import (
     part_of_light,
     whiteness,
 )
-from pvphong.optics.reflectances.phong import Phong
+from pvphong.optics.reflectances.phong import MIRROR, Phong
 
 
 @formula

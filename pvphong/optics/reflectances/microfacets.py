@@ -45,10 +45,9 @@ from pvphong.geometry.extent import ROUNDED_UP
 from pvphong.optics.area.sampling import Directions, by_halves
 from pvphong.optics.maps import number_or_map
 from pvphong.optics.reflectance import ANYWHERE, Geometry, Reflectance, Sightline
+from pvphong.optics.reflectances.blinn_phong import HALFWAY, largest_halfway
 from pvphong.optics.reflectances.highlight import (
-    HALFWAY,
     WHITENESS_SLOPE,
-    largest_halfway,
     most_whiteness,
     whiteness,
 )

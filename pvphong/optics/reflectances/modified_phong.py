@@ -11,7 +11,8 @@ import numpy as np
 
 from pvphong.base.formulas import BRIGHTEST, HALF, ONE, ZERO, formula, like, maximum, minimum
 from pvphong.optics.reflectance import ANYWHERE, Geometry, Sightline
-from pvphong.optics.reflectances.highlight import MIRROR, Shiny, own_shininess, steepness
+from pvphong.optics.reflectances.highlight import Shiny, own_shininess, steepness
+from pvphong.optics.reflectances.phong import MIRROR
 
 
 @formula

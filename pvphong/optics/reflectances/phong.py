@@ -1,14 +1,40 @@
-"""Phong's reflection: diffuse, and a highlight around the mirror direction."""
+"""Phong's reflection: diffuse, and a highlight around the mirror direction.
+
+The cosine is r·v = 1 − ½|C|², with the chord C between r and v. Evaluators take the power of it that `Phong.power` says
+(`pvphong.base.formulas.chord_power`), and `factors` of `Shiny` put it where n·l > 0.
+"""
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from functools import partial
-from typing import ClassVar
+from typing import Any, ClassVar
 
 from pvphong.base import check
+from pvphong.base.formulas import add, cross, dot, formula, multiply_add, square, subtract
 from pvphong.optics.area.lobes import CosinePower
-from pvphong.optics.reflectances.highlight import LIKENESS, MIRROR, Shiny, own_shininess
+from pvphong.optics.reflectance import Geometry, Peak
+from pvphong.optics.reflectances.highlight import LIKENESS, Shiny, own_shininess
+
+
+@formula
+def _mirror_square(at: Geometry) -> Any:
+    """|C|² for C = 2(n·l)n − l − v, r·v = 1 − ½|C|², taken apart across n and along it.
+
+    |C|² = |n × (l + v)|² + (n·(l − v))² is 0 where n = l = v, and leaves out the rounding of |n|.
+    """
+    along = dot(at.n, subtract(at.l, at.v))
+    return multiply_add(along, along, square(cross(at.n, add(at.l, at.v)))) * (at.scale * at.scale)
+
+
+MIRROR = Peak(
+    _mirror_square,
+    lambda n, l, v: 2.0 * dot(n, l) * n - l - v,
+    lambda line: 2.0 * math.cos(line.theta) * max(math.cos(line.phi), 0.0) - math.cos(line.psi),
+    lambda surface: surface.mirrored,
+)
+"""Where the viewer is in the direction r = 2(n·l)n − l in which light is mirrored: r·v = 2(n·l)(n·v) − l·v."""
 
 
 @dataclass(frozen=True)

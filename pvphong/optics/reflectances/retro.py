@@ -3,10 +3,21 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import Any, ClassVar
 
-from pvphong.optics.reflectances.highlight import BACK
+from pvphong.base.formulas import formula, square, subtract
+from pvphong.optics.reflectance import Geometry, Peak
 from pvphong.optics.reflectances.modified_phong import ModifiedPhong
+
+
+@formula
+def _back_square(at: Geometry) -> Any:
+    """|C|² for C = l − v, l·v = 1 − ½|C|²."""
+    return square(subtract(at.l, at.v))
+
+
+BACK = Peak(_back_square, lambda _, l, v: l - v, lambda _: 1.0, lambda surface: surface.to_viewer)
+"""Where the viewer is beside the light. Nothing is known of the least angle between them."""
 
 
 @dataclass(frozen=True)

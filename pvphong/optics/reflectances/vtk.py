@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
-from pvphong.base.formulas import ZERO, formula, like, maximum, square, where
-from pvphong.optics.reflectance import ANYWHERE, HIGHLIGHT, Geometry, Lobe, Reflectance, Sightline
-from pvphong.optics.reflectances.highlight import NORMAL, Shiny, own_shininess
+from pvphong.base.formulas import ZERO, formula, like, maximum, square, subtract, times, where
+from pvphong.optics.reflectance import ANYWHERE, HIGHLIGHT, Geometry, Lobe, Peak, Reflectance, Sightline
+from pvphong.optics.reflectances.highlight import Shiny, own_shininess
 from pvphong.optics.reflectances.phong import Phong
 
 HIGHEST_POWER = 128.0
@@ -28,6 +29,18 @@ def _headlight(own: Any, at: Geometry, highlight: Any) -> Any:  # noqa: ARG001 a
     """max(n·l, floor) and a highlight, but 0 where there is no normal: the floor is not for that."""
     is_there = square(at.n) > ZERO
     return where(is_there, maximum(at.n_l, like(at.n_l, _HEADLIGHT_FLOOR)), ZERO), where(is_there, highlight, ZERO)
+
+
+@formula
+def _normal_square(at: Geometry) -> Any:
+    """|C|² for C = l − n, n·l = 1 − ½|C|²."""
+    return square(subtract(at.l, times(at.n, at.scale)))
+
+
+NORMAL = Peak(
+    _normal_square, lambda n, l, _: l - n, lambda line: math.cos(line.theta), lambda surface: surface.exact_normals
+)
+"""Where light falls along the normal."""
 
 
 @dataclass(frozen=True)

@@ -31,7 +31,7 @@ from pvphong.base.formulas import (
 from pvphong.geometry.extent import ROUNDED_UP
 from pvphong.optics.area.sampling import Directions, by_halves
 from pvphong.optics.reflectance import ANYWHERE, HIGHLIGHT, LAMBERT, Geometry, Reflectance, Sightline
-from pvphong.optics.reflectances.highlight import HALFWAY, largest_halfway
+from pvphong.optics.reflectances.blinn_phong import HALFWAY, largest_halfway
 from pvphong.optics.surface import Surface
 
 _LEAST_HEIGHT = 1e-3
