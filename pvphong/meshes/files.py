@@ -83,7 +83,7 @@ def read(path: str | os.PathLike[str], *, guarded: bool = False) -> pv.DataSet |
         child = subprocess.Popen(
             [sys.executable, "-W", "ignore", "-c", _CHILD, os.fspath(path), str(result), str(speaking)],
             stdin=subprocess.DEVNULL,
-            stdout=subprocess.PIPE,
+            stdout=subprocess.DEVNULL,  # some readers print
             stderr=subprocess.DEVNULL,
             pass_fds=[speaking],
             env=environment(),
@@ -92,23 +92,24 @@ def read(path: str | os.PathLike[str], *, guarded: bool = False) -> pv.DataSet |
         with child, os.fdopen(listening):
             watch = Watch(listening, child.pid)
             watch.until_it_ends()
-            said, _ = child.communicate()
-        if child.returncode or said:
-            failed = watch.failure(child.returncode) if child.returncode else said.decode(errors="surrogateescape")
-            raise ValueError(failed)
-        mesh: pv.DataSet | pv.MultiBlock = pickle.loads(result.read_bytes())
-        return mesh
+        if child.returncode:
+            raise ValueError(watch.failure(child.returncode))
+        found: pv.DataSet | pv.MultiBlock | ValueError = pickle.loads(result.read_bytes())
+        if isinstance(found, ValueError):
+            raise found
+        return found
 
 
 def _read_for_parent(path: str, result: str, end: str) -> None:
-    """What the other process does: print why the mesh cannot be read, or put it into a file."""
+    """What the other process does: put the mesh, or why it cannot be read, into a file."""
     begin_work(int(end))
-    try:
-        with reading(path):
-            Path(result).write_bytes(pickle.dumps(read_mesh(path), protocol=5))
-    except ValueError as error:
-        sys.stdout.reconfigure(errors="surrogateescape")  # type: ignore[union-attr]
-        print(error, end="")
+    found: Any
+    with reading(path):
+        try:
+            found = read_mesh(path)
+        except ValueError as error:
+            found = error
+        Path(result).write_bytes(pickle.dumps(found, protocol=5))
 
 
 def read_mesh(path: str) -> pv.DataSet | pv.MultiBlock:

@@ -313,6 +313,12 @@ def test_a_mesh_comes_whole_through_another_process():
     assert read["ball"].point_data.active_normals_name == "Normals"
 
 
+def test_what_a_reader_prints_spoils_nothing(lit, monkeypatch):
+    save(lit, "lit.vtp")
+    monkeypatch.setattr(mesh_files, "_CHILD", f"print('32 faces', flush=True); {mesh_files._CHILD}")
+    assert ph.read("lit.vtp", guarded=True) == lit
+
+
 def test_what_the_other_process_refuses_is_refused_in_the_same_words(lit):
     half_a_file(lit, "half.vtp")
     said = []

@@ -42,6 +42,7 @@ from numba.core.ccallback import CFunc
 from numba.core.serialize import dumps
 
 from pvphong.base.files import locked, written_aside
+from pvphong.base.formulas import FORMULAS
 from pvphong.base.processes import environment
 from pvphong.shading.equation import Equation
 from pvphong.shading.kernel import arithmetic
@@ -185,10 +186,17 @@ class Code(CFunc):
 def store_of(function: Callable[..., Any]) -> Store | None:
     """Where the code of a function is kept; None where Numba finds no folder to write to, or there are no sources."""
     formulas = [cell.cell_contents for cell in function.__closure__ or () if callable(cell.cell_contents)]
+    modules = {each.__module__ for each in (function, *formulas)}
+    if not all(map(_is_own, modules)):  # a formula of the user's may call any other
+        modules |= {each.__module__ for each in FORMULAS}
     try:
-        return Store(function, _sources(tuple(sorted({each.__module__ for each in (function, *formulas)}))))
-    except (RuntimeError, OSError):
+        return Store(function, _sources(tuple(sorted(modules))))
+    except (RuntimeError, OSError, TypeError):  # inspect raises the last for what was typed into an interpreter
         return None
+
+
+def _is_own(module: str) -> bool:
+    return module.startswith("pvphong.")
 
 
 @functools.cache
@@ -200,7 +208,7 @@ def _sources(modules: tuple[str, ...]) -> bytes:
     here = Path(__file__).parent
     folders = here, *(here.parents[1] / package for package in ("base", "geometry", "optics"))
     called = [source.read_text("utf-8") for folder in folders for source in sorted(folder.rglob("*.py"))]
-    own = [inspect.getsource(sys.modules[module]) for module in modules if not module.startswith("pvphong.")]
+    own = [inspect.getsource(sys.modules[module]) for module in modules if not _is_own(module)]
     return digest("".join([*called, *own]).encode())
 
 

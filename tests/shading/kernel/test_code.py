@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import shutil
+import sys
 
 import pytest
 from apart import EVALUATE, run_apart
@@ -92,6 +93,35 @@ def test_a_damaged_file_is_replaced(folder):
 def test_what_code_was_made_of_counts(folder, change):
     code = STAGE + change + "\nprint(code().cache_hits)"
     assert run_apart(code, NUMBA_CACHE_DIR=str(folder)) == "0\n"
+
+
+OWN = """
+from pvphong.base.formulas import ONE, formula
+from pvphong.shading.kernel import code as kernel_code, stages
+{imports}
+@formula
+def falloff(own, l):
+    return {value}, l[0]
+store = kernel_code.store_of(stages.light_stage(falloff, False))
+"""
+
+
+def test_a_helper_of_a_users_formula_counts_wherever_it_is(tmp_path):
+    (tmp_path / "mine.py").write_text(OWN.format(imports="from helper import half", value="half(l)"))
+    found = set()
+    for value in ("0.5", "0.25", "0.5"):
+        helper = f"from pvphong.base.formulas import formula\n@formula\ndef half(l):\n    return {value}\n"
+        (tmp_path / "helper.py").write_text(helper)
+        found.add(run_apart("import mine; print(mine.store._sources.hex())", PYTHONPATH=path_with(tmp_path)))
+    assert len(found) == 2
+
+
+def test_of_a_formula_that_was_typed_into_an_interpreter_no_code_is_kept():
+    assert run_apart(OWN.format(imports="", value="ONE") + "print(store)") == "None\n"
+
+
+def path_with(folder):
+    return os.pathsep.join([str(folder), *filter(None, sys.path)])
 
 
 def test_where_nothing_can_be_written_it_is_compiled_each_time(folder):
