@@ -101,6 +101,9 @@ def _evaluate_chunks(given: dict[str, Any], scene: Any, **options: Any) -> Shadi
     shapes = {name: (len(array), 0) if name == _VISIBILITY else (0, *array.shape[1:]) for name, array in arrays.items()}
     nothing: dict[str, Any] = {name: np.empty(shape, arrays[name].dtype) for name, shape in shapes.items()}
     form = _evaluated(nothing, scene=scene, **options | {"backend": "numpy"})
+    maps = {name: Map(empty) for name, empty in nothing.items() if name not in _ARGUMENTS}
+    if maps:  # each task carries the material, but of its maps only the rows of its chunk
+        options["material"] = options["material"].with_values(maps)
     if scene.viewer is None:
         scene = _framed(scene, arrays["points"], options.get("matrix"))
     pairs = [part for name, array in arrays.items() for part in (array, _axes(name, array))]

@@ -12,6 +12,7 @@ from pvphong.base import threads
 from pvphong.shading import evaluation, kernel
 
 dask = pytest.importorskip("dask")
+cloudpickle = pytest.importorskip("cloudpickle")
 da = pytest.importorskip("dask.array")
 
 COUNT = 1000
@@ -59,6 +60,15 @@ def test_all_that_is_given_for_each_vertex_comes_in_chunks():
     expected, material = ph.evaluate(POINTS, NORMALS, PLAIN, ph.Material(**given)), ph.Material(**lazy)
     same(ph.evaluate(cut(POINTS, 300), NORMALS, PLAIN, material), expected)
     same(ph.evaluate(POINTS, NORMALS, PLAIN, material), expected)
+
+
+def test_a_task_carries_no_map_of_all_vertices():
+    material = ph.Material(albedo=RNG.random((COUNT, 3)), tangents=RNG.random((COUNT, 3)))
+    shading = ph.evaluate(cut(POINTS, 100), NORMALS, PLAIN, material)
+    tasks = {key: len(cloudpickle.dumps(task)) for key, task in dict(shading.rgb.__dask_graph__()).items()}
+    assert len(tasks) > 10
+    wholes = [key for key, size in tasks.items() if size > POINTS.nbytes / 2]
+    assert len(wholes) == 3, wholes  # the arrays themselves
 
 
 @pytest.mark.parametrize("options", [{}, {"clim": (0.2, 0.6)}, {"categories": True}, {"log_scale": True}], ids=str)
