@@ -5,7 +5,6 @@ Nothing else reads or writes such files, which users call rigs.
 
 from __future__ import annotations
 
-import itertools
 import json
 import os
 from collections import Counter
@@ -27,10 +26,7 @@ from pvphong.scene.light_model import LightModel
 from pvphong.scene.viewer import Viewer
 
 _FORMAT = "pvphong scene"
-_VERSIONS = 1, 2
-# What was there when files of version 1 were written; a scene with no more is still written as one.
-_FIRST_LIGHTS = {"directional", "point", "spot"}
-_NOT_IN_FIRST = {"shadows", "ambient_occlusion", "bounces"}
+_VERSION = 1
 
 
 @dataclass(frozen=True)
@@ -162,17 +158,12 @@ class Scene:
             before is then still there.
         """
         lights = [documents.with_type(f"lights[{k}]", light, LIGHT_TYPES) for k, light in enumerate(self.lights)]
-        model = asdict(self.light_model)
-        for name in [name for name in _NOT_IN_FIRST if not model[name]]:
-            del model[name]
-        has_first_lights = all(light["type"] in _FIRST_LIGHTS for light in lights)
-        is_first = self.viewer is not None and not materials and has_first_lights and not _NOT_IN_FIRST & model.keys()
         document = {
             "format": _FORMAT,
-            "version": 1 if is_first else 2,
+            "version": _VERSION,
             "lights": lights,
             "viewer": None if self.viewer is None else asdict(self.viewer),
-            "light_model": model,
+            "light_model": asdict(self.light_model),
         }
         if materials:
             folder = Path(path).absolute().parent
@@ -195,13 +186,6 @@ class Scene:
         lights = document.get("lights", [])
         if not isinstance(lights, list):
             check.refuse("lights", lights, "a list")
-        if document["version"] == 1:  # its lights may share a name: each but the first gets a number behind it
-            names = [entry.get("name") if isinstance(entry, dict) else None for entry in lights]
-            for k, name in enumerate(names):
-                if isinstance(name, str) and name and name in names[:k]:
-                    free = (f"{name} {number}" for number in itertools.count(2))
-                    names[k] = next(other for other in free if other not in names)
-                    lights[k] = lights[k] | {"name": names[k]}
         viewer = document.get("viewer")
         return cls(
             lights=[documents.value_of_type(f"lights[{k}]", entry, LIGHT_TYPES) for k, entry in enumerate(lights)],
@@ -262,10 +246,10 @@ def _document(path: str | os.PathLike[str]) -> dict[str, Any]:
     if not isinstance(document, dict) or document.get("format") != _FORMAT:
         check.refuse("format", document, f'a JSON object with "format": "{_FORMAT}"', "Scene.save writes one.")
     version = document.get("version")
-    if type(version) is not int or version not in _VERSIONS:
+    if type(version) is not int or version != _VERSION:
         is_number = isinstance(version, int)
         remedy = "A newer pvphong may have written it." if is_number else "It is a number, without quotes."
-        check.refuse("version", json.dumps(version), " or ".join(map(str, _VERSIONS)), remedy)
+        check.refuse("version", json.dumps(version), str(_VERSION), remedy)
     documents.check_keys("scene", document, {"format", "version", "materials", *(f.name for f in fields(Scene))})
     return document
 

@@ -5,7 +5,6 @@ import json
 import os
 import re
 import sys
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -13,7 +12,7 @@ import pyvista as pv
 import vtk
 
 from pvphong import Colormap, LightModel, Material, OrenNayar, Viewer
-from pvphong.optics.lights import LIGHT_TYPES, DirectionalLight, PointLight, SphereLight, SpotLight
+from pvphong.optics.lights import LIGHT_TYPES, DirectionalLight, PointLight, SpotLight
 from pvphong.scene.scene import Scene, light_labels, load_materials
 
 # --- fields ---
@@ -124,52 +123,11 @@ def test_files_give_back_every_bit(model, tmp_path):
     assert os.listdir(tmp_path) == ["scene.json"]
 
 
-@pytest.mark.parametrize(
-    ("scene", "version"),
-    [
-        (Scene(viewer=Viewer()), 1),
-        (Scene(lights=[PointLight()], viewer=Viewer()), 1),
-        (Scene(), 2),
-        (Scene(lights=[SphereLight()], viewer=Viewer()), 2),
-        (Scene(viewer=Viewer(), light_model=LightModel(shadows=True)), 2),
-        (Scene(viewer=Viewer(), light_model=LightModel(ambient_occlusion=0.5)), 2),
-    ],
-)
-def test_what_the_first_edition_knew_is_written_as_it_wrote_it(scene, version, tmp_path):
-    scene.save(tmp_path / "scene.json")
-    document = json.loads((tmp_path / "scene.json").read_text(encoding="utf-8"))
-    assert document["version"] == version
-    assert (document["viewer"] is None) == (scene.viewer is None)
-
-
-FIRST = Path(__file__).with_name("rig_of_version_1.json")
-
-
-def test_a_rig_that_the_first_edition_wrote_is_read_for_ever_and_written_to_the_byte(tmp_path):
-    lamp = {"attenuation": (1, 0.5, 1 / 3), "specular": 0.25, "ambient": (0.1, 0, 0.05), "intensity": 2.5}
-    assert Scene.load(FIRST) == Scene(
-        lights=[
-            DirectionalLight(direction=(-1, -1, -2), name="sun"),
-            SpotLight((900, 600, 900), (0, 0, -1), 25, 8, (1, 0, 1e-7), diffuse=(1, 0.8, 0.5), name="lamp"),
-            PointLight(position=(0.1, 0.2, 0.3), on=False, frame="camera", name="lamp 2", **lamp),
-            DirectionalLight(frame="headlight"),
-        ],
-        viewer=Viewer(position=(2500, -900, 1200), focal_point=(900, 650, 150), up=(0, 0, 1)),
-        light_model=LightModel(ambient=0.1, reflection="blinn-phong", two_sided=True),
-    )
-    assert load_materials(FIRST) == {}
-    document = json.loads(FIRST.read_text(encoding="utf-8"))
-    document["lights"][2]["name"] = "lamp 2"  # names may not be alike any more
-    Scene.load(FIRST).save(tmp_path / "again.json")
-    assert (tmp_path / "again.json").read_text(encoding="utf-8") == json.dumps(document, indent=2) + "\n"
-
-
 def test_materials_are_kept_with_a_scene(tmp_path):
     materials = {"default": Material.named("gold"), "lid": Material(diffuse=0.3, reflectance=OrenNayar(30))}
     Scene(viewer=Viewer()).save(tmp_path / "rig.json", materials=materials)
     assert load_materials(tmp_path / "rig.json") == materials
     assert Scene.load(tmp_path / "rig.json") == Scene(viewer=Viewer())
-    assert json.loads((tmp_path / "rig.json").read_text())["version"] == 2
 
 
 def write(folder, document):
@@ -183,9 +141,8 @@ def head(**entries):
 
 
 def test_what_a_file_leaves_out_has_its_default(tmp_path):
-    for version in (1, 2):
-        path = write(tmp_path, head(version=version, lights=[{"type": "point", "diffuse": "red"}]))
-        assert Scene.load(path) == Scene(lights=[PointLight(diffuse="red")], viewer=None)
+    path = write(tmp_path, head(lights=[{"type": "point", "diffuse": "red"}]))
+    assert Scene.load(path) == Scene(lights=[PointLight(diffuse="red")], viewer=None)
 
 
 def test_a_material_may_be_written_into_a_file_by_its_name(tmp_path):
@@ -194,13 +151,6 @@ def test_a_material_may_be_written_into_a_file_by_its_name(tmp_path):
     path = write(tmp_path, head(materials={"wing": "golt"}))
     with pytest.raises(ValueError, match=r"^materials\.wing must be one of .* got golt\. Did you mean 'gold'"):
         load_materials(path)
-
-
-def test_lights_of_one_name_in_a_file_of_the_first_edition_get_numbers(tmp_path):
-    path = write(tmp_path, head(lights=[{"type": "point", "name": name} for name in ("a", "b", "a", "", "a")]))
-    assert [light.name for light in Scene.load(path).lights] == ["a", "b", "a 2", "", "a 3"]
-    path = write(tmp_path, head(lights=[{"type": "point", "name": name} for name in ("a", "a", "a 2", "a")]))
-    assert [light.name for light in Scene.load(path).lights] == ["a", "a 3", "a 2", "a 4"]
 
 
 def point(**fields):
@@ -214,10 +164,10 @@ def point(**fields):
         ("{lights: []}", "path must be a scene file in JSON"),
         ([], 'format must be a JSON object with "format": "pvphong scene"; .*Scene.save writes one'),
         ({"format": "glTF", "version": 1}, "format must be a JSON object"),
-        ({"format": "pvphong scene"}, "version must be 1 or 2; got null"),
-        (head(version=3), r"version must be 1 or 2; got 3\. A newer pvphong"),
-        (head(version="1"), 'version must be 1 or 2; got "1". It is a number'),
-        (head(version=True), "version must be 1 or 2; got true"),
+        ({"format": "pvphong scene"}, "version must be 1; got null"),
+        (head(version=3), r"version must be 1; got 3\. A newer pvphong"),
+        (head(version="1"), 'version must be 1; got "1". It is a number'),
+        (head(version=True), "version must be 1; got true"),
         (head(camera={}), "field of scene must be one of .*viewer.*; got camera"),
         (head(lights={}), "lights must be a list"),
         (head(lights=["sun"]), r"lights\[0\] must be a JSON object; got sun"),
