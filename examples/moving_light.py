@@ -1,7 +1,7 @@
 """A light that moves: its handle is set, a frame is written, and the shadows of a stone circle sweep over the ground.
 
 `plotter.phong.add_light` returns a handle. Each field of the light is one of its attributes, and the next frame shows
-what has been set. `plotter.open_gif` needs imageio, which the extra `plot` brings; with the extra `rays` the frames
+what has been set. `plotter.open_gif` needs imageio, which the extra `gif` brings; with the extra `rays` the frames
 take a fraction of the time.
 """
 

@@ -6,7 +6,7 @@ no normals. The measure of the first chart is a scene that calls for everything 
 The second chart has what else a scene may call for, on a logarithmic axis: a light with a size, and rays, which are
 cast once and kept. Of shadows and of occlusion it has two bars, casting the rays and reading again what they found.
 
-Needs matplotlib for the charts (the extra `plot`); with the extras `fast` and `rays` the numbers are smaller.
+With the extras `fast` and `rays` the numbers are smaller.
 """
 
 import time

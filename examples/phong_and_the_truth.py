@@ -1,7 +1,7 @@
 """Phong and the truth: what the constant ambient light hides, and what each step towards the rendering equation costs.
 
 A room of coloured walls is lit by models from the textbook's to light that bounces until nothing changes, and by paths
-of light, which are the judge. Needs the extras `rays` and `plot`.
+of light, which are the judge. Needs the extra `rays`.
 """
 
 import numpy as np

@@ -348,10 +348,8 @@ def color_view(mesh: pv.DataSet, space: ColorSpace, *, name: str = "phong") -> p
     if space == "xyz":
         converted = xyz_from_rgb(colors)
     else:  # hue and saturation of colours above 1 are those of the same colour at full brightness
-        try:
-            from matplotlib.colors import rgb_to_hsv
-        except ImportError as error:
-            raise ValueError("Hue, saturation and value need Matplotlib: pip install matplotlib.") from error
+        from matplotlib.colors import rgb_to_hsv
+
         above = np.maximum(colors.max(axis=1, keepdims=True), colors.dtype.type(1.0))
         converted = rgb_to_hsv(colors / above)
         converted[:, 2:] *= above

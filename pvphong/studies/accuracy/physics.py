@@ -317,12 +317,8 @@ def in_worst_channel(errors: FloatArray) -> Float64Array:
 
 
 def refuse_format(path: str | os.PathLike[str], name: str = "path") -> None:
-    """Raise ``ValueError``, which names the path, unless figures have its suffix and Matplotlib is there."""
+    """Raise ``ValueError``, which names the path, unless figures have its suffix."""
     check.choice(f"suffix of {name}", Path(path).suffix.lower(), _FORMATS)
-    try:
-        import matplotlib.figure  # noqa: F401
-    except ImportError as error:
-        raise ValueError("Figures need Matplotlib: pip install matplotlib.") from error
 
 
 def draw_physics(part: Any, physics: Physics) -> None:
