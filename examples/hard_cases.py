@@ -3,7 +3,7 @@
 Each column is one mesh, lit twice by one light, from the same stored numbers.
 
 1. Flattened: every leaf is a dome under its own singular matrix, which has no inverse to transpose.
-   Most turn to the pseudo-inverse; it lays the normals into the leaf. `normal_matrix` follows the limit.
+   Most turn to the pseudo-inverse; it lays the normals into the leaf. `ph.pipeline.normal_matrix` follows the limit.
 2. Sheared: a knot is stored in slanted coordinates, and a matrix, a shear of 6,000 between two rotations, sets it
    upright. Nearly everything cancels where normals meet its inverse-transpose, and float32, which shaders
    compute in, has no digits left. pvphong turns normals in float64, by exact cofactors.
@@ -81,7 +81,7 @@ def knot():
     matrix[:3, :3] = last @ shear @ first
     stored = mesh.points.astype(float) @ (first.T @ back @ last.T).T
     normals = mesh.point_normals.astype(float) @ matrix[:3, :3]  # the inverse-transpose undoes it
-    mesh.points = ph.transform_points(stored, matrix)
+    mesh.points = ph.pipeline.transform_points(stored, matrix)
     violet = ph.Material(ambient=0.7, diffuse=(0.62, 0.45, 0.85), specular=0.4, shininess=25)
     scene = scene_of((4, 6, 9), (0, 0, 14))
     turned = normals.astype(np.float32) @ np.linalg.inv(matrix[:3, :3].astype(np.float32))

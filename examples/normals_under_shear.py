@@ -22,8 +22,8 @@ clay = ph.Material(ambient=0.6, diffuse=(0.85, 0.5, 0.35), specular=0.5, shinine
 
 sphere = pv.Sphere(theta_resolution=90, phi_resolution=91)
 normals = np.asarray(sphere.point_normals)
-right = ph.transform_normals(normals, shear)
-wrong = ph.transform_vectors(normals, shear)
+right = ph.pipeline.transform_normals(normals, shear)
+wrong = ph.pipeline.transform_vectors(normals, shear)
 wrong /= np.linalg.norm(wrong, axis=1, keepdims=True)
 angles = np.degrees(np.arccos(np.clip((right * wrong).sum(axis=1), -1, 1)))
 print(f"transformed by M itself the normals are off by up to {angles.max():.0f}°, {angles.mean():.0f}° on average")
@@ -33,7 +33,7 @@ outline = np.flatnonzero(np.abs(sphere.points[:, 2]) < 1e-6)[::3]
 plotter = pv.Plotter(shape=(1, 2), off_screen=OFF_SCREEN, window_size=(1200, 560), border=False)
 for pane, (title, turned) in enumerate({"inverse-transpose of M": right, "M itself: wrong": wrong}.items()):
     mesh = sphere.copy()
-    mesh.points = ph.transform_points(sphere.points, shear)
+    mesh.points = ph.pipeline.transform_points(sphere.points, shear)
     mesh.point_data.active_normals = turned
     plotter.subplot(0, pane)
     plotter.set_background("white")

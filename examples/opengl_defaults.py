@@ -15,7 +15,7 @@ import pvphong as ph
 COLUMNS, STEP = 6, 1.35
 
 scene = ph.Scene(
-    lights=[ph.light_from_homogeneous((0, 3, 3, 0), diffuse="white", specular="white", frame="camera", name="light 0")],
+    lights=[ph.pipeline.light_from_homogeneous((0, 3, 3, 0), frame="camera", name="light 0")],
     viewer=ph.Viewer(position=(0, 0, 10), focal_point=(0, 0, 0), up=(0, 1, 0)),
     light_model=ph.LightModel.opengl(),
 )

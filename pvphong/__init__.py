@@ -8,7 +8,7 @@ needs neither what draws nor what measures.
 The packages, from the lowest: `base`, `geometry`, `optics` (lights, reflectances, materials), `scene`, `shading` (the
 equation, its plan, its two evaluators), `rays`, `meshes` (PyVista's data in and out), `vtk` and `batch`, `studies`,
 `studio`, `cli`. Beside them `accessor` is `mesh.phong`, `plotter` is `plotter.phong`, `filter` is VTK's pipeline,
-`chunks` is Dask.
+`chunks` is Dask, `pipeline` is `ph.pipeline`: the public functions for normals, matrices and coordinates alone.
 """
 
 from pvphong.base import host as _host
@@ -17,28 +17,16 @@ TYPE_CHECKING = False  # typing's is the same, and takes milliseconds to import
 if TYPE_CHECKING:  # by the alias a type checker knows that a name is public
     from typing import Any
 
+    from pvphong import pipeline as pipeline
     from pvphong.batch.shading import Batch as Batch
     from pvphong.batch.shading import shade_files as shade_files
     from pvphong.chunks import evaluate as evaluate
     from pvphong.filter import PhongFilter as PhongFilter
-    from pvphong.geometry.projection import frustum as frustum
-    from pvphong.geometry.projection import implicit_normals as implicit_normals
-    from pvphong.geometry.projection import look_at as look_at
-    from pvphong.geometry.projection import ortho as ortho
-    from pvphong.geometry.projection import perspective as perspective
-    from pvphong.geometry.projection import plane_normal as plane_normal
-    from pvphong.geometry.projection import project as project
     from pvphong.geometry.transform import SingularMatrixWarning as SingularMatrixWarning
-    from pvphong.geometry.transform import normal_matrix as normal_matrix
-    from pvphong.geometry.transform import transform_normals as transform_normals
-    from pvphong.geometry.transform import transform_points as transform_points
-    from pvphong.geometry.transform import transform_vectors as transform_vectors
     from pvphong.meshes.default_scene import default_scene as default_scene
     from pvphong.meshes.files import read as read
     from pvphong.meshes.glance import NormalsWarning as NormalsWarning
     from pvphong.meshes.lit import plan as plan
-    from pvphong.meshes.surfaces import face_normals as face_normals
-    from pvphong.meshes.surfaces import vertex_normals as vertex_normals
     from pvphong.meshes.truth import Truth as Truth
     from pvphong.optics.colormap import Colormap as Colormap
     from pvphong.optics.lights import DirectionalLight as DirectionalLight
@@ -50,7 +38,6 @@ if TYPE_CHECKING:  # by the alias a type checker knows that a name is public
     from pvphong.optics.lights import RectangleLight as RectangleLight
     from pvphong.optics.lights import SphereLight as SphereLight
     from pvphong.optics.lights import SpotLight as SpotLight
-    from pvphong.optics.lights import light_from_homogeneous as light_from_homogeneous
     from pvphong.optics.material import Material as Material
     from pvphong.optics.reflectances import GGX as GGX
     from pvphong.optics.reflectances import PBR as PBR
@@ -93,17 +80,15 @@ _PLACES = {
     "batch.shading": "Batch shade_files",
     "chunks": "evaluate",
     "filter": "PhongFilter",
-    "geometry.projection": "frustum implicit_normals look_at ortho perspective plane_normal project",
-    "geometry.transform": "SingularMatrixWarning normal_matrix transform_normals transform_points transform_vectors",
+    "geometry.transform": "SingularMatrixWarning",
     "meshes.default_scene": "default_scene",
     "meshes.files": "read",
     "meshes.glance": "NormalsWarning",
     "meshes.lit": "plan",
-    "meshes.surfaces": "face_normals vertex_normals",
     "meshes.truth": "Truth",
     "optics.colormap": "Colormap",
     "optics.lights": "DirectionalLight DiskLight EnvironmentLight Light PointLight PolygonLight RectangleLight "
-    "SphereLight SpotLight light_from_homogeneous",
+    "SphereLight SpotLight",
     "optics.material": "Material",
     "optics.reflectances": "GGX PBR BlinnPhong Metal ModifiedPhong OrenNayar Phong Retro Ward",
     "rays.transport": "Transport",
@@ -122,14 +107,16 @@ _PLACES = {
     "vtk.oracle": "vtk_shade",
 }
 _PLACE_OF = {name: place for place, names in _PLACES.items() for name in names.split()}
-__all__ = sorted(_PLACE_OF)
+__all__ = sorted([*_PLACE_OF, "pipeline"])
 
 
 def __getattr__(name: str) -> "Any":
-    if name not in _PLACE_OF:
+    if name not in __all__:
         raise AttributeError(f"module 'pvphong' has no attribute {name!r}")
     from importlib import import_module
 
+    if name == "pipeline":  # its import makes it an attribute here
+        return import_module("pvphong.pipeline")
     value = globals()[name] = getattr(import_module(f"pvphong.{_PLACE_OF[name]}"), name)
     return value
 

@@ -27,7 +27,7 @@ FLOORS = (
     {"studies.validate", "studies.diagnose", "studies.refine"},
     {"studies.accuracy"},
     {"studio"},
-    {"accessor", "plotter", "filter", "chunks", "cli"},
+    {"accessor", "plotter", "filter", "chunks", "pipeline", "cli"},
     {"__init__", "__main__"},
 )
 """Packages, and the faces beside them, from the lowest floor up; a package's `__init__` belongs to it."""
@@ -212,8 +212,16 @@ def test_no_module_hides_a_public_function():
 
 def test_the_face_says_what_it_gives():
     assert sorted(pvphong.__all__) == sorted(set(pvphong.__all__))
-    undocumented = [name for name in pvphong.__all__ if not (getattr(pvphong, name).__doc__ or "").strip()]
-    assert not undocumented
+    for face in (pvphong, pvphong.pipeline):
+        undocumented = [name for name in face.__all__ if not (getattr(face, name).__doc__ or "").strip()]
+        assert not undocumented
+
+
+def test_a_public_name_is_in_one_place():
+    """The docstring of the pipeline has all of its names."""
+    pipeline = pvphong.pipeline
+    assert not [name for name in pipeline.__all__ if hasattr(pvphong, name)]
+    assert set(re.findall(r"`(\w+)`", pipeline.__doc__)) == set(pipeline.__all__)
 
 
 def test_few_modules_know_a_light_by_its_class():

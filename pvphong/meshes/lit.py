@@ -89,7 +89,7 @@ def shade_mesh(
         colours of size 1, n the largest of the shininess and the spot lights' exponents; see `pvphong.evaluate`.
         Light that bounces is gathered in float32 with either, which errs by some 3e-6.
     backend : {"auto", "numpy", "numba"}
-        Which evaluator computes, see `pvphong.evaluate`; and normals, see `pvphong.vertex_normals`.
+        Which evaluator computes, see `pvphong.evaluate`; and normals, see `pvphong.pipeline.vertex_normals`.
     feature_angle : float, "auto" or None, default None
         Degrees between two faces from which their common edge is sharp: points are duplicated along it, and
         `pvphong_original_point` says which each one was. 0 is flat shading; "auto" takes 30 where the mesh has no
@@ -432,7 +432,7 @@ def normals(
     feature_angle : float, "auto" or None, default None
         As for `shade`; the normals are those of the points after edges are split.
     backend : {"auto", "numpy", "numba"}
-        What computes them, where they are computed; see `pvphong.vertex_normals`.
+        What computes them, where they are computed; see `pvphong.pipeline.vertex_normals`.
 
     Returns
     -------

@@ -28,7 +28,7 @@ class Viewer:
     """An eye and what it looks at.
 
     Colours depend on `position`, `focal_point` and `parallel` alone, and on `up` where a light is in
-    the camera's frame; the other fields are for `project`.
+    the camera's frame; the other fields are for `pvphong.pipeline.project`.
 
     Parameters
     ----------

@@ -50,7 +50,7 @@ def same_at_corners(pieces, whole, name, off=1e-6):
 @pytest.mark.parametrize("mesh", MESHES)
 def test_normals_and_sharp_edges_are_those_of_one_piece(mesh, angle):
     whole, _ = split_sharp_edges(bare(MESHES[mesh]), angle)
-    whole.point_data["n"] = ph.vertex_normals(whole)
+    whole.point_data["n"] = ph.pipeline.vertex_normals(whole)
     pieces = surfaces(bare(MESHES[mesh]))
     found = []
     for piece, around in zip(pieces, all_neighbours(pieces), strict=True):
@@ -60,7 +60,7 @@ def test_normals_and_sharp_edges_are_those_of_one_piece(mesh, angle):
         found.append(own)
     same_at_corners(found, whole, "n")
     for piece in pieces:
-        piece.point_data["n"] = ph.vertex_normals(piece)
+        piece.point_data["n"] = ph.pipeline.vertex_normals(piece)
     if mesh == "ball" and angle is None:
         with pytest.raises(AssertionError):  # without neighbours they are off along the borders
             same_at_corners(pieces, whole, "n", 1e-2)

@@ -21,13 +21,14 @@ from unittest import mock
 import numpy as np
 from common import apart, in_turns, mark, measured_scene, show, textbook, vertices
 
-from pvphong import DirectionalLight, LightModel, Material, Scene, SpotLight, evaluate, normal_matrix
+from pvphong import DirectionalLight, LightModel, Material, Scene, SpotLight, evaluate
 from pvphong.base import formulas
 from pvphong.base.vectors import dot
 from pvphong.optics import light, reflectance
 from pvphong.optics.attenuation import attenuate
 from pvphong.optics.light import Arrival
 from pvphong.optics.reflectances import BlinnPhong, Phong
+from pvphong.pipeline import normal_matrix
 from pvphong.shading import reference
 
 COUNT, MANY = 250_000, 10_000_000

@@ -53,7 +53,7 @@ def open_sky(count: int) -> Job:
     t, sides = np.linspace(0, 2 * np.pi, 400), max(round((count / 10) ** 0.5), 3)
     curve = np.column_stack([np.sin(t) + 2 * np.sin(2 * t), -np.sin(3 * t), np.cos(t) - 2 * np.cos(2 * t)])
     knot = pv.Spline(curve, count // sides).tube(radius=0.5, n_sides=sides, capping=False).triangulate()
-    knot.point_data.active_normals = ph.vertex_normals(knot)
+    knot.point_data.active_normals = ph.pipeline.vertex_normals(knot)
     return Job(knot)
 
 
@@ -117,7 +117,7 @@ def hard_shadows(count: int) -> str:
     """Three lights, with all that is built for them, beside embreex's calls alone."""
     side, taken, alone = round(count**0.5), [], []
     mesh = pv.ParametricTorus(u_res=side, v_res=side).triangulate()
-    mesh.point_data.active_normals = ph.vertex_normals(mesh)
+    mesh.point_data.active_normals = ph.pipeline.vertex_normals(mesh)
     for _ in range(TURNS):
         seen = mesh.phong.visibility(LIGHTS)
         start = time.perf_counter()

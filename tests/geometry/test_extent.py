@@ -42,7 +42,7 @@ def test_normals_lie_in_a_cone_that_is_hardly_wider_than_they_need():
 
 def judged(mesh, normals=None):
     mesh = mesh.triangulate()
-    normals = ph.vertex_normals(mesh) if normals is None else normals
+    normals = ph.pipeline.vertex_normals(mesh) if normals is None else normals
     return is_convex(mesh.points, normals, mesh.faces.reshape(-1, 4)[:, 1:])
 
 
@@ -114,11 +114,11 @@ def test_nothing_else_is_taken_for_one(name):
 
 def test_normals_that_do_not_point_out_of_it_are_not_taken():
     ball = pv.Sphere()
-    normals = ph.vertex_normals(ball)
+    normals = ph.pipeline.vertex_normals(ball)
     assert not judged(ball, -normals)
     normals[7] = normals[400]
     assert not judged(ball, normals)
     normals[7] = 0.0
     assert not judged(ball, normals)
     ball.points[5] = np.nan
-    assert not judged(ball, ph.vertex_normals(pv.Sphere()))
+    assert not judged(ball, ph.pipeline.vertex_normals(pv.Sphere()))

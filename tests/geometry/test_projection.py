@@ -7,7 +7,8 @@ import pytest
 import vtk
 from cameras import as_array, random_camera
 
-from pvphong import Viewer, frustum, look_at, ortho, perspective, project
+from pvphong import Viewer
+from pvphong.pipeline import frustum, look_at, ortho, perspective, project
 
 
 def vtk_display(camera, points, window_size):

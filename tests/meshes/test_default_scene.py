@@ -2,8 +2,9 @@ import numpy as np
 import pytest
 import pyvista as pv
 
-from pvphong import Material, Viewer, default_scene, project
+from pvphong import Material, Viewer, default_scene
 from pvphong.meshes.lit import shade_mesh
+from pvphong.pipeline import project
 
 MESHES = {
     "long": pv.Cube(x_length=10, y_length=1, z_length=1),

@@ -14,8 +14,9 @@ from stability import exact_normals as exact
 from stability import naive
 from stability.bounds import U, V, assert_within
 
-from pvphong import diagnose, vertex_normals
+from pvphong import diagnose
 from pvphong.geometry.normals import point_normals, polygon_normals
+from pvphong.pipeline import vertex_normals
 
 WEIGHTINGS = ["angle", "area", "max"]
 

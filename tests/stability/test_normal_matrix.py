@@ -15,7 +15,8 @@ from stability.bounds import U, assert_within
 from stability.evaluators import UNLIT
 from stability.hunting import FLATTENING_IS_NO_FAILURE, on_every_evaluator
 
-from pvphong import DirectionalLight, Material, Scene, Viewer, evaluate, transform_normals
+from pvphong import DirectionalLight, Material, Scene, Viewer, evaluate
+from pvphong.pipeline import transform_normals
 
 SAMPLES = 60
 

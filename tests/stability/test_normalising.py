@@ -10,8 +10,9 @@ from stability import naive
 from stability.bounds import U, V, assert_within
 from stability.evaluators import EVALUATORS, UNLIT
 
-from pvphong import DirectionalLight, LightModel, Material, PointLight, Scene, Viewer, implicit_normals
+from pvphong import DirectionalLight, LightModel, Material, PointLight, Scene, Viewer
 from pvphong.geometry.transform import normalize, transform_normals
+from pvphong.pipeline import implicit_normals
 
 SAMPLES = 200
 

@@ -75,7 +75,7 @@ def test_normals_are_numpys_meanwhile(without_code):
     import pyvista as pv
 
     mesh = pv.Plane(i_resolution=400, j_resolution=400)
-    assert np.array_equal(ph.vertex_normals(mesh), ph.vertex_normals(mesh, backend="numpy"))
+    assert np.array_equal(ph.pipeline.vertex_normals(mesh), ph.pipeline.vertex_normals(mesh, backend="numpy"))
     ((_, request, _),) = without_code
     assert request is None  # they are compiled with all the rest
     assert not kernel.has_run()

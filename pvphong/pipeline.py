@@ -1,0 +1,44 @@
+"""The geometry of the viewing pipeline alone: normals, matrices and coordinates.
+
+In the order in which a renderer comes to them:
+
+- normals of surfaces: `face_normals` and `vertex_normals` of meshes, `plane_normal`, `implicit_normals`;
+- object to world: `transform_points`, `transform_vectors`, `transform_normals`, and the `normal_matrix` of a model
+  matrix;
+- homogeneous coordinates to a light: `light_from_homogeneous`;
+- world to eye: `look_at`;
+- eye to clip: `perspective`, `frustum`, `ortho`;
+- world to window at once, as a viewer sees it: `project`.
+
+Matrices are (4, 4) and multiply column vectors.
+"""
+
+from pvphong.geometry.projection import (
+    frustum,
+    implicit_normals,
+    look_at,
+    ortho,
+    perspective,
+    plane_normal,
+    project,
+)
+from pvphong.geometry.transform import normal_matrix, transform_normals, transform_points, transform_vectors
+from pvphong.meshes.surfaces import face_normals, vertex_normals
+from pvphong.optics.lights import light_from_homogeneous
+
+__all__ = [
+    "face_normals",
+    "frustum",
+    "implicit_normals",
+    "light_from_homogeneous",
+    "look_at",
+    "normal_matrix",
+    "ortho",
+    "perspective",
+    "plane_normal",
+    "project",
+    "transform_normals",
+    "transform_points",
+    "transform_vectors",
+    "vertex_normals",
+]
