@@ -2,6 +2,9 @@
 
 The child is forked before anything heavy is loaded; where forking is not safe, another Python is started. What C
 libraries print on the error output is not shown, unless --verbose is given.
+
+A process that only reads the file would do for damaged files, but would have to hand the mesh over: for a million
+points that takes 1.2 s, four times the reading. Here nothing is handed over, and Ctrl-C ends C code at once.
 """
 
 import contextlib
