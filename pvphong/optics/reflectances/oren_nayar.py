@@ -47,7 +47,7 @@ class OrenNayar(Reflectance):
         If `sigma` is out of range.
     """
 
-    sigma: float = check.field(partial(check.number, at_least=0.0, at_most=90.0))
+    sigma: float = check.field(partial(check.number, at_least=0.0, at_most=90.0), unit="°")
 
     lobes = (Lobe("diffuse", takes_albedo=True, needs_viewer=True),)
     factors = staticmethod(_rough_diffuse)

@@ -64,8 +64,8 @@ class Accuracy:
         moves, with crisp edges of shadows and cones. Without, it is drawn at the mesh's own vertices.
     """
 
-    tolerance: float = check.field(partial(check.number, at_least=0.0, at_most=0.1), 0.0)
-    refine: float | None = check.field(partial(_number_or_none, above=0.0), None)
+    tolerance: float = check.field(partial(check.number, at_least=0.0, at_most=0.1), 0.0, unit="of 1")
+    refine: float | None = check.field(partial(_number_or_none, above=0.0), None, unit="of 1")
 
     def __post_init__(self) -> None:
         check.fields(self)

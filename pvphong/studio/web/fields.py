@@ -1,18 +1,19 @@
 """Forms: what the studio's page shows of a light, a material, a reflectance, a light model, and how it is edited.
 
-Everything is asked of the class. Its docstring says what each field is ("radius : float, default 1") and what it means,
-its check between which numbers it lies, its role in which unit. So a new light is in the studio without a line here.
+Everything is asked of the class. Its docstring, which help() and the command line show too, says what each field is
+("radius : float, default 1") and means; its check says between which numbers it lies, its role or its metadata in which
+unit. So a new light is in the studio without a line here.
 """
 
 from __future__ import annotations
 
 import dataclasses
-import inspect
 import math
-import re
 from collections.abc import Mapping, Sequence
 from functools import cache
 from typing import Any, Literal, NamedTuple
+
+import docstring_parser
 
 from pvphong.base import check
 from pvphong.base.types import rgb
@@ -32,13 +33,6 @@ _KINDS: Mapping[str, Kind] = {
     "Reflectance": "reflectance",
 }
 """How a docstring's type begins → what its input is."""
-
-_SECTION = re.compile(r"^Parameters\n-+\n(.*?)(?=^\w[^\n]*\n-+\n|\Z)", re.MULTILINE | re.DOTALL)
-_ENTRY = re.compile(r"^(\w[\w, ]*) : ([^\n]+)\n((?:    [^\n]*\n|\n)*)", re.MULTILINE)
-_NOT_TEXT = re.compile(r"[`*]")
-
-_UNITS: Mapping[str, str] = {"in degrees": "°", "of 1 = full": "of 1"}
-"""What a field's text says of its unit → the unit, where no role says it."""
 
 _STOPS = 8.0
 """A slider of a number without an upper end reaches so many stops up and down: 2⁸ = 256 times as much or as little."""
@@ -97,10 +91,11 @@ def _documented(kind: Any) -> dict[str, tuple[str, str]]:
     """Name of a parameter → its type and its explanation, of a class and what it derives from."""
     found: dict[str, tuple[str, str]] = {}
     for each in kind.__mro__:
-        section = _SECTION.search(inspect.cleandoc(each.__dict__.get("__doc__") or "") + "\n")
-        for names, what, text in _ENTRY.findall(section[1] if section else ""):
-            for name in names.split(", "):
-                found.setdefault(name, (what, " ".join(_NOT_TEXT.sub("", text).split())))
+        said = docstring_parser.parse(each.__dict__.get("__doc__") or "", docstring_parser.DocstringStyle.NUMPYDOC)
+        for entry in said.params:
+            text = " ".join((entry.description or "").replace("`", "").replace("*", "").split())
+            for name in entry.arg_name.split(", "):
+                found.setdefault(name, (entry.type_name or "", text))
     return found
 
 
@@ -110,12 +105,12 @@ def _field(field: dataclasses.Field[Any], unit: str, what: str, text: str) -> Fi
     base, _, more = what.partition(", ")
     base, _, other = base.partition(" or ")
     shared: dict[str, Any] = {
-        "unit": unit or getattr(role, "unit", "") or next((said for part, said in _UNITS.items() if part in text), ""),
+        "unit": unit or getattr(role, "unit", "") or field.metadata.get("unit", ""),
         "least": limits.get("at_least", limits.get("above", -math.inf)),
         "is_open": "above" in limits,
         "is_whole": base == "int",
         "most": limits.get("at_most", math.inf),
-        "is_optional": more.endswith("optional"),
+        "is_optional": field.default is None,
         "default": 0.5 if field.default is dataclasses.MISSING else field.default,
     }
     if what.startswith("{"):
