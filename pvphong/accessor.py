@@ -30,6 +30,7 @@ from pvphong.meshes.visibility import occluders_of_blocks, visibility_options
 from pvphong.optics.material import DEFAULT_MATERIAL, Material, as_material
 from pvphong.rays.transport import Transport
 from pvphong.rays.visibility import Visibility
+from pvphong.scene.options import refusal_of
 from pvphong.scene.scene import Scene, SceneLike
 from pvphong.shading.plan.plan import Plan
 from pvphong.studies import refine as refinement
@@ -53,9 +54,11 @@ def _of_mesh(
     function: Callable[Concatenate[Any, Options], Result],
 ) -> Callable[Concatenate[MeshPhong, Options], Result]:
     """A method that calls a function with the mesh, and then as it is called itself."""
+    refuse = refusal_of(function)
 
     @functools.wraps(function)
     def method(self: MeshPhong, /, *args: Options.args, **options: Options.kwargs) -> Result:
+        refuse(options)
         return function(self._mesh, *args, **options)
 
     return method

@@ -40,7 +40,6 @@ from pvphong.shading.vertices import Vertices
 from pvphong.shading.visibility import VisibilityLike, checked_visibility
 
 
-@known_options
 def shade_mesh(
     mesh: pv.DataSet,
     scene: SceneLike | None = None,
@@ -344,7 +343,6 @@ def put_visibility(lit: pv.PolyData, name: str, labels: Sequence[str], equation:
         lit.point_data[f"{name}_sky"] = seen[-1].copy()
 
 
-@known_options
 def visibility(
     mesh: pv.DataSet,
     scene: SceneLike | None = None,

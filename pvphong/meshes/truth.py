@@ -24,7 +24,6 @@ from pvphong.optics.material import DEFAULT_MATERIAL, Material, as_material
 from pvphong.rays.casting import Occluders, warn_of_slow_rays
 from pvphong.rays.paths import LEAST_SAMPLES, MOST_SAMPLES, PathTracer, Reflector
 from pvphong.rays.rays import Receiver
-from pvphong.scene.options import known_options
 from pvphong.scene.scene import Scene, SceneLike
 from pvphong.shading.vertices import Vertices
 
@@ -112,7 +111,6 @@ def _reflector(
     return Reflector(world_faces(source, matrix), equation, values | tints)
 
 
-@known_options
 def truth(
     mesh: pv.DataSet,
     scene: SceneLike | None = None,

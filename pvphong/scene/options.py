@@ -33,15 +33,25 @@ _PLACES = {
 
 def known_options(function: Function) -> Function:
     """Have a function's callers told where an option belongs that it does not take."""
-    known = frozenset(inspect.signature(function).parameters)
+    refuse = refusal_of(function)
 
     @functools.wraps(function)
     def called(*given: Any, **options: Any) -> Any:
-        if not known.issuperset(options):
-            raise _unknown(function.__name__.removesuffix("_mesh"), next(iter(options.keys() - known)), known)
+        refuse(options)
         return function(*given, **options)
 
     return cast("Function", called)
+
+
+def refusal_of(function: Callable[..., Any]) -> Callable[[Iterable[str]], None]:
+    """A function that raises ``TypeError`` for an option that another does not take."""
+    known = frozenset(inspect.signature(function).parameters)
+
+    def refuse(options: Iterable[str]) -> None:
+        if not known.issuperset(options):
+            raise _unknown(function.__name__.removesuffix("_mesh"), next(iter(set(options) - known)), known)
+
+    return refuse
 
 
 def _unknown(call: str, name: str, known: Iterable[str]) -> TypeError:

@@ -26,7 +26,6 @@ from pvphong.meshes.surfaces import (
 )
 from pvphong.optics.material import DEFAULT_MATERIAL, Material, as_material
 from pvphong.rays.transport import Transport
-from pvphong.scene.options import known_options
 from pvphong.scene.scene import Scene, SceneLike, light_labels
 from pvphong.shading import interreflection
 from pvphong.shading.inside.interpolation import Lighting, all_errors
@@ -66,7 +65,6 @@ class BouncedLight(NamedTuple):
     """Shape (n, 3), with what is left of ambient light."""
 
 
-@known_options
 def refine(
     mesh: pv.DataSet,
     scene: SceneLike | None = None,
@@ -244,7 +242,6 @@ def refine(
     return result
 
 
-@known_options
 def interpolation_error(
     mesh: pv.DataSet,
     scene: SceneLike | None = None,
