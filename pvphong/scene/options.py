@@ -44,11 +44,13 @@ def known_options(function: Function) -> Function:
 
 
 def refusal_of(function: Callable[..., Any]) -> Callable[[Iterable[str]], None]:
-    """A function that raises ``TypeError`` for an option that another does not take."""
-    known = frozenset(inspect.signature(function).parameters)
+    """A function that raises ``TypeError`` for an option that another does not take, nor passes on."""
+    parameters = inspect.signature(function).parameters
+    known = frozenset(parameters)
+    passes_on = any(each.kind is each.VAR_KEYWORD for each in parameters.values())
 
     def refuse(options: Iterable[str]) -> None:
-        if not known.issuperset(options):
+        if not passes_on and not known.issuperset(options):
             raise _unknown(function.__name__.removesuffix("_mesh"), next(iter(set(options) - known)), known)
 
     return refuse
