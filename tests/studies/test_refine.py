@@ -43,12 +43,12 @@ def dense_errors(mesh, truth, count=60):
     """Each triangle's largest error at random places, other ones in every triangle."""
     rng = np.random.default_rng(7)
     corners = mesh.regular_faces
-    points, normals = mesh.points.astype(float), mesh.point_data.active_normals.astype(float)
+    arrays = mesh.points, mesh.point_data.active_normals, mesh["phong"]
+    at_corners = np.concatenate([array.astype(float)[corners] for array in arrays], axis=2)
     worst = np.zeros(len(corners))
     for _ in range(count):
-        weights = rng.dirichlet(np.full(3, rng.choice([0.3, 1, 3])), size=len(corners))[..., None]
-        blend = ((weights * array[corners]).sum(axis=1) for array in (points, normals, mesh["phong"].astype(float)))
-        place, normal, color = blend
+        weights = rng.dirichlet(np.full(3, rng.choice([0.3, 1, 3])), size=len(corners))
+        place, normal, color = np.split(np.einsum("ij,ijk->ik", weights, at_corners), 3, axis=1)
         worst = np.maximum(worst, np.abs(truth(place, normal) - color).max(axis=1))
     return worst
 
