@@ -4,7 +4,8 @@ A new light is one file in `pvphong/optics/lights/` and its entry in `LIGHT_TYPE
 it by; what makes it public and tested is said there. It declares its fields with roles (`roles.py`) and must
 say where it is and how it weakens (`placement`), or of which lights without a size it consists (`nodes`), or what
 arrives at a vertex (`arrival`, which only the readable evaluator runs). Everything else has an answer here that assumes
-nothing of it.
+nothing of it. Which cheaper light may replace it, `pvphong/shading/plan/lights.py` says; as what VTK draws it,
+`lights/conversion.py`; a kind that these do not know runs as it is, and is not drawn.
 """
 
 from __future__ import annotations

@@ -21,10 +21,7 @@ from pvphong.optics.area.lobes import CosinePower
 from pvphong.optics.area.polygon import polygon_highlight, polygon_irradiance
 from pvphong.optics.area.sampling import Sampling, flat_frame
 from pvphong.optics.attenuation import INVERSE_SQUARE, attenuate
-from pvphong.optics.light import (
-    Arrival,
-    Integral,
-)
+from pvphong.optics.light import Arrival, Integral
 from pvphong.optics.lights.spot import SpotLight
 from pvphong.optics.roles import MESH_UNIT
 

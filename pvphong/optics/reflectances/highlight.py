@@ -2,8 +2,9 @@
 
 A highlight is a function of a cosine f that is 1 at its peak. With a chord C that is 0 there, f = 1 − ½|C|². Near the
 peak |C| is small and known to full precision, while a cosine near 1 has lost the digits that a high shininess needs.
-A `Peak` says where that is; reflectances whose highlight is fⁿ leave the power to the evaluators, because compiled code
-is faster with it in a loop of its own.
+A `Peak` says where that is, in the file of the reflectance that is known by it: `phong.py`, `blinn_phong.py`,
+`retro.py`. Reflectances whose highlight is fⁿ leave the power to the evaluators, because compiled code is faster with
+it in a loop of its own.
 """
 
 from __future__ import annotations
@@ -16,18 +17,7 @@ from typing import Any, ClassVar, Self
 import numpy as np
 
 from pvphong.base import check
-from pvphong.base.formulas import (
-    HALF,
-    ONE,
-    ZERO,
-    Power,
-    add,
-    formula,
-    maximum,
-    sqrt,
-    square,
-    where,
-)
+from pvphong.base.formulas import HALF, ONE, ZERO, Power, add, formula, maximum, sqrt, square, where
 from pvphong.base.types import Color, rgb
 from pvphong.geometry.extent import ROUNDED_UP
 from pvphong.optics.area.sampling import Directions, around, by_halves
