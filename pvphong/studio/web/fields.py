@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
+import re
 from collections.abc import Mapping, Sequence
 from functools import cache
 from typing import Any, Literal, NamedTuple
@@ -33,6 +34,9 @@ _KINDS: Mapping[str, Kind] = {
     "Reflectance": "reflectance",
 }
 """How a docstring's type begins → what its input is."""
+
+_OF_THOUSANDS = re.compile(r"[-+]?[1-9]\d{0,2}(,\d{3})+(\.\d*)?")
+"""A number in which commas may be between thousands: 1,000 is a thousand to some, and one to others."""
 
 _STOPS = 8.0
 """A slider of a number without an upper end reaches so many stops up and down: 2⁸ = 256 times as much or as little."""
@@ -246,10 +250,13 @@ def edited(value: Any, name: str, given: Any, index: Sequence[int] = ()) -> Any:
 
 
 def number_in(name: str, given: Any) -> float:
-    """A number, or one of its digits as somebody types them."""
+    """A number, or one of its digits as somebody types them, with a point or a comma before its fraction."""
     if isinstance(given, str):
+        typed = given.strip().replace("−", "-")
+        if _OF_THOUSANDS.fullmatch(typed):
+            check.refuse(name, given, "a number without commas between thousands", "1000 and 1.5 are such.")
         try:
-            return float(given.strip().replace(",", ".").replace("−", "-"))
+            return float(typed.replace(",", "."))
         except ValueError:
             check.refuse(name, given or "nothing", "a number")
     return check.number(name, given)

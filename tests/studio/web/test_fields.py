@@ -16,7 +16,7 @@ from pvphong.optics.reflectances import PBR, REFLECTANCES
 from pvphong.optics.roles import angle, place
 from pvphong.scene.light_model import LightModel
 from pvphong.studio.web.document import Accuracy, new_reflectance
-from pvphong.studio.web.fields import edited, fields_of, form_of, hex_of
+from pvphong.studio.web.fields import edited, fields_of, form_of, hex_of, number_in
 
 EDITED = [kind() for kind in LIGHT_TYPES.values()]
 EDITED += [new_reflectance(name) for name in REFLECTANCES]
@@ -150,3 +150,16 @@ def test_hex_strings_are_what_a_display_shows():
     assert edited(PointLight(), "diffuse", "#ff8000").diffuse == (1.0, 128 / 255, 0.0)
     bright = replace(PointLight(), diffuse=(3.0, 0.2, 0.1))
     assert edited(bright, "diffuse", hex_of(bright.diffuse)) == bright
+
+
+@pytest.mark.parametrize(
+    ("typed", "number"), [("2,5", 2.5), ("0,125", 0.125), ("1000", 1e3), ("−1,25", -1.25), ("1,0000", 1.0)]
+)
+def test_a_comma_may_begin_the_fraction(typed, number):
+    assert number_in("width", typed) == number
+
+
+@pytest.mark.parametrize("typed", ["1,000", "-1,000", "12,345.5", "1,000,000"])
+def test_commas_that_may_be_between_thousands_are_refused(typed):
+    with pytest.raises(ValueError, match=rf"^width must be a number without commas between .*; got {typed}\. 1000 and"):
+        number_in("width", typed)
