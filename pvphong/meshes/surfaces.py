@@ -231,6 +231,20 @@ ORIGINAL_POINT = "pvphong_original_point"
 _FILTERS_ORIGINAL = "pyvistaOriginalPointIds"  # PyVista's name of the same
 
 
+_AUTO = 30.0
+
+
+def sharp_angle(mesh: pv.PolyData, feature_angle: FeatureAngle) -> float | None:
+    """The angle in degrees from which a surface's edges are sharp, as "auto" has it for it; None where none is."""
+    if isinstance(feature_angle, str):
+        if feature_angle != "auto":
+            check.refuse("feature_angle", feature_angle, 'degrees from 0 to 180, "auto" or None')
+        return None if has_normals(mesh) else _AUTO
+    if feature_angle is None:
+        return None
+    return check.number("feature_angle", feature_angle, at_least=0.0, at_most=180.0)
+
+
 def split_sharp_edges(mesh: pv.PolyData, feature_angle: FeatureAngle) -> tuple[pv.PolyData, NDArray[np.int64] | None]:
     """A surface whose points are duplicated along its sharp edges.
 
@@ -263,12 +277,9 @@ def split_sharp_edges(mesh: pv.PolyData, feature_angle: FeatureAngle) -> tuple[p
     """
     if feature_angle is None or not has_faces(mesh):
         return mesh, None
-    is_auto = isinstance(feature_angle, str)
-    if isinstance(feature_angle, str) and feature_angle != "auto":
-        check.refuse("feature_angle", feature_angle, 'degrees from 0 to 180, "auto" or None')
-    if is_auto and has_normals(mesh):
+    angle, is_auto = sharp_angle(mesh, feature_angle), isinstance(feature_angle, str)
+    if angle is None:
         return mesh, None
-    angle = 30.0 if is_auto else check.number("feature_angle", feature_angle, at_least=0.0, at_most=180.0)
     bare = mesh.copy(deep=False)
     if has_normals(mesh):
         del bare.point_data[mesh.point_data.active_normals_name]

@@ -24,7 +24,7 @@ import pyvista as pv
 from pvphong.base import check
 from pvphong.base.types import Vector
 from pvphong.base.vectors import unit_vector
-from pvphong.meshes.surfaces import FeatureAngle
+from pvphong.meshes.surfaces import FeatureAngle, sharp_angle, surface
 from pvphong.optics.light import Light
 from pvphong.optics.lights import LIGHT_TYPES, vtk_values
 from pvphong.optics.maps import FIELDS, Map
@@ -91,7 +91,6 @@ class Surfaces:
 _IN_ROW = ("name", "on", "diffuse", "intensity")
 """Fields of a light that its row shows."""
 
-_AUTO = 30.0  # degrees, where edges are sharp as PyVista has them
 _FIRST_OF_SCENE = ("ambient", "shadows", "ambient_occlusion", "bounces")
 """Fields of the light model that are shown before the others."""
 
@@ -159,8 +158,8 @@ class Document:
     @property
     def surfaces(self) -> Surfaces:
         """How edges are lit, of the first mesh; of all, if it is set."""
-        angle = next((mesh.feature_angle for mesh in self._subplot.lit.meshes), None)
-        return Surfaces(_AUTO if isinstance(angle, str) else angle)
+        first = next(iter(self._subplot.lit.meshes), None)
+        return Surfaces(None if first is None else sharp_angle(surface(first.mesh), first.feature_angle))
 
     @surfaces.setter
     def surfaces(self, surfaces: Surfaces) -> None:

@@ -106,6 +106,7 @@ class Studio:
         self.access = Access(host)
         self._loop = asyncio.get_running_loop()
         subplot.lit.is_in_a_page = True
+        self._samples = plotter.render_window.GetMultiSamples()
         plotter.render_window.SetMultiSamples(0)  # drawn by a processor, four make a frame take five times as long
         self._due: dict[Callable[[], None], asyncio.TimerHandle] = {}
         self._planned_for: Any = None
@@ -529,6 +530,8 @@ class Studio:
             due.cancel()
         self._subplot.renderer.RemoveObserver(self._tag)
         self._subplot.lit.is_in_a_page = False
+        if self._plotter.render_window is not None:
+            self._plotter.render_window.SetMultiSamples(self._samples)
         self._subplot.lit.stop()
         self.document.mix.release()
         self._measuring.cancel()

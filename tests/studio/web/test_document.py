@@ -103,6 +103,16 @@ def test_edges_are_as_sharp_as_asked_and_undone(document, plotter):
     assert lit.feature_angle == before
 
 
+@pytest.mark.parametrize("keeps", [True, False])
+def test_auto_is_shown_as_what_it_does(document, plotter, keeps):
+    """Of a mesh with normals of its own no edge is split."""
+    (lit,) = plotter.phong._subplot.lit.meshes
+    if not keeps:
+        lit.mesh.point_data.active_normals_name = None
+    lit.feature_angle = "auto"
+    assert document.shown()["surfaces"][0]["value"] == (None if keeps else 30.0)
+
+
 def test_textures_are_laid_on_and_removed(document, plotter):
     texture = pv.Texture(np.full((4, 4, 3), (255, 0, 0), np.uint8))
     with pytest.raises(ValueError, match="texture coordinates"):

@@ -48,6 +48,17 @@ def test_in_a_notebook_the_page_stands_below_the_cell(plotter):
     assert plotter.phong.lights == (ph.DirectionalLight(intensity=0.5, name="sun"),)
 
 
+def test_what_the_page_changes_of_the_window_is_put_back(plotter):
+    async def cell():
+        plotter.render_window.SetMultiSamples(4)
+        shown = plotter.phong.studio(file="ball.ply")
+        during = plotter.render_window.GetMultiSamples()
+        await shown.close()
+        return during, plotter.render_window.GetMultiSamples()
+
+    assert asyncio.run(cell()) == (0, 4)
+
+
 def test_the_rig_is_kept_when_it_changes_where_that_is_asked_for(plotter, tmp_path):
     path = tmp_path / "ball-rig.json"
 
