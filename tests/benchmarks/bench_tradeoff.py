@@ -172,7 +172,7 @@ def main(seconds: float = 20.0, *cases: str) -> int:
         counts, noises = [row["time"]["repeats"] for row in first["rows"]], (first["noise"], second["noise"])
         said = ", ".join(f"{each:.1%}" for each in noises), f"{min(counts)} – {max(counts)}"
         over = f"{part:+.1%} of {noise:.1%}: {variant}"
-        reports.append((name, first["chosen"], *said, over, mark(part <= noise)))
+        reports.append((name, first["chosen"]["at the vertices"], *said, over, mark(part <= noise)))
         held &= part <= noise
         for effect, told, apart, known in compared(first, alone(costs, name)):
             ratio = told[1] / apart[1] if apart[1] else np.nan

@@ -10,23 +10,22 @@ import numpy as np
 import pyvista as pv
 from numpy.typing import NDArray
 
-from pvphong.base.files import written_aside
 from pvphong.base.types import BoolArray, Float64Array
 from pvphong.meshes.default_scene import default_scene
 from pvphong.meshes.surfaces import has_only_triangles
 from pvphong.studies.accuracy.interpolation import ADAPTIVE, AS_IT_IS, UNIFORM
 from pvphong.studies.accuracy.physics import (
+    PANEL_HEIGHT,
     Physics,
     bare_surface,
     draw_physics,
     drawn,
+    figure_in,
     in_worst_channel,
-    refuse_format,
 )
 from pvphong.studies.accuracy.result import KINDS, Kind, Result, Row, number
 
-_SIZE = (16.0, 13.5)
-_MORE_WITH_PHYSICS = 5.5
+_HEIGHT = 13.5  # inches
 
 _GREY, _INK, _RED, _STAR = "#9a9a9a", "#303030", "#b01030", "#e0a800"
 _COLORS: dict[str, str] = {
@@ -55,26 +54,19 @@ def save_figure(report: Result, path: str | os.PathLike[str], physics: Physics |
     ValueError
         If Matplotlib is missing, the suffix is none that it is drawn in, or the file cannot be written.
     """
-    refuse_format(path)
-    from matplotlib.figure import Figure
-
-    facts = report.facts
-    width, height = _SIZE
-    has_physics = physics is not None
-    figure = Figure(figsize=(width, height + _MORE_WITH_PHYSICS * has_physics), layout="constrained")
-    rows: Any = figure.subfigures(3 + has_physics, 1, height_ratios=(1.1, 0.6, 0.9, 0.9)[: 3 + has_physics])
-    rows[0].suptitle(f"What accuracy costs in time: {facts['mesh']}", fontsize=15, fontweight="bold")
-    draw_fronts(rows[0], report)
-    _draw_pictures(rows[1], report)
-    left, right = rows[2].subplots(1, 2)
-    _draw_histogram(left, report)
-    _draw_ledger(right, report)
-    if physics is not None:
-        draw_physics(rows[3], physics)
-    footnote = f"{facts['machine']}; threads: {facts['threads']}; {facts['date']}; {facts['measured']}"
-    figure.supxlabel(footnote, fontsize=9, color=_INK)
-    with written_aside(path) as aside:
-        figure.savefig(aside, dpi=100)
+    facts, has_physics = report.facts, physics is not None
+    with figure_in(path, _HEIGHT + PANEL_HEIGHT * has_physics) as figure:
+        rows: Any = figure.subfigures(3 + has_physics, 1, height_ratios=(1.1, 0.6, 0.9, 0.9)[: 3 + has_physics])
+        rows[0].suptitle(f"What accuracy costs in time: {facts['mesh']}", fontsize=15, fontweight="bold")
+        draw_fronts(rows[0], report)
+        _draw_pictures(rows[1], report)
+        left, right = rows[2].subplots(1, 2)
+        _draw_histogram(left, report)
+        _draw_ledger(right, report)
+        if physics is not None:
+            draw_physics(rows[3], physics)
+        footnote = f"{facts['machine']}; threads: {facts['threads']}; {facts['date']}; {facts['measured']}"
+        figure.supxlabel(footnote, fontsize=9, color=_INK)
 
 
 # --- Pareto fronts: time against error, one marker a row, for each kind of error
@@ -235,13 +227,11 @@ def linked_pictures(report: Result) -> list[Picture]:
     if _covered(pixels).mean() < _LEAST_SEEN:
         viewer = default_scene(mesh).viewer
         pixels = drawn(mesh, report.reference_colors, viewer, _PICTURE)
-    chosen = report.best()
-    title = "chosen" if chosen is None else f"chosen: {chosen.name}"
     errors = in_worst_channel(report.chosen_colors - report.reference_colors)
     scale = error_scale(errors)
     pictures = [
         Picture("reference", pixels),
-        Picture(title, drawn(mesh, report.chosen_colors, viewer, _PICTURE)),
+        Picture(f"chosen: {report.name_of_chosen}", drawn(mesh, report.chosen_colors, viewer, _PICTURE)),
         Picture("its signed error at the vertices", drawn(mesh, _scaled(errors, scale), viewer, _PICTURE), scale),
     ]
     if len(report.inside_errors) == mesh.n_cells and has_only_triangles(mesh):
@@ -318,10 +308,8 @@ def _draw_pictures(part: Any, report: Result) -> None:
 
 def _draw_histogram(axes: Any, report: Result) -> None:
     at_vertices = np.abs(report.chosen_colors - report.reference_colors).max(axis=1)
-    chosen = report.best()
-    name = "chosen" if chosen is None else chosen.name
     each = np.full(len(at_vertices), 1.0 / len(at_vertices))
-    shown = [(f"at {len(at_vertices)} vertices: {name}", at_vertices, each, _COLORS["light model"])]
+    shown = [(f"at {len(at_vertices)} vertices: {report.name_of_chosen}", at_vertices, each, _COLORS["light model"])]
     if len(report.inside_errors):
         label = f"inside {len(report.inside_errors)} triangles of the mesh as it is"
         shown.append((label, report.inside_errors, report.inside_areas, _COLORS["interpolation"]))

@@ -201,8 +201,7 @@ def interpolation(
         sample = split(sample)
         left = Errors.inside_triangles(_errors(subject, sample), sample.areas)
         spent = clock.spent - start
-        note = f"{len(whole.points)} points"
-        found.append(_variant(subject, name, whole, left, note, preparation))
+        found.append(_variant(subject, name, whole, left, "", preparation))
     return Interpolation(found, errors, areas, left_out)
 
 

@@ -31,7 +31,7 @@ from pvphong.studies.accuracy.interpolation import (
     least_seconds,
     seconds_of_rays,
 )
-from pvphong.studies.accuracy.peers import LIGHT_SOURCE, PER_PIXEL, TEXTBOOK, light_source, textbook, vtk_frames
+from pvphong.studies.accuracy.peers import PER_PIXEL, TEXTBOOK, textbook, vtk_frames
 from pvphong.studies.accuracy.report import Tradeoff, circumstances
 from pvphong.studies.accuracy.result import NO_ERROR, Errors, LedgerEntry, PredictedBound, Row, Timing, with_fronts
 from pvphong.studies.accuracy.timing import FEWEST_REPEATS, Clock, Run, interleaved, progress, timed
@@ -53,9 +53,9 @@ _SPARE = 0.05
 # for rays and for meshes that are refined.
 _FOR_ROUNDS, _FOR_SAMPLING, _FOR_INSIDE = 0.4, 0.4, 0.5
 
-# Float64 evaluations that it takes to get ready to measure, with errors: a variant, the error bounds, an effect, a
-# peer.
-_FOR_VARIANT, _FOR_BOUNDS, _FOR_EFFECT, _FOR_PEER = 2.0, 6.0, 2.0, 6.0
+# Float64 evaluations that it takes to get ready to measure, with errors: a variant or an equation without an effect,
+# the error bounds, the textbook.
+_FOR_VARIANT, _FOR_BOUNDS, _FOR_TEXTBOOK = 2.0, 6.0, 6.0
 
 # The part of the seconds for models of light that paths of light take.
 _FOR_TRUTH = 0.7
@@ -124,13 +124,17 @@ def tradeoff(
         If an argument has the wrong shape, type or range, or the mesh has nothing that can be lit.
     """
     material, truth = as_material(material), check.flag("truth", truth)
-    _refuse_numbers(visibility)
+    given: Any = visibility  # which callers may not have checked
+    if not isinstance(given, Visibility | None):
+        remedy = "Leave it out, and rays are cast here."
+        check.refuse("visibility", type(given).__name__, "what mesh.phong.visibility gives", remedy)
     tolerance = check.number("tolerance", tolerance, above=0.0)
     clock = Clock((1.0 - _SPARE) * check.number("seconds", seconds, above=0.0))
     source, maps, tangents = surface_and_maps(mesh, material, feature_angle)
     scene = scene_for(source, scene, matrix)
-    if truth:
-        physics.refuse_convention(scene)
+    if truth and scene.light_model.convention != "standard":
+        remedy = "VTK's shader knows no light that bounces: LightModel()."
+        check.refuse("truth", True, "False in VTK's convention", remedy)
     bounces, scene = scene.light_model.bounces, replace(scene, light_model=replace(scene.light_model, bounces=0))
     placed = None if matrix is None else check.matrix4("matrix", matrix)
     rays: Any = {"occluders": occluders, "visibility": visibility, "tolerance": tolerance, "matrix": placed}
@@ -156,13 +160,6 @@ def tradeoff(
         where: Any = {"matrix": placed, "feature_angle": feature_angle, "occluders": occluders}
         found = physics.measure(mesh, scene, material, budget=_FOR_TRUTH * seconds, say=clock.say, **where)
     return replace(report, physics=found)
-
-
-def _refuse_numbers(visibility: Any) -> None:
-    """Raise ``ValueError`` for a visibility that rays cannot be cast for again."""
-    if visibility is not None and not isinstance(visibility, Visibility):
-        remedy = "Leave it out, and rays are cast here."
-        check.refuse("visibility", type(visibility).__name__, "what mesh.phong.visibility gives", remedy)
 
 
 class _Measurement:
@@ -235,14 +232,13 @@ class _Measurement:
             _lighting={variant.row.name: variant.run for variant in lighting},
         )
 
-    def _left(self, frame: float = 0.0) -> float:
-        """Seconds that are left for getting ready: all that is found, and one more frame, must still be repeated."""
-        rounds = FEWEST_REPEATS * (sum(self.estimates.values()) + frame)
-        return self.clock.left - max(self.for_rounds, rounds)
+    def _left(self) -> float:
+        """Seconds that are left for getting ready: all that is found must still be repeated."""
+        return self.clock.left - max(self.for_rounds, FEWEST_REPEATS * sum(self.estimates.values()))
 
-    def _has_time_for(self, what: str, seconds: float, frame: float = 0.0) -> bool:
+    def _has_time_for(self, what: str, seconds: float) -> bool:
         """Whether there is time to get something ready; what has none is noted."""
-        fits = seconds <= self._left(frame)
+        fits = seconds <= self._left()
         if not fits:
             self.left_out[what] = "there was no time for it"
         return fits
@@ -315,7 +311,7 @@ class _Measurement:
                 others = tuple(term for term in whole.terms if term.index != index)
                 without[f"light {light_labels(s.scene)[index]}"] = replace(whole, terms=others)
         for effect, equation in without.items():
-            if not self._has_time_for(f"ledger: {effect}", _FOR_EFFECT * self.exact_seconds):
+            if not self._has_time_for(f"ledger: {effect}", _FOR_VARIANT * self.exact_seconds):
                 continue
             name = f"without {effect}"
             self.clock.say(name)
@@ -328,15 +324,14 @@ class _Measurement:
         return errors
 
     def _light_by_peers(self) -> None:
-        s, seconds, frame = self.subject, _FOR_PEER * self.exact_seconds, _PER_FRAME + self.mesh.n_cells * _PER_FACE
+        s, frame = self.subject, _PER_FRAME + self.mesh.n_cells * _PER_FACE
         lit_error = self.rows[AS_IT_IS].error if AS_IT_IS in self.rows else None
-        peers: list[tuple[str, float, float, Callable[[], list[Variant]]]] = [
-            (TEXTBOOK, seconds, 0.0, lambda: [textbook(s)]),
-            (LIGHT_SOURCE, seconds, 0.0, lambda: [light_source(s)]),
-            (PER_PIXEL, _FOR_WINDOWS + 4 * frame, 2 * frame, lambda: vtk_frames(self.mesh, s, self.stack, lit_error)),
+        peers: list[tuple[str, float, Callable[[], list[Variant]]]] = [
+            (TEXTBOOK, _FOR_TEXTBOOK * self.exact_seconds, lambda: [textbook(s)]),
+            (PER_PIXEL, _FOR_WINDOWS + 4 * frame, lambda: vtk_frames(self.mesh, s, self.stack, lit_error)),
         ]
-        for name, to_get_ready, to_repeat, make in peers:
-            if not self._has_time_for(name, to_get_ready, to_repeat):
+        for name, to_get_ready, make in peers:
+            if not self._has_time_for(name, to_get_ready):
                 continue
             self.clock.say(name)
             try:

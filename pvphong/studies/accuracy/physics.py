@@ -10,6 +10,7 @@ from __future__ import annotations
 import os
 import textwrap
 from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
@@ -44,7 +45,8 @@ _FIRST_PATHS, _MOST_PATHS = 16, 1024
 _ALL_BOUNCES = 64
 # A model is as good as the best where its error is at most so many times that one's.
 _AS_GOOD = 1.25
-_FORMATS, _SIZE = (".png", ".pdf", ".svg"), (16.0, 5.5)
+_FORMATS = ".png", ".pdf", ".svg"
+_WIDTH, PANEL_HEIGHT = 16.0, 5.5  # inches of figures, and of the panel alone
 _PICTURE, _BACKGROUND = (400, 360), "#dce6f2"  # pixels, and the colour around the mesh
 _TITLE_WIDTH = 18  # letters
 # What this part of a channel's values is below becomes white.
@@ -78,13 +80,12 @@ class ModelOfLight:
     @property
     def rms(self) -> float:
         """The root mean square of the error, beside the truth's noise: squares of both add up to that of `error`."""
-        square = float(np.square(self.error).mean()) if self.error.size else 0.0
-        return max(square - self.noise**2, 0.0) ** 0.5
+        return max(float(np.square(self.error).mean()) - self.noise**2, 0.0) ** 0.5
 
     @property
     def largest(self) -> float:
         """The largest absolute error."""
-        return float(np.abs(self.error).max(initial=0.0))
+        return float(np.abs(self.error).max())
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -118,7 +119,7 @@ class Physics:
     @property
     def exposure(self) -> float:
         """What colours are multiplied by where they are shown: nearly all of the truth is below white."""
-        bright = float(np.quantile(self.truth.rgb, _BRIGHT)) if self.truth.rgb.size else 0.0
+        bright = float(np.quantile(self.truth.rgb, _BRIGHT))
         return 1.0 / bright if bright > 0.0 else 1.0
 
     @property
@@ -169,27 +170,15 @@ class Physics:
         ValueError
             If Matplotlib is missing, or the file cannot be written.
         """
-        refuse_format(path)
-        from matplotlib.figure import Figure
-
-        figure = Figure(figsize=_SIZE, layout="constrained")
-        draw_physics(figure, self)
-        with written_aside(path) as aside:
-            figure.savefig(aside, dpi=100)
+        with figure_in(path, PANEL_HEIGHT) as figure:
+            draw_physics(figure, self)
 
 
 def _rms(values: Float64Array) -> float:
-    return float(np.sqrt(np.square(values).mean())) if values.size else 0.0
+    return float(np.sqrt(np.square(values).mean()))
 
 
 # --- measuring
-
-
-def refuse_convention(scene: Scene) -> None:
-    """Raise ``ValueError`` for a scene in VTK's convention."""
-    if scene.light_model.convention != "standard":
-        remedy = "VTK's shader knows no light that bounces: LightModel()."
-        check.refuse("truth", True, "False in VTK's convention", remedy)
 
 
 def measure(
@@ -199,9 +188,9 @@ def measure(
     *,
     budget: float,
     say: Callable[[str], object],
-    occluders: Any = (),
-    matrix: MatrixLike | None = None,
-    feature_angle: FeatureAngle = None,
+    occluders: Any,
+    matrix: MatrixLike | None,
+    feature_angle: FeatureAngle,
 ) -> Physics:
     """Light a mesh by each model, and by paths of light.
 
@@ -313,12 +302,24 @@ def in_worst_channel(errors: FloatArray) -> Float64Array:
     return errors[np.arange(len(errors)), np.abs(errors).argmax(axis=1)].astype(np.float64, copy=False)
 
 
-# --- the panel
+# --- figures, and the panel
 
 
 def refuse_format(path: str | os.PathLike[str], name: str = "path") -> None:
     """Raise ``ValueError``, which names the path, unless figures have its suffix."""
     check.choice(f"suffix of {name}", Path(path).suffix.lower(), _FORMATS)
+
+
+@contextmanager
+def figure_in(path: str | os.PathLike[str], height: float) -> Iterator[Any]:
+    """A Matplotlib figure of so many inches to draw in, which is then written into a .png, .pdf or .svg file."""
+    refuse_format(path)
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(_WIDTH, height), layout="constrained")
+    yield figure
+    with written_aside(path) as aside:
+        figure.savefig(aside, dpi=100)
 
 
 def draw_physics(part: Any, physics: Physics) -> None:
@@ -338,14 +339,9 @@ def draw_physics(part: Any, physics: Physics) -> None:
     axes.set_ylim(min(least, noise / 2.0), 2.0 * max(errors))
     axes.axhspan(min(least, noise / 2.0), noise, color="#6b4c9a", alpha=0.15)
     axes.annotate(
-        "noise of each colour of the truth",
-        (axes.get_xlim()[1], axes.get_ylim()[0]),
-        (-4, 4),
-        textcoords="offset points",
-        ha="right",
-        va="bottom",
-        fontsize=9,
-    )
+        "noise of each colour of the truth", (axes.get_xlim()[1], axes.get_ylim()[0]),
+        xytext=(-4, 4), textcoords="offset points", ha="right", va="bottom", fontsize=9,
+    )  # fmt: skip
     for turn, (each, x, y) in enumerate(zip(physics.models, times, errors, strict=True)):
         is_valley = 0 < turn < len(errors) - 1 and y < min(errors[turn - 1], errors[turn + 1])
         place = (7, -11) if turn % 2 or is_valley else (7, 4)  # below, or above

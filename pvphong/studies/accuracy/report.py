@@ -113,9 +113,7 @@ class Tradeoff(Result):
         return "\n".join(line for sentence in self.summary() for line in wrapped(sentence))
 
     def __repr__(self) -> str:
-        chosen = self.best()
-        name = "nothing" if chosen is None else chosen.name
-        return f"<Tradeoff of {len(self.rows)} rows: {name} within {self.tolerance:.3g}>"
+        return f"<Tradeoff of {len(self.rows)} rows: {self.name_of_chosen} within {self.tolerance:.3g}>"
 
     def _repr_html_(self) -> str:
         return html_table(self.summary()[0], _HEADINGS, (cells for _, cells in self._cells()))
@@ -124,49 +122,36 @@ class Tradeoff(Result):
         """What is answered: always how to light vertices."""
         return [question for question in QUESTIONS if any(self.rows_for(question))]
 
-    def summary(self) -> list[str]:
-        """What to choose in plain words: a few lines that fit a terminal."""
+    def summary(self, *, with_next: bool = False) -> list[str]:
+        """What to choose in plain words: a few lines that fit a terminal.
+
+        Parameters
+        ----------
+        with_next : bool, default False
+            Whether a line also says what the next step, to less error, would cost.
+        """
         count = sum(not row.is_peer for row in self.rows)
         found = [f"Cheapest within {number(self.tolerance)}, of {count} ways to light {self.surface.n_points} points:"]
         for question in self._questions():
-            chosen = self.cheapest(question, self.tolerance)
-            row = chosen or self.most_accurate(question)
+            chosen = self.best(question=question)
+            row = chosen or min(self.rows_for(question), key=lambda row: row.decisive_error)
             error = f"{seconds(row.time.median)}, off by {number(row.decisive_error)}"
-            found.append(f"  {question}: {'' if chosen else 'none; nearest '}{row.name}, {error}")
-        return [*found, *self._remarks()]
-
-    def conclusions(self) -> list[str]:
-        """What to choose, at what price, and what the next step would cost: a sentence or two per question."""
-        found = []
-        for question in self._questions():
-            chosen = self.cheapest(question, self.tolerance)
-            if chosen is None:
-                nearest = self.most_accurate(question)
-                found.append(
-                    f"{question.capitalize()} nothing is within {number(self.tolerance)}; nearest is {nearest.name}: "
-                    f"{number(nearest.decisive_error)} in {seconds(nearest.time.median)}."
-                )
-                continue
-            sentence = (
-                f"{question.capitalize()} {chosen.name} is the cheapest within {number(self.tolerance)}: "
-                f"at most {number(chosen.decisive_error)} in {seconds(chosen.time.median)}."
-            )
-            following = self.next_step(chosen)
-            if following is not None:
-                more = seconds(following.time.median - chosen.time.median)
-                times = chosen.decisive_error / following.decisive_error if following.decisive_error else 0.0
+            line = f"  {question}: {'' if chosen else 'none; nearest '}{row.name}, {error}"
+            following = self.next_step(row)
+            if with_next and following is not None:
+                more = seconds(following.time.median - row.time.median)
+                times = row.decisive_error / following.decisive_error if following.decisive_error else 0.0
                 bought = f"buys {times:.3g}× less error" if times else "buys all of it"
-                noisy = ", within the noise" if following.time.low <= chosen.time.high else ""
-                sentence += f" Next is {following.name}: +{more} {bought}{noisy}."
-            found.append(sentence)
+                noisy = ", within the noise" if following.time.low <= row.time.high else ""
+                line += f"; next {following.name}, +{more} {bought}{noisy}"
+            found.append(line)
         return [*found, *self._remarks()]
 
     def _remarks(self) -> Iterator[str]:
         """Whether peers within the tolerance cost less, and whether it matters; what models of light are worth."""
         cheaper = []
         for question in self._questions():
-            own = self.cheapest(question, self.tolerance)
-            peer = self.cheapest(question, self.tolerance, peers=True)
+            own, peer = self.best(question=question), self.best(question=question, peers=True)
             if peer is not None and (own is None or peer.time.median < own.time.median):
                 cheaper.append(f"{peer.name} does it{' for less' if own else ''}, {seconds(peer.time.median)}")
         if cheaper:
@@ -185,7 +170,7 @@ class Tradeoff(Result):
         for entry in self.ledger:
             error = "" if entry.error is None else number(entry.error)
             ledger.add_row(entry.effect, "on" if entry.runs else "off", entry.cost_text, error, entry.why)
-        parts: list[Any] = [self.table(), *self.conclusions(), "", ledger]
+        parts: list[Any] = [self.table(), *self.summary(with_next=True), "", ledger]
         if self.predicted_bounds:
             title = "Error bounds that the plan predicted, and the errors measured"
             bounds = table(title, "left out", "how", "predicted", "measured")
@@ -236,14 +221,11 @@ class Tradeoff(Result):
 
     def to_dict(self) -> dict[str, Any]:
         """All numbers as plain values."""
-        chosen, rays, inside = self.best(), self.best(rays=True), self.best(inside=True)
         return {
             "tolerance": self.tolerance,
-            "chosen": None if chosen is None else chosen.name,
-            "chosen_rays": None if rays is None else rays.name,
-            "chosen_inside": None if inside is None else inside.name,
+            "chosen": {row.question: row.name for row in self.chosen},
             "noise": self.noise,
-            "conclusions": self.conclusions(),
+            "summary": self.summary(with_next=True),
             "facts": self.facts,
             "rows": [asdict(row) for row in self.rows],
             "ledger": [asdict(entry) for entry in self.ledger],

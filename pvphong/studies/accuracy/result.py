@@ -289,20 +289,22 @@ class Result:
     matrix: MatrixLike | None
     reference_colors: Float64Array
     _lighting: Mapping[str, Callable[[], FloatArray]] = field(kw_only=True)
-    """Lights the vertices again, by the names of rows; the reference comes first."""
+    """Lights the vertices again, by the names of rows."""
 
-    def best(self, tolerance: float | None = None, *, inside: bool = False, rays: bool = False) -> Row | None:
-        """The cheapest row within a tolerance; peers are not chosen.
+    def best(
+        self, tolerance: float | None = None, question: Question = "at the vertices", *, peers: bool = False
+    ) -> Row | None:
+        """The cheapest row within a tolerance.
 
         Parameters
         ----------
         tolerance : float, optional
             Largest absolute colour error; the report's own if not given.
-        inside : bool, default False
-            False: at the vertices, where the largest arithmetic and light-model error must not add up to more
-            than the tolerance. True: inside triangles, by the largest interpolation error.
-        rays : bool, default False
-            True: of the variants that cast rays, by the root mean square error of sampling.
+        question : {"at the vertices", "casting rays", "inside triangles"}
+            At the vertices the largest arithmetic and light-model error must not add up to more than the tolerance.
+            Of rows that cast rays the root mean square error counts, inside triangles the largest.
+        peers : bool, default False
+            Whether it is one of the peers, which are not chosen otherwise.
 
         Returns
         -------
@@ -312,10 +314,12 @@ class Result:
         Raises
         ------
         ValueError
-            If the tolerance is not a number >= 0.
+            If the tolerance is not a number >= 0, or the question is another.
         """
         allowed = self.tolerance if tolerance is None else check.number("tolerance", tolerance, at_least=0.0)
-        return self.cheapest(QUESTIONS[2 if inside else 1 if rays else 0], allowed)
+        check.choice("question", question, QUESTIONS)
+        within = (row for row in self.rows_for(question, peers=peers) if row.decisive_error <= allowed)
+        return min(within, key=lambda row: row.time.median, default=None)
 
     def next_step(self, row: Row) -> Row | None:
         """The cheapest row that errs less than a row and answers the same question; None where there is none."""
@@ -325,33 +329,29 @@ class Result:
     @property
     def chosen(self) -> list[Row]:
         """The best row for each question."""
-        best = (self.cheapest(question, self.tolerance) for question in QUESTIONS)
+        best = (self.best(question=question) for question in QUESTIONS)
         return [row for row in best if row is not None]
 
     def rows_for(self, question: Question, *, peers: bool = False) -> Iterator[Row]:
         """The rows that answer a question: pvphong's own, or those of peers."""
         return (row for row in self.rows if row.question == question and row.is_peer == peers)
 
-    def cheapest(self, question: Question, tolerance: float, *, peers: bool = False) -> Row | None:
-        """The row within a tolerance that takes the least time, or None."""
-        within = (row for row in self.rows_for(question, peers=peers) if row.decisive_error <= tolerance)
-        return min(within, key=lambda row: row.time.median, default=None)
-
-    def most_accurate(self, question: Question) -> Row:
-        """The one of pvphong's own rows that errs least."""
-        return min(self.rows_for(question), key=lambda row: row.decisive_error)
-
     @property
     def noise(self) -> float:
         """The spread of times in the middle row: from quartile to quartile, as a part of the median."""
         return float(np.median([row.time.spread for row in self.rows]))
 
+    @property
+    def name_of_chosen(self) -> str:
+        """The name of the row that is chosen at the vertices, of which there is one: the reference has no error."""
+        chosen = self.best()
+        assert chosen is not None, "the reference is within every tolerance"
+        return chosen.name
+
     @cached_property
     def chosen_colors(self) -> FloatArray:
         """Shape (n_points, 3): the colours of the row that is chosen at the vertices, evaluated again."""
-        chosen = self.best()
-        name = chosen.name if chosen is not None and chosen.name in self._lighting else next(iter(self._lighting))
-        return self._lighting[name]()
+        return self._lighting[self.name_of_chosen]()
 
     def worst(self) -> list[tuple[int, float]]:
         """The vertices where the chosen row errs most: number and error, largest first."""

@@ -93,7 +93,7 @@ def test_the_signed_error_can_be_seen_when_it_is_that_of_rounding(report):
 
 def test_signed_errors_are_those_of_the_worst_channel(report):
     wrong = report.reference_colors + np.array([0.1, -0.3, 0.2])
-    pictures = linked_pictures(replace(report, _lighting={"float64 reference": lambda: wrong}))
+    pictures = linked_pictures(replace(report, _lighting={report.best().name: lambda: wrong}))
     assert pictures[2].scale.get_clim() == pytest.approx((-0.3, 0.3))
 
 

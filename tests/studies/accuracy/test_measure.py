@@ -118,12 +118,14 @@ def test_a_tolerance_of_nothing_leaves_the_reference_and_one_of_all_the_fastest(
     assert report.best(0.0).name == "float64 reference"
     fastest = min((r for r in report.rows if r.kind != "interpolation" and not r.is_peer), key=lambda r: r.time.median)
     assert report.best(10.0) is fastest
-    assert report.best(1e-9, inside=True) is None
-    assert report.best(10.0, inside=True).kind == "interpolation"
+    assert report.best(1e-9, "inside triangles") is None
+    assert report.best(10.0, "inside triangles").kind == "interpolation"
     assert report.next_step(report.best(0.0)) is None
     assert report.next_step(fastest).decisive_error < fastest.decisive_error
     with pytest.raises(ValueError, match="tolerance must be a finite number >= 0"):
         report.best(-1.0)
+    with pytest.raises(ValueError, match="question must be one of 'at the vertices'"):
+        report.best(10.0, "outside")
 
 
 def test_a_model_matrix_and_a_tolerance_take_part_and_the_mesh_is_left_as_it_was(mesh):

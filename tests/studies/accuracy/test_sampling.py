@@ -112,9 +112,10 @@ def test_the_ledger_prices_shadows_and_occlusion_with_their_rays(report):
 def test_it_is_shown_with_the_other_kinds(report):
     text = report.explain()
     assert "sampling:" in text
-    assert "Casting rays" in text
-    assert report.best(rays=True).name in str(report)
-    assert report.to_dict()["chosen_rays"] == report.best(rays=True).name
+    assert "casting rays" in text
+    chosen = report.best(question="casting rays").name
+    assert chosen in str(report)
+    assert report.to_dict()["chosen"]["casting rays"] == chosen
 
 
 def test_one_ray_says_all_of_lights_without_a_size():
