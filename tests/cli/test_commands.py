@@ -308,7 +308,7 @@ def test_tradeoff_prints_the_report_and_writes_figure_and_numbers(capsys):
     numbers = json.loads(Path("a.json").read_text())
     assert numbers["tolerance"] == 0.01
     assert next(entry["runs"] for entry in numbers["ledger"] if entry["effect"] == "shadow")  # alone it casts none
-    assert f"at the vertices: {numbers['chosen']}, " in shown
+    assert f"at the vertices: {numbers['chosen']['at the vertices']}, " in shown
     assert len(Path("a.csv").read_text().splitlines()) == 1 + len(numbers["rows"])
     assert pv.read("a.png").dimensions[0] > 100
     assert run("tradeoff blocks.vtm --seconds 1 --json blocks.json") == 0

@@ -11,7 +11,7 @@ import numpy as np
 import pyvista as pv
 
 from pvphong.base import check
-from pvphong.base.types import MatrixLike
+from pvphong.base.types import Float64Array, MatrixLike
 from pvphong.meshes.default_scene import scene_for
 from pvphong.meshes.lit import vertices_of
 from pvphong.meshes.point_data import surface_and_maps
@@ -152,6 +152,8 @@ def tradeoff(
         measurement = _Measurement(source, subject, tolerance, clock, stack)
         if bounces and not truth:
             measurement.left_out["bounces"] = "all of this is of direct light"
+        if truth and scene.light_model.two_sided:
+            measurement.left_out["bounces"] = "the light model is two-sided"
         report = measurement.run()
     if not truth:
         return report
@@ -206,11 +208,6 @@ class _Measurement:
         self.left_out |= {name: "there was no time to repeat it" for name in self.runs if name not in times}
         baseline = times[self.baseline]
         rows = [replace(row, time=Timing.of(times[name])) for name, row in self.rows.items() if name in times]
-        costs = {
-            effect: Timing.of(baseline - times[f"without {effect}"] + sampled.costs.get(effect, 0.0))
-            for effect in errors_without
-            if f"without {effect}" in times
-        }
         measured = (
             f"{len(baseline)} rounds in turns after a warm-up, slow runs in some of them only; "
             "a sample is the least of up to 7 short runs"
@@ -218,7 +215,7 @@ class _Measurement:
         return Tradeoff(
             tolerance=self.tolerance,
             rows=with_fronts([*rows, *sampled.rows]),
-            ledger=ledger(s, self.tolerance, errors_without, costs),
+            ledger=self._ledger(errors_without, times, sampled.costs),
             baseline=self.baseline,
             predicted_bounds=bounds,
             left_out=self.left_out,
@@ -323,6 +320,26 @@ class _Measurement:
             self.runs[name], self.estimates[name] = run, min(timed(run)[1] for _ in range(2))
         return errors
 
+    def _ledger(
+        self, errors: dict[str, float], times: dict[str, Float64Array], casting: dict[str, float]
+    ) -> tuple[LedgerEntry, ...]:
+        """An entry for every effect of the plan at the tolerance, and every light that is there.
+
+        Its cost is seconds with minus seconds without, where both were timed in turns, and those of casting its rays.
+        """
+        plan = self.subject.plan(self.tolerance)
+        kept = {term.index for term in plan.equation.terms}
+        choices = {name: (choice.on, choice.why) for name, choice in plan.effects.items()}
+        for index, label in enumerate(light_labels(self.subject.scene)):
+            if f"light {label}" in errors:
+                choices[f"light {label}"] = index in kept, "" if index in kept else "left out, see lights"
+
+        def cost(effect: str) -> Timing | None:
+            without = times.get(f"without {effect}")
+            return None if without is None else Timing.of(times[self.baseline] - without + casting.get(effect, 0.0))
+
+        return tuple(LedgerEntry(name, cost(name), errors.get(name), *choice) for name, choice in choices.items())
+
     def _light_by_peers(self) -> None:
         s, frame = self.subject, _PER_FRAME + self.mesh.n_cells * _PER_FACE
         lit_error = self.rows[AS_IT_IS].error if AS_IT_IS in self.rows else None
@@ -340,34 +357,6 @@ class _Measurement:
                 self.left_out[name] = str(error)
                 continue
             self._add_all(found)
-
-
-# --- the ledger: what each effect costs, and the plan's error bounds
-
-
-def ledger(
-    subject: Subject, tolerance: float, errors: dict[str, float], costs: dict[str, Timing]
-) -> tuple[LedgerEntry, ...]:
-    """An entry for every effect of the plan at the tolerance, and every light that is there.
-
-    Parameters
-    ----------
-    subject : Subject
-        What is lit.
-    tolerance : float
-        The plan's.
-    errors : dict of str to float
-        The largest light-model error without each effect and light that is there.
-    costs : dict of str to Timing
-        Seconds with minus seconds without, of those that were timed.
-    """
-    plan = subject.plan(tolerance)
-    kept = {term.index for term in plan.equation.terms}
-    choices = {name: (choice.on, choice.why) for name, choice in plan.effects.items()}
-    for index, label in enumerate(light_labels(subject.scene)):
-        if f"light {label}" in errors:
-            choices[f"light {label}"] = index in kept, "" if index in kept else "left out, see lights"
-    return tuple(LedgerEntry(name, costs.get(name), errors.get(name), *choice) for name, choice in choices.items())
 
 
 def predicted_bounds(subject: Subject, tolerance: float) -> tuple[PredictedBound, ...]:

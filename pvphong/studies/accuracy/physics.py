@@ -98,15 +98,12 @@ class Physics:
         From the textbook's model to all bounces.
     truth : Truth
         By paths of light.
-    left_out : dict of str to str
-        Models that were not measured, and why.
     surface, matrix, viewer
         What is lit, where it is, and from where it is seen.
     """
 
     models: tuple[ModelOfLight, ...]
     truth: Truth
-    left_out: dict[str, str]
     surface: pv.PolyData
     matrix: MatrixLike | None
     viewer: Viewer
@@ -160,7 +157,7 @@ class Physics:
             for each in self.models
         ]
         truth = {"seconds": self.truth.seconds, "rays": self.truth.rays, "noise": self.noise}
-        return {"models": models, "truth": truth, "sentence": self.sentence(), "left_out": self.left_out}
+        return {"models": models, "truth": truth, "sentence": self.sentence()}
 
     def plot(self, path: str | os.PathLike[str]) -> None:
         """Draw the panel alone, into a .png, .pdf or .svg file.
@@ -192,7 +189,7 @@ def measure(
     matrix: MatrixLike | None,
     feature_angle: FeatureAngle,
 ) -> Physics:
-    """Light a mesh by each model, and by paths of light.
+    """Light a mesh by each model, and by paths of light; two-sided surfaces without bounces.
 
     Parameters
     ----------
@@ -208,18 +205,17 @@ def measure(
     ValueError
         If the surface reflects more light than arrives.
     """
-    where: Any = {"matrix": matrix, "feature_angle": feature_angle}
+    where: Any = {"matrix": matrix, "feature_angle": feature_angle, "occluders": occluders}
     say("paths of light")
-    probe = truth(mesh, scene, material, samples=_FIRST_PATHS, occluders=occluders, **where)
-    affordable = int(_FIRST_PATHS * budget / max(probe.seconds, 1e-9))
+    found = truth(mesh, scene, material, samples=_FIRST_PATHS, **where)
+    affordable = int(_FIRST_PATHS * budget / max(found.seconds, 1e-9))
     samples = min(1 << max(affordable.bit_length() - 1, 0), _MOST_PATHS)
-    more = {"samples": samples, "occluders": occluders}
-    found = truth(mesh, scene, material, **more, **where) if samples > _FIRST_PATHS else probe
+    if samples > _FIRST_PATHS:
+        found = truth(mesh, scene, material, samples=samples, **where)
     bare = replace(scene.light_model, shadows=False, ambient_occlusion=False, bounces=0, clamp=False)
 
     def prepared(model: LightModel, **rays: Any) -> Prepared:
-        lit_by = replace(scene, light_model=model)
-        return prepare(mesh, lit_by, material, occluders=occluders, **where, **rays)
+        return prepare(mesh, replace(scene, light_model=model), material, **where, **rays)
 
     def lit(model: LightModel, **rays: Any) -> FloatArray:
         each = prepared(model, **rays)
@@ -246,8 +242,7 @@ def measure(
             model = replace(with_shadows, bounces=bounces, ambient=constant)
             run = partial(lit, model, visibility=seen, transport=transport)
             models.add(name, run, shadowed[1] + casting)
-    left_out = {"bounces": "the light model is two-sided"} if bare.two_sided else {}
-    return Physics(tuple(models.found), found, left_out, open_sky.source, matrix, scene.viewer)
+    return Physics(tuple(models.found), found, open_sky.source, matrix, scene.viewer)
 
 
 def _ambient_of(prepared: Prepared) -> FloatArray:

@@ -75,9 +75,9 @@ def test_noise_is_no_error():
 def test_scenes_without_bounces_and_two_sides_say_so():
     plane = pv.Plane(i_resolution=3, j_resolution=3)
     two = ph.Scene([ph.DirectionalLight()], light_model=ph.LightModel(two_sided=True))
-    physics = plane.phong.tradeoff(two, GREY, seconds=0.3, truth=True).physics
-    assert physics.left_out == {"bounces": "the light model is two-sided"}
-    assert len(physics.models) == 4
+    report = plane.phong.tradeoff(two, GREY, seconds=0.3, truth=True)
+    assert report.left_out["bounces"] == "the light model is two-sided"
+    assert len(report.physics.models) == 4
     with pytest.raises(ValueError, match=r"^truth must be False in VTK's convention"):
         plane.phong.tradeoff(ph.Scene(light_model=ph.LightModel.vtk()), GREY, seconds=0.3, truth=True)
     bounces = ph.Scene([ph.DirectionalLight()], light_model=ph.LightModel(bounces=2))
