@@ -22,7 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pvphong.base import sobol, threads
-from pvphong.base.types import Float64Array, FloatArray, IntArray
+from pvphong.base.types import BoolArray, Float64Array, FloatArray, IntArray
 
 MOST_RAYS = sobol.MOST
 """The most rays from a vertex to one light; a power of two."""
@@ -63,6 +63,8 @@ class Seen(NamedTuple):
     error: Float64Array
     """Shape (n,): its standard error; 0 where all rays agree."""
     rays: int
+    is_unknown: BoolArray | None = None
+    """Shape (n,): where no ray was sent that could arrive; the part is 0 there. None where that is not told."""
 
 
 def look(
@@ -99,7 +101,7 @@ def look(
     """
     is_adaptive = samples is None
     first = least if samples is None else min(1 << (samples - 1).bit_length(), MOST_RAYS)
-    part, error, rays = np.zeros(count), np.zeros(count), list[int]()
+    part, error, rays, is_unknown = np.zeros(count), np.zeros(count), list[int](), np.zeros(count, bool)
 
     def cast_points(vertices: IntArray, begin: int, end: int) -> tuple[FloatArray, FloatArray, Float64Array]:
         step = max(rays_at_once // max(len(vertices), 1) // _AT_ONCE, 1) * _AT_ONCE
@@ -114,6 +116,7 @@ def look(
             more_sent, more_seen, scale = cast_points(vertices, done, 2 * done)
             sent, seen = np.concatenate([sent, more_sent]), np.concatenate([seen, more_seen])
             part[vertices], error[vertices] = _estimate(sent, seen)
+            is_unknown[vertices] = ~sent.any(axis=0)
             done *= 2
             bright = brightness * scale * sent.mean(axis=0)
             is_unsure = (done < _NEAR_OTHERS) | ~(error[vertices] * bright <= tolerance)
@@ -125,6 +128,7 @@ def look(
         vertices = np.arange(start, stop)
         sent, seen, _ = cast_points(vertices, 0, first)
         part[start:stop], error[start:stop] = _estimate(sent, seen)
+        is_unknown[start:stop] = ~sent.any(axis=0)
         unsure = np.flatnonzero(error[start:stop] > 0.0) if is_adaptive else vertices[:0]
         for at in range(0, len(unsure), at_once):
             some = unsure[at : at + at_once]
@@ -136,14 +140,14 @@ def look(
 
     threads.run(begin, count, max(rays_at_once // first, 1))
     if not is_adaptive:
-        return Seen(part, error, sum(rays))
+        return Seen(part, error, sum(rays), is_unknown)
     is_near = np.ones(count, bool)  # in no triangle, or in one with a vertex that saw something else
     is_near[triangles] = False
     corners = part[triangles]
     is_near[triangles[corners.min(axis=1) != corners.max(axis=1)]] = True
     near = np.flatnonzero(is_near & ((part == 0.0) | (part == 1.0)))
     threads.run(begin_again, len(near), at_once)
-    return Seen(part, error, sum(rays))
+    return Seen(part, error, sum(rays), is_unknown)
 
 
 def _estimate(sent: FloatArray, seen: FloatArray) -> tuple[Float64Array, Float64Array]:

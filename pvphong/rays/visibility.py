@@ -22,7 +22,7 @@ from pvphong.base import check, documents, sobol, text, threads
 from pvphong.base.files import written_aside
 from pvphong.base.text import html_table
 from pvphong.base.types import BoolArray, Float64Array, FloatArray, IntArray
-from pvphong.base.vectors import dot
+from pvphong.base.vectors import dot, unit
 from pvphong.geometry.extent import Box
 from pvphong.optics.area.sampling import Sampling, sky_sampling
 from pvphong.optics.light import Light
@@ -146,7 +146,28 @@ class Tracer:
             check.refuse("light", light, "one that says how rays to it are chosen", remedy)
         margin = BEFORE_LIGHT * self.occluders.resolution(self.receiver.part)
         brightness = light.intensity * max(np.ravel(light.diffuse).tolist())
-        return self._look(light.sampling, margin, brightness, _LEAST_OF_ALL_AROUND if light.is_even else _LEAST)
+        seen = self._look(light.sampling, margin, brightness, _LEAST_OF_ALL_AROUND if light.is_even else _LEAST)
+        return seen if light.is_even else self._with_slivers(seen, light, margin)
+
+    def _with_slivers(self, seen: Seen, light: Any, margin: float) -> Seen:
+        """Where no ray has found a light that just rises above the horizon, one to its highest point decides."""
+        if seen.is_unknown is None or not (light.places or light.outline is not None):
+            return seen
+        rows = np.flatnonzero(seen.is_unknown)
+        points, normals, origins = self.receiver.points[rows], self.receiver.unit_normals[rows], self._origins(rows)
+        with np.errstate(all="ignore"):  # of vertices that are not finite
+            if light.outline is None:  # a sphere, or a kind of which no edge is known
+                highest = np.array(light.places[0]) + getattr(light, "radius", 0.0) * normals
+            else:
+                highest = light.outline[(normals @ light.outline.T).argmax(axis=1)]
+            to_light = highest - origins
+            sent = light.arrival(np.ascontiguousarray(points.T)).strength  # nothing from a back that is dark
+            is_risen = (dot(normals.T, to_light.T) > 0.0) & (sent > 0.0)
+        rows, origins = rows[is_risen], origins[is_risen]
+        directions, distances = unit(np.ascontiguousarray(to_light[is_risen].T))
+        part = seen.part.copy()
+        part[rows] = ~self.occluders.blocked(origins, directions.T, distances - margin)
+        return seen._replace(part=part, rays=seen.rays + len(rows) * bool(self.occluders.casters))
 
     def sky(self) -> Seen:
         """What the vertices see of the hemispheres around their normals."""
