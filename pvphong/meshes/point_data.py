@@ -87,7 +87,7 @@ def names_taken(material: Material, mesh: pv.DataSet) -> dict[str, str]:
     """For each of a material's colours that was given by a name, in words, what the name is on a mesh."""
     maps = given_maps(material, mesh)
     given: dict[str, Any] = {name: maps.get(name, getattr(material, name)) for name in COLORS}
-    kinds = ((Colormap, "of"), (NamedColor, "the colour"), (str, "the array"))
+    kinds = ((Colormap, "a"), (NamedColor, "the colour"), (str, "the array"))
     return {
         field: f"{'the image' if is_image_path(value) and value not in mesh.point_data else words} {value!r}"
         for field, value in given.items()

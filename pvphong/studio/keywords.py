@@ -22,7 +22,6 @@ from pvphong.meshes.blocks import datasets, leaves
 from pvphong.meshes.colormaps import lookup_table, scalars_of
 from pvphong.meshes.surfaces import FeatureAngle
 from pvphong.optics.colormap import Colormap
-from pvphong.optics.maps import is_color_name
 from pvphong.optics.material import Material, as_material
 
 _ALIASES = {"rng": "clim", "colormap": "cmap", "rgba": "rgb", "backface_culling": "culling"}
@@ -118,8 +117,11 @@ _STYLES = "surface", "wireframe", "points", "points_gaussian"
 def _refuse_misspelt(options: Mapping[str, Any]) -> None:
     """Raise ``ValueError`` for words that PyVista does not know, before it says so in many lines."""
     for name, value in options.items():
-        if isinstance(value, str) and (name == "color" or name.endswith("_color")) and not is_color_name(value):
-            check.color(name, value)
+        if isinstance(value, str) and (name == "color" or name.endswith("_color")):
+            try:
+                pv.Color(value)  # which has opacities too, as in "#ff000080"
+            except ValueError:
+                check.color(name, value)
     if options.get("style") is not None:
         check.choice("style", str(options["style"]).lower(), _STYLES)
     if isinstance(options.get("texture"), str):

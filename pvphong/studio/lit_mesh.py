@@ -16,7 +16,7 @@ from pvphong.base.types import ByteArray, Float64Array, FloatArray
 from pvphong.meshes.blocks import DEFAULT, datasets, leaves, materials_of, single_material
 from pvphong.meshes.colormaps import over_all
 from pvphong.meshes.point_data import colors_at, given_maps, opacity_at, tangents_from, texture_version, values_at
-from pvphong.meshes.surfaces import FeatureAngle, has_normals, point_normals, split_sharp_edges, surface
+from pvphong.meshes.surfaces import FeatureAngle, has_normals, point_normals, sharp_angle, split_sharp_edges, surface
 from pvphong.meshes.visibility import KnownOccluders, visibility_of
 from pvphong.optics.colormap import Colormap
 from pvphong.optics.maps import AnyMap, Map, is_image_path, is_texture, map_in
@@ -135,6 +135,11 @@ class LitMesh:
         tangents = maps.pop("tangents", self._tangents)
         vertices = Vertices(self.drawn.points, lambda: self.normals, maps, visibility, tangents=tangents)
         return Plan.of(scene, self.material, vertices, matrix=self.matrix), vertices
+
+    @property
+    def sharp_angle(self) -> float | None:
+        """The angle in degrees from which its edges are sharp, as it was last drawn; None where none is."""
+        return sharp_angle(self._whole, self.feature_angle)
 
     def refresh(
         self,

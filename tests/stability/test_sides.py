@@ -177,6 +177,11 @@ def test_on_a_convex_body_shadows_change_nothing_that_the_viewer_sees(seeds: Any
         assert np.count_nonzero(off > 1e-4 * size) <= 0.02 * len(off) + 1, f"seed {seed}"
 
 
+def test_a_sliver_of_a_light_that_just_rises_is_seen() -> None:
+    """No ray of the first sixteen found it at one vertex."""
+    test_on_a_convex_body_shadows_change_nothing_that_the_viewer_sees([2740])
+
+
 # --- held against paths of light
 
 

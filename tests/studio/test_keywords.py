@@ -37,6 +37,7 @@ CHECKS = pv.numpy_to_texture(np.repeat(SMOOTH_IMAGE, 3, axis=2).astype(np.uint8)
 KEYWORDS = {
     "none": {},
     "color": {"color": "tan"},
+    "a colour with an opacity": {"color": "#d2b48c80"},
     "ambient, diffuse": {"color": "w", "ambient": 0.3, "diffuse": 0.5},
     "specular": {"color": "navy", "specular": 0.8, "specular_power": 15},
     "specular alone": {"color": "navy", "specular": 0.4},

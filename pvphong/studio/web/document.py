@@ -24,7 +24,7 @@ import pyvista as pv
 from pvphong.base import check
 from pvphong.base.types import Vector
 from pvphong.base.vectors import unit_vector
-from pvphong.meshes.surfaces import FeatureAngle, sharp_angle, surface
+from pvphong.meshes.surfaces import FeatureAngle
 from pvphong.optics.light import Light
 from pvphong.optics.lights import LIGHT_TYPES, vtk_values
 from pvphong.optics.maps import FIELDS, Map
@@ -159,7 +159,7 @@ class Document:
     def surfaces(self) -> Surfaces:
         """How edges are lit, of the first mesh; of all, if it is set."""
         first = next(iter(self._subplot.lit.meshes), None)
-        return Surfaces(None if first is None else sharp_angle(surface(first.mesh), first.feature_angle))
+        return Surfaces(None if first is None else first.sharp_angle)
 
     @surfaces.setter
     def surfaces(self, surfaces: Surfaces) -> None:

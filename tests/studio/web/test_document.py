@@ -110,6 +110,7 @@ def test_auto_is_shown_as_what_it_does(document, plotter, keeps):
     if not keeps:
         lit.mesh.point_data.active_normals_name = None
     lit.feature_angle = "auto"
+    plotter.render()
     assert document.shown()["surfaces"][0]["value"] == (None if keeps else 30.0)
 
 
