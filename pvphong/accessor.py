@@ -164,7 +164,7 @@ class BlocksPhong(Handle):
 
         def prepare(block: pv.DataSet) -> lit.Prepared:
             its_material, how = next(own)
-            return lit.prepare(block, scene, its_material, **how)
+            return lit.prepare(block, scene, its_material, lit.Setting(**how))
 
         prepared = of_each(self._blocks, prepare)
         for each in prepared:

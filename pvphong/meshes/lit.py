@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -35,7 +35,7 @@ from pvphong.shading import interreflection
 from pvphong.shading.equation import Equation
 from pvphong.shading.interreflection import Sent
 from pvphong.shading.plan.plan import Plan
-from pvphong.shading.reference import seen_by_viewer
+from pvphong.shading.reference import Shading, seen_by_viewer
 from pvphong.shading.vertices import Vertices
 from pvphong.shading.visibility import VisibilityLike, checked_visibility
 
@@ -132,11 +132,25 @@ def shade_mesh(
     >>> lit["phong"].shape
     (842, 3)
     """
-    rays = {"occluders": occluders, "visibility": visibility, "transport": transport, "feature_angle": feature_angle}
-    prepared = prepare(mesh, scene, material, matrix=matrix, tolerance=tolerance, backend=backend, **rays)
+    setting = Setting(matrix, feature_angle, occluders, visibility, transport, tolerance, backend)
+    prepared = prepare(mesh, scene, material, setting)
     warn_of_normals(mesh, prepared.source, prepared.scene, matrix)
-    options: Any = {"components": components, "backend": backend, "precision": precision}
-    return lit_mesh(prepared, name, shares_by_bounce=shares_by_bounce, **options)
+    _refuse_output(name, prepared.source, components, shares_by_bounce)
+    shading = prepared.plan.run(prepared.vertices, precision=precision, backend=backend, components=components)
+    return _lit_mesh(prepared, shading, name, shares_by_bounce)
+
+
+@dataclass(frozen=True)
+class Setting:
+    """What calls that light a mesh are asked beside mesh, scene and material; fields are as for `shade_mesh`."""
+
+    matrix: MatrixLike | None = None
+    feature_angle: FeatureAngle = None
+    occluders: Any = ()
+    visibility: Visibility | None = None
+    transport: Transport | TransportPart | None = None
+    tolerance: float = 0.0
+    backend: Backend = "auto"
 
 
 class Prepared(NamedTuple):
@@ -152,42 +166,38 @@ class Prepared(NamedTuple):
     material: Material
 
 
-def prepare(
-    mesh: pv.DataSet,
-    scene: SceneLike | None,
-    material: Material | str,
-    *,
-    feature_angle: FeatureAngle = None,
-    tolerance: float = 0.0,
-    matrix: MatrixLike | None = None,
-    **rays: Any,
-) -> Prepared:
-    """What will light a mesh; options are those of `shade_mesh`."""
+def prepare(mesh: pv.DataSet, scene: SceneLike | None, material: Material | str, setting: Setting) -> Prepared:
+    """What will light a mesh."""
     # shared first, and then read: what another thread replaces meanwhile is not half seen
     now = shallow_copy(mesh) if isinstance(mesh, pv.PolyData) else mesh
     material = as_material(material)
-    source, maps, tangents = surface_and_maps(now, material, feature_angle)
-    scene = scene_for(source, scene, matrix)
-    vertices = vertices_of(source, maps, tangents, scene=scene, tolerance=tolerance, matrix=matrix, **rays)
-    planned = Plan.of(scene, material, vertices, matrix=matrix, tolerance=tolerance)
+    source, maps, tangents = surface_and_maps(now, material, setting.feature_angle)
+    scene = scene_for(source, scene, setting.matrix)
+    vertices = vertices_of(source, maps, tangents, scene, setting)
+    planned = Plan.of(scene, material, vertices, matrix=setting.matrix, tolerance=setting.tolerance)
     return Prepared(now, source, scene, vertices, planned, material)
 
 
-def lit_mesh(
-    prepared: Prepared,
-    name: str = "phong",
-    *,
-    bounced: FloatArray | None = None,
-    components: bool = False,
-    shares_by_bounce: bool = False,
-    **options: Any,
-) -> pv.PolyData:
-    """A new mesh with its lit colours; options are those of `Plan.run`."""
-    refuse_name(name, prepared.source)
+def _refuse_output(name: str, source: pv.PolyData, components: bool, shares_by_bounce: bool) -> None:
+    refuse_name(name, source)
     if check.flag("shares_by_bounce", shares_by_bounce) and not components:
         check.refuse("shares_by_bounce", True, "False without components=True")
+
+
+def refuse_name(name: Any, source: pv.PolyData) -> None:
+    """Raise ``ValueError`` for a name that lit colours cannot have, or that is one of what a surface is lit by."""
+    if not isinstance(name, str) or not name:
+        check.refuse("name", name, "a string that is not empty")
+    data = source.point_data
+    used = {data.active_normals_name: "normals", data.active_texture_coordinates_name: "texture coordinates"}
+    if name in used:
+        allowed = "one that no array has by which the mesh is lit"
+        check.refuse("name", f"{name!r}, the name of its {used[name]}", allowed, 'The name "phong" is usual.')
+
+
+def _lit_mesh(prepared: Prepared, shading: Shading, name: str, shares_by_bounce: bool) -> pv.PolyData:
+    """A new mesh with its lit colours, and their parts where these are known."""
     now, source, scene, vertices, planned, material = prepared
-    shading = planned.run(vertices, components=components, bounced=bounced, **options)
     lit = source if source is now else shallow_copy(source)
     if shading.per_light is not None:
         labels = light_labels(scene)
@@ -211,19 +221,16 @@ def lit_mesh(
     return lit
 
 
-def refuse_name(name: Any, source: pv.PolyData) -> None:
-    """Raise ``ValueError`` for a name that lit colours cannot have, or that is one of what a surface is lit by."""
-    if not isinstance(name, str) or not name:
-        check.refuse("name", name, "a string that is not empty")
-    data = source.point_data
-    used = {data.active_normals_name: "normals", data.active_texture_coordinates_name: "texture coordinates"}
-    if name in used:
-        allowed = "one that no array has by which the mesh is lit"
-        check.refuse("name", f"{name!r}, the name of its {used[name]}", allowed, 'The name "phong" is usual.')
-
-
-def lit_together(prepared: Sequence[Prepared], together: Transport, **options: Any) -> Iterator[pv.PolyData]:
-    """New meshes that light each other by what they reflect, in their order; options are those of `lit_mesh`.
+def lit_together(
+    prepared: Sequence[Prepared],
+    together: Transport,
+    *,
+    name: str = "phong",
+    components: bool = False,
+    shares_by_bounce: bool = False,
+    **how: Any,
+) -> Iterator[pv.PolyData]:
+    """New meshes that light each other by what they reflect, in their order; options are those of `shade_mesh`.
 
     Parameters
     ----------
@@ -232,15 +239,16 @@ def lit_together(prepared: Sequence[Prepared], together: Transport, **options: A
     together : Transport
         That one.
     """
-    how: Any = {name: options[name] for name in ("precision", "backend") if name in options}
     of_each = [each.plan.sent(each.vertices, **how) for each in prepared]
     count = max((each.plan.equation.bounces for each in prepared), default=0)
     shares: FloatArray | None = None
     if count:
-        apart = bool(options.get("components"))
-        shares = interreflection.bounced(Sent.of_all(of_each), together.gather, count, apart=apart)
+        shares = interreflection.bounced(Sent.of_all(of_each), together.gather, count, apart=bool(components))
     for each, rows in zip(prepared, together.slices, strict=True):
-        yield lit_mesh(each, bounced=None if shares is None else shares[:, rows], **options)
+        _refuse_output(name, each.source, components, shares_by_bounce)
+        bounced = None if shares is None else shares[:, rows]
+        shading = each.plan.run(each.vertices, components=components, bounced=bounced, **how)
+        yield _lit_mesh(each, shading, name, shares_by_bounce)
 
 
 @known_options
@@ -295,9 +303,8 @@ def plan(
     """
     material = as_material(material)
     if isinstance(mesh_or_points, pv.DataSet):
-        rays: Any = {"occluders": occluders, "visibility": visibility, "transport": transport}
-        how: Any = {"feature_angle": feature_angle, "matrix": matrix, "tolerance": tolerance}
-        ready = prepare(mesh_or_points, scene, material, **how, **rays)
+        setting = Setting(matrix, feature_angle, occluders, visibility, transport, tolerance)
+        ready = prepare(mesh_or_points, scene, material, setting)
         is_away = faces_away(ready.source, ready.scene, ready.vertices, matrix)
         return replace(ready.plan, faces_away=is_away, maps=names_taken(ready.material, ready.mesh))
     allowed = "a mesh or an (n, 3) array of real numbers"
@@ -448,32 +455,23 @@ def normals(
 
 
 def vertices_of(
-    source: pv.PolyData,
-    maps: Mapping[str, Any],
-    tangents: Any,
-    *,
-    scene: Scene,
-    occluders: Any = (),
-    visibility: Visibility | None = None,
-    transport: Transport | TransportPart | None = None,
-    matrix: MatrixLike | None = None,
-    tolerance: float = 0.0,
-    backend: Backend = "auto",
+    source: pv.PolyData, maps: Mapping[str, Any], tangents: Any, scene: Scene, setting: Setting
 ) -> Vertices:
     """A surface's vertices for a scene; normals, tangents and rays are found when they are first used."""
-    normals = functools.cache(lambda: point_normals(source, backend=backend))
-    among: TransportPart | None = None
-    if isinstance(transport, TransportPart):
-        among = transport
+    normals = functools.cache(lambda: point_normals(source, backend=setting.backend))
+    matrix, occluders, among = setting.matrix, setting.occluders, None
+    if isinstance(setting.transport, TransportPart):
+        among = setting.transport
     elif scene.light_model.bounces:
-        (among,) = checked_transport(transport, [Exchanging(source, normals, matrix)], occluders).parts
+        (among,) = checked_transport(setting.transport, [Exchanging(source, normals, matrix)], occluders).parts
     if among is not None and among.blocking is not None:
         occluders = KnownOccluders(*among.blocking)  # the same ones: what rays are tested with is built once
     seen: VisibilityLike | None = None
-    if visibility is not None:
-        seen = checked_visibility("visibility", visibility, source.points, matrix, scene)
+    if setting.visibility is not None:
+        seen = checked_visibility("visibility", setting.visibility, source.points, matrix, scene)
     elif scene.light_model.needs_rays:
-        seen = visibility_of(source, normals, scene, occluders=occluders, tolerance=tolerance, matrix=matrix)
+        how: Any = {"occluders": occluders, "tolerance": setting.tolerance, "matrix": matrix}
+        seen = visibility_of(source, normals, scene, **how)
     tangents = tangents_from(source, normals) if tangents is None else tangents
     return Vertices(source.points, normals, maps, seen, tangents=tangents, transport=among)
 

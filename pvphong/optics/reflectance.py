@@ -11,18 +11,15 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any, ClassVar, Literal, NamedTuple, Self
 
-import numpy as np
-
 from pvphong.base import check
-from pvphong.base.formulas import Power, chord_power
+from pvphong.base.formulas import Power
 from pvphong.base.types import FloatArray, Vector
 from pvphong.optics.area.lobes import CosinePower
 from pvphong.optics.area.sampling import Directions
-from pvphong.optics.light import Arrival
 from pvphong.optics.surface import Surface
 
 Component = Literal["diffuse", "specular"]
@@ -188,28 +185,6 @@ class Reflectance(ABC):
     def parameters(self, maps: Mapping[str, Any]) -> tuple[Any, ...]:  # noqa: ARG002 it has none
         """The numbers that its formula reads, at most eight; with `maps` as for `power`."""
         return ()
-
-    def evaluate(self, surface: Surface, arrival: Arrival, wanted: Sequence[bool]) -> tuple[Any, ...]:
-        """Factor of each lobe at n vertices in NumPy, a new array (n,); of a lobe that is not wanted anything."""
-        n_l = surface.cosine(arrival)
-        if not any(wanted[1:]) and self.lobes[0] is LAMBERT:
-            return (np.maximum(n_l, n_l.dtype.type(0.0)), *(0.0,) * (len(wanted) - 1))
-        at = Geometry(
-            surface.raw,
-            surface.inverse_length,
-            n_l,
-            surface.facing,
-            arrival.direction,
-            surface.to_viewer,
-            surface.tangents if "tangents" in self.needs else None,
-        )
-        highlight, power = None, self.power(surface.maps)
-        if power is not None and self.peak is not None:
-            square = self.peak.square(at)
-            highlight = chord_power(np.broadcast_to(square, n_l.shape), power.exponent, power.floor)
-        own = tuple(np.asarray(number, n_l.dtype) for number in self.parameters(surface.maps))
-        with np.errstate(invalid="ignore", divide="ignore"):  # of two sides, one of which is then chosen
-            return type(self).factors(own, at, highlight)
 
     def directions(self, surface: Surface) -> Directions | None:  # noqa: ARG002 it has no highlight
         """How directions of light are chosen that its highlight reflects much of; None: by the cosine, as for others.

@@ -40,7 +40,7 @@ from pvphong.optics.surface import Surface
 from pvphong.rays.casting import BlockingFaces, Occluders
 from pvphong.rays.rays import BEFORE_LIGHT, Receiver, rays_to
 from pvphong.shading.equation import Equation, LightTerm
-from pvphong.shading.reference import tint_of
+from pvphong.shading.reference import lobe_factors, tint_of
 
 MOST_SAMPLES, LEAST_SAMPLES = 2**16, 16
 """How many paths a vertex may have: at most, a power of two; and at least, as many as rounds."""
@@ -92,7 +92,7 @@ class Reflector:
 
         def reflected(by: Directions, lobes: Sequence[int]) -> float:
             to_light = by.sample(u, w)
-            factors = reflectance.evaluate(surface, Arrival(to_light, 1.0), [True] * len(colors))
+            factors = lobe_factors(reflectance, surface, Arrival(to_light, 1.0), [True] * len(colors))
             total = sum(max(colors[k]) * factors[k] for k in lobes)
             return float((total / np.maximum(math.pi * by.density(to_light), 1e-300)).mean())
 
@@ -169,7 +169,7 @@ class Interaction:
     def factors(self, arrival: Arrival) -> tuple[Any, ...]:
         """Of each lobe, for light that arrives, shape (n,) each."""
         wanted = [any(color) for color in self.equation.colors]
-        found = self.equation.reflectance.evaluate(self.surface, arrival, wanted)
+        found = lobe_factors(self.equation.reflectance, self.surface, arrival, wanted)
         pairs = zip(self._lobes, found, strict=True)
         return tuple(factor * self._has_viewer if lobe.needs_viewer else factor for lobe, factor in pairs)
 

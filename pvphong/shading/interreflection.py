@@ -60,18 +60,23 @@ def without_ambient(equation: Equation) -> Equation:
     return replace(equation, ambient=BLACK, terms=terms)
 
 
+def direct_light(equation: Equation) -> Equation:
+    """The equation of what has not bounced, unclamped: without ambient light, which only the series holds."""
+    return replace(without_ambient(equation), bounces=0, clamp=False)
+
+
 def directly_lit(equation: Equation) -> Equation:
     """Of S: diffuse reflection and emission, unclamped."""
-    bare = without_ambient(equation)
-    terms = tuple(bare.without(term, "specular") for term in bare.terms)
-    return replace(bare, terms=tuple(term for term in terms if not term.is_black), clamp=False)
+    direct = direct_light(equation)
+    terms = tuple(direct.without(term, "specular") for term in direct.terms)
+    return replace(direct, terms=tuple(term for term in terms if not term.is_black))
 
 
 def ambient_alone(equation: Equation) -> Equation:
     """Of A: ambient light alone, unclamped."""
     black = (BLACK,) * len(equation.reflectance.lobes)
     terms = tuple(replace(term, colors=black) for term in equation.terms if any(term.ambient))
-    return replace(equation, terms=terms, emission=BLACK, clamp=False)
+    return replace(equation, terms=terms, emission=BLACK, bounces=0, clamp=False)
 
 
 def diffuse_white(equation: Equation) -> tuple[Vector, ...]:
@@ -83,8 +88,8 @@ def diffuse_white(equation: Equation) -> tuple[Vector, ...]:
 def under_white_sky(equation: Equation) -> Equation:
     """Of ρ: diffuse reflection of white light from all around that nothing blocks, unclamped."""
     sky = LightTerm(EnvironmentLight(), 0, "white sky", False, BLACK, diffuse_white(equation), 1.0)
-    alone = replace(without_ambient(equation), terms=(sky,), lights=max(equation.lights, 1), emission=BLACK)
-    return in_parts(replace(alone, is_occluded=False, clamp=False))
+    alone = replace(direct_light(equation), terms=(sky,), lights=max(equation.lights, 1), emission=BLACK)
+    return in_parts(replace(alone, is_occluded=False))
 
 
 def without_gain(scattered: FloatArray, equation: Equation) -> FloatArray:

@@ -12,20 +12,20 @@ follows is computed in the precision of the result.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from pvphong.base.formulas import BRIGHTEST
+from pvphong.base.formulas import BRIGHTEST, chord_power
 from pvphong.base.types import Float64Array, FloatArray, Vector
 from pvphong.base.vectors import columns, dot, moderate, towards
 from pvphong.geometry.transform import transform_normals, transform_points
 from pvphong.optics.area.lobes import CosinePower, lobe_numbers, may_rise, shows
-from pvphong.optics.light import Integral
-from pvphong.optics.reflectance import Lobe, Reflectance
+from pvphong.optics.light import Arrival, Integral
+from pvphong.optics.reflectance import LAMBERT, Geometry, Lobe, Reflectance
 from pvphong.optics.surface import Surface
 from pvphong.shading.equation import Equation, LightTerm
 from pvphong.shading.vertices import Tint
@@ -195,25 +195,57 @@ def seen_by_viewer(points: FloatArray, normals: FloatArray, equation: Equation, 
 
 
 def _shade_block(block: Block, equation: Equation, result: Shading) -> None:
-    color = np.zeros((3, len(result.rgb)), result.rgb.dtype)
+    """The equation itself: emission, ambient light, and each light's share lobe by lobe."""
+    real, reflectance = result.rgb.dtype.type, equation.reflectance
+    color = np.zeros((3, len(result.rgb)), real)
     tints, albedo = block.tints, block.tints.get("albedo")
     _add(equation.emission, 1.0, tints.get("emission"), color, result.emission, result.base)
-    sky = block.seen[-1] if equation.is_occluded and block.seen is not None else None
-    _add(equation.ambient, 1.0 if sky is None else sky, albedo, color, result.ambient, result.base)
+    sky: Any = block.seen[-1] if equation.is_occluded and block.seen is not None else 1.0
+    _add(equation.ambient, sky, albedo, color, result.ambient, result.base)
     for term in equation.terms:
         share = None if result.per_light is None else result.per_light[term.index]
-        strength, factors = _factors(block, equation.reflectance, term)
-        _add(term.ambient, strength if sky is None else strength * sky, albedo, color, result.ambient, share)
-        for lobe, coefficients, factor in zip(equation.reflectance.lobes, term.colors, factors, strict=True):
-            if lobe.needs_viewer and block.unseen is not False and any(coefficients):
+        wanted = [any(coefficients) for coefficients in term.colors]
+        if term.light.has_size:  # with lobes alone that it has a closed form for, see `in_parts`; it has no ambient
+            factors, strength = tuple(_integrals(block, reflectance, term)), real(1.0)
+        else:
+            arrival = term.light.arrival(block.points, real)
+            strength = np.minimum(arrival.strength * term.gain, BRIGHTEST).astype(real, copy=False)
+            _add(term.ambient, strength * sky, albedo, color, result.ambient, share)
+            factors = lobe_factors(reflectance, block.surface, arrival, wanted) if any(wanted) else (0.0,) * len(wanted)
+        if term.is_shadowed and block.seen is not None:
+            strength = strength * block.seen[term.index]
+        for k, lobe in enumerate(reflectance.lobes):
+            if not wanted[k]:
+                continue
+            factor = factors[k] * strength
+            if lobe.needs_viewer and block.unseen is not False:
                 factor[block.unseen] = 0.0
             tint = tint_of(lobe, tints, block.surface)
-            _add(coefficients, factor, tint, color, getattr(result, lobe.component), share)
+            _add(term.colors[k], factor, tint, color, getattr(result, lobe.component), share)
     if equation.gamma != 1.0:
-        color = np.maximum(color, 0.0) ** color.dtype.type(1.0 / equation.gamma)
+        color = np.maximum(color, 0.0) ** real(1.0 / equation.gamma)
     if equation.clamp:
         np.clip(color, 0.0, 1.0, out=color)
     result.rgb[:] = color.T
+
+
+def lobe_factors(
+    reflectance: Reflectance, surface: Surface, arrival: Arrival, wanted: Sequence[bool]
+) -> tuple[Any, ...]:
+    """Factor of each lobe at n vertices, a new array (n,); of a lobe that is not wanted anything."""
+    n_l = surface.cosine(arrival)
+    if not any(wanted[1:]) and reflectance.lobes[0] is LAMBERT:
+        return (np.maximum(n_l, n_l.dtype.type(0.0)), *(0.0,) * (len(wanted) - 1))
+    tangents = surface.tangents if "tangents" in reflectance.needs else None
+    to_viewer, cosine = surface.to_viewer, surface.facing
+    at = Geometry(surface.raw, surface.inverse_length, n_l, cosine, arrival.direction, to_viewer, tangents)
+    highlight, power = None, reflectance.power(surface.maps)
+    if power is not None and reflectance.peak is not None:
+        square = np.broadcast_to(reflectance.peak.square(at), n_l.shape)
+        highlight = chord_power(square, power.exponent, power.floor)
+    numbers = tuple(np.asarray(number, n_l.dtype) for number in reflectance.parameters(surface.maps))
+    with np.errstate(invalid="ignore", divide="ignore"):  # of two sides, one of which is then chosen
+        return type(reflectance).factors(numbers, at, highlight)
 
 
 def tint_of(lobe: Lobe, tints: Mapping[str, FloatArray], surface: Surface) -> FloatArray | None:
@@ -245,26 +277,7 @@ def _add(
                     share[:, channel] += product
 
 
-def _factors(block: Block, reflectance: Reflectance, term: LightTerm) -> tuple[Any, tuple[Any, ...]]:
-    """What a light's ambient colour and its lobes' colours are multiplied by: a·s, and a·s times their factors."""
-    seen = block.seen[term.index] if term.is_shadowed and block.seen is not None else None
-    if term.light.has_size:  # with lobes alone that it has a closed form for, see `in_parts`
-        return 0.0, tuple(_integrals(block, reflectance, term, seen))
-    real = block.surface.raw.dtype.type
-    arrival = term.light.arrival(block.points, real)
-    strength = np.minimum(arrival.strength * term.gain, BRIGHTEST).astype(real, copy=False)
-    wanted = [any(color) for color in term.colors]
-    if not any(wanted):
-        return strength, (0.0,) * len(wanted)
-    factors = list(reflectance.evaluate(block.surface, arrival, wanted))
-    reaching = strength if seen is None else strength * seen
-    for k, is_wanted in enumerate(wanted):
-        if is_wanted:
-            factors[k] *= reaching
-    return strength, tuple(factors)
-
-
-def _integrals(block: Block, reflectance: Reflectance, term: LightTerm, seen: FloatArray | None) -> Iterator[Any]:
+def _integrals(block: Block, reflectance: Reflectance, term: LightTerm) -> Iterator[Any]:
     """Each lobe's integral over all of a light with a size, times its strength; in float64, for they have differences.
 
     Where a part of the light is seen, that is the same part of all that it sends.
@@ -276,8 +289,7 @@ def _integrals(block: Block, reflectance: Reflectance, term: LightTerm, seen: Fl
             yield 0.0
             continue
         found = _integrated(integral, form, block, rounded=real is np.float32)
-        factors = np.minimum(found * term.gain, BRIGHTEST).astype(real, copy=False)
-        yield factors if seen is None else factors * seen
+        yield np.minimum(found * term.gain, BRIGHTEST).astype(real, copy=False)
 
 
 def _integrated(integral: Integral, form: CosinePower, block: Block, *, rounded: bool) -> Float64Array:

@@ -14,7 +14,7 @@ from pvphong.base import check
 from pvphong.base.types import Float64Array, FloatArray, IntArray, MatrixLike, Precision
 from pvphong.meshes.colormaps import put_scale
 from pvphong.meshes.default_scene import scene_for
-from pvphong.meshes.lit import put_visibility, refuse_name, vertices_of
+from pvphong.meshes.lit import Setting, put_visibility, refuse_name, vertices_of
 from pvphong.meshes.point_data import surface_and_maps
 from pvphong.meshes.surfaces import (
     ORIGINAL_POINT,
@@ -206,7 +206,8 @@ def refine(
     smooth = check.choice("placement", placement, get_args(Placement)) == "smooth"
     real = check.choice("precision", precision, get_args(Precision))
     cut, rays = check.flag("cut", cut), tolerance * OF_RAYS
-    lit = _lit_triangles(mesh, scene, material, matrix, feature_angle, occluders, transport, rays, cuts=cut)
+    setting = Setting(matrix, feature_angle, occluders, tolerance=rays)
+    lit = _lit_triangles(mesh, scene, material, setting, transport, cuts=cut)
     refuse_name(name, lit.mesh)
     count = lit.mesh.n_points
     limit = count + _MOST_ADDED if max_points is None else max_points
@@ -272,7 +273,8 @@ def interpolation_error(
     ValueError
         As `refine`.
     """
-    lit = _lit_triangles(mesh, scene, material, matrix, feature_angle, occluders, transport, OF_RAYS / 255.0)
+    setting = Setting(matrix, feature_angle, occluders, tolerance=OF_RAYS / 255.0)
+    lit = _lit_triangles(mesh, scene, material, setting, transport)
     with _far_ranges_allowed():
         vertices = lit.lighting.vertices(lit.mesh.points, lit.blended)
         errors = all_errors(vertices, lit.corners)
@@ -297,16 +299,13 @@ def _lit_triangles(
     mesh: pv.DataSet,
     given_scene: SceneLike | None,
     material: Material | str,
-    matrix: MatrixLike | None,
-    feature_angle: FeatureAngle,
-    occluders: Any,
+    setting: Setting,
     transport: Transport | BouncedLight | None,
-    rays: float,
     *,
     cuts: bool = False,
 ) -> _LitTriangles:
-    material = as_material(material)
-    source, maps, tangents = surface_and_maps(mesh, material, feature_angle)
+    material, matrix = as_material(material), setting.matrix
+    source, maps, tangents = surface_and_maps(mesh, material, setting.feature_angle)
     scene = scene_for(source, given_scene, matrix)
     if not has_faces(source):
         check.refuse("mesh", f"{source.n_points} points without faces", "a mesh with faces", "A cloud has no inside.")
@@ -326,12 +325,11 @@ def _lit_triangles(
     blended[~np.isfinite(blended).all(axis=1)] = 0.0
     exponent = int(np.frexp(np.abs(blended).max(initial=0.0))[1])
     corners, blended = triangles.regular_faces.astype(np.intp), np.ldexp(blended, -exponent)
-    given: Any = {"occluders": occluders, "tolerance": rays, "matrix": matrix}
     direct = _of_direct_light(scene)
     if isinstance(transport, BouncedLight):
-        vertices = vertices_of(source, maps, tangents, scene=direct, **given)
+        vertices = vertices_of(source, maps, tangents, direct, setting)
     else:
-        vertices = vertices_of(source, maps, tangents, scene=scene, transport=transport, **given)
+        vertices = vertices_of(source, maps, tangents, scene, replace(setting, transport=transport))
         transport = _bounced_light(vertices, scene, material, matrix) if scene.light_model.bounces else None
     if transport is not None:
         scene, vertices = direct, vertices.sending(transport.colors, material)

@@ -21,6 +21,7 @@ from pvphong.optics.panorama import directions, row_areas
 from pvphong.optics.reflectances import REFLECTANCES
 from pvphong.optics.surface import Surface
 from pvphong.rays import casting
+from pvphong.shading.reference import lobe_factors
 
 RANDOM = np.random.default_rng(1)
 MODEL = ph.LightModel(ambient=0.0, clamp=False)
@@ -241,7 +242,7 @@ def by_parts(reflectance, name, diffuse, specular):
     n, t, v = (np.broadcast_to(w[:, None, :], shape).reshape(3, -1) for w in (n, t, v / np.linalg.norm(v, axis=0)))
     with np.errstate(all="ignore"):
         surface = Surface(n, np.ones(n.shape[1]), v, t)
-        factors = bound.evaluate(surface, Arrival(to_light.reshape(3, -1), 1.0), [True] * 3)
+        factors = lobe_factors(bound, surface, Arrival(to_light.reshape(3, -1), 1.0), [True] * 3)
     colors = {"diffuse": (diffuse, LIGHTS[name].diffuse), "specular": (specular, LIGHTS[name].specular_color)}
     total = np.zeros((3, shape[2]))
     for lobe, factor in zip(bound.lobes, factors, strict=True):
@@ -378,7 +379,7 @@ def test_directions_are_chosen_with_the_density_that_is_told(name):
     density = found.density(anywhere) * (4.0 * math.pi)
     assert density.mean() == pytest.approx(1.0 - lost, abs=3e-3)
     np.testing.assert_allclose((density * anywhere).mean(axis=1), chosen.mean(axis=1), atol=5e-3)
-    factors = np.stack(reflectance.evaluate(surface, Arrival(chosen, 1.0), [True] * 3)[1:])
+    factors = np.stack(lobe_factors(reflectance, surface, Arrival(chosen, 1.0), [True] * 3)[1:])
     assert np.isfinite(factors).all()
     assert (found.density(chosen)[factors.max(axis=0) > 1e-9] > 0.0).all()
 

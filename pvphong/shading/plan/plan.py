@@ -168,18 +168,22 @@ class Plan:
         real = np.dtype(check.choice("precision", precision, get_args(Precision)))
         components = check.flag("components", components)
         kernel.check_backend(backend)
-        if not self.equation.bounces:
-            return self._shade(self.equation, vertices, real, backend, components=components)
-        if bounced is None:
-            among = known_transport(vertices)
-            sent = self.sent(vertices, precision=precision, backend=backend)
-            bounced = interreflection.bounced(sent, among.gather, self.equation.bounces, apart=components)
-        direct = replace(interreflection.without_ambient(self.equation), clamp=False)
-        result = self._shade(direct, vertices, real, backend, components=components)
-        result.rgb[:] += bounced.sum(axis=0)
-        if self.equation.clamp:
-            np.clip(result.rgb, 0.0, 1.0, out=result.rgb)
-        return replace(result, bounced=bounced.astype(real, copy=False)) if components else result
+        equation = self.equation
+        if equation.bounces:
+            how: Any = {"precision": precision, "backend": backend}
+            if bounced is None:
+                among, sent = known_transport(vertices), self.sent(vertices, **how)
+                bounced = interreflection.bounced(sent, among.gather, equation.bounces, apart=components)
+            direct = replace(self, equation=interreflection.direct_light(equation))
+            return _with_bounced(direct.run(vertices, components=components, **how), bounced, equation)
+        result = Shading.empty(len(vertices), self.whole.lights, real, components=components)
+        normals, channels = vertices.normals_if(equation.needs_normals), vertices.channels(equation)
+        waits = backend == "numba"
+        tries_compiled = waits or (backend == "auto" and is_worth_loading(len(vertices), self.whole))
+        arrays = vertices.points, normals, equation, vertices.tints(equation), result
+        if not (tries_compiled and kernel.shade(*arrays, self.whole, channels=channels, waits=waits)):
+            reference.shade(*arrays, channels)
+        return result
 
     def sent(self, vertices: Vertices, *, precision: Precision = "float32", backend: Backend = "auto") -> Sent:
         """What the vertices send on before any light has bounced, and how much they reflect of what then arrives.
@@ -189,23 +193,13 @@ class Plan:
         ValueError
             As for `run`; or if a vertex would reflect more light than arrives.
         """
-        real = np.dtype(precision)
-        rewritten = interreflection.directly_lit, interreflection.ambient_alone, interreflection.under_white_sky
-        direct, ambient, white = (self._shade(each(self.equation), vertices, real, backend).rgb for each in rewritten)
-        return Sent(direct, ambient, interreflection.without_gain(white, self.equation))
 
-    def _shade(
-        self, equation: Equation, vertices: Vertices, real: Any, backend: Backend, *, components: bool = False
-    ) -> Shading:
-        """Direct light by an equation."""
-        result = Shading.empty(len(vertices), self.whole.lights, real, components=components)
-        normals, channels = vertices.normals_if(equation.needs_normals), vertices.channels(equation)
-        waits = backend == "numba"
-        tries_compiled = waits or (backend == "auto" and is_worth_loading(len(vertices), self.whole))
-        arrays = vertices.points, normals, equation, vertices.tints(equation), result
-        if not (tries_compiled and kernel.shade(*arrays, self.whole, channels=channels, waits=waits)):
-            reference.shade(*arrays, channels)
-        return result
+        def lit(equation: Equation) -> FloatArray:
+            return replace(self, equation=equation).run(vertices, precision=precision, backend=backend).rgb
+
+        rewritten = interreflection.directly_lit, interreflection.ambient_alone, interreflection.under_white_sky
+        direct, ambient, white = (lit(each(self.equation)) for each in rewritten)
+        return Sent(direct, ambient, interreflection.without_gain(white, self.equation))
 
     def run_for_display(self, vertices: Vertices, out: ByteArray, bounced: FloatArray | None = None) -> None:
         """Lit colours of the vertices, computed in float32 and written as 0-255 into `out`, shape (n, 3), uint8.
@@ -299,6 +293,14 @@ class Plan:
             cost = f"{nanoseconds:.1f}" if nanoseconds else ""
             rows.append((effect.name, "on" if decision.on else "off", decision.why, reads, bound, cost))
         return rows
+
+
+def _with_bounced(direct: Shading, bounced: FloatArray, equation: Equation) -> Shading:
+    """Direct light and what has bounced, clamped as the equation says."""
+    direct.rgb[:] += bounced.sum(axis=0)
+    if equation.clamp:
+        np.clip(direct.rgb, 0.0, 1.0, out=direct.rgb)
+    return direct if direct.base is None else replace(direct, bounced=bounced.astype(direct.rgb.dtype, copy=False))
 
 
 def is_worth_loading(count: int, equation: Equation) -> bool:

@@ -13,7 +13,7 @@ import pyvista as pv
 from pvphong.base import check
 from pvphong.base.types import Float64Array, MatrixLike
 from pvphong.meshes.default_scene import scene_for
-from pvphong.meshes.lit import vertices_of
+from pvphong.meshes.lit import Setting, vertices_of
 from pvphong.meshes.point_data import surface_and_maps
 from pvphong.meshes.surfaces import FeatureAngle
 from pvphong.optics.maps import Map
@@ -137,8 +137,8 @@ def tradeoff(
         check.refuse("truth", True, "False in VTK's convention", remedy)
     bounces, scene = scene.light_model.bounces, replace(scene, light_model=replace(scene.light_model, bounces=0))
     placed = None if matrix is None else check.matrix4("matrix", matrix)
-    rays: Any = {"occluders": occluders, "visibility": visibility, "tolerance": tolerance, "matrix": placed}
-    vertices = vertices_of(source, maps, tangents, scene=scene, **rays)
+    setting = Setting(placed, feature_angle, occluders, visibility, tolerance=tolerance)
+    vertices = vertices_of(source, maps, tangents, scene, setting)
     arrays: dict[str, Any] = {name: values.rows for name, values in vertices.maps.items()}
     if material.reflectance is not None and "tangents" in material.reflectance.needs:
         arrays = arrays | {"tangents": vertices.tangents}
@@ -159,8 +159,7 @@ def tradeoff(
         return report
     clock = Clock(seconds)
     with progress(clock, "models of light"):
-        where: Any = {"matrix": placed, "feature_angle": feature_angle, "occluders": occluders}
-        found = physics.measure(mesh, scene, material, budget=_FOR_TRUTH * seconds, say=clock.say, **where)
+        found = physics.measure(mesh, scene, material, setting, budget=_FOR_TRUTH * seconds, say=clock.say)
     return replace(report, physics=found)
 
 

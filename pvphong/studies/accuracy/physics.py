@@ -23,9 +23,8 @@ from pvphong.base import check
 from pvphong.base.files import written_aside
 from pvphong.base.types import Float64Array, FloatArray, MatrixLike
 from pvphong.geometry.transform import transform_points
-from pvphong.meshes.lit import Prepared, prepare
+from pvphong.meshes.lit import Prepared, Setting, prepare
 from pvphong.meshes.pictures import draw
-from pvphong.meshes.surfaces import FeatureAngle
 from pvphong.meshes.transport import Exchanging, transport_of
 from pvphong.meshes.truth import Truth, truth
 from pvphong.optics.material import Material
@@ -182,19 +181,19 @@ def measure(
     mesh: pv.DataSet,
     scene: Scene,
     material: Material,
+    setting: Setting,
     *,
     budget: float,
     say: Callable[[str], object],
-    occluders: Any,
-    matrix: MatrixLike | None,
-    feature_angle: FeatureAngle,
 ) -> Physics:
     """Light a mesh by each model, and by paths of light; two-sided surfaces without bounces.
 
     Parameters
     ----------
-    mesh, scene, material, occluders, matrix, feature_angle
+    mesh, scene, material
         As for `mesh.phong.shade`; the scene is in the standard convention.
+    setting : Setting
+        Where the mesh stands, which of its edges are sharp, and what blocks light; its visibility is not taken.
     budget : float
         Seconds that paths of light may take, about; there are from 16 to 1024 of each vertex.
     say : callable
@@ -205,7 +204,9 @@ def measure(
     ValueError
         If the surface reflects more light than arrives.
     """
-    where: Any = {"matrix": matrix, "feature_angle": feature_angle, "occluders": occluders}
+    matrix, occluders = setting.matrix, setting.occluders
+    bare_setting = Setting(matrix, setting.feature_angle, occluders)
+    where: Any = {"matrix": matrix, "feature_angle": setting.feature_angle, "occluders": occluders}
     say("paths of light")
     found = truth(mesh, scene, material, samples=_FIRST_PATHS, **where)
     affordable = int(_FIRST_PATHS * budget / max(found.seconds, 1e-9))
@@ -215,7 +216,7 @@ def measure(
     bare = replace(scene.light_model, shadows=False, ambient_occlusion=False, bounces=0, clamp=False)
 
     def prepared(model: LightModel, **rays: Any) -> Prepared:
-        return prepare(mesh, replace(scene, light_model=model), material, **where, **rays)
+        return prepare(mesh, replace(scene, light_model=model), material, replace(bare_setting, **rays))
 
     def lit(model: LightModel, **rays: Any) -> FloatArray:
         each = prepared(model, **rays)

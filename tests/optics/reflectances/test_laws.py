@@ -18,6 +18,7 @@ from pvphong.optics.reflectance import Sightline
 from pvphong.optics.reflectances import PBR, REFLECTANCES, BlinnPhong, Phong, counterpart_of
 from pvphong.optics.reflectances.vtk import VtkHeadlight
 from pvphong.optics.surface import Surface
+from pvphong.shading.reference import lobe_factors
 from pvphong.vtk.scenes import refuse_inexpressible
 
 SEEDS = range(4)
@@ -40,7 +41,7 @@ class Thrown:
         surface = Surface(self.n.astype(real), self.n.any(axis=0).astype(real), v.astype(real), tangents.astype(real))
         lobes = self.reflectance.lobes
         with np.errstate(divide="ignore", under="ignore", over="ignore"):  # as evaluators do
-            found = self.reflectance.evaluate(surface, Arrival(l.astype(real), 1.0), [True] * len(lobes))
+            found = lobe_factors(self.reflectance, surface, Arrival(l.astype(real), 1.0), [True] * len(lobes))
         return [np.broadcast_to(factor, self.n.shape[1]) for factor in found]
 
 
@@ -163,7 +164,9 @@ def test_vtks_headlight_tier_has_a_floor_but_not_without_a_normal():
     assert Thrown(VtkHeadlight(2.0), z, -z, z).factors() == [1e-6, pytest.approx(1e-12)]
     assert Thrown(VtkHeadlight(2.0), nothing, z, z).factors() == [0.0, 0.0]
     surface, arrival = Surface(z, np.ones(1), z, z), Arrival(-z, 1.0)
-    assert VtkHeadlight(2.0).evaluate(surface, arrival, [True, False])[0] == 1e-6  # also where no highlight is wanted
+    assert (
+        lobe_factors(VtkHeadlight(2.0), surface, arrival, [True, False])[0] == 1e-6
+    )  # also where no highlight is wanted
 
 
 # --- bad input ---

@@ -30,6 +30,7 @@ from pvphong.optics.reflectances import REFLECTANCES
 from pvphong.optics.surface import Surface
 from pvphong.shading import kernel
 from pvphong.shading.plan.plan import Plan
+from pvphong.shading.reference import lobe_factors
 from pvphong.shading.vertices import Vertices
 
 COMPILED = "numba" if kernel.is_available() else "auto"
@@ -62,7 +63,7 @@ def reflected(reflectance, l, v, diffuse=0.5, specular=0.5):
     x, _, z = np.eye(3)[:, :, None] * np.ones(count)
     surface = Surface(z, np.ones(count), v * np.ones(count), x)
     with np.errstate(divide="ignore", under="ignore", over="ignore"):  # as evaluators do
-        factors = bound.evaluate(surface, Arrival(l * np.ones(count), 1.0), [True] * 3)
+        factors = lobe_factors(bound, surface, Arrival(l * np.ones(count), 1.0), [True] * 3)
     own = {"diffuse": diffuse, "specular": specular}
     return sum(
         lobe.color[0] * (1.0 if lobe.is_own else own[lobe.component]) * factor
