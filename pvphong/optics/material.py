@@ -28,7 +28,7 @@ from pvphong.optics.maps import (
 from pvphong.optics.named_materials import NAMED, WITH_REFLECTANCE
 from pvphong.optics.reflectance import Reflectance
 from pvphong.optics.reflectances import REFLECTANCES
-from pvphong.optics.reflectances.highlight import LIKENESS
+from pvphong.optics.reflectances.likeness import LIKENESS, stand_in
 from pvphong.optics.reflectances.pbr import is_physical, physical_of
 
 # What files of earlier versions have not, and its defaults: a file without it stays one that they can read.
@@ -372,7 +372,7 @@ def refuse_maps_in_vtk(material: Material) -> None:
 
 def nearest_in_vtk(material: Material) -> str:
     """A sentence that says what to take in place of a reflectance that VTK has not."""
-    found = material.reflectance and material.reflectance.stand_in(material)
+    found = material.reflectance and stand_in(material.reflectance, material)
     if not found:
         return "Leave it out: VTK's is Phong's."
     _, instead = found

@@ -1,8 +1,9 @@
 """What every reflectance is: how much of the light that arrives leaves towards the viewer.
 
 A new reflectance is one file in `pvphong/optics/reflectances/` and its entry in `REFLECTANCES` there; what makes it
-public and tested is said there. It must say its `lobes`, at most three, the formula of their `factors`, and the `most`
-that these can be; everything else has an answer here. Users give it as `Material(reflectance=...)`. Its fields are
+public and tested is said there. It must say its `lobes`, at most three, and the formula of their `factors`; everything
+else has an answer here. What a plan knows of a kind is in `shading/limits.py`, which others look like it in
+`reflectances/likeness.py`. Users give it as `Material(reflectance=...)`. Its fields are
 declared with their checks, by `check.field`; one without a default takes a 1, with which its formula is compiled in
 advance.
 """
@@ -12,8 +13,8 @@ from __future__ import annotations
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
-from typing import Any, ClassVar, Literal, NamedTuple, Self
+from dataclasses import dataclass
+from typing import Any, ClassVar, Literal, NamedTuple
 
 from pvphong.base import check
 from pvphong.base.formulas import Power
@@ -131,9 +132,6 @@ class Reflectance(ABC):
     maps: ClassVar[frozenset[str]] = frozenset()
     """What may be given vertex by vertex: "specular", which evaluators multiply, or a field."""
 
-    counterpart: ClassVar[tuple[str, float] | None] = None
-    """Name of another one that looks much the same, and how many times the shininess it needs for that."""
-
     @property
     @abstractmethod
     def lobes(self) -> tuple[Lobe, ...]:
@@ -149,14 +147,6 @@ class Reflectance(ABC):
         Its fields have the greatest; what of its colours depends on them is to be no less than at any vertex.
         """
         return self
-
-    def stand_in(self, material: Any) -> tuple[str, Any] | None:  # noqa: ARG002 nothing is simpler
-        """What a cheaper reflection in its place is called, and a material that looks much the same with it."""
-        return None
-
-    def in_vtk(self) -> Any:
-        """What VTK's shader makes of it; None where VTK has no such."""
-        return None
 
     factors: ClassVar[staticmethod[[Any, Geometry, Any], tuple[Any, ...]]]
     """Formula of the lobes' factors: of its `parameters`, of the geometry, and of its highlight, if it has a `power`.
@@ -192,35 +182,6 @@ class Reflectance(ABC):
         All that the highlight reflects from must have a chance.
         """
         return None
-
-    @abstractmethod
-    def most(self, lobe: int, sightline: Sightline = ANYWHERE) -> float:
-        """The largest factor of a lobe for vertices of which bounds are known."""
-
-    def change(self, lobe: int, turn: float, psi: float, *, light_moves: bool) -> float:  # noqa: ARG002 for any ψ
-        """The largest change of a lobe's factor when l or v turns by `turn` radians, for any normal.
-
-        Parameters
-        ----------
-        lobe : int
-            Its index.
-        turn : float
-            In radians.
-        psi : float
-            The greatest angle from light to viewer before the turn.
-        light_moves : bool
-            Whether l turns, rather than v.
-        """
-        if self.lobes[lobe] is LAMBERT:
-            return turn if light_moves else 0.0
-        return self.most(lobe)
-
-    def extremes(self, field: str, low: float, high: float) -> tuple[Self, ...]:
-        """Some with a field from `low` to `high`, whose `change`s add up to no less than that of any other.
-
-        One of them also has the largest factor of each lobe.
-        """
-        return replace(self, **{field: low}), replace(self, **{field: high})
 
     @property
     def forms(self) -> tuple[CosinePower | None, ...]:

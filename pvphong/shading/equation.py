@@ -29,8 +29,10 @@ from pvphong.optics.lights import light_from_homogeneous, light_from_values, ref
 from pvphong.optics.material import Material, nearest_in_vtk
 from pvphong.optics.reflectance import WHITE, Component, Lobe, Reflectance
 from pvphong.optics.reflectances import REFLECTANCES
+from pvphong.optics.reflectances.likeness import in_vtk
 from pvphong.optics.reflectances.vtk import HIGHEST_POWER, vtk_reflectance
 from pvphong.scene.scene import Scene, light_labels
+from pvphong.shading.limits import extremes, most
 
 BLACK: Vector = (0.0, 0.0, 0.0)
 
@@ -157,16 +159,16 @@ class Equation:
 
     @cached_property
     def extremes(self) -> tuple[Reflectance, ...]:
-        """What the reflectance may be at a vertex: those with the greatest bounds; see `Reflectance.extremes`."""
+        """What the reflectance may be at a vertex: those with the greatest limits; see `limits.extremes`."""
         found: tuple[Reflectance, ...] = (self.reflectance,)
         for name, (low, high) in self.maps.items():
-            found = tuple(extreme for each in found for extreme in each.extremes(name, low, high))
+            found = tuple(extreme for each in found for extreme in extremes(each, name, low, high))
         return found
 
     @cached_property
     def largest(self) -> tuple[float, ...]:
         """The largest factor of each lobe at any vertex."""
-        return tuple(max(each.most(k) for each in self.extremes) for k in range(len(self.reflectance.lobes)))
+        return tuple(max(most(each, k) for each in self.extremes) for k in range(len(self.reflectance.lobes)))
 
     @cached_property
     def sharpness(self) -> float:
@@ -409,7 +411,7 @@ def _as_vtk(standard: Equation, scene: Scene, material: Material) -> Equation:
     if material.reflectance is None:
         reflectance = vtk_reflectance(material.shininess, is_headlight=is_headlight)
     else:
-        reflectance = material.reflectance.of(material).in_vtk()
+        reflectance = in_vtk(material.reflectance.of(material))
     if reflectance is None:
         remedy = f"LightModel() has it. {nearest_in_vtk(material)}"
         check.refuse("reflectance", material.reflectance, "None or PBR in VTK's convention", remedy)

@@ -37,6 +37,7 @@ from pvphong.meshes.surfaces import point_normals, surface
 from pvphong.optics.lights import Light, vtk_values
 from pvphong.optics.maps import Map, map_values
 from pvphong.optics.material import Material, as_material, nearest_in_vtk, refuse_maps_in_vtk
+from pvphong.optics.reflectances.likeness import in_vtk
 from pvphong.optics.reflectances.pbr import is_physical, physical_of
 from pvphong.optics.reflectances.vtk import HIGHEST_POWER
 from pvphong.scene.viewer import Viewer
@@ -186,7 +187,7 @@ def write_material(material: Material, appearance: vtkProperty) -> None:
     if physical is None:
         appearance.SetInterpolationToPhong()
         _within_vtk("shininess", material.shininess)
-    elif (values := physical.in_vtk()) is None:
+    elif (values := in_vtk(physical)) is None:
         check.refuse("reflectance", physical, "None or PBR in VTK", nearest_in_vtk(material))
     else:
         appearance.SetInterpolationToPBR()

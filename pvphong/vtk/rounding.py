@@ -20,6 +20,7 @@ import numpy as np
 from pvphong.base.types import BoolArray, Float64Array, Vector, rgb
 from pvphong.optics.light import Light
 from pvphong.optics.lights import VtkValues, vtk_values
+from pvphong.optics.reflectances.likeness import in_vtk
 from pvphong.optics.reflectances.pbr import PBR, fresnel_ends
 from pvphong.vtk.scenes import Terms, reflected
 
@@ -103,7 +104,7 @@ def limits(pose: Pose, terms: Terms, tolerance: float, *, has_floors: bool) -> L
         makes a difference are open too.
     """
     surface = _surface(pose, terms)
-    physical = terms.material.reflectance and terms.material.reflectance.in_vtk()
+    physical = in_vtk(terms.material.reflectance)
     if physical:
         return _physical_limits(surface, terms, physical, tolerance)
     shares = [_phong_share(surface, light, terms, _DOUBT * tolerance) for light in terms.lights if light.on]

@@ -19,7 +19,7 @@ from pvphong.geometry.transform import SingularMatrixWarning, normal_matrix
 from pvphong.optics.light import Light
 from pvphong.optics.lights import VtkValues, light_from_values, refuse_unless_in_vtk, vtk_values
 from pvphong.optics.material import Material, nearest_in_vtk
-from pvphong.optics.reflectances.highlight import LIKENESS
+from pvphong.optics.reflectances.likeness import LIKENESS, in_vtk
 from pvphong.optics.reflectances.vtk import HIGHEST_POWER
 from pvphong.optics.roles import Angle, Power
 from pvphong.scene.light_model import LightModel
@@ -109,7 +109,7 @@ def refuse_inexpressible(scene: Scene, material: Material, matrix: Float64Array 
     for index, light in enumerate(scene.lights):
         refuse_unless_in_vtk(light, f"lights[{index}]", "a light that VTK has")
     is_physical = material.reflectance is not None
-    if material.reflectance is not None and material.reflectance.in_vtk() is None:
+    if material.reflectance is not None and in_vtk(material.reflectance) is None:
         allowed = "None or PBR where VTK is to draw it"
         check.refuse("reflectance", material.reflectance, allowed, nearest_in_vtk(material))
     given = scene.light_model

@@ -36,12 +36,6 @@ class Brushed(Reflectance):
 
     factors = staticmethod(along_tangent)
 
-    def most(self, lobe: int, sightline: object = None) -> float:  # noqa: ARG002
-        return 1.0
-
-    def change(self, lobe: int, turn: float, psi: float, *, light_moves: bool) -> float:  # noqa: ARG002
-        return turn
-
 
 MATERIAL = ph.Material(ambient=0, diffuse=1, reflectance=Brushed())
 

@@ -6,12 +6,11 @@ and its formula in `tests/reflectance_oracle.py`, which it is compared with.
 
 (`vtk.py` has none: VTK's convention chooses it, and nobody else can.)
 
-`highlight.py` has what all highlights by a power of a cosine share, `microfacets.py` what GGX and PBR share.
+`highlight.py` has what all highlights by a power of a cosine share, `microfacets.py` what GGX and PBR share;
+`likeness.py` says which others look like one.
 """
 
 from __future__ import annotations
-
-from typing import Any
 
 from pvphong.optics.reflectance import Reflectance
 from pvphong.optics.reflectances.blinn_phong import BlinnPhong
@@ -35,17 +34,7 @@ REFLECTANCES: dict[str, type[Reflectance]] = {
     "ggx": GGX,
     "pbr": PBR,
 }
-"""Name → class, for `LightModel.reflection`, one of the first two, and `counterpart`."""
-
-
-def counterpart_of(reflectance: Reflectance) -> tuple[str, Reflectance] | None:
-    """What is done to get another reflectance that looks much the same, and that one; None where there is none."""
-    if reflectance.counterpart is None:
-        return None
-    name, factor = reflectance.counterpart
-    said = f"× {factor:g}" if factor >= 1.0 else f"÷ {1.0 / factor:g}"
-    kind: Any = REFLECTANCES[name]
-    return f"{name.title()}, shininess {said}", kind(reflectance.sharpness * factor)
+"""Name → class, for `LightModel.reflection`, one of the first two, and files of scenes."""
 
 
 __all__ = [
@@ -60,5 +49,4 @@ __all__ = [
     "Reflectance",
     "Retro",
     "Ward",
-    "counterpart_of",
 ]

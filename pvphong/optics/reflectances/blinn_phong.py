@@ -9,7 +9,7 @@ from typing import Any, ClassVar
 from pvphong.base.formulas import LEAST_SQUARE, TWO, add, formula, inverse_length, like, square, subtract, times, where
 from pvphong.base.vectors import unit
 from pvphong.optics.reflectance import Geometry, Peak, Sightline
-from pvphong.optics.reflectances.highlight import LIKENESS, Shiny, own_shininess
+from pvphong.optics.reflectances.highlight import Shiny, own_shininess
 
 _LARGER = 2.0**60
 """Makes room for the square of l + v where they are nearly opposite; a power of two, so that it changes no bit."""
@@ -63,4 +63,3 @@ class BlinnPhong(Shiny):
     shininess: float | None = own_shininess()
 
     peak: ClassVar = HALFWAY
-    counterpart: ClassVar[tuple[str, float]] = ("phong", 1.0 / LIKENESS)

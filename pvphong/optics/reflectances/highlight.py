@@ -1,4 +1,4 @@
-"""Highlights around a peak: by chords, and what bounds their change.
+"""Highlights around a peak, by chords.
 
 A highlight is a function of a cosine f that is 1 at its peak. With a chord C that is 0 there, f = 1 − ½|C|². Near the
 peak |C| is small and known to full precision, while a cosine near 1 has lost the digits that a high shininess needs.
@@ -19,27 +19,20 @@ import numpy as np
 from pvphong.base import check
 from pvphong.base.formulas import HALF, ONE, ZERO, Power, add, formula, maximum, sqrt, square, where
 from pvphong.base.types import Color, rgb
-from pvphong.geometry.extent import ROUNDED_UP
 from pvphong.optics.area.sampling import Directions, around, by_halves
 from pvphong.optics.maps import number_or_map
 from pvphong.optics.reflectance import (
-    ANYWHERE,
     HIGHLIGHT,
     LAMBERT,
     Geometry,
     Lobe,
     Peak,
     Reflectance,
-    Sightline,
 )
 from pvphong.optics.surface import Surface
 
 _SHARPEST = 2.0**40
 """Directions of float64 are not chosen by a higher power."""
-
-LIKENESS = 4.0
-"""Blinn-Phong needs about this many times the shininess for the same highlight; see `Material.for_blinn_phong`."""
-
 
 # --- Schlick's part of the light that is white
 
@@ -54,15 +47,6 @@ def whiteness(at: Geometry) -> Any:
     return (rest * rest) * (rest * rest) * rest
 
 
-WHITENESS_SLOPE = 2.5
-"""Its largest change for a turn of l or v by a radian: h·l is the cosine of half the angle between them."""
-
-
-def most_whiteness(psi: float) -> float:
-    """The largest for an angle of at most ψ from light to viewer."""
-    return (1.0 - math.cos(0.5 * min(psi, math.pi))) ** 5
-
-
 def part_of_light(name: str, value: Any) -> Color:
     """A checked colour of at most 1 in each channel."""
     color = check.color(name, value)
@@ -72,13 +56,6 @@ def part_of_light(name: str, value: Any) -> Color:
 
 
 # --- reflectances with a power
-
-
-def steepness(shininess: float) -> float:
-    """The largest slope of cosⁿ θ: √n · ((n − 1)/n)^((n − 1)/2) for n >= 1; unbounded below 1, except at 0."""
-    if shininess < 1.0:
-        return math.inf if shininess else 0.0
-    return math.sqrt(shininess) * (1.0 - 1.0 / shininess) ** (0.5 * (shininess - 1.0))
 
 
 @formula
@@ -151,32 +128,3 @@ class Shiny(Reflectance):
     def sharpness(self) -> float:
         """The shininess."""
         return self.shininess or 0.0
-
-    def most(self, lobe: int, sightline: Sightline = ANYWHERE) -> float:
-        """1, and where light can arrive at all, the power at the largest cosine."""
-        if lobe == 0:
-            return 1.0
-        return self.largest_power(sightline) if sightline.theta < math.pi / 2 else 0.0
-
-    def largest_power(self, sightline: Sightline) -> float:
-        """The largest power of a cosine, on either side of the surface."""
-        return float(max(min(self.peak.most(sightline) * ROUNDED_UP, 1.0), self.floor, 0.0) ** self.sharpness)
-
-    def change(self, lobe: int, turn: float, psi: float, *, light_moves: bool) -> float:
-        """The power's slope times the turn; where the light moves, a vertex may also change sides.
-
-        There n·l is at most the sine of the turn, and the angle from normal to viewer no less than the rest up to ψ.
-        """
-        if lobe == 0:
-            return super().change(lobe, turn, psi, light_moves=light_moves)
-        widest = min(psi + turn, math.pi)
-        change = steepness(self.sharpness) * turn * self.peak.speed(widest)
-        if light_moves:
-            theta = max(math.pi / 2 - turn, 0.0)
-            change += self.largest_power(Sightline(theta, max(theta - psi, 0.0), widest))
-        return min(change * ROUNDED_UP, 1.0)
-
-    def extremes(self, field: str, low: float, high: float) -> tuple[Self, ...]:
-        """Also the greatest exponent below 1, where highlights are infinitely steep, unless it is one of the ends."""
-        ends = super().extremes(field, low, high)
-        return (*ends, replace(self, **{field: math.nextafter(1.0, 0.0)})) if low < 1.0 <= high else ends

@@ -2,23 +2,21 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any, ClassVar
 
 from pvphong.base import check
 from pvphong.base.formulas import ZERO, formula, like, where
 from pvphong.base.types import ColorLike, rgb
-from pvphong.optics.reflectance import ANYWHERE, HIGHLIGHT, LAMBERT, Geometry, Lobe, Sightline
+from pvphong.optics.reflectance import HIGHLIGHT, LAMBERT, Geometry, Lobe
 from pvphong.optics.reflectances.highlight import (
-    WHITENESS_SLOPE,
     Shiny,
     lambert_and_highlight,
-    most_whiteness,
     own_shininess,
     part_of_light,
     whiteness,
 )
-from pvphong.optics.reflectances.phong import MIRROR, Phong
+from pvphong.optics.reflectances.phong import MIRROR
 
 
 @formula
@@ -69,16 +67,3 @@ class Metal(Shiny):
         """Lambert's, and the highlight in the metal's colour and in white."""
         tinted = HIGHLIGHT._replace(is_own=True, color=rgb(self.color))
         return LAMBERT, tinted, HIGHLIGHT._replace(is_own=True)
-
-    def stand_in(self, material: Any) -> tuple[str, Any] | None:
-        """Phong's highlight in the metal's colour, also where light grazes it."""
-        return "Phong for Metal", replace(material, specular=self.color, reflectance=Phong(self.shininess))
-
-    def most(self, lobe: int, sightline: Sightline = ANYWHERE) -> float:
-        """Phong's, times the largest part that is white."""
-        return super().most(lobe, sightline) * (most_whiteness(sightline.psi) if lobe == 2 else 1.0)
-
-    def change(self, lobe: int, turn: float, psi: float, *, light_moves: bool) -> float:
-        """Phong's, and Schlick's."""
-        change = super().change(lobe, turn, psi, light_moves=light_moves)
-        return min(change + WHITENESS_SLOPE * turn, 1.0) if lobe else change

@@ -17,7 +17,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import replace
 from functools import partial
 from typing import Any, ClassVar
 
@@ -40,24 +39,19 @@ from pvphong.base.formulas import (
     square,
     where,
 )
-from pvphong.base.types import rgb
-from pvphong.geometry.extent import ROUNDED_UP
 from pvphong.optics.area.sampling import Directions, by_halves
 from pvphong.optics.maps import number_or_map
-from pvphong.optics.reflectance import ANYWHERE, Geometry, Reflectance, Sightline
-from pvphong.optics.reflectances.blinn_phong import HALFWAY, largest_halfway
+from pvphong.optics.reflectance import Geometry, Reflectance
+from pvphong.optics.reflectances.blinn_phong import HALFWAY
 from pvphong.optics.reflectances.highlight import (
-    WHITENESS_SLOPE,
-    most_whiteness,
     whiteness,
 )
-from pvphong.optics.reflectances.phong import Phong
 from pvphong.optics.surface import Surface
 
 _LEAST_ALPHA = 1e-15
 """Its highlights are narrower than float64 resolves directions, and its square is within float32's range."""
 
-_COUPLED = 28.0 / 23.0
+COUPLED = 28.0 / 23.0
 
 
 @formula
@@ -108,7 +102,7 @@ def coupled(own: Any, at: Geometry, highlight: Any) -> Any:  # noqa: ARG001 it i
     """
     x, y = _cosines(own, at)
     tinted, white = _highlight(own, at, x, y)
-    return like(x, _COUPLED) * x * _seen(x) * _seen(y), tinted, white
+    return like(x, COUPLED) * x * _seen(x) * _seen(y), tinted, white
 
 
 ROUGHNESS = partial(number_or_map, above=0.0, at_most=1.0, remedy="0.1 is polished, 0.5 satin, 1 matt.")
@@ -139,42 +133,9 @@ class Microfacets(Reflectance):
         return float(self.parameters({})[0])
 
     @property
-    def _is_faded(self) -> bool:
+    def is_faded(self) -> bool:
+        """Whether its base is `faded`."""
         return type(self).factors is faded
-
-    def stand_in(self, material: Any) -> tuple[str, Any] | None:
-        """Phong's highlight, as high and half as high at the same angles where light and viewer are above the surface.
-
-        Lambert's cosine under it reflects as much in all as the coupled base, which is 23/28.
-        There g is 1/(4α²) at its peak and half of that where sin² θ = (√2 − 1)α², which is cos (2θ)ⁿ = ½ for
-        n = ln 4 / (4 (√2 − 1) α²).
-        """
-        base, tinted, _ = self.lobes
-        square = self.alpha**2
-        whole = 1.0 if self._is_faded else 1.0 / _COUPLED
-        diffuse = tuple(a * b * whole for a, b in zip(rgb(material.diffuse), base.color, strict=True))
-        specular = tuple(channel / (4.0 * square) for channel in tinted.color)
-        fitted = Phong(min(math.log(4.0) / (4.0 * (math.sqrt(2.0) - 1.0) * square), BRIGHTEST))
-        return "Phong for microfacets", replace(material, diffuse=diffuse, specular=specular, reflectance=fitted)
-
-    def most(self, lobe: int, sightline: Sightline = ANYWHERE) -> float:
-        """The density D at the largest n·h; K is at most 1/(2β)."""
-        if lobe == 0:
-            return 1.0 if self._is_faded else 1.15
-        alpha, _, _, beta2, _, floor, least, _ = self.parameters({})
-        if sightline.theta >= math.pi / 2 and not floor:
-            return 0.0
-        sine = max(1.0 - max(largest_halfway(sightline) * ROUNDED_UP, 0.0) ** 2, 0.0)
-        peak = alpha / max(alpha * alpha + (1.0 - alpha * alpha) * sine, least)
-        white = most_whiteness(sightline.psi) if lobe == 2 else 1.0
-        return float(min(peak * peak / (2.0 * math.sqrt(beta2)) * white * ROUNDED_UP, BRIGHTEST))
-
-    def change(self, lobe: int, turn: float, psi: float, *, light_moves: bool) -> float:
-        """That of the base; next to the horizon the masking has no bound on its slope."""
-        if lobe:
-            return super().change(lobe, turn, psi, light_moves=light_moves)
-        for_light, for_viewer = (1.0 + WHITENESS_SLOPE, WHITENESS_SLOPE) if self._is_faded else (1.65, 3.0)
-        return min((for_light if light_moves else for_viewer) * turn, self.most(0))
 
     def directions(self, surface: Surface) -> Directions:
         """By the distribution of the facets' slopes (Walter et al. 2007, equations 35 and 36)."""

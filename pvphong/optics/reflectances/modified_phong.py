@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, ClassVar
@@ -10,8 +9,8 @@ from typing import Any, ClassVar
 import numpy as np
 
 from pvphong.base.formulas import BRIGHTEST, HALF, ONE, ZERO, formula, like, maximum, minimum
-from pvphong.optics.reflectance import ANYWHERE, Geometry, Sightline
-from pvphong.optics.reflectances.highlight import Shiny, own_shininess, steepness
+from pvphong.optics.reflectance import Geometry
+from pvphong.optics.reflectances.highlight import Shiny, own_shininess
 from pvphong.optics.reflectances.phong import MIRROR
 
 
@@ -62,14 +61,3 @@ class ModifiedPhong(Shiny):
         """The scale of the highlight."""
         scale: tuple[Any, ...] = _scale_of(np.asarray(maps.get("shininess", self.sharpness)), ())
         return scale
-
-    def most(self, lobe: int, sightline: Sightline = ANYWHERE) -> float:
-        """The power times n·l and the number."""
-        factor = self.parameters({})[0] * max(math.cos(sightline.theta), 0.0) if lobe else 1.0
-        return super().most(lobe, sightline) * float(factor)
-
-    def change(self, lobe: int, turn: float, psi: float, *, light_moves: bool) -> float:
-        """The change of a product of two factors: both fall to 0 at the horizon, so nothing jumps there."""
-        if lobe == 0:
-            return super().change(lobe, turn, psi, light_moves=light_moves)
-        return min((steepness(self.sharpness) + light_moves) * turn, 1.0) * float(self.parameters({})[0])

@@ -4,15 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
 from pvphong.base import check
 from pvphong.base.formulas import ONE, ZERO, dot, formula, maximum, minimum, where
-from pvphong.base.types import rgb
-from pvphong.optics.reflectance import ANYWHERE, Geometry, Lobe, Reflectance, Sightline
-from pvphong.optics.reflectances.phong import Phong
+from pvphong.optics.reflectance import Geometry, Lobe, Reflectance
 
 
 @formula
@@ -56,19 +54,3 @@ class OrenNayar(Reflectance):
         """The coefficients A and B."""
         variance = math.radians(self.sigma) ** 2
         return 1.0 - 0.5 * variance / (variance + 0.33), 0.45 * variance / (variance + 0.09)
-
-    def stand_in(self, material: Any) -> tuple[str, Any] | None:
-        """Lambert's cosine, that reflects as much in all: A + B (2/3 − 64/(45π))."""
-        a, b = self.parameters({})
-        whole = a + b * (2.0 / 3.0 - 64.0 / (45.0 * math.pi))
-        color = tuple(channel * whole for channel in rgb(material.diffuse))
-        return "Lambert for Oren-Nayar", replace(material, diffuse=color, specular=0.0, reflectance=Phong())
-
-    def most(self, lobe: int, sightline: Sightline = ANYWHERE) -> float:  # noqa: ARG002 one lobe, and all angles
-        """A + B is at most 1.125, where sigma is 22°."""
-        return 1.13
-
-    def change(self, lobe: int, turn: float, psi: float, *, light_moves: bool) -> float:  # noqa: ARG002 one lobe
-        """Next to the horizon its second part has no bound on its slope, but it is never more than B."""
-        a, b = self.parameters({})
-        return (a * turn if light_moves else 0.0) + b

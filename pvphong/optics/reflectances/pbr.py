@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any, ClassVar
 
@@ -77,10 +77,6 @@ class PBR(Microfacets):
         if max(color) > 1.0:
             check.refuse("diffuse", color, "at most 1 in each channel for PBR", "More is no part of the light.")
         return _Colored(self.metallic, self.roughness, color)
-
-    def in_vtk(self) -> PBR:
-        """As the shader has it; for that it must have its colour."""
-        return _Shaded(**asdict(self))
 
     @property
     def lobes(self) -> tuple[Lobe, ...]:
@@ -162,7 +158,7 @@ class _Colored(PBR):
 
 
 @dataclass(frozen=True)
-class _Shaded(_Colored):
+class Shaded(_Colored):
     """As VTK's shader has it."""
 
     gamma: ClassVar[float] = 2.2

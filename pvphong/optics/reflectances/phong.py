@@ -15,7 +15,7 @@ from pvphong.base import check
 from pvphong.base.formulas import add, cross, dot, formula, multiply_add, square, subtract
 from pvphong.optics.area.lobes import CosinePower
 from pvphong.optics.reflectance import Geometry, Peak
-from pvphong.optics.reflectances.highlight import LIKENESS, Shiny, own_shininess
+from pvphong.optics.reflectances.highlight import Shiny, own_shininess
 
 
 @formula
@@ -58,7 +58,6 @@ class Phong(Shiny):
     floor: float = check.field(partial(check.number, at_least=0.0, at_most=1.0), 0.0)
 
     peak: ClassVar = MIRROR
-    counterpart: ClassVar[tuple[str, float]] = ("blinn-phong", LIKENESS)
 
     @property
     def forms(self) -> tuple[CosinePower | None, ...]:

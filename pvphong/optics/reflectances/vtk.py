@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any, ClassVar
 
 from pvphong.base.formulas import ZERO, formula, like, maximum, square, subtract, times, where
-from pvphong.optics.reflectance import ANYWHERE, HIGHLIGHT, Geometry, Lobe, Peak, Reflectance, Sightline
+from pvphong.optics.reflectance import HIGHLIGHT, Geometry, Lobe, Peak, Reflectance
 from pvphong.optics.reflectances.highlight import Shiny, own_shininess
 from pvphong.optics.reflectances.phong import Phong
 
@@ -61,13 +61,3 @@ class VtkHeadlight(Shiny):
     floor = _HEADLIGHT_FLOOR
     peak: ClassVar = NORMAL
     factors = staticmethod(_headlight)
-
-    def most(self, lobe: int, sightline: Sightline = ANYWHERE) -> float:
-        """Its highlight does not end at the horizon."""
-        return self.largest_power(sightline) if lobe else 1.0
-
-    def change(self, lobe: int, turn: float, psi: float, *, light_moves: bool) -> float:
-        """Its floor makes no cosine steeper."""
-        if lobe == 0:
-            return turn if light_moves else 0.0
-        return super().change(lobe, turn, psi, light_moves=light_moves)

@@ -28,13 +28,12 @@ from pvphong.base.formulas import (
     times,
     where,
 )
-from pvphong.geometry.extent import ROUNDED_UP
 from pvphong.optics.area.sampling import Directions, by_halves
-from pvphong.optics.reflectance import ANYWHERE, HIGHLIGHT, LAMBERT, Geometry, Reflectance, Sightline
-from pvphong.optics.reflectances.blinn_phong import HALFWAY, largest_halfway
+from pvphong.optics.reflectance import HIGHLIGHT, LAMBERT, Geometry, Reflectance
+from pvphong.optics.reflectances.blinn_phong import HALFWAY
 from pvphong.optics.surface import Surface
 
-_LEAST_HEIGHT = 1e-3
+LEAST_HEIGHT = 1e-3
 """The sum n·l + n·v is taken to be at least this: the formula has no bound where both are grazing."""
 
 _DARK = 80.0
@@ -49,7 +48,7 @@ _WIDTH = partial(check.number, above=0.0, at_most=1.0)
 def _gloss(own: Any, at: Geometry, highlight: Any) -> Any:  # noqa: ARG001 it is no power
     """max(n·l, 0), and the highlight as in the class's description."""
     x, s = maximum(at.n_l, ZERO), add(at.l, at.v)
-    low = ONE / maximum(x + maximum(at.n_v, ZERO), like(x, _LEAST_HEIGHT))
+    low = ONE / maximum(x + maximum(at.n_v, ZERO), like(x, LEAST_HEIGHT))
     along = dot(s, at.t) * low * own[0]
     across = dot(s, cross(times(at.n, at.scale), at.t)) * low * own[1]
     exponent = multiply_add(along, along, across * across)
@@ -111,23 +110,6 @@ class Ward(Reflectance):
             return along * across / math.pi * np.exp(-np.minimum(exponent, 700.0))
 
         return by_halves(surface.exact_normals, surface.to_viewer, slopes, density, surface.tangents)
-
-    def most(self, lobe: int, sightline: Sightline = ANYWHERE) -> float:
-        """The bound at the largest n·h: x/z² is at most 1/z, and with θ the angle from n to s, |s|²/z² is 1 + tan² θ.
-
-        (1 + tan² θ) exp(−E) is at most 1, and falls where n·v is positive.
-        """
-        if lobe == 0:
-            return 1.0
-        cosine = largest_halfway(sightline) * ROUNDED_UP
-        if sightline.theta >= math.pi / 2 or cosine <= 1e-6:
-            return 0.0
-        inverse = self.parameters({})
-        largest = min(math.prod(inverse) / _LEAST_HEIGHT * ROUNDED_UP, BRIGHTEST)
-        if sightline.phi > math.pi / 2 or cosine >= 1.0:
-            return largest
-        tangent2 = 1.0 / cosine**2 - 1.0
-        return largest * (1.0 + tangent2) * math.exp(-min(tangent2 * min(inverse) ** 2, 700.0)) * ROUNDED_UP
 
     @property
     def sharpness(self) -> float:

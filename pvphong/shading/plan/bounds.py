@@ -10,6 +10,7 @@ from pvphong.base.vectors import angle_between
 from pvphong.geometry.extent import ROUNDED_UP, TURN_SLACK
 from pvphong.optics.reflectance import LAMBERT, Sightline
 from pvphong.shading.equation import Equation, LightTerm
+from pvphong.shading.limits import change
 from pvphong.shading.plan.draft import Draft
 from pvphong.shading.plan.lights import StandIn
 
@@ -106,7 +107,7 @@ def largest_change(draft: Draft, term: LightTerm, turn: float, *, light_moves: b
         return math.inf
     psi = widest_to_viewer(draft, (reach.direction, max(reach.turn, turn) if light_moves else reach.turn))
     return sum(
-        max(color) * sum([each.change(k, turn, psi, light_moves=light_moves) for each in draft.equation.extremes])
+        max(color) * sum([change(each, k, turn, psi, light_moves=light_moves) for each in draft.equation.extremes])
         for k, color in enumerate(term.colors)
         if any(color)
     )

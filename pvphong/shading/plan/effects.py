@@ -29,6 +29,7 @@ from pvphong.optics.light import NODES
 from pvphong.optics.reflectance import Component
 from pvphong.shading.equation import BLACK, Equation, LightTerm, by_closed_form, in_parts
 from pvphong.shading.interreflection import diffuse_white, without_ambient
+from pvphong.shading.limits import most
 from pvphong.shading.plan.bounds import (
     largest_change,
     most_ambient,
@@ -407,7 +408,7 @@ class Specular(Reflection):
         if not is_weak and not (equation.is_flipped or equation.maps):
             known, reflectance = sightline(draft, term), equation.reflectance
             if known is not None:  # how much of a lobe normals and directions allow
-                reached = max(reflectance.most(k, known) / reflectance.most(k) for k in lobes)
+                reached = max(most(reflectance, k, known) / most(reflectance, k) for k in lobes)
                 bound *= reached * ROUNDED_UP
         if not bound <= draft.allowance:
             return None

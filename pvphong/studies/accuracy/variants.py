@@ -14,7 +14,7 @@ from pvphong.base.types import Backend, Float64Array, FloatArray, IntArray, Prec
 from pvphong.geometry.extent import Sphere
 from pvphong.optics.light import Light
 from pvphong.optics.material import Material
-from pvphong.optics.reflectances import counterpart_of
+from pvphong.optics.reflectances.likeness import counterpart_of, stand_in
 from pvphong.optics.roles import Place
 from pvphong.rays.sampling import MOST_RAYS
 from pvphong.rays.visibility import Visibility
@@ -289,7 +289,7 @@ def _simpler_models(subject: Subject) -> Iterator[tuple[str, Equation, str]]:
         name, reflectance = other
         yield name, replace(whole, reflectance=reflectance), no_highlight
     has_maps = bool(subject.material.maps)  # what stands in is one material
-    if whole.gamma == 1.0 and not has_maps and (simpler := whole.reflectance.stand_in(subject.material)):
+    if whole.gamma == 1.0 and not has_maps and (simpler := stand_in(whole.reflectance, subject.material)):
         name, material = simpler
         yield name, replace(subject, material=material).assembled, ""
 

@@ -22,6 +22,7 @@ from pvphong.meshes.surfaces import FeatureAngle, point_normals
 from pvphong.optics.lights import vtk_values
 from pvphong.optics.maps import Map
 from pvphong.optics.material import Material, as_material, refuse_maps_in_vtk
+from pvphong.optics.reflectances.likeness import in_vtk
 from pvphong.scene.scene import Scene, SceneLike
 from pvphong.shading.evaluation import evaluate
 from pvphong.vtk.oracle import driver, vtk_shade
@@ -126,7 +127,7 @@ def validate(
 
     # 16 · power · 2⁻²⁴ + 1e-6, see `pvphong.vtk.oracle`; and `allowed_error` where shading is physically based.
     exponents = [vtk_values(light).exponent for light in shining(scene)]
-    physical = material.reflectance and material.reflectance.in_vtk()
+    physical = in_vtk(material.reflectance)
     power = material.shininess if any(rgb(material.specular)) else 0.0
     shininess, more = (0.0, allowed_error(physical.roughness)) if physical else (power, 1e-6)
     tolerance = 16.0 * max(shininess, *exponents, 0.0) * 2.0**-24 + more

@@ -15,9 +15,11 @@ from strategies import REFLECTANCE_SHAPES, Dice, unit
 from pvphong import LightModel, Material, PointLight, Scene, Viewer, evaluate
 from pvphong.optics.light import Arrival
 from pvphong.optics.reflectance import Sightline
-from pvphong.optics.reflectances import PBR, REFLECTANCES, BlinnPhong, Phong, counterpart_of
+from pvphong.optics.reflectances import PBR, REFLECTANCES, BlinnPhong, Phong
+from pvphong.optics.reflectances.likeness import counterpart_of, stand_in
 from pvphong.optics.reflectances.vtk import VtkHeadlight
 from pvphong.optics.surface import Surface
+from pvphong.shading.limits import change, most
 from pvphong.shading.reference import lobe_factors
 from pvphong.vtk.scenes import refuse_inexpressible
 
@@ -81,7 +83,7 @@ def test_factors_are_from_0_to_the_largest_and_0_on_the_dark_side(name, seed):
     case, _ = thrown(name, seed)
     for lobe, factor in enumerate(case.factors()):
         assert (factor >= 0).all()
-        assert (factor <= case.reflectance.most(lobe) * (1 + 1e-12)).all()
+        assert (factor <= most(case.reflectance, lobe) * (1 + 1e-12)).all()
         assert not factor[np.einsum("ij,ij->j", case.n, case.l) < -1e-15].any()
     assert len(case.reflectance.lobes) <= 3
 
@@ -95,7 +97,7 @@ def test_a_turn_changes_no_factor_by_more_than_is_said(name, seed, turn, light_m
     after = case.factors(l=turned(case.l, turn, dice)) if light_moves else case.factors(v=turned(case.v, turn, dice))
     psi = angles(case.l, case.v)
     for k, (a, b) in enumerate(zip(before, after, strict=True)):
-        bounds = [case.reflectance.change(k, turn, p, light_moves=light_moves) for p in psi]
+        bounds = [change(case.reflectance, k, turn, p, light_moves=light_moves) for p in psi]
         assert (np.abs(a - b) <= np.array(bounds) * (1 + 1e-7) + 1e-9).all()
 
 
@@ -104,11 +106,11 @@ def test_no_factor_is_more_than_what_is_known_of_the_angles_allows(name, seed):
     case, _ = thrown(name, seed)
     theta, phi, psi = angles(case.n, case.l), angles(case.n, case.v), angles(case.l, case.v)
     for k, factor in enumerate(case.factors()):
-        most = [
-            case.reflectance.most(k, Sightline(*line))
+        bounds = [
+            most(case.reflectance, k, Sightline(*line))
             for line in zip(theta - 1e-7, phi - 1e-7, psi + 1e-7, strict=True)
         ]
-        assert (factor <= np.array(most) * (1 + 1e-6) + 1e-9).all()
+        assert (factor <= np.array(bounds) * (1 + 1e-6) + 1e-9).all()
 
 
 @every_reflectance
@@ -126,7 +128,7 @@ def test_factors_are_finite_where_vectors_meet(name, seed, real):
 @every_reflectance
 def test_its_counterpart_looks_much_the_same(name, seed):
     case, _ = thrown(name, seed)
-    if case.reflectance.counterpart is None or case.reflectance.sharpness < 4:
+    if counterpart_of(case.reflectance) is None or case.reflectance.sharpness < 4:
         pytest.skip("there is none")
     _, other = counterpart_of(case.reflectance)
     mine, others = case.factors(), Thrown(other, case.n, case.l, case.v).factors()
@@ -139,7 +141,7 @@ def test_vtk_is_said_not_to_have_it(name, seed):
     case, _ = thrown(name, seed)
     material = Material(reflectance=case.reflectance)
     kind = type(case.reflectance).__name__
-    instead = case.reflectance.stand_in(material)
+    instead = stand_in(case.reflectance, material)
     remedy = "The nearest that VTK has is without it, diffuse=" if instead else "Leave it out"
     for judged in (
         lambda: refuse_inexpressible(Scene(), material, None),

@@ -27,6 +27,7 @@ from pvphong import (
 from pvphong.optics.light import Arrival
 from pvphong.optics.lights import LIGHT_TYPES
 from pvphong.optics.reflectances import REFLECTANCES
+from pvphong.optics.reflectances.likeness import stand_in
 from pvphong.optics.surface import Surface
 from pvphong.shading import kernel
 from pvphong.shading.plan.plan import Plan
@@ -134,7 +135,7 @@ def test_what_stands_in_for_a_base_reflects_as_much_in_all(reflectance):
     for cosine, weight in zip(cosines, weights, strict=True):
         theta = math.degrees(math.acos(cosine))
         found += weight * (albedo(reflectance, theta, diffuse=1.0) - albedo(reflectance, theta, diffuse=0.0))
-    _, simpler = reflectance.stand_in(Material(diffuse=1.0))
+    _, simpler = stand_in(reflectance, Material(diffuse=1.0))
     assert simpler.diffuse[0] == pytest.approx(found, abs=2e-3)
 
 

@@ -1,0 +1,219 @@
+"""Limits of what reflectances reflect, kind by kind: what a plan knows of a highlight before any vertex is lit.
+
+Three questions, each a function with an answer by kind: the `most` that a lobe's factor can be, the largest `change` of
+it when light or viewer turns, and the `extremes` of a field that has a map. A kind that is not here has no limit:
+nothing is left out of what it reflects.
+
+In order: the questions; highlights by a power of a cosine; microfacets; the others.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from functools import singledispatch
+from typing import Any
+
+from pvphong.base.formulas import BRIGHTEST
+from pvphong.geometry.extent import ROUNDED_UP
+from pvphong.optics.reflectance import ANYWHERE, LAMBERT, Sightline
+from pvphong.optics.reflectances import Metal, ModifiedPhong, OrenNayar, Ward
+from pvphong.optics.reflectances.blinn_phong import largest_halfway
+from pvphong.optics.reflectances.highlight import Shiny
+from pvphong.optics.reflectances.microfacets import Microfacets
+from pvphong.optics.reflectances.vtk import VtkHeadlight
+from pvphong.optics.reflectances.ward import LEAST_HEIGHT
+
+
+@singledispatch
+def most(reflectance: Any, lobe: int, sightline: Sightline = ANYWHERE) -> float:  # noqa: ARG001 nothing is known
+    """The largest factor of a lobe for vertices of which bounds are known; infinite where there is no limit."""
+    return 1.0 if reflectance.lobes[lobe] is LAMBERT else math.inf
+
+
+@singledispatch
+def change(reflectance: Any, lobe: int, turn: float, psi: float, *, light_moves: bool) -> float:  # noqa: ARG001 any ψ
+    """The largest change of a lobe's factor when l or v turns by `turn` radians, for any normal.
+
+    Parameters
+    ----------
+    reflectance : Reflectance
+        Whose.
+    lobe : int
+        Its index.
+    turn : float
+        In radians.
+    psi : float
+        The greatest angle from light to viewer before the turn.
+    light_moves : bool
+        Whether l turns, rather than v.
+    """
+    if reflectance.lobes[lobe] is LAMBERT:
+        return turn if light_moves else 0.0
+    return most(reflectance, lobe)
+
+
+@singledispatch
+def extremes(reflectance: Any, field: str, low: float, high: float) -> tuple[Any, ...]:
+    """Some with a field from `low` to `high`, whose `change`s add up to no less than that of any other.
+
+    One of them also has the largest factor of each lobe.
+    """
+    return replace(reflectance, **{field: low}), replace(reflectance, **{field: high})
+
+
+# --- highlights by a power of a cosine
+
+
+def _largest_power(reflectance: Shiny, sightline: Sightline) -> float:
+    """The largest power of a cosine, on either side of the surface."""
+    cosine = min(reflectance.peak.most(sightline) * ROUNDED_UP, 1.0)
+    return float(max(cosine, reflectance.floor, 0.0) ** reflectance.sharpness)
+
+
+def _steepness(shininess: float) -> float:
+    """The largest slope of cosⁿ θ: √n · ((n − 1)/n)^((n − 1)/2) for n >= 1; unbounded below 1, except at 0."""
+    if shininess < 1.0:
+        return math.inf if shininess else 0.0
+    return math.sqrt(shininess) * (1.0 - 1.0 / shininess) ** (0.5 * (shininess - 1.0))
+
+
+@most.register
+def _most_of_power(reflectance: Shiny, lobe: int, sightline: Sightline = ANYWHERE) -> float:
+    """1, and where light can arrive at all, the power at the largest cosine."""
+    if lobe == 0:
+        return 1.0
+    return _largest_power(reflectance, sightline) if sightline.theta < math.pi / 2 else 0.0
+
+
+@change.register
+def _change_of_power(reflectance: Shiny, lobe: int, turn: float, psi: float, *, light_moves: bool) -> float:
+    """The power's slope times the turn; where the light moves, a vertex may also change sides.
+
+    There n·l is at most the sine of the turn, and the angle from normal to viewer no less than the rest up to ψ.
+    """
+    if lobe == 0:
+        return turn if light_moves else 0.0
+    widest = min(psi + turn, math.pi)
+    result = _steepness(reflectance.sharpness) * turn * reflectance.peak.speed(widest)
+    if light_moves:
+        theta = max(math.pi / 2 - turn, 0.0)
+        result += _largest_power(reflectance, Sightline(theta, max(theta - psi, 0.0), widest))
+    return min(result * ROUNDED_UP, 1.0)
+
+
+@extremes.register
+def _(reflectance: Shiny, field: str, low: float, high: float) -> tuple[Any, ...]:
+    """Also the greatest exponent below 1, where highlights are infinitely steep, unless it is one of the ends."""
+    kind: Any = reflectance
+    ends = replace(kind, **{field: low}), replace(kind, **{field: high})
+    return (*ends, replace(kind, **{field: math.nextafter(1.0, 0.0)})) if low < 1.0 <= high else ends
+
+
+@most.register
+def _(reflectance: ModifiedPhong, lobe: int, sightline: Sightline = ANYWHERE) -> float:
+    """The power times n·l and the number."""
+    factor = reflectance.parameters({})[0] * max(math.cos(sightline.theta), 0.0) if lobe else 1.0
+    return _most_of_power(reflectance, lobe, sightline) * float(factor)
+
+
+@change.register
+def _(reflectance: ModifiedPhong, lobe: int, turn: float, psi: float, *, light_moves: bool) -> float:  # noqa: ARG001
+    """The change of a product of two factors: both fall to 0 at the horizon, so nothing jumps there."""
+    if lobe == 0:
+        return turn if light_moves else 0.0
+    slope = _steepness(reflectance.sharpness) + light_moves
+    return min(slope * turn, 1.0) * float(reflectance.parameters({})[0])
+
+
+@most.register
+def _(reflectance: VtkHeadlight, lobe: int, sightline: Sightline = ANYWHERE) -> float:
+    """Its highlight does not end at the horizon."""
+    return _largest_power(reflectance, sightline) if lobe else 1.0
+
+
+# --- Schlick's part of the light that is white
+
+_WHITENESS_SLOPE = 2.5
+"""Its largest change for a turn of l or v by a radian: h·l is the cosine of half the angle between them."""
+
+
+def _most_whiteness(psi: float) -> float:
+    """The largest for an angle of at most ψ from light to viewer."""
+    return (1.0 - math.cos(0.5 * min(psi, math.pi))) ** 5
+
+
+@most.register
+def _(reflectance: Metal, lobe: int, sightline: Sightline = ANYWHERE) -> float:
+    """Phong's, times the largest part that is white."""
+    white = _most_whiteness(sightline.psi) if lobe == 2 else 1.0
+    return _most_of_power(reflectance, lobe, sightline) * white
+
+
+@change.register
+def _(reflectance: Metal, lobe: int, turn: float, psi: float, *, light_moves: bool) -> float:
+    """Phong's, and Schlick's."""
+    result = _change_of_power(reflectance, lobe, turn, psi, light_moves=light_moves)
+    return min(result + _WHITENESS_SLOPE * turn, 1.0) if lobe else result
+
+
+# --- microfacets
+
+
+@most.register
+def _(reflectance: Microfacets, lobe: int, sightline: Sightline = ANYWHERE) -> float:
+    """The density D at the largest n·h; K is at most 1/(2β)."""
+    if lobe == 0:
+        return 1.0 if reflectance.is_faded else 1.15
+    alpha, _, _, beta2, _, floor, least, _ = reflectance.parameters({})
+    if sightline.theta >= math.pi / 2 and not floor:
+        return 0.0
+    sine = max(1.0 - max(largest_halfway(sightline) * ROUNDED_UP, 0.0) ** 2, 0.0)
+    peak = alpha / max(alpha * alpha + (1.0 - alpha * alpha) * sine, least)
+    white = _most_whiteness(sightline.psi) if lobe == 2 else 1.0
+    return float(min(peak * peak / (2.0 * math.sqrt(beta2)) * white * ROUNDED_UP, BRIGHTEST))
+
+
+@change.register
+def _(reflectance: Microfacets, lobe: int, turn: float, psi: float, *, light_moves: bool) -> float:  # noqa: ARG001
+    """That of the base; next to the horizon the masking has no bound on its slope."""
+    if lobe:
+        return most(reflectance, lobe)
+    faded = 1.0 + _WHITENESS_SLOPE, _WHITENESS_SLOPE
+    for_light, for_viewer = faded if reflectance.is_faded else (1.65, 3.0)
+    return min((for_light if light_moves else for_viewer) * turn, most(reflectance, 0))
+
+
+# --- the others
+
+
+@most.register
+def _(reflectance: OrenNayar, lobe: int, sightline: Sightline = ANYWHERE) -> float:  # noqa: ARG001 one lobe, all angles
+    """A + B is at most 1.125, where sigma is 22°."""
+    return 1.13
+
+
+@change.register
+def _(reflectance: OrenNayar, lobe: int, turn: float, psi: float, *, light_moves: bool) -> float:  # noqa: ARG001
+    """Next to the horizon its second part has no bound on its slope, but it is never more than B."""
+    a, b = reflectance.parameters({})
+    return (a * turn if light_moves else 0.0) + b
+
+
+@most.register
+def _(reflectance: Ward, lobe: int, sightline: Sightline = ANYWHERE) -> float:
+    """The bound at the largest n·h: x/z² is at most 1/z, and with θ the angle from n to s, |s|²/z² is 1 + tan² θ.
+
+    (1 + tan² θ) exp(−E) is at most 1, and falls where n·v is positive.
+    """
+    if lobe == 0:
+        return 1.0
+    cosine = largest_halfway(sightline) * ROUNDED_UP
+    if sightline.theta >= math.pi / 2 or cosine <= 1e-6:
+        return 0.0
+    inverse = reflectance.parameters({})
+    largest = min(math.prod(inverse) / LEAST_HEIGHT * ROUNDED_UP, BRIGHTEST)
+    if sightline.phi > math.pi / 2 or cosine >= 1.0:
+        return largest
+    tangent2 = 1.0 / cosine**2 - 1.0
+    return largest * (1.0 + tangent2) * math.exp(-min(tangent2 * min(inverse) ** 2, 700.0)) * ROUNDED_UP
