@@ -504,21 +504,24 @@ class Studio:
             timeout=0,
         )
 
-    async def _listening(self) -> None:
-        """Wait until the server listens; raises what keeps it from that."""
-        await asyncio.wait([self._serving, self.server.ready], return_when=asyncio.FIRST_COMPLETED)
-        if self._serving.done():
-            self._serving.result()
+    async def _begun(self) -> None:
+        """Wait until the server listens, or has failed to."""
+        ready = self.server.ready
+        await asyncio.wait([self._serving, ready], return_when=asyncio.FIRST_COMPLETED)
+        if ready.done():
+            ready.exception()  # asyncio complains of one that nobody has looked at
 
     async def serve(self, port: int, *, browser: bool) -> None:
         """Serve until cancelled; the address is printed on a line of its own."""
         self.start(port)
-        await self._listening()
-        address = self.address_at(self.server.port)
-        print(address, flush=True)
-        if browser:
-            webbrowser.open(address)
         try:
+            await self._begun()
+            if self._serving.done():
+                self._serving.result()  # raises why it does not listen
+            address = self.address_at(self.server.port)
+            print(address, flush=True)
+            if browser:
+                webbrowser.open(address)
             await asyncio.shield(self._serving)
         finally:
             await self.close()
@@ -536,7 +539,7 @@ class Studio:
         self.document.mix.release()
         self._measuring.cancel()
         await self._view.handler.close()
-        await self._listening()  # before that it could not be stopped
+        await self._begun()  # before that it could not be stopped
         await self.server.stop()
 
 

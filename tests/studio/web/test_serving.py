@@ -1,6 +1,7 @@
 """Where a studio runs: `plotter.phong.studio()` in a loop that runs already, as a notebook's, and what it refuses."""
 
 import asyncio
+import gc
 import re
 import socket
 
@@ -57,6 +58,26 @@ def test_what_the_page_changes_of_the_window_is_put_back(plotter):
         return during, plotter.render_window.GetMultiSamples()
 
     assert asyncio.run(cell()) == (0, 4)
+
+
+def test_a_studio_whose_port_is_taken_meanwhile_lets_go_of_the_window(plotter, monkeypatch, caplog):
+    with socket.socket() as taken:
+        taken.bind(("127.0.0.1", 0))
+        taken.listen()
+        monkeypatch.setattr("pvphong.studio.web.serving.free_port", lambda _host, _port: taken.getsockname()[1])
+        plotter.render_window.SetMultiSamples(4)
+        with pytest.raises(OSError, match="bind on address"):
+            plotter.phong.studio(browser=False)
+        assert plotter.render_window.GetMultiSamples() == 4
+        assert not plotter.phong._subplot.lit.is_in_a_page
+
+        async def cell():
+            await plotter.phong.studio(browser=False).close()
+
+        asyncio.run(cell())
+        assert plotter.render_window.GetMultiSamples() == 4
+    gc.collect()
+    assert not [record for record in caplog.records if "never retrieved" in record.message]
 
 
 def test_the_rig_is_kept_when_it_changes_where_that_is_asked_for(plotter, tmp_path):
