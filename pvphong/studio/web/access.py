@@ -1,7 +1,8 @@
 """Access to the studio: who gets in, by HTTP and by WebSocket, which messages are taken, and how files come in.
 
-Served on this machine alone, whoever is on it may come in, but no page of another origin. Served to others, nothing is
-answered without the token of the address, which the browser then keeps in a cookie.
+Served on this machine alone, whoever is on it may come in, but no page of another origin. Served to others, everything
+lies in a folder whose name is a token, and nothing else is answered. A cookie would not do: browsers send none for a
+page in a frame of another host's, as in a notebook.
 
 Messages are what trame's page sends, and nothing else: each is checked before anything acts on it, and a malformed one
 gets an answer that says so. VTK's adapter of remote events, for one, would end the process at a key that is missing.
@@ -28,7 +29,6 @@ from wslink.protocol import MAX_MSG_SIZE
 
 from pvphong.base import check
 
-_COOKIE = "pvphong-studio"
 _LARGEST_MESSAGE = 2**20
 """Bytes of a message; files come by HTTP."""
 _FRAME = "publish:trame.rca.topic.stream:"
@@ -69,42 +69,45 @@ class Access:
     def __init__(self, host: str) -> None:
         self._is_local = is_loopback(host)
         self.token = "" if self._is_local else secrets.token_urlsafe(24)
-        """What the address must hold; "" where only this machine is served."""
+        """The folder that all is in; "" where only this machine is served."""
 
     @property
-    def query(self) -> str:
-        """What the studio's address ends with."""
-        return f"?token={self.token}" if self.token else ""
+    def root(self) -> str:
+        """The path that all others begin with."""
+        return f"/{self.token}/" if self.token else "/"
 
     def guard(self, app: web.Application) -> None:
-        """Have every request of an application checked first."""
+        """Have every request of an application checked first, and all that it serves below the root."""
         app.middlewares.append(self._admit)
+        if self.token:
+            app.on_startup.append(self._move)  # when all routes are there
+
+    async def _move(self, app: web.Application) -> None:
+        for resource in app.router.resources():
+            app.router.unindex_resource(resource)  # aiohttp finds it by its path
+            resource.add_prefix(f"/{self.token}")
+            app.router.index_resource(resource)
 
     @web.middleware
     async def _admit(self, request: web.Request, handler: Handler) -> web.StreamResponse:
-        if not self.admits(request.host, request.headers.get("Origin"), self._tokens(request)):
+        if not self.admits(request.host, request.headers.get("Origin"), request.path):
             return web.Response(status=403)
         try:
             response = await handler(request)
         except web.HTTPException as answer:  # a redirection, or that there is no such page
-            self._finish(request, answer)
+            self._finish(answer)
             raise
-        self._finish(request, response)
+        self._finish(response)
         return response
 
-    def _finish(self, request: web.Request, response: web.StreamResponse) -> None:
-        """Have the browser keep the token, and tell nobody of it."""
+    @staticmethod
+    def _finish(response: web.StreamResponse) -> None:
+        """Have the browser tell nobody of the token."""
         if not response.prepared:
             response.headers["Referrer-Policy"] = "no-referrer"
             response.headers["X-Content-Type-Options"] = "nosniff"
-            if self.token and "token" in request.query:
-                response.set_cookie(_COOKIE, self.token, httponly=True, samesite="Strict")
 
-    @staticmethod
-    def _tokens(request: web.Request) -> tuple[str, ...]:
-        return request.query.get("token", ""), request.cookies.get(_COOKIE, "")
-
-    def admits(self, host: str, origin: str | None, tokens: tuple[str, ...]) -> bool:
+    def admits(self, host: str, origin: str | None, path: str) -> bool:
         """Whether a request gets in.
 
         Parameters
@@ -114,8 +117,8 @@ class Access:
             have had that resolved to here.
         origin : str or None
             Of the page that it comes from; None where it comes from none.
-        tokens : tuple of str
-            What it brings as a token.
+        path : str
+            What it asks for.
         """
         try:
             if origin is not None and urlsplit(origin).netloc.lower() != host.lower():
@@ -124,8 +127,8 @@ class Access:
                 return False
         except ValueError:
             return False
-        wanted = self.token.encode()
-        return not wanted or any(hmac.compare_digest(token.encode(errors="replace"), wanted) for token in tokens)
+        wanted = self.root.encode()
+        return hmac.compare_digest(path.encode(errors="replace")[: len(wanted)], wanted)
 
 
 # --- files that come in

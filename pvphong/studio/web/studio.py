@@ -460,7 +460,7 @@ class Studio:
         @web.middleware
         async def to_messages(request: web.Request, handler: Any) -> web.StreamResponse:
             """In place of wslink's own end of the WebSocket."""
-            return await (messages.handleWsRequest if request.path == "/ws" else handler)(request)
+            return await (messages.handleWsRequest if request.path == f"{self.access.root}ws" else handler)(request)
 
         self.access.guard(server.app)
         server.app.middlewares.append(to_messages)
@@ -489,7 +489,7 @@ class Studio:
                 socket.getaddrinfo(host, None)
             except OSError:
                 host = "127.0.0.1"
-        return f"http://{f'[{host}]' if ':' in host else host}:{port}/{self.access.query}"
+        return f"http://{f'[{host}]' if ':' in host else host}:{port}{self.access.root}"
 
     def start(self, port: int) -> None:
         """Begin to serve."""

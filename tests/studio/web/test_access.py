@@ -44,23 +44,26 @@ def test_only_this_machine_is_this_machine(host, is_own):
     ],
 )
 def test_on_this_machine_pages_of_other_origins_are_not_let_in(host, origin, is_admitted):
-    assert Access("127.0.0.1").admits(host, origin, ("", "")) is is_admitted
+    assert Access("127.0.0.1").admits(host, origin, "/") is is_admitted
 
 
 def test_from_elsewhere_nothing_is_answered_without_the_token():
     guarded = Access("0.0.0.0")
     token = guarded.token
-    assert guarded.query == f"?token={token}"
+    assert guarded.root == f"/{token}/"
     assert len(token) >= 32
-    assert guarded.admits("box:80", "http://box:80", ("", token))
-    assert guarded.admits("box:80", None, (token, ""))
-    assert not guarded.admits("box:80", "http://evil.example", (token, ""))
+    assert guarded.admits("box:80", "http://box:80", f"/{token}/")
+    assert guarded.admits("box:80", None, f"/{token}/take/rig")
+    assert not guarded.admits("box:80", "http://evil.example", f"/{token}/")
     for wrong in ("", token[:-1], token + "x", "é", token.swapcase()):
-        assert not guarded.admits("box:80", "http://box:80", (wrong, wrong))
+        assert not guarded.admits("box:80", "http://box:80", f"/{wrong}/")
+        assert not guarded.admits("box:80", "http://box:80", f"/{wrong}/{token}/")
+    for path in ("", "/", f"/{token}", f"{token}/", f"//{token}/"):
+        assert not guarded.admits("box:80", "http://box:80", path)
     assert Access("0.0.0.0").token != token
 
 
-def in_a_server(guarded, run, *, routes=()):
+def in_a_server(guarded, run, *, add=lambda _app: None):
     """Ask a guarded server: `run` gets a client session and the address."""
     from aiohttp import ClientSession
 
@@ -71,8 +74,7 @@ def in_a_server(guarded, run, *, routes=()):
         app = web.Application()
         guarded.guard(app)
         app.router.add_get("/", hello)
-        for path, handler in routes:
-            app.router.add_post(path, handler)
+        add(app)
         runner = web.AppRunner(app, lingering_time=0.2)
         await runner.setup()
         site = web.TCPSite(runner, "127.0.0.1", 0)
@@ -86,23 +88,36 @@ def in_a_server(guarded, run, *, routes=()):
     return asyncio.run(main())
 
 
-def test_the_browser_keeps_the_token():
+def test_all_is_below_the_token_and_nothing_beside_it(tmp_path):
     guarded = Access("0.0.0.0")
+    (tmp_path / "page.js").write_text("script")
+    wrong = Access("0.0.0.0").token
+    below = {"": "hello", "rigs/mine": "mine", "files/page.js": "script"}
+
+    async def named(request):
+        return web.Response(text=request.match_info["name"])
+
+    def routes(app):
+        app.router.add_get("/rigs/{name}", named)
+        app.router.add_static("/files", tmp_path)
 
     async def run(session, address):
-        async with session.get(address) as first:
-            refused = first.status, await first.text()
-        async with session.get(address + guarded.query) as second:
-            cookie = second.headers["Set-Cookie"]
-            assert await second.text() == "hello"
-        async with session.get(address, cookies={"pvphong-studio": guarded.token}) as third:
-            return refused, cookie, third.status
+        async def ask(path, **more):
+            async with session.get(address + path, **more) as answer:
+                return answer.status, await answer.text(), dict(answer.headers)
 
-    refused, cookie, again = in_a_server(guarded, run)
-    assert refused == (403, "")
-    assert "HttpOnly" in cookie
-    assert "SameSite=Strict" in cookie
-    assert again == 200
+        for path, text in below.items():
+            status, found, heading = await ask(f"{guarded.token}/{path}")
+            assert (status, found) == (200, text)
+            assert heading["Referrer-Policy"] == "no-referrer"
+            assert "Set-Cookie" not in heading
+        for path in (*below, *(f"{wrong}/{path}" for path in below), guarded.token, "nowhere", "index.html"):
+            assert (await ask(path))[:2] == (403, "")
+        for how in ({"params": {"token": guarded.token}}, {"cookies": {"pvphong-studio": guarded.token}}):
+            assert (await ask("", **how))[0] == 403
+        assert (await ask(f"{guarded.token}/nowhere"))[0] == 404
+
+    in_a_server(guarded, run, add=routes)
 
 
 def test_uploads_are_limited_by_kind_and_size_and_written_under_our_own_name(monkeypatch):
@@ -139,7 +154,7 @@ def test_uploads_are_limited_by_kind_and_size_and_written_under_our_own_name(mon
                 found.append((400, "file must be at most 1 MiB"))
         return found
 
-    found = in_a_server(guarded, run, routes=[("/up", upload((".ply",), take, said.append))])
+    found = in_a_server(guarded, run, add=lambda app: app.router.add_post("/up", upload((".ply",), take, said.append)))
     assert [status for status, _ in found] == [204, 204, 204, 400, 400, 400, 400, 400, 400, 400]
     assert [name for name, _, _ in taken] == ["part.ply", "part.PLY", "part.ply", "bad.ply"]
     assert {written for _, written, _ in taken} == {"upload.ply"}

@@ -2,10 +2,14 @@
 
 import asyncio
 import json
+import re
 import subprocess
 import sys
 import time
+from functools import partial
+from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
 from io import BytesIO
+from threading import Thread
 
 import numpy as np
 import pytest
@@ -34,13 +38,15 @@ class Served:
 
 
 class Page:
-    """A studio in a browser."""
+    """A studio in a browser, or in the frame of a page there."""
 
-    def __init__(self, driver, address):
+    def __init__(self, driver, address, *, in_frame=False):
         self.driver = driver
         size = {"width": 900, "height": 600, "deviceScaleFactor": 1, "mobile": False}
         driver.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", size)
         driver.get(address)
+        if in_frame:
+            driver.switch_to.frame(0)
         self.until(lambda: self.all("light-row") and self.picture().std() > 5)
 
     def all(self, name, inside=None):
@@ -281,6 +287,62 @@ def test_a_second_browser_sees_the_same_and_a_reload_loses_nothing(page, served)
     page.driver.refresh()
     page.until(lambda: page.light("point")["intensity"]["value"] == 0.5)
     page.until(lambda: page.picture().std() > 5)
+
+
+@pytest.fixture
+def framing(folder):
+    """Serves pages of another host, by their text."""
+    folder = folder / "framing"
+    folder.mkdir()
+    handler = partial(SilentHandler, directory=folder)
+    with ThreadingHTTPServer(("127.0.0.1", 0), handler) as server:
+        Thread(target=server.serve_forever, daemon=True).start()
+
+        def serve(text):
+            (folder / "page.html").write_text(text)
+            return f"http://127.0.0.1:{server.server_port}/page.html"
+
+        yield serve
+        server.shutdown()
+
+
+class SilentHandler(SimpleHTTPRequestHandler):
+    def log_message(self, *_):
+        pass
+
+
+def test_a_studio_that_others_can_have_works_in_a_frame_of_another_host(driver, folder, framing):
+    mesh = folder / "framed.ply"
+    pv.Sphere(theta_resolution=24, phi_resolution=24).save(mesh)
+    served = Served(mesh, "--host", "0.0.0.0")
+    first = driver.current_window_handle
+    driver.switch_to.new_window("tab")
+    try:
+        _, _, port, token, end = re.split("[:/]+", served.address)
+        assert (len(token), end) == (32, "")
+        address = f"http://localhost:{port}/{token}/"
+        style = "position: fixed; inset: 0; width: 100%; height: 100%; border: 0"
+        frame = f'<iframe src="{address}" style="{style}"></iframe>'
+        page = Page(driver, framing(f"<!doctype html>{frame}"), in_frame=True)
+        shown = page.middle()
+        page.type("intensity", "0", page.row("key"))
+        page.until(lambda: page.light("key")["intensity"]["value"] == 0)
+        page.until(lambda: page.middle().max() < 0.8 * shown.max())
+        mine = "return [document.referrer, document.cookie, location.href, ...performance.getEntriesByType('resource')"
+        mine += ".map((entry) => entry.name)]"
+        referrer, cookie, *places = page.driver.execute_script(mine)
+        assert (token in referrer, cookie) == (False, "")
+        assert all(place.startswith(address) for place in places if place.startswith("http"))
+        rig = "return fetch('take/rig').then((answer) => answer.json())"
+        page.until(lambda: page.driver.execute_script(rig)["lights"][0]["intensity"] == 0)
+        pv.Cube().save(folder / "framed.stl")
+        bring(page, "mesh", folder / "framed.stl")
+        page.until(lambda: page.state("title") == "framed: 24 points")
+    finally:
+        driver.switch_to.default_content()
+        driver.close()
+        driver.switch_to.window(first)
+        served.close()
 
 
 def test_malformed_messages_are_refused_and_harm_nobody(page, served):
