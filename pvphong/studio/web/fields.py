@@ -258,7 +258,7 @@ def number_in(name: str, given: Any) -> float:
         try:
             return float(typed.replace(",", "."))
         except ValueError:
-            check.refuse(name, given or "nothing", "a number")
+            check.refuse(name, given.strip() or "nothing", "a number")
     return check.number(name, given)
 
 

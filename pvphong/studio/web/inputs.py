@@ -2,6 +2,8 @@
 
 What an input does is one trigger: "edit" for a value, "slide" while a slider or a picker moves, "settle" when it is let
 go. While a slider moves, the browser shows its own value (`local`), for those of the server come later.
+
+Numbers are typed as text, and sent as it is: a browser's own input for numbers makes 15 of "1,5" without a word.
 """
 
 from __future__ import annotations
@@ -120,10 +122,9 @@ def number_input(entry: str, name: str = "number", label: str = "") -> None:
             model_value=(f"{value} == null ? '' : " + SIX_DIGITS.format(value),),
             label=(f"{called} + ({entry}.unit.length > 2 ? ', ' + {entry}.unit : '')",),
             suffix=(f"{entry}.unit.length > 2 ? '' : {entry}.unit",),
-            type="number",
-            step="any",
+            inputmode="decimal",
             classes="studio-number",
-            change=f"trigger('edit', [{entry}.key, $event.target.value === '' ? null : $event.target.value])",
+            change=f"trigger('edit', [{entry}.key, $event.target.value.trim() || null])",
         )
         v.VSlider(
             v_if=f"{entry}.to !== undefined",
@@ -142,6 +143,28 @@ def number_input(entry: str, name: str = "number", label: str = "") -> None:
         )
 
 
+def typed(name: str) -> str:
+    """What stands in a `typed_number`, also before it has been taken."""
+    return f"(local.{name} ?? {name})"
+
+
+def typed_number(name: str, unit: str, *, found: str, label: str = "", classes: str) -> None:
+    """A number that is no field of the document; what was refused puts back the one in the state."""
+    v.VTextField(
+        model_value=(typed(name),),
+        update_modelValue=f"local.{name} = $event; flushState('local')",
+        label=label or name,
+        suffix=unit,
+        inputmode="decimal",
+        classes=classes,
+        change=(
+            f"trigger('type_number', ['{name}', $event.target.value])"
+            f".then(() => {{ delete local.{name}; flushState('local') }})"
+        ),
+        **found_by(found),
+    )
+
+
 def _numbers(entry: str, values: str, index: str, label: str) -> None:
     """Numbers side by side, each edited by its index."""
     v.VTextField(
@@ -149,8 +172,7 @@ def _numbers(entry: str, values: str, index: str, label: str) -> None:
         key=(f"{entry}.key + {index} + refusals",),
         model_value=(SIX_DIGITS.format("number"),),
         label=(label,),
-        type="number",
-        step="any",
+        inputmode="decimal",
         change=f"trigger('edit', [{entry}.key, $event.target.value, {index}])",
     )
 
@@ -205,10 +227,9 @@ def form(entries: str) -> None:
                 model_value=("field.number ?? ''",),
                 label="within, mesh unit",
                 placeholder="any distance",
-                type="number",
-                step="any",
+                inputmode="decimal",
                 persistent_placeholder=True,
-                change="trigger('edit', [field.key, $event.target.value === '' ? true : Number($event.target.value)])",
+                change="trigger('edit', [field.key, $event.target.value.trim() || true])",
             )
         v.VSelect(
             v_else_if="field.kind == 'choice'",

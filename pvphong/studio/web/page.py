@@ -25,6 +25,8 @@ from pvphong.studio.web.inputs import (
     icon_button,
     number_input,
     switch,
+    typed,
+    typed_number,
 )
 
 _WIDTH, _NARROW = 400, 860
@@ -59,8 +61,6 @@ html { overflow: hidden !important }
   min-height: 38px; padding: 6px 16px; font-weight: 500 }
 .studio-panels .v-expansion-panel { border-bottom: 1px solid rgba(128, 128, 128, .25) }
 .studio-panels .v-expansion-panel-text__wrapper { padding: 2px 16px 14px }
-.studio-panels input[type=number] { appearance: textfield; -moz-appearance: textfield }
-.studio-panels input::-webkit-inner-spin-button { display: none }
 .studio-code textarea { font-family: monospace; font-size: 11px; line-height: 1.35; white-space: pre; overflow-x: auto }
 .studio-start { position: absolute; top: 50%; left: 50%; transform: translate(-50%, -50%); width: 90% }
 .studio-awaited { position: absolute; top: 8px; left: 8px; width: 290px; max-width: calc(100% - 16px) }
@@ -78,6 +78,16 @@ window.addEventListener('keydown', (event) => {
 });
 """
 """Undo and redo wherever the focus is; the view has its keys for them."""
+
+_STEPS = """
+window.addEventListener('keydown', ({ key, target: input }) => {
+  const step = { ArrowUp: 1, ArrowDown: -1 }[key];
+  if (!step || input.inputMode !== 'decimal' || !input.value || isNaN(input.value)) return;
+  input.value = Number((Number(input.value) + step).toPrecision(6));
+  ['input', 'change'].forEach((name) => input.dispatchEvent(new Event(name, { bubbles: true })));
+});
+"""
+"""Arrow up and down in a number: one more, one less."""
 
 
 _DRAWN = f"drawer ?? utils.get('innerWidth') > {_NARROW}"
@@ -111,13 +121,14 @@ def build(server: Any, plotter: Any, kinds: Mapping[str, str]) -> Any:
     kinds : mapping
         Each kind of light that can be added, by its name in files → what it is, for a tooltip.
     """
-    own: dict[str, Any] = {"local": {}, "drawer": None, "open_panels": list(range(len(_PANELS))), "seconds": 20}
-    own |= {"busy": False, "uploads": 0, "picture": {"width": 1920, "height": 1080}}
+    own: dict[str, Any] = {"local": {}, "drawer": None, "open_panels": list(range(len(_PANELS)))}
+    own |= {"busy": False, "uploads": 0}
     server.state.client_only(*own)
     server.state.update(own | {"refusals": 0, "notice": "", "theme": "dark", "trame__title": "pvphong studio"})
+    server.state.update({"seconds": 20, "width": 1920, "height": 1080})
     with VAppLayout(server, vuetify_config={"defaults": DEFAULTS}, theme=("theme",)):
         client.Style(_STYLE)
-        client.Script(_KEYS)
+        client.Script(_KEYS + _STEPS)
         with v.VAppBar(density="compact", flat=True, border=True):
             v.VAppBarTitle("{{ title }}", classes="text-body-1 font-weight-medium")
             for icon, name, label, click, more in (
@@ -391,8 +402,7 @@ def _colormap() -> None:
                         key=(f"'{end}' + material.number + refusals",),
                         model_value=(SIX_DIGITS.format(f"{shown}.{end}"),),
                         label=end,
-                        type="number",
-                        step="any",
+                        inputmode="decimal",
                         change=f"trigger('set_colormap', [material.number, {given}, {ends}])",
                         **found_by(f"colormap-{end}"),
                     )
@@ -449,20 +459,12 @@ def _accuracy() -> None:
             number_input("accuracy.refine", "refine-tolerance", "largest error")
         html.Div("Report", classes="text-caption mt-3")
         with html.Div(classes="studio-row"):
-            v.VTextField(
-                model_value=("seconds",),
-                update_modelValue="seconds = $event",
-                label="time",
-                suffix="s",
-                type="number",
-                classes="studio-number",
-                **found_by("report-seconds"),
-            )
+            typed_number("seconds", "s", label="time", classes="studio-number", found="report-seconds")
             v.VBtn(
                 "Measure",
                 v_if="!report.running",
                 disabled=("!has_mesh",),
-                click="trigger('report', [Number(seconds)])",
+                click=f"trigger('report', [{typed('seconds')}])",
                 **found_by("report", "Measure what accuracy costs in time"),
             )
             v.VBtn("Cancel", v_if="report.running", click="trigger('cancel_report')", **found_by("cancel-report"))
@@ -512,16 +514,9 @@ def _files() -> None:
             _take("py", "Python", "The script below, as a file")
         with html.Div(classes="studio-row", style="flex-wrap: wrap"):
             for side in ("width", "height"):
-                v.VTextField(
-                    model_value=(f"picture.{side}",),
-                    update_modelValue=f"picture.{side} = $event; flushState('picture')",
-                    label=side,
-                    suffix="px",
-                    type="number",
-                    classes="studio-size",
-                    **found_by(f"picture-{side}"),
-                )
-            size = "?width=' + picture.width + '&height=' + picture.height + '"
+                typed_number(side, "px", classes="studio-size", found=f"picture-{side}")
+            width, height = (f"encodeURIComponent({typed(side)})" for side in ("width", "height"))
+            size = f"?width=' + {width} + '&height=' + {height} + '"
             _take(
                 "png", "picture .png", "What the view shows at the mesh's vertices, of that size, without gizmos", size
             )

@@ -30,7 +30,7 @@ from pvphong.meshes.blocks import DEFAULT, map_blocks
 from pvphong.meshes.default_scene import default_scene
 from pvphong.meshes.files import read, read_texture
 from pvphong.meshes.lit import plan
-from pvphong.meshes.pictures import aim
+from pvphong.meshes.pictures import aim, refuse_size
 from pvphong.meshes.surfaces import shallow_copy, surface
 from pvphong.optics.lights import LIGHT_TYPES
 from pvphong.optics.maps import IMAGES, is_image_path
@@ -44,6 +44,7 @@ from pvphong.studio.subplot import Subplot
 from pvphong.studio.web.access import Access, Messages, upload
 from pvphong.studio.web.document import Document
 from pvphong.studio.web.downloads import EXAMPLES, LIT, Downloads, reading_file
+from pvphong.studio.web.fields import number_in
 from pvphong.studio.web.page import build
 from pvphong.studio.web.report import Measuring, Report
 from pvphong.studio.web.thumbnails import thumbnail
@@ -143,6 +144,7 @@ class Studio:
         return {
             "undo": lambda: None if document.undo() else "nothing to undo",
             "redo": lambda: None if document.redo() else "nothing to redo",
+            "type_number": self.type_number,
             "report": self.measure,
             "cancel_report": self._measuring.cancel,
             "mark_worst": self.mark_worst,
@@ -348,10 +350,10 @@ class Studio:
     async def _give(self, request: web.Request) -> web.StreamResponse:
         """Answer with one of the files that can be downloaded."""
         self.mark_worst(False)
-        width, height = (request.query.get(name, "")[:9] for name in ("width", "height"))
         what, downloads = request.match_info["what"], self.downloads
         try:
-            size = int(width) if width.isdecimal() else 0, int(height) if height.isdecimal() else 0
+            width, height = (request.query.get(name, "0") for name in ("width", "height"))  # which only pictures have
+            size = _whole("width", width), _whole("height", height)
             if what in LIT:
                 await asyncio.to_thread(lambda: downloads.lit)  # which takes long where light bounces
             with self._active():
@@ -386,17 +388,27 @@ class Studio:
         texture = await asyncio.to_thread(read_texture, str(path), field)
         self.document.set_texture(query.get("material", ""), field, texture, name)
 
-    # -- the accuracy report
+    # -- numbers beside the document, and the accuracy report
+
+    def type_number(self, name: Any, given: Any) -> None:
+        """Keep a number that is typed: the report's "seconds", or "width" or "height" of a picture."""
+        state = self.server.state
+        if check.choice("name", name, ("seconds", "width", "height")) == "seconds":
+            state.seconds = _seconds(given)
+            return
+        size = {"width": state.width, "height": state.height} | {name: _whole(name, given)}
+        refuse_size((size["width"], size["height"]))
+        state.update(size)
 
     def measure(self, seconds: Any) -> None:
         """Begin to measure what accuracy costs in time, beside the page.
 
         Parameters
         ----------
-        seconds : float
-            What it may take.
+        seconds : float or str
+            What it may take, as a number or its digits.
         """
-        seconds = check.number("seconds", seconds, at_least=1.0, at_most=600.0)
+        seconds = _seconds(seconds)
         meshes = self._subplot.lit.shown
         if not meshes:
             check.refuse("mesh", "none", "there", "Open one first.")
@@ -541,6 +553,17 @@ class Studio:
         await self._view.handler.close()
         await self._begun()  # before that it could not be stopped
         await self.server.stop()
+
+
+def _seconds(given: Any) -> float:
+    """What a report may take, as it is typed."""
+    return check.number("seconds", number_in("seconds", given), at_least=1.0, at_most=600.0)
+
+
+def _whole(name: str, given: Any) -> int:
+    """A whole number, as it is typed."""
+    number = number_in(name, given)
+    return int(number) if number.is_integer() else check.refuse(name, given, "a whole number")
 
 
 async def _thumbnail(request: web.Request) -> web.StreamResponse:

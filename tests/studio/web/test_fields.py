@@ -163,3 +163,9 @@ def test_a_comma_may_begin_the_fraction(typed, number):
 def test_commas_that_may_be_between_thousands_are_refused(typed):
     with pytest.raises(ValueError, match=rf"^width must be a number without commas between .*; got {typed}\. 1000 and"):
         number_in("width", typed)
+
+
+@pytest.mark.parametrize(("typed", "said"), [("abc", "abc"), ("1.5.2", "1.5.2"), ("", "nothing"), ("  ", "nothing")])
+def test_what_is_no_number_is_refused(typed, said):
+    with pytest.raises(ValueError, match=f"^width must be a number; got {said}\\.$"):
+        number_in("width", typed)

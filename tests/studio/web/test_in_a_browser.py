@@ -60,11 +60,18 @@ class Page:
     def click(self, name, inside=None):
         self.all(name, inside)[0].click()
 
+    def input(self, name, inside=None):
+        return self.all(name, inside)[0].find_element("css selector", "input")
+
+    def typed(self, name, inside=None):
+        """What stands in a field."""
+        return self.input(name, inside).get_property("value")
+
     def type(self, name, text, inside=None):
         """Replace what stands in a field, and press Enter."""
         from selenium.webdriver.common.keys import Keys
 
-        field = self.all(name, inside)[0].find_element("css selector", "input")
+        field = self.input(name, inside)
         field.send_keys(Keys.CONTROL, "a")
         field.send_keys(text, Keys.ENTER)
 
@@ -220,11 +227,101 @@ def test_numbers_names_and_colours_are_typed_and_what_is_refused_is_said(page):
     page.type("intensity", "-3", page.row("sun"))
     page.until(lambda: "intensity must be a finite number >= 0; got -3.0." in page.all("notice")[0].text)
     assert page.light("sun")["intensity"]["value"] == 0.25
-    shown = "return arguments[0].querySelector('input').value"
-    page.until(lambda: page.driver.execute_script(shown, page.all("intensity", page.row("sun"))[0]) == "0.25")
+    page.until(lambda: page.typed("intensity", page.row("sun")) == "0.25")
     for _ in range(3):
         page.click("undo")
     page.until(lambda: page.light("key") and not page.state("can_undo"))
+
+
+NO_NUMBERS = {"1,000": "a number without commas between thousands; got 1,000.", "abc": "a number; got abc."}
+"""What may mean two things, or none, and what is said of it."""
+
+
+def test_numbers_are_taken_as_they_are_typed_or_refused(page):
+    from selenium.webdriver.common.keys import Keys
+
+    key = page.row("key")
+    for typed, said in NO_NUMBERS.items():
+        page.type("intensity", typed, key)
+        page.until(lambda said=said: f"intensity must be {said}" in page.state("notice"))
+        page.until(lambda: page.typed("intensity", key) == "1")
+    assert not page.state("can_undo")
+    for typed, number in (("1,5", 1.5), ("1.25", 1.25), ("1000", 1000.0)):
+        page.type("intensity", typed, key)
+        page.until(lambda number=number: page.light("key")["intensity"]["value"] == number)
+        assert page.typed("intensity", key) == str(number).removesuffix(".0")
+    page.input("intensity", key).send_keys(Keys.ARROW_DOWN, Keys.ARROW_DOWN, Keys.ARROW_UP)
+    page.until(lambda: page.light("key")["intensity"]["value"] == 999.0)
+
+
+def test_numbers_beside_each_other_and_beside_a_switch_are_read_as_text(page):
+    from selenium.webdriver.common.keys import Keys
+
+    def field(css):
+        found = page.driver.find_element("css selector", css)
+        page.driver.execute_script("arguments[0].scrollIntoView({block: 'center'})", found)
+        return found
+
+    def retype(css, text):
+        field(css).send_keys(Keys.CONTROL, "a")
+        field(css).send_keys(text, Keys.ENTER)
+
+    page.click("add-point")
+    before = page.until(lambda: page.light("point")["fields"])
+    position = '[data-field="position"] input'
+    retype(position, "1,000")
+    page.until(lambda: "position must be a number without commas" in page.state("notice"))
+    assert page.light("point")["fields"] == before
+    page.until(lambda: field(position).get_property("value") not in ("", "1,000"))
+    retype(position, "0,5")
+    page.until(lambda: page.light("point")["fields"] != before)
+    assert next(entry for entry in page.light("point")["fields"] if entry["name"] == "position")["value"][0] == 0.5
+
+    def occlusion():
+        return next(entry for entry in page.state("model") if entry["name"] == "ambient_occlusion")
+
+    page.trigger("edit", "model.ambient_occlusion", True)
+    within = '#panel-scene [data-field="ambient_occlusion"] input[inputmode=decimal]'
+    page.until(lambda: page.driver.find_elements("css selector", within))
+    retype(within, "abc")
+    page.until(lambda: "ambient_occlusion must be a number; got abc." in page.state("notice"))
+    retype(within, "1,5")
+    page.until(lambda: occlusion()["number"] == 1.5)
+    retype(within, " ")
+    page.until(lambda: occlusion()["number"] is None and occlusion()["value"])
+
+
+@pytest.mark.parametrize(
+    ("field", "name", "before"),
+    [("report-seconds", "seconds", 20), ("picture-width", "width", 1920), ("picture-height", "height", 1080)],
+)
+def test_numbers_beside_the_document_are_put_back_when_they_are_refused(page, field, name, before):
+    for typed, said in {**NO_NUMBERS, "0": "", "": "a number; got nothing."}.items():
+        page.type(field, typed) if typed else page.input(field).send_keys("\ue009a\ue000\ue003\ue007")
+        page.until(lambda said=said: f"{name} must be {said}" in page.state("notice"))
+        page.until(lambda: page.typed(field) == str(before))
+    page.type(field, "30,0")
+    page.until(lambda: page.state(name) == 30)
+    page.until(lambda: page.typed(field) == "30")
+    page.trigger("type_number", name, before)
+    page.until(lambda: page.typed(field) == str(before))
+
+
+def test_no_picture_is_made_and_no_report_begun_of_a_number_that_is_none(page):
+    fetched = "return fetch(arguments[0]).then(async (answer) => [answer.status, await answer.text()])"
+    for size in (
+        "width=1,000&height=20",
+        "width=40&height=abc",
+        "width=40.5&height=20",
+        "width=40",
+        "width=0&height=1",
+    ):
+        status, said = page.driver.execute_script(fetched, f"take/png?{size}")
+        assert status == 400
+        assert " must be a" in said
+    page.trigger("report", "1,000")
+    page.until(lambda: "seconds must be a number without commas" in page.state("notice"))
+    assert not page.state("report")["running"]
 
 
 def test_a_slider_is_moved_as_one_step(page):
