@@ -3,8 +3,9 @@
 A new kind is its own file beside these and one entry in `LIGHT_TYPES`; then its name and place in
 `pvphong/__init__.py`, a row in the README, and a strategy in `tests/strategies.py`, with which all tests of laws take
 it. One with a size gives its `nodes`; with a `closed` form it is exact, with `sampling` rays reach it, for soft shadows
-and `truth`. `aimed.py` has what lights with a direction share, `sized.py` what those with a size do; `conversion.py`
-has lights in other notations, as VTK's. Which cheaper light may replace one is `pvphong/shading/plan/lights.py`'s.
+and `truth`; `tests/rays/test_paths.py` has one of each kind. `aimed.py` has what lights with a direction share,
+`sized.py` what those with a size do; `conversion.py` has lights in other notations: a kind without `nodes` says there
+what VTK draws in its place. Which cheaper light may replace one is `pvphong/shading/plan/lights.py`'s.
 """
 
 from __future__ import annotations

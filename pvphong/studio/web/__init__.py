@@ -13,6 +13,9 @@ Read in this order:
 9. `studio`: all of these put together, and the server.
 10. `serving`: in a loop of its own, or in a notebook's.
 
+An edit goes from `inputs` by `access` and `studio` to `document`, which asks `fields` for the value and sets it in
+`window_lights`, in `lit_mesh`, or in `plotter.phong`; then the lit meshes are brought up to date as after any change.
+
 All but `inputs`, `page`, `access`, `studio` and `serving` know nothing of a server.
 """
 
