@@ -24,7 +24,7 @@ from common import apart, in_turns, mark, measured_scene, show, textbook, vertic
 from pvphong import DirectionalLight, LightModel, Material, Scene, SpotLight, evaluate
 from pvphong.base import formulas
 from pvphong.base.vectors import dot
-from pvphong.optics import light, reflectance
+from pvphong.optics import light
 from pvphong.optics.attenuation import attenuate
 from pvphong.optics.light import Arrival
 from pvphong.optics.reflectances import BlinnPhong, Phong
@@ -89,7 +89,7 @@ def naive_formulas(real=np.float64):
     replaced = [
         (Phong, "peak", Phong.peak._replace(square=mirror_cosine)),
         (BlinnPhong, "peak", BlinnPhong.peak._replace(square=halfway_cosine)),
-        (reflectance, "chord_power", power),
+        (reference, "chord_power", power),
         (reference, "moderate", naive_moderate),
         (reference, "towards", naive_towards),
         (reference, "columns", lambda rows: rows.T.astype(real, order="C")),
