@@ -6,9 +6,9 @@ crash in a library: one line on the error output says which. Ctrl-C gives 130, a
 141, as shells have it.
 
 In the order in which to read it: `supervisor` (a parent process, which turns a crash of its child into one line), `app`
-(the commands put together, and `compile`), `options` (what several commands take, what they read, and what is shown
-while they work), then the commands `shade`, `reports` (`plan`, `validate`, `tradeoff`, `diagnose`), `view`, `studio`
-and `demo`, all of which call `mesh.phong` or `plotter.phong`.
+(the commands put together, each imported when it is called), `options` (what several commands take, what they read,
+and what is shown while they work), then the commands `shade`, `reports` (`plan`, `validate`, `tradeoff`, `diagnose`),
+`view`, `studio` and `demo`, all of which call `mesh.phong` or `plotter.phong`, and `compile`.
 """
 
 from pvphong.cli.supervisor import main

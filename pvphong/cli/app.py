@@ -1,4 +1,4 @@
-"""The commands put together, the exit status and the line for each of their errors; and `pvphong compile`."""
+"""The commands put together, the exit status and the line for each of their errors."""
 
 from __future__ import annotations
 
@@ -6,54 +6,54 @@ import itertools
 import os
 import re
 import sys
-import time
 import traceback
 from collections.abc import Sequence
 from importlib.metadata import version
 from inspect import signature
+from typing import Any
 
 from cyclopts import App, CycloptsError
-from rich.console import Console
-from rich.progress import Progress
 
 from pvphong.base.processes import VERBOSE
-from pvphong.cli.demo import demo
-from pvphong.cli.reports import diagnose, plan, tradeoff, validate
-from pvphong.cli.shade import shade
-from pvphong.cli.studio import studio
-from pvphong.cli.view import view
-from pvphong.rays.casting import ray_backend
-from pvphong.shading import kernel
-
-
-def compile_code() -> int:
-    """Compile the fast evaluator in advance, once per installation; it says what is in the way if that cannot be done.
-
-    Without this, the first large mesh is lit by NumPy, while another process compiles. It also says what casts rays
-    here, and why nothing faster does.
-    """
-    began, console = time.perf_counter(), Console(stderr=True)
-    with Progress(console=console, transient=True, disable=not console.is_terminal) as progress:
-        task = progress.add_task("compiling", total=None)
-        try:
-            folder = kernel.compile_all(
-                lambda name, done, total: progress.update(task, description=name, completed=done, total=total)
-            )
-        except kernel.CannotCompile as reason:
-            print("error:", reason, file=sys.stderr)
-            return 1
-        finally:
-            progress.stop()
-            backend, why_no_faster = ray_backend()
-            print(f"rays are cast by {backend.title}" + (f": {why_no_faster}" if why_no_faster else ""))
-    print(f"compiled in {time.perf_counter() - began:.0f} s, kept in {folder}")
-    return 0
-
 
 _COMMANDS = {
-    **{command.__name__: command for command in (demo, shade, view, studio, plan, validate, tradeoff, diagnose)},
-    "compile": compile_code,
+    "demo": (
+        "demo:demo",
+        "Light PyVista's bundled airplane; leave the mesh, a picture, the rig and a report in a folder.",
+    ),
+    "shade": (
+        "shade:shade",
+        "Light a mesh; write it with its colours, or write a picture of it. Or light many meshes into a folder.",
+    ),
+    "view": ("view:view", "Show a lit mesh in a window, with gizmos to place its lights; the key h lists the keys."),
+    "studio": (
+        "studio:studio",
+        "Light a mesh in the browser: its lights, material and scene in panels, gizmos in its view; Ctrl-C ends it.",
+    ),
+    "plan": (
+        "reports:plan",
+        "Say which effects a scene calls for on a mesh and which are left out; with --verbose, why.",
+    ),
+    "validate": (
+        "reports:validate",
+        "Compare the lit colours with those of VTK's own shader; the exit status is 1 if they are too far apart.",
+    ),
+    "tradeoff": (
+        "reports:tradeoff",
+        "Measure what accuracy costs in time on a mesh: evaluators, simpler light models, refined meshes, VTK.",
+    ),
+    "diagnose": (
+        "reports:diagnose",
+        "Say what in a mesh will not light as it should; the exit status is 1 if anything spoils the lighting.",
+    ),
+    "compile": (
+        "compile:compile_code",
+        "Compile the fast evaluator in advance, once per installation; "
+        "it says what is in the way if that cannot be done.",
+    ),
 }
+"""Name → where the command is, and what it does: loading them all takes a second, which --help is not to wait for."""
+
 app = App(
     name="pvphong",
     help="Phong lighting of meshes as data: lit colours as arrays, in files and in pictures.",
@@ -61,8 +61,8 @@ app = App(
     version=version("pvphong"),
     suppress_keyboard_interrupt=False,
 )
-for name, command in _COMMANDS.items():
-    app.command(command, name=name)
+for name, (place, does) in _COMMANDS.items():
+    app.command(f"{__package__}.{place}", name=name, help=does)
 
 
 _SHORT = {"-o": "--output"}
@@ -84,12 +84,19 @@ def _in_its_words(reason: str, words: Sequence[str]) -> str:
     return reason
 
 
+def _function(command: str) -> Any:
+    """What a command runs, imported now, so that all of its own text is its help."""
+    found = app[command]
+    found.help = None
+    return found.default_command
+
+
 def main(tokens: Sequence[str] | None = None) -> int:
     """Run the command line in this process and give the exit status."""
     words = list(sys.argv[1:] if tokens is None else tokens)
     is_verbose = VERBOSE in words
-    command = next((_COMMANDS.get(word) for word in words if not word.startswith("-")), None)
-    if command is None or "verbose" not in signature(command).parameters:
+    command = next((word for word in words if not word.startswith("-")), "")
+    if command not in _COMMANDS or "verbose" not in signature(_function(command)).parameters:
         words = [word for word in words if word != VERBOSE]  # the supervisor has seen it
     try:
         status = app(words, exit_on_error=False, print_error=False, result_action="return_value") or 0

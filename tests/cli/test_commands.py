@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import pyvista as pv
+from apart import run_apart
 
 import pvphong as ph
 from pvphong.cli.app import app, main
@@ -335,3 +336,21 @@ def test_demo_leaves_a_lit_mesh_a_picture_the_rig_and_a_report_and_can_be_repeat
     assert all(str(path) in out for path in folder.iterdir())
     assert run("demo --folder new/demo") == run("demo") == 0
     assert len(list(Path("pvphong-demo").iterdir())) == 4
+
+
+def test_help_names_all_commands_as_they_name_themselves_and_loads_none_of_them():
+    code = """
+import sys
+from pvphong.cli.app import _COMMANDS, _function, main
+assert main(["--help"]) == 0
+heavy = [name for name in ("numpy", "pyvista", "vtkmodules", "matplotlib") if name in sys.modules]
+assert not heavy, heavy
+for name, (_, does) in _COMMANDS.items():
+    assert " ".join(_function(name).__doc__.split("\\n\\n")[0].split()) == does, name
+"""
+    assert "Light a mesh; write it with its colours" in run_apart(code)
+
+
+def test_help_of_a_command_is_all_that_it_says(capsys):
+    assert main(["shade", "--help"]) == 0
+    assert "Many files are lit by several processes" in " ".join(capsys.readouterr().out.split())

@@ -1,0 +1,36 @@
+"""`pvphong compile`: compiled code made in advance."""
+
+from __future__ import annotations
+
+import sys
+import time
+
+from rich.console import Console
+from rich.progress import Progress
+
+from pvphong.rays.casting import ray_backend
+from pvphong.shading import kernel
+
+
+def compile_code() -> int:
+    """Compile the fast evaluator in advance, once per installation; it says what is in the way if that cannot be done.
+
+    Without this, the first large mesh is lit by NumPy, while another process compiles. It also says what casts rays
+    here, and why nothing faster does.
+    """
+    began, console = time.perf_counter(), Console(stderr=True)
+    with Progress(console=console, transient=True, disable=not console.is_terminal) as progress:
+        task = progress.add_task("compiling", total=None)
+        try:
+            folder = kernel.compile_all(
+                lambda name, done, total: progress.update(task, description=name, completed=done, total=total)
+            )
+        except kernel.CannotCompile as reason:
+            print("error:", reason, file=sys.stderr)
+            return 1
+        finally:
+            progress.stop()
+            backend, why_no_faster = ray_backend()
+            print(f"rays are cast by {backend.title}" + (f": {why_no_faster}" if why_no_faster else ""))
+    print(f"compiled in {time.perf_counter() - began:.0f} s, kept in {folder}")
+    return 0
