@@ -15,7 +15,7 @@ from typing import Any, Literal, get_args
 import numpy as np
 import pyvista as pv
 
-from pvphong.base import check
+from pvphong.base import check, threads
 from pvphong.base.color import xyz_from_rgb
 from pvphong.base.files import written_aside
 from pvphong.meshes.blocks import leaves
@@ -30,6 +30,7 @@ HEADLESS_PACKAGES = "libegl1 libgl1-mesa-dri libx11-6"
 WITHOUT_DISPLAY = ("vtkEGLRenderWindow", "vtkOSOpenGLRenderWindow")
 """VTK's windows that nobody sees."""
 
+_AT_ONCE = 2**14  # colours that are converted at once: they stay in the caches
 _LARGEST = 8192  # pixels; drivers end at 8192 or 16384
 _CHOICE = "VTK_DEFAULT_OPENGL_WINDOW"
 
@@ -350,9 +351,15 @@ def color_view(mesh: pv.DataSet, space: ColorSpace, *, name: str = "phong") -> p
     else:  # hue and saturation of colours above 1 are those of the same colour at full brightness
         from matplotlib.colors import rgb_to_hsv
 
-        above = np.maximum(colors.max(axis=1, keepdims=True), colors.dtype.type(1.0))
-        converted = rgb_to_hsv(colors / above)
-        converted[:, 2:] *= above
+        converted = np.empty_like(colors)
+
+        def convert(first: int, last: int) -> None:
+            some, into = colors[first:last], converted[first:last]
+            above = np.maximum(some.max(axis=1, keepdims=True), some.dtype.type(1.0))
+            into[:] = rgb_to_hsv(some / above)
+            into[:, 2:] *= above
+
+        threads.run(convert, len(colors), _AT_ONCE)
     result = shallow_copy(source)
     result.point_data[f"{name}_{space}"] = converted
     result.set_active_scalars(f"{name}_{space}", preference="point")

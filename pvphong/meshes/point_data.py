@@ -10,7 +10,7 @@ import pyvista as pv
 from numpy.typing import NDArray
 from vtkmodules.util.numpy_support import vtk_to_numpy
 
-from pvphong.base import check, host
+from pvphong.base import check, host, threads
 from pvphong.base.color import linear_from_srgb
 from pvphong.base.processes import reading
 from pvphong.base.types import ByteArray, Float64Array, FloatArray, IntArray
@@ -307,28 +307,37 @@ def texture_colors(texture: Any, source: pv.PolyData, name: str = "albedo") -> F
     if coordinates is None:
         allowed = "an array, its name, or a texture for a mesh with texture coordinates"
         check.refuse(name, "a texture for a mesh without them", allowed, _TO_COORDINATES)
-    texels, wrap = _texels(texture, name), int(texture.GetWrap())
-    border, is_encoded = np.array(texture.GetBorderColor()[:3]), bool(texture.GetUseSRGBColorSpace())
-    if texels.dtype == np.uint8:
-        steps = np.arange(256) / 255.0
-        table = linear_from_srgb(steps) if is_encoded else steps
-    result = np.zeros((source.n_points, 3))
-    for start in range(0, source.n_points, _AT_ONCE):
-        uv = coordinates[start : start + _AT_ONCE].astype(np.float64)
+    planes, wrap = _planes(texture, name), int(texture.GetWrap())
+    border, is_encoded = texture.GetBorderColor(), bool(texture.GetUseSRGBColorSpace())
+    (_, height, width), is_bytes = planes.shape, planes.dtype == np.uint8
+    flat = planes.reshape(len(planes), -1)
+    rows, columns = _texel_numbers(height, wrap), _texel_numbers(width, wrap)
+    steps = np.arange(256) / 255.0
+    table = linear_from_srgb(steps) if is_encoded else steps
+    result = np.empty((source.n_points, 3))
+
+    def look_up(first: int, last: int) -> None:
+        uv = coordinates[first:last].astype(np.float64)
         is_there = np.isfinite(uv).all(axis=1)
         u, v = np.where(is_there, uv.T, 0.0)
-        total = result[start : start + _AT_ONCE]
-        for row, part in _neighbours(v, texels.shape[0], wrap):
-            for column, share in _neighbours(u, texels.shape[1], wrap):
-                colors = texels[row, column]
-                if texels.dtype == np.uint8:
-                    colors = np.take(table, colors)
-                elif is_encoded:
-                    colors = linear_from_srgb(colors.astype(np.float64))
-                if wrap == _BORDER:
-                    colors = np.where(((row >= 0) & (column >= 0))[:, None], colors, border)
-                total += (part * share)[:, None] * colors
-        total[~is_there] = np.nan
+        total = np.zeros((3, last - first))
+        for row, part in _neighbours(v, rows, wrap):
+            for column, share in _neighbours(u, columns, wrap):
+                texel, weight = row * width + column, part * share
+                is_beyond = (row < 0) | (column < 0) if wrap == _BORDER else None
+                for channel, sum_of_channel in enumerate(total):
+                    values: Any = np.take(flat[channel % len(flat)], texel, mode="wrap")
+                    if is_bytes:
+                        values = np.take(table, values)
+                    elif is_encoded:
+                        values = linear_from_srgb(values.astype(np.float64))
+                    if is_beyond is not None:
+                        values = np.where(is_beyond, border[channel], values)
+                    sum_of_channel += weight * values
+        total[:, ~is_there] = np.nan
+        result[first:last] = total.T
+
+    threads.run(look_up, source.n_points, _AT_ONCE)
     return result
 
 
@@ -343,8 +352,8 @@ def _coordinates(source: pv.PolyData) -> FloatArray | None:
     return None if found is None or found.ndim != 2 or found.shape[1] < 2 else np.asarray(found)[:, :2]
 
 
-def _texels(texture: Any, name: str) -> NDArray[Any]:
-    """Shape (height, width, 1 or 3): from below to above."""
+def _planes(texture: Any, name: str) -> NDArray[Any]:
+    """A texture's texels, shape (1 or 3, height, width): from below to above."""
     image = texture.GetInput()
     scalars = None if image is None else image.GetPointData().GetScalars()
     if texture.GetCubeMap() or scalars is None or image.GetDimensions()[2] != 1:
@@ -358,12 +367,17 @@ def _texels(texture: Any, name: str) -> NDArray[Any]:
         check.refuse(name, f"a texture of {values.dtype}", "a texture of uint8 or floats", remedy)
     width, height, _ = image.GetDimensions()
     texels = values.reshape(height, width, -1)
-    return texels[..., :3] if texels.shape[2] > 2 else texels[..., :1]
+    return np.ascontiguousarray(texels[..., : 3 if texels.shape[2] > 2 else 1].transpose(2, 0, 1))
 
 
-def _neighbours(place: Float64Array, size: int, wrap: int) -> list[tuple[IntArray, Float64Array]]:
-    """The texels before and behind places along an axis, by their numbers, and weights; −1 is the border."""
-    numbers = np.pad(np.arange(1, size + 1), (1, 2), _BEYOND[wrap]) - 1  # it pads with 0
+def _texel_numbers(size: int, wrap: int) -> IntArray:
+    """The texels along an axis by their numbers, with one before and two behind it; −1 is the border."""
+    return np.pad(np.arange(1, size + 1), (1, 2), _BEYOND[wrap]) - 1  # it pads with 0
+
+
+def _neighbours(place: Float64Array, numbers: IntArray, wrap: int) -> list[tuple[IntArray, Float64Array]]:
+    """The texels before and behind places along an axis, by their numbers, and weights."""
+    size = len(numbers) - 3
     if wrap == _REPEAT:
         place = place % 1.0
     elif wrap == _MIRROR:
