@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from pvphong.base.types import Float64Array, FloatArray, IntArray
-from pvphong.geometry.normals import Faces
+from pvphong.geometry.normals import FaceBlock, Faces
 
 MISFIT = 22.5
 """Degrees between a stored normal and the faces from which it is off them.
@@ -38,19 +38,36 @@ class NormalsFit(NamedTuple):
     beyond_60: float
 
 
-def areas_of(faces: Faces) -> tuple[Float64Array, Float64Array]:
-    """The areas of faces, in units of their own that do not overflow, and of them what belongs to each point.
+class Areas:
+    """The areas of faces as they are found, block by block."""
 
-    A face shares its area evenly among its corners.
-    """
-    areas = np.zeros(faces.count)
-    exponents = [block.exponents.max(initial=0) for block in faces.blocks()]
-    for block in faces.blocks():
-        twice = np.sqrt(np.square(block.area_vectors()).sum(axis=0))
-        areas[block.faces] = np.ldexp(twice / 2.0, 2 * (block.exponents - max(exponents)))
-    weights: Float64Array = np.zeros(faces.n_points)
-    np.add.at(weights, faces.connectivity, np.repeat(areas / np.maximum(faces.sizes, 1), faces.sizes))
-    return areas, weights
+    def __init__(self, faces: Faces) -> None:
+        self._found, self._exponents = np.zeros(faces.count), np.zeros(faces.count, np.int32)
+
+    def put(self, block: FaceBlock, areas: Float64Array) -> None:
+        """Those of a block, in units of 2**(2 * exponents)."""
+        self._found[block.faces], self._exponents[block.faces] = areas, block.exponents
+
+    @property
+    def in_one_unit(self) -> Float64Array:
+        """All of them, in a unit of their own in which none overflows."""
+        if not self._exponents.any():
+            return self._found
+        found: Float64Array = np.ldexp(self._found, 2 * (self._exponents - self._exponents.max()))
+        return found
+
+
+def areas_of(faces: Faces) -> Float64Array:
+    """The areas of faces, in a unit of their own in which none overflows."""
+    areas = Areas(faces)
+    faces.in_blocks(lambda block: areas.put(block, np.sqrt(np.square(block.area_vectors()).sum(axis=0)) / 2.0))
+    return areas.in_one_unit
+
+
+def weights_of(faces: Faces, areas: Float64Array) -> Float64Array:
+    """What of the area belongs to each point: a face shares it evenly among its corners."""
+    shares = np.repeat(areas / np.maximum(faces.sizes, 1), faces.sizes)
+    return np.bincount(faces.connectivity, shares, faces.n_points).astype(np.float64, copy=False)
 
 
 def fit_of(stored: FloatArray, computed: Float64Array, weights: Float64Array) -> tuple[NormalsFit | None, IntArray]:
@@ -60,10 +77,11 @@ def fit_of(stored: FloatArray, computed: Float64Array, weights: Float64Array) ->
     """
     wide = stored.astype(np.float64)
     with np.errstate(all="ignore"):
-        wide = wide / np.abs(wide).max(axis=1, keepdims=True)  # so that squares can be taken
-        wide /= np.linalg.norm(wide, axis=1, keepdims=True)
+        x, y, z = np.abs(wide.T)
+        wide = wide / np.maximum(np.maximum(x, y), z)[:, None]  # so that squares can be taken
+        wide /= np.sqrt(np.einsum("ij,ij->i", wide, wide))[:, None]
         cosines = np.einsum("ij,ij->i", wide, computed)
-    known = np.flatnonzero(np.isfinite(cosines) & computed.any(axis=1) & (weights > 0.0))
+    known = np.flatnonzero(np.isfinite(cosines) & np.logical_or.reduce(computed.T != 0.0) & (weights > 0.0))
     if not len(known):
         return None, known
     angles, shares = np.degrees(np.arccos(np.clip(cosines[known], -1.0, 1.0))), weights[known] / weights[known].sum()

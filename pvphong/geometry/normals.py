@@ -10,14 +10,15 @@ points; tangents.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from functools import cached_property
 from typing import get_args
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from pvphong.base import check
+from pvphong.base import check, threads
 from pvphong.base.types import Float64Array, IntArray, Weighting
 from pvphong.base.vectors import columns, cross, dot, unit
 
@@ -139,12 +140,27 @@ class Faces:
 
     def blocks(self) -> Iterator[FaceBlock]:
         """Blocks of faces with equally many corners; faces with fewer than 3 are in none."""
+        for size, alike, step in self._of_equal_size():
+            for start in range(0, len(alike), step):
+                yield self._block(alike[start : start + step], size)
+
+    def in_blocks(self, work: Callable[[FaceBlock], object]) -> None:
+        """Call `work` with each of the blocks, on all cores and in any order."""
+        for size, alike, step in self._of_equal_size():
+            threads.run(lambda first, last: work(self._block(alike[first:last], size)), len(alike), step)  # noqa: B023
+
+    @cached_property
+    def are_triangles(self) -> bool:
+        """Whether all of them are triangles."""
+        return bool((self.sizes == 3).all())
+
+    def _of_equal_size(self) -> Iterator[tuple[int, IntArray, int]]:
+        """A number of corners from 3, the faces that have it, and how many of them are looked at together."""
         are_alike = self.count > 0 and bool((self.sizes == self.sizes[0]).all())
         for size in self.sizes[:1].tolist() if are_alike else np.unique(self.sizes).tolist():
-            alike = np.arange(self.count) if are_alike else np.flatnonzero(self.sizes == size)
-            step = max(_BLOCK_CORNERS // max(size, 1), 1)
-            for start in range(0, len(alike) if size >= 3 else 0, step):
-                yield self._block(alike[start : start + step], size)
+            if size >= 3:
+                alike = np.arange(self.count) if are_alike else np.flatnonzero(self.sizes == size)
+                yield size, alike, max(_BLOCK_CORNERS // size, 1)
 
     def _block(self, faces: IntArray, size: int) -> FaceBlock:
         if faces[-1] - faces[0] == len(faces) - 1:  # they follow one another

@@ -19,7 +19,7 @@ from vtkmodules.util.numpy_support import vtk_to_numpy
 
 from pvphong.base.types import BoolArray, Float64Array, FloatArray, MatrixLike
 from pvphong.base.vectors import cross, dot
-from pvphong.geometry.fit import MISFIT, areas_of, fit_of
+from pvphong.geometry.fit import MISFIT, areas_of, fit_of, weights_of
 from pvphong.geometry.normals import Faces
 from pvphong.meshes.surfaces import unchecked_polygons, vertex_normals
 from pvphong.optics.material import Material
@@ -186,7 +186,8 @@ def _seem_misfits(source: pv.PolyData) -> bool:
 
 def _are_misfits(source: pv.PolyData) -> bool:
     """Whether stored normals are off those that all faces give, on average."""
-    _, weights = areas_of(Faces(source.points, *unchecked_polygons(source)))
+    faces = Faces(source.points, *unchecked_polygons(source))
+    weights = weights_of(faces, areas_of(faces))
     fit, _ = fit_of(np.asarray(source.point_data.active_normals), vertex_normals(source), weights)
     return fit is not None and fit.mean > MISFIT
 

@@ -182,7 +182,17 @@ def vertex_normals(mesh: pv.DataSet, weighting: Weighting = "angle", *, backend:
     check.choice("weighting", weighting, get_args(Weighting))
     kernel.check_backend(backend)
     source = _with_faces(mesh)
-    points, (connectivity, offsets) = check.array("points", source.points), unchecked_polygons(source)
+    return weighted_normals(check.array("points", source.points), *unchecked_polygons(source), weighting, backend)
+
+
+def weighted_normals(
+    points: FloatArray,
+    connectivity: Any,
+    offsets: Any,
+    weighting: Weighting = "angle",
+    backend: Backend = "auto",
+) -> Float64Array:
+    """`pvphong.geometry.normals.point_normals`, by compiled code where `vertex_normals` says so."""
     waits = backend == "numba"
     if waits or (backend == "auto" and len(connectivity) >= _WORTH_LOADING):
         found = kernel.point_normals(points, connectivity, offsets, weighting, waits=waits)

@@ -11,7 +11,7 @@ brightest, and at creases, where colours bend or jump. Places are barycentric co
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, replace
 from itertools import chain, pairwise
 from typing import NamedTuple, Protocol, cast
@@ -32,8 +32,8 @@ from pvphong.shading.plan.plan import Plan
 from pvphong.shading.vertices import Vertices
 from pvphong.shading.visibility import VisibilityLike, checked_visibility
 
-# Samples that are held in memory at a time.
-_SAMPLES = 2**18
+# Samples that a thread looks at together: what is known of them stays in the processor's caches.
+_SAMPLES = 2**15
 # Places from which a thread casts rays at a time: what is known of them stays in the processor's caches.
 _PLACES_AT_ONCE = 2**14
 
@@ -600,10 +600,13 @@ _LARGE = 1.0 / 255.0
 def first_errors(vertices: LitVertices, corners: IntArray) -> Float64Array:
     """Largest error (m,) of triangles (m, 3) at middles of sides, centroids, and where colours peak, bend or jump."""
     result = pattern_errors(_FIRST, vertices, corners)
-    for part in _at_once(len(corners), 8):
+
+    def look(part: slice) -> None:
         there = vertices, corners[part]
         rows, _, errors = _worst(chain(_peaks(*there), _creases(*there)), *there)
         result[part][rows] = np.maximum(result[part][rows], errors)
+
+    _in_parts(look, len(corners), 8)
     return result
 
 
@@ -639,7 +642,8 @@ def jumps(vertices: LitVertices, corners: IntArray) -> tuple[Float64Array, Float
     that keeps more of the difference, again and again. What is left of the difference is a jump.
     """
     steps, errors = np.zeros((2, len(corners)))
-    for part in _at_once(len(corners), len(_ALL)):
+
+    def look(part: slice) -> None:
         some = corners[part]
         at_samples = _errors_at(vertices, some, _ALL)
         near = _ALL[at_samples.argmax(axis=1)]
@@ -661,14 +665,19 @@ def jumps(vertices: LitVertices, corners: IntArray) -> tuple[Float64Array, Float
             noise = _lit_inside(vertices, some, np.stack([near, far], axis=1))[1].sum(axis=1)
             steps[part] = np.maximum(steps[part] - _SURE * noise, 0.0)
         errors[part] = _errors_at(vertices, some, np.stack([near, far], axis=1)).max(axis=1)
+
+    _in_parts(look, len(corners), len(_ALL))
     return steps, errors
 
 
 def pattern_errors(pattern: Float64Array, vertices: LitVertices, corners: IntArray) -> Float64Array:
     """Largest error (m,) at places (s, 3) that are the same for all triangles."""
     result = np.zeros(len(corners))
-    for part in _at_once(len(corners), len(pattern)):
+
+    def look(part: slice) -> None:
         result[part] = _errors_at(vertices, corners[part], pattern).max(axis=1)
+
+    _in_parts(look, len(corners), len(pattern))
     return result
 
 
@@ -685,7 +694,12 @@ def _worst(
     return rows[last], weights[last], errors[last]
 
 
-def _at_once(triangles: int, samples: int) -> Iterator[slice]:
-    """Parts of so many triangles that their samples fit into memory."""
-    step = _SAMPLES // samples
-    return (slice(start, start + step) for start in range(0, triangles, step))
+def _in_parts(look: Callable[[slice], None], triangles: int, samples: int) -> None:
+    """Look at so many triangles with so many samples each, part after part, on all cores."""
+    ignored = np.geterr()  # a thread begins with its own
+
+    def work(first: int, last: int) -> None:
+        with np.errstate(**ignored):
+            look(slice(first, last))
+
+    threads.run(work, triangles, _SAMPLES // samples)

@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pvphong.base.types import BoolArray, Float64Array, FloatArray, IntArray, MatrixLike, Vector
-from pvphong.geometry.normals import Faces
+from pvphong.geometry.fit import Areas
+from pvphong.geometry.normals import FaceBlock, Faces
 from pvphong.geometry.transform import affine_matrix, common_integers
 
 # A normal is uncertain where the rounding of its corners may turn it further (radians): by Lambert's law
@@ -33,6 +34,8 @@ class FaceChecks(NamedTuple):
         The coordinates' rounding blurs the normal wherever the face lies.
     folded : ndarray
         Without an area and with a corner that comes twice: its edges say nothing about its neighbours.
+    areas : ndarray
+        Those of all faces, in units of their own that do not overflow.
     offset : tuple of 3 floats or None
         The middle of the mesh, as few digits as keep it within a tenth of the mesh's size, where no face would be far
         if that lay at the origin; None where no face is far, or some would still be.
@@ -42,6 +45,7 @@ class FaceChecks(NamedTuple):
     far: IntArray
     thin: IntArray
     folded: IntArray
+    areas: Float64Array
     offset: Vector | None
 
 
@@ -61,20 +65,23 @@ def check_faces(points: FloatArray, faces: Faces) -> FaceChecks:
     step = float(np.finfo(points.dtype).eps)
 
     small = np.flatnonzero(faces.sizes < 3)
-    degenerate, far, thin, folded, one_offset_helps = [small], [], [], [small], True
-    with np.errstate(all="ignore"):
-        for block in faces.blocks():
-            areas = block.area_vectors()
+    degenerate, far, thin, folded, centred_too = [small], list[IntArray](), list[IntArray](), [small], list[IntArray]()
+    areas = Areas(faces)
+
+    def look(block: FaceBlock) -> None:
+        with np.errstate(all="ignore"):  # which a thread has of its own
+            vectors = block.area_vectors()
+            twice = np.sqrt(np.square(vectors).sum(axis=0))
+            areas.put(block, twice / 2.0)
             usable = finite[block.corners.T].all(axis=0)
-            flat = ~areas.any(axis=0)
-            corners = np.sort(block.corners, axis=1)
-            repeated = (corners[:, 1:] == corners[:, :-1]).any(axis=1)
+            flat = ~vectors.any(axis=0)
+            repeated = _has_twice(block.corners)
             degenerate.append(block.faces[usable & (flat | repeated)])
             folded.append(block.faces[(flat | ~usable) & repeated])
 
             longest = np.sqrt(np.square(block.edges).sum(axis=0).max(axis=0))
             # Twice the area over the base, in units of 2**exponents.
-            height = np.sqrt(np.square(areas).sum(axis=0)) / longest
+            height = twice / longest
             collapsed = ~(height > 0)
             height[collapsed] = np.ldexp(typical, -block.exponents[collapsed])
             as_it_lies, about_the_middle = (
@@ -87,16 +94,17 @@ def check_faces(points: FloatArray, faces: Faces) -> FaceChecks:
             )
             usable &= ~repeated
             is_far = usable & here & ~own
-            one_offset_helps &= not (is_far & centred).any()
+            centred_too.append(block.faces[is_far & centred])
             far.append(block.faces[is_far])
             thin.append(block.faces[usable & ~flat & own])
 
+    faces.in_blocks(look)
     nothing = np.empty(0, np.intp)
     all_degenerate, all_far, all_thin, all_folded = (
         np.sort(np.concatenate([nothing, *parts])) for parts in (degenerate, far, thin, folded)
     )
     offset = None
-    if len(all_far) and one_offset_helps:
+    if len(all_far) and not any(map(len, centred_too)):
         with np.errstate(over="ignore"):
             edge = float((high - low).max())
         if 0 < edge < math.inf:
@@ -104,7 +112,7 @@ def check_faces(points: FloatArray, faces: Faces) -> FaceChecks:
             middle = np.array([round(value, digits) for value in middle.tolist()])
         x, y, z = middle.tolist()
         offset = x, y, z
-    return FaceChecks(all_degenerate, all_far, all_thin, all_folded, offset)
+    return FaceChecks(all_degenerate, all_far, all_thin, all_folded, areas.in_one_unit, offset)
 
 
 def finite_rows(points: NDArray[Any]) -> BoolArray:
@@ -121,36 +129,90 @@ def _largest(points: Float64Array) -> Float64Array:
     return rows
 
 
+def _has_twice(corners: IntArray) -> BoolArray:
+    """Which faces (m, k) have a corner twice."""
+    if corners.shape[1] == 3:
+        a, b, c = corners.T
+        return np.asarray((a == b) | (b == c) | (a == c))
+    ordered = np.sort(corners, axis=1)
+    return np.asarray((ordered[:, 1:] == ordered[:, :-1]).any(axis=1))
+
+
 def first_alike(rows: NDArray[Any]) -> IntArray:
-    """For each row the lowest index of one that equals it; a NaN equals nothing."""
-    order = np.lexsort(rows.T)  # stable: equal rows stay in the order of their indices
+    """For each row the lowest index of one that equals it; a NaN equals nothing.
+
+    Rows are put in the order of one number for each, which equal ones share: that takes a fifth of sorting them by all
+    of their entries, which is done where others share it too.
+    """
+    numbers = _mixed(rows)
+    order = np.argsort(numbers)
+    shared = numbers[order[1:]] == numbers[order[:-1]]
+    first = np.arange(len(rows))
+    if not shared.any():
+        return first
     is_new = np.ones(len(rows), dtype=bool)
     is_new[1:] = (rows[order[1:]] != rows[order[:-1]]).any(axis=1)
-    first = np.empty(len(rows), dtype=np.intp)
-    first[order] = order[is_new][np.cumsum(is_new) - 1]
+    if (shared & is_new[1:]).any():  # by chance, or a NaN
+        order = np.lexsort(rows.T)
+        is_new[1:] = (rows[order[1:]] != rows[order[:-1]]).any(axis=1)
+    starts = np.flatnonzero(is_new)
+    first[order] = np.repeat(np.minimum.reduceat(order, starts), np.diff(starts, append=len(rows)))
     return first
 
 
-def repeated_faces(faces: Faces, weightless: IntArray) -> IntArray:
+def _mixed(rows: NDArray[Any]) -> NDArray[np.uint64]:
+    """One number for each row, by its entries' bits (the finaliser of S. Vigna's splitmix64); 0 and −0 are the same."""
+    result = np.zeros(len(rows), np.uint64)
+    for column in rows.T:
+        wide = column.astype(np.float64 if rows.dtype.kind == "f" else np.int64)
+        result += (wide + 0).view(np.uint64)
+        for shift, factor in ((30, 0xBF58476D1CE4E5B9), (27, 0x94D049BB133111EB)):
+            result ^= result >> np.uint64(shift)
+            result *= np.uint64(factor)
+        result ^= result >> np.uint64(31)
+    return result
+
+
+def repeated_faces(faces: Faces, edges: Edges, weightless: IntArray) -> IntArray:
     """Faces that go round the same points in the same order as one with a lower index, in rising order.
 
     The weightless ones are passed over: they count for nothing, however often they come.
     """
+    if (edges.forth < 2).all() and (edges.back < 2).all():  # they would run along an edge twice
+        return np.empty(0, dtype=np.intp)
     sizes = faces.sizes.copy()
     sizes[weightless] = 0
     found = [np.empty(0, dtype=np.intp)]
     for size in np.unique(sizes[sizes >= 3]).tolist():
         alike = np.flatnonzero(sizes == size)
-        corners = faces.connectivity[faces.offsets[alike][:, None] + np.arange(size)]
-        turns = (corners.argmin(axis=1)[:, None] + np.arange(size)) % size  # so that each begins with its lowest point
-        first = first_alike(np.take_along_axis(corners, turns, axis=1))
+        if faces.are_triangles:
+            corners = faces.connectivity.reshape(-1, 3)
+            corners = corners if len(alike) == faces.count else corners[alike]
+        else:
+            corners = faces.connectivity[faces.offsets[alike][:, None] + np.arange(size)]
+        first = first_alike(_from_their_lowest(corners))
         found.append(alike[first != np.arange(len(alike))])
     return np.sort(np.concatenate(found))
+
+
+def _from_their_lowest(corners: IntArray) -> IntArray:
+    """Faces (m, k) turned so that each begins with its lowest point."""
+    if corners.shape[1] == 3:
+        a, b, c = corners.T
+        at_b, at_c = (b < a) & (b <= c), (c < a) & (c < b)
+        turned = [np.where(at_b, y, np.where(at_c, z, x)) for x, y, z in ((a, b, c), (b, c, a), (c, a, b))]
+        return np.stack(turned, axis=1)
+    size = corners.shape[1]
+    turns = (corners.argmin(axis=1)[:, None] + np.arange(size)) % size
+    return np.take_along_axis(corners, turns, axis=1)
 
 
 def edges_of(faces: Faces) -> tuple[IntArray, IntArray, IntArray]:
     """Where each edge of each face begins and ends, and the face's number; a face of n corners has n edges."""
     begin = faces.connectivity
+    if faces.are_triangles:
+        end = np.roll(begin.reshape(-1, 3), -1, axis=1).ravel()
+        return begin, end, np.repeat(np.arange(faces.count), 3)
     end = np.empty_like(begin)
     end[:-1] = begin[1:]
     some = faces.sizes > 0
@@ -158,40 +220,72 @@ def edges_of(faces: Faces) -> tuple[IntArray, IntArray, IntArray]:
     return begin, end, np.repeat(np.arange(faces.count), faces.sizes)
 
 
-def check_edges(faces: Faces, folded: IntArray, repeated: IntArray) -> tuple[IntArray, IntArray]:
+class Edges(NamedTuple):
+    """The edges of a mesh, each once, and how often faces run along it."""
+
+    lower: IntArray
+    """(m,): the lower of its points."""
+    higher: IntArray
+    forth: IntArray
+    """(m,): how often from the lower to the higher point."""
+    back: IntArray
+
+    @classmethod
+    def between(cls, begin: IntArray, end: IntArray, n_points: int) -> Edges:
+        """Those of faces that run from points to others; from a point to itself is no edge."""
+        # one integer for each edge of each face: its lower point, its higher point, its direction
+        bits = n_points.bit_length()
+        keys = ((np.minimum(begin, end) << bits | np.maximum(begin, end)) << 1) + (begin < end)
+        if (is_point := begin == end).any():
+            keys = keys[~is_point]
+        keys.sort()
+        undirected = keys >> 1
+        starts = np.flatnonzero(np.diff(undirected, prepend=-1))
+        forth = np.add.reduceat(keys & 1, starts) if len(starts) else starts
+        once = undirected[starts]
+        return cls(once >> bits, once & ((1 << bits) - 1), forth, np.diff(starts, append=len(keys)) - forth)
+
+    def ends(self, some: BoolArray) -> IntArray:
+        """Points (k, 2) of some of them, the lower first."""
+        return np.stack([self.lower[some], self.higher[some]], axis=1)
+
+
+def check_edges(faces: Faces, whole: Edges, folded: IntArray, repeated: IntArray) -> tuple[IntArray, IntArray]:
     """Edges with more than two faces, and edges whose two faces disagree about their front.
 
     Two neighbours with the same orientation run along their common edge in opposite directions. A face that is
     repeated counts as one more at its edges, but does not disagree with itself.
+
+    Parameters
+    ----------
+    faces : Faces
+        All.
+    whole : Edges
+        Of all of them.
+    folded : ndarray
+        Faces that are passed over.
+    repeated : ndarray
+        Faces that are there before.
 
     Returns
     -------
     non_manifold, inconsistent : ndarray
         (m, 2) point indices, the lower first.
     """
-    begin, end, owner = edges_of(faces)
-    # One integer for each edge of each face: its lower point, its higher point, its direction.
-    directed = (np.minimum(begin, end) * faces.n_points + np.maximum(begin, end)) * 2 + (begin < end)
 
-    def irregular(without: IntArray) -> tuple[IntArray, IntArray]:
+    def without(some: IntArray) -> Edges:
+        if not len(some):
+            return whole
+        begin, end, owner = edges_of(faces)
         counted = np.ones(faces.count, dtype=bool)
-        counted[without] = False
-        keys = np.sort(directed[(begin != end) & counted[owner]])
-        undirected = keys >> 1
-        starts = np.flatnonzero(np.diff(undirected, prepend=-1))
-        counts = np.diff(starts, append=len(keys))
-        pairs = starts[counts == 2]
-        disagree = keys[pairs] == keys[pairs + 1]
-        many, inconsistent = (
-            np.stack(np.divmod(undirected[some], max(faces.n_points, 1)), axis=1)
-            for some in (starts[counts > 2], pairs[disagree])
-        )
-        return many, inconsistent
+        counted[some] = False
+        return Edges.between(begin[counted[owner]], end[counted[owner]], faces.n_points)
 
-    non_manifold, inconsistent = irregular(folded)
+    edges = without(folded)
+    non_manifold = edges.ends(edges.forth + edges.back > 2)
     if len(repeated):
-        _, inconsistent = irregular(np.concatenate([folded, repeated]))
-    return non_manifold, inconsistent
+        edges = without(np.concatenate([folded, repeated]))
+    return non_manifold, edges.ends((edges.forth + edges.back == 2) & (edges.forth != 1))
 
 
 def check_matrix(matrix: MatrixLike) -> tuple[bool, bool, bool]:

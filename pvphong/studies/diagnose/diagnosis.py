@@ -14,15 +14,16 @@ from numpy.typing import NDArray
 from pvphong.base import check
 from pvphong.base.text import WIDTH, html_table, wrapped
 from pvphong.base.types import Float64Array, FloatArray, IntArray, MatrixLike, Vector
-from pvphong.geometry import normals
-from pvphong.geometry.fit import MISFIT, NormalsFit, areas_of, fit_of
+from pvphong.geometry.fit import MISFIT, NormalsFit, fit_of, weights_of
 from pvphong.geometry.normals import Faces
 from pvphong.meshes.cells import invalid_cells, refuse_wrong_sizes
-from pvphong.meshes.surfaces import outer_surface, unchecked_polygons
+from pvphong.meshes.surfaces import outer_surface, unchecked_polygons, weighted_normals
 from pvphong.studies.diagnose.checks import (
+    Edges,
     check_edges,
     check_faces,
     check_matrix,
+    edges_of,
     finite_rows,
     first_alike,
     repeated_faces,
@@ -412,21 +413,23 @@ def diagnose(mesh: pv.DataSet, *, matrix: MatrixLike | None = None) -> Diagnosis
 
     by_face = check_faces(points, faces)
     weightless = np.concatenate([by_face.degenerate, by_face.folded])
-    repeated = repeated_faces(faces, weightless)
-    non_manifold, inconsistent = check_edges(faces, by_face.folded, repeated)
+    edges = Edges.between(*edges_of(faces)[:2], len(points))
+    repeated = repeated_faces(faces, edges, weightless)
+    non_manifold, inconsistent = check_edges(faces, edges, by_face.folded, repeated)
     used = np.zeros(len(points), dtype=bool)
     used[faces.connectivity] = True
     finite, first_in_place = finite_rows(points), first_alike(points)
-    computed = normals.point_normals(points, faces.connectivity, faces.offsets)
+    computed = weighted_normals(points, faces.connectivity, faces.offsets)
     with np.errstate(all="ignore"):
         along = np.einsum("ij,ij->i", computed[: len(stored)], stored.astype(np.float64))
     finite_normals = finite_rows(stored)
-    areas, weights = areas_of(faces)
+    areas, weights = by_face.areas, weights_of(faces, by_face.areas)
     fit, misfit = (None, np.empty(0, np.intp)) if active is None else fit_of(stored, computed, weights)
     turned = TurnedFaces(np.empty(0, np.intp), False, False)
     if len(inconsistent):
         turned = turned_faces(points, faces, areas, np.concatenate([by_face.folded, repeated]))
-    inside_out, is_closed = inside_out_faces(points, faces, first_in_place)
+    is_duplicate = first_in_place != np.arange(len(points))
+    inside_out, is_closed = inside_out_faces(points, faces, first_in_place, None if is_duplicate.any() else edges)
     unlit = np.flatnonzero(used & finite & ~computed.any(axis=1))
     zero, opposed = np.flatnonzero(~stored.any(axis=1)), np.flatnonzero(finite_normals & (along < 0))
     lit_by = computed if active is None else stored
@@ -482,7 +485,7 @@ def diagnose(mesh: pv.DataSet, *, matrix: MatrixLike | None = None) -> Diagnosis
         non_manifold_edges=non_manifold,
         thin_faces=numbers[by_face.thin],
         opposed_normals=opposed,
-        duplicate_points=np.flatnonzero(finite & (first_in_place != np.arange(len(points)))),
+        duplicate_points=np.flatnonzero(finite & is_duplicate),
         unused_points=np.flatnonzero(~used) if faces.count else np.empty(0, dtype=np.intp),
         nearly_singular_matrix=nearly,
         mirrored_matrix=mirrored,

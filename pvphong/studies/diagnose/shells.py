@@ -6,14 +6,19 @@ import math
 
 import numpy as np
 
+from pvphong.base import threads
 from pvphong.base.types import Float64Array, FloatArray, IntArray
+from pvphong.base.vectors import columns, cross, dot
 from pvphong.geometry.normals import Faces
-from pvphong.studies.diagnose.checks import edges_of, finite_rows
+from pvphong.studies.diagnose.checks import Edges, edges_of, finite_rows
 
+_AT_ONCE = 2**13  # triangles of which a thread takes the volumes together: they stay in its caches
 _ROUNDING = 1e-9  # of the sum of a volume's terms, below which its sign is nobody's
 
 
-def inside_out_faces(points: FloatArray, faces: Faces, first_in_place: IntArray) -> tuple[IntArray, bool]:
+def inside_out_faces(
+    points: FloatArray, faces: Faces, first_in_place: IntArray, edges: Edges | None
+) -> tuple[IntArray, bool]:
     """Faces of closed parts whose fronts look inwards, in rising order, and whether all parts are closed.
 
     A part is what hangs together by edges, where points in one place count as one. It is closed if each of its edges
@@ -29,34 +34,44 @@ def inside_out_faces(points: FloatArray, faces: Faces, first_in_place: IntArray)
         All with indices of points.
     first_in_place : ndarray
         (n,): for each point the lowest index of one in the same place.
+    edges : Edges, optional
+        Those of all faces, where each point is the only one in its place.
     """
     finite, count = finite_rows(points), len(points)
-    wide = points.astype(np.float64)
-    # By a power of two the finite coordinates come to 1, so that their products stay in range.
-    wide = np.ldexp(wide, -int(np.frexp(np.abs(wide[finite]).max(initial=0.0))[1]))
-    begin, end, owner = edges_of(faces)
-    begin, end = first_in_place[begin], first_in_place[end]
-    real = begin != end
-    begin, end, owner = begin[real], end[real], owner[real]
-    parts = connected(count, begin, end)[begin]  # by the number of their first point
-    part_of_face = np.full(faces.count, -1)
-    part_of_face[owner] = parts
+    if edges is None:
+        begin, end, _ = edges_of(faces)
+        edges = Edges.between(first_in_place[begin], first_in_place[end], count)
+    parts = connected(count, edges.lower, edges.higher)  # by the number of their first point
+    part_of_face = _parts_of(faces, first_in_place, parts)
 
     # Open is a part with an edge that is run along more often in one direction than in the other; one that is not
     # finite, too.
-    edges = np.minimum(begin, end) * count + np.maximum(begin, end)
-    _, some, edge = np.unique(edges, return_index=True, return_inverse=True)
-    balance = np.bincount(edge.ravel(), np.where(begin < end, 1.0, -1.0))
-    open_parts = np.concatenate([parts[some[balance != 0]], parts[~finite[begin]]])
-    closed = np.setdiff1d(np.unique(parts), open_parts)
+    is_part, is_open = np.zeros((2, count), dtype=bool)
+    is_part[parts[edges.lower]] = True
+    is_open[parts[edges.lower[edges.forth != edges.back]]] = True
+    is_open[parts[first_in_place[~finite]]] = True
+    closed = np.flatnonzero(is_part & ~is_open)
+    all_closed = len(closed) > 0 and not (is_part & is_open).any()
+    if not len(closed):
+        return closed, all_closed
 
     # A fan of triangles from each face's first corner, and the sums of the volumes to a point of the part.
     triangles, face = fan(faces)
     part = part_of_face[face]
-    triangles, part = triangles[part >= 0], part[part >= 0]
-    with np.errstate(all="ignore"):
-        p, q, r = (wide[triangles] - wide[part][:, None]).transpose(1, 0, 2)
-        each = np.einsum("ij,ij->i", p, np.cross(q, r)) / 6.0
+    if (is_folded := part < 0).any():
+        triangles, part = triangles[~is_folded], part[~is_folded]
+    # By a power of two the finite coordinates come to 1, so that their products stay in range.
+    wide = points.astype(np.float64)
+    wide = np.ldexp(wide, -int(np.frexp(np.abs(wide[finite]).max(initial=0.0))[1]))
+    each = np.empty(len(part))
+
+    def add(first: int, last: int) -> None:
+        with np.errstate(all="ignore"):
+            to = wide[part[first:last]]
+            p, q, r = (columns(wide[corner] - to) for corner in triangles[first:last].T)
+            each[first:last] = dot(p, cross(q, r)) / 6.0
+
+    threads.run(add, len(part), _AT_ONCE)
     volumes, terms = np.bincount(part, each, count), np.bincount(part, np.abs(each), count)
     certain = closed[np.abs(volumes[closed]) > _ROUNDING * terms[closed]]
     turned, outward = certain[volumes[certain] < 0.0], certain[volumes[certain] > 0.0]
@@ -73,26 +88,43 @@ def inside_out_faces(points: FloatArray, faces: Faces, first_in_place: IntArray)
         return turns > 0.5
 
     wrong = [inner for inner in turned.tolist() if not is_cavity(inner)]
-    return np.flatnonzero(np.isin(part_of_face, wrong)), len(closed) > 0 and not len(open_parts)
+    return np.flatnonzero(np.isin(part_of_face, wrong)) if wrong else np.empty(0, np.intp), all_closed
+
+
+def _parts_of(faces: Faces, first_in_place: IntArray, parts: IntArray) -> IntArray:
+    """Of each face its part, by those of places; −1 where all of its corners are in one place."""
+    if faces.are_triangles:
+        a, b, c = first_in_place[faces.connectivity.reshape(-1, 3)].T
+        return np.where((a == b) & (b == c), -1, parts[a])
+    begin, end, owner = edges_of(faces)
+    begin, end = first_in_place[begin], first_in_place[end]
+    found, is_edge = np.full(faces.count, -1), begin != end
+    found[owner[is_edge]] = parts[begin[is_edge]]
+    return found
 
 
 def connected(count: int, begin: IntArray, end: IntArray) -> IntArray:
-    """For each of so many points the lowest that edges connect it with."""
+    """For each of so many points the lowest that edges connect it with.
+
+    The higher of two parts that an edge connects is hooked to the lowest that any connects it with, in rounds; edges
+    are then those between parts that are left (Y. Shiloach and U. Vishkin, "An O(log n) parallel connectivity
+    algorithm", 1982).
+    """
     labels = np.arange(count)
-    while True:
-        lowest = np.minimum(labels[begin], labels[end])
-        lower = labels.copy()
-        np.minimum.at(lower, labels[begin], lowest)
-        np.minimum.at(lower, labels[end], lowest)
-        while not np.array_equal(further := lower[lower], lower):
-            lower = further
-        if np.array_equal(lower, labels):
-            return labels
-        labels = lower
+    while len(begin):
+        np.minimum.at(labels, np.maximum(begin, end), np.minimum(begin, end))
+        while not np.array_equal(further := labels[labels], labels):
+            labels = further
+        begin, end = labels[begin], labels[end]
+        apart = begin != end
+        begin, end = begin[apart], end[apart]
+    return labels
 
 
 def fan(faces: Faces) -> tuple[IntArray, IntArray]:
     """Each face as triangles from its first corner: their points (m, 3), and the numbers of their faces (m,)."""
+    if faces.are_triangles:
+        return faces.connectivity.reshape(-1, 3), np.arange(faces.count)
     owner = np.repeat(np.arange(faces.count), faces.sizes)
     place = np.arange(len(owner)) - faces.offsets[owner]  # of a corner in its face
     second = np.flatnonzero((place >= 1) & (place < faces.sizes[owner] - 1))
