@@ -14,7 +14,7 @@ import math
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, replace
 from itertools import chain, pairwise
-from typing import NamedTuple, Protocol, cast
+from typing import Any, NamedTuple, Protocol, cast
 
 import numpy as np
 
@@ -32,8 +32,8 @@ from pvphong.shading.plan.plan import Plan
 from pvphong.shading.vertices import Vertices
 from pvphong.shading.visibility import VisibilityLike, checked_visibility
 
-# Samples that a thread looks at together: what is known of them stays in the processor's caches.
-_SAMPLES = 2**15
+# Samples that a thread looks at together.
+_SAMPLES = 2**17
 # Places from which a thread casts rays at a time: what is known of them stays in the processor's caches.
 _PLACES_AT_ONCE = 2**14
 
@@ -392,12 +392,25 @@ class Places(NamedTuple):
     """(k, 3): where in each, in barycentric coordinates."""
 
 
-def _corners_in_world(vertices: LitVertices, corners: IntArray) -> tuple[Float64Array, Float64Array]:
-    """Points and normals (m, 3, 3) of triangles."""
-    shape = *corners.shape, 3
-    points, normals = (each[corners].reshape(-1, 3) for each in (vertices.points, vertices.normals))
-    points, normals = vertices.lighting.in_world(points, normals)
-    return points.reshape(shape), normals.reshape(shape)
+class _AtCorners:
+    """What is known at the corners of some triangles (m, 3), computed once for each vertex."""
+
+    def __init__(self, vertices: LitVertices, corners: IntArray) -> None:
+        low, high = int(corners.min(initial=len(vertices.points))), int(corners.max(initial=0)) + 1
+        if high - low <= corners.size:  # they are near each other in the mesh
+            self._rows: slice | IntArray = slice(low, high)
+            self.corners = corners - low
+        else:
+            self._rows, inverse = np.unique(corners, return_inverse=True)
+            self.corners = inverse.reshape(corners.shape)
+        points, normals = vertices.points[self._rows], vertices.normals[self._rows]
+        self.points, self.normals = vertices.lighting.in_world(points, normals)
+        self.p, self.n = columns(self.points), columns(self.normals)
+        self.colors = vertices.colors[self._rows]
+
+    def of(self, values: Any) -> Any:
+        """Values of each vertex, of shape (n, ...) each, at the corners, (m, 3, ...)."""
+        return values[self.corners]
 
 
 def _to_viewer(points: Float64Array, equation: Equation) -> Float64Array:
@@ -428,17 +441,21 @@ def _peaks(vertices: LitVertices, corners: IntArray) -> Iterator[Places]:
     There a vector that varies over the triangle is shortest: the chord D for a highlight, the offset from a spot's
     axis, the offset from a light at a position.
     """
-    equation, (points, normals) = vertices.lighting.equation, _corners_in_world(vertices, corners)
+    equation, at = vertices.lighting.equation, _AtCorners(vertices, corners)
     for term in equation.terms:
-        light, p, offsets = term.light, points.reshape(-1, 3), []
+        light, p, offsets = term.light, at.points, []
         for place in light.places:
             offsets.append(p - np.array(place))
         for direction in light.values(Aim) if light.values(Power) else ():
             axis, from_light = unit_vector(direction), p - np.array(light.places[0])
             offsets.append(from_light - np.outer(from_light @ axis, axis))
-        found = [Places(np.arange(len(points)), _shortest(each.reshape(points.shape))) for each in offsets]
+        found = []
+        for each in offsets:
+            at_corners = at.of(each)
+            rows = np.flatnonzero(~_is_at_corner(at_corners))
+            found.append(Places(rows, _shortest(at_corners[rows])))
         if equation.sharpness > 0.0 and equation.has(term, "specular"):
-            found.append(_highlight_peaks(term, equation, points, normals))
+            found.append(_highlight_peaks(term, equation, at))
         for rows, weights in found:
             inside = weights.max(axis=1) < 1.0 - _AT_CORNER
             yield Places(rows[inside], weights[inside])
@@ -454,20 +471,22 @@ _TURNS = 5
 _INVISIBLE = 21.0
 
 
-def _highlight_peaks(term: LightTerm, equation: Equation, points: Float64Array, normals: Float64Array) -> Places:
+def _highlight_peaks(term: LightTerm, equation: Equation, at: _AtCorners) -> Places:
     """Peaks by Gauss-Newton steps, in triangles that are large against the highlight; others have a fixed pattern.
 
     A chord's length bends by less than a quarter of the square of its spread over the triangle, so that
     triangles too far from the highlight are passed over.
     """
     sharpness = equation.sharpness
-    at_corners = _chords(term, equation, points.reshape(-1, 3), normals.reshape(-1, 3)).reshape(points.shape)
-    spread = np.abs(at_corners - np.roll(at_corners, 1, axis=1)).max(axis=(1, 2))
+    chords = _chords(term, equation, at.points, at.normals)
+    spread = _difference(at.of(chords), at.of(chords)[:, [1, 2, 0]]).max(axis=1)
+    rows = np.flatnonzero(~(spread * math.sqrt(sharpness) <= 1.0))
+    at_corners, spread = at.of(chords)[rows], spread[rows]
     weights = _shortest(at_corners)
     nearest = np.linalg.norm(_blend(weights, at_corners), axis=1) - spread**2 / 4.0
-    is_large = spread * math.sqrt(sharpness) > 1.0
-    rows = np.flatnonzero(is_large & (nearest < math.sqrt(2.0 * _INVISIBLE / sharpness)))
-    p, n, weights = points[rows], normals[rows], weights[rows]
+    is_near = nearest < math.sqrt(2.0 * _INVISIBLE / sharpness)
+    rows, weights = rows[is_near], weights[is_near]
+    p, n = at.of(at.points)[rows], at.of(at.normals)[rows]
     for _ in range(_TURNS):  # shortest is the linear expansion of the chord about the last place
         here = _chords(term, equation, _blend(weights, p), _blend(weights, n))
         expanded = np.empty_like(p)
@@ -513,6 +532,16 @@ def _shortest(at_corners: Float64Array) -> Float64Array:
     return result
 
 
+def _is_at_corner(at_corners: Float64Array) -> BoolArray:
+    """Which of the shortest blends of three vectors (k, 3, 3) are one of them: that from which all sides rise."""
+    a, b, c = at_corners.transpose(1, 2, 0)
+    ab, bc, ca = b - a, c - b, a - c
+    at_a = (dot(a, ab) >= 0.0) & (dot(a, ca) <= 0.0)
+    at_b = (dot(b, bc) >= 0.0) & (dot(b, ab) <= 0.0)
+    at_c = (dot(c, ca) >= 0.0) & (dot(c, bc) <= 0.0)
+    return np.asarray(at_a | at_b | at_c)
+
+
 # From this shininess on, a highlight has no bend where its cosine reaches zero.
 _SMOOTH = 2.0
 
@@ -523,9 +552,8 @@ def _creases(vertices: LitVertices, corners: IntArray) -> Iterator[Places]:
     It is n·l where a light's dark side begins, n·v (or n along the view axis) where a two-sided surface turns, a
     spot's angle at the edge of its cone, a highlight's cosine where it is cut off, a colour less 1 where it saturates.
     """
-    equation, at_corners = vertices.lighting.equation, _corners_in_world(vertices, corners)
-    points, normals = (rows.reshape(-1, 3) for rows in at_corners)
-    p, n = columns(points), columns(normals)
+    equation, at = vertices.lighting.equation, _AtCorners(vertices, corners)
+    p, n = at.p, at.n
     toward = equation.toward_viewer(_to_viewer(p, equation))
     values: list[FloatArray] = [dot(n, toward)] if equation.two_sided else []
     for term in equation.terms:
@@ -535,12 +563,12 @@ def _creases(vertices: LitVertices, corners: IntArray) -> Iterator[Places]:
         if term.light.values(Aim) and term.light.values(Angle):
             values.append(_inside_cone(term.light, p))
         if equation.has(term, "specular") and 0.0 < equation.sharpness < _SMOOTH:
-            chord = _chords(term, equation, points, normals)
+            chord = _chords(term, equation, at.points, at.normals)
             values.append(1.0 - np.einsum("ki,ki->k", chord, chord) / 2.0)
     if vertices.lighting.scene.light_model.clamp:
-        values += [vertices.colors[corners, channel].ravel() - 1.0 for channel in range(3)]
+        values += [channel - 1.0 for channel in at.colors.T]
     for value in values:
-        yield from _sign_changes(value.reshape(-1, 3))
+        yield from _sign_changes(at.of(np.broadcast_to(value, len(at.points))))
 
 
 # How far beside a crease, in parts of a side, a jump's two sides are looked at.
