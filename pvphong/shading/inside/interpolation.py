@@ -13,6 +13,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, replace
+from functools import reduce
 from itertools import chain, pairwise
 from typing import Any, NamedTuple, Protocol, cast
 
@@ -20,7 +21,7 @@ import numpy as np
 
 from pvphong.base import threads
 from pvphong.base.types import BoolArray, Float64Array, FloatArray, IntArray, MatrixLike, rgb
-from pvphong.base.vectors import columns, dot, towards, unit, unit_vector
+from pvphong.base.vectors import columns, cross, dot, towards, unit, unit_vector
 from pvphong.geometry.transform import normal_matrix, transform_points
 from pvphong.optics.light import Light
 from pvphong.optics.maps import Map, fractions
@@ -34,6 +35,8 @@ from pvphong.shading.visibility import VisibilityLike, checked_visibility
 
 # Samples that a thread looks at together.
 _SAMPLES = 2**17
+# Triangles that are measured together.
+_TRIANGLES_AT_ONCE = 2**13
 # Places from which a thread casts rays at a time: what is known of them stays in the processor's caches.
 _PLACES_AT_ONCE = 2**14
 
@@ -141,7 +144,7 @@ class Lighting:
 
     def vertices(self, points: FloatArray, normals: FloatArray) -> LitVertices:
         """The mesh's own, which begin what is interpolated."""
-        p, n = points.astype(np.float64), normals.astype(np.float64)
+        p, n = np.asarray(points, np.float64), np.asarray(normals, np.float64)  # PyVista's arrays are slow to slice
         level = dot(*(columns(each) for each in self.in_world(p, n)))
         seen = np.ones((len(p), self.equation.lights + 1 if self.sharp or self.soft else 0))
         errors = np.zeros_like(seen)
@@ -349,9 +352,12 @@ _SURE = 3.0
 
 def _difference(colors: Float64Array, others: Float64Array) -> Float64Array:
     """The difference of colours (..., 3) in the channel where it is largest."""
-    red, green, blue = np.moveaxis(np.abs(colors - others), -1, 0)  # a maximum along a short axis takes far longer
-    result: Float64Array = np.maximum(np.maximum(red, green), blue)
-    return result
+    return _largest(np.abs(colors - others))
+
+
+def _largest(values: Float64Array) -> Float64Array:
+    """The largest along the last axis, which is short: `max` takes several times as long."""
+    return reduce(np.maximum, np.moveaxis(values, -1, 0))
 
 
 def sizes(points: Float64Array) -> tuple[Float64Array, Float64Array]:
@@ -359,13 +365,20 @@ def sizes(points: Float64Array) -> tuple[Float64Array, Float64Array]:
 
     The height is zero or NaN where a triangle has no area, or a point that is not finite.
     """
-    with np.errstate(invalid="ignore", over="ignore", divide="ignore"):
-        sides = np.roll(points, -1, axis=1) - points
-        scale = np.abs(sides).max(axis=(1, 2), initial=0.0)
-        sides /= scale[:, None, None]
-        longest = np.linalg.norm(sides, axis=2).max(axis=1, initial=0.0)
-        double_area = np.linalg.norm(np.cross(sides[:, 0], sides[:, 1]), axis=1)
-        return longest * scale, double_area / longest * scale
+    longest, height = np.empty((2, len(points)))
+
+    def measure(first: int, last: int) -> None:
+        with np.errstate(invalid="ignore", over="ignore", divide="ignore"):
+            a, b, c = points[first:last].transpose(1, 2, 0)
+            sides = np.stack([b - a, c - b, a - c])
+            scale = np.abs(sides).max(axis=(0, 1), initial=0.0)
+            sides /= scale
+            most = np.sqrt(np.square(sides).sum(axis=1).max(axis=0))
+            vector = cross(sides[0], sides[1])
+            longest[first:last], height[first:last] = most * scale, np.sqrt(dot(vector, vector)) / most * scale
+
+    threads.run(measure, len(points), _TRIANGLES_AT_ONCE)
+    return longest, height
 
 
 def area(points: Float64Array) -> float:
@@ -457,7 +470,7 @@ def _peaks(vertices: LitVertices, corners: IntArray) -> Iterator[Places]:
         if equation.sharpness > 0.0 and equation.has(term, "specular"):
             found.append(_highlight_peaks(term, equation, at))
         for rows, weights in found:
-            inside = weights.max(axis=1) < 1.0 - _AT_CORNER
+            inside = _largest(weights) < 1.0 - _AT_CORNER
             yield Places(rows[inside], weights[inside])
 
 
@@ -479,7 +492,7 @@ def _highlight_peaks(term: LightTerm, equation: Equation, at: _AtCorners) -> Pla
     """
     sharpness = equation.sharpness
     chords = _chords(term, equation, at.points, at.normals)
-    spread = _difference(at.of(chords), at.of(chords)[:, [1, 2, 0]]).max(axis=1)
+    spread = _largest(_difference(at.of(chords), at.of(chords)[:, [1, 2, 0]]))
     rows = np.flatnonzero(~(spread * math.sqrt(sharpness) <= 1.0))
     at_corners, spread = at.of(chords)[rows], spread[rows]
     weights = _shortest(at_corners)
@@ -584,7 +597,9 @@ def _sign_changes(values: FloatArray) -> Iterator[Places]:
         Shape (m, 3): at each triangle's corners, and linear between.
     """
     above = values > 0.0
-    rows = np.flatnonzero(above.any(axis=1) & ~above.all(axis=1) & np.isfinite(values).all(axis=1))
+    a, b, c = above.T
+    rows = np.flatnonzero((a != b) | (b != c))
+    rows = rows[np.isfinite(values[rows]).all(axis=1)]
     values, above = values[rows], above[rows]
     alone = odd_corner(above)
     turn = (alone[:, None] + np.arange(3)) % 3
@@ -643,7 +658,8 @@ def more_errors(vertices: LitVertices, corners: IntArray) -> Float64Array:
     result = pattern_errors(_MORE, vertices, corners)
     length, stored = (np.linalg.norm(normals, axis=1) for normals in (vertices.normals, vertices.stored))
     ratio = np.divide(length, stored, out=np.ones_like(length), where=stored > 0.0)[corners]
-    rows = np.flatnonzero(np.ptp(ratio, axis=1) > _SAME_RATIO * ratio.max(axis=1))  # they blend differently
+    most = _largest(ratio)
+    rows = np.flatnonzero(most + _largest(-ratio) > _SAME_RATIO * most)  # they blend differently
     others = vertices.as_stored, corners[rows]
     errors = np.maximum(first_errors(*others), pattern_errors(_MORE, *others))
     result[rows] = np.maximum(result[rows], errors)
@@ -703,7 +719,7 @@ def pattern_errors(pattern: Float64Array, vertices: LitVertices, corners: IntArr
     result = np.zeros(len(corners))
 
     def look(part: slice) -> None:
-        result[part] = _errors_at(vertices, corners[part], pattern).max(axis=1)
+        result[part] = _largest(_errors_at(vertices, corners[part], pattern))
 
     _in_parts(look, len(corners), len(pattern))
     return result
