@@ -280,7 +280,9 @@ class BlocksPhong(Handle):
         saving.save(self._blocks, path, **options)
 
     def _scene(self, given: SceneLike | None, options: Mapping[str, Any]) -> Scene:
-        """What lights all blocks, with a viewer."""
+        """What lights all blocks, with a viewer: that of their box, if none is given."""
+        if isinstance(given, Scene) and given.viewer is not None:
+            return given
         return scene_for(map_blocks(self._blocks, surface), given, options.get("matrix"))
 
     def _own(
