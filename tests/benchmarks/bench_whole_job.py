@@ -9,6 +9,7 @@ small meshes in less than a minute, without the first call of an installation; i
 
 import gc
 import itertools
+import math
 import tempfile
 from dataclasses import replace
 from pathlib import Path
@@ -21,8 +22,21 @@ import numpy as np
 import pyvista as pv
 from common import CONSOLE, alone, apart, in_turns, measured_scene, peak, reset_peak, show
 
-from pvphong import Plan, Shading
+from pvphong import (
+    Colormap,
+    EnvironmentLight,
+    LightModel,
+    Material,
+    Plan,
+    PointLight,
+    RectangleLight,
+    Scene,
+    Shading,
+    SphereLight,
+    Viewer,
+)
 from pvphong.meshes.files import read_mesh, save_lit
+from pvphong.optics.reflectances import REFLECTANCES
 from pvphong.shading import kernel
 from pvphong.shading.equation import assemble
 from pvphong.shading.vertices import Vertices
@@ -218,12 +232,110 @@ def show_drag(seconds):
     show("A light dragged in a window, 1280 x 800 pixels", ("part", "ms", "over VTK's frame"), rows)
 
 
+# --- the next outlier
+
+LAMP = PointLight(position=(0.3, 0.2, 1.5))
+SHINY = Material(specular=0.5, shininess=30)
+EYE = Viewer(position=(0.0, 0.0, 4.0))
+OTHERS = "blinn-phong", "modified-phong", "retro", "pbr"
+BYTES_OF_A_POINT = 12 + 12 + 2 * 4 * 8 + 12  # point, normal, two triangles with an offset each, and a colour
+GROWTH_OF_CALLS, MEMORY_OF_CALLS = 1.1, 4.0
+
+
+def public_calls(side, folder):
+    """Name → a call that users make, on planes of so many points each way; those with rays on a tenth of them."""
+    rng = np.random.default_rng(0)
+    plane = pv.Plane(i_resolution=side - 1, j_resolution=side - 1).triangulate()
+    textured = plane.copy()
+    plane.clear_data()
+    plane.point_data.active_normals = np.tile(np.float32((0, 0, 1)), (plane.n_points, 1))
+    bare, few = plane.copy(), pv.Plane(i_resolution=side // 3, j_resolution=side // 3).triangulate()
+    bare.clear_data()
+    ball = pv.Sphere(theta_resolution=side, phi_resolution=side)
+    plane["tint"], plane["height"] = rng.random((plane.n_points, 3)), rng.random(plane.n_points)
+    lights = [replace(LAMP, position=(np.cos(k), np.sin(k), 1.5)) for k in range(8)]
+    one, three, eight = (Scene(lights[:count], EYE) for count in (1, 3, 8))
+    texture = pv.Texture(rng.integers(0, 256, (512, 512, 3), np.uint8))
+    sky = Scene([EnvironmentLight(rng.random((64, 128, 3)))], EYE)
+    hard, soft = (Scene([light], EYE, LightModel(shadows=True)) for light in (LAMP, SphereLight((0.3, 0.2, 1.5), 0.2)))
+    lit, seen = plane.phong.shade(three, SHINY), few.phong.visibility(hard)
+    small = pv.MultiBlock([pv.Sphere() for _ in range(max(side * side // 2000, 1))])
+    seen.per_light, ball.phong.normals()
+
+    def shade(scene, material=SHINY, mesh=plane, **how):
+        return lambda: mesh.phong.shade(scene, material, **how)
+
+    return {
+        "a lamp": shade(one),
+        "3 lamps": shade(three),
+        "8 lamps": shade(eight),
+        "shares of 3 lamps": shade(three, components=True),
+        "shares of 8 lamps": shade(eight, components=True),
+        "float64": shade(one, precision="float64"),
+        "no normals": shade(one, mesh=bare),
+        "feature_angle=30": shade(one, mesh=bare, feature_angle=30),
+        "sky with an image": shade(sky),
+        "sphere light": shade(Scene([SphereLight((0.3, 0.2, 1.5), 0.2)], EYE)),
+        "rectangle light": shade(Scene([RectangleLight((0.3, 0.2, 1.5))], EYE)),
+        **{name: shade(one, replace(SHINY, reflectance=REFLECTANCES[name]())) for name in OTHERS},
+        "map of albedo": shade(one, replace(SHINY, albedo="tint")),
+        "colormap": shade(one, replace(SHINY, albedo=Colormap("height"))),
+        "texture": shade(one, replace(SHINY, albedo=texture), textured),
+        "blocks of 842 points": lambda: small.phong.shade(one, SHINY),
+        "plan": lambda: plane.phong.plan(one, SHINY),
+        "normals": lambda: bare.phong.normals(),
+        "color_view": lambda: lit.phong.color_view("hsv"),
+        "save .vtp": lambda: lit.phong.save(Path(folder, "lit.vtp")),
+        "diagnose": lambda: plane.phong.diagnose(),
+        "diagnose, poles": lambda: ball.phong.diagnose(),
+        "interpolation_error": lambda: plane.phong.interpolation_error(one, SHINY),
+        "interpolation_error, poles": lambda: ball.phong.interpolation_error(one, SHINY),
+        "refine, a ninth": lambda: few.phong.refine(one, SHINY, tolerance=0.01),
+        "relight, a ninth": lambda: few.phong.shade(hard, SHINY, visibility=seen),
+        "hard shadows, a ninth": lambda: few.phong.visibility(hard).per_light,
+        "soft shadows, a ninth": lambda: few.phong.visibility(soft).per_light,
+    }
+
+
+def outliers(side, folder):
+    """Name → seconds of a call, and the bytes that it held at most."""
+    found = {}
+    for name, call in public_calls(side, folder).items():
+        call()
+        gc.collect()
+        before = reset_peak()
+        call()
+        held = peak() - before
+        turns = 9 if side < 500 else 3
+        found[name] = median(repeat(call, number=1, repeat=turns)), held
+    return found
+
+
+def show_outliers(sides):
+    """Calls in multiples of a lamp; with the power by which time grows, and memory in multiples of input and result."""
+    with tempfile.TemporaryDirectory() as folder:
+        found = {side * side: alone(outliers, side, folder) for side in sides}
+    counts, rows = sorted(found), []
+    most = found[counts[-1]]
+    for name, (seconds, held) in most.items():
+        times = [found[count][name][0] for count in counts[-2:]]
+        power = math.log(times[1] / times[0], counts[-1] / counts[-2])
+        share = held / (counts[-1] * BYTES_OF_A_POINT)
+        marks = "[red]grows too fast[/]" * (power > GROWTH_OF_CALLS) + " [red]holds much[/]" * (share > MEMORY_OF_CALLS)
+        multiple = f"{seconds / most['a lamp'][0]:.1f}"
+        rows.append((name, f"{seconds * 1e3:.2f}", multiple, f"{power:.2f}", f"{share:.2f}", marks))
+    columns = "call", "ms", "x a lamp", f"power (<= {GROWTH_OF_CALLS})", f"memory (<= {MEMORY_OF_CALLS})", ""
+    title = f"{counts[-1]:,} points; memory beside input, in multiples of points, normals, faces and colours"
+    show(title, columns, rows)
+
+
 def main(most: float | Literal["quick"] = 10_000_000):
     quick = most == "quick"
     side, turns, file_turns, frames = (100, 3, 1, 3) if quick else (1000, 9, 3, 7)
     with tempfile.TemporaryDirectory() as folder:
         show_job(file_job(folder, side, turns, file_turns), side)
     show_drag(drag(side, frames))
+    show_outliers((30, 100) if quick else (316, 1000))
     show_growth(100_000 if quick else most)
     if not quick:
         show_first()

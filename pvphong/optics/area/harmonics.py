@@ -17,7 +17,19 @@ from typing import Any
 
 import numpy as np
 
-from pvphong.base.formulas import arctan2, dot, formula, maximum, minimum, power_less_one, sine, sqrt, where
+from pvphong.base.formulas import (
+    any_of,
+    arctan2,
+    dot,
+    formula,
+    maximum,
+    minimum,
+    multiply_add,
+    power_less_one,
+    sine,
+    sqrt,
+    where,
+)
 from pvphong.base.types import Float64Array
 from pvphong.optics.area.lobes import COUNT, NODES, POWER, WINDOW, lobe_numbers
 
@@ -93,45 +105,83 @@ def energies(coefficients: Float64Array) -> Float64Array:
 
 
 # What the formula reads of a sky: three axes, half of one over ∫ cosᵏ over a right angle, or 0 where nothing of a lobe
-# is hidden; how many bands; then for each m the first Q, and for each l >= m a and a·b, and the two coefficients.
-_AXES, _PER_WHOLE, _BANDS, _TERMS = 0, 9, 10, 11
+# is hidden; factors of x, y and z; 1 if series are in z², 0 if in z; and how many series there are. Of each, 1 if it is
+# times z, how many steps it takes, and its first R; of each step A, B and C, and the two coefficients.
+_AXES, _PER_WHOLE, _LINEAR, _IN_SQUARES, _SERIES, _TERMS = 0, 9, 10, 13, 14, 15
 
 
 def sky_numbers(axes: Float64Array, coefficients: Float64Array, hiding: float | None) -> tuple[float, ...]:
-    """What `sky` reads, for coefficients (bands, bands, 2); `hiding` the power of a lobe that the horizon cuts off."""
-    bands, terms = len(coefficients), []
-    for m in range(bands):
-        terms.append(_first(m))
-        for l in range(m, bands):
-            a, b = (x[m, 0] for x in _recurrences(l)) if l > m else (0.0, 0.0)
-            terms += [a, a * b, *coefficients[l, m].tolist()]
+    """What `sky` reads, for coefficients (bands, bands, 2); `hiding` the power of a lobe that the horizon cuts off.
+
+    Of each m there is a series of polynomials Q in z. Where no odd band counts but the first, as in what a cosine makes
+    of an image, only every other one of them is followed: it is z or 1 times a polynomial R in z².
+    """
+    bands, linear = len(coefficients), (0.0, 0.0, 0.0)
+    in_squares = bands > 3 and not coefficients[3::2].any()
+    if in_squares:
+        (up, _), (ahead, right) = coefficients[1, 0].tolist(), coefficients[1, 1].tolist()
+        linear = _first(1) * ahead, _first(1) * right, math.sqrt(0.75 / math.pi) * up
+    terms = [term for m in range(bands) for term in _series(m, coefficients, in_squares=in_squares)]
     per_whole = 0.0
     if hiding:
         per_whole = 0.5 / float(_up_to(lobe_numbers(hiding), np.array([0.5 * math.pi]))[0])
-    return (*axes.ravel().tolist(), per_whole, float(bands), *terms)
+    return (*axes.ravel().tolist(), per_whole, *linear, float(in_squares), float(bands), *terms)
+
+
+def _series(m: int, coefficients: Float64Array, *, in_squares: bool) -> list[float]:
+    """The numbers of one m: R_l+1 = (A t + B) R_l − C R_l−1, with t = z or z²."""
+    bands = len(coefficients)
+    a, b = [0.0] * bands, [0.0] * bands
+    for l in range(m + 1, bands):
+        a[l], b[l] = (float(factor[m, 0]) for factor in _recurrences(l))
+    if not in_squares:
+        steps = [(a[l], 0.0, a[l] * b[l], l) for l in range(m, bands)]
+        return [0.0, float(len(steps)), _first(m), *_numbers_of(steps, m, coefficients)]
+    first, steps = m + m % 2, list[tuple[float, float, float, int]]()
+    for l in range(first, bands, 2):
+        if l == first:
+            steps.append((0.0, 0.0, 0.0, l))
+            continue
+        one, two, was = a[l - 1], a[l], a[l - 2]  # z Q_l−3 is put in terms of Q_l−2 and Q_l−4
+        less = one * b[l - 1] / was if was else 0.0
+        steps.append((two * one, -two * (less + b[l]), two * one * b[l - 1] * b[l - 2], l))
+    start = _first(m) * (a[first] if m % 2 and first < bands else 1.0)
+    return [float(m % 2), float(len(steps)), start, *_numbers_of(steps, m, coefficients)]
+
+
+def _numbers_of(steps: list[tuple[float, float, float, int]], m: int, coefficients: Float64Array) -> list[float]:
+    return [number for *step, l in steps for number in (*step, *coefficients[l, m].tolist())]
 
 
 @formula
 def sky(own: Any, lobe: Any, _d: Any, n: Any, a: Any) -> Any:
     """The sum of harmonics in the direction a, times the part of the lobe around it that is above the horizon."""
     x, y, z = dot((own[0], own[1], own[2]), a), dot((own[3], own[4], own[5]), a), dot((own[6], own[7], own[8]), a)
-    even, odd, total, at = 1.0 + 0.0 * z, 0.0 * z, 0.0 * z, _TERMS  # ρᵐ cos mφ and sin mφ
-    for m in range(int(own[_BANDS])):
+    t = z * z if own[_IN_SQUARES] > 0.0 else z
+    total = own[_LINEAR] * x + own[_LINEAR + 1] * y + own[_LINEAR + 2] * z
+    even, odd, at = 1.0 + 0.0 * z, 0.0 * z, _TERMS  # ρᵐ cos mφ and sin mφ
+    for m in range(int(own[_SERIES])):
         if m > 0:
             even, odd = x * even - y * odd, x * odd + y * even
-        before, here, with_even, with_odd = 0.0 * z, own[at] + 0.0 * z, 0.0 * z, 0.0 * z
-        at += 1
-        for l in range(m, int(own[_BANDS])):
-            if l > m:
-                before, here = here, own[at] * z * here - own[at + 1] * before
-            with_even, with_odd = with_even + own[at + 2] * here, with_odd + own[at + 3] * here
-            at += 4
-        total = total + even * with_even + odd * with_odd
+        is_times_z, steps = own[at] > 0.0, int(own[at + 1])
+        before, here, with_even, with_odd = 0.0 * z, own[at + 2] + 0.0 * z, 0.0 * z, 0.0 * z
+        at += 3
+        for k in range(steps):
+            if k > 0:
+                factor = multiply_add(own[at], t, own[at + 1])
+                before, here = here, multiply_add(factor, here, -own[at + 2] * before)
+            with_even = multiply_add(own[at + 3], here, with_even)
+            with_odd = multiply_add(own[at + 4], here, with_odd)
+            at += 5
+        series = even * with_even + odd * with_odd
+        total = total + (series * z if is_times_z else series)
     found = maximum(total, 0.0)
     if own[_PER_WHOLE] > 0.0:
         sine_above = minimum(maximum(dot(n, a), -1.0), 1.0)
         above = arctan2(sine_above, sqrt(1.0 - sine_above * sine_above))
-        share = where(abs(above) < lobe[WINDOW], minimum(own[_PER_WHOLE] * _up_to(lobe, abs(above)), 0.5), 0.5)
+        share, is_cut = 0.5 + 0.0 * z, abs(above) < lobe[WINDOW]
+        if any_of(is_cut):
+            share = where(is_cut, minimum(own[_PER_WHOLE] * _up_to(lobe, abs(above)), 0.5), 0.5)
         found = found * (0.5 + where(above < 0.0, -share, share))
     return where((dot(n, n) > 0.5) & (dot(a, a) > 0.5), found, 0.0)
 
