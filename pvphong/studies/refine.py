@@ -28,7 +28,8 @@ from pvphong.optics.material import DEFAULT_MATERIAL, Material, as_material
 from pvphong.rays.transport import Transport
 from pvphong.scene.scene import Scene, SceneLike, light_labels
 from pvphong.shading import interreflection
-from pvphong.shading.inside.interpolation import Lighting, all_errors
+from pvphong.shading.inside.interpolation import all_errors
+from pvphong.shading.inside.lighting import Lighting
 from pvphong.shading.inside.splitting import Refinement, Stopped
 from pvphong.shading.inside.surface import Added, LitSurface
 from pvphong.shading.plan.plan import Plan

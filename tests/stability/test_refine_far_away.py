@@ -9,7 +9,7 @@ import pytest
 import pyvista as pv
 
 import pvphong as ph
-from pvphong.shading.inside.interpolation import LitVertices
+from pvphong.shading.inside.lighting import LitVertices
 
 TOLERANCE, MOST = 4 / 255, 4000
 UTM = (500_000.0, 5_400_000.0, 0.0)

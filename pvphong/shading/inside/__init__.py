@@ -1,5 +1,6 @@
 """What colours do between vertices, and what is done about it.
 
-In reading order: `interpolation` finds where they are off; `triangles` are bisected and cut, as index arrays; `surface`
+In reading order: `lighting` is what is compared there, `places` where that is looked at, and `interpolation` finds
+where it is off; `triangles` are bisected and cut, as index arrays; `surface`
 has their lit vertices; `cutting` finds edges of shadows and cones, and cuts there; `splitting` splits the rest.
 """

@@ -15,7 +15,8 @@ from typing import NamedTuple
 import numpy as np
 
 from pvphong.base.types import BoolArray, Float64Array, IntArray
-from pvphong.shading.inside.interpolation import area, lattice, odd_corner, seen_at, sizes, steps_at
+from pvphong.shading.inside.lighting import seen_at, steps_at
+from pvphong.shading.inside.places import area, lattice, odd_corner, sizes
 from pvphong.shading.inside.surface import LitSurface
 from pvphong.shading.inside.triangles import marked
 

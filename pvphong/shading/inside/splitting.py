@@ -16,8 +16,8 @@ from pvphong.shading.inside.interpolation import (
     jumps,
     more_errors,
     pattern_errors,
-    sizes,
 )
+from pvphong.shading.inside.places import sizes
 from pvphong.shading.inside.surface import LitSurface
 from pvphong.shading.inside.triangles import marked
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from pvphong.base.types import BoolArray, Float64Array, FloatArray, IntArray
 from pvphong.geometry.transform import normalize
-from pvphong.shading.inside.interpolation import INTO_TRIANGLE, Lighting, LitVertices, seen_at
+from pvphong.shading.inside.lighting import INTO_TRIANGLE, Lighting, LitVertices, seen_at
 from pvphong.shading.inside.triangles import Triangles
 
 

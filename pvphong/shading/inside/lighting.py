@@ -1,0 +1,340 @@
+"""What is compared inside of triangles: what lights a mesh, at its vertices and at places between them.
+
+The colour inside a triangle is the linear blend of the colours at its corners. The truth is the lighting
+equation at the blended point with the blended normal, made unit length: per-pixel shading, with what is seen of each
+light from there. Places are barycentric coordinates, (s, 3) or (m, s, 3).
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from functools import reduce
+from itertools import pairwise
+from typing import Protocol, cast
+
+import numpy as np
+
+from pvphong.base import threads
+from pvphong.base.types import Float64Array, FloatArray, IntArray, MatrixLike, rgb
+from pvphong.base.vectors import columns, dot, towards, unit_vector
+from pvphong.geometry.transform import normal_matrix, transform_points
+from pvphong.optics.light import Light
+from pvphong.optics.maps import Map, fractions
+from pvphong.optics.material import Material
+from pvphong.optics.roles import Aim, Angle
+from pvphong.scene.scene import Scene
+from pvphong.shading.equation import Equation
+from pvphong.shading.plan.plan import Plan
+from pvphong.shading.vertices import Vertices
+from pvphong.shading.visibility import VisibilityLike, checked_visibility
+
+# Places from which a thread casts rays at a time: what is known of them stays in the processor's caches.
+_PLACES_AT_ONCE = 2**14
+
+
+class SeenFromPlaces(VisibilityLike, Protocol):
+    """What is seen of the lights and the sky from the vertices of a mesh, and from other places on it."""
+
+    @property
+    def behind(self) -> SeenFromPlaces | None:
+        """What is seen from their other sides; None where the light model is one-sided."""
+
+    def at(self, points: Float64Array, normals: Float64Array, origins: Float64Array) -> SeenFromPlaces:
+        """What is seen from places in the world, with normals there, by rays that begin at origins; all (n, 3)."""
+
+    def part(self, row: int) -> tuple[FloatArray, FloatArray]:
+        """The part that is seen of a light, or in the row after theirs of the sky, and its standard error, (n,)."""
+
+
+class Lighting:
+    """What a surface is lit by, and how it reflects.
+
+    What is seen of each light counts as one of the numbers at vertices, `seen`: of a light without a size it is 1 or 0,
+    and 0 outside of a cone too, whose edge is here not the light's but one of what is seen of it. So a vertex on such
+    an edge can be lit as its one side is, or as the other.
+
+    Parameters
+    ----------
+    scene : Scene
+        With a viewer.
+    material : Material
+        Its maps are not read.
+    matrix : array_like or None
+        (4, 4) model matrix.
+    vertices : Vertices
+        With the material's maps, and with a visibility that is `SeenFromPlaces` where the scene asks for rays.
+    cuts : bool, default False
+        Whether edges of cones are to be part of what is seen.
+
+    Attributes
+    ----------
+    equation : Equation
+        The whole lighting equation.
+    maps : ndarray
+        Shape (n, k): the maps, and tangents where the reflectance needs them, in float64, side by side.
+    sharp : tuple of int
+        Places among the scene's lights of those of which all or nothing is seen, and something may be in between.
+    soft : tuple of int
+        Places of those of which a part may be seen, which have a size; and of the sky, the number of lights.
+    settled : set of int
+        Those of the sharp ones whose edges run between triangles: inside of these is seen what corners agree on.
+    """
+
+    def __init__(
+        self, scene: Scene, material: Material, matrix: MatrixLike | None, vertices: Vertices, *, cuts: bool
+    ) -> None:
+        self.scene, self.matrix = scene, matrix
+        self.equation = vertices.equation(scene, material, matrix)
+        self._ranges = vertices.ranges
+        self._material = replace(material, tangents=None)  # they are among the maps, where anything reads them
+        columns = {name: fractions(name, values.rows) for name, values in vertices.maps.items()}
+        if "tangents" in self.equation.channels:
+            columns["tangents"] = vertices.tangents.astype(np.float64)
+        ends = np.cumsum([0, *(rows.shape[1] for rows in columns.values())]).tolist()
+        self._columns = {name: slice(*part) for name, part in zip(columns, pairwise(ends), strict=True)}
+        self.maps = np.concatenate([np.zeros((len(vertices), 0)), *columns.values()], axis=1)
+        self._visibility = cast(SeenFromPlaces, vertices.visibility)
+        self._lights = {term.index: term.light for term in self.equation.terms}
+        blocked = {k for k in self.equation.shadowed if not self._visibility.why_clear(k)}
+        is_open = not self.equation.is_occluded or bool(self._visibility.why_open())
+        self.soft = tuple(sorted(k for k in blocked if self._lights[k].has_size))
+        self._blocked = frozenset(blocked.difference(self.soft))
+        self.soft += () if is_open else (self.equation.lights,)
+        self._cones = frozenset(filter(self._has_cone, self._lights)) if cuts else frozenset()
+        lights, model = list(scene.lights), scene.light_model
+        for k in self._cones:
+            lights[k] = lights[k].with_values(Angle, (lights[k].values(Angle)[0] + 90.0) / 2.0)
+        self.sharp = tuple(sorted(self._cones | self._blocked))
+        is_shadowed = bool(self.sharp or self.soft)
+        occlusion = False if is_open else model.ambient_occlusion
+        model = replace(model, clamp=False, shadows=is_shadowed, ambient_occlusion=occlusion)
+        self._unclamped = replace(scene, lights=lights, light_model=model)
+        self.settled: set[int] = set()
+
+    def _has_cone(self, light: int) -> bool:
+        """Whether a light has a cone that can be a part of what is seen of it: its ambient colour is not."""
+        given = self._lights[light]
+        angles = given.values(Angle) if given.values(Aim) else []
+        is_alone = self.scene.light_model.convention == "standard" and not any(rgb(given.ambient))
+        return is_alone and len(angles) == 1 and angles[0] < 90.0
+
+    def colors(self, points: FloatArray, normals: FloatArray, maps: Float64Array, seen: Float64Array) -> Float64Array:
+        """(n, 3) lit colours before they are clamped, for rows of `maps` and of what is seen."""
+        at = {name: maps[:, part] for name, part in self._columns.items()}
+        if "tangents" in at:  # blends that cancel are no directions, nor is one along the normal
+            at["tangents"] = np.where(at["tangents"].any(axis=1, keepdims=True), at["tangents"], normals)
+        material = self._material.with_values({name: Map(rows) for name, rows in at.items()})
+        vertices = Vertices(points, normals, material.maps, tangents=material.tangents, ranges=self._ranges)
+        if seen.shape[1]:
+            vertices.visibility = checked_visibility("visibility", seen.T, points, self.matrix, self._unclamped)
+        plan = Plan.of(self._unclamped, material, vertices, matrix=self.matrix)
+        return plan.run(vertices, precision="float64", backend="numpy").rgb
+
+    def vertices(self, points: FloatArray, normals: FloatArray) -> LitVertices:
+        """The mesh's own, which begin what is interpolated."""
+        p, n = np.asarray(points, np.float64), np.asarray(normals, np.float64)  # PyVista's arrays are slow to slice
+        level = dot(*(columns(each) for each in self.in_world(p, n)))
+        seen = np.ones((len(p), self.equation.lights + 1 if self.sharp or self.soft else 0))
+        errors = np.zeros_like(seen)
+        for k in self.sharp + self.soft:
+            seen[:, k], errors[:, k] = self.seen(k, p, n)
+        return LitVertices(self, p, n, n, self.maps, seen, level, *self.lit(p, n, self.maps, seen, errors))
+
+    def lit(
+        self, points: Float64Array, normals: Float64Array, maps: Float64Array, seen: Float64Array, errors: Float64Array
+    ) -> tuple[Float64Array, Float64Array]:
+        """`colors`, and their standard errors (n,), from those of what is seen of lights with a size and of the sky."""
+        colors = self.colors(points, normals, maps, seen)
+        noise = np.zeros(len(colors))
+        if self.soft:
+            some = errors.any(axis=1)
+            others = seen[some] + np.where(seen[some] > 0.5, -errors[some], errors[some])
+            off = self.colors(points[some], normals[some], maps[some], others)
+            noise[some] = difference(self.shown(off), self.shown(colors[some]))
+        return colors, noise
+
+    def in_world(self, points: Float64Array, normals: Float64Array) -> tuple[Float64Array, Float64Array]:
+        """Points and normals (n, 3) of the mesh; the matrix takes the normals' lengths along."""
+        if self.matrix is None:
+            return points, normals
+        return transform_points(points, self.matrix), normals @ normal_matrix(self.matrix).T
+
+    def shown(self, colors: Float64Array) -> Float64Array:
+        """Colours as the light model shows them, clamped or not."""
+        return np.clip(colors, 0.0, 1.0) if self.scene.light_model.clamp else colors
+
+    def seen(
+        self, light: int, points: Float64Array, normals: Float64Array, level: Float64Array | None = None
+    ) -> tuple[Float64Array, Float64Array]:
+        """What is seen of a light from places on the mesh, and its standard error, (n,).
+
+        Of a sharp one that is 1 where they face away from it. It is seen from the side that the viewer sees.
+
+        Rays begin on the plane that blends the tangent planes at a triangle's corners, if that is above it. All of a
+        convex mesh is below its vertices' tangent planes, and so below their blends: a ray that rises above one meets
+        nothing of it, however coarse it is. See `pvphong.rays.rays` for vertices, and J. Hanika, "Hacking the shadow
+        terminator" (2021), who moves places to the blend of their projections.
+
+        Parameters
+        ----------
+        light : int
+            Its place among the scene's lights; their number for the sky.
+        points, normals : ndarray
+            (n, 3), the normals with the lengths with which they are blended.
+        level : ndarray, optional
+            (n,): the product of normal and point, in the world, blended as `LitVertices.level`. Without, the places
+            are the mesh's own vertices.
+        """
+        p, n = self.in_world(points, normals)
+        result, error, source = np.ones(len(p)), np.zeros(len(p)), self._lights.get(light)
+        if source is not None and light in self._cones:
+            result[inside_cone(source, columns(p)) < 0.0] = 0.0
+        if light not in self._blocked and light not in self.soft:
+            return result, error
+        some, is_behind = np.ones(len(p), bool), np.zeros(len(p), bool)
+        if self.equation.two_sided:
+            is_behind = dot(columns(n), self.equation.toward_viewer(to_viewer(columns(p), self.equation))) < 0.0
+        if source is not None and light in self._blocked:
+            facing = np.nan_to_num(dot(columns(n), source.arrival(columns(p)).to_light))
+            some = (result > 0.0) & (np.where(is_behind, -facing, facing) > 0.0)
+        other = self._visibility.behind
+        for rows in (some & ~is_behind, some & is_behind):
+            if not rows.any():
+                continue
+            if level is None:
+                part, its_error = (self._visibility if other is None or not is_behind[rows][0] else other).part(light)
+                result[rows], error[rows] = part[rows], its_error[rows]
+                continue
+            places, up = p[rows], np.where(is_behind[rows, None], -n[rows], n[rows])
+            length = np.linalg.norm(up, axis=1)
+            own = np.where(is_behind[rows], -level[rows], level[rows])
+            height = np.fmax(own - np.einsum("ki,ki->k", places, up), 0.0)
+            scale = np.divide(height, length * length, out=np.zeros_like(length), where=length > 0.0)
+            result[rows], error[rows] = self._visibility.at(places, up, places + scale[:, None] * up).part(light)
+        return result, error
+
+
+def inside_cone(light: Light, points: Float64Array) -> FloatArray:
+    """(n,): positive inside of a light's cone, negative outside, by the chord between its axis and the ray; see
+    `pvphong.optics.lights.spot`.
+    """
+    (direction,), (angle,) = light.values(Aim), light.values(Angle)
+    chord = light.arrival(points).direction + np.array(unit_vector(direction))[:, None]
+    return 4.0 * math.sin(math.radians(angle) / 2.0) ** 2 - dot(chord, chord)
+
+
+@dataclass(frozen=True)
+class LitVertices:
+    """Points, and what is interpolated between them: float64 arrays of shape (n, 3), but for those that say so.
+
+    Attributes
+    ----------
+    lighting : Lighting
+        What lights them, and all between them.
+    points : ndarray
+        Where they are.
+    normals : ndarray
+        Of the lengths with which they are blended.
+    stored : ndarray
+        The same directions, of the lengths with which whoever gets the mesh will blend them.
+    maps : ndarray
+        Shape (n, k), as `Lighting.maps` has them.
+    seen : ndarray
+        Shape (n, lights + 1), the part of each light, and of the sky, that is seen; (n, 0) where all is.
+    level : ndarray
+        Shape (n,): where the tangent plane is, as the product with the normal, in the world, of each of its points.
+    colors : ndarray
+        The lit colours before they are clamped.
+    noise : ndarray
+        Shape (n,): their standard errors, where what is seen was sampled.
+    """
+
+    lighting: Lighting
+    points: Float64Array
+    normals: Float64Array
+    stored: Float64Array
+    maps: Float64Array
+    seen: Float64Array
+    level: Float64Array
+    colors: Float64Array
+    noise: Float64Array
+
+    @property
+    def as_stored(self) -> LitVertices:
+        """The same, as whoever gets the mesh will blend them: planes go with the lengths of normals."""
+        was, now = (np.linalg.norm(each, axis=1) for each in (self.normals, self.stored))
+        return replace(self, normals=self.stored, level=self.level * now / np.where(was > 0.0, was, 1.0))
+
+
+def lit_inside(vertices: LitVertices, corners: IntArray, weights: Float64Array) -> tuple[Float64Array, Float64Array]:
+    """The truth at places in triangles (m, 3), as it is shown, (m, s, 3); and its standard error, (m, s)."""
+    points, normals = weights @ vertices.points[corners], weights @ vertices.normals[corners]
+    maps, (seen, errors) = weights @ vertices.maps[corners], _seen_inside(vertices, corners, weights)
+    rows = [each.reshape(points.size // 3, each.shape[-1]) for each in (points, normals, maps, seen, errors)]
+    colors, noise = vertices.lighting.lit(*rows)
+    return vertices.lighting.shown(colors).reshape(points.shape), noise.reshape(points.shape[:2])
+
+
+# A place on a boundary, at the foot of a wall say, is looked at from so far inside of its triangle.
+INTO_TRIANGLE = 2.0**-10
+
+
+def _seen_inside(vertices: LitVertices, corners: IntArray, weights: Float64Array) -> tuple[Float64Array, Float64Array]:
+    """What is seen from places in triangles, by rays where corners do not say it, and its error: (m, s, lights + 1)."""
+    seen = weights @ vertices.seen[corners]
+    errors = np.zeros_like(seen)
+    for k in vertices.lighting.sharp + vertices.lighting.soft:
+        at_corners = vertices.seen[corners, k]
+        rows = np.arange(len(corners))
+        if k in vertices.lighting.settled:
+            rows = np.flatnonzero((at_corners[:, 1:] != at_corners[:, :1]).any(axis=1))
+        if len(rows):
+            inside = (weights if weights.ndim == 2 else weights[rows]) * (1.0 - INTO_TRIANGLE) + INTO_TRIANGLE / 3.0
+            seen[rows, :, k], errors[rows, :, k] = seen_at(k, vertices, corners[rows], inside)
+    return seen, errors
+
+
+def seen_at(
+    light: int, vertices: LitVertices, corners: IntArray, weights: Float64Array
+) -> tuple[Float64Array, Float64Array]:
+    """`Lighting.seen` from places that are blends of vertices (m, c) with weights (s, c) or (m, s, c): (m, s)."""
+    part, error = np.empty((2, len(corners), weights.shape[-2]))
+
+    def work(first: int, last: int) -> None:
+        some, w = corners[first:last], weights if weights.ndim == 2 else weights[first:last]
+        with np.errstate(all="ignore"):
+            points, normals = w @ vertices.points[some], w @ vertices.normals[some]
+            level = (w @ vertices.level[some][..., None]).ravel()
+            found = vertices.lighting.seen(light, points.reshape(-1, 3), normals.reshape(-1, 3), level)
+        part[first:last], error[first:last] = (each.reshape(points.shape[:2]) for each in found)
+
+    threads.run(work, len(corners), max(_PLACES_AT_ONCE // part.shape[1], 1))
+    return part, error
+
+
+def steps_at(light: int, vertices: LitVertices, corners: IntArray, weights: Float64Array) -> Float64Array:
+    """(m, s): how far the colour with all of a light is from that with nothing of it, at places in triangles (m, 3)."""
+    rows = [weights @ each[corners] for each in (vertices.points, vertices.normals, vertices.maps, vertices.seen)]
+    shape = rows[0].shape[:2]
+    rows = [each.reshape(math.prod(shape), each.shape[-1]) for each in rows]
+    colors = []
+    for part in (1.0, 0.0):
+        rows[3][:, light] = part
+        colors.append(vertices.lighting.shown(vertices.lighting.colors(*rows)))
+    return difference(*colors).reshape(shape)
+
+
+def to_viewer(points: Float64Array, equation: Equation) -> Float64Array:
+    """Unit vectors v to the viewer, (3, k), or (3, 1) where they are all the same, from points (3, k)."""
+    return np.array(equation.to_eye)[:, None] if equation.eye is None else towards(equation.eye, points)[0]
+
+
+def difference(colors: Float64Array, others: Float64Array) -> Float64Array:
+    """The difference of colours (..., 3) in the channel where it is largest."""
+    return largest(np.abs(colors - others))
+
+
+def largest(values: Float64Array) -> Float64Array:
+    """The largest along the last axis, which is short: `max` takes several times as long."""
+    return reduce(np.maximum, np.moveaxis(values, -1, 0))
