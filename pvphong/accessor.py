@@ -11,7 +11,7 @@ import inspect
 import os
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from itertools import repeat
-from typing import TYPE_CHECKING, Any, Concatenate, ParamSpec, TypeVar
+from typing import TYPE_CHECKING, Any, Concatenate, ParamSpec, TypeVar, cast
 
 import numpy as np
 import pyvista as pv
@@ -30,7 +30,7 @@ from pvphong.meshes.visibility import occluders_of_blocks, visibility_options
 from pvphong.optics.material import DEFAULT_MATERIAL, Material, as_material
 from pvphong.rays.transport import Transport
 from pvphong.rays.visibility import Visibility
-from pvphong.scene.options import refusal_of
+from pvphong.scene.options import known_options, refusal_of
 from pvphong.scene.scene import Scene, SceneLike
 from pvphong.shading.plan.plan import Plan
 from pvphong.studies import refine as refinement
@@ -88,6 +88,7 @@ class MeshPhong(Handle):
     interpolation_error = _of_mesh(refinement.interpolation_error)
     diagnose = _of_mesh(diagnosis.diagnose)
 
+    @known_options
     def validate(
         self,
         scene: SceneLike | None = None,
@@ -102,6 +103,7 @@ class MeshPhong(Handle):
 
         return validate(self._mesh, scene, material, matrix=matrix, feature_angle=feature_angle, backend=backend)
 
+    @known_options
     def tradeoff(
         self,
         scene: SceneLike | None = None,
@@ -124,13 +126,19 @@ class MeshPhong(Handle):
 
 
 def _options_of(method: Callable[..., Any]) -> Callable[[Method], Method]:
-    """For a method of blocks that passes its options on to a method of each: help() and tab see what those are."""
+    """For a method of blocks that takes what a method of each does: help() and tab see that, and others are refused."""
+    refuse = refusal_of(method)
 
-    def with_signature(own: Method) -> Method:
-        own.__signature__ = inspect.signature(method)  # type: ignore[attr-defined]
-        return own
+    def with_options(own: Method) -> Method:
+        @functools.wraps(own)
+        def called(self: BlocksPhong, *args: Any, **options: Any) -> Any:
+            refuse(options)
+            return own(self, *args, **options)
 
-    return with_signature
+        called.__signature__ = inspect.signature(method)  # type: ignore[attr-defined]
+        return cast("Method", called)
+
+    return with_options
 
 
 @pv.register_dataset_accessor("phong", pv.MultiBlock)

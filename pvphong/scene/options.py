@@ -59,7 +59,8 @@ def refusal_of(function: Callable[..., Any]) -> Callable[[Iterable[str]], None]:
 def _unknown(call: str, name: str, known: Iterable[str]) -> TypeError:
     if name in _PLACES:
         return TypeError(f"{call} takes no {name!r}. {_PLACES[name]} has it.")
-    remedy = check.meant(name, sorted(known))
+    options = sorted(set(known) - {"self", "mesh"})
+    remedy = check.meant(name, options)
     if not remedy and (near := difflib.get_close_matches(name, _PLACES, 1)):
         remedy = f"Did you mean {near[0]!r}? {_PLACES[near[0]]} has it."
-    return TypeError(f"{call} takes no {name!r}. {remedy or 'It takes ' + ', '.join(sorted(known)) + '.'}")
+    return TypeError(f"{call} takes no {name!r}. {remedy or 'It takes ' + ', '.join(options) + '.'}")
