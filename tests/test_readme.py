@@ -32,7 +32,7 @@ def test_one_command_ends_with_the_demo_one_with_the_tests_and_one_prepares_a_he
     set_ups = [line for line in SHELL if line.startswith(("python3", "apt-get"))]
     assert set_ups == [
         SET_UP + "pvphong demo",
-        SET_UP.replace("install", "install -e") + "python -m pytest -n 2 --dist worksteal",
+        SET_UP.replace("install", "install -e") + "python -m pytest -n 2 --dist loadfile",
         f"apt-get install --yes {HEADLESS_PACKAGES}",
     ]
 
