@@ -305,5 +305,5 @@ def test_every_block_has_its_own_plan_and_diagnosis_where_names_are_shared_or_mi
 def test_an_option_that_no_block_takes_is_refused_before_anything_is_computed(call, bounces):
     blocks = pv.MultiBlock([pv.Sphere(), pv.Cube()])
     scene = ph.Scene([ph.DirectionalLight()], light_model=ph.LightModel(bounces=bounces))
-    with pytest.raises(TypeError, match=rf"^{call} takes no 'matrx'\. Did you mean 'matrix'\?$"):
-        getattr(blocks.phong, call)(scene, matrx=None)
+    with pytest.raises(TypeError, match=rf"^{call} takes no 'tolerence'\."):
+        getattr(blocks.phong, call)(scene, tolerence=None)
