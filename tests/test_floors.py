@@ -5,15 +5,19 @@ import inspect
 import json
 import re
 import tomllib
+import traceback
 from functools import cache
 from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
 
 import pytest
+import pyvista as pv
 from apart import run_apart
 
 import pvphong
+import pvphong as ph
 from pvphong.optics.lights import LIGHT_TYPES
+from pvphong.optics.reflectances import Phong
 
 FLOORS = (
     {"base"},
@@ -275,3 +279,18 @@ def test_what_is_said_to_be_installed_is_a_package_that_the_project_asks_for():
     ]
     assert len(said) >= 7
     assert all(package in known for hint in said for package in hint.split())
+
+
+def test_the_walk_to_a_formula_is_short(monkeypatch):
+    """From a call to Phong's formula, in NumPy: frames and files of pvphong's on the way."""
+    walks, factors = [], Phong.factors
+
+    def noted(*given):
+        frames = [frame for frame in traceback.extract_stack()[:-1] if Path(frame.filename).is_relative_to(PACKAGE)]
+        walks.append((len(frames) + 1, len({frame.filename for frame in frames} | {inspect.getfile(factors)})))
+        return factors(*given)
+
+    monkeypatch.setattr(Phong, "factors", staticmethod(noted))
+    shiny = ph.Material(specular=1.0, reflectance=Phong(20.0))
+    pv.Sphere().phong.shade(ph.DirectionalLight(), shiny, backend="numpy")
+    assert walks == [(7, 5)]

@@ -10,6 +10,7 @@ import pytest
 import pyvista as pv
 
 import pvphong as ph
+from pvphong.meshes import point_data
 from pvphong.meshes.point_data import texture_colors
 
 WRAPS = {"CLAMP_TO_EDGE": "edge", "REPEAT": "wrap", "MIRRORED_REPEAT": "symmetric", "CLAMP_TO_BORDER": "constant"}
@@ -148,3 +149,11 @@ def test_what_is_no_texture_of_colours_and_a_mesh_without_coordinates_are_refuse
     ):
         with pytest.raises(ValueError, match=f"^albedo must be {message}"):
             mesh.phong.shade(SCENE, replace(WHITE, albedo=texture))
+
+
+def test_many_points_are_looked_up_part_by_part(monkeypatch):
+    uv = np.random.default_rng(3).uniform(-1.0, 2.0, (500, 2))
+    texture, mesh = texture_of(picture(), "MIRRORED_REPEAT"), with_coordinates(uv)
+    whole = texture_colors(texture, mesh)
+    monkeypatch.setattr(point_data, "_AT_ONCE", 64)
+    assert np.array_equal(texture_colors(texture, mesh), whole)

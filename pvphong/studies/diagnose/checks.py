@@ -178,7 +178,7 @@ def repeated_faces(faces: Faces, edges: Edges, weightless: IntArray) -> IntArray
 
     The weightless ones are passed over: they count for nothing, however often they come.
     """
-    if (edges.forth < 2).all() and (edges.back < 2).all():  # they would run along an edge twice
+    if (edges.forth < 2).all():  # once around, each would run along some edge forth, and so twice
         return np.empty(0, dtype=np.intp)
     sizes = faces.sizes.copy()
     sizes[weightless] = 0

@@ -404,3 +404,16 @@ def test_of_parts_all_faces_are_found_or_none(parts, wrong):
     faces = diagnose(pv.merge(parts, merge_points=False)).inside_out_faces
     owner = np.repeat(np.arange(len(parts)), [part.n_cells for part in parts])
     assert faces.tolist() == np.flatnonzero(np.isin(owner, wrong)).tolist()
+
+
+def test_points_without_faces_count_by_their_number():
+    cloud = pv.PolyData(np.eye(4)[:, :3])
+    cloud.point_data.active_normals = np.float32([(0, 0, 1), (0, 0, 1), (0, 0, 0), (0, 1, 0)])
+    (finding,) = (each for each in diagnose(cloud).findings if each.name == "zero_normals")
+    assert finding.share == 0.25
+
+
+def test_a_face_that_comes_three_times_is_repeated_twice():
+    points = np.float32([(0, 0, 0), (1, 0, 0), (0, 1, 0), (1, 1, 0)])
+    faces = [(0, 1, 2), (1, 3, 2), (1, 2, 0), (2, 0, 1), (2, 1, 0)]
+    assert diagnose(pv.PolyData.from_regular_faces(points, faces)).duplicate_faces.tolist() == [2, 3]
