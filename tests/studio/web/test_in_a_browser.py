@@ -48,6 +48,8 @@ class Page:
         if in_frame:
             driver.switch_to.frame(0)
         self.until(lambda: self.all("light-row") and self.picture().std() > 5)
+        self.until(lambda: driver.execute_script("return document.fonts.status") == "loaded")
+        self.settled(lambda: [each.rect for each in self.all("light-row")])  # a click is not to land beside what moves
 
     def all(self, name, inside=None):
         """Elements by their `data-test`."""
