@@ -117,7 +117,7 @@ class MeshPhong(Handle):
         visibility: Visibility | None = None,
         truth: bool = False,
     ) -> Tradeoff:
-        """What accuracy costs in time on this mesh, measured; see `pvphong.studies.accuracy.measure.tradeoff`."""
+        """Measure accuracy against time on this mesh; see `pvphong.studies.accuracy.measure.tradeoff`."""
         from pvphong.studies.accuracy.measure import tradeoff
 
         how: dict[str, Any] = {"tolerance": tolerance, "seconds": seconds, "matrix": matrix}
@@ -191,14 +191,14 @@ class BlocksPhong(Handle):
 
     @_options_of(MeshPhong.visibility)
     def visibility(self, scene: SceneLike | None = None, **options: Any) -> dict[str, Visibility]:
-        """What the vertices of each dataset see; other blocks may block light."""
+        """Visibility of each dataset's vertices, by its path; other blocks may block light."""
         scene = self._scene(scene, options)
         among = occluders_of_blocks(self._blocks, options.get("matrix"), options.pop("occluders", ()))
         return self._by_path(lambda block: block.phong.visibility(scene, occluders=next(among), **options))
 
     @_options_of(MeshPhong.transport)
     def transport(self, **options: Any) -> Transport:
-        """How light goes between the vertices of all datasets, one after the other."""
+        """Transport of light between the vertices of all datasets, one dataset after the other."""
         return transports.transport_of(self._surfaces(*(options.pop(name, None) for name in _OF_SURFACES)), **options)
 
     @_options_of(MeshPhong.truth)
@@ -257,7 +257,7 @@ class BlocksPhong(Handle):
         feature_angle: FeatureAngle = None,
         **options: Any,
     ) -> Tradeoff:
-        """What accuracy costs in time on all blocks together, as one surface of one material."""
+        """Measure accuracy against time on all blocks together, as one surface of one material."""
         from pvphong.studies.accuracy.measure import tradeoff
 
         return tradeoff(lit.one_surface(self._blocks, feature_angle), scene, material, **options)
@@ -288,7 +288,7 @@ class BlocksPhong(Handle):
         saving.save(self._blocks, path, **options)
 
     def _scene(self, given: SceneLike | None, options: Mapping[str, Any]) -> Scene:
-        """What lights all blocks, with a viewer: that of their box, if none is given."""
+        """Scene for all blocks, with a viewer: without one, as PyVista's camera frames their common box."""
         if isinstance(given, Scene) and given.viewer is not None:
             return given
         return scene_for(map_blocks(self._blocks, surface), given, options.get("matrix"))

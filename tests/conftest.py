@@ -21,21 +21,6 @@ def pytest_xdist_setupnodes() -> None:
         kernel.compile_all(lambda *_: None)
 
 
-_LONGEST = "test_in_a_browser", "test_examples", "test_readme", "test_faults", "test_code", "test_refusals"
-"""Files whose few tests take long: they run first, so that several processes end together."""
-
-
-def pytest_configure(config: pytest.Config) -> None:
-    """Have pytest-xdist share files out in their order, not those with many tests first."""
-    if hasattr(config.option, "loadscopereorder"):
-        config.option.loadscopereorder = False
-
-
-def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Begin with what takes longest."""
-    items.sort(key=lambda item: item.path.stem not in _LONGEST)
-
-
 def pytest_collection_finish() -> None:
     """Keep the garbage collector from looking through ten thousand collected tests each time."""
     gc.collect()

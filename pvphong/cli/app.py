@@ -52,7 +52,7 @@ _COMMANDS = {
         "it says what is in the way if that cannot be done.",
     ),
 }
-"""Name → where the command is, and what it does: loading them all takes a second, which --help is not to wait for."""
+"""Name → function and summary of each command. Importing them all takes a second; --help needs only these."""
 
 app = App(
     name="pvphong",
@@ -85,7 +85,7 @@ def _in_its_words(reason: str, words: Sequence[str]) -> str:
 
 
 def _function(command: str) -> Any:
-    """What a command runs, imported now, so that all of its own text is its help."""
+    """Import a command's function; from now on its own docstring is its help."""
     found = app[command]
     found.help = None
     return found.default_command

@@ -65,7 +65,7 @@ def areas_of(faces: Faces) -> Float64Array:
 
 
 def weights_of(faces: Faces, areas: Float64Array) -> Float64Array:
-    """What of the area belongs to each point: a face shares it evenly among its corners."""
+    """Area of each point, shape (n_points,): a face shares its own evenly among its corners."""
     shares = np.repeat(areas / np.maximum(faces.sizes, 1), faces.sizes)
     return np.bincount(faces.connectivity, shares, faces.n_points).astype(np.float64, copy=False)
 

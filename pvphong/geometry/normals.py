@@ -147,11 +147,11 @@ class Faces:
     def in_blocks(self, work: Callable[[FaceBlock], object]) -> None:
         """Call `work` with each of the blocks, on all cores and in any order."""
         for size, alike, step in self._of_equal_size():
-            threads.run(lambda first, last: work(self._block(alike[first:last], size)), len(alike), step)  # noqa: B023
+            threads.run(lambda first, last: work(self._block(alike[first:last], size)), len(alike), step)  # noqa: B023 it ends before the next size
 
     @cached_property
     def are_triangles(self) -> bool:
-        """Whether all of them are triangles."""
+        """True if every face is a triangle."""
         return bool((self.sizes == 3).all())
 
     def _of_equal_size(self) -> Iterator[tuple[int, IntArray, int]]:

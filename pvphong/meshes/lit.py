@@ -142,7 +142,7 @@ def shade_mesh(
 
 @dataclass(frozen=True)
 class Setting:
-    """What calls that light a mesh are asked beside mesh, scene and material; fields are as for `shade_mesh`."""
+    """Options that all calls which light a mesh have in common; each field is as for `shade_mesh`."""
 
     matrix: MatrixLike | None = None
     feature_angle: FeatureAngle = None
@@ -167,7 +167,7 @@ class Prepared(NamedTuple):
 
 
 def prepare(mesh: pv.DataSet, scene: SceneLike | None, material: Material | str, setting: Setting) -> Prepared:
-    """What will light a mesh."""
+    """Prepare a mesh to be lit: its surface, its vertices, a scene with a viewer, and a plan."""
     # shared first, and then read: what another thread replaces meanwhile is not half seen
     now = shallow_copy(mesh) if isinstance(mesh, pv.PolyData) else mesh
     material = as_material(material)

@@ -2,7 +2,7 @@
 
 A new reflectance is one file in `pvphong/optics/reflectances/` and its entry in `REFLECTANCES` there; what makes it
 public and tested is said there. It must say its `lobes`, at most three, and the formula of their `factors`; everything
-else has an answer here. What a plan knows of a kind is in `shading/limits.py`, which others look like it in
+else has an answer here. Bounds for plans are in `shading/limits.py`, similar reflectances and VTK's counterparts in
 `reflectances/likeness.py`. Users give it as `Material(reflectance=...)`. Its fields are
 declared with their checks, by `check.field`; one without a default takes a 1, with which its formula is compiled in
 advance.

@@ -159,7 +159,7 @@ class Equation:
 
     @cached_property
     def extremes(self) -> tuple[Reflectance, ...]:
-        """What the reflectance may be at a vertex: those with the greatest limits; see `limits.extremes`."""
+        """Reflectances with the greatest limits among those of all vertices; see `limits.extremes`."""
         found: tuple[Reflectance, ...] = (self.reflectance,)
         for name, (low, high) in self.maps.items():
             found = tuple(extreme for each in found for extreme in extremes(each, name, low, high))

@@ -1,8 +1,8 @@
-"""Limits of what reflectances reflect, kind by kind: what a plan knows of a highlight before any vertex is lit.
+"""Bounds on the factors of reflectances, kind by kind, which plans use before any vertex is lit.
 
 Three questions, each a function with an answer by kind: the `most` that a lobe's factor can be, the largest `change` of
-it when light or viewer turns, and the `extremes` of a field that has a map. A kind that is not here has no limit:
-nothing is left out of what it reflects.
+it when light or viewer turns, and the `extremes` of a field that has a map. A kind that is not here has no bound, and
+a plan leaves out nothing of it.
 
 In order: the questions; highlights by a power of a cosine; microfacets; the others.
 """

@@ -243,7 +243,7 @@ GROWTH_OF_CALLS, MEMORY_OF_CALLS = 1.1, 4.0
 
 
 def public_calls(side, folder):
-    """Name → a call that users make, on planes of so many points each way; those with rays on a tenth of them."""
+    """Name → a call that users make, on planes of so many points each way; those with rays on a ninth of the points."""
     rng = np.random.default_rng(0)
     plane = pv.Plane(i_resolution=side - 1, j_resolution=side - 1).triangulate()
     textured = plane.copy()
@@ -260,7 +260,7 @@ def public_calls(side, folder):
     hard, soft = (Scene([light], EYE, LightModel(shadows=True)) for light in (LAMP, SphereLight((0.3, 0.2, 1.5), 0.2)))
     lit, seen = plane.phong.shade(three, SHINY), few.phong.visibility(hard)
     small = pv.MultiBlock([pv.Sphere() for _ in range(max(side * side // 2000, 1))])
-    seen.per_light, ball.phong.normals()
+    seen.per_light  # noqa: B018 rays are cast now
 
     def shade(scene, material=SHINY, mesh=plane, **how):
         return lambda: mesh.phong.shade(scene, material, **how)

@@ -111,7 +111,7 @@ _AXES, _PER_WHOLE, _LINEAR, _IN_SQUARES, _SERIES, _TERMS = 0, 9, 10, 13, 14, 15
 
 
 def sky_numbers(axes: Float64Array, coefficients: Float64Array, hiding: float | None) -> tuple[float, ...]:
-    """What `sky` reads, for coefficients (bands, bands, 2); `hiding` the power of a lobe that the horizon cuts off.
+    """Numbers for `sky`, of coefficients (bands, bands, 2); `hiding` is the power of a lobe that the horizon cuts off.
 
     Of each m there is a series of polynomials Q in z. Where no odd band counts but the first, as in what a cosine makes
     of an image, only every other one of them is followed: it is z or 1 times a polynomial R in z².

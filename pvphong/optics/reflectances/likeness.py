@@ -25,7 +25,7 @@ LIKENESS = 4.0
 
 
 def counterpart_of(reflectance: Reflectance) -> tuple[str, Reflectance] | None:
-    """What is done to get another reflectance that looks much the same, and that one; None where there is none."""
+    """Describe and make the reflectance that looks most like this one; None if no other does."""
     if isinstance(reflectance, Phong):
         return f"Blinn-Phong, shininess × {LIKENESS:g}", BlinnPhong(reflectance.sharpness * LIKENESS)
     if isinstance(reflectance, BlinnPhong):
@@ -35,7 +35,7 @@ def counterpart_of(reflectance: Reflectance) -> tuple[str, Reflectance] | None:
 
 @singledispatch
 def stand_in(reflectance: Any, material: Any) -> tuple[str, Any] | None:  # noqa: ARG001 nothing is simpler
-    """What a cheaper reflection in its place is called, and a material that looks much the same with it."""
+    """Name a cheaper reflectance and give the material with it that looks most like this one; None if there is none."""
     return None
 
 
@@ -73,7 +73,7 @@ def _(reflectance: Microfacets, material: Any) -> tuple[str, Any]:
 
 @singledispatch
 def in_vtk(reflectance: Any) -> Any:  # noqa: ARG001 VTK has no such
-    """What VTK's shader makes of a reflectance; None where VTK has no such."""
+    """The reflectance as VTK's shader computes it; None if VTK does not have it."""
     return None
 
 

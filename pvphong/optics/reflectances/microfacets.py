@@ -134,7 +134,7 @@ class Microfacets(Reflectance):
 
     @property
     def is_faded(self) -> bool:
-        """Whether its base is `faded`."""
+        """True for a `faded` base, false for a `coupled` one."""
         return type(self).factors is faded
 
     def directions(self, surface: Surface) -> Directions:

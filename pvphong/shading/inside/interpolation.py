@@ -1,4 +1,4 @@
-"""How far colours interpolated across triangles are from the lit ones: the largest errors, and jumps.
+"""Errors of colours that are interpolated across triangles: the largest of each triangle, and jumps.
 
 Colours are compared at a fixed pattern of places, and where no fixed pattern would hit (`places`).
 """
@@ -147,10 +147,10 @@ def _worst(
 
 def _in_parts(look: Callable[[slice], None], triangles: int, samples: int) -> None:
     """Look at so many triangles with so many samples each, part after part, on all cores."""
-    ignored = np.geterr()  # a thread begins with its own
+    handling = np.geterr()  # a new thread has NumPy's defaults
 
     def work(first: int, last: int) -> None:
-        with np.errstate(**ignored):
+        with np.errstate(**handling):
             look(slice(first, last))
 
     threads.run(work, triangles, _SAMPLES // samples)

@@ -1,4 +1,4 @@
-"""What is compared inside of triangles: what lights a mesh, at its vertices and at places between them.
+"""Colours at the vertices of a mesh and at places inside its triangles, lit alike.
 
 The colour inside a triangle is the linear blend of the colours at its corners. The truth is the lighting
 equation at the blended point with the blended normal, made unit length: per-pixel shading, with what is seen of each

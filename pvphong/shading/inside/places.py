@@ -77,24 +77,22 @@ class Places(NamedTuple):
 
 
 class _AtCorners:
-    """What is known at the corners of some triangles (m, 3), computed once for each vertex."""
+    """Values at the corners of some triangles (m, 3), computed once for each vertex rather than for each corner."""
 
     def __init__(self, vertices: LitVertices, corners: IntArray) -> None:
         low, high = int(corners.min(initial=len(vertices.points))), int(corners.max(initial=0)) + 1
         if high - low <= corners.size:  # they are near each other in the mesh
-            self._rows: slice | IntArray = slice(low, high)
-            self.corners = corners - low
+            self.rows: slice | IntArray = slice(low, high)
+            self._corners = corners - low
         else:
-            self._rows, inverse = np.unique(corners, return_inverse=True)
-            self.corners = inverse.reshape(corners.shape)
-        points, normals = vertices.points[self._rows], vertices.normals[self._rows]
+            self.rows, inverse = np.unique(corners, return_inverse=True)
+            self._corners = inverse.reshape(corners.shape)
+        points, normals = vertices.points[self.rows], vertices.normals[self.rows]
         self.points, self.normals = vertices.lighting.in_world(points, normals)
-        self.p, self.n = columns(self.points), columns(self.normals)
-        self.colors = vertices.colors[self._rows]
 
     def of(self, values: Any) -> Any:
         """Values of each vertex, of shape (n, ...) each, at the corners, (m, 3, ...)."""
-        return values[self.corners]
+        return values[self._corners]
 
 
 def _chords(term: LightTerm, equation: Equation, points: Float64Array, normals: Float64Array) -> Float64Array:
@@ -212,7 +210,7 @@ def _shortest(at_corners: Float64Array) -> Float64Array:
 
 
 def _is_at_corner(at_corners: Float64Array) -> BoolArray:
-    """Which of the shortest blends of three vectors (k, 3, 3) are one of them: that from which all sides rise."""
+    """True where the shortest blend of three vectors (k, 3, 3) is one of the three: both sides there lead away."""
     a, b, c = at_corners.transpose(1, 2, 0)
     ab, bc, ca = b - a, c - b, a - c
     at_a = (dot(a, ab) >= 0.0) & (dot(a, ca) <= 0.0)
@@ -232,7 +230,7 @@ def creases(vertices: LitVertices, corners: IntArray) -> Iterator[Places]:
     spot's angle at the edge of its cone, a highlight's cosine where it is cut off, a colour less 1 where it saturates.
     """
     equation, at = vertices.lighting.equation, _AtCorners(vertices, corners)
-    p, n = at.p, at.n
+    p, n = columns(at.points), columns(at.normals)
     toward = equation.toward_viewer(to_viewer(p, equation))
     values: list[FloatArray] = [dot(n, toward)] if equation.two_sided else []
     for term in equation.terms:
@@ -245,7 +243,7 @@ def creases(vertices: LitVertices, corners: IntArray) -> Iterator[Places]:
             chord = _chords(term, equation, at.points, at.normals)
             values.append(1.0 - np.einsum("ki,ki->k", chord, chord) / 2.0)
     if vertices.lighting.scene.light_model.clamp:
-        values += [channel - 1.0 for channel in at.colors.T]
+        values += [channel - 1.0 for channel in vertices.colors[at.rows].T]
     for value in values:
         yield from _sign_changes(at.of(np.broadcast_to(value, len(at.points))))
 

@@ -130,7 +130,7 @@ def _largest(points: Float64Array) -> Float64Array:
 
 
 def _has_twice(corners: IntArray) -> BoolArray:
-    """Which faces (m, k) have a corner twice."""
+    """True for faces (m, k) with a repeated corner."""
     if corners.shape[1] == 3:
         a, b, c = corners.T
         return np.asarray((a == b) | (b == c) | (a == c))
@@ -141,10 +141,10 @@ def _has_twice(corners: IntArray) -> BoolArray:
 def first_alike(rows: NDArray[Any]) -> IntArray:
     """For each row the lowest index of one that equals it; a NaN equals nothing.
 
-    Rows are put in the order of one number for each, which equal ones share: that takes a fifth of sorting them by all
-    of their entries, which is done where others share it too.
+    Rows are sorted by a hash, which equal rows share; that takes a fifth of sorting them by all of their entries. Where
+    rows that differ share a hash, they are sorted by all of their entries.
     """
-    numbers = _mixed(rows)
+    numbers = _hashes(rows)
     order = np.argsort(numbers)
     shared = numbers[order[1:]] == numbers[order[:-1]]
     first = np.arange(len(rows))
@@ -160,8 +160,8 @@ def first_alike(rows: NDArray[Any]) -> IntArray:
     return first
 
 
-def _mixed(rows: NDArray[Any]) -> NDArray[np.uint64]:
-    """One number for each row, by its entries' bits (the finaliser of S. Vigna's splitmix64); 0 and −0 are the same."""
+def _hashes(rows: NDArray[Any]) -> NDArray[np.uint64]:
+    """Hash of each row, by its entries' bits (the finaliser of S. Vigna's splitmix64); 0 and −0 are the same."""
     result = np.zeros(len(rows), np.uint64)
     for column in rows.T:
         wide = column.astype(np.float64 if rows.dtype.kind == "f" else np.int64)

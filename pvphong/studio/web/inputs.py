@@ -144,7 +144,7 @@ def number_input(entry: str, name: str = "number", label: str = "") -> None:
 
 
 def typed(name: str) -> str:
-    """What stands in a `typed_number`, also before it has been taken."""
+    """Expression for the text in a `typed_number`, also before the server has taken it."""
     return f"(local.{name} ?? {name})"
 
 

@@ -556,7 +556,7 @@ class Studio:
 
 
 def _seconds(given: Any) -> float:
-    """What a report may take, as it is typed."""
+    """Seconds for a report, from typed text."""
     return check.number("seconds", number_in("seconds", given), at_least=1.0, at_most=600.0)
 
 

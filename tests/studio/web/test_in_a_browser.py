@@ -295,7 +295,7 @@ def test_numbers_beside_each_other_and_beside_a_switch_are_read_as_text(page):
 
 @pytest.mark.parametrize(
     ("field", "name", "before"),
-    [("report-seconds", "seconds", 20), ("picture-width", "width", 1920)],
+    [("report-seconds", "seconds", 20), ("picture-width", "width", 1920), ("picture-height", "height", 1080)],
 )
 def test_numbers_beside_the_document_are_put_back_when_they_are_refused(page, field, name, before):
     for typed, said in {**NO_NUMBERS, "0": "", "": "a number; got nothing."}.items():
