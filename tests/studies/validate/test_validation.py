@@ -413,10 +413,10 @@ def test_an_albedo_of_bytes_is_what_vtk_draws_as_vertex_colours(model):
     white = ball.phong.validate(scene, replace(material, albedo=1.0))
     assert np.abs(found.vtk - white.vtk).max() > 0.3
     for wrong, message in {
-        "diffuse": "^diffuse must be grey beside a map of albedo",
-        "emission": "^emission must be none beside a map",
+        "diffuse": "^diffuse must be grey with a map of albedo",
+        "emission": "^emission must be unset with a map",
     }.items():
         with pytest.raises(ValueError, match=message):
             ball.phong.validate(scene, replace(material, **{wrong: (0.1, 0.2, 0.3)}))
-    with pytest.raises(ValueError, match=r"^albedo must be uint8.* Give it as uint8"):
+    with pytest.raises(ValueError, match=r"^albedo must be uint8.* Convert it with np\.rint"):
         ball.phong.validate(scene, replace(material, albedo=ball["paint"] / 255))
