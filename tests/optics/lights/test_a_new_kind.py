@@ -76,7 +76,7 @@ def test_a_kind_that_says_nothing_of_what_arrives_is_refused():
 
 def test_what_is_judged_by_vtk_says_that_vtk_does_not_have_it(mesh):
     scene = ph.Scene([Lantern()], EYE)
-    with pytest.raises(ValueError, match=r"^lights\[0\] must be a light that VTK has; got a Lantern"):
+    with pytest.raises(ValueError, match=r"^lights\[0\] must be a light that VTK supports; got a Lantern"):
         ph.validate(mesh, scene, SHINY)
     left_out = ph.tradeoff(mesh, scene, SHINY, seconds=2).left_out
     assert "a Lantern" in left_out["textbook NumPy"]
