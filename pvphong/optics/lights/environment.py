@@ -38,7 +38,7 @@ _ROWS = 48
 # Nodes per sharpness of a lobe; their least number (error of matt GGX under a white sky: 0.5 %; with 64 nodes 2.9 %)
 # and their largest (error of GGX with roughness 0.4: 1 %).
 _NODES_IN_LOBES, _LEAST_NODES, _MOST_NODES = 4.0, 256, 1024
-# Largest number of rows for importance sampling; larger images are averaged to so many.
+# Largest number of rows for importance sampling; larger images are averaged to it.
 _MOST_ROWS = 256
 _RED_GREEN_BLUE = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
 
@@ -50,7 +50,7 @@ class EnvironmentLight(Light):
     Its colours are radiance, in units where a white patch under a uniform image of 1 gets the colour 1. `diffuse` and
     `intensity` multiply it, and `ambient` arrives everywhere with the strength 1. Diffuse reflection and Phong's
     highlight use the image's first 32 bands of spherical harmonics; the plan's row "sky" bounds the error of the other
-    bands, and says how many are enough for a tolerance. A highlight is the image blurred by the lobe, looked up in the
+    bands, and gives the number needed for a tolerance. A highlight is the image blurred by the lobe, looked up in the
     mirror direction, times the part of the lobe above the horizon. This is exact for one colour; where the horizon cuts
     the lobe off, the error is at most (brightest − darkest) / (2 (shininess + 1)). Other reflectances approximate the
     image with 256 parallel lights of equal energy, and up to 1024 for sharp lobes. The error is about 1 % for `GGX`
