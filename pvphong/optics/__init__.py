@@ -1,8 +1,8 @@
-"""Lights, reflectances and materials: what arrives at a surface, and what leaves it.
+"""Lights, reflectances and materials: the light that arrives at a surface, and the light that leaves it.
 
-In the order in which to read it: `roles.py`, what follows from a light's fields; `attenuation.py`, how light weakens
-with distance; `light.py`, what every light must and may answer, and `lights/`, a file each; `area/`, integrals over
-lights with a size, and `panorama.py`, images all around; `reflectance.py`, what every reflectance must and may answer,
-and `reflectances/`, a file each; `surface.py`, what they see of a block of vertices; `maps.py`, what of a surface
-differs from vertex to vertex, and `colormap.py`, one of these; `material.py` and `named_materials.py`.
+Reading order: `roles.py`, meanings of a light's fields; `attenuation.py`, falloff with distance; `light.py`, the base
+class of lights, and `lights/`, one file each; `area/`, integrals over area lights, and `panorama.py`, equirectangular
+images; `reflectance.py`, the base class of reflectances, and `reflectances/`, one file each; `surface.py`, their view
+of a block of vertices; `maps.py`, surface parameters per vertex, and `colormap.py`, colour maps; `material.py` and
+`named_materials.py`.
 """

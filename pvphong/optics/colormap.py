@@ -1,4 +1,4 @@
-"""A scalar array as colours, as a plain record: what maps it is in `pvphong/meshes/colormaps.py`."""
+"""Colours of a scalar array, as a plain record; `pvphong/meshes/colormaps.py` does the mapping."""
 
 from __future__ import annotations
 
@@ -27,22 +27,22 @@ def _scalars(name: str, value: Any) -> Any:
 
 
 def numbers_of(name: str, values: Any) -> Any:
-    """An array of shape (n,) or (n, k) of real numbers, complex numbers or bools, not copied.
+    """Return values as an array of real numbers, complex numbers or bools, shape (n,) or (n, k), not copied.
 
     Raises
     ------
     ValueError
-        If it is something else; the message begins with the name.
+        If they have another type or shape; the message begins with the name.
     """
     allowed = "an array of numbers, shape (n,) or (n, k)"
     if np.ma.is_masked(values):
-        check.refuse(name, "an array with masked entries", allowed, "Fill them with NaN, as with array.filled(nan).")
+        check.refuse(name, "an array with masked entries", allowed, "Fill them with NaN: array.filled(np.nan).")
     try:
         found = values if isinstance(values, np.ndarray) else np.asarray(values)
     except ValueError:
         check.refuse(name, f"a ragged {type(values).__name__}", allowed)
     if found.dtype.kind in "SUO":
-        remedy = "np.unique(array, return_inverse=True)[1] numbers them; with categories=True each has its colour."
+        remedy = "Number them with np.unique(array, return_inverse=True)[1], and set categories=True."
         check.refuse(name, "an array of objects" if found.dtype.kind == "O" else "an array of strings", allowed, remedy)
     if found.dtype.kind not in "fiubc" or found.ndim not in (1, 2):
         check.refuse(name, f"an array of {found.dtype} of shape {found.shape}", allowed)
@@ -53,7 +53,7 @@ def _cmap(name: str, value: Any) -> Any:
     if isinstance(value, str):
         known = host.answers().colormap_names()
         if value not in known:
-            listed = "matplotlib.colormaps lists most of them."
+            listed = "See matplotlib.colormaps for a list of most names."
             check.refuse(name, repr(value), _CMAP, check.meant(value, known) or _nearest(value, known) or listed)
         return value
     if value is None or hasattr(value, "MapScalars") or (callable(value) and hasattr(value, "N")):
@@ -71,7 +71,7 @@ def _cmap(name: str, value: Any) -> Any:
 
 
 def _nearest(value: str, known: Sequence[str]) -> str:
-    """A remedy for a name whose capitals are others."""
+    """Return a remedy for a name that differs only in upper and lower case."""
     alike = [name for name in known if name.lower() == value.lower()]
     return f"Did you mean {alike[0]!r}?" if alike else ""
 
@@ -88,7 +88,7 @@ def _clim(name: str, value: Any) -> tuple[float, float] | None:
     except ValueError:
         check.refuse(name, value, allowed)
     if not low < high:
-        remedy = "flip_scalars=True turns a colormap around." if low > high else ""
+        remedy = "Reverse a colormap with flip_scalars=True." if low > high else ""
         check.refuse(name, value, allowed, remedy)
     return low, high
 
@@ -103,13 +103,13 @@ def _categories(name: str, value: Any) -> bool | int:
 
 def _count(name: str, value: Any) -> int:
     if isinstance(value, bool) or not isinstance(value, numbers.Integral) or value < 1:
-        check.refuse(name, value, "a whole number from 1")
+        check.refuse(name, value, "a whole number >= 1")
     return int(value)
 
 
 def _component(name: str, value: Any) -> int | None:
     if value is not None and (isinstance(value, bool) or not isinstance(value, numbers.Integral) or value < 0):
-        check.refuse(name, value, "a whole number from 0, or None for the length of each row")
+        check.refuse(name, value, "a whole number >= 0, or None for the length of each row")
     return None if value is None else int(value)
 
 
@@ -120,7 +120,7 @@ def _annotations(name: str, value: Any) -> Any:
     try:
         return tuple((check.number(name, number), str(label)) for number, label in pairs)
     except (TypeError, ValueError):
-        check.refuse(name, value, "a mapping of numbers to texts")
+        check.refuse(name, value, "a mapping from numbers to texts")
 
 
 def _preference(name: str, value: Any) -> Any:
@@ -129,41 +129,42 @@ def _preference(name: str, value: Any) -> Any:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Colormap:
-    """A scalar array through a colormap, for fields of a material that take a map of colours.
+    """Scalar array mapped through a colormap, for fields of a material that take a map of colours.
 
-    Colours are those of `plotter.add_mesh(mesh, scalars=..., cmap=...)`, before light: 8-bit colours of VTK's lookup
-    table at each point, or of each face where the array is one of cells. That takes faces with points of their own:
+    Colours are those of `plotter.add_mesh(mesh, scalars=..., cmap=...)` before lighting: 8-bit colours of VTK's lookup
+    table at each point, or of each face for a cell array. A cell array needs faces with their own points:
     `feature_angle=0`.
 
     Parameters
     ----------
     scalars : str or array_like
-        The name of a point or cell array, or an array with a row for each of the mesh's points or cells. Of several
-        columns the length of each row counts, of complex numbers the real part. Bools have two colours, whatever the
-        range.
+        Name of a point or cell array, or an array with a row for each of the mesh's points or cells. Rows of several
+        columns map their length, complex numbers their real part. Bools have two colours, regardless of the range.
     cmap : str, sequence of colours, matplotlib.colors.Colormap or pyvista.LookupTable, optional
-        The colormap: a name that PyVista knows, or colours, each a name or three numbers from 0 to 1; that of PyVista's
-        theme if not given. A lookup table has a range and colours of its own, and other options are refused.
+        Colormap: a name in PyVista, or colours, each a name or three numbers from 0 to 1; defaults to the colormap of
+        PyVista's theme. A lookup table has its own range and colours, and excludes the options for these.
     clim : (float, float) or float, optional
-        The numbers that have the first and the last colour; one number c is (-c, c). The least and the greatest of the
-        array if not given, of all blocks of a MultiBlock.
+        Numbers that map to the first and the last colour; one number c means (-c, c). Defaults to the least and the
+        greatest number of the array, over all blocks of a MultiBlock.
     n_colors : int, default 256
-        How many colours there are; of a list of colours, as many as it has.
+        Number of colours; a list of colours keeps its own number.
     log_scale : bool, default False
-        Takes logarithms of numbers and range; a lower end of `clim` that is not positive is the least positive float.
+        True for logarithms of numbers and range. A lower end of `clim` that is not positive becomes the least positive
+        float.
     nan_color, below_color, above_color : color, optional
-        Of NaN, the theme's if not given, and of numbers outside of `clim`, which else have the colours at its ends.
+        Colour of NaN, by default the theme's, and of numbers below and above `clim`, by default the first and the last
+        colour.
     flip_scalars : bool, default False
-        Turns the colormap around.
+        True to reverse the colormap.
     categories : bool or int, default False
-        True: as many colours as there are different numbers; a number: so many colours.
+        True for one colour per distinct number, or the number of colours.
     annotations : mapping, optional
-        Number → text on the scalar bar.
+        Mapping from numbers to texts on the scalar bar.
     component : int, optional
-        The column of an array of several, in place of its rows' lengths.
+        Column of an array of several columns, in place of the rows' lengths.
     preference : {"point", "cell"}, optional
-        Which array is meant where both have the name or the length. Without it, two arrays of one name are refused, and
-        a length that both have is that of points.
+        Kind of array to use if point and cell data share the name or the length. Without it, a shared name is refused,
+        and a shared length means points.
 
     Raises
     ------
@@ -196,11 +197,11 @@ class Colormap:
         if hasattr(self.cmap, "MapScalars"):
             for name in _OF_TABLE:
                 if name in self.given:
-                    check.refuse(name, getattr(self, name), "left out beside a lookup table, which has its own")
+                    check.refuse(name, getattr(self, name), "omitted with a lookup table, which defines it")
 
     @property
     def given(self) -> dict[str, Any]:
-        """The fields that are not their defaults."""
+        """Fields that differ from their defaults."""
         others = {
             each.name: getattr(self, each.name) for each in fields(self)[1:] if getattr(self, each.name) != each.default
         }
@@ -213,7 +214,7 @@ class Colormap:
 
     @property
     def _key(self) -> tuple[Any, ...]:
-        """What two that are equal have in common: objects such as arrays are the same, whatever is in them."""
+        """Key for equality; arrays and other objects compare by identity, not by content."""
         values = (getattr(self, each.name) for each in fields(self))
         plain = (str, tuple, bool, int, float, type(None))
         return tuple(value if isinstance(value, plain) else (id(value), type(value)) for value in values)
@@ -225,27 +226,25 @@ class Colormap:
         return hash(self._key)
 
     def to_dict(self, place: str = "colormap") -> dict[str, Any]:
-        """Its fields as JSON can hold them; `from_dict` gives the colormap back.
+        """Return its fields as a dictionary for JSON; `from_dict` restores the colormap.
 
         Raises
         ------
         ValueError
-            If the scalars are no name, or the colormap is neither a name nor a list of colours.
+            If the scalars are not a name, or the colormap is neither a name nor a list of colours.
         """
         if not isinstance(self.scalars, str):
-            remedy = "Store it as an array of the mesh, and give its name."
-            check.refuse(
-                f"{place}.scalars", _shown(self.scalars), "an array's name, where it is kept in a file", remedy
-            )
+            remedy = "Store it as an array of the mesh, and pass its name."
+            check.refuse(f"{place}.scalars", _shown(self.scalars), "an array's name to be saved in a file", remedy)
         if not isinstance(self.cmap, str | tuple | None):
-            remedy = "Give its name, or colours, as in cmap=[pv.Color(c).hex_rgb for c in (...)]."
-            allowed = "a colormap's name or a list of colours, where it is kept in a file"
+            remedy = "Pass its name, or colours, as in cmap=[pv.Color(c).hex_rgb for c in (...)]."
+            allowed = "a colormap's name or a list of colours to be saved in a file"
             check.refuse(f"{place}.cmap", _shown(self.cmap), allowed, remedy)
         return {name: list(value) if isinstance(value, tuple) else value for name, value in self.given.items()}
 
     @classmethod
     def from_dict(cls, given: Mapping[str, Any], place: str = "colormap") -> Colormap:
-        """The colormap that `to_dict` gave; ValueError, which begins with the place, if a field is not allowed."""
+        """Restore a colormap from `to_dict`; raise ValueError, which begins with the place, for invalid fields."""
         if "scalars" not in documents.entries(place, given):
             check.refuse(f"{place}.scalars", "nothing", "the name of a point or cell array")
         return documents.value(place, cls, given)

@@ -1,11 +1,11 @@
-"""What every light is: fields and checks that all share, and the questions that a light answers for itself.
+"""Base class of lights: the fields and checks that all share, and the methods that a kind of light overrides.
 
-A new light is one file in `pvphong/optics/lights/` and its entry in `LIGHT_TYPES` there, whose key scene files name
-it by; what makes it public and tested is said there. It declares its fields with roles (`roles.py`) and must
-say where it is and how it weakens (`placement`), or of which lights without a size it consists (`nodes`), or what
-arrives at a vertex (`arrival`, which only the readable evaluator runs). Everything else has an answer here that assumes
-nothing of it. Which cheaper light may replace it, `pvphong/shading/plan/lights.py` says; as what VTK draws it,
-`lights/conversion.py`; a kind that these do not know runs as it is, and is not drawn.
+A new light is one file in `pvphong/optics/lights/` and its entry in `LIGHT_TYPES` there, whose key is its name in scene
+files. That package's docstring lists the steps that make it public and tested. A light declares its fields with roles
+(`roles.py`) and must define its position and falloff (`placement`), or the point-like lights that it consists of
+(`nodes`), or the light that arrives at a vertex (`arrival`, which only the readable evaluator runs). All other methods
+have safe defaults here. `pvphong/shading/plan/lights.py` defines cheaper replacements, and `lights/conversion.py` the
+lights that VTK draws. A kind that they do not know is evaluated unchanged, and not drawn.
 """
 
 from __future__ import annotations
@@ -32,66 +32,67 @@ if TYPE_CHECKING:
 
 
 class Arrival(NamedTuple):
-    """What reaches a block of n points from one light, before its colour is taken into account."""
+    """Light that arrives at a block of n points from one light, before its colour is applied."""
 
     to_light: FloatArray
-    """Vectors towards the light, shape (3, n), or (3, 1) where it is constant: unit vectors, or such of moderate
-    length as are known better. Which side of a surface the light is on is decided on these."""
+    """Vectors towards the light, shape (3, n), or (3, 1) if constant. Not necessarily unit length; see
+    `inverse_length`. They decide on which side of a surface the light is."""
 
     strength: Float64Array | float
-    """Attenuation times spot factor, a · s in the model: shape (n,), or one float where it is constant."""
+    """Attenuation times spot factor, a · s in the model: shape (n,), or one float if constant."""
 
     inverse_length: FloatArray | float = 1.0
-    """One over the lengths of those vectors, shape (n,) or one float; 0 where a vector is zero."""
+    """Inverse lengths of `to_light`, shape (n,) or one float; 0 where a vector is zero."""
 
     @property
     def direction(self) -> FloatArray:
-        """Unit vectors towards the light, l in the model: as `to_light`, and zero where there is no direction."""
+        """Unit vectors towards the light, l in the model: shaped as `to_light`, zero where there is no direction."""
         return self.to_light * self.inverse_length
 
 
 NODES = 64
-"""A light with a size is evaluated as so many lights without one where there is no closed form, or as `nodes_for`."""
+"""Default number of point-like lights that approximate an area light without a closed form; see `nodes_for`."""
 
 
 class Integral(NamedTuple):
-    """What a lobe reflects of all of a light with a size, of intensity 1: the limit of the sum over ever more nodes."""
+    """Light of an area light of intensity 1 that a lobe reflects: the limit of the sum over more and more nodes."""
 
     formula: Callable[..., Any]
-    """A function of its numbers, of those of the lobe (`lobe_numbers`), of the offset d from a vertex to its place, the
-    unit normal n and the unit vector a of the lobe. It reads its numbers by index, and runs on arrays and in compiled
-    code. It gives 0 where n or a is zero."""
+    """Function of its numbers, the lobe's numbers (`lobe_numbers`), the offset d from a vertex to `place`, the unit
+    normal n and the unit vector a of the lobe. It reads its numbers by index, and runs on arrays and in compiled code.
+    It returns 0 where n or a is zero."""
 
     place: Vector
-    """The point to which d leads."""
+    """The end point of d."""
 
     radius: float
-    """All of the light is within a sphere of that radius around there. The formula is not asked where none of it is
-    above the horizon, or a lobe around the mirrored viewer is 0: see `lobes.may_rise` and `lobes.shows`."""
+    """Radius of a sphere around `place` that encloses the light. The formula is not evaluated where the sphere is below
+    the horizon, or where a lobe around the mirrored viewer is 0: see `lobes.may_rise` and `lobes.shows`."""
 
     numbers: tuple[float, ...]
 
 
 class Placement(NamedTuple):
-    """Where a light without a size is and how strong it is around there: what `arrival` and compiled code run."""
+    """Position and falloff of a light without a size, as `arrival` and compiled code read them."""
 
     position: Vector
 
     attenuation: Vector
-    """Constant, linear and quadratic coefficient."""
+    """Constant, linear and quadratic coefficients."""
 
     falloff: Callable[[Any, Any], tuple[Any, Any]] | None = None
-    """Formula of the parameters and of the unit vector to it, which is zero on the light itself: 1 where it shines,
-    else 0; and the squared chord of whose cosine a power is a factor of its strength."""
+    """Formula of the parameters and of the unit vector to the light, which is zero on the light itself. It returns 1
+    where the light shines, else 0; and a squared chord. `power` of this chord's cosine multiplies the strength."""
 
     power: Power | None = None
-    """That power, where there is a falloff."""
+    """Power of the cosine, if there is a falloff."""
 
     parameters: tuple[float, ...] = ()
-    """The formula's numbers, at most eight."""
+    """Numbers of the formula, at most eight."""
 
     most_gain: float = math.inf
-    """Where its colours times so much may be beyond float32, the readable evaluator is to light the scene."""
+    """Bound on the gain: if the colours times `most_gain` may exceed float32, the readable evaluator lights the
+    scene."""
 
 
 def _color_or_none(name: str, value: Any) -> Any:
@@ -99,9 +100,9 @@ def _color_or_none(name: str, value: Any) -> Any:
 
 
 class _Kind(type):
-    """The type of lights, whose kinds show users what is theirs: help() and tab leave out how a light is evaluated.
+    """Metaclass of lights. For concrete lights, help() and tab completion omit the methods used for evaluation.
 
-    `Light` itself shows all of it, to those who write a kind.
+    `Light` itself lists all of them, for authors of new kinds.
     """
 
     def __dir__(cls) -> list[str]:
@@ -119,27 +120,27 @@ _OF_KINDS = {"area", "bands", "error_without_bands", "part", "reach_radius", "sa
 
 @dataclass(frozen=True, kw_only=True)
 class Light(metaclass=_Kind):
-    """Fields and checks that every light shares.
+    """Base class of lights: the fields and checks that every light shares.
 
     Parameters
     ----------
     diffuse : color, default (1, 1, 1)
-        Colour of the light that matt surfaces scatter, Ld. Linear, 1.0 = full.
+        Colour of the light for diffuse reflection, Ld. Linear, 1.0 = full.
     specular : color, optional
-        Colour of the light that highlights mirror, Ls; `diffuse` where it is not given.
+        Colour of the light in highlights, Ls; defaults to `diffuse`.
     ambient : color, default (0, 0, 0)
-        Colour that the light adds everywhere it reaches, whatever the normal, La.
+        Colour that the light adds everywhere it reaches, independent of the normal, La.
     intensity : float, default 1
-        Multiplies all three colours; >= 0. A light that weakens with 1/d², as those with a size do, needs as much more
-        as its distance squared.
+        Multiplies all three colours; >= 0. With 1/d² falloff, as area lights have, the intensity must grow with the
+        square of the distance.
     on : bool, default True
-        Whether the light shines.
+        True if the light shines.
     frame : {"world", "camera", "headlight"}
-        What its coordinates are relative to. "camera": in eye space (eye at the origin, looking down −z, y up),
-        so that the light moves with the viewer. "headlight": position and direction are the viewer's,
-        and the light's own are ignored; its `up`, if it has one, is in eye space, where (0, 1, 0) is the viewer's.
+        Frame of its coordinates. "camera": eye space (eye at the origin, looking down −z, y up), so that the light
+        moves with the viewer. "headlight": position and direction are the viewer's, and the light's own are ignored;
+        its `up`, if it has one, is in eye space, where (0, 1, 0) is the viewer's.
     name : str
-        Names its array in results.
+        Name of its array in results.
 
     Raises
     ------
@@ -156,67 +157,67 @@ class Light(metaclass=_Kind):
     name: str = check.field(check.text, "")
 
     is_even: ClassVar[bool] = False
-    """Whether it arrives at every vertex alike."""
+    """True if the light that arrives is independent of the position."""
 
     intensity_unit: ClassVar[str] = ""
-    """What `intensity` is measured in; "" where a facing white patch gets so much of a colour."""
+    """Unit of `intensity`; "" if it is the colour of a white patch that faces the light."""
 
     __signature__ = InitSignature()
 
     def __new__(cls, *_given: Any, **given: Any) -> Self:
-        """Refuse a colour by the name that PyVista's lights have for it, and fields that it has not."""
+        """Refuse unknown fields, and PyVista's names of a light's colours."""
         check.refuse_color(cls, given)
         check.keywords(cls, given)
         return super().__new__(cls)
 
     def __init_subclass__(cls, **options: Any) -> None:
-        """Refuse kinds of kinds: what one says of itself need not hold for another whose arrival differs."""
+        """Forbid subclassing a concrete light: its bounds and closed forms would be wrong for the subclass."""
         super().__init_subclass__(**options)
         if Light not in cls.__bases__:
-            raise TypeError(f"{cls.__name__} must derive from Light itself; got {cls.__bases__[0].__name__}.")
+            raise TypeError(f"{cls.__name__} must derive directly from Light; got {cls.__bases__[0].__name__}.")
         if (cls.arrival, cls.nodes, cls.placement) == (Light.arrival, Light.nodes, Light.placement):
-            raise TypeError(f"{cls.__name__} must say what arrives from it, by `placement`, `arrival` or `nodes`.")
+            raise TypeError(f"{cls.__name__} must override `placement`, `arrival` or `nodes`.")
 
     def __post_init__(self) -> None:
         if type(self) is Light:
-            raise TypeError("Light is abstract; its kinds are in pvphong.optics.lights.")
+            raise TypeError("Light is abstract. Use one of the lights in pvphong.optics.lights.")
         check.fields(self)
 
     def __dir__(self) -> list[str]:
         return dir(type(self))
 
-    # -- what it says of its fields
+    # -- fields
 
     @property
     def roles(self) -> dict[str, Role]:
-        """Name of each field that only this kind of light has → what it means."""
+        """Roles of the fields that only this kind of light has, by name."""
         kind: Any = type(self)
         return roles_of(kind)
 
     @cached_property
     def specular_color(self) -> Vector:
-        """Red, green, blue of the light in highlights: `specular`, or `diffuse` where that is None."""
+        """Red, green, blue of the light in highlights: `specular`, or `diffuse` if that is None."""
         return rgb(self.diffuse if self.specular is None else self.specular)
 
     def values(self, kind: type[Role]) -> list[Any]:
-        """The values of its fields with a role."""
+        """Return the values of its fields with a role."""
         return [getattr(self, field) for field, role in self.roles.items() if isinstance(role, kind)]
 
     def with_values(self, kind: type[Role], value: Any) -> Self:
-        """This light with another value in each of its fields with a role."""
+        """Return this light with another value in each of its fields with a role."""
         return replace(self, **{field: value for field, role in self.roles.items() if isinstance(role, kind)})
 
     @property
     def places(self) -> list[Vector]:
-        """The points that its fields place it at."""
+        """Positions and corners among its fields."""
         return [*self.values(Place), *(corner for corners in self.values(Corners) for corner in corners)]
 
     def moved(self, move: Callable[[Vector], Vector]) -> Self:
-        """This light with every place moved, and no direction or size."""
+        """Return this light with its positions moved; directions and sizes are unchanged."""
         return self._mapped(move, lambda vector: vector, self.frame)
 
     def in_world(self, viewer: Any) -> Self:
-        """This light with its coordinates in the world, as `viewer` makes them."""
+        """Return this light in the world frame of `viewer`."""
         if self.frame == "world":
             return self
         if self.frame == "camera":
@@ -224,7 +225,7 @@ class Light(metaclass=_Kind):
         return self._with(lambda role, value: role.of_viewer(value, viewer), frame="world")
 
     def in_frame(self, frame: Frame, viewer: Any) -> Self:
-        """A light of the world with its coordinates in another frame: the inverse of `in_world`."""
+        """Return this world-frame light in another frame: the inverse of `in_world`."""
         if frame == "camera":
             return self._mapped(viewer.point_to_eye, viewer.vector_to_eye, frame)
         return replace(self, frame=frame)
@@ -238,27 +239,26 @@ class Light(metaclass=_Kind):
 
     @property
     def outline(self) -> Float64Array | None:
-        """Points around its edge, shape (k, 3), in its own frame, as a window shows it; None where it has none.
+        """Points around its edge, shape (k, 3), in its own frame, as a window shows it; None if it has no edge.
 
-        They are in a plane, and run counter-clockwise as its front is seen.
+        They are in a plane, and run counter-clockwise as seen from its front.
         """
         return None
 
-    # -- what it does to vertices
+    # -- evaluation
 
     @property
     def placement(self) -> Placement | None:
-        """Where it is and how strong it is around there, for a light without a size that has a place.
+        """Position and falloff of a light without a size.
 
-        None where `arrival` says what arrives; then only the readable evaluator lights a scene with it, unless it is
-        even.
+        None if `arrival` is overridden; then only the readable evaluator lights a scene with it, unless `is_even`.
         """
         return None
 
     def arrival(self, points: Float64Array, real: Any = np.float64) -> Arrival:
-        """What reaches points (3, n) in its own frame; vectors to the light are in the float type `real`.
+        """Return the light that arrives at points (3, n) in its own frame; vectors have the float type `real`.
 
-        Of an extended light this is what its centre sends.
+        For an area light, this is the light from its centre.
         """
         placed = self.placement
         if placed is None:
@@ -266,7 +266,7 @@ class Light(metaclass=_Kind):
         to_light, inverse_length, distance = directions_to(placed.position, points, real)
         strength = attenuate(distance, placed.attenuation)
         if placed.falloff and placed.power:
-            # in float64, for light may be as bright as its falloff is steep
+            # float64: a bright light compensates for a steep falloff
             l = (to_light * inverse_length).astype(np.float64, copy=False)
             inside, chord = placed.falloff(placed.parameters, l)
             strength = strength * (inside * np.asarray(chord_power(chord, placed.power.exponent), np.float64))
@@ -274,75 +274,75 @@ class Light(metaclass=_Kind):
 
     @property
     def has_size(self) -> bool:
-        """Whether it is a sum of nodes."""
+        """True if it is a sum of nodes."""
         return type(self).nodes is not Light.nodes
 
     def nodes(self, count: int) -> tuple[Light, ...]:  # noqa: ARG002 a light without a size has one
-        """The lights without a size, at most `count`, as whose sum it is evaluated; their intensities are parts of it.
+        """Return at most `count` lights without a size whose sum approximates it at intensity 1.
 
         A light without a size is its own only node.
         """
         return (self,)
 
-    def nodes_for(self, sharpness: float) -> int:  # noqa: ARG002 lobes that are sharper than its nodes are close
-        """How many nodes it is evaluated as for a lobe of a sharpness, as `Reflectance.sharpness` has it."""
+    def nodes_for(self, sharpness: float) -> int:  # noqa: ARG002 the same for all lobes
+        """Return the number of nodes for a lobe of a sharpness as in `Reflectance.sharpness`."""
         return NODES
 
     @property
     def bands(self) -> int:
-        """The number of bands of spherical harmonics that a light from all around is divided into; 0 for others."""
+        """Number of bands of spherical harmonics of an environment; 0 for other lights."""
         return 0
 
     def error_without_bands(self, form: CosinePower, bands: int) -> float:  # noqa: ARG002 it has none
-        """The largest error in the light that a lobe reflects of it, at intensity 1, with only the first bands.
+        """Return a bound on the error of the light that a lobe reflects, at intensity 1, with only the first bands.
 
-        With all of its `bands`: the largest error of the evaluation with all of them.
+        With all of its `bands`, it is the error of the expansion itself.
         """
         return 0.0
 
     def tints(self, bands: int | None = None) -> tuple[tuple[Vector, Light], ...]:  # noqa: ARG002 it has none
-        """The lights of one colour each as whose sum its closed forms are evaluated.
+        """Return the lights of one colour each whose sum gives its closed forms, as pairs of a colour and a light.
 
         Parameters
         ----------
         bands : int, optional
-            How many are kept, of those that have bands; all if not given.
+            Number of bands to keep, for lights with bands; all by default.
         """
         return (((1.0, 1.0, 1.0), self),)
 
     def closed(self, form: CosinePower) -> Integral | None:  # noqa: ARG002 there is none
-        """What a lobe reflects of all of it, exactly; None where its `nodes` are to do."""
+        """Return the exact integral of a lobe over the light, or None if `nodes` approximate it."""
         return None
 
     @property
     def sampling(self) -> Sampling | None:
-        """How rays to it are chosen, for a light with a size; None where it casts no shadows."""
+        """Importance sampling of an area light; None if it casts no soft shadows."""
         return None
 
-    def radiance(self, directions: Float64Array) -> FloatArray:  # noqa: ARG002 it has no area that could be seen
-        """The colours as which a light with a size shows itself, at intensity 1, along unit vectors (3, n) from it.
+    def radiance(self, directions: Float64Array) -> FloatArray:  # noqa: ARG002 it has no visible area
+        """Return the radiance of an area light at intensity 1, as seen along unit vectors (3, n).
 
-        Of shape (3, n), or (3, 1) where they are the same.
+        Shape (3, n), or (3, 1) if constant.
         """
         return np.zeros((3, 1))
 
-    # -- what VTK knows of it
+    # -- conversion to VTK
 
     def to_pyvista(self, viewer: Any = None) -> pv.Light:
-        """The same light as a new `pyvista.Light`, its floats unrounded; of a light that VTK has not, the nearest.
+        """Return the light as a new `pyvista.Light`, its floats unrounded, or the nearest light that VTK has.
 
-        A light in the camera's frame becomes a camera light, a headlight a headlight, any other a
-        scene light. VTK clamps spot exponents to 128 and has no name for a light.
+        A light in the camera frame becomes a camera light, a headlight a headlight, any other a scene light. VTK
+        clamps spot exponents to 128 and does not store names of lights.
 
         Parameters
         ----------
         viewer : Viewer, optional
-            VTK measures a camera light's position in units of the distance from eye to focal point;
-            it is taken from here, and is 1 without.
+            Provides the distance from eye to focal point, in which VTK measures a camera light's position. Without a
+            viewer, the distance is 1.
 
         Raises
         ------
         ValueError
-            If VTK has nothing like it.
+            If VTK has no similar light.
         """
         return host.answers().to_pyvista(self, viewer)

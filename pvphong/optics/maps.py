@@ -1,7 +1,7 @@
-"""Maps: what of a surface is given vertex by vertex, in place of one number or colour.
+"""Maps: fields of a surface with a value per vertex, in place of one number or colour.
 
 A map is an array with a row for each vertex, the name of a mesh's point array, a texture, or scalars through a
-colormap. Fields that may be one are in `FIELDS`; `map_values` says of an array whether it is allowed.
+colormap. `FIELDS` lists the fields that may be maps; `map_values` checks an array.
 """
 
 from __future__ import annotations
@@ -18,11 +18,11 @@ from pvphong.base.types import FloatArray, rgb
 from pvphong.optics.colormap import Colormap
 
 MOST_REFLECTED = 16.0
-"""A surface may be made to reflect more than all of the light, but more than this is 0-255 in disguise."""
+"""Largest reflectance. Values above 1 are allowed, but larger ones are probably 0-255 values."""
 
 
 class Field(NamedTuple):
-    """What numbers a field may have, as a map and as one number or colour."""
+    """Allowed numbers of a field, as a map and as one number or colour."""
 
     is_color: bool
     least: float
@@ -31,32 +31,32 @@ class Field(NamedTuple):
 
 
 FIELDS: Mapping[str, Field] = {
-    "albedo": Field(True, 0.0, 1.001, "parts of the light, from 0 to 1"),  # computed ones are above 1 by rounding
-    "diffuse": Field(True, 0.0, MOST_REFLECTED, "reflectances from 0, of which 1 is all, to 16"),
-    "specular": Field(True, 0.0, MOST_REFLECTED, "reflectances from 0, of which 1 is all, to 16"),
+    "albedo": Field(True, 0.0, 1.001, "reflectances from 0 to 1"),  # computed ones may exceed 1 by rounding
+    "diffuse": Field(True, 0.0, MOST_REFLECTED, "reflectances from 0 to 16, where 1 is all light"),
+    "specular": Field(True, 0.0, MOST_REFLECTED, "reflectances from 0 to 16, where 1 is all light"),
     "emission": Field(True, 0.0, BRIGHTEST, "finite numbers >= 0"),
     "shininess": Field(False, 0.0, float(np.finfo(float).max), "finite numbers >= 0"),
     "roughness": Field(False, float(np.nextafter(0.0, 1.0)), 1.0, "numbers > 0 and <= 1"),
     "metallic": Field(False, 0.0, 1.0, "numbers from 0 to 1"),
 }
-"""Name of a material's or a reflectance's field → what it may be."""
+"""Fields of materials and reflectances that may be maps, by name."""
 
 IMAGES = (".bmp", ".jpeg", ".jpg", ".png", ".tif", ".tiff")
-"""How the path of an image file ends; a string that ends so, and names no point array, is one."""
+"""Suffixes of image files. A string with such a suffix that does not name a point array is a path."""
 
 SHINIEST = 128.0
-"""The shininess of a texture's white: OpenGL's largest (2.1 specification, table 2.10)."""
+"""Shininess of white in a texture: OpenGL's largest (2.1 specification, table 2.10)."""
 
 COLORS = tuple(name for name, field in FIELDS.items() if field.is_color)
 
 
 class Map:
-    """An array or a texture in a field. Two are equal if they hold the same object, whatever its numbers are.
+    """Array or texture in a field. Two maps are equal if they hold the same object, regardless of its numbers.
 
     Parameters
     ----------
     source : array_like or pyvista.Texture
-        What a material was given; it is neither copied nor changed.
+        The array or texture; it is neither copied nor modified.
     """
 
     __slots__ = ("source",)
@@ -75,7 +75,7 @@ class Map:
         return f"<{type(self.source).__name__}{'' if shape is None else f' of shape {shape}'}>"
 
     def __reduce__(self) -> Any:
-        """An array as it is; a texture, which VTK does not pickle, as its image and how that is looked up."""
+        """Pickle an array as it is; a texture, which VTK cannot pickle, as its image and its settings."""
         texture = self.source
         if not is_texture(texture):
             return Map, (texture,)
@@ -99,13 +99,13 @@ def _unpickled(kind: Any, image: Any, settings: Mapping[str, Any]) -> Map:
 
 
 AnyMap = Map | str | Colormap
-"""What a field holds that is a map: an array or a texture, a name, or scalars through a colormap."""
+"""Types of a map in a field: an array or a texture, a name, or scalars through a colormap."""
 
 
 def map_in(name: str, value: Any) -> AnyMap | None:
-    """A field's value as a map: an array or a texture as a `Map`, a name or a colormap as it is; None for other values.
+    """Return a field's value as a map: a `Map` of an array or a texture, a name, or a colormap; None if it is none.
 
-    A string that is a colour's name, and three numbers, are a colour where a field is one.
+    In a field of colours, a string that is a colour's name, and three numbers, are a colour.
     """
     is_color = name in COLORS
     if isinstance(value, Map):
@@ -125,7 +125,7 @@ def map_in(name: str, value: Any) -> AnyMap | None:
 
 
 def is_color_name(value: str) -> bool:
-    """Whether PyVista takes a string for a colour."""
+    """True if a string is a colour's name in PyVista."""
     try:
         host.answers().color_by_name(value)
     except ValueError:
@@ -134,22 +134,22 @@ def is_color_name(value: str) -> bool:
 
 
 def is_image_path(value: Any) -> bool:
-    """Whether it is a string that ends as the path of an image file does."""
+    """True if a value is a string with the suffix of an image file."""
     return isinstance(value, str) and value.lower().endswith(IMAGES)
 
 
 def is_texture(value: Any) -> bool:
-    """Whether it is a `pyvista.Texture` or a `vtkTexture`; neither is imported for that."""
+    """True if a value is a `pyvista.Texture` or a `vtkTexture`; neither is imported for the test."""
     return hasattr(value, "GetUseSRGBColorSpace")
 
 
 class NamedColor(tuple[float, float, float]):
-    """A colour that was given by its name, which a mesh may have as that of an array: then the array is meant."""
+    """Colour given by its name. If a mesh has an array of this name, the name refers to the array."""
 
     name: str
 
     def __new__(cls, name: str, color: Sequence[float]) -> NamedColor:
-        """Three floats, as `check.color` gives them, and a name."""
+        """Make a named colour of three floats from `check.color`."""
         made = super().__new__(cls, color)
         made.name = name
         return made
@@ -162,7 +162,7 @@ class NamedColor(tuple[float, float, float]):
 
 
 def color_or_map(name: str, value: Any) -> Any:
-    """A map, or a colour; one that was given by name keeps it."""
+    """Return a map, or a checked colour, which keeps its name."""
     found = value if isinstance(value, NamedColor) else map_in(name, value)
     if found is not None:
         return found
@@ -170,54 +170,54 @@ def color_or_map(name: str, value: Any) -> Any:
 
 
 def number_or_map(name: str, value: Any, **bounds: Any) -> Any:
-    """A map, or a number within the bounds that `check.number` takes."""
+    """Return a map, or a number within the bounds, which are those of `check.number`."""
     found = map_in(name, value)
     return check.number(name, value, **bounds) if found is None else found
 
 
 def refuse_unnamed(name: str, value: Any) -> None:
-    """Raise ValueError for a map that a file cannot keep: only names, and colormaps of names, can be written."""
+    """Raise ValueError for a map that a file cannot store: only names, and colormaps of names, can be written."""
     if isinstance(value, Colormap):
         value.to_dict(name)
     if isinstance(value, Map):
-        allowed = "a number or colour, a point array's name or an image file's path, where it is kept in a file"
-        remedy = "Store it as a point array of the mesh, and give its name."
+        allowed = "a number, a colour, a point array's name or an image file's path to be saved in a file"
+        remedy = "Store the map as a point array of the mesh, and pass its name."
         check.refuse(name, value, allowed, remedy)
 
 
 class Values(NamedTuple):
-    """What a map has for n vertices, checked."""
+    """Checked values of a map for n vertices."""
 
     rows: Any
-    """Shape (n, 1), or (n, 3) for colours; uint8, float32 or float64."""
+    """Values of shape (n, 1), or (n, 3) for colours; uint8, float32 or float64."""
     least: float
-    """The least of them; 0 for colours."""
+    """Least value; 0 for colours."""
     most: float
-    """The greatest of them; for colours `above` that, for albedo 1."""
+    """Greatest value; for colours, `above` of it; for albedo, 1."""
 
 
 def above(largest: float) -> float:
-    """The least power of two that is no less than a number >= 0; 1 for 0.
+    """Return the least power of two that is at least a number >= 0; 1 for 0.
 
-    Colours divided by it lose no bit, and no vertex's depend on others', also where all are black.
+    Division by a power of two is exact, so that no vertex's colour depends on the others, even if all are black.
     """
     mantissa, exponent = math.frexp(largest)
     return math.ldexp(1.0, exponent - (mantissa == 0.5))
 
 
 def map_values(name: str, value: Any, count: int) -> Values:
-    """A map's numbers for `count` vertices.
+    """Return a map's numbers for `count` vertices.
 
     Raises
     ------
     ValueError
-        For another shape or length, integers other than uint8 as colours, or numbers that are not allowed. Of albedo,
-        which is clipped, only what is too large.
+        For a wrong shape or length, integers other than uint8 as colours, or numbers out of range. Albedo is clipped;
+        only too large values raise.
     """
     field = FIELDS[name]
     allowed = f"{field.allowed}, shape (n,){' or (n, 3)' if field.is_color else ''}"
     if isinstance(value, str):
-        check.refuse(name, repr(value), f"an array where there is no mesh: {allowed}")
+        check.refuse(name, repr(value), f"an array, because array names need a mesh: {allowed}")
     if isinstance(value, Colormap):
         value = host.answers().mapped_colors(name, value)
     given = check.real_array(name, value.source if isinstance(value, Map) else value, allowed)
@@ -231,7 +231,7 @@ def map_values(name: str, value: Any, count: int) -> Values:
     if field.is_color and numbers.dtype == np.uint8:
         return Values(numbers, 0.0, 1.0)
     if field.is_color and numbers.dtype.kind in "iu":
-        remedy = "Convert 0-255 to uint8, or divide it by 255."
+        remedy = "Convert 0-255 values to uint8, or divide them by 255."
         check.refuse(name, f"an array of {numbers.dtype}", "uint8 or floats", remedy)
     if numbers.dtype not in (np.float32, np.float64) or not numbers.dtype.isnative:
         with np.errstate(over="ignore"):
@@ -240,26 +240,27 @@ def map_values(name: str, value: Any, count: int) -> Values:
         return Values(numbers, 1.0, 1.0)
     least, most = _range_of(numbers)
     if name == "albedo":
-        if not most <= field.most:  # it is too large, or there is a NaN among them
+        if not most <= field.most:  # too large, or NaN
             most = float(np.fmax.reduce(numbers, axis=None))
         if most > field.most:
-            remedy = "Divide 0-255 by 255, or convert it to uint8."
+            remedy = "Divide 0-255 values by 255, or convert them to uint8."
             check.refuse(name, f"floats up to {most:g}", "floats from 0 to 1", remedy)
         return Values(numbers, 0.0, 1.0)
-    if not (least >= field.least and most <= field.most):  # nor if one is NaN
+    if not (least >= field.least and most <= field.most):  # also if there is a NaN
         wide = numbers.astype(np.float64)
         is_bad = ~((wide >= field.least) & (wide <= field.most)).all(axis=1)
         first = int(np.argmax(is_bad))
         is_255 = field.is_color and field.most < numbers[first].max() <= 255.0
-        remedy = "Divide 0-255 by 255, or convert it to uint8." if is_255 else ""
+        remedy = "Divide 0-255 values by 255, or convert them to uint8." if is_255 else ""
         check.refuse(name, f"{numbers[first].tolist()} at vertex {first}", allowed, remedy)
     return Values(numbers, 0.0, above(most)) if field.is_color else Values(numbers, least, most)
 
 
 def _range_of(numbers: Any) -> tuple[float, float]:
-    """The least and the greatest of some floats; NaN if there is one among them. Of colours >= 0 the least may be 0.
+    """Return the least and the greatest of floats; NaN if there is one. For colours >= 0, the least may be 0 instead.
 
-    Floats >= 0 are in the order of their bits, and any other's, as those of a whole number, are larger: one pass does.
+    As unsigned integers, the bits of floats >= 0 are in order, and those of negative floats are larger. So the greatest
+    alone, found in one pass, proves that colours are >= 0.
     """
     if numbers.shape[1] == 3 and numbers.flags.c_contiguous:
         bits = numbers.view(np.uint32 if numbers.itemsize == 4 else np.uint64).max()
@@ -270,9 +271,9 @@ def _range_of(numbers: Any) -> tuple[float, float]:
 
 
 def fractions(name: str, rows: Any, real: Any = np.float64) -> FloatArray:
-    """Rows of checked colours as floats: uint8 counts as 0-255; albedo is clipped to [0, 1], NaN counts as 0."""
+    """Return checked colours as floats: uint8 is divided by 255; albedo is clipped to [0, 1], with 0 for NaN."""
     if rows.dtype == np.uint8:
         return np.divide(rows, 255.0, dtype=real)
     if name == "albedo":
-        rows = np.fmin(np.fmax(rows, 0.0), 1.0)  # fmax takes 0 before a NaN
+        rows = np.fmin(np.fmax(rows, 0.0), 1.0)  # fmax prefers 0 to NaN
     return np.asarray(rows, real)

@@ -1,4 +1,4 @@
-"""How a surface reflects: ambient, diffuse, specular, shininess, emission."""
+"""Materials: ambient, diffuse, specular, shininess, emission, maps and reflectance."""
 
 from __future__ import annotations
 
@@ -31,19 +31,19 @@ from pvphong.optics.reflectances import REFLECTANCES
 from pvphong.optics.reflectances.likeness import LIKENESS, stand_in
 from pvphong.optics.reflectances.pbr import is_physical, physical_of
 
-# What files of earlier versions have not, and its defaults: a file without it stays one that they can read.
+# Fields that files of earlier versions lack, and their defaults. Without them, earlier versions can read a file.
 _NEW = (("albedo", 1.0), ("tangents", None), ("reflectance", None))
 
 
 def _reflected(name: str, value: Any, *, checked: check.Check = color_or_map, is_part: bool = False) -> Any:
-    """A colour, or a map, of what is reflected: 0-255 in disguise is refused, and of a part what is more than all."""
+    """Check a reflectance, a colour or a map: refuse 0-255 values, and values above 1 if `is_part`."""
     found = checked(name, value)
     most = 1.0 if is_part else MOST_REFLECTED
     if not isinstance(found, AnyMap) and max(rgb(found)) > most:
         is_255 = max(rgb(found)) <= 255.0 and all(channel.is_integer() for channel in rgb(found))
         if is_255 or is_part:
             remedy = "These look like 0-255 values: divide them by 255." if is_255 else ""
-            check.refuse(name, found, f"a reflectance, of which 1.0 is all{', at most' * is_part}", remedy)
+            check.refuse(name, found, f"a reflectance, where 1.0 is all light{', and at most 1.0' * is_part}", remedy)
     return found
 
 
@@ -60,35 +60,34 @@ def _reflectance(name: str, value: Any) -> Any:
 
 @dataclass(frozen=True, kw_only=True)
 class Material:
-    """A Phong material; the defaults are OpenGL's (2.1 specification, table 2.10), but for the shininess.
+    """Phong material with OpenGL's defaults (2.1 specification, table 2.10), except for the shininess.
 
-    A color is a float (grey), RGB floats (1.0 = full), or a colour's name. Where it says "or map", it may differ from
-    vertex to vertex: the name of a mesh's point array, an array with a row for each vertex, a `pyvista.Texture` that is
-    laid on by the mesh's texture coordinates, or the path of an image file for one. Colours of uint8 count as 0-255.
-    A map of colours may also be a `Colormap`: a scalar array through a colormap. A string that is a colour's name is
-    that colour, and three numbers are one colour. A texture's white is a shininess of 128, OpenGL's largest.
+    A color is a float (grey), RGB floats (1.0 = full), or a colour's name. A map gives a value per vertex. It is the
+    name of a mesh's point array, an array with a row for each vertex, a `pyvista.Texture`, which the mesh's texture
+    coordinates place, or the path of an image file. uint8 colours are divided by 255. A map of colours may also be a
+    `Colormap`: a scalar array through a colormap. A string that is a colour's name is that colour, and three numbers
+    are one colour. White in a texture is a shininess of 128, OpenGL's largest.
 
     Parameters
     ----------
     ambient : color, default 0.2
         Reflectance of ambient light, k_ambient.
     diffuse : color or map, default 0.8
-        Reflectance of light that is scattered in all directions, k_diffuse.
+        Reflectance of diffusely scattered light, k_diffuse.
     specular : color or map, default 0
-        Reflectance of light that is mirrored in the highlight, k_specular.
+        Reflectance of light in the highlight, k_specular.
     shininess : float or map, default 30
         Exponent of the highlight, >= 0; 1 to 200 is usual, 1e6 works. The default is that of three.js and Mitsuba.
-        OpenGL's default of 0 is no highlight, but adds `specular` to all that faces a light; VTK's is 1.
+        OpenGL's default of 0 gives no highlight, but adds `specular` to all surfaces that face a light. VTK's is 1.
     emission : color or map, default 0
-        Light that the surface gives off by itself.
+        Light that the surface emits.
     albedo : color or map, default 1
-        Multiplies ambient and diffuse. Floats of a map are clipped to [0, 1], a NaN counts as 0.
+        Multiplies ambient and diffuse. Floats of a map are clipped to [0, 1]; NaN becomes 0.
     tangents : str or array_like, optional
-        Name of a point array, or an array of shape (n, 3), of vectors along the surface, for a reflectance that is not
-        the same in all directions; from a mesh's texture coordinates, where u grows, if not given.
+        Vectors along the surface, for an anisotropic reflectance: the name of a point array, or an array of shape
+        (n, 3). By default, they follow the mesh's texture coordinate u.
     reflectance : Reflectance, optional
-        How it reflects; by the light model's `reflection` if not given. Its roughness, metallic or shininess may be
-        maps too.
+        Reflectance; defaults to the light model's `reflection`. Its roughness, metallic or shininess may also be maps.
 
     Raises
     ------
@@ -108,9 +107,9 @@ class Material:
     __signature__ = InitSignature()
 
     def __new__(cls, *given: Any, **fields: Any) -> Self:
-        """Refuse what is given without a field's name: `Material("gold")` would be one of golden ambient light."""
+        """Refuse positional arguments: `Material("gold")` would set the ambient colour."""
         if given:
-            check.refuse("Material", given[0], "given by its fields, as in Material(diffuse=...)", _remedy(given[0]))
+            check.refuse("Material", given[0], "made with keywords, as in Material(diffuse=...)", _remedy(given[0]))
         check.refuse_color(cls, fields)
         check.keywords(cls, fields)
         return super().__new__(cls)
@@ -121,7 +120,7 @@ class Material:
 
     @property
     def _unset(self) -> list[str]:
-        """The fields with their defaults, of those that earlier files do not have."""
+        """Fields that have their defaults, among those that earlier files lack."""
         return [name for name, default in _NEW if getattr(self, name) == default]
 
     def __post_init__(self) -> None:
@@ -129,9 +128,9 @@ class Material:
 
     @property
     def maps(self) -> dict[str, AnyMap]:
-        """Field → map, of this material and of its reflectance: what is not the same at all vertices.
+        """Maps of this material and of its reflectance, by field.
 
-        A number that the reflectance has itself replaces the material's, also where that is a map.
+        The reflectance's own number replaces the material's, even if the latter is a map.
         """
         own = {name: getattr(self, name) for name in (*COLORS, "shininess")}
         of = vars(self.reflectance) if self.reflectance is not None else {}
@@ -139,7 +138,7 @@ class Material:
         return {name: value for name, value in own.items() if isinstance(value, AnyMap)}
 
     def with_values(self, values: Mapping[str, Any]) -> Self:
-        """A copy with other values of some fields, of this material's or, where that has them, of its reflectance's."""
+        """Return a copy with other values of some fields: of the reflectance if it sets them, else of the material."""
         of = self.reflectance
         inner = {name: value for name, value in values.items() if getattr(of, name, None) is not None}
         changes: dict[str, Any] = {name: value for name, value in values.items() if name not in inner}
@@ -148,7 +147,7 @@ class Material:
         return replace(self, **changes) if changes else self
 
     def without_albedo(self) -> Self:
-        """The material that looks the same with an albedo of 1: it is in ambient and diffuse. Not for maps of these."""
+        """Return the equal material with an albedo of 1, by scaling ambient and diffuse, which must not be maps."""
         if self.albedo == 1.0:
             return self
         albedo = rgb(self.albedo)
@@ -160,10 +159,10 @@ class Material:
 
     @classmethod
     def named(cls, name: str) -> Self:
-        """A material of some name; capitals do not count.
+        """Return a material by its name, case-insensitive.
 
-        "gold" and "red plastic" are among the classics of OpenGL teaching, with the light model's reflection;
-        "metallic gold", "chalk" and "car paint" among those with a reflectance of their own.
+        "gold" and "red plastic" are among the classics of OpenGL teaching, which use the light model's reflection;
+        "metallic gold", "chalk" and "car paint" have their own reflectance.
 
         Raises
         ------
@@ -178,18 +177,18 @@ class Material:
 
     @staticmethod
     def names() -> tuple[str, ...]:
-        """The names that `named` knows."""
+        """Return the names for `named`."""
         return (*NAMED, *WITH_REFLECTANCE)
 
     def to_dict(self) -> dict[str, Any]:
-        """Its fields as JSON can hold them; `from_dict` gives the material back to the last bit.
+        """Return its fields as a dictionary for JSON; `from_dict` restores the material exactly.
 
-        A reflectance is a dictionary of its own fields and its "type"; it is left out where the light model's counts.
+        A reflectance is a dictionary of its fields and its "type"; it is omitted if the light model's is used.
 
         Raises
         ------
         ValueError
-            If the reflectance is of a kind that files do not know, or a map is no name.
+            If files do not support the kind of reflectance, or a map is not a name.
         """
         left_out = (*self._unset, "reflectance")
         found = {each.name: getattr(self, each.name) for each in fields(self) if each.name not in left_out}
@@ -203,14 +202,14 @@ class Material:
 
     @classmethod
     def from_dict(cls, given: Mapping[str, Any], place: str = "material") -> Self:
-        """The material that `to_dict` gave.
+        """Restore a material from `to_dict`.
 
         Parameters
         ----------
         given : mapping
-            Field → value; fields that are not there have their defaults.
+            Values by field; missing fields have their defaults.
         place : str, default "material"
-            What an error calls it.
+            Its name in error messages.
 
         Raises
         ------
@@ -228,18 +227,18 @@ class Material:
 
     @classmethod
     def from_property(cls, prop: Any) -> Self:
-        """The material of a `pyvista.Property` or `vtkProperty`, its colours unrounded.
+        """Make the material of a `pyvista.Property` or `vtkProperty`, its colours unrounded.
 
-        VTK keeps a coefficient and a colour for each term; their product is the reflectance. (VTK uses
-        the ambient colour without a light's, as `LightModel.vtk()` does.) Where it is drawn with physically based
-        shading (`pbr=True`), the material has the reflectance `PBR`.
+        VTK stores a coefficient and a colour for each term; their product is the reflectance. (VTK does not multiply
+        the ambient colour by a light's, nor does `LightModel.vtk()`.) With physically based shading (`pbr=True`), the
+        material has the reflectance `PBR`.
 
-        Where a mesh has colours of its own, VTK draws these in place of the property's; `from_actor` has them.
+        If a mesh has its own colours, VTK draws them in place of the property's; `from_actor` reads them.
 
         Raises
         ------
         ValueError
-            If `prop` is not such an object, or uses what `PBR` has not; the message names it.
+            If `prop` is not a property, or uses a feature that `PBR` does not support; the message names it.
         """
         if not hasattr(prop, "GetSpecularPower"):
             check.refuse("prop", prop, "a pyvista.Property or a vtkProperty")
@@ -254,24 +253,24 @@ class Material:
 
     @classmethod
     def from_actor(cls, actor: Any) -> Self:
-        """The material of a `pyvista.Actor` or `vtkActor`: that of its property, and the colours of its mesh.
+        """Make the material of a `pyvista.Actor` or `vtkActor`, from its property and the colours of its mesh.
 
-        Vertex colours, scalars through a colormap, and a texture are the albedo. VTK draws the first two in place of
-        the property's ambient and diffuse colours, of which only the coefficients count then. They are an array, with a
-        row for each point or cell of what the actor draws.
+        Vertex colours, scalars through a colormap, and a texture become the albedo. VTK draws the first two in place of
+        the property's ambient and diffuse colours, and keeps only the coefficients of these. They are an array with a
+        row for each point or cell that the actor draws.
 
         Parameters
         ----------
         actor : pyvista.Actor or vtkActor
-            As `plotter.add_mesh` gives it. It is not modified.
+            Actor, as from `plotter.add_mesh`. It is not modified.
 
         Raises
         ------
         ValueError
-            If `actor` is not such an object, or as for `from_property`.
+            If `actor` is not an actor, or for the reasons of `from_property`.
         """
         if not (hasattr(actor, "GetProperty") and hasattr(actor, "GetMapper")):
-            check.refuse("actor", actor, "a pyvista.Actor or a vtkActor", "plotter.add_mesh gives one.")
+            check.refuse("actor", actor, "a pyvista.Actor or a vtkActor", "plotter.add_mesh returns one.")
         prop, mapper, texture = actor.GetProperty(), actor.GetMapper(), actor.GetTexture()
         found = cls.from_property(prop)
         albedo = host.answers().mapper_colors(mapper)
@@ -281,7 +280,7 @@ class Material:
 
     @classmethod
     def from_roughness(cls, roughness: float, **fields: Any) -> Self:
-        """A material whose highlight falls off as (n·h)^(1/roughness), with Blinn-Phong reflection.
+        """Make a material whose highlight is (n·h)^(1/roughness) with Blinn-Phong reflection.
 
         Parameters
         ----------
@@ -295,7 +294,7 @@ class Material:
         return cls(**fields, shininess=1.0 / roughness)
 
     def for_blinn_phong(self) -> Self:
-        """The material that looks the same with Blinn-Phong reflection: four times the shininess.
+        """Return the material that looks about the same with Blinn-Phong reflection: four times the shininess.
 
         The angle from n to h is about half the angle from r to v, and cos(x/2)^(4n) ≈ cos(x)^n.
 
@@ -310,16 +309,16 @@ class Material:
 
 
 DEFAULT_MATERIAL = Material()
-"""What a mesh has for which none is given: OpenGL's default material."""
+"""Material of meshes without one: OpenGL's default material."""
 
 
 def as_material(given: Any) -> Material:
-    """A material as it is, or the one of a name.
+    """Return a material, given itself or its name.
 
     Raises
     ------
     ValueError
-        If it is neither; the message says what makes one of it.
+        If it is neither; the message suggests how to make a material of it.
     """
     if isinstance(given, Material):
         return given
@@ -328,57 +327,57 @@ def as_material(given: Any) -> Material:
         return Material.named(given)
     allowed = "a Material, or the name of one"
     if is_texture(given):
-        remedy = "Material(albedo=texture) has its colours."
+        remedy = "Use Material(albedo=texture)."
     elif isinstance(given, str) and not is_color_name(given):
-        remedy = check.meant(given, names) or "Material.names() lists them."
+        remedy = check.meant(given, names) or "Material.names() lists the names."
     elif isinstance(given, tuple | list) and any(isinstance(each, str | Material) for each in given):
-        remedy = "Blocks take a mapping of their names: dict(zip(blocks.keys(), materials))."
+        remedy = "For blocks, pass a mapping by their names: dict(zip(blocks.keys(), materials))."
     elif isinstance(given, str | tuple | list) or hasattr(given, "float_rgb"):
-        remedy = f"Material(diffuse={given!r}) has that colour."
+        remedy = f"For a colour, use Material(diffuse={given!r})."
     else:
-        remedy = "Material.from_property makes one of a pyvista.Property."
+        remedy = "Convert a pyvista.Property with Material.from_property."
     return check.refuse("material", given, allowed, remedy)
 
 
 def without_maps(material: Material, where: str) -> Material:
-    """The material with its albedo in ambient and diffuse; ValueError if it has maps, which are not allowed `where`."""
+    """Return the material with its albedo in ambient and diffuse; raise ValueError for maps, not allowed `where`."""
     for name, given in material.maps.items():
         check.refuse(name, given, f"one number or colour {where}")
     return material.without_albedo()
 
 
 def refuse_maps_in_vtk(material: Material) -> None:
-    """Raise ValueError for what the material has vertex by vertex, where VTK has a property for all of a mesh.
+    """Raise ValueError for maps that VTK cannot draw, since its property is the same for a whole mesh.
 
-    Its vertex colours can stand for albedo: if they are uint8, and what they multiply is grey.
+    VTK's vertex colours can represent albedo, if they are uint8 and the colours that they multiply are grey.
     """
     for name, given in material.maps.items():
         if name != "albedo":
-            remedy = "VTK's shader has one for a mesh; vertex colours stand for albedo."
+            remedy = "VTK's shader takes one value per mesh; only an albedo can be a map, as vertex colours."
             check.refuse(name, given, "one number or colour, to be compared with VTK", remedy)
     if "albedo" not in material.maps:
         return
     if np.asarray(material.albedo).dtype != np.uint8:
-        remedy = "Give it as uint8, as in np.rint(255 * colours).astype(np.uint8)."
+        remedy = "Convert it with np.rint(255 * colours).astype(np.uint8)."
         check.refuse("albedo", "a map of floats", "uint8, as VTK's vertex colours are", remedy)
     for name in ("ambient", "diffuse"):
         red, green, blue = rgb(getattr(material, name))
         if not red == green == blue:
-            check.refuse(name, getattr(material, name), "grey beside a map of albedo, to be compared with VTK")
+            check.refuse(name, getattr(material, name), "grey with a map of albedo, to be compared with VTK")
     if any(rgb(material.emission)) or material.reflectance is not None:
         name = "reflectance" if material.reflectance is not None else "emission"
-        check.refuse(name, getattr(material, name), "none beside a map of albedo, to be compared with VTK")
+        check.refuse(name, getattr(material, name), "unset with a map of albedo, to be compared with VTK")
 
 
 def nearest_in_vtk(material: Material) -> str:
-    """A sentence that says what to take in place of a reflectance that VTK has not."""
+    """Return a sentence that suggests a replacement for a reflectance that VTK does not support."""
     found = material.reflectance and stand_in(material.reflectance, material)
     if not found:
-        return "Leave it out: VTK's is Phong's."
+        return "Leave it out; VTK's reflectance is Phong's."
     _, instead = found
     shininess = instead.reflectance.of(instead).sharpness
     shown = [f"diffuse={_rounded(instead.diffuse)}", f"specular={_rounded(instead.specular)}"]
-    return f"The nearest that VTK has is without it, {', '.join(shown)}, shininess={shininess:.4g}."
+    return f"The nearest in VTK is without it, {', '.join(shown)}, shininess={shininess:.4g}."
 
 
 def _rounded(color: Any) -> str:
@@ -386,7 +385,7 @@ def _rounded(color: Any) -> str:
 
 
 def _remedy(given: Any) -> str:
-    """What gives a material, from what was taken for one."""
+    """Return a remedy for a positional argument of `Material`."""
     if isinstance(given, str) and given.lower() in Material.names():
-        return f"Material.named({given!r})."
-    return "Material.from_property makes one of a pyvista.Property."
+        return f"Use Material.named({given!r})."
+    return "Convert a pyvista.Property with Material.from_property."

@@ -1,7 +1,7 @@
-"""Images all around: equirectangular, linear, row 0 at the top, as the value of a field that files keep.
+"""Environment images: equirectangular, linear, row 0 at the top, stored in scene files.
 
-A direction at the angle θ from the top and φ around it, to the right of the image's middle as seen from inside, is at
-the share θ/π of the rows and 1/2 + φ/2π of the columns. A texel is one colour throughout.
+A direction at the angle θ from the top, and φ around it to the right of the image's middle as seen from inside, is at
+the share θ/π of the rows and 1/2 + φ/2π of the columns. Texels are constant: there is no interpolation.
 """
 
 from __future__ import annotations
@@ -27,27 +27,27 @@ from pvphong.optics.maps import is_texture
 _ALLOWED = "a colour, a pv.Texture, or an (h, w, 3) array of linear floats >= 0"
 _IMAGE_FILES = ".hdr", ".exr", ".png", ".jpg", ".jpeg", ".tif", ".tiff", ".bmp"
 _TYPES = "float32", "float64"
-_IN_8_BITS = "These are 8-bit values: (image / 255.0) ** 2.2 makes them linear."
-_TEXTURE_IN_8_BITS = "texture.SetUseSRGBColorSpace(True) says that its 8-bit values are sRGB."
+_IN_8_BITS = "Convert 8-bit values to linear floats with (image / 255.0) ** 2.2."
+_TEXTURE_IN_8_BITS = "Call texture.SetUseSRGBColorSpace(True) to mark 8-bit values as sRGB."
 
 
 @dataclass(frozen=True)
 class Panorama:
-    """Texels of an image all around.
+    """Texels of an environment image.
 
     Parameters
     ----------
     height, width : int
-        Of the image.
+        Size of the image in texels.
     type : {"float32", "float64"}
-        Of its numbers.
+        Type of its numbers.
     texels : str
-        Red, green, blue of one texel after the other, row by row: little-endian, compressed by zlib, in base64.
+        Red, green, blue of each texel, row by row: little-endian, compressed with zlib, in base64.
 
     Raises
     ------
     ValueError
-        If these do not belong together, or a number is negative or not finite.
+        If the fields are inconsistent, or a number is negative or not finite.
     """
 
     height: int
@@ -60,10 +60,10 @@ class Panorama:
 
     @classmethod
     def of(cls, name: str, image: FloatArray) -> Self:
-        """The panorama of an array (h, w, 3) of finite numbers >= 0; ValueError, which names it, for others."""
+        """Make a panorama of an array (h, w, 3) of finite numbers >= 0; else raise ValueError, which names it."""
         if not np.isfinite(image).all() or (image < 0.0).any():
             bad = image[~(np.isfinite(image) & (image >= 0.0))][0]
-            remedy = "np.nan_to_num(image, posinf=...).clip(0.0) repairs one; an infinite sun is a DirectionalLight."
+            remedy = "Repair it with np.nan_to_num(image, posinf=...).clip(0.0). Use a DirectionalLight for the sun."
             check.refuse(name, f"an image with {bad}", _ALLOWED, remedy)
         height, width, _ = image.shape
         data = np.ascontiguousarray(image, image.dtype.newbyteorder("<")).tobytes()
@@ -71,7 +71,7 @@ class Panorama:
 
     @cached_property
     def image(self) -> FloatArray:
-        """Shape (h, w, 3), read-only."""
+        """Array of the texels, shape (h, w, 3), read-only."""
         data = zlib.decompress(base64.b64decode(self.texels, validate=True))
         return np.frombuffer(data, np.dtype(self.type).newbyteorder("<")).reshape(self.height, self.width, 3)
 
@@ -82,12 +82,12 @@ class Panorama:
 
     @cached_property
     def total(self) -> Float64Array:
-        """∫ colour du / π, shape (3,)."""
+        """Integral ∫ colour du / π, shape (3,)."""
         return np.asarray(self._mean(self.image.astype(np.float64)) * 4.0)
 
     @cached_property
     def energy(self) -> Float64Array:
-        """∫ colour² du over the square of the largest number, shape (3,)."""
+        """Integral ∫ colour² du divided by the square of the largest number, shape (3,)."""
         return np.asarray(self._mean((self.image / (self.largest or 1.0)).astype(np.float64) ** 2) * (4.0 * math.pi))
 
     def _mean(self, values: Float64Array) -> Float64Array:
@@ -96,38 +96,38 @@ class Panorama:
 
     @cached_property
     def is_even(self) -> bool:
-        """Whether all of it is one colour."""
+        """True if all texels have the same colour."""
         return bool((self.image == self.image[0, 0]).all())
 
     @cached_property
     def harmonics(self) -> Float64Array:
-        """Coefficients of each channel over the largest number, as `projected` gives them."""
+        """Coefficients of each channel from `projected`, divided by the largest number."""
         scaled = self.image.astype(np.float64) / (self.largest or 1.0)
         return projected(scaled[:1, :1] if self.is_even else scaled, 1 if self.is_even else BANDS)
 
 
 def row_areas(height: int, width: int) -> Float64Array:
-    """The solid angle of a texel of each row, shape (h,)."""
+    """Return the solid angle of a texel of each row, shape (h,)."""
     middles, half = _angles(height), 0.5 * math.pi / height
     return np.asarray(2.0 * np.sin(middles) * math.sin(half) * (2.0 * math.pi / width))
 
 
 def directions(height: int, width: int) -> Float64Array:
-    """Unit vectors to the middles of texels, along the axes to the image's middle, right and up, shape (h, w, 3)."""
+    """Return unit vectors to texel centres, shape (h, w, 3), along the axes to the image's middle, right and up."""
     down, around = _angles(height)[:, None], 2.0 * (_angles(width) - 0.5 * math.pi)
     level, height_above = np.sin(down), np.cos(down)
     return np.stack(np.broadcast_arrays(level * np.cos(around), level * np.sin(around), height_above), axis=-1)
 
 
 def _angles(count: int) -> Float64Array:
-    """The middles of so many parts of [0, π]."""
+    """Return the midpoints of `count` equal parts of [0, π]."""
     return np.asarray((np.arange(count) + 0.5) * (math.pi / count))
 
 
 def image_or_color(name: str, value: Any) -> Any:
-    """A colour as such, or an image as a `Panorama`: of an array, a file's entries, or a texture.
+    """Return a checked colour, or a `Panorama` of an array, a file's entries, or a texture.
 
-    A texture's 8-bit values are taken as sRGB where it says that they are.
+    A texture's 8-bit values are decoded from sRGB if it is marked as sRGB, and refused otherwise.
     """
     if isinstance(value, Panorama):
         return value
@@ -144,24 +144,24 @@ def image_or_color(name: str, value: Any) -> Any:
     if isinstance(value, list) and value and isinstance(value[0], (list, tuple, np.ndarray)):
         return Panorama.of(name, _linear(name, check.real_array(name, value, _ALLOWED), _IN_8_BITS))
     if isinstance(value, str | PurePath) and str(value).lower().endswith(_IMAGE_FILES):
-        check.refuse(name, value, _ALLOWED, f"EnvironmentLight(pv.read_texture({str(value)!r})) reads it.")
+        check.refuse(name, value, _ALLOWED, f"Read the file with EnvironmentLight(pv.read_texture({str(value)!r})).")
     return check.color(name, value)
 
 
 def _linear(name: str, values: Any, remedy: str) -> FloatArray:
-    """Floats of the right shape."""
+    """Check the shape and type of texels, and return floats."""
     values = check.real_array(name, values, _ALLOWED)
     if values.dtype.kind != "f":
         check.refuse(name, f"an array of {values.dtype}", _ALLOWED, remedy)
     if values.ndim != 3 or values.shape[2] != 3 or not values.size:
         more = values.ndim == 3 and values.shape[2] == 4
-        remedy = "image[..., :3] leaves out what is opaque." if more else ""
+        remedy = "Remove the opacity with image[..., :3]." if more else ""
         check.refuse(name, f"an array of shape {values.shape}", _ALLOWED, remedy)
     return np.asarray(values.astype(np.float32 if values.dtype.itemsize <= 4 else np.float64, copy=False))
 
 
 def _from_file(name: str, entries: Mapping[str, Any]) -> Panorama:
-    """As `dataclasses.asdict` made it."""
+    """Make a panorama from the entries that `dataclasses.asdict` gave."""
     documents.check_keys(name, entries, {field.name for field in fields(Panorama)})
     missing = [field.name for field in fields(Panorama) if field.name not in entries]
     if missing:
@@ -171,5 +171,5 @@ def _from_file(name: str, entries: Mapping[str, Any]) -> Panorama:
     try:
         image = kept.image
     except (ValueError, TypeError, zlib.error, binascii.Error):
-        check.refuse(f"{name}.texels", entries["texels"], f"{height} x {width} texels as a scene file keeps them")
+        check.refuse(f"{name}.texels", entries["texels"], f"{height} x {width} texels as stored in a scene file")
     return Panorama.of(name, image.astype(image.dtype.newbyteorder("=")))

@@ -1,11 +1,11 @@
-"""What every reflectance is: how much of the light that arrives leaves towards the viewer.
+"""Base class of reflectances: the share of arriving light that leaves towards the viewer.
 
-A new reflectance is one file in `pvphong/optics/reflectances/` and its entry in `REFLECTANCES` there; what makes it
-public and tested is said there. It must say its `lobes`, at most three, and the formula of their `factors`; everything
-else has an answer here. Bounds for plans are in `shading/limits.py`, similar reflectances and VTK's counterparts in
-`reflectances/likeness.py`. Users give it as `Material(reflectance=...)`. Its fields are
-declared with their checks, by `check.field`; one without a default takes a 1, with which its formula is compiled in
-advance.
+A new reflectance is one file in `pvphong/optics/reflectances/` and its entry in `REFLECTANCES` there. That package's
+docstring lists the steps that make it public and tested. A reflectance must define its `lobes`, at most three, and the
+formula of their `factors`; all other methods have defaults here. Bounds for plans are in `shading/limits.py`, similar
+reflectances and VTK's counterparts in `reflectances/likeness.py`. Users pass it as `Material(reflectance=...)`.
+`check.field` declares its fields with their checks. A field without a default must accept 1, with which the formula is
+compiled in advance.
 """
 
 from __future__ import annotations
@@ -29,89 +29,90 @@ WHITE: Vector = (1.0, 1.0, 1.0)
 
 
 class Geometry(NamedTuple):
-    """What a formula is given of a vertex and of one light: numbers in compiled code, arrays of n in NumPy.
+    """Arguments of a formula for a vertex and one light: numbers in compiled code, arrays of n in NumPy.
 
     Vectors have three entries, and are arrays (3, n) or (3, 1) in NumPy.
     """
 
     n: Any
-    """The normal, of any moderate length; zero where there is none."""
+    """Normal, of any moderate length; zero where there is none."""
     scale: Any
-    """1/|n|. What |n| is rounded to should not matter, so unit normals are not given."""
+    """1/|n|. It is separate so that the rounding of |n| does not affect signs."""
     n_l: Any
-    """The cosine n·l, whose sign is exact."""
+    """Cosine n·l, whose sign is exact."""
     n_v: Any
-    """The cosine n·v."""
+    """Cosine n·v."""
     l: Any
     """Unit vector to the light; zero where there is none."""
     v: Any
     """Unit vector to the viewer."""
     t: Any
-    """Unit tangent across n, for reflectances that need it; zero where there is none."""
+    """Unit tangent orthogonal to n, for reflectances that need it; zero where there is none."""
 
 
 class Sightline(NamedTuple):
-    """Bounds on angles over all vertices, in radians: what is known of where light, viewer and normals are."""
+    """Bounds on angles between normals, light and viewer over all vertices, in radians."""
 
     theta: float
-    """The least from normal to light."""
+    """Least angle from normal to light."""
     phi: float
-    """The least from normal to viewer."""
+    """Least angle from normal to viewer."""
     psi: float
-    """The greatest from light to viewer."""
+    """Greatest angle from light to viewer."""
 
 
 ANYWHERE = Sightline(0.0, 0.0, math.pi)
-"""Nothing is known."""
+"""Bounds that hold for any geometry."""
 
 
 class Peak(NamedTuple):
-    """Where a highlight is brightest: the chord C is 0 there, and the highlight a function of f = 1 − ½|C|²."""
+    """Peak of a highlight: the chord C is 0 there, and the highlight is a function of f = 1 − ½|C|²."""
 
     square: Callable[[Geometry], Any]
     """Formula of |C|²."""
     chord: Callable[[Any, Any, Any], Any]
-    """Gives vectors as long as C, for arrays (3, k) or (3, 1) of unit vectors n, l and v."""
+    """Function that returns vectors as long as C, for arrays (3, k) or (3, 1) of unit vectors n, l and v."""
     most: Callable[[Sightline], float]
-    """The largest f for vertices of which bounds are known."""
+    """Function that returns the largest f within bounds on angles."""
     axis: Callable[[Surface], FloatArray] | None
-    """Gives the unit vectors (3, n), in float64, around which l is; None where h is around n."""
+    """Function that returns the unit vectors (3, n), in float64, around which l is sampled; None if h is sampled around
+    n."""
     speed: Callable[[float], float] = lambda _: 1.0
-    """How many times as far as l or v, whose angle is at most ψ, the direction around which f is a cosine turns."""
+    """Bound on the rotation of the highlight's axis per rotation of l or v, for angles between them up to ψ."""
 
 
 class Lobe(NamedTuple):
-    """One part of a reflectance: a factor at each vertex, times a colour that is the same for all."""
+    """One part of a reflectance: a factor per vertex, times a constant colour."""
 
     component: Component
-    """Which of the light's and the material's colours it takes, and which of the results it counts to."""
+    """Colour of the light and of the material that it multiplies, and the result that it contributes to."""
 
     takes_albedo: bool
-    """Whether its colour is multiplied by the albedo."""
+    """True if the albedo multiplies its colour."""
 
     needs_viewer: bool
-    """Whether its factor depends on the direction to the viewer."""
+    """True if its factor depends on the direction to the viewer."""
 
     color: Vector = WHITE
-    """What its colour is multiplied by."""
+    """Factor of its colour."""
 
     is_own: bool = False
-    """Whether `color` replaces the material's colour for its component."""
+    """True if `color` replaces the material's colour for its component."""
 
     tint: Callable[[FloatArray, Mapping[str, FloatArray]], FloatArray] | None = None
-    """Gives what the colour is multiplied by for an albedo (3, n) and maps as in `Surface.maps`, where that is not the
-    albedo itself."""
+    """Function of an albedo (3, n) and maps as in `Surface.maps` that returns the factor of the colour, if this is not
+    the albedo itself."""
 
 
 LAMBERT = Lobe("diffuse", takes_albedo=True, needs_viewer=False)
-"""The factor max(n·l, 0); where no more is wanted of a reflectance, its formula is not called."""
+"""The factor max(n·l, 0). If only this lobe is needed, the reflectance's formula is not called."""
 
 HIGHLIGHT = Lobe("specular", takes_albedo=False, needs_viewer=True)
 
 
 @dataclass(frozen=True)
 class Reflectance(ABC):
-    """How a surface reflects.
+    """Base class of reflectances.
 
     Symbols: n the unit normal, l the unit vector to the light, v to the viewer.
     """
@@ -120,78 +121,78 @@ class Reflectance(ABC):
         check.fields(self)
 
     gamma: ClassVar[float] = 1.0
-    """What is drawn is the sum of all light to the power 1/gamma."""
+    """Gamma of the picture: the sum of all light is drawn to the power 1/gamma."""
 
     is_physical: ClassVar[bool] = False
-    """Whether it is of VTK's physically based branch, where a material has no ambient colour, and a headlight alone
-    is at the eye."""
+    """True for VTK's physically based branch, where a material has no ambient colour, and a single headlight is at the
+    eye."""
 
     needs: ClassVar[frozenset[str]] = frozenset()
-    """What it reads beside normals and the viewer: "tangents", as `Geometry.t`."""
+    """Inputs in addition to normals and the viewer: "tangents", as `Geometry.t`."""
 
     maps: ClassVar[frozenset[str]] = frozenset()
-    """What may be given vertex by vertex: "specular", which evaluators multiply, or a field."""
+    """Names of fields that may be maps; also "specular", which evaluators multiply."""
 
     @property
     @abstractmethod
     def lobes(self) -> tuple[Lobe, ...]:
-        """Its parts."""
+        """Parts of the reflectance."""
 
-    def of(self, material: Any) -> Reflectance:  # noqa: ARG002 for those that take something
-        """This reflectance with what it takes of a material, such as a shininess where it has none of its own."""
+    def of(self, material: Any) -> Reflectance:  # noqa: ARG002 for subclasses that use it
+        """Return this reflectance with unset fields, such as the shininess, taken from a material."""
         return self
 
     def over(self, maps: Mapping[str, tuple[float, float]]) -> Reflectance:  # noqa: ARG002 colours are the same
-        """This reflectance for maps of its fields, whose least and greatest numbers are given.
+        """Return this reflectance for maps of its fields, given their least and greatest numbers.
 
-        Its fields have the greatest; what of its colours depends on them is to be no less than at any vertex.
+        The fields have the greatest numbers. Colours that depend on the fields must be no less than at any vertex.
         """
         return self
 
     factors: ClassVar[staticmethod[[Any, Geometry, Any], tuple[Any, ...]]]
-    """Formula of the lobes' factors: of its `parameters`, of the geometry, and of its highlight, if it has a `power`.
+    """Formula of the lobes' factors, from its `parameters`, the geometry, and its highlight, if it has a `power`.
 
-    The first lobe's does not depend on the highlight, which is not computed where only that one is wanted.
+    The first factor does not depend on the highlight, which is not computed if only the first lobe is needed.
 
-    Without a normal or a light's direction they are 0; evaluators take away what needs a viewer where there is none.
+    Factors are 0 without a normal or a light's direction. Evaluators zero lobes that need a viewer where there is none.
     """
 
     mapped: ClassVar[Any] = None
-    """Formula of the `parameters`, of the field that a map gives and of what they are without it; None if none may."""
+    """Formula of the `parameters`, from the field that a map gives and the parameters without it; None without maps."""
 
     peak: ClassVar[Peak | None] = None
-    """Where its highlight is; None if it has none."""
+    """Peak of its highlight; None if it has no highlight."""
 
     def power(self, maps: Mapping[str, Any]) -> Power | None:  # noqa: ARG002 it has none
-        """The power that its highlight is, around its peak; None if it is something else.
+        """Return the power of the cosine around its peak that is its highlight; None for other highlights.
 
         Parameters
         ----------
         maps : mapping
-            Field → numbers of each vertex that replace it.
+            Numbers per vertex that replace a field, by field.
         """
         return None
 
     def parameters(self, maps: Mapping[str, Any]) -> tuple[Any, ...]:  # noqa: ARG002 it has none
-        """The numbers that its formula reads, at most eight; with `maps` as for `power`."""
+        """Return the numbers that its formula reads, at most eight; `maps` as for `power`."""
         return ()
 
     def directions(self, surface: Surface) -> Directions | None:  # noqa: ARG002 it has no highlight
-        """How directions of light are chosen that its highlight reflects much of; None: by the cosine, as for others.
+        """Return an importance sampling of its highlight; None to sample by the cosine.
 
-        All that the highlight reflects from must have a chance.
+        The density must be positive in all directions from which the highlight reflects light.
         """
         return None
 
     @property
     def forms(self) -> tuple[CosinePower | None, ...]:
-        """Each lobe's factor as a power of a cosine; None where it is something else.
+        """Each lobe's factor as a power of a cosine; None for other factors.
 
-        For such there are exact integrals over lights with a size (`Light.closed`).
+        Powers of a cosine have exact integrals over area lights (`Light.closed`).
         """
         return tuple(CosinePower("normal", 1.0) if lobe is LAMBERT else None for lobe in self.lobes)
 
     @property
     def sharpness(self) -> float:
-        """The n of a factor that falls off as exp(−½n|C|²) around a peak at C = 0; 0 where there is no such peak."""
+        """The n of a factor that falls off as exp(−½n|C|²) around a peak at C = 0; 0 if there is no such peak."""
         return 0.0

@@ -1,6 +1,6 @@
-"""What a light's field means: from its role follow its check, its frame, its handle, its readout and how it is moved.
+"""Roles of a light's fields: a role determines a field's check, frame, handle, readout and transformation.
 
-Handles and readouts by role are in `studio/gizmos/handles.py`. A light declares its fields with these::
+Handles and readouts by role are in `studio/gizmos/handles.py`. A light declares its fields with these functions::
 
     position: VectorLike = place()
     direction: VectorLike = aim()
@@ -25,45 +25,45 @@ MESH_UNIT = "mesh unit"
 
 @dataclass(frozen=True)
 class Role:
-    """What a field means.
+    """Meaning of a light's field.
 
     Parameters
     ----------
     check : callable
-        Checks a value and puts it into canonical form.
+        Checks a value and returns its canonical form.
     handle : str
-        The name of its handle in a window, "" where it has none.
+        Name of its handle in a window; "" for none.
     """
 
     check: Check
     handle: str = ""
 
     unit: ClassVar[str] = ""
-    """What its numbers are measured in."""
+    """Unit of its numbers."""
     labels: ClassVar[tuple[str, ...]] = ()
-    """What each number is called, where there are several."""
+    """Label of each number, if there are several."""
 
     def mapped(self, value: Any, point: Map, vector: Map) -> Any:  # noqa: ARG002 a number is the same in all frames
-        """The value in another frame, which two functions take points and vectors to."""
+        """Return the value in another frame; two functions transform points and vectors."""
         return value
 
     def of_viewer(self, value: Any, viewer: Any) -> Any:
-        """The value in the world for a light that is the viewer's: by default one of eye space."""
+        """Return the value in the world frame for a headlight; by default, the value is in eye space."""
         return self.mapped(value, viewer.point_to_world, viewer.vector_to_world)
 
 
 class Place(Role):
-    """Where a light is: three coordinates."""
+    """Position of a light: three coordinates."""
 
     unit: ClassVar[str] = MESH_UNIT
     labels: ClassVar[tuple[str, ...]] = ("x", "y", "z")
 
     def mapped(self, value: Any, point: Map, vector: Map) -> Any:  # noqa: ARG002 it is a point
-        """The point."""
+        """Transform the point."""
         return point(value)
 
     def of_viewer(self, value: Any, viewer: Any) -> Any:  # noqa: ARG002 as for any role
-        """The eye."""
+        """Return the eye's position."""
         return viewer.position
 
 
@@ -73,14 +73,14 @@ class Direction(Role):
     labels: ClassVar[tuple[str, ...]] = ("x", "y", "z")
 
     def mapped(self, value: Any, point: Map, vector: Map) -> Any:  # noqa: ARG002 it is a vector
-        """The vector."""
+        """Transform the vector."""
         return vector(value)
 
 
 class Up(Direction):
-    """How a light is turned around its aim.
+    """Orientation of a light around its aim.
 
-    The light's `axes` are unit vectors as rows: where its front is, to the right of that, and up.
+    The light's `axes` are unit vectors as rows: front, right and up.
     """
 
 
@@ -88,18 +88,18 @@ class Aim(Direction):
     """The direction in which a light travels."""
 
     def of_viewer(self, value: Any, viewer: Any) -> Any:  # noqa: ARG002 as for any role
-        """Along the view axis."""
+        """Return the direction of the view axis."""
         return viewer.view_direction
 
 
 class Corners(Role):
-    """Where the corners of a light are: points one after the other around it."""
+    """Corners of a light: points in order around it."""
 
     unit: ClassVar[str] = MESH_UNIT
     labels: ClassVar[tuple[str, ...]] = ("x", "y", "z")
 
     def mapped(self, value: Any, point: Map, vector: Map) -> Any:  # noqa: ARG002 they are points
-        """The points."""
+        """Transform the points."""
         return tuple(point(corner) for corner in value)
 
 
@@ -110,9 +110,10 @@ class Length(Role):
     Parameters
     ----------
     share : float, default 1
-        So much of it lies between the light's middle and the size's handle.
+        Distance of the size's handle from the light's middle, as a share of the size.
     axis : {0, 1}
-        Whether this is to the right of the middle, or above it: of the light, if it has an `Up`, or of the picture.
+        Direction of the handle: 0 to the right of the middle, 1 above it; of the light, if it has an `Up`, else of the
+        picture.
     """
 
     share: float = 1.0
@@ -128,7 +129,7 @@ class Angle(Role):
     Parameters
     ----------
     least, most : float
-        Between which values it lies; whether they belong to it, `check` knows.
+        Bounds of its values; `check` decides whether the bounds themselves are valid.
     """
 
     least: float = 0.0
@@ -138,59 +139,62 @@ class Angle(Role):
 
 
 class Turn(Role):
-    """The degrees by which a light is turned around what is up, counter-clockwise; its front then is `axes[0]`."""
+    """Rotation of a light around its up vector, counter-clockwise in degrees; `axes[0]` is then its front."""
 
     unit: ClassVar[str] = "°"
 
 
 class Falloff(Role):
-    """How the light weakens: the coefficients of the distance, or as its kinds say."""
+    """Falloff of a light: the attenuation coefficients, or a subclass's own number."""
 
     unit: ClassVar[str] = f"1, 1/{MESH_UNIT}, 1/{MESH_UNIT}²"
     labels: ClassVar[tuple[str, ...]] = ("constant", "linear", "quadratic")
 
 
 class Power(Falloff):
-    """The exponent of a light that is a power of the cosine off its aim."""
+    """Exponent of a light whose strength is a power of the cosine off its aim."""
 
     unit: ClassVar[str] = ""
 
 
 def meaning(role: Role, default: Any) -> Any:
-    """A field with a role."""
+    """Declare a field with a role."""
     return check.field(role.check, default, role=role)
 
 
 def place(default: Any = (0.0, 0.0, 0.0)) -> Any:
-    """A field that says where the light is."""
+    """Declare a field that holds the light's position."""
     return meaning(Place(check.vector, "position"), default)
 
 
 def aim() -> Any:
-    """A field that says in which direction the light travels."""
+    """Declare a field that holds the direction in which the light travels."""
     return meaning(Aim(check.direction, "target"), (0.0, 0.0, -1.0))
 
 
 def length(default: float, handle: str, remedy: str = "", **shown: Any) -> Any:
-    """A field that holds a size > 0, shown as `Length` says."""
+    """Declare a field that holds a size > 0; `shown` are parameters of `Length`."""
     return meaning(Length(partial(check.number, above=0.0, remedy=remedy), handle, **shown), default)
 
 
 def angle(default: float, handle: str, **limits: Any) -> Any:
-    """A field that holds an angle in degrees, within limits as `check.number` takes them."""
+    """Declare a field that holds an angle in degrees; `limits` are parameters of `check.number`."""
     least = limits.get("above", limits.get("at_least", 0.0))
     return meaning(Angle(partial(check.number, **limits), handle, least, limits.get("at_most", 180.0)), default)
 
 
 def direction_from(position: Any, target: Any) -> Vector:
-    """From a place to a target; ValueError, which names the target, if they are the same."""
+    """Return the vector from a position to a target.
+
+    Raises ValueError, which names the target, if they are the same.
+    """
     (x, y, z), (a, b, c) = check.vector("position", position), check.vector("target", target)
     if (x, y, z) == (a, b, c):
-        check.refuse("target", target, "another place than position", "The light must shine somewhere.")
+        check.refuse("target", target, "different from position", "The light shines from position to target.")
     return a - x, b - y, c - z
 
 
 @cache
 def roles_of(kind: Any) -> dict[str, Role]:
-    """Name of each field of a dataclass with a role → the role, in the fields' order."""
+    """Return a mapping from each field of a dataclass that has a role to this role, in the fields' order."""
     return {each.name: each.metadata["role"] for each in fields(kind) if "role" in each.metadata}

@@ -1,8 +1,8 @@
-"""What blocks light between vertices and lights, or the sky, and where it bounces: arrays in, arrays out.
+"""Ray casting: visibility of lights and the sky, and bounced light, on arrays.
 
-In reading order: `embree` is a library that tests rays, by its C interface; `casting` asks whether rays are blocked,
-and by what; `rays` says where a vertex's rays begin and end, and which need not be cast; `sampling` how many are cast,
-and with what error; `visibility` puts them together for a scene. `transport` says how light goes from vertices to
-vertices; `paths` follows it wherever it goes. Rays themselves are made by `pvphong.shading.kernel`, or by `rays` as
-arrays where nothing is compiled.
+In reading order: `embree` calls Embree's C interface; `casting` tests rays for occlusion and finds their first hits;
+`rays` sets the origins and targets of rays, and rules out rays that need not be cast; `sampling` chooses the number of
+rays by their error; `visibility` combines these for a scene. `transport` is diffuse light transport between vertices;
+`paths` is path tracing. Compiled code in `pvphong.shading.kernel` generates the rays, or `rays` with arrays if nothing
+is compiled.
 """

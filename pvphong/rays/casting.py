@@ -1,12 +1,11 @@
-"""Whether rays are blocked by triangles, and what they meet first, in coordinates of any size.
+"""Occlusion tests and first hits of rays with triangles, in coordinates of any size.
 
-In order: triangles, and what rays meet of them; the backends, Embree's twice and VTK's, which do the same; `Caster`,
-which takes rays of any length from anywhere to a backend; and `Occluders`, parts that can block light, each the
-triangles of one mesh.
+In order: triangles and hits; the equivalent backends, two for Embree and one for VTK; `Caster`, which prepares rays of
+any length and origin for a backend; and `Occluders`, parts that can block light, each the triangles of one mesh.
 
-A backend is built of at least one triangle, of finite coordinates from -1 to 1: a caster's triangles are moved to
-their middle and scaled by a power of two. Its rays begin no further than a few such units away. So single precision has
-the same resolution whatever the unit of length and however far from the origin all of it is.
+A backend has at least one triangle, with finite coordinates from -1 to 1: a caster centres its triangles and scales
+them by a power of two. Rays start at most a few such units away. So single precision has the same resolution for any
+unit of length and any distance from the origin.
 """
 
 from __future__ import annotations
@@ -37,16 +36,16 @@ from pvphong.shading import kernel
 from pvphong.shading.kernel import Casters
 
 BYTES_PER_TRIANGLE = 130
-"""What a caster takes for each, about, measured with both backends from 1 to 3 million triangles."""
+"""Memory of a caster per triangle, roughly, measured with both backends for 1 to 3 million triangles."""
 
 RESOLUTION = 2.0**-18
-"""A share of the size of all of a caster's triangles; what is nearer to an end of a ray than that may be missed."""
+"""Resolution relative to the size of a caster's triangles; hits closer to an end of a ray may be missed."""
 
 _RAYS_AT_ONCE = 2**15
 
 
 class SlowRaysWarning(UserWarning):
-    """Many rays are cast by VTK, for embreex is not installed."""
+    """Warning that VTK casts many rays because embreex is not installed."""
 
 
 # --- triangles
@@ -54,14 +53,14 @@ class SlowRaysWarning(UserWarning):
 
 @dataclass(frozen=True, eq=False)
 class BlockingFaces:
-    """Triangles.
+    """Triangles that block rays.
 
     Parameters
     ----------
     points : ndarray
         Shape (n, 3).
     corners : ndarray
-        Shape (m, 3): which of the points are a triangle's.
+        Shape (m, 3): point indices of each triangle.
     """
 
     points: FloatArray
@@ -71,12 +70,12 @@ class BlockingFaces:
         return len(self.corners)
 
     def __getstate__(self) -> dict[str, Any]:
-        """For files: points that are a mesh's are but numbers there."""
+        """Return the state for pickling, with the points of a mesh as a plain array."""
         return {"points": np.asarray(self.points), "corners": self.corners}
 
     @cached_property
     def sound_numbers(self) -> IntArray:
-        """Shape (k,): the numbers of those without a corner that is not finite."""
+        """Indices of triangles whose corners are finite, shape (k,)."""
         if not len(self) or not len(self.points) or np.isfinite(box_of(self.points)).all():
             return np.arange(len(self))
         finite: Any = np.isfinite(self.points).all(axis=1)
@@ -84,7 +83,7 @@ class BlockingFaces:
 
     @cached_property
     def sound(self) -> BlockingFaces:
-        """Those without a corner that is not finite."""
+        """Triangles whose corners are finite."""
         if len(self.sound_numbers) == len(self):
             return self
         used, corners = np.unique(self.corners[self.sound_numbers], return_inverse=True)
@@ -92,49 +91,49 @@ class BlockingFaces:
 
     @cached_property
     def box(self) -> Box | None:
-        """Least and greatest coordinates, shape (3,), of those that are sound; None where there is none."""
+        """Least and greatest coordinates of the sound triangles, shape (3,); None if there are none."""
         return box_of(self.sound.points) if len(self.sound) else None
 
     @property
     def sphere(self) -> Sphere | None:
-        """Around those that are sound; None where there is none."""
+        """Bounding sphere of the sound triangles; None if there are none."""
         return None if self.box is None else sphere_around(self.box)
 
 
 class Hits(NamedTuple):
-    """What rays meet first."""
+    """First hits of rays."""
 
     triangles: IntArray
-    """Shape (n,): their numbers; −1 where nothing is met."""
+    """Indices of the triangles, shape (n,); −1 for a miss."""
     weights: FloatArray
-    """Shape (n, 2): of their second and third corners; the first has the rest of 1."""
+    """Barycentric weights of the second and third corners, shape (n, 2); the first corner has the rest of 1."""
     distances: Float64Array
-    """Shape (n,): how far that is; infinity where nothing is met."""
+    """Distances, shape (n,); infinity for a miss."""
 
     @classmethod
     def none(cls, count: int) -> Self:
-        """Of so many rays that meet nothing."""
+        """Make the hits of `count` rays that miss."""
         return cls(np.full(count, -1), np.zeros((count, 2)), np.full(count, math.inf))
 
 
 class Triangles(NamedTuple):
-    """All triangles of some parts, as compiled code takes them."""
+    """All triangles of several parts, for compiled code."""
 
     starts: IntArray
-    """Where each caster's begin in `numbers`."""
+    """Start of each caster's triangles in `numbers`."""
     numbers: IntArray
-    """The number of each caster's own triangles among all."""
+    """Index of each caster's triangles among all triangles."""
     corners: IntArray
-    """Shape (m, 3): which of the points of all parts, one part after the other, are a triangle's."""
+    """Point indices of each triangle, shape (m, 3), for the concatenated points of all parts."""
 
 
 # --- backends
 
 
 class Embreex:
-    """Embree by embreex's own calls (the extra `rays`): the same, slower."""
+    """Embree through embreex's own calls (the extra `rays`): the same results, but slower."""
 
-    title = "embreex's own calls, which are slower"
+    title = "embreex's own calls (slower)"
 
     def __init__(self, points: Float64Array, corners: NDArray[np.int64]) -> None:
         from embreex.mesh_construction import TriangleMesh
@@ -151,7 +150,7 @@ class Embreex:
         return found
 
     def first(self, origins: Float64Array, directions: FloatArray, lengths: Float64Array) -> Hits:
-        """What is met first, of rays as for `blocked`."""
+        """Find the first hits; arguments as for `blocked`."""
         rays = (np.ascontiguousarray(a, np.float32) for a in (origins, directions))
         found = self._scene.run(*rays, dists=lengths.astype(np.float32), query="INTERSECT", output=True)
         result, met = Hits.none(len(lengths)), found["geomID"] >= 0
@@ -160,14 +159,14 @@ class Embreex:
         return result
 
 
-# Places on triangles are rounded too: with a tolerance of 0 some are missed.
+# VTK's tolerance of hits. Points on triangles are rounded; with a tolerance of 0, some hits are missed.
 _TOLERANCE = 2.0**-24
 
 
 class Locator:
-    """VTK's static cell locator: slower, and always there."""
+    """VTK's static cell locator: slow, but always available."""
 
-    title = "VTK, which takes long"
+    title = "VTK (slow)"
 
     def __init__(self, points: Float64Array, corners: NDArray[np.int64]) -> None:
         self._locator = vtkStaticCellLocator()
@@ -181,7 +180,7 @@ class Locator:
     def first(self, origins: Float64Array, directions: FloatArray, lengths: Float64Array) -> Hits:
         """As `Embreex.first`."""
         ends = origins + lengths[:, None] * directions
-        meet: Any = self._locator.IntersectWithLine  # VTK's annotations have no numbers that it changes
+        meet: Any = self._locator.IntersectWithLine  # VTK's annotations lack output arguments
         of_vtk: list[Any] = [mutable(0.0), mutable(0), mutable(0)]
         (t, part, cell), where, inside = of_vtk, [0.0] * 3, [0.0] * 3
         result = Hits.none(len(origins))
@@ -193,28 +192,29 @@ class Locator:
 
 
 def ray_backend() -> tuple[type[Embree | Embreex | Locator], str]:
-    """What casts rays here, and why nothing faster does; "" for the fastest."""
+    """Return the fastest available backend, and the reason why no faster one is used; "" for the fastest of all."""
     if importlib.util.find_spec("embreex") is None:
         return Locator, "embreex is not installed; pip install embreex"
     reason = embree.obstacle() or kernel.rays_obstacle()
     return (Embreex, reason) if reason else (Embree, "")
 
 
-# --- rays of any length from anywhere
+# --- rays of any length and origin
 
 
 class Caster:
-    """Triangles that block rays.
+    """Triangles, and a backend that casts rays at them.
 
     Parameters
     ----------
     faces : BlockingFaces
-        Triangles without an area, or with a corner that is not finite, block nothing; there are others.
+        Triangles, at least one of them sound. Triangles without an area, or with a corner that is not finite, block
+        nothing.
     within : (low, high) or None
-        Around these triangles and others: rays are rounded, and begin, as they do with all of them. None is the
-        triangles' own box.
+        Box of a larger set that contains the triangles. It determines rounding and origins of rays, so that these are
+        the same as for the whole set. Defaults to the triangles' own box.
     backend : type
-        What casts the rays.
+        Class that casts the rays.
     """
 
     def __init__(self, faces: BlockingFaces, within: Box | None, backend: type[Embree | Embreex | Locator]) -> None:
@@ -229,25 +229,25 @@ class Caster:
 
     @property
     def place(self) -> tuple[float, ...]:
-        """Its middle, and the power of two that brings it to −1 to 1."""
+        """Centre of the box, and the power of two that scales it to −1 to 1."""
         return *self._middle.tolist(), math.ldexp(1.0, min(-self._exponent, 1023))
 
     @property
     def resolution(self) -> float:
-        """The length that this caster resolves."""
+        """Smallest length that this caster resolves."""
         return math.ldexp(RESOLUTION, self._exponent)
 
     def blocked(self, origins: FloatArray, directions: FloatArray, distances: FloatArray) -> BoolArray:
-        """Whether anything is met between a ray's origin and a point at a distance from it.
+        """Return True for rays that hit a triangle within a distance of their origin.
 
         Parameters
         ----------
         origins : ndarray
-            Shape (n, 3). A ray that begins at a point that is not finite is not blocked.
+            Shape (n, 3). A ray from a point that is not finite is not blocked.
         directions : ndarray
             Shape (n, 3), unit vectors.
         distances : ndarray
-            Shape (n,), in the unit of the triangles; infinity for a ray without an end.
+            Shape (n,), in the unit of the triangles; infinity for an unbounded ray.
 
         Returns
         -------
@@ -260,7 +260,7 @@ class Caster:
         return result
 
     def first(self, origins: FloatArray, directions: FloatArray, distances: FloatArray) -> Hits:
-        """What is met first, of rays as for `blocked`; triangles are numbered as `BlockingFaces.sound` has them."""
+        """Find the first hits, with triangle indices in `BlockingFaces.sound`; arguments as for `blocked`."""
         result = Hits.none(len(directions))
         for rows, starts, towards, lengths, shorter in self._near(origins, directions, distances):
             hits = self.backend.first(starts, towards, lengths)
@@ -271,9 +271,9 @@ class Caster:
     def _near(
         self, origins: FloatArray, directions: FloatArray, distances: FloatArray
     ) -> Iterator[tuple[IntArray, Float64Array, FloatArray, Float64Array, Float64Array]]:
-        """Rays that may meet something, some at once: their numbers, and what the backend takes of them.
+        """Yield chunks of rays that may hit something: their indices, and the arguments of the backend.
 
-        The last array says by how much they are shorter there, for they begin nearer to the triangles.
+        Far origins are moved closer to the triangles. The last array is the length by which this shortens the rays.
         """
         for begin in range(0, len(origins), _RAYS_AT_ONCE):
             part = slice(begin, begin + _RAYS_AT_ONCE)
@@ -297,16 +297,16 @@ class Caster:
 
 @functools.cache
 def warn_of_slow_rays() -> None:
-    """Warn, once in a process, of rays that take long without embreex."""
-    message = "VTK casts the rays, which takes long; pip install embreex makes them twenty times as fast."
+    """Warn once per process that rays are slow without embreex."""
+    message = "VTK casts the rays, which is slow. For about 20 times the speed, pip install embreex."
     warnings.warn(message, SlowRaysWarning, stacklevel=2)
 
 
-# --- what can block light
+# --- occluders
 
 
-# A part so many times smaller than the others is not put into one caster with them, whose resolution is too coarse for
-# it: single precision resolves 2⁻²⁴ of the whole.
+# Largest ratio of sizes within a caster. Single precision resolves 2⁻²⁴ of the whole, which is too coarse for a much
+# smaller part. So such a part has a caster of its own.
 _ALIKE = 2.0**8
 
 
@@ -316,28 +316,28 @@ class Occluders:
     Parameters
     ----------
     parts : sequence of BlockingFaces
-        In the world.
+        Parts in the world.
     within : (low, high), optional
-        Around the surface whose parts these are, with those that are not here: rays are as past all of it.
+        Box of a larger surface that contains the parts. Rays are rounded as with all parts of that surface.
     """
 
     def __init__(self, parts: Sequence[BlockingFaces], within: Box | None = None) -> None:
         self.parts, self.within = tuple(parts), within
 
     def __getstate__(self) -> dict[str, Any]:
-        """For files and other processes, where casters are built anew."""
+        """Return the state for pickling; casters are rebuilt when they are next used."""
         return {"parts": self.parts, "within": self.within}
 
     @property
     def counts(self) -> list[int]:
-        """The number of triangles of each part."""
+        """Number of triangles of each part."""
         return list(map(len, self.parts))
 
     @cached_property
     def _groups(self) -> list[list[int]]:
-        """Parts that share a caster: those of nearly the size of the largest, then those of the next sizes.
+        """Indices of parts that share a caster, from large to small: parts of similar size.
 
-        Parts of one surface share one, whatever their sizes.
+        The parts of one surface share a caster regardless of their sizes.
         """
         left = [(part.sphere.radius, index) for index, part in enumerate(self.parts) if part.sphere is not None]
         left.sort(reverse=True)
@@ -350,20 +350,20 @@ class Occluders:
 
     @cached_property
     def casters(self) -> list[Caster]:
-        """Built when rays are first cast.
+        """Casters of the groups of parts, built when rays are first cast.
 
         Raises
         ------
         ValueError
-            If they would take more memory than there is.
+            If they need more memory than is free.
         """
         available, count = available_memory(), sum(self.counts)
         needed = count * BYTES_PER_TRIANGLE
         if available is not None and needed > available:
-            got = f"{count:,} triangles, which take about {needed / 1e9:.3g} GB"
-            allowed = f"as many as fit into the {available / 1e9:.3g} GB of memory that are free"
-            check.refuse("occluders", got, allowed, "Fewer will do for shadows: mesh.decimate(0.9) takes nine in ten.")
-        casters, (backend, _) = [], ray_backend()  # of one kind, though compiled code may come between two
+            got = f"{count:,} triangles, which need about {needed / 1e9:.3g} GB"
+            allowed = f"small enough for the {available / 1e9:.3g} GB of free memory"
+            check.refuse("occluders", got, allowed, "Simplify them: mesh.decimate(0.9) removes nine triangles in ten.")
+        casters, (backend, _) = [], ray_backend()  # one backend for all, even if compilation finishes meanwhile
         for group in self._groups:
             parts = [self.parts[index] for index in group]
             faces = parts[0] if len(parts) == 1 else BlockingFaces(*_joined(parts))
@@ -372,7 +372,7 @@ class Occluders:
 
     @cached_property
     def triangles(self) -> Triangles:
-        """Those of all parts, one part after the other."""
+        """Triangles of all parts, in the order of the parts."""
         firsts = np.cumsum([0, *self.counts])
         numbers = [
             np.concatenate([firsts[index] + self.parts[index].sound_numbers for index in group])
@@ -385,34 +385,34 @@ class Occluders:
 
     @property
     def points(self) -> FloatArray:
-        """Those of all parts, one part after the other."""
+        """Points of all parts, in the order of the parts."""
         return _joined(self.parts)[0] if self.parts else np.zeros((0, 3))
 
     @property
     def are_slow(self) -> bool:
-        """Whether VTK casts the rays."""
+        """True if VTK casts the rays."""
         return any(isinstance(caster.backend, Locator) for caster in self.casters)
 
     @property
     def rays_at_once(self) -> int:
-        """So many a thread casts in no more than a tenth of a second."""
+        """Number of rays that a thread casts in at most a tenth of a second."""
         return 2**13 if self.are_slow else 2**17
 
     @cached_property
     def compiled(self) -> Casters | None:
-        """As compiled code casts rays at them; None where it does not."""
+        """Casters for compiled code; None if it cannot cast rays."""
         scenes = [caster.backend for caster in self.casters if isinstance(caster.backend, Embree)]
         return casters_of(scenes, [caster.place for caster in self.casters]) if scenes else None
 
     def resolution(self, part: int | None) -> float:
-        """The length that is resolved at a part, or else at the finest one; 0 without any."""
+        """Return the smallest length that is resolved at a part, or at the finest part; 0 without any parts."""
         if not self.casters:
             return 0.0
         own = [caster for group, caster in zip(self._groups, self.casters, strict=True) if part in group]
         return (own or self.casters)[-1].resolution
 
     def blocked(self, origins: FloatArray, directions: FloatArray, distances: FloatArray) -> BoolArray:
-        """As `Caster.blocked`, by any part."""
+        """Return True for rays that any part blocks; arguments as for `Caster.blocked`."""
         found = np.zeros(len(directions), bool)
         for caster in self.casters:
             free = np.flatnonzero(~found)
@@ -420,7 +420,7 @@ class Occluders:
         return found
 
     def first(self, origins: FloatArray, directions: FloatArray, distances: FloatArray) -> Hits:
-        """What rays meet first of all parts; triangles are numbered as `triangles` has them.
+        """Find the first hits among all parts, with indices in `triangles`.
 
         Parameters
         ----------
@@ -439,7 +439,7 @@ class Occluders:
 
 
 def _joined(parts: Sequence[BlockingFaces]) -> tuple[FloatArray, NDArray[np.int64]]:
-    """Points and corners of some parts, one after the other."""
+    """Concatenate the points and corners of parts."""
     starts = np.cumsum([0, *(len(part.points) for part in parts[:-1])])
     corners = np.concatenate([part.corners + start for part, start in zip(parts, starts, strict=True)])
     return np.concatenate([part.points for part in parts]), corners

@@ -1,9 +1,9 @@
-"""Intel's Embree through its own C interface, in the library that embreex brings (the extra `rays`).
+"""Intel's Embree through its C interface, in the library that embreex contains (the extra `rays`).
 
-embreex's own calls take arrays of rays from Python and copy a mesh triangle by triangle. Here arrays are shared with
+embreex's own calls take arrays of rays from Python and copy a mesh triangle by triangle. This module shares arrays with
 Embree, and compiled code calls it by address (`pvphong.shading.kernel.rays`).
 
-Source: the headers `rtcore_*.h` of Embree 4, from which names, numbers and layouts are.
+Source of names, numbers and layouts: the headers `rtcore_*.h` of Embree 4.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from pvphong.shading.kernel import Casters
 
 _POINTER, _SIZE, _NUMBER = ctypes.c_void_p, ctypes.c_size_t, ctypes.c_uint
 
-# What is called: its result, and the types of its arguments.
+# Signatures of the functions: result type, then argument types.
 _FUNCTIONS: dict[str, tuple[Any, ...]] = {
     "rtcNewDevice": (_POINTER, ctypes.c_char_p),
     "rtcReleaseDevice": (None, _POINTER),
@@ -49,22 +49,22 @@ _INDICES, _POINTS, _UINT3, _FLOAT3 = 0, 1, 0x5003, 0x9003
 _ROBUST = 1 << 2
 _MAJOR = 4
 
-# Bytes that Embree may read after the last point.
+# Number of bytes that Embree may read after the last point.
 _AFTER_POINTS = 16
 
 
 class Unavailable(Exception):
-    """Why Embree cannot be called."""
+    """Raised if Embree cannot be called; the message is the reason."""
 
 
 @functools.cache
 def library() -> ctypes.CDLL:
-    """Embree's library, with the types of what is called.
+    """Return Embree's library, with the signatures of its functions set.
 
     Raises
     ------
     Unavailable
-        If there is none, or another version.
+        If the library is missing or has another version.
     """
     try:
         module = importlib.import_module("embreex.rtcore_scene")
@@ -74,16 +74,19 @@ def library() -> ctypes.CDLL:
         try:
             loaded = ctypes.CDLL(path)
             for name, (result, *arguments) in _FUNCTIONS.items():
-                function = getattr(loaded, name)  # of the module too: it is looked for in what that has loaded
+                function = getattr(loaded, name)  # a module also finds symbols of its own libraries
                 function.restype, function.argtypes = result, arguments
         except (OSError, AttributeError):
             continue
         return loaded
-    raise Unavailable("embreex's wheel has no library of Embree 4 with its C interface")
+    raise Unavailable("embreex contains no Embree 4 library with a C interface")
 
 
 def _libraries_in_wheel() -> list[str]:
-    """Where symbols are not looked for in what a module has loaded, as on Windows."""
+    """Return the paths of Embree's libraries in the wheel, for platforms such as Windows.
+
+    There, a module does not find the symbols of the libraries that it has loaded.
+    """
     try:
         files = importlib.metadata.files("embreex") or []
     except importlib.metadata.PackageNotFoundError:
@@ -93,17 +96,17 @@ def _libraries_in_wheel() -> list[str]:
 
 @functools.lru_cache(maxsize=1)
 def _device(_process: int) -> int:
-    """A process has its own; it lives as long as that, and scenes hold it too."""
+    """Return the Embree device of a process. It lives as long as the process; scenes refer to it."""
     embree = library()
     device = embree.rtcNewDevice(None)
     if not device:
-        raise Unavailable(f"Embree makes no device (error {embree.rtcGetDeviceError(None)})")
+        raise Unavailable(f"Embree cannot create a device (error {embree.rtcGetDeviceError(None)})")
     version = int(embree.rtcGetDeviceProperty(device, _VERSION))
     reason = ""
     if version // 10000 != _MAJOR:
         reason = f"Embree {version} is not version {_MAJOR}"
     elif not embree.rtcGetDeviceProperty(device, _NATIVE_RAYS_OF_8):
-        reason = "this processor has no AVX, with which many rays are tested at once"
+        reason = "this processor lacks AVX, which packets of rays need"
     if reason:
         embree.rtcReleaseDevice(device)
         raise Unavailable(reason)
@@ -111,7 +114,7 @@ def _device(_process: int) -> int:
 
 
 def obstacle() -> str:
-    """Why Embree's C interface cannot be used; "" where it can."""
+    """Return the reason why Embree's C interface cannot be used; "" if it can."""
     try:
         _device(os.getpid())
     except Unavailable as reason:
@@ -120,19 +123,19 @@ def obstacle() -> str:
 
 
 class Embree:
-    """Triangles in Embree's memory; any thread may test rays with `handle`, the number of an `RTCScene`.
+    """Triangles in an Embree scene. Any thread may test rays with `handle`, the address of the `RTCScene`.
 
     Parameters
     ----------
     points : ndarray
-        Shape (n, 3), moderate and finite.
+        Shape (n, 3), finite and of moderate size.
     corners : ndarray
-        Shape (m, 3): which of the points are a triangle's.
+        Shape (m, 3): point indices of each triangle.
 
     Raises
     ------
     MemoryError
-        If Embree has no memory left, or fails otherwise.
+        If Embree runs out of memory or fails.
     """
 
     title = "compiled code and Embree"
@@ -149,25 +152,25 @@ class Embree:
         share(geometry, _INDICES, 0, _UINT3, indices.ctypes.data, 0, 12, len(indices))
         embree.rtcCommitGeometry(geometry)
         embree.rtcAttachGeometry(scene, geometry)
-        embree.rtcReleaseGeometry(geometry)  # the scene holds it
+        embree.rtcReleaseGeometry(geometry)  # the scene keeps a reference
         embree.rtcSetSceneFlags(scene, _ROBUST)
         self.handle = int(scene)
-        weakref.finalize(self, _release, embree, scene, (shared, indices)).atexit = False  # the process frees all
+        weakref.finalize(self, _release, embree, scene, (shared, indices)).atexit = False  # process exit frees it
         embree.rtcCommitScene(scene)
         error = embree.rtcGetDeviceError(device)
         if error:
-            raise MemoryError(f"Embree cannot take {len(corners):,} triangles (error {error}).")
+            raise MemoryError(f"Embree cannot build a scene of {len(corners):,} triangles (error {error}).")
 
     def blocked(self, origins: Float64Array, directions: FloatArray, lengths: Float64Array) -> BoolArray:
-        """Whether a triangle is met: origins and unit vectors (n, 3), lengths (n,), all of moderate size."""
+        """Return True for rays that hit a triangle: origins and unit vectors (n, 3), lengths (n,), of moderate size."""
         return kernel.rays_blocked(origins, directions, lengths, casters_of([self], [(0.0, 0.0, 0.0, 1.0)]))
 
 
 def casters_of(scenes: Sequence[Embree], places: Sequence[Sequence[float]]) -> Casters:
-    """Scenes, and what brings rays to their coordinates, as compiled code takes them.
+    """Return scenes, and the transforms of rays to their coordinates, for compiled code.
 
-    Embree's option for rays that begin side by side makes hard shadows 1.1 times as fast, but lets some through where
-    triangles meet.
+    Embree's flag for coherent rays is not set: it makes hard shadows 1.1 times as fast, but lets rays pass between
+    adjacent triangles.
     """
     functions = library().rtcOccluded16, library().rtcIntersect16
     test, find = (ctypes.cast(function, _POINTER).value or 0 for function in functions)
@@ -176,5 +179,5 @@ def casters_of(scenes: Sequence[Embree], places: Sequence[Sequence[float]]) -> C
 
 
 def _release(embree: Any, scene: int, _arrays: tuple[Any, ...]) -> None:
-    """Arrays that are shared with it outlive a scene."""
+    """Release a scene; the argument keeps its shared arrays alive until then."""
     embree.rtcReleaseScene(scene)

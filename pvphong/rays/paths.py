@@ -1,22 +1,21 @@
-"""The rendering equation at the vertices of a mesh, by paths of light that are followed backwards from there.
+"""Path tracing of the rendering equation at the vertices of a mesh.
 
-The colour of a point x that is seen along v is (J. Kajiya, "The rendering equation", 1986)
+The colour of a point x seen along v is (J. Kajiya, "The rendering equation", 1986)
 
     B(x, v) = emission + ∫ L(x, l) · Σ color · factor(l, v) dl / π
 
-over unit vectors l, where L is what arrives: of the lights, or as the colour B(y, −l) of the first point y that is met.
-Factors are those of the reflectance's lobes, which have the cosine in them. So with lights alone it is what evaluators
-compute. The constant ambient light is not in it: it stands for what is bounced.
+over unit vectors l, where L is the arriving light: from the lights, or the colour B(y, −l) of the first hit y. Factors
+are those of the reflectance's lobes, which include the cosine. So with lights alone, the result equals that of the
+evaluators. The constant ambient light is excluded, because it stands for bounced light.
 
-At each point of a path rays go to all lights: to those without a size, and to one point each of the others. One
-direction is chosen by what the surface reflects, and there the path goes on. Where it meets a light with a size, that
-is a second way to find it; each has its share, by the squares of their densities (E. Veach and L. Guibas, "Optimally
-combining sampling techniques for Monte Carlo rendering", 1995, the power heuristic). From the third bounce on paths end
-by chance, most often those that carry little, and the others count for more (J. Arvo and D. Kirk, "Particle transport
-and image synthesis", 1990).
+At each point of a path, rays go to all lights: to point-like lights, and to one sample on each of the others. The
+reflectance samples one direction, in which the path continues. If it hits an area light, this is a second estimate of
+the light; the power heuristic weights the two (E. Veach and L. Guibas, "Optimally combining sampling techniques for
+Monte Carlo rendering", 1995). From the third bounce on, Russian roulette ends paths, mostly those of low weight (J.
+Arvo and D. Kirk, "Particle transport and image synthesis", 1990).
 
-Each vertex has paths of its own, in rounds that have nothing to do with each other: what these differ by is the
-standard error. Within a round, numbers for the first direction and for the lights there are points of Sobol's sequence.
+Each vertex has its own paths, in independent rounds; the standard error is that of the rounds. Within a round, the
+first direction and the samples on lights are points of the Sobol sequence.
 """
 
 from __future__ import annotations
@@ -43,34 +42,34 @@ from pvphong.shading.equation import Equation, LightTerm
 from pvphong.shading.reference import lobe_factors, tint_of
 
 MOST_SAMPLES, LEAST_SAMPLES = 2**16, 16
-"""How many paths a vertex may have: at most, a power of two; and at least, as many as rounds."""
+"""Largest number of paths per vertex, a power of two; and the least number, one for each round."""
 
-# About so many rays a path has.
+# Approximate number of rays of a path.
 _RAYS_OF_PATH = 4
-# Bounces from which on paths end by chance, and the least and greatest probability with which one goes on: what is
-# rarer would be missed by the standard error too.
+# First bounce with Russian roulette, and the least and greatest probability of survival. Rarer events would also be
+# missing from the standard error.
 _BOUNCES_FOR_SURE, _LEAST_LIKELY, _MOST_LIKELY = 3, 0.25, 0.95
-# The least share of directions by the cosine, and by a highlight; and how many a reflectance is tried with.
+# Least share of directions sampled by the cosine, and by the highlight; number of directions that test a reflectance.
 _LEAST_SHARE, _TRIED = 0.125, 64
 
 
-# --- the surfaces that reflect light
+# --- reflecting surfaces
 
 
 @dataclass(frozen=True, eq=False)
 class Reflector:
-    """A mesh whose surface reflects light.
+    """Mesh whose surface reflects light.
 
     Parameters
     ----------
     faces : BlockingFaces
-        Its points and triangles, in the world.
+        Points and triangles of the mesh, in the world.
     equation : Equation
-        Of the scene and the mesh's material, in the standard convention.
+        Equation of the scene and the mesh's material, in the standard convention.
     values : mapping
-        What is known at its points, and interpolated between them, shape (n, k) each: "normal", unit vectors in the
-        world; "tangents", where the reflectance needs them; the equation's maps by their names; and of its tints
-        "emission", "specular", and as "diffuse" what the colours of lobes that take albedo are multiplied by.
+        Values at its points, interpolated between them, shape (n, k) each: "normal", unit vectors in the world;
+        "tangents", if the reflectance needs them; the equation's maps by their names; and the tints "emission",
+        "specular" and "diffuse", the last for lobes that take albedo.
     """
 
     faces: BlockingFaces
@@ -79,12 +78,12 @@ class Reflector:
 
     @cached_property
     def _rows(self) -> Float64Array:
-        """All values of a point side by side."""
+        """All values of each point in one row."""
         return np.concatenate(list(self.values.values()), axis=1, dtype=np.float64)
 
     @cached_property
     def cosine_share(self) -> float:
-        """The share of directions that the cosine chooses, not the highlight: by what each reflects, seen at 45°."""
+        """Share of directions sampled by the cosine: the diffuse part of the reflected light, seen at 45°."""
         reflectance, colors = self.equation.reflectance, self.equation.colors
         across, _, n = np.eye(3)[:, :, None] * np.ones(_TRIED)
         surface = Surface(n, np.ones(_TRIED), math.sqrt(0.5) * (n + across), across)
@@ -106,16 +105,16 @@ class Reflector:
         return min(max(diffuse / (diffuse + specular), _LEAST_SHARE), 1.0 - _LEAST_SHARE)
 
     def named(self, rows: Float64Array) -> dict[str, Float64Array]:
-        """Values by their names, shape (k, m) each, of such rows."""
+        """Split rows into values by name, shape (k, m) each."""
         ends = np.cumsum([value.shape[1] for value in self.values.values()])
         return dict(zip(self.values, np.split(np.ascontiguousarray(rows.T), ends[:-1]), strict=True))
 
     def at_points(self, points: IntArray) -> dict[str, Float64Array]:
-        """Values at some of its points."""
+        """Return values at some of its points."""
         return self.named(self._rows[points])
 
     def between(self, corners: IntArray, weights: Float64Array) -> dict[str, Float64Array]:
-        """Values inside triangles with these corners (m, 3), by barycentric weights (m, 3)."""
+        """Interpolate values inside triangles with corners (m, 3), by barycentric weights (m, 3)."""
         a, b, c = (weights[:, k, None] * self._rows[corners[:, k]] for k in range(3))
         return self.named(a + b + c)
 
@@ -126,15 +125,15 @@ class Interaction:
     Parameters
     ----------
     reflector : Reflector
-        Where the points are.
+        Surface of the points.
     points, origins : ndarray
-        Shape (3, n): where they are, and where rays from there begin.
+        Points, and origins of rays from them, shape (3, n).
     v : ndarray
-        Shape (3, n): unit vectors along which they are seen; zero where there is none.
+        Unit vectors to the viewer, shape (3, n); zero where there is none.
     values : dict
-        What `Reflector` knows of them; normals on the side that is seen, zero where nothing is reflected.
+        Values from `Reflector`; normals on the side that is seen, zero where nothing is reflected.
     margin : float
-        Rays end so far before a light.
+        Distance between the end of a ray and its light.
     """
 
     def __init__(
@@ -161,20 +160,20 @@ class Interaction:
 
     @cached_property
     def directions(self) -> Directions:
-        """How directions are chosen: by the cosine and by the highlight, whichever there is."""
+        """Importance sampling of directions, by the cosine and, if there is one, by the highlight."""
         by_cosine, share = around(self.normals, 1.0), self._cosine_share
         by_highlight = self.equation.reflectance.directions(self.surface) if share < 1.0 else None
         return by_cosine if by_highlight is None else mixed(by_cosine, by_highlight, share)
 
     def factors(self, arrival: Arrival) -> tuple[Any, ...]:
-        """Of each lobe, for light that arrives, shape (n,) each."""
+        """Return the factor of each lobe for arriving light, shape (n,) each."""
         wanted = [any(color) for color in self.equation.colors]
         found = lobe_factors(self.equation.reflectance, self.surface, arrival, wanted)
         pairs = zip(self._lobes, found, strict=True)
         return tuple(factor * self._has_viewer if lobe.needs_viewer else factor for lobe, factor in pairs)
 
     def reflected(self, colors: Sequence[Vector], factors: Sequence[Any]) -> Float64Array:
-        """The sum over lobes of colours times factors, shape (3, n)."""
+        """Return the sum over lobes of colours times factors, shape (3, n)."""
         total = np.zeros(self.points.shape)
         for color, tint, factor in zip(colors, self._tints, factors, strict=True):
             if any(color):
@@ -183,39 +182,39 @@ class Interaction:
 
 
 class _Sight:
-    """A light with a size as points see it."""
+    """Area light as seen from points."""
 
     def __init__(self, term: LightTerm, at: Interaction) -> None:
         sampling = term.light.sampling
         if sampling is None:
-            remedy = "A kind with `sampling` can be followed; pvphong.optics.area.sampling says how."
-            check.refuse("light", term.light, "one that says how rays to it are chosen", remedy)
+            remedy = "Implement it for path tracing; see pvphong.optics.area.sampling."
+            check.refuse("light", term.light, "a light with `sampling`", remedy)
         self._term, self._at, self._sampling = term, at, sampling
         self._numbers = np.asarray(sampling.numbers, np.float64)
         self._reach, _, *frame = sampling.frame(self._numbers, at.origins, at.normals)
         self._frame = tuple(np.broadcast_to(np.asarray(each, np.float64), len(at)) for each in frame)
 
     def sample(self, u: Float64Array, v: Float64Array) -> Float64Array:
-        """Unit vectors to points of it, shape (3, n)."""
+        """Return unit vectors to sampled points of the light, shape (3, n)."""
         chosen = self._sampling.sample(self._numbers, self._frame, u, v)[0]
         return np.stack([np.broadcast_to(each, len(self._at)) for each in chosen]).astype(np.float64)
 
     def arriving(
         self, to_light: Float64Array, factors: Sequence[Any], *, by_chance: bool
     ) -> tuple[Float64Array, Float64Array]:
-        """What is reflected of it by its share, over the density of directions (3, n), and how far it is there.
+        """Return the reflected light in directions (3, n), weighted by the power heuristic over the density.
 
         Parameters
         ----------
         to_light : ndarray
-            Directions, which are points of it, or such as the surface chose; with the surface's `factors` for them.
+            Directions, sampled on the light or by the surface, with the surface's `factors` for them.
         by_chance : bool
-            Whether the surface chose them.
+            True if the surface sampled them.
 
         Returns
         -------
         sent, lengths : ndarray
-            Shape (3, n) and (n,).
+            Reflected light, shape (3, n), and distances to the light, shape (n,).
         """
         share, density = self._sampling.seen(self._numbers, self._frame, to_light)
         of_surface = self._at.directions.density(to_light)
@@ -227,22 +226,22 @@ class _Sight:
         return self._at.reflected(self._term.colors, factors) * arrives, lengths
 
 
-# --- the numbers of paths
+# --- random numbers of paths
 
 
 class _Numbers:
-    """Pairs of numbers in (0, 1) for paths: vertex by vertex, round by round, and a round's one after the other.
+    """Pairs of random numbers in (0, 1) for paths, in the order of vertices, rounds and paths of a round.
 
     Parameters
     ----------
     vertices : ndarray
-        Shape (n,): their numbers.
+        Numbers of the vertices, shape (n,).
     rounds, points : int
-        How many of each.
+        Number of rounds per vertex, and of paths per round.
     seed : int
-        Another gives other numbers.
+        Seed of the random numbers.
     purposes : int
-        How many pairs a path may need at each of its points.
+        Number of pairs that a path may need at each of its points.
     """
 
     def __init__(self, vertices: IntArray, rounds: int, points: int, seed: int, purposes: int) -> None:
@@ -252,9 +251,9 @@ class _Numbers:
         self._seeds = sobol.seeds((self._rounds[:, :, None] + self._points).ravel())
 
     def pairs(self, paths: IntArray, bounces: int, purpose: int) -> tuple[Float64Array, Float64Array]:
-        """One for each of some paths; of all of them, before the first bounce.
+        """Return a pair for each of some paths, or of all paths before the first bounce.
 
-        Those are points of Sobol's sequence, in an order that is each round's and purpose's own.
+        The latter are points of the Sobol sequence, shuffled for each round and purpose.
         """
         if bounces:
             number = np.uint32(bounces * self._purposes + purpose)
@@ -264,7 +263,7 @@ class _Numbers:
             order = sobol.seeds(self._rounds, 2 * purpose + 2)[0, ..., None]
             points = (sobol.coordinate(self._points, order) * np.float32(len(self._points))).astype(np.uint32)
             u, v = sobol.coordinate(points, first).ravel(), sobol.coordinate(sobol.SECOND[points], second).ravel()
-        return u + 2.0**-25, v + 2.0**-25  # they have 24 digits
+        return u + 2.0**-25, v + 2.0**-25  # they have 24 bits
 
 
 def _joined(pairs: NDArray[np.uint32]) -> NDArray[np.uint64]:
@@ -275,44 +274,44 @@ def _joined(pairs: NDArray[np.uint32]) -> NDArray[np.uint64]:
 
 
 class _Bundle(NamedTuple):
-    """Paths that are at one reflector."""
+    """Paths at one reflector."""
 
     at: Interaction
     paths: IntArray
-    """Shape (n,): their numbers."""
+    """Numbers of the paths, shape (n,)."""
     weights: Float64Array
-    """Shape (3, n): what light from here is multiplied by on its way to the vertex."""
+    """Throughput from here to the vertex, shape (3, n)."""
 
 
 class _Rays(NamedTuple):
-    """Paths that go on, and what they meet first."""
+    """Paths that continue, and their first hits."""
 
     paths: IntArray
     weights: Float64Array
     directions: Float64Array
-    """Shape (3, n)."""
+    """Unit vectors, shape (3, n)."""
     triangles: IntArray
-    """Shape (n,); −1 where nothing is met."""
+    """Triangles, shape (n,); −1 for a miss."""
     corners: FloatArray
-    """Shape (2, n): the weights of triangles' second and third corners."""
+    """Barycentric weights of the triangles' second and third corners, shape (2, n)."""
 
 
 @dataclass(frozen=True)
 class PathTracer:
-    """Follows paths among reflectors.
+    """Traces paths between reflectors.
 
     Parameters
     ----------
     reflectors : sequence of Reflector
-        Of the same lights. They are the first parts of the occluders, in their order; the others reflect nothing.
+        Reflectors with the same lights. They are the first parts of the occluders, in order; the others are black.
     occluders : Occluders
         All parts together.
     max_bounces : int or None
-        How many surfaces may reflect light on its way to a vertex, beside the vertex's own; None: any number.
+        Largest number of reflections before light reaches a vertex, not counting the vertex's own; None for no limit.
     samples : int
-        Paths for each vertex, a power of two.
+        Number of paths per vertex, a power of two.
     seed : int
-        Another gives other paths.
+        Seed of the random numbers.
     """
 
     reflectors: Sequence[Reflector]
@@ -322,9 +321,9 @@ class PathTracer:
     seed: int
 
     def trace(self, part: int, receiver: Receiver) -> tuple[Float64Array, Float64Array, int]:
-        """The colours of the vertices of one reflector, as the scene's viewer sees them.
+        """Return the colours of one reflector's vertices as the scene's viewer sees them, not clamped.
 
-        They are not clamped; beside them their standard errors, shape (n, 3) both, and the number of rays.
+        Returns colours and their standard errors, both of shape (n, 3), and the number of rays.
         """
         count, terms = len(receiver.points), self.reflectors[part].equation.terms
         rgb, error, rays = np.zeros((count, 3)), np.zeros((count, 3)), list[int]()
@@ -333,7 +332,7 @@ class PathTracer:
 
         def work(first: int, last: int) -> None:
             vertices = np.arange(first, last)
-            with np.errstate(all="ignore"):  # of two sides, one of which is then chosen
+            with np.errstate(all="ignore"):  # both sides are computed, then one is selected
                 at = self._seen_by_viewer(part, receiver, vertices)
                 rgb[first:last] = (at.emission + self._of_points(at, rays)).T
                 vertices = vertices[np.isfinite(at.points).all(axis=0) & (at.normals != 0.0).any(axis=0)]
@@ -349,7 +348,7 @@ class PathTracer:
         return rgb, error, sum(rays)
 
     def _seen_by_viewer(self, part: int, receiver: Receiver, vertices: IntArray) -> Interaction:
-        """Some vertices, as evaluators see them."""
+        """Return the interaction at some vertices, as evaluators treat them."""
         reflector, resolution = self.reflectors[part], self.occluders.resolution(part)
         equation, values = reflector.equation, reflector.at_points(vertices)
         points, to_eye = np.ascontiguousarray(receiver.points[vertices].T), np.array(equation.to_eye)[:, None]
@@ -362,7 +361,7 @@ class PathTracer:
         return Interaction(reflector, points, origins, v, values | {"normal": n}, BEFORE_LIGHT * resolution)
 
     def _along_paths(self, at: Interaction, numbers: _Numbers, rays: list[int]) -> Float64Array:
-        """What all paths bring to their first points, shape (3, n), beside what is known without them."""
+        """Return the light of all paths at their first points, shape (3, n), without the deterministic part."""
         light, bounces = np.zeros(at.points.shape), 0
         bundles = [_Bundle(at, np.arange(len(at)), np.ones(at.points.shape))]
         while bundles:
@@ -381,7 +380,7 @@ class PathTracer:
         return light
 
     def _of_points(self, at: Interaction, rays: list[int]) -> Float64Array:
-        """What is reflected of lights without a size, shape (3, n): one ray to each."""
+        """Return the reflected light of lights without a size, shape (3, n), by one ray to each."""
         total = np.zeros(at.points.shape)
         for term in at.equation.terms:
             if not term.light.has_size and term.needs_normals:
@@ -395,7 +394,7 @@ class PathTracer:
     def _unblocked(
         self, at: Interaction, sent: Float64Array, to_light: Float64Array, lengths: Float64Array, rays: list[int]
     ) -> Float64Array:
-        """What is sent (3, n) along directions (3, n), where nothing is in the way up to these lengths (n,)."""
+        """Return `sent`, (3, n), with 0 where rays along directions (3, n) are blocked within `lengths`, (n,)."""
         rows = np.flatnonzero(sent.any(axis=0))
         blocked = self.occluders.blocked(at.origins[:, rows].T, to_light[:, rows].T, lengths[rows] - at.margin)
         rays.append(len(rows))
@@ -406,7 +405,7 @@ class PathTracer:
     def _scattered(
         self, bundle: _Bundle, numbers: _Numbers, bounces: int, rays: list[int]
     ) -> tuple[Float64Array, _Rays]:
-        """What is reflected of lights with a size, shape (3, n), and the rays along which paths go on."""
+        """Return the reflected light of area lights, shape (3, n), and the rays that continue the paths."""
         at, paths = bundle.at, bundle.paths
         total = np.zeros(at.points.shape)
         sights = [_Sight(term, at) for term in at.equation.terms if term.light.has_size and term.needs_normals]
@@ -428,7 +427,7 @@ class PathTracer:
         return total, _Rays(paths[rows], weights, to_light[:, rows], hits.triangles, hits.weights.T)
 
     def _met(self, rays: _Rays, numbers: _Numbers, bounces: int) -> Iterator[_Bundle]:
-        """The paths that go on, where they meet reflectors; walls that are seen from behind are black, and end them."""
+        """Yield the paths that continue, by the reflectors that they hit. Back faces are black, and end paths."""
         weights, goes_on = rays.weights, rays.triangles >= 0
         if bounces >= _BOUNCES_FOR_SURE:
             chance = np.clip(weights.max(axis=0, initial=0.0), _LEAST_LIKELY, _MOST_LIKELY)

@@ -1,13 +1,13 @@
-"""Rays from vertices to lights: their origins, their targets, and which need not be cast.
+"""Rays from vertices to lights: their origins, their targets, and tests that rule them out.
 
-A vertex is on the smooth surface that a mesh approximates, and its normal is that surface's; so a ray that begins there
-and rises above the tangent plane meets no face of a convex surface, however coarse: there is no staircase where light
-ends to reach it, which rays from inside of faces make (Hanika, "Hacking the shadow terminator", 2021).
+Rays from points inside coarse faces produce a staircase at the shadow terminator (Hanika, "Hacking the shadow
+terminator", 2021). A vertex and its normal are those of the smooth surface that a mesh approximates. So a ray that
+starts at a vertex and rises above the tangent plane hits no face of a convex surface, however coarse.
 
-An origin is above the tangent plane by the resolution of the triangles. It is also moved by a thousandth into the
-vertex's own faces, as far as they are not below that plane: a vertex at the foot of a wall is in the plane of the wall,
-and belongs on that side of it on which its faces are. A surface that is seen from its other side is `Receiver.turned`:
-what was below the plane is above it there.
+An origin is above the tangent plane by the resolution of the triangles. A vertex at the foot of a wall is in the plane
+of the wall, and must be on the side of its own faces. So the origin is also moved by a thousandth into the vertex's
+faces, except below the tangent plane. `Receiver.turned` is the surface seen from its other side, with the tangent
+plane's sides exchanged.
 """
 
 from __future__ import annotations
@@ -33,17 +33,17 @@ from pvphong.rays.casting import BlockingFaces, Occluders
 # --- ray targets
 
 BEFORE_LIGHT = 2.0
-"""In units of the resolution: rays end so far before a light, for it may be on a face."""
+"""Distance between the end of a ray and its light, in units of the resolution: the light may be on a face."""
 
 
 def place_of(light: Light) -> Vector | None:
-    """Where rays to a light without a size end; None where only its direction is known."""
+    """Return the end point of rays to a light without a size, or None if only its direction is known."""
     places: list[Vector] = light.values(Place)
     return places[0] if len(places) == 1 and not light.is_even else None
 
 
 def place_or_direction(light: Light) -> Float64Array:
-    """Where rays to a light without a size end, or the unit vector to it as it is seen from the origin."""
+    """Return the end point of rays to a light without a size, or the unit vector to it from the origin."""
     place = place_of(light)
     if place is None:
         return np.ravel(light.arrival(np.zeros((3, 1))).direction).astype(np.float64)
@@ -51,7 +51,7 @@ def place_or_direction(light: Light) -> Float64Array:
 
 
 def rays_to(light: Light, origins: Float64Array) -> tuple[Float64Array, Float64Array]:
-    """Unit vectors (n, 3) to a light without a size, and distances (n,); infinite where nothing says how far it is."""
+    """Return unit vectors (n, 3) to a light without a size, and distances (n,), infinite if it has no position."""
     place = place_of(light)
     if place is not None:
         towards, lengths = unit(np.ascontiguousarray((np.array(place, np.float64) - origins).T))
@@ -71,7 +71,7 @@ def part_by_arrays(
     margin: float,
     occluders: Occluders,
 ) -> tuple[FloatArray, FloatArray, Float64Array, int]:
-    """What compiled code does without arrays of rays, as `pvphong.shading.kernel.rays.part_seen` has it."""
+    """Compute the visible part of a light with NumPy; arguments as for `pvphong.shading.kernel.rays.part_seen`."""
     count = len(origins)
     points = np.arange(begin, end)[:, None]
     u = sobol.coordinate(points.astype(np.uint32), seeds[0])
@@ -100,7 +100,7 @@ def around_by_arrays(
     occluders: Occluders,
     triangles: SendingTriangles,
 ) -> tuple[NDArray[np.int32], int]:
-    """What compiled code does without arrays of rays, as `pvphong.shading.kernel.hits.vertices_met` has it."""
+    """Find the vertices that rays hit with NumPy; arguments as for `pvphong.shading.kernel.hits.vertices_met`."""
     points = np.arange(begin, end)
     u = sobol.coordinate(points.astype(np.uint32), seeds[0][:, None])
     v = sobol.coordinate(sobol.SECOND[points], seeds[1][:, None])
@@ -123,27 +123,27 @@ def around_by_arrays(
     return met, len(rays)
 
 
-# --- the occlusion test: why nothing can block light between vertices and a light, known before any ray is cast
+# --- the occlusion test: bounding boxes that rule out occlusion before any ray is cast
 
 
 BEGUN_ABOVE = 2.0**-15
-"""Boxes are taken so much larger, by their common size: rays begin above the vertices, and are rounded."""
+"""Margin of boxes, relative to their common size: rays start above the vertices, and are rounded."""
 
 
 def may_block(light: Light, vertices: Box | None, parts: Box) -> BoolArray:
-    """Which parts inside of boxes can be between vertices and a light; all where too little is known.
+    """Return True for parts whose boxes may be between vertices and a light; all if too little is known.
 
-    What is between a box and that of a light is their convex hull: all boxes that come of one while it moves to the
-    other, (1 − t) a + t b with t from 0 to 1. The way to a light without a place has no end.
+    The space between the vertices' box and the light's box is their convex hull: the boxes (1 − t) a + t b with t from
+    0 to 1. For a light without a position, t has no upper bound.
 
     Parameters
     ----------
     light : Light
-        In the world.
+        Light in the world.
     vertices : (low, high) or None
         Least and greatest coordinates of the vertices, shape (3,).
     parts : (low, high)
-        Those of m parts, shape (m, 3).
+        Least and greatest coordinates of m parts, shape (m, 3).
 
     Returns
     -------
@@ -151,7 +151,7 @@ def may_block(light: Light, vertices: Box | None, parts: Box) -> BoolArray:
         Shape (m,), bool.
     """
     all_of_them = np.ones(len(parts[0]), bool)
-    if vertices is None or (light.is_even and light.has_size):  # the latter comes from all sides
+    if vertices is None or (light.is_even and light.has_size):  # an environment
         return all_of_them
     low, high = vertices
     if light.is_even:
@@ -163,10 +163,10 @@ def may_block(light: Light, vertices: Box | None, parts: Box) -> BoolArray:
             return all_of_them
         around = np.array(places, np.float64)
         middle = around.mean(axis=0)
-        # nodes fill the light but for its rim: as they are inside of it, half as much again is certainly around it
+        # nodes fill the light except its rim; 1.5 times their radius encloses it
         size = 1.5 * float(np.sqrt(((around - middle) ** 2).sum(axis=1).max()))
         low_step, high_step, last = middle - size - low, middle + size - high, 1.0
-    # each of six faces is passed where begin + t step is not above 0: from some t on, or up to some
+    # each of the six face conditions, begin + t step <= 0, holds from some t on, or up to some t
     slack = _slack(vertices, parts)
     begin = np.concatenate([low - parts[1], parts[0] - high], axis=1) - slack
     step = np.concatenate([low_step, -high_step])
@@ -179,7 +179,7 @@ def may_block(light: Light, vertices: Box | None, parts: Box) -> BoolArray:
 
 
 def may_hide(vertices: Box | None, parts: Box, distance: float) -> BoolArray:
-    """Which parts inside of boxes may be no further from vertices than a distance; arguments as for `may_block`."""
+    """Return True for parts that may be within a distance of vertices; arguments as for `may_block`."""
     if vertices is None:
         return np.ones(len(parts[0]), bool)
     low, high = vertices
@@ -194,53 +194,53 @@ def _slack(vertices: Box, parts: Box) -> float:
     return BEGUN_ABOVE * float(sizes.max())
 
 
-# --- the vertices of one mesh that look at lights, at the sky, and at each other
+# --- the vertices of a mesh that receive light
 
 
 class Begun(NamedTuple):
-    """Where rays from n vertices begin, but for the height above the tangent plane."""
+    """Origins of rays from n vertices, before they are raised above the tangent plane."""
 
     origins: Float64Array
-    """Shape (n, 3): the points, moved a little into their faces."""
+    """Points moved slightly into their faces, shape (n, 3)."""
     rise: FloatArray
-    """Shape (n,): how far their faces' middles are above the tangent plane, on the average."""
+    """Mean height of their faces' centroids above the tangent plane, shape (n,)."""
 
 
 class SendingTriangles(NamedTuple):
-    """All triangles of some parts, of which some send light from their fronts, as compiled code takes them."""
+    """All triangles of several parts, some of which emit light from their fronts, for compiled code."""
 
     starts: IntArray
     """As `Triangles.starts`."""
     numbers: IntArray
     """As `Triangles.numbers`."""
     corners: IntArray
-    """Shape (m, 3): numbers of the vertices that a triangle's corners are; −1 where it sends none."""
+    """Vertex numbers of each triangle's corners, shape (m, 3); −1 if it does not emit."""
     sides: NDArray[np.int8]
-    """Shape (m,): 1 or −1, as its front is where its corners go round to the left or to the right; 0 for none."""
+    """Shape (m,): 1 if a triangle's corners are counter-clockwise from its front, −1 if clockwise, 0 if neither."""
 
 
-# Finding out whether a mesh of more faces is convex would take longer than its rays.
+# Largest number of faces for the convexity test; for more, it would take longer than the rays.
 _MOST_FACES = 2**15
 _NORMALS_AT_ONCE = 2**16
-# Of the offset into a vertex's faces.
+# Share of the offset from a vertex to its faces' centroids by which its origin moves.
 _INTO_FACES = 2.0**-10
 _TRIANGLES_AT_ONCE = 2**15
 
 
 @dataclass(frozen=True, eq=False)
 class Receiver:
-    """The vertices of one mesh, in the world.
+    """Vertices of a mesh that receive light, in the world.
 
     Parameters
     ----------
     faces : BlockingFaces
-        Its points, float64, and its triangles.
+        Points of the mesh, float64, and its triangles.
     normals : callable
-        Gives their normals, shape (n, 3), of any length.
+        Returns the normals, shape (n, 3), of any length.
     part : int or None
-        Which of the occluders' parts its faces are; None where they block nothing.
+        Index of its faces among the occluders' parts; None if they block nothing.
     known : callable, optional
-        Gives where their rays begin, if that is not found from the faces.
+        Returns the origins of rays, if they are not computed from the faces.
     """
 
     faces: BlockingFaces
@@ -249,7 +249,7 @@ class Receiver:
     known: Callable[[], Begun] | None = None
 
     def some(self, rows: IntArray) -> Receiver:
-        """Some of its vertices, and the faces between them; their rays begin where they begin here."""
+        """Return a receiver of some vertices and the faces between them, with the same origins of rays."""
         places = np.full(len(self.points), -1)
         places[rows] = np.arange(len(rows))
         corners = places[self.faces.corners]
@@ -259,7 +259,7 @@ class Receiver:
 
     @cached_property
     def turned(self) -> Receiver:
-        """The same vertices with the opposite normals: their rays begin on the other side."""
+        """The same vertices with opposite normals; rays start on the other side."""
         return Receiver(self.faces, lambda: -self.unit_normals, self.part, self._begun_behind)
 
     def _begun_behind(self) -> Begun:
@@ -267,7 +267,7 @@ class Receiver:
         return Begun(origins - (_INTO_FACES * np.abs(rise))[:, None] * self.unit_normals, -rise)
 
     def __getstate__(self) -> dict[str, Any]:
-        """For files and other processes: what callables give in place of them, and what has been found."""
+        """Return the state for pickling: the results of the callables, and the origins if they are known."""
         normals, is_known = self.unit_normals, self.known is not None or "begun" in vars(self)
         known = partial(Begun, *self.begun) if is_known else None
         found = {"normals": partial(np.asarray, normals), "known": known, "unit_normals": normals}
@@ -275,12 +275,12 @@ class Receiver:
 
     @property
     def points(self) -> Float64Array:
-        """Shape (n, 3)."""
+        """Points of the mesh, shape (n, 3)."""
         return self.faces.points.astype(np.float64, copy=False)
 
     @cached_property
     def unit_normals(self) -> Float64Array:
-        """Shape (n, 3); zero where there is none."""
+        """Unit normals, shape (n, 3); zero where there is none."""
         normals = self.normals()
         result = np.empty(normals.shape)
 
@@ -291,31 +291,31 @@ class Receiver:
         return result
 
     def above(self, rows: Any, height: Any) -> Float64Array:
-        """Where rays of some vertices begin, so high above their tangent planes."""
+        """Return the origins of rays of some vertices, at a height above their tangent planes."""
         return self.origins[rows] + height * self.unit_normals[rows]
 
     @cached_property
     def extent(self) -> Extent:
-        """Where the vertices are."""
+        """Bounds of the vertices."""
         return Extent(self.points, None, None)
 
     @cached_property
     def is_convex(self) -> bool:
-        """Whether no ray that leaves it meets it again."""
+        """True if no ray that leaves the mesh hits it again."""
         return len(self.faces) <= _MOST_FACES and is_convex(self.points, self.unit_normals, self.faces.corners)
 
     @property
     def origins(self) -> Float64Array:
-        """Where rays begin, but for the height above the tangent plane: the points, moved a little into their faces.
+        """Origins of rays before they are raised above the tangent plane: points moved slightly into their faces.
 
-        That is by a thousandth of the offset to the mean of the middles of a point's faces, without the part of it that
-        is against the normal; not at all where faces lie evenly around it.
+        The shift is a thousandth of the offset to the mean centroid of a point's faces, without its component against
+        the normal. It is zero if the faces lie evenly around the point.
         """
         return self.begun.origins
 
     @cached_property
     def begun(self) -> Begun:
-        """Where rays begin, and what is known of that for the other side."""
+        """Origins of rays, and the mean rise, from which the other side's origins follow."""
         if self.known is not None:
             return self.known()
         points, normals, triangles = self.points, self.unit_normals, self.faces.corners
@@ -323,7 +323,7 @@ class Receiver:
         sums, counts = np.zeros_like(columns), np.zeros(len(points))
         for start in range(0, len(triangles), _TRIANGLES_AT_ONCE):
             some = triangles[start : start + _TRIANGLES_AT_ONCE]
-            corners = np.ascontiguousarray(some.T)  # long rows are quicker to add up
+            corners = np.ascontiguousarray(some.T)  # sums over long rows are faster
             middles = np.stack([column[corners].sum(axis=0) for column in columns]) / 3.0
             sound = np.isfinite(middles).all(axis=0)
             if not sound.all():

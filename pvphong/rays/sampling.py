@@ -1,16 +1,16 @@
-"""How much of a light or of the sky is seen: as many rays for each vertex as its own error requires.
+"""Adaptive sampling of the visible part of a light or of the sky: the error of each vertex sets its number of rays.
 
-Each vertex takes the points of Sobol's sequence one after the other, scrambled by a hash of its number
-(`pvphong.base.sobol`). So a vertex's rays depend on nothing else: not on the order of vertices, on threads or on
-chunks. The first 2ᵐ points are alone in squares of equal size, or in halves of such. The error of a part of which an
-edge cuts some squares falls with the number of rays to the power ¾.
+Each vertex uses the points of the Sobol sequence in order, scrambled by a hash of its number (`pvphong.base.sobol`).
+So a vertex's rays do not depend on the order of vertices, on threads or on chunks. Each of the first 2ᵐ points is alone
+in one of equal squares, or in half a square. If an edge cuts some of the squares, the error of the visible part falls
+with the number of rays to the power ¾.
 
-Two points whose squares are neighbours see the same, except at the edge of a shadow. Their differences are
-the standard error; it is on the large side (W. G. Cochran, "Sampling techniques", 1977, 5A.12, collapsed strata).
+Points in neighbouring squares see the same, except at the edge of a shadow. Their differences give the standard error,
+a conservative estimate (W. G. Cochran, "Sampling techniques", 1977, 5A.12, collapsed strata).
 
-Most vertices see all of a light or nothing. They stop after 16 rays that agree, unless a vertex with which they share a
-face saw something else: then a penumbra is near. Of the sky most see a part, be it a small one that is hidden: for it,
-and where there are no faces, they stop after 64.
+Most vertices see all of a light or nothing. They stop after 16 rays that agree, unless a vertex of a shared face
+differs, which indicates a penumbra. Most vertices see a part of the sky, of which even a small part may be hidden. For
+the sky, and for points without faces, they stop after 64.
 """
 
 from __future__ import annotations
@@ -25,46 +25,46 @@ from pvphong.base import sobol, threads
 from pvphong.base.types import BoolArray, Float64Array, FloatArray, IntArray
 
 MOST_RAYS = sobol.MOST
-"""The most rays from a vertex to one light; a power of two."""
+"""Largest number of rays from a vertex to one light; a power of two."""
 
-# So many where the number follows from the error.
+# Largest number of rays if the error sets the number.
 _MOST_ADAPTIVE = 1024
-# Rays of vertices that agree beside others that do not.
+# Least number of rays for vertices next to a penumbra.
 _NEAR_OTHERS = 64
-# Vertices that go on at once, over all threads: what their rays saw takes 64 MB at most.
+# Number of vertices that continue at once, over all threads: their rays take at most 64 MB.
 _GOING_ON_AT_ONCE = 2**11
 
 
-# Rays that compiled code tests together.
+# Number of rays that compiled code tests together.
 _AT_ONCE = 16
 
 
 class Cast(NamedTuple):
-    """What rays to points of a light, of the same numbers for each of some vertices, found."""
+    """Result of rays from m vertices to k points of a light, with the same sequence numbers for each vertex."""
 
     sent: FloatArray
-    """Shape (k, m), float32: what each of k points sends to each vertex, but for a factor."""
+    """Unoccluded contribution of each point to each vertex, up to a factor, shape (k, m), float32."""
     seen: FloatArray
-    """That, or 0 where the point is hidden."""
+    """Contribution with occlusion: as `sent`, or 0 where the point is hidden."""
     scale: Float64Array
-    """Shape (m,): the factor that makes a mean of what is sent a colour."""
+    """Factor that turns a mean of contributions into a colour, shape (m,)."""
     rays: int
 
 
 CastRays = Callable[[IntArray, int, int], Cast]
-"""Casts rays from vertices (m,) to the points from one number to another."""
+"""Function that casts rays from vertices (m,) to the points from one sequence number to another."""
 
 
 class Seen(NamedTuple):
-    """What n vertices see."""
+    """Visibility of a light or the sky at n vertices."""
 
     part: Float64Array
-    """Shape (n,), in [0, 1]: of what is sent."""
+    """Visible part of the light's contribution, in [0, 1], shape (n,)."""
     error: Float64Array
-    """Shape (n,): its standard error; 0 where all rays agree."""
+    """Standard error of `part`, shape (n,); 0 where all rays agree."""
     rays: int
     is_unknown: BoolArray | None = None
-    """Shape (n,): where no ray was sent that could arrive; the part is 0 there. None where that is not told."""
+    """True where no ray had a contribution, so that `part` is 0, shape (n,). None if not recorded."""
 
 
 def look(
@@ -78,26 +78,27 @@ def look(
     least: int,
     rays_at_once: int,
 ) -> Seen:
-    """The part that each of `count` vertices sees.
+    """Compute the visible part for each of `count` vertices.
 
     Parameters
     ----------
     count : int
-        Of vertices.
+        Number of vertices.
     cast : callable
         Casts rays.
     triangles : ndarray
-        Shape (m, 3): which vertices share a face.
+        Shape (m, 3): the vertices of each face.
     tolerance : float
-        Rays are cast until the standard error of the colour is at most that.
+        Rays are cast until the standard error of the colour is at most the tolerance.
     samples : int or None
-        So many rays for every vertex in place of that: the next power of two, at most `MOST_RAYS`.
+        Fixed number of rays per vertex, in place of the tolerance. It is rounded up to a power of two, and is at most
+        `MOST_RAYS`.
     brightness : float
-        Of the light: a factor of its colours.
+        Brightness of the light, a factor of its colours.
     least : int
-        Rays that every vertex gets, a power of two.
+        Least number of rays per vertex, a power of two.
     rays_at_once : int
-        So many that a thread casts before it can be interrupted, about.
+        Approximate number of rays that a thread casts between checks for interruption.
     """
     is_adaptive = samples is None
     first = least if samples is None else min(1 << (samples - 1).bit_length(), MOST_RAYS)
@@ -110,7 +111,7 @@ def look(
         return np.concatenate([p.sent for p in parts]), np.concatenate([p.seen for p in parts]), parts[0].scale
 
     def go_on(vertices: IntArray, sent: FloatArray, seen: FloatArray) -> None:
-        """Twice as many rays again and again, for those whose error is still too large."""
+        """Double the number of rays repeatedly, for the vertices whose error is still too large."""
         done = first
         while len(vertices) and done < _MOST_ADAPTIVE:
             more_sent, more_seen, scale = cast_points(vertices, done, 2 * done)
@@ -141,7 +142,7 @@ def look(
     threads.run(begin, count, max(rays_at_once // first, 1))
     if not is_adaptive:
         return Seen(part, error, sum(rays), is_unknown)
-    is_near = np.ones(count, bool)  # in no triangle, or in one with a vertex that saw something else
+    is_near = np.ones(count, bool)  # in no triangle, or in one whose vertices differ
     is_near[triangles] = False
     corners = part[triangles]
     is_near[triangles[corners.min(axis=1) != corners.max(axis=1)]] = True
@@ -151,9 +152,9 @@ def look(
 
 
 def _estimate(sent: FloatArray, seen: FloatArray) -> tuple[Float64Array, Float64Array]:
-    """The part that is seen of what points send, (k, m) each: a ratio of means, and its standard error, (m,) each."""
+    """Estimate the visible part as a ratio of means, and its standard error, (m,) each, from `sent` and `seen`."""
     count = len(sent)
-    folds = -1, min(count, _AT_ONCE), sent.shape[1]  # so that sums of float32 keep their digits
+    folds = -1, min(count, _AT_ONCE), sent.shape[1]  # partial sums keep the digits of float32
     sum_sent, sum_seen = (each.reshape(folds).sum(axis=1).sum(axis=0, dtype=np.float64) for each in (sent, seen))
     whole = np.where(sum_sent > 0.0, sum_sent, 1.0)
     part = np.clip(sum_seen / whole, 0.0, 1.0)
@@ -161,6 +162,6 @@ def _estimate(sent: FloatArray, seen: FloatArray) -> tuple[Float64Array, Float64
     numbers, apart = np.arange(count), sobol.NEIGHBOURS[count.bit_length() - 1]
     one = numbers[numbers < numbers ^ apart]
     difference = off[one] - off[one ^ apart]
-    least = 0.25 * (sum_sent / count) ** 2  # where neighbours happen to agree, though not all do
+    least = 0.25 * (sum_sent / count) ** 2  # neighbours may agree by chance although others differ
     error = np.sqrt(np.maximum((difference * difference).sum(axis=0), least)) / whole
     return part, np.where((part > 0.0) & (part < 1.0), error, 0.0)

@@ -1,14 +1,14 @@
-"""How light goes from vertices to vertices: what each sees of the others, by rays over its hemisphere.
+"""Diffuse light transport between vertices, by rays over each vertex's hemisphere.
 
-The colour that a diffuse surface reflects of what is around it is its albedo times the mean colour that it sees,
-weighted with the cosine. Rays with the density of the cosine make that a plain mean, over the colours of what they
-meet first; those are known at vertices, and a ray takes that of one corner of the triangle, by chance, as often as its
-barycentric weight says. So a vertex is a row of a sparse matrix, T, whose numbers are shares of its rays, and light
-that bounces once is T times colours: relighting takes no ray (C. Goral et al., "Modeling the interaction of light
-between diffuse surfaces", 1984; rays in place of form factors: P. Shirley, "Radiosity via ray tracing", 1991).
+A diffuse surface reflects its albedo times the cosine-weighted mean of the colours that it sees. With rays sampled by
+the cosine, this is a plain mean over the colours at their first hits. Colours are known at vertices, so a ray takes the
+colour of one corner of the triangle, chosen with its barycentric weight as probability. So a vertex is a row of a
+sparse matrix T, whose entries are shares of its rays. T times colours is the light after one bounce, and relighting
+needs no rays (C. Goral et al., "Modeling the interaction of light between diffuse surfaces", 1984; rays in place of
+form factors: P. Shirley, "Radiosity via ray tracing", 1991).
 
-In order: `HemisphereTracer` casts the rays; `Transport` keeps what they met, on disk too; `TransportPart` is what a
-plan asks for the vertices of one mesh.
+In order: `HemisphereTracer` casts the rays; `Transport` stores their hits, in memory and in files; `TransportPart`
+provides plans with bounds for the vertices of one mesh.
 """
 
 from __future__ import annotations
@@ -39,11 +39,11 @@ from pvphong.shading import kernel
 # --- rays
 
 _WORTH_A_WARNING = 2**12  # vertices
-_FEW_RAYS, _FEW_RAYS_OF_VTK = 2**20, 2**15  # which are cast in a tenth of a second or two
-_STREAM, _STREAM_OF_CORNERS = 1, 2  # of random numbers, other than those of visibility
+_FEW_RAYS, _FEW_RAYS_OF_VTK = 2**20, 2**15  # numbers that take a tenth or two of a second
+_STREAM, _STREAM_OF_CORNERS = 1, 2  # streams of random numbers, different from those of visibility
 
 Met = Callable[[int, int, NDArray[np.int32]], None]
-"""Is given which vertices were met by rays of vertices from one number to another, (m, samples)."""
+"""Function that receives the first and last vertex of a block, and the vertices that their rays hit, (m, samples)."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,11 +53,11 @@ class HemisphereTracer:
     Parameters
     ----------
     receivers : sequence of Receiver
-        The meshes whose vertices exchange light, each one of the occluders' parts or none.
+        Meshes whose vertices exchange light. Each is one of the occluders' parts, or does not block light.
     occluders : Occluders
-        What rays meet; parts that are no receiver's block light, and are black.
+        Geometry that rays hit. Parts that belong to no receiver block light, and are black.
     samples : int
-        Rays of each vertex, a multiple of 16.
+        Number of rays per vertex, a multiple of 16.
     """
 
     receivers: Sequence[Receiver]
@@ -66,12 +66,12 @@ class HemisphereTracer:
 
     @cached_property
     def starts(self) -> IntArray:
-        """The number of each receiver's first vertex among all, and how many there are."""
+        """Number of each receiver's first vertex among all, followed by the number of all vertices."""
         return np.cumsum([0, *(len(each.points) for each in self.receivers)])
 
     @cached_property
     def triangles(self) -> SendingTriangles:
-        """All triangles; the front of one that sends light is where its vertices' normals point."""
+        """All triangles; the front of an emitting triangle is the side to which its vertices' normals point."""
         starts, numbers, corners = self.occluders.triangles
         sides, firsts = np.zeros(len(corners), np.int8), np.cumsum([0, *self.occluders.counts])
         vertices = np.full_like(corners, -1)
@@ -87,7 +87,7 @@ class HemisphereTracer:
         return SendingTriangles(starts, numbers, vertices, sides)
 
     def may_see(self, receiver: Receiver) -> BoolArray:
-        """Shape (n,): which vertices may see anything, for some of it is above their tangent planes."""
+        """Return True for vertices that may see geometry above their tangent planes, shape (n,)."""
         result = np.zeros(len(receiver.points), bool)
         slack = self.occluders.resolution(receiver.part)
         for index, part in enumerate(self.occluders.parts):
@@ -101,14 +101,14 @@ class HemisphereTracer:
         return result & (receiver.unit_normals != 0.0).any(axis=1)
 
     def cast(self, found: Met, rows: IntArray | None = None) -> int:
-        """Cast the rays of all vertices, or of some of the first receiver's; gives how many.
+        """Cast the rays of all vertices, or of some vertices of the first receiver, and return their number.
 
         Parameters
         ----------
         found : callable
-            Is called from several threads, with numbers of `rows` where those are given.
+            Receives the hits, called from several threads. Its vertex numbers are indices of `rows` if these are given.
         rows : ndarray, optional
-            Shape (k,), in rising order.
+            Vertices, shape (k,), in ascending order.
         """
         compiled, sampling = self.occluders.compiled, sky_sampling(math.inf, 1.0)
         numbers, triangles = np.asarray(sampling.numbers, np.float64), self.triangles
@@ -133,7 +133,7 @@ class HemisphereTracer:
                 rays.append(cast)
                 found(start + first, start + last, met)
 
-            receiver.origins  # noqa: B018  found now: threads share it
+            receiver.origins  # noqa: B018  computed here because threads share it
             starts = range(0, len(own), step)
             pieces.extend(partial(work, first, min(first + step, len(own))) for first in starts)
 
@@ -145,42 +145,42 @@ class HemisphereTracer:
         return sum(rays)
 
 
-# --- what they met, kept
+# --- stored hits
 
 _FORMAT, _VERSION = "pvphong transport", 3
-_PROBED = 512  # vertices, to find out what the rays of all will take
+_PROBED = 512  # vertices that are sampled to estimate the cost of all rays
 _BYTES_PER_RAY = 4
 _GATHERED_AT_ONCE = 2**18  # rays
 MEMORY = 2.0e9
-"""Bytes that a transport takes at most by default; where it would take more, rays are cast for each bounce."""
+"""Default memory limit of a transport in bytes; if the hits need more, rays are cast for each bounce."""
 
 
 class TransportCost(NamedTuple):
-    """What rays take that are not cast yet."""
+    """Cost of rays that are not cast yet."""
 
     rays: int
     seconds: float
     memory: int
-    """Bytes of what rays meet; 0 where it is not kept."""
+    """Memory of the hits in bytes; 0 if they are not stored."""
 
 
 class Transport:
-    """How light goes from vertices to vertices, for any lights and materials.
+    """Diffuse light transport between vertices, for any lights and materials.
 
-    Rays are cast when it is first used, and kept; nothing is kept of what is interrupted.
+    Rays are cast when it is first used, and their hits are stored. An interrupted computation stores nothing.
 
     Parameters
     ----------
     tracer : HemisphereTracer or None
-        Casts the rays; None for one that was read from a file.
+        Casts the rays; None for a transport from a file.
     memory : float
-        Bytes that it may take; where it would take more, rays are cast for each bounce.
+        Memory limit in bytes; if the hits need more, rays are cast for each bounce.
     checksum : str
-        Of the meshes.
+        Checksum of the meshes.
     counts : tuple of int
-        The number of vertices of each mesh.
+        Number of vertices of each mesh.
     samples : int
-        Rays of each vertex.
+        Number of rays per vertex.
     """
 
     def __init__(
@@ -189,15 +189,15 @@ class Transport:
         self._tracer, self._memory, self._checksum, self._counts = tracer, memory, checksum, counts
         self._kept: NDArray[np.int32] | None = None
         self.samples = samples
-        """How many rays each vertex has."""
+        """Number of rays per vertex."""
         self.rays = 0
-        """How many have been cast."""
+        """Number of rays cast so far."""
         self.seconds = 0.0
-        """How long that took."""
+        """Time that the rays took."""
 
     @classmethod
     def of(cls, tracer: HemisphereTracer, memory: float) -> Self:
-        """Of what a tracer casts."""
+        """Make the transport of a tracer."""
         counts = tuple(np.diff(tracer.starts).tolist())
         return cls(tracer, memory, checksum_of(tracer), counts, tracer.samples)
 
@@ -210,39 +210,39 @@ class Transport:
 
     @property
     def parts(self) -> list[TransportPart]:
-        """What is known for the vertices of each mesh."""
+        """Transport of the vertices of each mesh."""
         return [TransportPart(self, index) for index in range(len(self._counts))]
 
     @property
     def slices(self) -> list[slice]:
-        """The rows of each mesh's vertices."""
+        """Rows of each mesh's vertices."""
         ends = np.cumsum(self._counts).tolist()
         return [slice(end - count, end) for end, count in zip(ends, self._counts, strict=True)]
 
     @property
     def is_kept(self) -> bool:
-        """Whether what rays meet is kept, for it fits into the memory that it may take."""
+        """True if the hits are stored, because they fit into the memory limit."""
         return self._kept is not None or _BYTES_PER_RAY * len(self) * self.samples <= self._memory
 
     @property
     def takes_long(self) -> bool:
-        """Whether so many rays are cast when it is used next that nobody should be kept waiting for them."""
+        """True if the next use casts so many rays that it would block a user interface."""
         rays = len(self) * self.samples
         if self._tracer is None or self._kept is not None or rays <= _FEW_RAYS_OF_VTK:
             return False
         return rays > _FEW_RAYS or self._tracer.occluders.are_slow
 
     def expected_cost(self) -> TransportCost:
-        """What rays that are not cast yet will take, by those of some vertices; roughly.
+        """Estimate the cost of rays that are not cast yet, by the rays of some vertices.
 
-        Building what rays are tested with is done here. VTK's rays take one thread at a time.
+        This builds the casters. VTK casts rays in one thread at a time.
         """
         if self._tracer is None or self._kept is not None:
             return TransportCost(0, 0.0, 0)
         count = self._counts[0]
         rows = np.unique(np.linspace(0, max(count - 1, 0), min(_PROBED, count)).astype(np.int64))
         with threads.limited(1):
-            self._tracer.cast(lambda *_: None, rows[:1])  # what is built and loaded by the first ray is not counted
+            self._tracer.cast(lambda *_: None, rows[:1])  # exclude one-time costs of the first ray
             start = time.perf_counter()
             rays = self._tracer.cast(lambda *_: None, rows)
             taken = time.perf_counter() - start
@@ -251,12 +251,12 @@ class Transport:
         return TransportCost(round(rays * share), taken * share / at_once, memory)
 
     def gather(self, colors: Any) -> FloatArray:
-        """The mean colour that each vertex sees, weighted with the cosine; what is open, and backs, are black.
+        """Return the cosine-weighted mean colour that each vertex sees; open directions and backs are black.
 
         Parameters
         ----------
         colors : array_like
-            Shape (n, k), what each vertex sends, one mesh after the other.
+            Colour that each vertex emits, shape (n, k), mesh by mesh.
 
         Returns
         -------
@@ -266,17 +266,17 @@ class Transport:
         Raises
         ------
         ValueError
-            If there are not as many colours as vertices.
+            If the number of colours differs from the number of vertices.
         """
         given = check.real_array("colors", colors, f"an array of shape ({len(self)}, k)")
         if given.ndim != 2 or len(given) != len(self):
             check.refuse("colors", f"an array of shape {given.shape}", f"one of shape ({len(self)}, k)")
         triples, channels = -(-given.shape[1] // 3), given.shape[1]
-        sent = np.zeros((len(self) + 1, 3 * triples), np.float32)  # the last is of nothing, whose number is −1
+        sent = np.zeros((len(self) + 1, 3 * triples), np.float32)  # the last row is for misses, whose number is −1
         sent[:-1, :channels] = given
         by_triple = np.ascontiguousarray(sent.reshape(-1, triples, 3).transpose(1, 0, 2))
         result = np.empty((triples, len(self), 3), np.float32)
-        mean = kernel.gatherer() or _mean_by_arrays  # the same for all, whatever is compiled meanwhile
+        mean = kernel.gatherer() or _mean_by_arrays  # one function for all, even if compilation finishes meanwhile
 
         def add(first: int, last: int, met: NDArray[np.int32]) -> None:
             for colors, means in zip(by_triple, result, strict=True):
@@ -292,19 +292,19 @@ class Transport:
 
     @property
     def matrix(self) -> Any:
-        """`scipy.sparse.csr_array`, shape (n, n), float32: shares of what each vertex (a row) sees.
+        """Transport matrix, `scipy.sparse.csr_array` (n, n), float32: a row has the shares that its vertex sees.
 
-        A row's sum is the part of its hemisphere, weighted with the cosine, in which the front of something is.
+        The sum of a row is the cosine-weighted part of the vertex's hemisphere that shows fronts of surfaces.
 
         Raises
         ------
         ValueError
-            If what rays meet takes more memory than it may, or SciPy is missing.
+            If the hits exceed the memory limit, or SciPy is missing.
         """
         met = self._met
         if importlib.util.find_spec("scipy") is None:
-            remedy = "pip install scipy installs it; gather works without."
-            check.refuse("matrix", "one of scipy.sparse", "left out where SciPy is not installed", remedy)
+            remedy = "Only `matrix` needs SciPy; gather works without. To install it, pip install scipy."
+            check.refuse("matrix", "a scipy.sparse matrix", "omitted if SciPy is not installed", remedy)
         from scipy import sparse
 
         is_met = met >= 0
@@ -316,11 +316,11 @@ class Transport:
 
     @property
     def _met(self) -> NDArray[np.int32]:
-        """Shape (n, samples): the number of the vertex that each ray meets; −1 where nothing is met, or a back."""
+        """Number of the vertex that each ray hits, shape (n, samples); −1 for a miss or a back."""
         if not self.is_kept:
             need = _BYTES_PER_RAY * len(self) * self.samples
-            remedy = "transport(memory=...) allows more; gather works without."
-            check.refuse("memory", f"{self._memory:.3g} bytes", f"at least {need:.3g} to keep what rays meet", remedy)
+            remedy = "Raise the limit with transport(memory=...); gather works without stored hits."
+            check.refuse("memory", f"{self._memory:.3g} bytes", f"at least {need:.3g} to store the hits", remedy)
         if self._kept is None:
             found = np.empty((len(self), self.samples), np.int32)
 
@@ -342,7 +342,7 @@ class Transport:
 
     @cached_property
     def _sums(self) -> Float64Array:
-        """Shape (n,): of the rows that are kept, the share of rays that meet a front."""
+        """Share of rays that hit a front, shape (n,): the sums of the matrix's rows."""
         return (self._met >= 0).mean(axis=1)
 
     # -- files
@@ -350,16 +350,16 @@ class Transport:
     def refuse_other(self, checksum: str) -> None:
         """Raise ValueError if it was made for other meshes, by their checksum."""
         if checksum != self._checksum:
-            remedy = "mesh.phong.transport() makes one; its matrix, occluders and feature angle are those of the call."
-            check.refuse("transport", "one of other meshes, or in other places", "one of what is lit", remedy)
+            remedy = "Recompute it with mesh.phong.transport(), with the same matrix, occluders and feature angle."
+            check.refuse("transport", "one of other or moved meshes", "computed for the meshes that are lit", remedy)
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Write it to a file, by NumPy's format .npz; rays that are missing are cast first.
+        """Save it to a file in NumPy's format .npz; missing rays are cast first.
 
         Raises
         ------
         ValueError
-            If the file cannot be written, or what rays meet is not kept.
+            If the file cannot be written, or the hits exceed the memory limit.
         """
         met = self._met
         with written_aside(path) as aside, aside.open("wb") as file:
@@ -368,14 +368,14 @@ class Transport:
 
     @classmethod
     def load(cls, path: str | os.PathLike[str]) -> Self:
-        """What `save` has written.
+        """Load a file written by `save`.
 
         Raises
         ------
         ValueError
-            If the file cannot be read, is none of such, is damaged, or of another version.
+            If the file cannot be read, has another format or version, or is damaged.
         """
-        allowed = "a file that Transport.save has written"
+        allowed = "a file written by Transport.save"
         try:
             with open(path, "rb") as opened, np.load(opened, allow_pickle=False) as file:
                 kind, counts, met = (file[name] for name in ("format", "counts", "met"))
@@ -384,7 +384,7 @@ class Transport:
         written = kind.tolist() if kind.shape == (3,) else []
         if not written or written[0] != _FORMAT or written[1] != str(_VERSION):
             got = f"{os.fspath(path)} of version {written[1]}" if written and written[0] == _FORMAT else os.fspath(path)
-            check.refuse("path", got, f"{allowed}, of version {_VERSION}", "mesh.phong.transport() makes a new one.")
+            check.refuse("path", got, f"{allowed}, of version {_VERSION}", "Recompute it with mesh.phong.transport().")
         count = int(counts.sum())
         is_sound = (
             (counts >= 0).all()
@@ -395,7 +395,7 @@ class Transport:
             and (met.min(initial=-1) >= -1 and met.max(initial=-1) < count)
         )
         if not is_sound:
-            check.refuse("path", os.fspath(path), allowed, "It is damaged; mesh.phong.transport() makes a new one.")
+            check.refuse("path", os.fspath(path), allowed, "It is damaged; recompute it with mesh.phong.transport().")
         result = cls(None, math.inf, str(written[2]), tuple(counts.tolist()), met.shape[1])
         result._kept = np.ascontiguousarray(met)
         return result
@@ -403,24 +403,24 @@ class Transport:
 
 @dataclass(frozen=True, eq=False)
 class TransportPart:
-    """What a plan asks of a transport for the vertices of one mesh, and what they gather where it is alone."""
+    """Transport of the vertices of one mesh: bounds for plans, and gathering if the mesh is alone."""
 
     whole: Transport
     index: int
 
     @property
     def is_shared(self) -> bool:
-        """Whether there are other meshes, whose vertices send light too."""
+        """True if there are other meshes, whose vertices emit light too."""
         return len(self.whole.slices) > 1
 
     @property
     def blocking(self) -> tuple[Occluders, int | None] | None:
-        """What its rays meet, and which of the parts the mesh is; None where it was read from a file."""
+        """The occluders, and the index of the mesh among their parts; None for a transport from a file."""
         tracer = self.whole._tracer
         return None if tracer is None else (tracer.occluders, tracer.receivers[self.index].part)
 
     def most(self) -> float:
-        """The most that a row of the vertices adds up to: as it is, or as far as is known before rays are cast."""
+        """Return the largest sum of the vertices' rows, or a bound on it before rays are cast."""
         whole, tracer = self.whole, self.whole._tracer
         if whole._kept is not None:
             return float(whole._sums[whole.slices[self.index]].max(initial=0.0))
@@ -434,16 +434,16 @@ class TransportPart:
         if not spheres or own.extent.sphere is None:
             return float(bool(spheres))
         center, radius = own.extent.sphere
-        share = 0.0  # a sphere straight ahead, seen under the angle α to its rim, fills sin²α
+        share = 0.0  # a sphere along the normal, of angular radius α, fills sin²α
         for sphere in spheres:
             nearest = math.dist(sphere.center, center) - radius
             share += (sphere.radius / nearest) ** 2 if nearest > sphere.radius else 1.0
-        # of finitely many rays: four times the standard error of as many random ones more, and one ray
+        # margin for a finite number of rays: four standard errors of random rays, and one ray
         sampled = share + 4.0 * math.sqrt(share / whole.samples) + 1.0 / whole.samples
         return min(sampled, 1.0)
 
     def why_nothing(self) -> str:
-        """Why no vertex sees a front; "" where one may. No ray is cast for it."""
+        """Return the reason why no vertex sees a front; "" if one may. It casts no rays."""
         tracer = self.whole._tracer
         if self.whole._kept is not None:
             return "" if self.most() > 0.0 else "no vertex sees a lit surface"
@@ -457,17 +457,17 @@ class TransportPart:
         return "the mesh is convex, and alone" if own.is_convex else ""
 
     def gather(self, colors: FloatArray) -> FloatArray:
-        """As `Transport.gather`."""
+        """Gather colours as `Transport.gather` does."""
         return self.whole.gather(colors)
 
 
 def checksum_of(tracer: HemisphereTracer) -> str:
-    """Of the points, normals and triangles of all that exchanges or blocks light, and of which does what."""
-    found = hashlib.sha256()  # which processors have instructions for
+    """Return a checksum of the points, normals, triangles and roles of all meshes that exchange or block light."""
+    found = hashlib.sha256()  # processors have instructions for it
     for each in tracer.receivers:
         found.update(repr((len(each.points), each.part)).encode())
         found.update(np.ascontiguousarray(each.points if each.part is None else each.points[:0]).ravel().data)
-        # coarsely: NumPy's normals differ from compiled code's by rounding
+        # coarse, because normals from NumPy and from compiled code differ by rounding
         found.update(np.rint(1024.0 * each.unit_normals).astype(np.int16).ravel().data)
     for part in tracer.occluders.parts:
         found.update(repr((len(part.points), len(part))).encode())
@@ -477,15 +477,15 @@ def checksum_of(tracer: HemisphereTracer) -> str:
 
 
 def refuse_too_large(samples: int, count: int, memory: float) -> None:
-    """Raise ValueError where there is less memory than a transport may take, and would."""
+    """Raise ValueError if a transport would need more memory than is free."""
     available, needed = available_memory(), min(_BYTES_PER_RAY * samples * count, memory)
     if available is not None and needed > available:
-        allowed = f"at most {available:.3g}, the bytes that are free"
-        check.refuse("memory", f"{memory:.3g}", allowed, "Where less is allowed, rays are cast for each bounce.")
+        allowed = f"at most {available:.3g}, the number of free bytes"
+        check.refuse("memory", f"{memory:.3g}", allowed, "With a lower limit, rays are cast for each bounce.")
 
 
 def _mean_by_arrays(met: NDArray[np.int32], colors: FloatArray) -> FloatArray:
-    """What compiled code does, as `pvphong.shading.kernel.hits.gathered` has it."""
+    """Gather with NumPy; arguments as for `pvphong.shading.kernel.hits.gathered`."""
     numbers = met.astype(np.intp)
     columns = np.ascontiguousarray(colors.T)
     return np.stack([np.take(column, numbers, mode="wrap").sum(axis=1) for column in columns], axis=1) / met.shape[1]

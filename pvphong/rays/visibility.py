@@ -1,7 +1,7 @@
-"""What the vertices of a mesh see of a scene's lights and of the sky.
+"""Visibility of a scene's lights and of the sky at the vertices of a mesh.
 
-In order: `Tracer` casts a receiver's rays; `Visibility` keeps what they found, as arrays to shade with again, and
-answers what a plan asks before any ray is cast.
+In order: `Tracer` casts a receiver's rays; `Visibility` stores the results as arrays that can be reused, and provides
+plans with bounds before any ray is cast.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ from pvphong.shading import kernel
 # --- casting a receiver's rays
 
 _VERTICES_AT_ONCE = 2**16
-# So many rays every vertex gets.
+# Least number of rays per vertex, to a light and to the sky.
 _LEAST, _LEAST_OF_ALL_AROUND = 16, 64
 
 
@@ -57,19 +57,19 @@ class Tracer:
     Parameters
     ----------
     receiver : Receiver
-        Whose vertices look.
+        The mesh's vertices.
     occluders : Occluders
-        What can block them.
+        Parts that can block rays.
     distance : float
-        Up to where something hides the sky.
+        Distance beyond which geometry does not occlude the sky.
     tolerance : float
         Largest standard error of the colours of a white surface.
     samples : int or None
-        So many rays for each vertex in place of that.
+        Fixed number of rays per vertex, in place of the tolerance.
     ambient : float
-        The sky's brightness, which that tolerance counts with.
+        Brightness of the sky, which scales its errors before they are compared with the tolerance.
     first : int
-        Number of the first vertex, by which its rays are chosen: where it is a piece of a larger mesh.
+        Number of the first vertex, if the mesh is a piece of a larger one. It determines the random numbers.
     """
 
     receiver: Receiver
@@ -82,36 +82,36 @@ class Tracer:
 
     @property
     def turned(self) -> Tracer:
-        """That of the vertices' other sides."""
+        """Tracer of the vertices' other sides."""
         return replace(self, receiver=self.receiver.turned)
 
     def light(self, light: Light, *, behind: bool = False) -> list[Seen]:
-        """What the vertices see of a light in the world, and then what their other sides see of it.
+        """Return the visibility of a light from the vertices and, if asked, from their other sides.
 
         Parameters
         ----------
         light : Light
-            In the world.
+            Light in the world.
         behind : bool, default False
-            Whether the latter is found too.
+            True to include the other sides.
         """
         if not light.has_size:
             return self._all_or_nothing_of(light, behind=behind)
         return [tracer._part_of(light) for tracer in (self, *[self.turned] * behind)]
 
     def _origins(self, rows: Any) -> Float64Array:
-        """Where rays begin at some vertices."""
+        """Return the origins of rays of some vertices."""
         return self.receiver.above(rows, self.occluders.resolution(self.receiver.part))
 
     def _all_or_nothing_of(self, light: Light, *, behind: bool) -> list[Seen]:
-        """A light without a size: one ray for each vertex, from the side that faces it."""
+        """Return the visibility of a light without a size: one ray per vertex, from the side that faces it."""
         receiver, compiled = self.receiver, self.occluders.compiled
         count, above = len(receiver.points), self.occluders.resolution(receiver.part)
         sides = [self, *[self.turned] * behind]
         parts, rays = np.zeros((len(sides), count)), list[int]()
         begin = [side.receiver.origins for side in sides]
         place = place_of(light)
-        if place is None and not light.is_even:  # its direction differs from vertex to vertex
+        if place is None and not light.is_even:  # its direction varies between vertices
             compiled = None
         known = *place_or_direction(light).tolist(), float(place is not None), float(behind), above
         numbers = np.array([*known, BEFORE_LIGHT * above])
@@ -134,34 +134,34 @@ class Tracer:
         return [Seen(part, np.zeros(count), cast * (index == 0)) for index, part in enumerate(parts)]
 
     def _facing(self, light: Light, some: slice) -> IntArray:
-        """Which of some vertices face a light."""
+        """Return the indices of vertices that face a light, among some."""
         normals, points = self.receiver.unit_normals[some], self.receiver.points[some]
         with np.errstate(all="ignore"):
             return np.flatnonzero(dot(normals.T, light.arrival(np.ascontiguousarray(points.T)).direction) > 0.0)
 
     def _part_of(self, light: Light) -> Seen:
-        """A light with a size: as many rays as it takes, weighted with what its points send."""
+        """Return the visible part of an area light, by adaptive sampling weighted with its contribution."""
         if light.sampling is None:
-            remedy = "A kind with `sampling` casts shadows; pvphong.optics.area.sampling says how."
-            check.refuse("light", light, "one that says how rays to it are chosen", remedy)
+            remedy = "Implement it to cast shadows; see pvphong.optics.area.sampling."
+            check.refuse("light", light, "a light with `sampling`", remedy)
         margin = BEFORE_LIGHT * self.occluders.resolution(self.receiver.part)
         brightness = light.intensity * max(np.ravel(light.diffuse).tolist())
         seen = self._look(light.sampling, margin, brightness, _LEAST_OF_ALL_AROUND if light.is_even else _LEAST)
         return seen if light.is_even else self._with_slivers(seen, light, margin)
 
     def _with_slivers(self, seen: Seen, light: Any, margin: float) -> Seen:
-        """Where no ray has found a light that just rises above the horizon, one to its highest point decides."""
+        """Test one ray to a light's highest point where no sample hit it, as for a light just above the horizon."""
         if seen.is_unknown is None or not (light.places or light.outline is not None):
             return seen
         rows = np.flatnonzero(seen.is_unknown)
         points, normals, origins = self.receiver.points[rows], self.receiver.unit_normals[rows], self._origins(rows)
-        with np.errstate(all="ignore"):  # of vertices that are not finite
-            if light.outline is None:  # a sphere, or a kind of which no edge is known
+        with np.errstate(all="ignore"):  # for vertices that are not finite
+            if light.outline is None:  # a sphere, or a kind without an outline
                 highest = np.array(light.places[0]) + getattr(light, "radius", 0.0) * normals
             else:
                 highest = light.outline[(normals @ light.outline.T).argmax(axis=1)]
             to_light = highest - origins
-            sent = light.arrival(np.ascontiguousarray(points.T)).strength  # nothing from a back that is dark
+            sent = light.arrival(np.ascontiguousarray(points.T)).strength  # 0 from a dark back
             is_risen = (dot(normals.T, to_light.T) > 0.0) & (sent > 0.0)
         rows, origins = rows[is_risen], origins[is_risen]
         directions, distances = unit(np.ascontiguousarray(to_light[is_risen].T))
@@ -170,7 +170,7 @@ class Tracer:
         return seen._replace(part=part, rays=seen.rays + len(rows) * bool(self.occluders.casters))
 
     def sky(self) -> Seen:
-        """What the vertices see of the hemispheres around their normals."""
+        """Return the visibility of the sky in the hemispheres around the normals."""
         seen = self._look(sky_sampling(self.distance, 1.0), 0.0, self.ambient, _LEAST_OF_ALL_AROUND)
         has_normal: BoolArray = (self.receiver.unit_normals != 0.0).any(axis=1)
         return seen._replace(part=np.where(has_normal, seen.part, 1.0))
@@ -191,59 +191,59 @@ class Tracer:
         return look(count, cast, triangles, rays_at_once=self.occluders.rays_at_once, **options)
 
 
-# --- what they found, kept
+# --- stored results
 
-# From so many triangles on the representation says what memory their rays take.
+# Least number of triangles for which the repr includes the memory of their casters.
 _MANY = 2_000_000
-# From so many vertices on VTK's rays are worth a warning.
+# Least number of vertices for a warning about VTK's slow rays.
 _WORTH_A_WARNING = 2**15
 
 
 _FORMAT, _VERSION = "pvphong visibility", 1
-# A tracer's, in files.
+# Fields of a tracer that files store.
 _NUMBERS = "distance", "tolerance", "samples", "ambient", "first"
 
-# So many faces are picked to find out what rays from all vertices will take.
+# Number of faces that are sampled to estimate the cost of all rays.
 _PROBED = 256
 
 
 class Cost(NamedTuple):
-    """What rays take."""
+    """Cost of rays."""
 
     rays: int
     seconds: float
 
 
 class StandardError(NamedTuple):
-    """Standard errors of what was sampled; 0 where one ray is exact."""
+    """Standard errors of sampled values; 0 where one ray is exact."""
 
     per_light: FloatArray
-    """Shape (lights, n)."""
+    """Standard errors of lights, shape (lights, n)."""
     sky: FloatArray
-    """Shape (n,)."""
+    """Standard errors of the sky, shape (n,)."""
 
 
 class Visibility:
-    """What every vertex of a mesh sees of each light, and of the sky: arrays to keep, and to shade with again.
+    """Visibility of each light and of the sky at every vertex of a mesh, as arrays that can be reused.
 
-    Each is computed when it is first read, and kept; nothing is kept of one that is interrupted. Lights may then be
-    dimmed, tinted and switched without a ray; one that has moved is refused.
+    Each array is computed when it is first read, and stored; an interrupted computation stores nothing. Lights may then
+    change in brightness and colour, or be switched on and off, without new rays. A light that has moved is refused.
 
-    Vertices see what is on the side to which their normals point. Of a two-sided light model `behind` is what they see
-    on the other side; wherever the viewer is, one of the two is what the side sees that he sees.
+    Vertices see the side to which their normals point. With a two-sided light model, `behind` is the visibility from
+    the other side. For any viewer, the visible side of a vertex is one of the two.
 
     Parameters
     ----------
     tracer : Tracer
         Casts the rays.
     lights : sequence of Light
-        The scene's, in the world, those that are off too.
+        Lights of the scene, in the world, including those that are off.
     labels : sequence of str
-        Their names.
+        Names of the lights.
     two_sided : bool, default False
-        Whether there is `behind`.
+        True to include `behind`.
     memory : tuple of ndarray, optional
-        Two of shape (lights + 1, n), float32, for parts, all 1, and their errors, all 0.
+        Two arrays of shape (lights + 1, n), float32, for visible parts, all 1, and their errors, all 0.
     """
 
     def __init__(
@@ -259,12 +259,12 @@ class Visibility:
         self.lights = tuple(labels)
         """Names of the lights, in the order of `per_light`."""
         rows, count = len(self.lights) + 1, len(self._receiver.points)
-        if memory is None:  # both sides in one array, as evaluators read them
+        if memory is None:  # both sides in one array, for the evaluators
             shape = rows * (1 + two_sided), count
             memory = np.ones(shape, np.float32), np.zeros(shape, np.float32)
         self._of_all_sides, (self._parts, self._errors) = memory[0], (each[:rows] for each in memory)
         self.behind: Visibility | None = None
-        """What the other sides of the vertices see, in the same arrays; None where the light model is one-sided."""
+        """Visibility from the other sides of the vertices, in the same arrays; None if the light model is one-sided."""
         if two_sided:
             other, errors = (each[rows:] for each in memory)
             self.behind = Visibility(tracer.turned, lights, labels, memory=(other, errors))
@@ -277,27 +277,27 @@ class Visibility:
 
     @property
     def rays(self) -> int:
-        """How many rays have been cast, from both sides."""
+        """Number of rays cast so far, from both sides."""
         return sum(side._rays for side in self._sides)
 
     @property
     def seconds(self) -> float:
-        """How long that took."""
+        """Time that the rays took."""
         return sum(side._seconds for side in self._sides)
 
     def __repr__(self) -> str:
         seen = f"{len(self.lights)} lights from {self._parts.shape[1]} vertices"
         count = sum(self._tracer.occluders.counts)
         memory = count * BYTES_PER_TRIANGLE / 1e9
-        much = f"; {count:,} triangles that block light take about {memory:.2g} GB" if count >= _MANY else ""
+        much = f"; {count:,} occluding triangles take about {memory:.2g} GB" if count >= _MANY else ""
         return f"<Visibility of {seen}: {self.rays} rays in {self.seconds:.3g} s{much}>"
 
     def _repr_html_(self) -> str:
-        """Showing it casts no ray."""
+        """Return a table of the results so far, without casting rays."""
         rows = []
         for side, where in zip(self._sides, ("", ", from behind"), strict=False):
             for row, name in enumerate((*self.lights, "the sky")):
-                part, error = "not asked for yet", ""
+                part, error = "not computed yet", ""
                 if row in side._done:
                     part = f"{side._parts[row].mean(dtype=np.float64):.3f}"
                     error = f"{side._errors[row].max(initial=0.0):.4f}"
@@ -306,35 +306,35 @@ class Visibility:
 
     @property
     def per_light(self) -> FloatArray:
-        """Shape (lights, n), float32, in [0, 1]: the part of each light that reaches each vertex.
+        """Visible part of each light at each vertex, in [0, 1], shape (lights, n), float32.
 
-        0 where a vertex faces away from it; the part of a light that has a size is weighted with what it sends.
+        0 where a vertex faces away from the light. The part of an area light is weighted with its contribution.
         """
         return self.channels(range(len(self.lights)), sky=False)[:-1]
 
     @property
     def sky(self) -> FloatArray:
-        """Shape (n,), float32, in [0, 1]: the open part of the hemisphere around the normal.
+        """Open part of the hemisphere around each normal, in [0, 1], shape (n,), float32.
 
-        Each part of it is weighted with the cosine; 1 where there is no normal.
+        The hemisphere is weighted with the cosine; the result is 1 where there is no normal.
         """
         return self.channels((), sky=True)[-1]
 
     @property
     def standard_error(self) -> StandardError:
-        """The standard errors of `per_light` and `sky`."""
+        """Standard errors of `per_light` and `sky`."""
         self.channels(range(len(self.lights)), sky=True)
         return StandardError(self._errors[:-1], self._errors[-1])
 
     @property
     def blocking(self) -> tuple[Occluders, int | None]:
-        """What can block the rays, and which part of it the mesh's own faces are, if they are one."""
+        """The occluders, and the index of the mesh's own faces among their parts, or None."""
         return self._tracer.occluders, self._receiver.part
 
     def expected_cost(self) -> Cost:
-        """What all that is not computed yet will take, by rays from some vertices; roughly.
+        """Estimate the cost of all results that are not computed yet, by rays from some vertices.
 
-        Building what rays are tested with, which takes about a second for three million triangles, is done here.
+        This builds the casters, which takes about a second for three million triangles.
         """
         corners, count = self._receiver.faces.corners, len(self._receiver.points)
         picked = corners if len(corners) else np.arange(count)
@@ -343,20 +343,20 @@ class Visibility:
         for mine, its in zip(self._sides, probe._sides, strict=True):
             for done in mine._done:
                 its._keep(done, mine._parts[done, rows], mine._errors[done, rows])
-        self._receiver.origins, self._tracer.occluders.casters  # noqa: B018  they are not to be counted
+        self._receiver.origins, self._tracer.occluders.casters  # noqa: B018  so that their time is not counted
         probe.channels(range(len(self.lights)), sky=True, behind=self.behind is not None)
         share = count / max(len(rows), 1)
         return Cost(round(probe.rays * share), probe.seconds * share)
 
     def for_lights(self, lights: Sequence[Light], labels: Sequence[str], samples: int | None = None) -> Visibility:
-        """The same vertices, for a scene's lights now: what is known of those that have not moved is kept.
+        """Return the visibility for other lights; results of lights that have not moved are kept.
 
         Parameters
         ----------
         lights, labels
             As for the class.
         samples : int, optional
-            Of what is not known yet.
+            Number of rays for results that are not computed yet.
         """
         tracer, two_sided = replace(self._tracer, samples=samples), self.behind is not None
         result = Visibility(tracer, lights, labels, two_sided=two_sided)
@@ -372,41 +372,41 @@ class Visibility:
         return result
 
     def afresh(self, *, samples: int | None = None, rows: IntArray | None = None) -> Visibility:
-        """A copy with nothing known yet; the occluders, which take time to prepare, are shared.
+        """Return a copy without results; the occluders, which take time to prepare, are shared.
 
         Parameters
         ----------
         samples : int, optional
             As for the tracer.
         rows : ndarray, optional
-            Shape (m,): of these vertices alone, and the faces between them, so that adaptive rays may be more.
+            Vertices to keep, with the faces between them, shape (m,). Adaptive rays may then be more per vertex.
         """
         receiver = self._receiver if rows is None else self._receiver.some(rows)
         tracer, two_sided = replace(self._tracer, receiver=receiver, samples=samples), self.behind is not None
         return Visibility(tracer, self._lights, self.lights, two_sided=two_sided)
 
     def part(self, row: int) -> tuple[FloatArray, FloatArray]:
-        """The part that is seen of a light, or in the row after theirs of the sky, and its standard error, (n,)."""
+        """Return the visible part of a light and its standard error, (n,); the row after the lights is the sky."""
         is_sky = row == len(self.lights)
         return self.channels(() if is_sky else (row,), sky=is_sky)[row], self._errors[row]
 
     def at(self, points: Float64Array, normals: FloatArray, origins: Float64Array) -> Visibility:
-        """What is seen of the same lights, past the same occluders, from other places on the mesh.
+        """Return the visibility of the same lights, with the same occluders, at other points of the mesh.
 
         Parameters
         ----------
         points, normals, origins : ndarray
-            Shape (n, 3), in the world; rays begin at the origins, above them by the resolution of the triangles.
+            Shape (n, 3), in the world. Rays start above the origins by the resolution of the triangles.
         """
         nowhere = BlockingFaces(points, np.zeros((0, 3), np.int64))
         begun = Begun(origins, np.zeros(len(origins)))
         receiver = Receiver(nowhere, lambda: normals, self._receiver.part, lambda: begun)
         return Visibility(replace(self._tracer, receiver=receiver), self._lights, self.lights)
 
-    # -- files, and other processes
+    # -- files and pickling
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """Both sides in one array again; what is not known yet is cast there, past the same triangles."""
+        """Pickle both sides in one array, with all that is needed to compute missing results later."""
         return _restored, (self._state,)
 
     @property
@@ -417,15 +417,15 @@ class Visibility:
         return _State(*lights, done, self._of_all_sides, errors, self.rays, self.seconds)
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Write it to a file, by NumPy's format .npz: what is known, and all that rays are cast by.
+        """Save the results so far to a file in NumPy's format .npz, without casting rays.
 
-        So what is not known yet can be asked for when it is read again; no ray is cast now. The triangles that block
-        light are in the file, about 36 bytes for each.
+        The file includes the inputs of missing results, which are computed after loading when they are first read. It
+        also includes the occluding triangles, about 36 bytes each.
 
         Raises
         ------
         ValueError
-            If the file cannot be written, or a light is of a kind that files do not know.
+            If the file cannot be written, or files do not support a kind of light.
         """
         with_lights = [documents.with_type(f"lights[{k}]", light, LIGHT_TYPES) for k, light in enumerate(self._lights)]
         state, tracer, receiver = self._state, self._tracer, self._receiver
@@ -455,23 +455,23 @@ class Visibility:
 
     @classmethod
     def load(cls, path: str | os.PathLike[str]) -> Visibility:
-        """What `save` has written.
+        """Load a file written by `save`.
 
         Raises
         ------
         ValueError
-            If the file cannot be read, is none of such, is damaged, or of another version.
+            If the file cannot be read, has another format or version, or is damaged.
         """
-        allowed = "a file that Visibility.save has written"
+        allowed = "a file written by Visibility.save"
         try:
             with open(path, "rb") as opened, np.load(opened, allow_pickle=False) as file:
                 arrays = {name: file[name] for name in file.files}
                 kind = arrays.pop("format").tolist()
             if len(kind) != 3 or kind[0] != _FORMAT or kind[1] != str(_VERSION):
-                raise ValueError(f"it is {' '.join(map(str, kind[:2]))}")
+                raise ValueError(f"its format is {' '.join(map(str, kind[:2]))}")
             return _restored(_state_of(json.loads(kind[2]), arrays))
         except (OSError, ValueError, KeyError, TypeError, IndexError, EOFError, zipfile.BadZipFile) as error:
-            remedy = "mesh.phong.visibility(scene) makes a new one."
+            remedy = "Compute it again with mesh.phong.visibility(scene)."
             check.refuse("path", os.fspath(path), allowed, f"{type(error).__name__}: {error}. {remedy}")
 
     def _keep(self, row: int, part: FloatArray, error: FloatArray) -> None:
@@ -479,20 +479,20 @@ class Visibility:
         self._done.add(row)
 
     def channels(self, lights: Sequence[int], *, sky: bool, behind: bool = False) -> FloatArray:
-        """Shape (lights + 1, n): `per_light` with `sky` in the last row; other rows may not be computed yet.
+        """Return `per_light` and, in the last row, `sky`, shape (lights + 1, n); other rows may not be computed yet.
 
-        If `behind` is asked for too, as many rows follow of it.
+        With `behind`, the same number of rows follows for the other side.
         """
         if behind and self.behind is None:
             self._refuse_one_side()
         for index in (*lights, *[len(self.lights)] * sky):
             if index not in self._done:
                 start, is_sky = time.perf_counter(), index == len(self.lights)
-                self._receiver.origins, self._tracer.occluders.casters  # noqa: B018  found now: threads share them
+                self._receiver.origins, self._tracer.occluders.casters  # noqa: B018  now: threads share them
                 if len(self._receiver.points) >= _WORTH_A_WARNING and self._tracer.occluders.are_slow:
                     warn_of_slow_rays()
                 with text.about(f"rays to {'the sky' if is_sky else self.lights[index]}"):
-                    # one ray tells what both sides see of a light without a size
+                    # for a light without a size, one ray gives the visibility from both sides
                     both = self.behind is not None and not is_sky and not self._lights[index].has_size
                     tracer = self._tracer
                     found = [tracer.sky()] if is_sky else tracer.light(self._lights[index], behind=both)
@@ -507,12 +507,12 @@ class Visibility:
         return result
 
     def why_clear(self, light: int) -> str:
-        """Why nothing can block a light; "" where something may."""
+        """Return the reason why nothing can block a light; "" if something may."""
         seen_from = self._receiver.extent.box
         return self._why_nothing(lambda parts: may_block(self._lights[light], seen_from, parts), "stands between")
 
     def why_open(self) -> str:
-        """Why nothing can hide the sky; "" where something may."""
+        """Return the reason why nothing can occlude the sky; "" if something may."""
         seen_from, distance = self._receiver.extent.box, self._tracer.distance
         nothing = "is around it" if math.isinf(distance) else "is near enough"
         return self._why_nothing(lambda parts: may_hide(seen_from, parts, distance), nothing)
@@ -531,32 +531,32 @@ class Visibility:
         return f"nothing {nothing}, and the mesh is convex" if others else "the mesh is convex, and alone"
 
     def _refuse_one_side(self) -> None:
-        remedy = "mesh.phong.visibility(scene) makes one."
-        check.refuse("visibility", "one of a one-sided light model", "one of a two-sided one", remedy)
+        remedy = "Recompute it with mesh.phong.visibility(scene)."
+        check.refuse("visibility", "one for a one-sided model", "computed for a two-sided light model", remedy)
 
     def refuse_other(
         self, points: FloatArray, lights: Sequence[Light], labels: Sequence[str], model: LightModel
     ) -> None:
-        """Raise ValueError if it is not of these vertices in the world, of these lights, or of such a light model."""
+        """Raise ValueError unless it was computed for these vertices in the world, these lights and this model."""
         if len(points) != self._parts.shape[1]:
-            check.refuse("visibility", f"one of {self._parts.shape[1]} vertices", f"one of the mesh's {len(points)}")
-        remedy = "mesh.phong.visibility(scene) makes one."
+            check.refuse("visibility", f"one of {self._parts.shape[1]} points", f"one of the mesh's {len(points)}")
+        remedy = "Recompute it with mesh.phong.visibility(scene)."
         if tuple(labels) != self.lights:
-            check.refuse("visibility", f"one of the lights {self.lights}", f"one of {tuple(labels)}", remedy)
+            check.refuse("visibility", f"one for {self.lights}", f"computed for the lights {tuple(labels)}", remedy)
         if not np.array_equal(points, self._receiver.points, equal_nan=True):
-            check.refuse("visibility", "one of other points", "one of the mesh where it is now", remedy)
+            check.refuse("visibility", "one of other points", "computed for the mesh where it is now", remedy)
         for label, now, then in zip(labels, lights, self._lights, strict=True):
             if _geometry_of(now) != _geometry_of(then):
-                check.refuse("visibility", f"one from before {label} moved", "one of the lights where they are", remedy)
+                check.refuse("visibility", f"one from before {label} moved", "computed for the current lights", remedy)
         if model.two_sided and self.behind is None:
             self._refuse_one_side()
         if model.ambient_occlusion is not False and model.occlusion_distance != self._tracer.distance:
             got = f"one with occlusion up to {self._tracer.distance:g}"
-            check.refuse("visibility", got, f"one up to {model.occlusion_distance:g}", remedy)
+            check.refuse("visibility", got, f"computed with occlusion up to {model.occlusion_distance:g}", remedy)
 
 
 class _State(NamedTuple):
-    """What a visibility is made of again; of both sides, as `done` has an entry for each."""
+    """State of a visibility for pickling; `done` has an entry for each side."""
 
     tracer: Tracer
     lights: tuple[Light, ...]
@@ -569,7 +569,7 @@ class _State(NamedTuple):
 
 
 def _restored(state: _State) -> Visibility:
-    """The visibility of a state."""
+    """Restore a visibility from its state."""
     memory, two_sided = (state.seen, state.errors), len(state.done) == 2
     result = Visibility(state.tracer, state.lights, state.labels, two_sided=two_sided, memory=memory)
     for side, done in zip(result._sides, state.done, strict=True):
@@ -579,7 +579,7 @@ def _restored(state: _State) -> Visibility:
 
 
 def _state_of(header: dict[str, Any], arrays: dict[str, Any]) -> _State:
-    """The state in a file; an exception if it is damaged."""
+    """Return the state from a file; raise ValueError if it is damaged."""
     labels, sides = tuple(map(str, header["labels"])), tuple(sorted(map(int, done)) for done in header["done"])
     lights = tuple(
         documents.value_of_type(f"lights[{k}]", entry, LIGHT_TYPES) for k, entry in enumerate(header["lights"])
@@ -598,7 +598,7 @@ def _state_of(header: dict[str, Any], arrays: dict[str, Any]) -> _State:
         and all(map(_is_sound, faces))
     )
     if not is_sound:
-        raise ValueError("it is damaged")
+        raise ValueError("the file is damaged")
     begun = Begun(arrays["origins"], arrays["rise"])
     receiver = Receiver(own, partial(np.asarray, arrays["normals"]), part, lambda: begun)
     within = None if header["within"] is None else (np.array(header["within"][0]), np.array(header["within"][1]))
@@ -608,7 +608,7 @@ def _state_of(header: dict[str, Any], arrays: dict[str, Any]) -> _State:
 
 
 def _is_sound(faces: BlockingFaces) -> bool:
-    """Whether its corners are numbers of its points."""
+    """True if all corners are valid point indices."""
     points, corners = faces.points, faces.corners
     has_shapes = points.ndim == 2 and points.shape[1] == 3 and corners.ndim == 2 and corners.shape[1] == 3
     is_typed = points.dtype.kind == "f" and corners.dtype == np.int64
@@ -616,6 +616,6 @@ def _is_sound(faces: BlockingFaces) -> bool:
 
 
 def _geometry_of(light: Light) -> str:
-    """What rays to a light depend on: its place, direction, size and parts."""
+    """Return a key of all that rays to a light depend on: its position, direction, size and nodes."""
     nodes = [(place_or_direction(node).tolist(), light.has_size and node.intensity) for node in light.nodes(4)]
     return repr((nodes, light.is_even))

@@ -1,5 +1,5 @@
-"""VTK's lighting: its lights, its shader, and where the two can be compared with pvphong's. In reading order:
+"""VTK's lighting: its lights, its shader, and the limits of comparing it with pvphong. In reading order:
 
-`lights` takes over VTK's and PyVista's lights, and makes them; `scenes` says what VTK cannot draw, and how it is given
-the rest; `oracle` runs VTK's own shader once per vertex; `rounding` says which vertices its float32 leaves open.
+`lights` converts lights from and to VTK and PyVista; `scenes` refuses scenes that VTK cannot draw, and converts others
+to VTK's terms; `oracle` runs VTK's shader once per vertex; `rounding` finds vertices whose colour float32 decides.
 """

@@ -1,6 +1,6 @@
-"""Lights of VTK and PyVista as pvphong's, and pvphong's as VTK's, with nothing rounded; and VTK's light kit.
+"""Conversion of lights between VTK or PyVista and pvphong, without rounding; and VTK's light kit.
 
-This module answers the core's questions to PyVista and VTK, see `pvphong.base.host`.
+The core calls PyVista and VTK through this module; see `pvphong.base.host`.
 """
 
 from __future__ import annotations
@@ -24,40 +24,39 @@ from pvphong.optics.light import Light
 from pvphong.optics.lights import VtkValues, light_from_values, vtk_values
 from pvphong.scene.viewer import Viewer
 
-# A focal point this many bits closer than the coordinates are large still gives the direction to 2⁻³².
+# Ratio, in bits, of the coordinates' size to the focal point's distance; it limits the direction's error to 2⁻³².
 _KEPT_BITS = 20
 
 
 def as_light(light: Any, viewer: Any = None) -> Light:
-    """A pvphong light from a `pyvista.Light` or `vtkLight`, its colours unrounded.
+    """Convert a `pyvista.Light` or `vtkLight` to a pvphong light, its colours unrounded.
 
-    A scene light gives frame "world", through its transform matrix if it has one; a headlight gives
-    frame "headlight". A camera light rides along with the viewer and gives frame "camera"; where a
-    `viewer` is given it is put where that viewer has it in the world, whatever VTK last knew (VTK brings
-    a camera light's world position up to date only when it renders).
+    A scene light gives the frame "world", with its transform matrix applied; a headlight gives the frame "headlight". A
+    camera light moves with the viewer and gives the frame "camera". With a `viewer`, it is placed in the world instead,
+    regardless of the position that VTK last stored: VTK updates it only when it renders.
 
-    Every field is taken over, also those that VTK's shader ignores: `pyvista.Light(color=…)` sets the ambient
-    colour too, which counts in the standard convention and does not in `LightModel.vtk()`.
+    All fields are converted, including those that VTK's shader ignores. `pyvista.Light(color=…)` also sets the ambient
+    colour, which the standard convention uses and `LightModel.vtk()` does not.
 
-    VTK's positional lights become spot lights, or point lights where the cone is 90° or wider. A light of
-    pvphong's own is given back as it is.
+    VTK's positional lights become spot lights, or point lights if the cone is 90° or wider. A pvphong light is returned
+    unchanged.
 
     Parameters
     ----------
     light : pyvista.Light, vtkLight or Light
         The light; it is not modified.
     viewer : Viewer, optional
-        Places a camera light in the world.
+        Viewer that places a camera light in the world.
 
     Raises
     ------
     ValueError
-        If `light` is none of these, or its cone, attenuation or direction is not one that pvphong allows.
+        If `light` is not a light, or pvphong does not allow its cone, attenuation or direction.
     """
     if viewer is None:
         return from_vtk(light, _camera_distance(light))
     _check_viewer(viewer)
-    if _is_moved_headlight(light):  # as VTK draws it: the eye, and the point that it looks at, are transformed
+    if _is_moved_headlight(light):  # VTK transforms the eye and its focal point
         eye, ahead = np.array(viewer.position), np.array(viewer.view_direction) * viewer.distance
         matrix = light.GetTransformMatrix()
         position, focal_point = (matrix.MultiplyPoint((*point, 1.0))[:3] for point in (eye, eye + ahead))
@@ -71,23 +70,23 @@ def as_light(light: Any, viewer: Any = None) -> Light:
 
 def _check_viewer(viewer: Any) -> None:
     if not isinstance(viewer, Viewer):
-        check.refuse("viewer", viewer, "a Viewer", "Viewer.from_camera(camera) makes one.")
+        check.refuse("viewer", viewer, "a Viewer", "Convert a camera with Viewer.from_camera(camera).")
 
 
 def from_vtk(light: Any, distance: float) -> Light:
-    """`as_light` for a camera whose eye is `distance` from its focal point; camera lights stay camera lights."""
+    """Convert as `as_light` does, for an eye at a `distance` from its focal point; camera lights stay camera lights."""
     if isinstance(light, Light):
         return light
     if not hasattr(light, "GetConeAngle") or not hasattr(light, "GetTransformedPosition"):
         check.refuse("light", light, "a pvphong light, a pyvista.Light or a vtkLight")
     if _is_moved_headlight(light):
-        remedy = "as_light(light, viewer) places it in the world; a light that rides along is a camera light."
+        remedy = "Place it in the world with as_light(light, viewer), or use a camera light."
         check.refuse("light", "a headlight with one", "a headlight without a transform matrix", remedy)
     if light.LightTypeIsHeadlight():
-        # VTK overwrites its coordinates at every frame; in eye space they are always these.
+        # VTK overwrites its coordinates in every frame; in eye space they are constant.
         return _light_at(light, "headlight", (0.0, 0.0, 0.0), (0.0, 0.0, -1.0))
     if light.LightTypeIsCameraLight():
-        # Its transform is VTK's own, and stale; its untransformed coordinates are the user's.
+        # Its transform is set by VTK, and stale; its untransformed coordinates are set by the user.
         (x, y, z), focal_point = light.GetPosition(), light.GetFocalPoint()
         in_eye_space = x * distance, y * distance, (z - 1.0) * distance  # inverse of `_place_for_vtk`
         return _light_at(light, "camera", in_eye_space, _direction((x, y, z), focal_point))
@@ -96,7 +95,7 @@ def from_vtk(light: Any, distance: float) -> Light:
 
 
 def _is_moved_headlight(light: Any) -> bool:
-    """Whether VTK would move the viewer's position and direction by a matrix of the light's."""
+    """True for a headlight with a transform matrix, which VTK applies to the viewer's position and direction."""
     if isinstance(light, Light) or not getattr(light, "LightTypeIsHeadlight", bool)():
         return False
     matrix = light.GetTransformMatrix()
@@ -108,7 +107,7 @@ def _direction(start: Vector, end: Vector) -> Vector:
 
 
 def _light_at(light: Any, frame: Frame, position: Vector, direction: Vector) -> Light:
-    """VTK's light with a place and a direction in a frame."""
+    """Convert VTK's light with a position and a direction in a frame."""
     common: dict[str, Any] = {
         "diffuse": light.GetDiffuseColor(),
         "specular": light.GetSpecularColor(),
@@ -124,7 +123,7 @@ def _light_at(light: Any, frame: Frame, position: Vector, direction: Vector) -> 
 
 
 def _camera_distance(light: Any) -> float:
-    """The eye's distance that VTK last used to place a camera light, or 1 where it has not placed it yet."""
+    """Return the eye's distance that VTK last used to place a camera light; 1 if it has not placed it yet."""
     matrix = getattr(light, "GetTransformMatrix", lambda: None)()
     if matrix is None:
         return 1.0
@@ -133,7 +132,7 @@ def _camera_distance(light: Any) -> float:
 
 
 def to_pyvista(light: Light, viewer: Any = None) -> pv.Light:
-    """`Light.to_pyvista`."""
+    """Implement `Light.to_pyvista`."""
     if viewer is not None:
         _check_viewer(viewer)
     result = pv.Light()
@@ -142,9 +141,9 @@ def to_pyvista(light: Light, viewer: Any = None) -> pv.Light:
 
 
 def write_light(light: Light, target: Any, viewer: Any = None) -> None:
-    """Give an existing `pyvista.Light` or `vtkLight` a light's values, as `Light.to_pyvista` does."""
+    """Set the values of an existing `pyvista.Light` or `vtkLight`, as `Light.to_pyvista` does."""
     values = vtk_values(light)
-    target.SetLightType({"headlight": 1, "camera": 2, "world": 3}[light.frame])  # VTK_LIGHT_TYPE_HEADLIGHT and so on
+    target.SetLightType({"headlight": 1, "camera": 2, "world": 3}[light.frame])  # VTK_LIGHT_TYPE_HEADLIGHT etc.
     target.SetTransformMatrix(None)
     target.SetDiffuseColor(rgb(light.diffuse))
     target.SetSpecularColor(light.specular_color)
@@ -161,24 +160,24 @@ def write_light(light: Light, target: Any, viewer: Any = None) -> None:
     position = _place_for_vtk(values.position, light.frame, distance)
     target.SetPosition(position)
     target.SetAttenuationValues(*values.attenuation)
-    if values.cone_angle is None:  # VTK has none from 90° on, whatever the focal point is
+    if values.cone_angle is None:  # from 90° on, VTK applies no cone, for any focal point
         x, y, z = values.position
         target.SetConeAngle(90.0)
         target.SetFocalPoint(_place_for_vtk((x, y, z - 1.0), light.frame, distance))
     else:
         target.SetConeAngle(values.cone_angle)
         target.SetExponent(values.exponent)
-        # A point far enough ahead of the position that the two give the direction.
+        # The focal point must be far enough from the position to keep the digits of the direction.
         bits = math.frexp(max(map(abs, position)))[1] - math.frexp(max(map(abs, values.direction)))[1]
         step = max(1.0, 2.0 ** (bits - _KEPT_BITS))
         target.SetFocalPoint(*(p + d * step for p, d in zip(position, values.direction, strict=True)))
 
 
 def _place_for_vtk(position: Vector, frame: Frame, distance: float) -> Vector:
-    """A position in the coordinates that VTK keeps for a light of this frame.
+    """Return a position in the coordinates that VTK stores for a light of this frame.
 
-    VTK's camera-light space has the eye at (0, 0, 1), looks at the origin and counts in units of the
-    distance between the two (vtkCamera::ComputeCameraLightTransform).
+    VTK's camera-light space has the eye at (0, 0, 1), looking at the origin; its unit is the distance between the two
+    (vtkCamera::ComputeCameraLightTransform).
     """
     if frame != "camera":
         return position
@@ -187,12 +186,12 @@ def _place_for_vtk(position: Vector, frame: Frame, distance: float) -> Vector:
 
 
 def color_by_name(name: str) -> Vector:
-    """Red, green, blue in [0, 1] of a PyVista colour name or hex string.
+    """Return red, green, blue in [0, 1] of a PyVista colour name or hex string.
 
     Raises
     ------
     ValueError
-        If PyVista knows no such colour, or it is not opaque.
+        If the colour is unknown to PyVista or not opaque.
     """
     red, green, blue, opacity = pv.Color(name).float_rgba
     if opacity != 1.0:
@@ -201,46 +200,46 @@ def color_by_name(name: str) -> Vector:
 
 
 def color_names() -> list[str]:
-    """PyVista's colour names, without their other spellings."""
+    """Return PyVista's colour names, without alternative spellings."""
     return list(pv.hex_colors)
 
 
 def colormap_names() -> list[str]:
-    """Names of colormaps that PyVista takes here: matplotlib's, and those of packages that are installed."""
+    """Return the names of available colormaps: matplotlib's, and those of other installed packages."""
     return colormaps.names()
 
 
 def mapped_colors(name: str, colormap: Colormap) -> ByteArray:
-    """The colours, shape (n, 3), of a colormap whose scalars are an array; an error begins with the name of a field."""
+    """Return the colours, shape (n, 3), of a colormap of an array of scalars; errors begin with the field's name."""
     return colormaps.mapped(name, colormap)
 
 
 def mapper_colors(mapper: Any) -> ByteArray | None:
-    """The colours, shape (n, 3), that a mapper gives its mesh's points or cells; None where it draws the property's."""
+    """Return a mapper's colours of points or cells, shape (n, 3); None if it draws the property's colour."""
     if mapper is None or not mapper.GetScalarVisibility():
         return None
-    mapper.Update()  # nothing may have been drawn yet
+    mapper.Update()  # the mapper may not have been rendered yet
     how = mapper.GetScalarMode(), mapper.GetArrayAccessMode(), mapper.GetArrayId(), mapper.GetArrayName()
-    of_cells: Any = reference(0)  # which VTK sets
+    of_cells: Any = reference(0)  # set by VTK
     scalars = vtkAbstractMapper.GetAbstractScalars(mapper.GetInput(), *how, of_cells)
     table = mapper.GetLookupTable()
     if scalars is None or table is None:
         return None
-    # not by `mapper.MapScalars`: where colours are looked up between points it has none of points
+    # `mapper.MapScalars` has no point colours if colours are interpolated before lookup
     mapped = table.MapScalars(scalars, mapper.GetColorMode(), mapper.GetArrayComponent())
     return np.array(vtk_to_numpy(mapped), np.uint8)[:, :3]
 
 
 def light_kit() -> tuple[Light, ...]:
-    """The five lights of VTK's light kit, PyVista's default: they ride along with the camera.
+    """Return the five lights of VTK's light kit, PyVista's default, which move with the camera.
 
-    Source: vtkLightKit, whose own defaults these are; Halle and Meng, "LightKit: a lighting system for
-    effective visualization" (2003).
+    Source: the defaults of vtkLightKit; Halle and Meng, "LightKit: a lighting system for effective visualization"
+    (2003).
 
     Returns
     -------
     tuple of Light
-        "head", a headlight, and "key", "fill", "back left" and "back right" in the camera's frame.
+        "head", a headlight, and "key", "fill", "back left" and "back right" in the camera frame.
     """
     kit, renderer = vtkLightKit(), vtkRenderer()
     kit.AddLightsToRenderer(renderer)

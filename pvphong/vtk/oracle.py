@@ -1,9 +1,9 @@
 """VTK's own fragment lighting as an oracle: run once per vertex and read back in float32.
 
-A screenshot is 8 bits and interpolated: good for looking, too coarse for proof. Here VTK draws the mesh as
-points with its unmodified fragment shader. Lines added at the end of the *vertex* shader send vertex number
-``gl_VertexID`` to the pixel of that number, so every vertex gets exactly one fragment, and a float32 framebuffer
-keeps what the shader wrote: unclamped, uninterpolated.
+A screenshot has 8 bits and is interpolated, which is too coarse for a proof. Here VTK draws the mesh as points with its
+unmodified fragment shader. Lines added at the end of the *vertex* shader send vertex number ``gl_VertexID`` to the
+pixel of that number. So every vertex has exactly one fragment, and a float32 framebuffer stores the shader's output
+without clamping or interpolation.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ from pvphong.scene.viewer import Viewer
 from pvphong.vtk.lights import write_light
 
 SIDE = 2048
-"""Width of the framebuffer and its greatest height: one pass shades up to 2048² vertices in 64 MiB."""
+"""Width and largest height of the framebuffer: one pass shades up to 2048² vertices in 64 MiB."""
 
 _TO_PIXEL = """//VTK::CustomEnd::Impl
   int place = gl_VertexID - firstVertex;
@@ -55,7 +55,7 @@ _TO_PIXEL = """//VTK::CustomEnd::Impl
 
 _COLORS = "Ambient", "Diffuse", "Specular"
 _OF_PROPERTY = (*_COLORS, *(f"{name}Color" for name in _COLORS), "SpecularPower", "Lighting")
-"""What of a `vtkProperty` counts, beside what physically based shading has of its own."""
+"""Attributes of a `vtkProperty` that are used, in addition to those of physically based shading."""
 
 
 def vtk_shade(
@@ -66,46 +66,45 @@ def vtk_shade(
     *,
     matrix: MatrixLike | None = None,
 ) -> NDArray[np.float32]:
-    """Colours that VTK's own fragment shader gives a mesh, one per vertex.
+    """Compute the colours of a mesh with VTK's own fragment shader, one per vertex.
 
-    Nothing is interpolated, clamped or rounded to 8 bits, and nothing of the shader's lighting is changed. The
-    mesh is drawn as points, which VTK never turns to the viewer: every vertex is lit with its normal as it stands.
+    The colours are not interpolated, clamped or rounded to 8 bits, and the shader's lighting is unmodified. The mesh is
+    drawn as points, whose normals VTK never turns to the viewer.
 
     Parameters
     ----------
     mesh : pyvista.DataSet
-        Its point normals are used as they are; without any they are computed, weighted by angle. Of a dataset
-        that is no ``PolyData`` the surface is taken.
+        Mesh, or a dataset whose surface is used. Existing point normals are used; missing ones are computed, weighted
+        by angle.
     lights : iterable of pvphong lights, pyvista.Light or vtkLight
-        Lit by copies: the lights given are neither modified nor attached to anything. VTK ignores a light's
-        ambient colour, and lights highlights with its diffuse colour. When no light is on, VTK draws
-        unlit, in full ambient plus full diffuse colour, and so does this function.
+        Lights, which are copied and not modified. VTK ignores a light's ambient colour, and uses its diffuse colour for
+        highlights. If no light is on, VTK and this function draw unlit, in full ambient plus full diffuse colour.
     property_or_material : pyvista.Property, vtkProperty, Material or str
-        Of a property, the ambient, diffuse and specular coefficients and colours, the specular power, the lighting
-        switch, and with physically based shading its metallic and roughness count, nothing else. Of a material, albedo
-        may be a map of uint8, which VTK draws as vertex colours, where ambient and diffuse are grey.
+        A property's ambient, diffuse and specular coefficients and colours, specular power and lighting switch are
+        used, and with physically based shading also its metallic and roughness. A material's albedo may be a uint8 map,
+        which VTK draws as vertex colours, if ambient and diffuse are grey.
     viewer : Viewer, pyvista.Camera or vtkCamera
-        Where the mesh is seen from.
+        Viewer of the mesh.
     matrix : array_like, shape (4, 4), optional
-        The model matrix, as an actor's user matrix; the identity when left out.
+        Model matrix, like an actor's user matrix; defaults to the identity.
 
     Returns
     -------
     numpy.ndarray
-        Shape (n_points, 3), float32. Rows whose point or normal is not finite in float32, or whose normal is
-        zero, are NaN: what a GPU makes of them differs from driver to driver.
+        Shape (n_points, 3), float32. Rows whose point or normal is not finite in float32, or whose normal is zero, are
+        NaN, because GPU drivers treat them differently.
 
     Raises
     ------
     ValueError
-        For a mesh without points, or without normals and faces to compute them from; for a material or light that
-        VTK has no place for (emission, powers above 128, reflectances but `PBR`); for anything that is no light,
-        material or viewer; if VTK cannot draw on this machine.
+        For a mesh without points, or without normals and faces to compute them from; for a material or light that VTK
+        does not support (emission, powers above 128, reflectances other than `PBR`); for an argument that is not a
+        light, material or viewer; if VTK cannot draw on this machine.
 
     Notes
     -----
-    Points and light positions reach the GPU in float32, with VTK's own shift and scale and no other: large
-    world coordinates show VTK's own loss. The formulas are those of VTK's ``vtkOpenGLPolyDataMapper.cxx``
+    Points and light positions reach the GPU in float32, with only VTK's own shift and scale, so large world coordinates
+    show VTK's loss of precision. The formulas are those of VTK's ``vtkOpenGLPolyDataMapper.cxx``
     (``ReplaceShaderLight``), which simulates headlights, directional and positional lights in three tiers.
     """
     source = surface(mesh)
@@ -133,11 +132,11 @@ def vtk_shade(
     return colors
 
 
-# --- what VTK is given: copies of lights, material and camera ---
+# --- inputs of VTK: copies of lights, material and camera ---
 
 
 def vtk_light(light: Any, viewer: Viewer) -> vtkLight:
-    """A copy that the renderer may move. Its floats are kept, where `pyvista.Light.copy` rounds colours to 8 bits."""
+    """Copy a light, so that the renderer may move it. `pyvista.Light.copy` would round colours to 8 bits."""
     copy = vtkLight()
     if isinstance(light, Light):
         if light.on:
@@ -152,19 +151,19 @@ def vtk_light(light: Any, viewer: Viewer) -> vtkLight:
 
 def _within_vtk(name: str, power: float) -> None:
     if power > HIGHEST_POWER:
-        remedy = f"VTK clamps it: judge the scene with {name}={HIGHEST_POWER:g}."
+        remedy = f"VTK clamps it; use {name}={HIGHEST_POWER:g}."
         check.refuse(name, power, f"at most {HIGHEST_POWER:g} in VTK", remedy)
 
 
 def vtk_property(property_or_material: Any) -> vtkProperty:
-    """What the lighting takes from a property or material, on points of one pixel."""
+    """Return a property with the lighting of a property or material, for points of one pixel."""
     appearance = vtkProperty()
     if isinstance(property_or_material, Material | str):
         write_material(as_material(property_or_material), appearance)
     elif isinstance(property_or_material, vtkProperty):
         appearance.SetInterpolationToPhong()
         if is_physical(property_or_material):
-            physical_of(property_or_material)  # refuses what it has not
+            physical_of(property_or_material)  # raises for unsupported features
             appearance.SetInterpolationToPBR()
             appearance.SetMetallic(property_or_material.GetMetallic())
             appearance.SetRoughness(property_or_material.GetRoughness())
@@ -179,7 +178,7 @@ def vtk_property(property_or_material: Any) -> vtkProperty:
 
 
 def write_material(material: Material, appearance: vtkProperty) -> None:
-    """A material in VTK's terms; raises ``ValueError`` for what VTK has no place for."""
+    """Write a material to a property; raise ``ValueError`` for features that VTK does not support."""
     refuse_maps_in_vtk(material)
     has_tints = "albedo" in material.maps
     material = material if has_tints else material.without_albedo()
@@ -194,7 +193,7 @@ def write_material(material: Material, appearance: vtkProperty) -> None:
         appearance.SetMetallic(values.metallic)
         appearance.SetRoughness(values.roughness)
     if any(rgb(material.emission)):
-        remedy = "VTK's shading has none. Without any light, ambient is the same: add it there."
+        remedy = "VTK has no emission. Without lights, add it to ambient, which is equivalent."
         check.refuse("emission", material.emission, "0 in VTK", remedy)
     for part in _COLORS:
         color = rgb(getattr(material, part.lower()))
@@ -205,7 +204,7 @@ def write_material(material: Material, appearance: vtkProperty) -> None:
 
 
 def vtk_camera(viewer: Any, *, follows_viewer: bool) -> vtkCamera:
-    """A camera that the renderer may adjust; `follows_viewer` says whether a light depends on the viewer's `up`."""
+    """Make a camera that the renderer may adjust; `follows_viewer` is True if a light depends on the viewer's `up`."""
     camera = vtkCamera()
     if isinstance(viewer, Viewer):
         direction = viewer.view_direction
@@ -221,7 +220,7 @@ def vtk_camera(viewer: Any, *, follows_viewer: bool) -> vtkCamera:
     return camera
 
 
-# --- the window: one pixel per vertex, kept in float32 ---
+# --- the window: one pixel per vertex, in float32 ---
 
 
 def _shade_vertices(
@@ -233,17 +232,17 @@ def _shade_vertices(
     camera: vtkCamera,
     matrix: vtkMatrix4x4 | None,
 ) -> NDArray[np.float32]:
-    """What VTK's fragment shader makes of n >= 1 vertices that are finite and have normals, shape (n, 3).
+    """Run VTK's fragment shader for n >= 1 vertices that are finite and have normals; colours of shape (n, 3).
 
-    Lights and camera are moved by the renderer. Raises ``RuntimeError`` if the driver left vertices undrawn.
+    The renderer moves lights and camera. Raises ``RuntimeError`` if the driver left vertices undrawn.
     """
     count = len(points)
-    cloud = pv.PolyData(points)  # in their own precision, each a cell
+    cloud = pv.PolyData(points)  # keeps their precision; each point is a cell
     cloud.point_data.active_normals = normals
     mapper, actor, renderer = vtkOpenGLPolyDataMapper(), vtkOpenGLActor(), vtkRenderer()
     mapper.SetInputData(cloud)
     mapper.SetScalarVisibility(tints is not None)
-    if tints is not None:  # the shader takes them for ambient and diffuse colour
+    if tints is not None:  # the shader uses them as ambient and diffuse colours
         cloud.point_data["tints"] = tints
         cloud.set_active_scalars("tints")
         mapper.SetColorModeToDirectScalars()
@@ -252,7 +251,7 @@ def _shade_vertices(
     actor.SetUserMatrix(matrix)
     actor.GetShaderProperty().AddVertexShaderReplacement("//VTK::CustomEnd::Impl", True, _TO_PIXEL, False)
     renderer.AutomaticLightCreationOff()
-    renderer.GetCullers().RemoveAllItems()  # a mesh outside the view must be drawn all the same
+    renderer.GetCullers().RemoveAllItems()  # a mesh outside the view must be drawn too
     renderer.SetActiveCamera(camera)
     renderer.AddActor(actor)
     for light in lights:
@@ -276,7 +275,7 @@ def _shade_vertices(
 
 
 def _drawn(framebuffer: vtkFramebufferPass, count: int) -> NDArray[np.float32]:
-    """The first `count` pixels of the framebuffer, red, green and blue, shape (count, 3)."""
+    """Read the first `count` pixels of the framebuffer, red, green and blue, shape (count, 3)."""
     texture = framebuffer.GetColorTexture()
     width, height, components = texture.GetWidth(), texture.GetHeight(), texture.GetComponents()
     pixels = np.empty(width * height * components, dtype=np.float32)
@@ -292,7 +291,7 @@ def _drawn(framebuffer: vtkFramebufferPass, count: int) -> NDArray[np.float32]:
 
 @functools.cache
 def driver() -> str:
-    """Name and version of the graphics driver that VTK draws with, for reports; asked once per process."""
+    """Return the name and version of VTK's graphics driver, for reports; queried once per process."""
     with off_screen_window(1, 1) as window:
         window.AddRenderer(vtkRenderer())
         window.Render()
@@ -303,7 +302,7 @@ def driver() -> str:
 
 @contextmanager
 def off_screen_window(width: int, height: int) -> Iterator[vtkRenderWindow]:
-    """An off-screen window that is empty and closed again on leaving, whatever happened inside.
+    """Open an off-screen window, and empty and close it on exit, also after an exception.
 
     Raises ``ValueError`` if VTK cannot draw on this machine.
     """

@@ -1,12 +1,12 @@
-"""Where VTK's float32 leaves a vertex's colour open, so that no evaluator can be judged there.
+"""Vertices whose colour VTK's float32 leaves open, so that VTK cannot judge an evaluator there.
 
-Everything here is computed in float64 from the scene alone, by neither the evaluator nor VTK.
+All values are computed in float64 from the scene alone, independent of the evaluator and of VTK.
 
 Symbols: n the unit normal, l the unit vector to a light, v to the eye, h between the two, f the cosine that the
-highlight raises to the power p (r·v, or n·l in VTK's first tier), φ the angle off a spot's axis; those of physically
-based shading are the ones of `pvphong.optics.reflectances.microfacets`. Errors are in roundings of 2⁻²⁴. float32
-turns n, l and v by small angles, which grow where VTK's numbers are large against the distances that count: under
-a matrix that shears or flattens, or where a light stands near the surface and the eye far off.
+highlight raises to the power p (r·v, or n·l in VTK's first tier), φ the angle off a spot's axis. Symbols of physically
+based shading are those of `pvphong.optics.reflectances.microfacets`. Errors are in roundings of 2⁻²⁴. float32 rotates
+n, l and v by small angles. The angles grow where VTK's numbers are large compared with the relevant distances: under a
+matrix that shears or flattens, or if a light is near the surface and the eye is far away.
 """
 
 from __future__ import annotations
@@ -27,36 +27,36 @@ from pvphong.vtk.scenes import Terms, reflected
 _ROUNDING = 2.0**-24
 
 _FLOOR, _HEADLIGHT_FLOOR = 1e-5, 1e-6
-"""VTK's least cosine f, and that in its first tier."""
+"""Least cosine f in VTK, and in its first tier."""
 
 _DOUBT = 0.25
-"""A jump that is less than this part of the tolerance leaves no vertex open."""
+"""Share of the tolerance below which a jump leaves no vertex open."""
 
 _LONGEST = 1e18
-"""Vectors whose squared length float32 can hold."""
+"""Largest length of a vector whose square fits in float32."""
 
 _FLUSHED = float(np.finfo(np.float32).tiny) / _ROUNDING
-"""What a component's square may lose that is below float32's least normal number; drivers make it zero."""
+"""Loss of a component's square below float32's least normal number, which drivers flush to zero."""
 
 _GAMMA = 2.2
-"""Physically based shading raises the sum of all light to 1/2.2."""
+"""Gamma of physically based shading, which raises the sum of all light to 1/2.2."""
 
 _LEAST_DENOMINATOR = math.sqrt(1e-8 / math.pi)
-"""The least denominator of the microfacets' distribution D in VTK's shader."""
+"""Least denominator of the microfacets' distribution D in VTK's shader."""
 
 
 class Pose(NamedTuple):
-    """Vertices in the mesh's own coordinates, around its middle, and where they stand."""
+    """Vertices in the mesh's own coordinates, around its centre, and its model matrix."""
 
     points: Float64Array
-    """Shape (n, 3)."""
+    """Points, shape (n, 3)."""
     normals: Float64Array
-    """Shape (n, 3), unit; turned to the viewer where the scene is two-sided."""
+    """Unit normals, shape (n, 3); turned to the viewer if the scene is two-sided."""
     matrix: Float64Array
-    """Shape (4, 4), with last row (0, 0, 0, 1)."""
+    """Model matrix, shape (4, 4), with last row (0, 0, 0, 1)."""
 
     def in_world(self) -> tuple[Float64Array, Float64Array]:
-        """Points and unit normals in the world, both (n, 3)."""
+        """Return points and unit normals in the world, both (n, 3)."""
         linear = self.matrix[:3, :3]
         normals = self.normals @ np.linalg.inv(linear)  # a row times L⁻¹ is L⁻ᵀ times a column
         return self.points @ linear.T + self.matrix[:3, 3], normals / np.linalg.norm(normals, axis=1)[:, None]
@@ -64,15 +64,14 @@ class Pose(NamedTuple):
 
 @dataclass(frozen=True)
 class Limits:
-    """What can be asked of n vertices.
+    """Limits of a comparison at n vertices.
 
     Parameters
     ----------
     scale : ndarray
-        Shape (n,): the light that arrives, times the material's reflectances, where that is more than 1; else 1.
-        float32 rounds in proportion to it.
+        Arriving light times the material's reflectances, at least 1, shape (n,). float32 errors are proportional to it.
     open : dict of str to ndarray
-        Reason → mask, shape (n,), of the vertices whose colour it leaves open. They may overlap.
+        Masks, shape (n,), of vertices whose colour is open, by reason. They may overlap.
     """
 
     scale: Float64Array
@@ -80,28 +79,28 @@ class Limits:
 
 
 def allowed_error(roughness: float) -> float:
-    """6 · 2⁻²⁴ / roughness⁴ + 2e-6: of physically based colours, relative where a colour is more than 1.
+    """Return 6 · 2⁻²⁴ / roughness⁴ + 2e-6, for physically based colours; a relative error for colours above 1.
 
-    D's denominator 1 − (1 − α²)(n·h)² is α² = roughness⁴ at the peak. Five or six roundings of n·h and of its
-    square count there so much more; D has its square, and the picture its power 1/2.2.
+    D's denominator 1 − (1 − α²)(n·h)² is α² = roughness⁴ at the peak. This magnifies five or six roundings of n·h and
+    of its square. D contains the square of the denominator, and the picture the power 1/2.2 of D.
     """
     return 6.0 * _ROUNDING / max(roughness**4, _LEAST_DENOMINATOR) + 2e-6
 
 
 def limits(pose: Pose, terms: Terms, tolerance: float, *, has_floors: bool) -> Limits:
-    """Which vertices' colours VTK's float32 leaves open.
+    """Find the vertices whose colour VTK's float32 leaves open.
 
     Parameters
     ----------
     pose : Pose
         The vertices.
     terms : Terms
-        What VTK draws.
+        The scene that VTK draws.
     tolerance : float
-        Differences that count as agreement: a doubt smaller than that leaves no vertex open.
+        Largest difference that counts as agreement; smaller doubts leave no vertex open.
     has_floors : bool
-        Whether what VTK is compared with has VTK's floors under small cosines; else vertices where the floor
-        makes a difference are open too.
+        True if the compared evaluator has VTK's floors under small cosines. Else vertices where a floor makes a
+        difference are also open.
     """
     surface = _surface(pose, terms)
     physical = in_vtk(terms.material.reflectance)
@@ -116,23 +115,23 @@ def limits(pose: Pose, terms: Terms, tolerance: float, *, has_floors: bool) -> L
         if shares and not (has_floors and reason == "VTK's floor")
     }
     scale = np.broadcast_to(np.maximum(1.0, brightness), len(pose.points))
-    lost = ~(error * _ROUNDING <= tolerance * scale)  # NaN is lost too
+    lost = ~(error * _ROUNDING <= tolerance * scale)  # also True for NaN
     return Limits(scale, reasons | {"float32": lost})
 
 
 class _Surface(NamedTuple):
-    """Vertices in the world, and what float32 does to them up to eye space."""
+    """Vertices in the world, and their float32 errors up to eye space."""
 
     points: Float64Array
     normals: Float64Array
     eye: Float64Array
     to_eye: Float64Array
-    """v, shape (n, 3)."""
+    """Unit vectors v, shape (n, 3)."""
     place_error: Float64Array
     normal_angle: Float64Array
-    """The angle by which float32 turns n."""
+    """Angle by which float32 rotates n."""
     eye_angle: Float64Array
-    """The angle by which it turns v."""
+    """Angle by which float32 rotates v."""
 
 
 def _surface(pose: Pose, terms: Terms) -> _Surface:
@@ -151,24 +150,24 @@ def _surface(pose: Pose, terms: Terms) -> _Surface:
 
 
 class _Arrival(NamedTuple):
-    """What reaches n vertices from one light."""
+    """Light that arrives at n vertices from one light."""
 
     direction: Float64Array
-    """l, shape (n, 3)."""
+    """Unit vectors l, shape (n, 3)."""
     strength: Float64Array
     """Attenuation times spot factor, the latter also outside the cone."""
     angle: Any
-    """The angle by which float32 turns l."""
+    """Angle by which float32 rotates l."""
     error: Any
     """Relative error of the strength."""
     lit: BoolArray
-    """Inside the cone."""
+    """True inside the cone."""
     edge: BoolArray
-    """So near to the cone's edge that float32 may take it for either."""
+    """True so close to the cone's edge that float32 may decide either way."""
 
 
 def _arrival(surface: _Surface, light: VtkValues) -> _Arrival:
-    """What reaches the vertices from a light in the world."""
+    """Compute the light that arrives at the vertices from a light in the world."""
     count = len(surface.points)
     everywhere, nowhere = np.ones(count, dtype=bool), np.zeros(count, dtype=bool)
     axis = np.array(light.direction) / np.linalg.norm(light.direction)
@@ -196,7 +195,7 @@ def _arrival(surface: _Surface, light: VtkValues) -> _Arrival:
 def _phong_share(
     surface: _Surface, light: Light, terms: Terms, doubt: float
 ) -> tuple[Float64Array, Float64Array, dict[str, BoolArray]]:
-    """One light's part in VTK's Phong: brightness, error, and reason → vertices left open by jumps above `doubt`."""
+    """Return one light's brightness and error in VTK's Phong, and masks of jumps above `doubt`, by reason."""
     matte = max(reflected(terms.material.diffuse, rgb(light.diffuse), light))
     shiny = max(reflected(terms.material.specular, rgb(light.diffuse), light))
     power, is_headlight = terms.material.shininess, terms.tier == 1
@@ -211,7 +210,7 @@ def _phong_share(
             error, floor = _sine(f) * turn + 0.5 * _ROUNDING * turn * turn + 3.0, _FLOOR
         base, height, height_error = np.maximum(f, floor), np.zeros(len(f)), np.zeros(len(f))
         if any(rgb(terms.material.specular)):
-            moves = f > floor - _ROUNDING * error  # firmly below its floor, f may err as it likes
+            moves = f > floor - _ROUNDING * error  # well below its floor, errors of f have no effect
             height = base**power
             height_error = height * (power / base * error * moves + 2.0 * power * np.abs(np.log(base)) + 2.0)
         front = (n_l > 0.0) | is_headlight
@@ -232,7 +231,7 @@ def _phong_share(
 
 
 def _physical_limits(surface: _Surface, terms: Terms, values: PBR, tolerance: float) -> Limits:
-    """For VTK's physically based shading: the light of all, and the power that the sum is raised to."""
+    """Return the limits for VTK's physically based shading: the sum of all light, raised to 1/2.2."""
     sums, errors, edges = np.zeros((3, *surface.points.shape))
     if not terms.tier:
         sums += np.array(rgb(terms.material.ambient)) + rgb(terms.material.diffuse)
@@ -257,7 +256,7 @@ def _physical_limits(surface: _Surface, terms: Terms, values: PBR, tolerance: fl
 def _physical_share(
     surface: _Surface, came: _Arrival, diffuse: Vector, values: PBR
 ) -> tuple[Float64Array, Float64Array]:
-    """What leaves of white light, shape (n, 3), and its relative error in roundings, likewise."""
+    """Return the reflected part of white light, and its relative error in roundings, both (n, 3)."""
     middle = came.direction + surface.to_eye
     length = np.linalg.norm(middle, axis=1)
     n_l, n_v, h_l = _dot(surface.normals, came.direction), _dot(surface.normals, surface.to_eye), 0.5 * length
@@ -265,7 +264,7 @@ def _physical_share(
         n_h = np.maximum(np.nan_to_num(_dot(surface.normals, middle) / length), 0.0)
     light_turn, eye_turn = surface.normal_angle + came.angle, surface.normal_angle + surface.eye_angle
     half_turn = (light_turn + eye_turn) / (2.0 * np.maximum(h_l, 1e-9))
-    # as VTK's shader has it: Schlick's F, GGX's D, and G of Smith, correlated
+    # as in VTK's shader: Schlick's F, GGX's D, and Smith's correlated G
     x, y, a, m = np.maximum(n_l, _FLOOR), np.maximum(n_v, _FLOOR), np.array(diffuse), values.metallic
     r2 = values.roughness**2
     f0, f90 = fresnel_ends(m, a)
@@ -276,7 +275,7 @@ def _physical_share(
     shine = ((r2 / denominator) ** 2 * x / (2.0 * masked))[:, None]
     base = (1.0 - m) * (1.0 - f) * a * x[:, None]
     light = base + shine * f
-    # what each of them errs by, where angles turn
+    # errors of the factors for rotated directions
     of_x, of_y = _error_above_floor(n_l, light_turn), _error_above_floor(n_v, eye_turn)
     of_f = 5.0 * grazing**4 * (1.0 - f0) * (_sine(h_l) * half_turn + 3.0)[:, None]
     of_n_h = 2.0 * n_h * (_sine(n_h) * half_turn + 2.0) + 1.5
@@ -286,7 +285,7 @@ def _physical_share(
 
 
 def _error_above_floor(cosine: Float64Array, turn: Any) -> Float64Array:
-    """The relative error of a cosine whose angle is turned; 0 where it is firmly below its floor."""
+    """Return the relative error of a cosine for a rotation; 0 well below its floor."""
     lost = _sine(cosine) * turn + 3.0
     return np.where(cosine > _FLOOR - lost * _ROUNDING, lost / np.maximum(cosine, _FLOOR), 0.0)
 
@@ -296,7 +295,7 @@ def _sine(cosine: Float64Array) -> Float64Array:
 
 
 def _unit_error(length: Float64Array) -> Float64Array:
-    """The angle by which float32 turns a vector of this length when it makes it a unit vector; NaN where it cannot."""
+    """Return the angle by which float32 normalisation rotates a vector of this length; NaN if it overflows."""
     return np.where(length <= _LONGEST, 1.0 + _FLUSHED / (length * length), np.nan)
 
 

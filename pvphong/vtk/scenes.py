@@ -1,8 +1,8 @@
-"""A scene as VTK draws it: what VTK's shader cannot draw, and how to give it the rest.
+"""Conversion of scenes to VTK's terms, and refusal of scenes that VTK's shader cannot draw.
 
-`refuse_inexpressible` names what VTK cannot draw, and the nearest scene that it can. Much of the standard model can be
-said in other words: `in_vtk_terms` makes ambient light and emission the material's unlit ambient, a viewer at infinity
-an eye far away, a cone of 90° the widest that VTK still takes for one.
+`refuse_inexpressible` reports the features that VTK cannot draw, and the nearest scene that it can draw. VTK can
+represent most of the standard model: `in_vtk_terms` converts ambient light and emission to the material's unlit
+ambient, a viewer at infinity to a distant eye, and a cone of 90° to the widest cone that VTK supports.
 """
 
 from __future__ import annotations
@@ -28,33 +28,33 @@ from pvphong.scene.viewer import Viewer
 from pvphong.shading.equation import vtk_tier
 
 LEAST_SCALE, MOST_SCALE = 1e-18, 1e18
-"""Beyond these VTK's float32 normals underflow or overflow, and it draws black."""
+"""Range of scales. Outside it, VTK's float32 normals underflow or overflow, and VTK draws black."""
 
 _WIDEST_CONE = float(np.nextafter(np.float32(90.0), np.float32(0.0)))
-"""VTK takes a positional light for a spot only below 90°, in float32."""
+"""Widest cone of a spot light in VTK, which compares it with 90° in float32."""
 
 _FAR = 1e8
-"""A distance in sizes of the mesh: from here every vertex sees the eye in the same direction, to float32."""
+"""Distance of an eye at infinity, in sizes of the mesh: its direction is the same for all vertices in float32."""
 
 _BLACK = light_from_values(VtkValues(False, (0.0, 0.0, -1.0)), diffuse=0.0)
 
 
-# --- what the questions are asked of ---
+# --- properties of scenes ---
 
 
 def shining(scene: Scene) -> list[Light]:
-    """The lights that are on."""
+    """Return the lights that are on."""
     return [light for light in scene.lights if light.on]
 
 
 def reflected(reflectance: ColorLike, color: Vector, light: Light) -> Vector:
-    """Reflectance times a light's colour times its intensity, channel by channel."""
+    """Return reflectance times a light's colour times its intensity, per channel."""
     red, green, blue = (k * c * light.intensity for k, c in zip(rgb(reflectance), color, strict=True))
     return red, green, blue
 
 
 def seen_from_infinity(scene: Scene) -> bool:
-    """Whether the standard model takes the direction to the viewer for constant."""
+    """True if the direction to the viewer is constant in the standard model."""
     return scene.viewer.parallel or not scene.light_model.local_viewer
 
 
@@ -63,10 +63,10 @@ def _has_highlights(scene: Scene, material: Material) -> bool:
 
 
 def _is_headlight_tier(scene: Scene) -> bool:
-    """Whether a standard scene is what VTK's first tier computes.
+    """True if VTK's first tier computes this standard scene.
 
-    Its highlight is (n·l)^power with l = v along the view axis, where h = (l + v)/|l + v| is l again:
-    Blinn-Phong with the viewer at infinity, for a headlight alone.
+    Its highlight is (n·l)^power with l = v along the view axis, so that h = (l + v)/|l + v| is l: Blinn-Phong with the
+    viewer at infinity, for a single headlight.
     """
     lights = shining(scene)
     alone = len(lights) == 1 and lights[0].is_even and lights[0].frame == "headlight"
@@ -77,16 +77,16 @@ def _is_headlight_tier(scene: Scene) -> bool:
 
 
 class InexpressibleError(ValueError):
-    """A scene that VTK's shader cannot draw.
+    """Raised for a scene that VTK's shader cannot draw.
 
     Attributes
     ----------
     reasons : tuple of str
-        What VTK cannot do.
+        Features that VTK does not support.
     scene, material : Scene and Material, or None
-        The nearest that it can draw; None where there is none, as for a singular matrix.
+        The nearest scene and material that VTK can draw; None if there are none, as for a singular matrix.
     message : str
-        The error's text, without a word of these.
+        Text of the error, without the note on these attributes.
     """
 
     def __init__(self, reasons: Iterable[str], remedies: Iterable[str], nearest: tuple[Scene, Material] | None) -> None:
@@ -95,7 +95,7 @@ class InexpressibleError(ValueError):
         self.material: Material | None = nearest[1] if nearest else None
         remedy = ", ".join(remedies)
         if nearest:
-            remedy = f"The nearest that it can: {remedy}"
+            remedy = f"The nearest scene that it can draw: {remedy}"
         self.message = f"scene must be one that VTK can draw; got {'; '.join(self.reasons)}. {remedy}."
         attributes = " (`.scene` and `.material` of this error)." if nearest else "."
         super().__init__(self.message.removesuffix(".") + attributes)
@@ -104,30 +104,30 @@ class InexpressibleError(ValueError):
 def refuse_inexpressible(scene: Scene, material: Material, matrix: Float64Array | None) -> None:
     """Raise `InexpressibleError` if VTK's shader cannot draw the scene, ValueError for a light or reflectance it lacks.
 
-    What has no effect is no obstacle: the specular colour of a light on a material without specular, say.
+    Features without an effect are allowed, such as a light's specular colour on a material without specular.
     """
     for index, light in enumerate(scene.lights):
-        refuse_unless_in_vtk(light, f"lights[{index}]", "a light that VTK has")
+        refuse_unless_in_vtk(light, f"lights[{index}]", "a light that VTK supports")
     is_physical = material.reflectance is not None
     if material.reflectance is not None and in_vtk(material.reflectance) is None:
-        allowed = "None or PBR where VTK is to draw it"
+        allowed = "None or PBR to be drawn by VTK"
         check.refuse("reflectance", material.reflectance, allowed, nearest_in_vtk(material))
     given = scene.light_model
-    obstacles: dict[str, str] = {}  # what VTK cannot draw → what it can in its place, or what to do about it
-    lights, viewer, model, nearest = list(scene.lights), scene.viewer, given, material  # the nearest that it can
+    obstacles: dict[str, str] = {}  # unsupported feature → replacement or remedy
+    lights, viewer, model, nearest = list(scene.lights), scene.viewer, given, material  # of the nearest scene
 
     if matrix is not None:
         obstacles |= _obstacles_of_matrix(matrix)
     is_drawn = not obstacles
     if matrix is not None and given.convention == "vtk" and given.two_sided and np.linalg.det(matrix) < 0.0:
-        what = "a mirrored surface (VTK draws it black, having turned its normals away from the eye)"
-        obstacles[what] = "LightModel.vtk(two_sided=False), as it draws points"
+        what = "a mirrored surface (VTK turns its normals away from the eye and draws it black)"
+        obstacles[what] = "LightModel.vtk(two_sided=False), as VTK draws points"
         model = replace(model, two_sided=False)
     if given.is_global:
-        obstacles["shadows, ambient occlusion or bounces"] = "the same without them"
+        obstacles["shadows, ambient occlusion or bounces"] = "none of these"
         model = model.without_rays()
     if is_physical and given.convention == "standard":  # VTK's physically based shading has its own units
-        what = "PBR in the standard convention (VTK's is darker by π, and raised to 1/2.2)"
+        what = "PBR in the standard convention (VTK divides by π and raises the colour to 1/2.2)"
         obstacles[what], model = "LightModel.vtk()", LightModel.vtk(model.two_sided)
     if is_physical and any(rgb(material.emission)):
         obstacles["emission of a physically based material"] = "emission=0"
@@ -137,16 +137,16 @@ def refuse_inexpressible(scene: Scene, material: Material, matrix: Float64Array 
             if not light.on:
                 continue
             if any(reflected(material.ambient, rgb(light.ambient), light)):
-                what = f"ambient light of its own from lights[{index}] (ambient={light.ambient})"
+                what = f"ambient light from lights[{index}] (ambient={light.ambient})"
                 lights[index] = replace(lights[index], ambient=0.0)
                 obstacles[what] = f"lights[{index}] with ambient=0"
-                if light.is_even:  # it is the same everywhere, as the light model's: colours stay what they are
-                    obstacles[what] = f"LightModel.ambient brighter by that of lights[{index}]"
+                if light.is_even:  # it is constant, as the light model's ambient, which can include it exactly
+                    obstacles[what] = f"LightModel.ambient increased by the ambient of lights[{index}]"
                     red, green, blue = np.add(rgb(model.ambient), reflected(1.0, rgb(light.ambient), light)).tolist()
                     model = replace(model, ambient=(red, green, blue))
             both = (reflected(material.specular, color, light) for color in (light.specular_color, rgb(light.diffuse)))
             if len(set(both)) > 1:
-                what = f"highlights of lights[{index}] in another colour than its diffuse (specular={light.specular})"
+                what = f"highlights of lights[{index}] that differ from its diffuse colour (specular={light.specular})"
                 obstacles[what] = f"lights[{index}] with specular=None"
                 lights[index] = replace(lights[index], specular=None)
         if _has_highlights(scene, material) and not _is_headlight_tier(scene):
@@ -155,7 +155,7 @@ def refuse_inexpressible(scene: Scene, material: Material, matrix: Float64Array 
                 obstacles["Blinn-Phong highlights (VTK's are Phong's)"] = f"reflection='phong' with shininess={phong:g}"
                 model, nearest = replace(model, reflection="phong"), replace(nearest, shininess=phong)
             if seen_from_infinity(scene) and not all(light.is_even for light in shining(scene)):
-                what = "highlights for a viewer at infinity beside lights with a position (VTK's viewer is local)"
+                what = "highlights for a viewer at infinity with positional lights (VTK's viewer is local)"
                 obstacles[what] = "local_viewer=True and parallel=False"
                 model, viewer = replace(model, local_viewer=True), replace(viewer, parallel=False)
     if material.shininess > HIGHEST_POWER and not is_physical:
@@ -165,7 +165,7 @@ def refuse_inexpressible(scene: Scene, material: Material, matrix: Float64Array 
     for index, light in enumerate(scene.lights):
         exponent = vtk_values(light).exponent
         if light.on and exponent > HIGHEST_POWER:
-            what = f"an exponent of {exponent:g} in lights[{index}] (VTK clamps them to {HIGHEST_POWER:g})"
+            what = f"an exponent of {exponent:g} in lights[{index}] (VTK clamps exponents to {HIGHEST_POWER:g})"
             obstacles[what] = f"lights[{index}] with exponent={HIGHEST_POWER:g}"
             lights[index] = lights[index].with_values(Power, HIGHEST_POWER)
     if obstacles:
@@ -174,39 +174,39 @@ def refuse_inexpressible(scene: Scene, material: Material, matrix: Float64Array 
 
 
 def _obstacles_of_matrix(matrix: Float64Array) -> dict[str, str]:
-    """What VTK cannot do with a model matrix → the remedy, for the scene has none."""
+    """Return the problems of a model matrix in VTK, with remedies for the user, since no scene replaces it."""
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always", SingularMatrixWarning)
-        normal_matrix(matrix)  # refuses what no evaluator takes
+        normal_matrix(matrix)  # raises for matrices that no evaluator accepts
     if caught:
-        what = "a matrix that flattens space (VTK leaves it uninverted for normals)"
+        what = "a matrix that flattens space (VTK does not invert it for normals)"
         return {what: "Use a small scale in place of 0"}
     scales = np.linalg.svd(matrix[:3, :3] / matrix[3, 3], compute_uv=False)
     if scales.min() < LEAST_SCALE or scales.max() > MOST_SCALE:
         what = f"a matrix that scales by {scales.min():.3g} to {scales.max():.3g} (VTK then draws black)"
-        return {what: f"Scale mesh, lights and viewer alike, to between {LEAST_SCALE:g} and {MOST_SCALE:g}"}
+        return {what: f"Scale mesh, lights and viewer alike, to {LEAST_SCALE:g} to {MOST_SCALE:g}"}
     return {}
 
 
-# --- the rest, in VTK's terms ---
+# --- conversion to VTK's terms ---
 
 
 @dataclass(frozen=True)
 class Terms:
-    """What VTK is given.
+    """Scene in VTK's terms.
 
     Parameters
     ----------
     lights : tuple of Light
-        All but ambient and specular colours count.
+        Lights, whose ambient and specular colours are ignored.
     material : Material
-        Its ambient is unlit; it has no emission.
+        Material with unlit ambient, without emission.
     viewer : Viewer
-        Always local.
+        Local viewer.
     tier : int
-        Which of the shader's three tiers lights it; 0 where it draws unlit.
+        Tier of the shader's three; 0 if it draws unlit.
     conversions : tuple of str
-        What was said in other words, a phrase each.
+        Descriptions of the conversions.
     """
 
     lights: tuple[Light, ...]
@@ -217,16 +217,16 @@ class Terms:
 
 
 def in_vtk_terms(scene: Scene, material: Material, center: Float64Array, size: float) -> Terms:
-    """A scene and material that VTK draws in the colours of the given ones.
+    """Convert a scene and material so that VTK draws them in the same colours.
 
     Parameters
     ----------
     scene, material
-        Nothing in them may be inexpressible; see `refuse_inexpressible`.
+        Scene and material that VTK can draw; see `refuse_inexpressible`.
     center : ndarray
-        Shape (3,): the middle of the mesh in the world.
+        Centre of the mesh in the world, shape (3,).
     size : float
-        The mesh's largest extent in the world.
+        Largest extent of the mesh in the world.
     """
     lights, viewer, conversions = list(scene.lights), scene.viewer, []
     ambient, emission = np.array(rgb(material.ambient)), np.array(rgb(material.emission))
@@ -239,23 +239,23 @@ def in_vtk_terms(scene: Scene, material: Material, center: Float64Array, size: f
         if lights != shining(scene):
             conversions.append(f"cones of 90° as {_WIDEST_CONE:.6f}°, VTK's widest")
         if _is_headlight_tier(scene):
-            conversions.append("a headlight alone, which VTK lights by Blinn-Phong with the viewer at infinity")
+            conversions.append("a single headlight, for which VTK uses Blinn-Phong with the viewer at infinity")
         else:
             if seen_from_infinity(scene) and _has_highlights(scene, material):
-                conversions.append("the viewer at infinity as an eye far away")
+                conversions.append("the viewer at infinity as a distant eye")
                 lights = [light.in_world(viewer) for light in lights]
                 far = center - np.array(viewer.view_direction) * _FAR * (size or 1.0)
                 viewer = Viewer(position=far.tolist(), focal_point=center.tolist(), up=viewer.up)
             if (tier := vtk_tier(lights)) < 2:
                 otherwise = ("draw unlit", "simplify highlights")[tier]
-                conversions.append(f"a black light added, without which VTK would {otherwise}")
+                conversions.append(f"an added black light, without which VTK would {otherwise}")
                 lights.append(_BLACK)
         unlit = ambient * rgb(scene.light_model.ambient)
         if (unlit != ambient).any():
-            conversions.append("ambient light times the material's ambient as VTK's ambient, which no light multiplies")
+            conversions.append("ambient light times the material's ambient as VTK's unlit ambient")
         ambient = unlit
     if emission.any():
-        conversions.append("emission as a part of VTK's ambient")
+        conversions.append("emission as part of VTK's ambient")
     red, green, blue = (ambient + emission).tolist()
     given = replace(material, ambient=(red, green, blue), emission=0.0)
     return Terms(tuple(lights), given, viewer, vtk_tier(lights), tuple(conversions))

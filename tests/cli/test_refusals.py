@@ -78,7 +78,7 @@ REFUSED = {
     "validate": "MESH must be given, or --all in its place",
     "validate sphere.vtp --output errors.ply": NO_OUTPUT + "signed errors",
     "validate sphere.vtp --scene opengl.json --specular 0.5": "scene must be one that VTK can draw",
-    "validate sphere.vtp --shadows": "The nearest that it can: the same without them.\n",
+    "validate sphere.vtp --shadows": "The nearest scene that it can draw: none of these.\n",
     "validate blocks.vtm --output errors.vtp": NO_OUTPUT + "signed errors: one of .vtm,",
     "validate sphere.vtp --report all.md": "--report must be given together with --all",
     "validate sphere.vtp --all": "--all must be alone or with --report",

@@ -250,13 +250,13 @@ def test_of_another_mesh_or_other_lights_it_is_refused():
     twice = {"matrix": np.diag([2.0, 1, 1, 1])}
     for mesh, other, options, says in (
         (floor(cells=9), rig, {}, "one of the mesh's 100"),
-        (moved, rig, {}, "one of the mesh where it is now"),
-        (ground, rig, twice, "one of the mesh where it is now"),
-        (ground, scene(SUN), {}, "one of .*sun"),
-        (ground, scene(SUN, replace(LAMP, name="bulb")), {}, "one of .*bulb"),
-        (ground, scene(*rest), {}, "one of the lights where they are; got one from before lamp moved"),
-        (ground, scene(*rig.lights, two_sided=True), {}, "one of a two-sided one"),
-        (ground, scene(*rig.lights, ambient_occlusion=1.0), {}, "one up to 1; got one with occlusion up to inf"),
+        (moved, rig, {}, "computed for the mesh where it is now"),
+        (ground, rig, twice, "computed for the mesh where it is now"),
+        (ground, scene(SUN), {}, "computed for the lights .*sun"),
+        (ground, scene(SUN, replace(LAMP, name="bulb")), {}, "computed for the lights .*bulb"),
+        (ground, scene(*rest), {}, "computed for the current lights; got one from before lamp moved"),
+        (ground, scene(*rig.lights, two_sided=True), {}, "computed for a two-sided light model"),
+        (ground, scene(*rig.lights, ambient_occlusion=1.0), {}, "computed .* up to 1; got one with .* up to inf"),
         (ground, rig, {"visibility": np.ones((2, 121))}, r"what mesh\.phong\.visibility"),
     ):
         with pytest.raises(ValueError, match=f"visibility must be {says}"):
@@ -297,7 +297,7 @@ def without_marks(mesh):
 def test_memory_is_said_before_any_ray(monkeypatch):
     monkeypatch.setattr(visibility, "_MANY", 100)
     seen = floor(cells=8).phong.visibility(scene(SUN))
-    assert "128 triangles that block light take about 1.7e-05 GB" in repr(seen)
+    assert "128 occluding triangles take about 1.7e-05 GB" in repr(seen)
     assert seen.rays == 0
 
 

@@ -142,7 +142,7 @@ def test_what_is_no_texture_of_colours_and_a_mesh_without_coordinates_are_refuse
     for mesh, texture, message in (
         (sheet, pv.Texture(), "a texture with a flat image; got a texture without one"),
         (sheet, texture_of(picture(3, np.uint16)), "a texture of uint8 or floats; got a texture of uint16. Convert"),
-        (sheet, texture_of(255.0 * picture(3, np.float64)), "floats from 0 to 1; .* Divide 0-255 by 255"),
+        (sheet, texture_of(255.0 * picture(3, np.float64)), "floats from 0 to 1; .* Divide 0-255 values by 255"),
         (sheet, mapped, 'a texture of colours; got a texture with a lookup table. texture.color_mode = "direct"'),
         (pv.Sphere(), texture_of(picture()), r"an array, .*; .* mesh.texture_map_to_plane\(\)"),
         (lines, texture_of(picture()), r"an array, .*; .* mesh.texture_map_to_plane\(\)"),

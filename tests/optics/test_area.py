@@ -1,4 +1,4 @@
-"""Integrals over what is seen of polygons, disks and spheres: by mpmath over their areas, and against each other."""
+"""Integrals over polygons, disks and spheres, against mpmath integrals over their areas and against each other."""
 
 import math
 from itertools import pairwise, product
@@ -13,7 +13,7 @@ from pvphong.optics.area.lobes import BEYOND, SMOOTH_FROM, CosinePower, lobe_num
 from pvphong.optics.area.polygon import angle_over_sine, polygon_highlight, polygon_irradiance
 
 POWERS = (0.0, 0.3, 20.0, 1e4)
-# Distance over size.
+# Ratios of distance to size.
 DISTANCES = (0.3, 2.0, 1e3, 1e8)
 CASES = [(power, distance, is_cut) for power in POWERS for distance in DISTANCES for is_cut in (False, True)]
 
@@ -23,7 +23,7 @@ def unit(vector):
 
 
 def thrown(power, distance, is_cut):
-    """Normal, its perpendiculars, way to the middle, normal of the horizon, axis of the power."""
+    """Return the random generator, the light's normal and a perpendicular, its offset, the vertex normal, the axis."""
     random = np.random.default_rng([int(10 * power), int(100 * distance), is_cut])
     facing = unit(random.normal(size=3))
     across = unit(np.cross(facing, random.normal(size=3)))
@@ -41,7 +41,7 @@ def vector_area(offsets):
 
 
 def taken(formulas, form, own, middle, n, axis):
-    """An integral over one light or more, for vectors (3,) or (3, m)."""
+    """Evaluate an integral over one or more lights, for vectors (3,) or (3, m)."""
     n, middle, axis = (np.reshape(x, (3, -1)) for x in (n, middle, axis if form.power else n))
     formula = formulas[0] if form.around == "normal" else formulas[1]
     with np.errstate(all="ignore"):
@@ -57,7 +57,7 @@ def of_polygon(form, axis, n, middle, offsets):
 
 
 def exact_of_polygon(axis, power, n, middle, offsets):
-    """Of a convex one."""
+    """Return the exact integral over a convex polygon."""
     with mp.workdps(15 if np.linalg.norm(middle) < 10.0 else 30):
         way = oracle.exact_vector(middle)
         corners = [[a + b for a, b in zip(way, oracle.exact_vector(x), strict=True)] for x in offsets]
@@ -79,7 +79,7 @@ def test_a_power_over_a_polygon(power, distance, is_cut):
     offsets = [x - np.mean(offsets, axis=0) for x in offsets]
     exact = exact_of_polygon(w, power, n, middle, offsets) * distance**2
     got = of_polygon(CosinePower("mirror", power), w, n, middle, offsets) * distance**2
-    off = 1e-9 + is_cut * 1e-15 * distance  # where the horizon is on it is known to a rounding of n·p
+    off = 1e-9 + is_cut * 1e-15 * distance  # the horizon's position depends on the rounding of n·p
     assert got == pytest.approx(exact, abs=off)
     assert of_polygon(CosinePower("mirror", power), w, n, middle, offsets[::-1]) == pytest.approx(got / distance**2)
 
@@ -87,7 +87,7 @@ def test_a_power_over_a_polygon(power, distance, is_cut):
 @pytest.mark.parametrize("power", [4.0, 20.0, 300.0])
 @pytest.mark.parametrize("rounded", [True, False])
 def test_a_thin_strip_where_the_lobe_ends(power, rounded):
-    """What is left out there is at most zᵏ; a step of zᵖ would count for more where one long side alone is beyond."""
+    """The cutoff drops at most zᵏ. If one long side alone is beyond it, a step of zᵖ would be a larger error."""
     random, count, length, width, distance = np.random.default_rng(0), 500, 1.4, 0.0146, 1e3
     lobe = lobe_numbers(power, rounded=rounded)
     with_step = [1.0 if place == BEYOND else number for place, number in enumerate(lobe)]
@@ -113,7 +113,7 @@ def test_a_thin_strip_where_the_lobe_ends(power, rounded):
         )
     got, naive = np.max(errors, axis=0)
     assert got <= 1.1 * end**power + (1e-7 if rounded else 1e-10)
-    if power > SMOOTH_FROM:  # lower ones do not end before the equator
+    if power > SMOOTH_FROM:  # lower powers reach to the equator
         assert naive > 50.0 * got
 
 
@@ -130,7 +130,7 @@ def test_lamberts_cosine_over_a_polygon(distance, is_cut):
 
 @pytest.mark.parametrize("degrees", [1e-140, 1e-8, 1e-3, 1.0, 20.0, 44.999, 45.001, 90.0, 135.001, 179.999])
 def test_how_much_longer_an_arc_is_than_its_sine(degrees):
-    """To the last digits of itself, however short; θ/sin θ − 1 as it is written has none left of short ones."""
+    """The relative error is small for all arcs. The plain expression θ/sin θ − 1 loses all digits for short ones."""
     theta = mp.radians(mp.mpf(degrees))
     with mp.workdps(300):
         exact = theta / mp.sin(theta) - 1
@@ -143,7 +143,7 @@ def test_how_much_longer_an_arc_is_than_its_sine(degrees):
 @pytest.mark.parametrize("power", [0.0, 0.7, 30.0, 1e4])
 @pytest.mark.parametrize("cosine", [0.9, 0.1, -0.3])
 def test_a_polygon_with_a_bay_is_its_parts(power, cosine):
-    """An arrow of two triangles, one corner pointing inwards, also where the horizon cuts it into two."""
+    """A concave arrow of two triangles, also where the horizon cuts it into two parts."""
     tip, left, bay, right = (np.array(x, float) for x in ([0, 1, 0], [-1, -1, 0], [0, -0.2, 0], [1, -1, 0]))
     middle, n = np.array([0.2, 0.1, -0.9]), np.array([0.1, math.sqrt(1 - cosine**2), -cosine])
     n, w = unit(n), unit(np.array([0.3, 0.3, -1.0]))
@@ -208,7 +208,7 @@ def exact_of_disk(axis, power, n, middle, facing):
 
 
 def around_a_disk(facing, across):
-    """Corners of a polygon with the same area."""
+    """Return the corners of a polygon with the same area as a disk."""
     x = 2 * math.pi / 200
     other, size = np.cross(facing, across), math.sqrt(x / math.sin(x))
     return [size * (math.cos(k * x) * across + math.sin(k * x) * other) for k in range(200)]
@@ -225,7 +225,7 @@ def test_a_power_over_a_disk(around, power, distance, is_cut):
     assert on_disk(form, axis, n, middle, -facing) * distance**2 == pytest.approx(got, abs=1e-13)
     if distance > 1.0:
         exact, off = exact_of_disk(axis, power, n, middle, facing), 1e-9 + is_cut * 1e-14 * distance
-    else:  # the oracle's nodes are too few next to the rim
+    else:  # the oracle has too few nodes close to the rim
         exact, off = of_polygon(form, axis, n, middle, around_a_disk(facing, across)), 1e-5
     assert got == pytest.approx(exact * distance**2, abs=off)
 
@@ -255,20 +255,20 @@ def test_a_lobe_that_goes_to_the_middle_an_edge_beside_it_or_far_off(power, asid
     assert on_disk(form, w, n, middle, -n) == pytest.approx(exact_of_disk(w, power, n, middle, -n), abs=1e-10)
 
 
-# --- caps, as which spheres are seen
+# --- spherical caps: spheres as seen from a vertex
 
 CAP_POWERS = (0.0, 0.3, 1.0, 2.5, 20.0, 100.7, 1e3, 1e6)
 SINES = (1e-9, 1e-6, 1e-4, 0.01, 0.3, 0.9, 0.9999)
 
 
 def aside(random, axis, angle):
-    """At an angle from an axis."""
+    """Return a random unit vector at an angle from an axis."""
     across = np.cross(axis, random.normal(size=3))
     return math.cos(angle) * axis + math.sin(angle) * across / np.linalg.norm(across)
 
 
 def thrown_at_a_cap(power, sine, is_cut, seed=0):
-    """The axis w near the cap, the normal, the cap's axis."""
+    """Return the axis w near the cap, the normal, and the cap's axis."""
     random = np.random.default_rng([int(10 * power), int(-math.log(sine) * 100), is_cut, seed])
     l = unit(random.normal(size=3))
     tilt = math.pi / 2 + random.uniform(-0.95, 0.95) * math.asin(sine) if is_cut else random.uniform(0, 0.99)
@@ -293,7 +293,7 @@ def exact_of_cap(w, n, l, sine, power):
 @pytest.mark.parametrize("power", CAP_POWERS)
 def test_a_power_over_a_cap(power, sine, is_cut):
     w, n, l = thrown_at_a_cap(power, sine, is_cut)
-    # where the horizon is in the cap is known to a rounding of n·l
+    # the horizon's position in the cap depends on the rounding of n·l
     off = 1e-9 + is_cut * 2.0**-52 / sine
     assert of_cap(w, n, l, sine, power) == pytest.approx(exact_of_cap(w, n, l, sine, power), abs=off)
 

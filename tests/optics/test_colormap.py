@@ -1,4 +1,4 @@
-"""Colormaps as records: what their fields may be, how they are shown and compared, and what files keep of them."""
+"""Colormaps as records: checks of fields, repr, equality, and dictionaries for files."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ def test_arrays_and_tables_are_the_same_objects_or_not_equal():
         one = ph.Colormap(given) if given is ROWS else ph.Colormap("a", given)
         assert one == (ph.Colormap(given) if given is ROWS else ph.Colormap("a", given))
         assert "\n" not in repr(one)
-        with pytest.raises(ValueError, match=r"^albedo\.(scalars|cmap) must be .*kept in a file"):
+        with pytest.raises(ValueError, match=r"^albedo\.(scalars|cmap) must be .*to be saved in a file"):
             Material(albedo=one).to_dict()
     assert ph.Colormap(ROWS) != ph.Colormap(ROWS.copy())
     assert "of shape (5,)" in repr(Material(albedo=ph.Colormap(ROWS)))
@@ -83,15 +83,15 @@ def test_arrays_and_tables_are_the_same_objects_or_not_equal():
         ({"clim": (0, np.nan)}, "^clim must be two finite numbers"),
         ({"clim": -3}, "^clim must be a finite number > 0"),
         ({"clim": "0,8"}, "^clim must be two finite numbers"),
-        ({"n_colors": 0}, "^n_colors must be a whole number from 1"),
-        ({"n_colors": 2.5}, "^n_colors must be a whole number from 1"),
+        ({"n_colors": 0}, "^n_colors must be a whole number >= 1"),
+        ({"n_colors": 2.5}, "^n_colors must be a whole number >= 1"),
         ({"log_scale": 1}, "^log_scale must be True or False"),
         ({"nan_color": "rad"}, "^nan_color must be .*colour name"),
-        ({"categories": 0}, "^categories must be a whole number from 1"),
+        ({"categories": 0}, "^categories must be a whole number >= 1"),
         ({"annotations": "low"}, "^annotations must be a mapping"),
-        ({"component": -1}, "^component must be a whole number from 0"),
+        ({"component": -1}, "^component must be a whole number >= 0"),
         ({"preference": "points"}, "^preference must be one of 'point', 'cell'"),
-        ({"cmap": pv.LookupTable("viridis"), "clim": (0, 1)}, "^clim must be left out beside a lookup table"),
+        ({"cmap": pv.LookupTable("viridis"), "clim": (0, 1)}, "^clim must be omitted with a lookup table"),
     ],
 )
 def test_what_is_not_allowed_is_refused_in_one_line(options, message):

@@ -1,6 +1,6 @@
-"""What fields of lights, materials and reflectances are by default, in which form they are kept, what they refuse.
+"""Fields of lights, materials and reflectances: defaults, canonical forms, and refused values.
 
-A field is tested in every kind that has one of its name, so that a new kind is tested here without an entry.
+A field is tested in every kind that has a field of its name, so a new kind needs no entry here.
 """
 
 import dataclasses
@@ -30,12 +30,12 @@ every_coloured = pytest.mark.parametrize("kind", COLOURED)
 
 
 def values(thing, *, kw_only):
-    """Field → value, in their order, of those that are given by keyword only or of the others."""
+    """Return pairs of field and value in order, of the keyword-only fields or of the others."""
     return [(f.name, getattr(thing, f.name)) for f in dataclasses.fields(thing) if f.kw_only == kw_only]
 
 
 def having(names, kinds=ALL):
-    """Every kind with a field of one of these names, and that name."""
+    """Return pairs of a kind and a name, for each kind with a field of that name."""
     owned = {kind: {field.name for field in dataclasses.fields(kind)} for kind in kinds}
     return [(kind, name) for kind in kinds for name in names if name in owned[kind]]
 
@@ -80,7 +80,7 @@ def test_what_all_lights_share_has_one_default_and_is_given_by_keyword(kind):
     }
 
 
-# --- what is kept ---
+# --- canonical forms ---
 
 
 @pytest.mark.parametrize(
@@ -104,7 +104,7 @@ def test_what_all_lights_share_has_one_default_and_is_given_by_keyword(kind):
 )
 def test_canonical_form(kind, field, given, kept):
     found = getattr(kind(**{field: given}), field)
-    if isinstance(found, NamedColor):  # of a field that takes maps
+    if isinstance(found, NamedColor):  # a field that takes maps
         assert found.name == given
         found = tuple(found)
     assert (type(found), found) == (type(kept), kept)
@@ -143,7 +143,7 @@ def test_highlights_have_the_diffuse_colour_unless_told(kind):
     assert kind(diffuse=0.5, specular="blue").specular_color == (0.0, 0.0, 1.0)
 
 
-# --- what is refused ---
+# --- refused values ---
 
 
 @every_light
@@ -165,7 +165,7 @@ NO_MAPS = ["1", (1, 2, 3)]
 NO_VECTORS = [(0, 0), (0, math.nan, 0), (math.inf, 0, 0), "here", None, 5]
 NO_WEAKENING = [(0, 0, 0), (-1e-300, 0, 1), (1, -1, 0), (1, 0, -1)]
 NO_HALF_OPENINGS = [0, -5, 90.00000000000001, 180, math.nan, math.inf, "30", None, True]
-WEAKENING = r" must be three numbers >= 0 .*; got .*\(1, 0, 0\) is a light that does not weaken"
+WEAKENING = r" must be three numbers >= 0 .*; got .*Use \(1, 0, 0\) for a light without falloff\."
 HALF_OPENING = " must be a finite number > 0 and <= 90; got .*half the opening.*PointLight"
 RADIUS = " must be a finite number > 0; got .*PointLight with attenuation"
 AT_LEAST_0 = " must be a finite number >= 0; got "
@@ -173,7 +173,7 @@ REFUSED = [
     (COLOURED, COLOURS, COLOUR_MIX_UPS, " must be .*divide them by 255"),
     (COLOURED, [*COLOURS, "albedo"], NO_COLOURS, ""),
     (LIGHTS, COLOURS, ["colourless"], ""),
-    ([Material], ["ambient"], ["colourless"], ""),  # of its other fields that is a point array's name
+    ([Material], ["ambient"], ["colourless"], ""),  # in other fields, this is the name of a point array
     (LIGHTS, ["diffuse", "ambient"], [None], " must be"),  # specular may be None
     ([Material], [*COLOURS, "albedo"], [None], " must be"),
     (LIGHTS, ["intensity"], [*NO_POWERS, *NO_MAPS, None, True], AT_LEAST_0),
@@ -187,7 +187,7 @@ REFUSED = [
     (LIGHTS, ["exponent"], [*NO_POWERS, *NO_MAPS, None], AT_LEAST_0),
     (LIGHTS, ["radius"], [0, -1, math.nan, math.inf, "1", None], RADIUS),
     ([Material], COLOURS[:3], [255.0, (255.0, 128.0, 0.0)], " must be a reflectance, .* divide them by 255"),
-    ([Material], ["albedo"], [1.5, (0.0, 1.1, 0.0)], " must be a reflectance, .* at most"),
+    ([Material], ["albedo"], [1.5, (0.0, 1.1, 0.0)], r" must be a reflectance, .* at most 1\.0; got"),
     ([Material], ["shininess"], [*NO_POWERS, None], AT_LEAST_0),
     ([Material], ["reflectance"], ["phong", Phong, 3], " must be a reflectance, or None"),
     (LIGHTS, ["width", "height"], [0.0, math.nan], " must be a finite number > 0"),
@@ -200,10 +200,10 @@ REFUSED = [
     (LIGHTS, ["corners"], [[(0, 0, 0), (1, 0, 0)], [(0, 0, 0), (1, 0, 0), (0, math.nan, 0)]], " must be three or more"),
     (LIGHTS, ["corners"], ["square"], " must be"),
     (LIGHTS, ["image"], [np.full((4, 8, 3), math.nan)], " must be .*nan.*np.nan_to_num"),
-    (LIGHTS, ["image"], [np.full((4, 8, 3), math.inf)], " must be .*inf.*an infinite sun is a"),
+    (LIGHTS, ["image"], [np.full((4, 8, 3), math.inf)], " must be .*inf.*Use a DirectionalLight for the sun"),
     (LIGHTS, ["image"], [np.full((4, 8, 3), -0.1)], " must be .*-0.1.*clip"),
     (LIGHTS, ["image"], [np.ones((4, 8)), np.ones((0, 8, 3))], " must be .*shape "),
-    (LIGHTS, ["image"], [np.ones((4, 8, 4))], " must be .*leaves out what is opaque"),
+    (LIGHTS, ["image"], [np.ones((4, 8, 4))], " must be .*Remove the opacity"),
     (LIGHTS, ["image"], [np.full((4, 8, 3), 200, np.uint8)], " must be .*8-bit.*255"),
     (LIGHTS, ["image"], [pv.Texture(np.full((4, 8, 3), 200, np.uint8))], " must be .*SetUseSRGB"),
     (LIGHTS, ["image"], ["sky.hdr"], " must be a colour, a pv.Texture, or an .*pv.read_texture"),

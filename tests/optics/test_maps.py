@@ -1,4 +1,4 @@
-"""What a material takes for a map, what for a number or colour, and how materials with maps are values."""
+"""Maps in materials: distinction from numbers and colours, equality, hashing and files."""
 
 from __future__ import annotations
 
@@ -69,7 +69,7 @@ def test_names_and_paths_go_into_files_and_nothing_else_does():
     assert ph.Material.from_dict(material.to_dict()) == material
     assert "albedo" not in ph.Material().to_dict(), "files of materials without it stay as they were"
     for kept in ({"albedo": ROWS}, {"reflectance": ph.GGX(np.ones(5))}, {"tangents": ROWS}):
-        with pytest.raises(ValueError, match=r"where it is kept in a file; got <ndarray of shape .* point array"):
+        with pytest.raises(ValueError, match=r"to be saved in a file; got <ndarray of shape .* point array"):
             ph.Material(**kept).to_dict()
 
 
@@ -91,9 +91,9 @@ def test_a_rig_names_images_as_they_are_seen_from_its_folder(tmp_path, monkeypat
     [
         ("gld", "Did you mean 'gold'"),
         ("unobtainium", r"Material\.names\(\)"),
-        ("red", r"Material\(diffuse='red'\) has that colour"),
-        ((1, 0, 0), r"Material\(diffuse=\(1, 0, 0\)\) has that colour"),
-        (pv.Color("red"), "has that colour"),
+        ("red", r"For a colour, use Material\(diffuse='red'\)"),
+        ((1, 0, 0), r"For a colour, use Material\(diffuse=\(1, 0, 0\)\)"),
+        (pv.Color("red"), "For a colour, use"),
         (pv.Texture(np.zeros((2, 2, 3), np.uint8)), r"Material\(albedo=texture\)"),
         (pv.Property(), "Material.from_property"),
         (None, "Material.from_property"),
@@ -106,5 +106,5 @@ def test_what_is_no_material_is_refused(given, remedy):
 
 @pytest.mark.parametrize(("given", "remedy"), [(0.2, ""), (pv.Property(), ""), ("gold", r"Material\.named\('gold'\)")])
 def test_a_material_is_given_by_its_fields(given, remedy):
-    with pytest.raises(ValueError, match=rf"^Material must be given by its fields.*{remedy}"):
+    with pytest.raises(ValueError, match=rf"^Material must be made with keywords.*{remedy}"):
         ph.Material(given)

@@ -143,7 +143,7 @@ def test_roughness_is_at_most_1_and_large_enough_to_invert(bad):
 
 
 def test_the_shininess_of_a_roughness_and_for_blinn_phong():
-    """That the latter looks the same is a law of the reflectances: `counterpart`."""
+    """The similarity of the two is tested as a law of reflectances: `counterpart_of`."""
     material = Material(diffuse=0.5, specular=(1.0, 1.0, 1.0), shininess=10)
     assert Material.from_roughness(0.1, diffuse=0.5, specular="white") == material
     assert material.for_blinn_phong().shininess == 40
@@ -177,13 +177,13 @@ def test_a_dictionary_holds_what_is_set_and_defaults_may_be_left_out():
 
 @pytest.mark.parametrize(
     ("reflectance", "said"),
-    [  # a surface of Oren-Nayar with sigma 25 scatters 0.8824 of what Lambert's does, in all
+    [  # Oren-Nayar with sigma 25 reflects 0.8824 of Lambert's total
         (OrenNayar(25), "without it, diffuse=(0.706, 0.706, 0.706), specular=(0, 0, 0), shininess=30."),
         (
             Metal((0.5, 0.25, 0.125), 9),
             "without it, diffuse=(0.8, 0.8, 0.8), specular=(0.5, 0.25, 0.125), shininess=9.",
         ),
-        (Retro(5), "Leave it out: VTK's is Phong's."),
+        (Retro(5), "Leave it out; VTK's reflectance is Phong's."),
     ],
 )
 def test_what_is_nearest_in_vtk_is_said_in_numbers(reflectance, said):
@@ -235,7 +235,7 @@ COLORED["rgb"] = (50 * COLORED.point_normals + 100).astype(np.uint8)
     ],
 )
 def test_an_actors_material_has_the_colours_of_its_mesh_in_place_of_the_propertys(options, albedo):
-    plotter = pv.Plotter(off_screen=True)  # without it, what it draws is gone
+    plotter = pv.Plotter(off_screen=True)  # a reference keeps its actors alive
     actor = plotter.add_mesh(COLORED, diffuse=0.7, ambient=0.1, specular=0.5, **options)
     material, prop = Material.from_actor(actor), Material.from_property(actor.prop)
     if isinstance(albedo, float):

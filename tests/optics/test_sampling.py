@@ -1,4 +1,4 @@
-"""Points of lights that rays go to: means of their weights are the exact integrals, and all are on the light."""
+"""Importance sampling of lights: mean weights equal the exact integrals, and all points are on the light."""
 
 import math
 
@@ -31,7 +31,7 @@ NORMALS /= np.linalg.norm(NORMALS, axis=1)[:, None]
 
 
 def frame_of(light, real=np.float64):
-    """Its sampling, numbers, reach and scale, and the frame at each point."""
+    """Return a light's sampling, numbers, reach and scale, and the frame at each point."""
     sampling, numbers = light.sampling, np.asarray(light.sampling.numbers, float)
     with np.errstate(all="ignore"):
         reach, scale, *frame = sampling.frame(numbers, POINTS.T, NORMALS.T)
@@ -39,7 +39,7 @@ def frame_of(light, real=np.float64):
 
 
 def sampled(light, count=4096):
-    """Colours at intensity 1, directions (3, k, n), lengths and weights (k, n)."""
+    """Return colours at intensity 1, directions (3, k, n), lengths and weights (k, n)."""
     sampling, numbers, reach, scale, frame = frame_of(light, np.float32)
     first, second = sobol.seeds(np.arange(len(POINTS)))
     u = sobol.coordinate(np.arange(count, dtype=np.uint32)[:, None], first)
@@ -51,7 +51,7 @@ def sampled(light, count=4096):
 
 
 def exact(light):
-    """What of it a white matt surface scatters, by its closed form."""
+    """Return the colour of a white diffuse surface, by the light's closed form."""
     found = np.zeros(len(POINTS))
     for tint, part in light.tints():
         integral = part.closed(CosinePower("normal", 1.0))
@@ -90,7 +90,7 @@ def test_rays_end_on_the_light(name):
 
 @pytest.mark.parametrize("name", LIGHTS)
 def test_what_is_seen_along_a_direction_is_the_point_that_gave_it(name):
-    """How far it is, and by its radiance over the density, its weight."""
+    """`seen` returns the distance of `sample`; radiance over its density gives the weight."""
     light = LIGHTS[name]
     sampling, numbers, _, scale, frame = frame_of(light)
     with np.errstate(all="ignore"):
@@ -123,13 +123,13 @@ def test_densities_are_of_all_directions_to_a_light(name):
 
 
 def test_the_edge_of_a_far_sphere_is_not_lost_to_rounding():
-    """Its cone's 1 − cos is 8e-14; taken as that difference in float32 it is 0, and all rays go to the middle."""
+    """The cone's 1 − cos is 8e-14. As a difference in float32 it is 0, and all rays go to the centre."""
     light = LIGHTS["sphere far away"]
     _, direction, _, _ = sampled(light, 256)
     middle = np.array(light.position)[:, None] - POINTS.T
     distance = np.linalg.norm(middle, axis=0)
     off = np.linalg.norm(direction - (middle / distance)[:, None, :], axis=0) * distance / light.radius
-    assert 0.1 < off.std() < 0.5  # but for the directions' own rounding, of 6e-8 of 2.5e6 units
+    assert 0.1 < off.std() < 0.5  # directions round by 6e-8 of 2.5e6 units
     naive = np.sqrt(np.float32(1) - np.float32(light.radius / distance) ** 2)
     assert (naive == 1.0).all()
 
@@ -143,7 +143,7 @@ def test_a_vertex_inside_a_sphere_sees_it_all_around():
 
 
 def test_by_energy_and_by_cosine_weights_vary_less_than_by_the_cosine_alone():
-    """A small sun in a dim sky, which few directions meet that do not know of it."""
+    """A small sun in a dim sky; without importance sampling, few directions hit it."""
     image = np.full((64, 128, 3), 0.1)
     image[10, 30] = 500.0
     light = ph.EnvironmentLight(image, up=(0, 0, 1))

@@ -1,4 +1,4 @@
-"""Both backends give the answers of exact geometry, in any unit and anywhere, and bear what is broken."""
+"""All backends match exact geometry, in any unit and anywhere, and tolerate broken meshes."""
 
 from contextlib import nullcontext
 
@@ -36,7 +36,7 @@ def rays(count=2000, seed=3):
 
 
 def met(triangles, origins, directions, distances):
-    """The first crossing by Möller and Trumbore's formula, and how far rays pass from edges and ends."""
+    """Return first hits by Möller and Trumbore's formula, and the margins of rays from edges and ends."""
     a, b, c = triangles.transpose(1, 0, 2)
     across = np.cross(directions[:, None], c - a)
     det = (across * (b - a)).sum(axis=2)
@@ -61,7 +61,7 @@ def test_rays_meet_what_exact_geometry_says(monkeypatch):
 
 @pytest.mark.parametrize(("offset", "away"), [(0.0, 0.0), (1e5, 0.0), (0.0, 1e3)])
 def test_what_is_met_first_is_where_the_ray_comes_to(monkeypatch, offset, away):
-    """Of a ball in a far larger one, which has a caster of its own, beside triangles that are spoiled."""
+    """A ball in a much larger one, which has its own caster, with invalid triangles added."""
     monkeypatch.setattr(casting, "_RAYS_AT_ONCE", 700)
     triangles, (origins, directions, distances) = ball(), rays()
     origins, distances = 0.9 * origins + offset - away * directions, np.where(distances > 1.0, np.inf, distances + away)
@@ -81,7 +81,7 @@ def test_what_is_met_first_is_where_the_ray_comes_to(monkeypatch, offset, away):
     assert (weights > -1e-5).all()
     assert (hits.triangles[met] >= 3).all()
     assert np.isinf(hits.distances[~met]).all()
-    # nothing is nearer: the rays are not blocked before
+    # nothing is closer: the rays are not blocked before their hits
     margin = 1e-2 * np.where(hits.triangles < len(parts[0]), 1.0, 30.0)
     before = np.where(met, hits.distances - margin, distances)
     assert not occluders.blocked(origins, directions, before)[before > away + margin].any()
@@ -153,7 +153,7 @@ CASTING = {
 
 @pytest.mark.parametrize("cast", CASTING.values(), ids=CASTING)
 def test_without_embree_it_is_said_once_and_only_where_it_matters(monkeypatch, backend, cast):
-    """Else a warning would be an error."""
+    """Warnings are errors in tests, so an unexpected one fails."""
     casting.warn_of_slow_rays.cache_clear()
     few, many = (pv.merge([pv.Cube(), pv.Plane(i_resolution=cells)]) for cells in (1, 10))
     for module, name in ((visibility, 100), (transport, 100), (truth, 100 * 16)):
@@ -167,7 +167,5 @@ def test_without_embree_it_is_said_once_and_only_where_it_matters(monkeypatch, b
 def test_more_triangles_than_fit_into_memory_are_refused_before_any_is_read(monkeypatch):
     monkeypatch.setattr(casting, "available_memory", lambda: 10**9)
     many = BlockingFaces(np.zeros((3, 3)), np.broadcast_to(np.arange(3), (10**7, 3)))
-    with pytest.raises(
-        ValueError, match=r"^occluders must be as many as fit into the 1 GB.*10,000,000.*1\.3 GB.*decim"
-    ):
+    with pytest.raises(ValueError, match=r"^occluders must be small enough for the 1 GB.*10,000,000.*1\.3 GB.*decim"):
         Occluders([many]).casters  # noqa: B018

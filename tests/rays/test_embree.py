@@ -1,4 +1,4 @@
-"""What casts rays: Embree by its C interface where it is there and can be called, and else why not."""
+"""Selection of the ray backend: Embree's C interface if it can be called, else the reason why not."""
 
 import ctypes
 import gc
@@ -41,7 +41,7 @@ LIGHTS = [
 
 @pytest.fixture
 def anew():
-    """What is known of the library is found out again, before and after."""
+    """Clear the caches about the library before and after a test."""
     for each in (embree.library, embree._device):
         each.cache_clear()
     yield
@@ -60,9 +60,9 @@ def test_another_library_another_version_and_another_processor_say_so(monkeypatc
     assert "version 3" in casting.ray_backend()[1]
     embree.library.cache_clear()
     monkeypatch.setitem(embree._FUNCTIONS, "rtcNoSuchFunction", (None,))
-    assert "no library" in casting.ray_backend()[1]
+    assert "no Embree 4 library" in casting.ray_backend()[1]
     embree.library.cache_clear()
-    monkeypatch.setitem(sys.modules, "embreex.rtcore_scene", None)  # importing it fails then
+    monkeypatch.setitem(sys.modules, "embreex.rtcore_scene", None)  # makes its import fail
     assert "cannot be imported" in embree.obstacle()
 
 
@@ -83,7 +83,7 @@ def test_the_library_is_found_in_the_wheel_where_a_module_does_not_lead_to_it(mo
 
 @pytest.mark.parametrize("light", LIGHTS, ids=lambda light: type(light).__name__)
 def test_compiled_rays_are_those_of_arrays(light):
-    """The same points, and what is seen of them but for rays within rounding of an edge."""
+    """Points are equal, and visibility is equal except for rays within rounding of an edge."""
     points = np.array(FLOOR.points[::4][:400], np.float64)
     normals = np.tile([0.0, 0.0, 1.0], (400, 1))
     faces = BlockingFaces(BALL.points.astype(np.float64), BALL.faces.reshape(-1, 4)[:, 1:].astype(np.int64))
@@ -100,7 +100,7 @@ def test_compiled_rays_are_those_of_arrays(light):
 
 
 def test_arrays_of_any_layout_and_type_are_read_alike():
-    """Compiled code reads memory by address: what lies otherwise there is copied."""
+    """Compiled code reads memory by address, so arrays of another layout are copied."""
     light, random = LIGHTS[0], np.random.default_rng(2)
     points, normals = random.normal(size=(40, 3)), random.normal(size=(40, 3))
     casters = Occluders([BlockingFaces(np.eye(3), np.array([[0, 1, 2]]))]).compiled
@@ -146,14 +146,14 @@ def test_threads_get_the_same_bits():
 
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="this system does not fork")
 def test_a_forked_process_gets_the_same_bits():
-    """From a process that has done nothing else: locks of other tests' threads would be forked too."""
+    """A new process forks, because a fork of this one would copy locks of other tests' threads."""
     tests = str(Path(__file__).parents[1])
     code = f"import sys; sys.path.insert(0, {tests!r}); from rays import test_embree; test_embree.fork_and_compare()"
     assert run_apart(code) == "True\n"
 
 
 def fork_and_compare():
-    """In a process that has cast rays already, and in its child."""
+    """Compare the results of a process that has cast rays and of its child."""
     expected = seen()
     if child := os.fork():
         print(os.waitpid(child, 0)[1] == 0)
@@ -179,7 +179,7 @@ def test_scenes_go_with_what_they_share_and_not_before():
 
 @dataclass(frozen=True)
 class Lantern(Light):
-    """A user's light that says no more than what arrives at each vertex."""
+    """Custom light that defines only `arrival`."""
 
     def arrival(self, points: Any, real: Any = np.float64) -> Arrival:
         return Arrival(towards((0.0, 0.3, 2.0), points, real)[0], 1.0)
@@ -187,15 +187,15 @@ class Lantern(Light):
 
 @dataclass(frozen=True)
 class Tube(Light):
-    """A user's light that consists of several, and does not say how rays to it are chosen."""
+    """Custom light of several nodes, without `sampling`."""
 
-    def nodes(self, count):  # noqa: ARG002 two will do
+    def nodes(self, count):  # noqa: ARG002 always two
         return DirectionalLight(), DirectionalLight(direction=(0, 1, -1))
 
 
 @pytest.mark.parametrize("two_sided", [False, True])
 def test_all_backends_see_the_same(monkeypatch, two_sided):
-    """Lights in the middle of the scene and far away, of every kind and a user's own."""
+    """Lights of every kind and a custom one, in the scene and far away."""
     far = (
         ph.SphereLight((3e4, 1e4, 9e4), radius=2e4),
         ph.PointLight((-2e4, 1e4, 9e4)),
@@ -217,13 +217,13 @@ def test_all_backends_see_the_same(monkeypatch, two_sided):
 
 
 def test_a_size_without_sampling_is_refused():
-    with pytest.raises(ValueError, match="how rays to it are chosen"):
+    with pytest.raises(ValueError, match=r"^light must be a light with `sampling`"):
         FLOOR.phong.visibility(ph.Scene([Tube()])).per_light  # noqa: B018  casts the rays
 
 
 @pytest.fixture(scope="module")
 def patch():
-    """Vertices in the penumbra of a ball below a disk, and the part of it that each sees."""
+    """Return vertices in the penumbra of a ball below a disk light, and the exact visible parts."""
     plane = pv.Plane(center=(0.7, 0, -1), i_size=0.3, j_size=0.3, i_resolution=24, j_resolution=24)
     scene = ph.Scene([ph.SphereLight((0, 0, 4), radius=1.2, intensity=30)])
 
@@ -236,7 +236,7 @@ def patch():
 
 
 def test_the_error_in_a_penumbra_falls_faster_than_that_of_random_rays(patch):
-    """Nearly with the power ¾; of random rays with ½, as the binomial distribution says."""
+    """The exponent is nearly ¾; for random rays, it is ½ by the binomial distribution."""
     part, truth = patch
     counts = np.array([16, 64, 256])
     errors = [np.sqrt(np.mean((part(samples=count).per_light[0] - truth) ** 2)) for count in counts.tolist()]

@@ -1,4 +1,4 @@
-"""What rays found, in files and in other processes: as it was, and ready to go on."""
+"""Visibility in files and in other processes: results are unchanged, and missing ones can be computed."""
 
 import copy
 import pickle
@@ -56,7 +56,7 @@ def test_it_is_as_it_was_and_casts_what_is_not_known_yet(tmp_path, way, two_side
     assert again.rays == seen.rays > half[1]
     lit = mesh.phong.shade(rig, visibility=again)["phong"]
     np.testing.assert_array_equal(lit, mesh.phong.shade(rig, visibility=seen)["phong"])
-    with pytest.raises(ValueError, match="visibility must be one of the mesh where it is now"):
+    with pytest.raises(ValueError, match="visibility must be computed for the mesh where it is now"):
         mesh.translate((0, 0, 1)).phong.shade(rig, visibility=again)
     assert (again.behind is None) is not two_sided
     if two_sided:
@@ -86,7 +86,7 @@ def test_what_is_no_such_file_is_refused(tmp_path):
     with np.load(path) as file:
         good = dict(file)
     path.write_bytes(whole[: len(whole) // 2])
-    with pytest.raises(ValueError, match=r"^path must be a file that Visibility\.save has written"):
+    with pytest.raises(ValueError, match=r"^path must be a file written by Visibility\.save"):
         ph.Visibility.load(path)
     for name, wrong in (
         ("format", np.array(["pvphong transport", "3", ""])),
@@ -98,7 +98,7 @@ def test_what_is_no_such_file_is_refused(tmp_path):
         ("normals", good["normals"].astype(np.int64)),
     ):
         np.savez(path, **{**good, name: wrong})
-        with pytest.raises(ValueError, match=r"^path must be a file that Visibility\.save has written; got .*seen"):
+        with pytest.raises(ValueError, match=r"^path must be a file written by Visibility\.save; got .*seen"):
             ph.Visibility.load(path)
     for missing in ("none.npz", "."):
         with pytest.raises(ValueError, match=re.escape(str(tmp_path))):
@@ -109,7 +109,7 @@ def test_what_is_no_such_file_is_refused(tmp_path):
 
 def test_a_light_that_files_do_not_know_is_refused_by_name(tmp_path):
     class Bulb(Light):
-        """A kind of a user's."""
+        """Custom kind of light."""
 
         is_even = True
 

@@ -1,4 +1,4 @@
-"""`mesh.phong.truth`, judged by what is known without paths: furnaces, integrating spheres, evaluators."""
+"""`mesh.phong.truth` against results known without path tracing: furnaces, integrating spheres, evaluators."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ SHINY = {
 
 
 def patches(count=24):
-    """Places below the lights that face upwards, more or less; and tangents there."""
+    """Return points below the lights with roughly upward normals, and tangents."""
     normals = RANDOM.normal(size=(count, 3)) * 0.5 + (0.0, 0.0, 1.0)
     normals /= np.linalg.norm(normals, axis=1)[:, None]
     cloud = pv.PolyData(RANDOM.uniform(-0.5, 0.5, (count, 3)))
@@ -74,15 +74,15 @@ def floor(height=0.0, up=1.0, size=2.0, cells=4):
 
 
 def assert_agrees(truth, expected, most=5.0, slack=0.0):
-    """Within so many standard errors at each vertex, and altogether."""
+    """Assert agreement within a number of standard errors, at each vertex and on average."""
     off = truth.rgb - expected
     error = np.hypot(truth.standard_error, slack) + 1e-12
     assert np.abs(off / error).max() < most
     together = math.sqrt((truth.standard_error**2).sum()) / truth.rgb.size
-    assert abs(off.mean()) < 4.0 * together * math.sqrt(3.0) + slack + 1e-12  # the channels have the same paths
+    assert abs(off.mean()) < 4.0 * together * math.sqrt(3.0) + slack + 1e-12  # the channels share their paths
 
 
-# --- light that bounces
+# --- bounced light
 
 
 @pytest.mark.parametrize("shape", [hollow, room])
@@ -100,7 +100,7 @@ def test_inside_of_a_furnace_it_is_equally_bright(shape, rho):
 
 @pytest.mark.parametrize("bounces", [0, 1, 2, None])
 def test_an_integrating_sphere_is_lit_evenly_by_what_it_reflects(bounces):
-    """Each part of a sphere gets as much from any other: ρ(D + (ρ + ρ² + …) I/R²), D what arrives directly."""
+    """All parts of a sphere receive the same from each other: ρ(D + (ρ + ρ² + …) I/R²), D the direct light."""
     ball, rho, intensity = hollow(4), 0.6, 2.0
     lamp = ph.PointLight((0.3, 0.2, 0.1), (0, 0, 1), intensity=intensity)
     truth = ball.phong.truth(scene(lamp), ph.Material(diffuse=rho), samples=16, max_bounces=bounces)
@@ -115,7 +115,7 @@ def test_an_integrating_sphere_is_lit_evenly_by_what_it_reflects(bounces):
 
 
 def test_bounces_are_those_that_transport_gathers():
-    """From vertices to vertices, which is the same but for what is finer than triangles."""
+    """Transport between vertices is equal, except for details finer than triangles."""
     mesh, lamp = room(8), ph.RectangleLight((0, 0, 0.4), width=0.3, height=0.2, intensity=0.3)
     material = ph.Material(diffuse=(0.7, 0.5, 0.3), emission=0.02)
     for bounces in (1, 3):
@@ -127,7 +127,7 @@ def test_bounces_are_those_that_transport_gathers():
 
 
 def test_no_light_is_lost_or_made():
-    """What a room absorbs, ∫ (1 − ρ)/ρ B dA, is what its lamp sends, 4πI."""
+    """The power that a room absorbs, ∫ (1 − ρ)/ρ B dA, equals the power of its lamp, 4πI."""
     mesh, rho = room(12), np.array([0.8, 0.5, 0.2])
     lamp = ph.SphereLight((0.1, 0.05, -0.2), 0.1, intensity=1.5)
     truth = mesh.phong.truth(scene(lamp), ph.Material(diffuse=tuple(rho)), samples=64)
@@ -137,7 +137,7 @@ def test_no_light_is_lost_or_made():
 
 
 def test_standard_errors_are_honest():
-    """Vertices at one place have paths of their own: they vary as much as each of them says."""
+    """Vertices at one point have independent paths, so their spread must match their standard errors."""
     place = pv.PolyData(np.tile((0.1, 0.2, -0.5), (600, 1)))
     place.point_data.active_normals = np.tile((0.0, 0.0, 1.0), (600, 1))
     material = ph.Material(diffuse=0.5, specular=0.3, shininess=10.0)
@@ -185,7 +185,7 @@ def test_occluders_are_black_and_blocks_are_not():
 
 
 def test_albedo_is_interpolated_where_paths_meet_a_surface():
-    """Close under a triangle with a colour at each corner, patches get that of the place above them, as it is lit."""
+    """Patches close under a triangle with a colour at each corner receive the interpolated colour above them."""
     corners = np.array([(0, 0, 0), (0, 10, 0), (10, 0, 0)], float)
     ceiling = pv.PolyData(corners, [3, 0, 1, 2])
     ceiling.point_data.active_normals = np.tile((0.0, 0.0, -1.0), (3, 1))
@@ -202,7 +202,7 @@ def test_albedo_is_interpolated_where_paths_meet_a_surface():
 
 
 def test_a_surface_reflects_towards_where_the_path_comes_from():
-    """A ceiling that reflects back to a lamp beneath a patch: (s + 2)/2 · I/π ∫ cos⁴ θ du, of what it sees."""
+    """A retroreflecting ceiling over a lamp beneath a patch: (s + 2)/2 · I/π ∫ cos⁴ θ du over the ceiling."""
     patch = pv.PolyData(np.tile((0.0, 0.0, 0.0), (100, 1)))
     patch.point_data.active_normals = np.tile((0.0, 0.0, 1.0), (100, 1))
     stage = pv.MultiBlock({"patch": patch, "ceiling": floor(1.0, -1.0, size=50.0)})
@@ -218,7 +218,7 @@ def test_a_surface_reflects_towards_where_the_path_comes_from():
 
 @cache
 def arriving(name):
-    """Directions (3, k, n) from the patches to the parts of a light, and colours (3, k, n) of what arrives."""
+    """Return directions (3, k, n) from the patches to parts of a light, and the arriving colours (3, k, n)."""
     light, points = LIGHTS[name], PATCHES.points.T.astype(np.float64)
     if name == "environment":
         cells = SKY.repeat(12, axis=0).repeat(12, axis=1)
@@ -234,7 +234,7 @@ def arriving(name):
 
 
 def by_parts(reflectance, name, diffuse, specular):
-    """What patches of a reflectance reflect of a light, in very many parts."""
+    """Return the light that patches reflect, as a sum over many parts of the light."""
     to_light, arrives = arriving(name)
     bound, shape = reflectance.of(ph.Material(diffuse=diffuse)), to_light.shape
     n, t = PATCHES.point_data.active_normals.T.astype(np.float64), TANGENTS.T.astype(np.float64)
@@ -313,14 +313,14 @@ def test_a_light_far_away_is_a_point(kind, away):
 
 @pytest.mark.parametrize("light", [name for name, light in LIGHTS.items() if light.has_size])
 def test_direct_light_of_lights_with_a_size_is_exact(light):
-    """Of Lambert's and Phong's reflection there are closed forms. Small lights are found as well as large ones."""
+    """Closed forms of Lambert's and Phong's reflection, with small and large lights."""
     material = ph.Material(diffuse=(0.6, 0.5, 0.4), specular=0.4, shininess=30.0)
     for each in (LIGHTS[light], replace(LIGHTS[light], radius=1e-3) if light in ("sphere", "disk") else LIGHTS[light]):
         truth = PATCHES.phong.truth(scene(each), material, samples=1024, max_bounces=0)
         points, normals = PATCHES.points, PATCHES.point_data.active_normals
         exact = ph.evaluate(points, normals, scene(each), material, precision="float64", backend="numpy").rgb
         assert_agrees(truth, exact, slack=1e-5 if light != "environment" else 1e-2)
-        if light != "environment":  # points of a light are as good as alone, though it is also found by chance
+        if light != "environment":  # sampling the light dominates
             assert truth.standard_error.mean() < 2e-3 * exact.mean()
 
 
@@ -345,7 +345,7 @@ def test_a_light_that_lies_on_a_wall_is_not_hidden_by_it():
 
 
 def test_a_mirror_shows_a_light_that_only_its_reflection_finds():
-    """Smooth facets and a small light, of which points chosen on it show next to nothing."""
+    """Smooth facets and a small light; points sampled on the light contribute almost nothing."""
     light = ph.SphereLight((0.0, 0.0, 3.0), 0.5)
     middle = pv.PolyData(np.zeros((1, 3)))
     middle.point_data.active_normals = np.array([[0.0, 0.0, 1.0]])
@@ -354,7 +354,7 @@ def test_a_mirror_shows_a_light_that_only_its_reflection_finds():
         ph.Material(diffuse=0.0, reflectance=ph.GGX(0.02, 1.0)),
         max_bounces=0,
     )
-    np.testing.assert_allclose(truth.rgb, 4.0, rtol=0.01)  # its own colour, I/r²
+    np.testing.assert_allclose(truth.rgb, 4.0, rtol=0.01)  # the light's radiance, I/r²
     assert truth.standard_error.max() < 0.1
 
 
@@ -384,7 +384,7 @@ def test_directions_are_chosen_with_the_density_that_is_told(name):
     assert (found.density(chosen)[factors.max(axis=0) > 1e-9] > 0.0).all()
 
 
-# --- what must not break it
+# --- difficult input
 
 
 @pytest.mark.parametrize("backend", BACKENDS)
@@ -393,7 +393,7 @@ def test_whoever_casts_the_rays(backend, monkeypatch):
     expected = mesh.phong.truth(lamp, ph.Material(diffuse=0.5), samples=16)
     monkeypatch.setattr(casting, "ray_backend", lambda: (BACKENDS[backend], ""))
     truth = mesh.phong.truth(lamp, ph.Material(diffuse=0.5), samples=16)
-    assert np.median(np.abs(truth.rgb - expected.rgb)) < 1e-4  # rays that meet edges may go on elsewhere
+    assert np.median(np.abs(truth.rgb - expected.rgb)) < 1e-4  # rays that hit edges may differ
     assert truth.rgb.mean() == pytest.approx(expected.rgb.mean(), rel=0.05)
 
 
@@ -408,7 +408,7 @@ def test_equal_calls_give_equal_bits_whatever_the_number_of_threads(monkeypatch)
     assert seen[-1] == ("paths of light", 1.0)
     assert len(seen) > 1
     with threads.limited(1):
-        again = mesh.phong.truth(lights, material, samples=50)  # the next power of two
+        again = mesh.phong.truth(lights, material, samples=50)  # rounded up to a power of two
     for name in ("rgb", "standard_error", "rays"):
         np.testing.assert_array_equal(getattr(again, name), getattr(truth, name))
     other = mesh.phong.truth(lights, material, samples=64, seed=1)

@@ -1,4 +1,4 @@
-"""Which parts may stand between vertices and a light, by their boxes, against linear programs."""
+"""Box tests for parts that may be between vertices and a light, against linear programs."""
 
 import numpy as np
 import pytest
@@ -19,9 +19,9 @@ def corners_of(low, high):
 
 
 def least_gap(corners, ends, way, low, high):
-    """How far, along an axis, a box is from the hull of corners and ends and what is further along a way; 0 in it."""
+    """Return the gap, along an axis, between a box and the hull of points extended along a direction; 0 inside."""
     points = np.concatenate([corners, ends])
-    # unknown: a share of each point, a length along the way, a place in the box, and the gap between both
+    # unknowns: a share of each point, a length along the direction, a point in the box, and the gap between both
     count = len(points) + 1
     columns = np.concatenate([points, way[None]]).T
     upper = np.block([[s * columns, -s * np.eye(3), -np.ones((3, 1))] for s in (1.0, -1.0)])
@@ -49,7 +49,7 @@ def test_a_part_may_block_where_its_box_meets_the_hull_of_vertices_and_light(lig
         found = may_block(shines, (low[0], high[0]), parts)
         for may, *part in zip(found, *parts, strict=True):
             gap = least_gap(corners_of(low[0], high[0]), *ends, *part)
-            assert may == (gap < 1e-9) or gap < 1e-2, "but for the slack of rounding"
+            assert may == (gap < 1e-9) or gap < 1e-2, "except for the slack of rounding"
             said.append(may)
     assert 0.1 < np.mean(said) < 0.9
 

@@ -1,4 +1,4 @@
-"""Light between vertices: form factors with closed forms, reciprocity, energy, files; each backend alike."""
+"""Light transport between vertices: closed-form form factors, reciprocity, energy, files, in all backends."""
 
 import math
 import re
@@ -22,7 +22,7 @@ def backend(request, monkeypatch):
 
 
 def shares_of(receiver, target, samples=1024):
-    """The part of the hemisphere of each vertex of one mesh that another one fills."""
+    """Return the part of each vertex's hemisphere that another mesh fills."""
     blocks = pv.MultiBlock([receiver, target])
     among = blocks.phong.transport(samples=samples)
     colors = np.zeros((len(among), 1))
@@ -30,19 +30,19 @@ def shares_of(receiver, target, samples=1024):
     return among.gather(colors)[: receiver.n_points, 0]
 
 
-# --- from an element of a surface to a shape: J. R. Howell, "A catalog of radiation heat transfer configuration
+# --- form factors from a surface element to a shape: J. R. Howell, "A catalog of radiation heat transfer configuration
 # factors"
 
 
 def parallel(a, b, h):
-    """To a rectangle from (0, 0) to (a, b) in a parallel plane at a distance; a corner is straight ahead (B-3)."""
+    """Form factor to a rectangle (0, 0) to (a, b) in a parallel plane, with a corner along the normal (B-3)."""
     x, y = a / h, b / h
     p, q = np.sqrt(1 + x * x), np.sqrt(1 + y * y)
     return (x / p * np.arctan(y / p) + y / q * np.arctan(x / q)) / (2 * math.pi)
 
 
 def perpendicular(width, height, h):
-    """To a rectangle in a plane at right angles and at a distance, a lower corner of which is straight ahead (B-4)."""
+    """Form factor to a rectangle in a perpendicular plane, with a lower corner straight ahead (B-4)."""
     x, y = height / width, h / width
     root = np.sqrt(x * x + y * y)
     return (np.arctan(1 / y) - y / root * np.arctan(1 / root)) / (2 * math.pi)
@@ -60,14 +60,14 @@ def to_square_at_right_angles(points):
 
 
 def to_disk(points):
-    """A disk of radius 0.6 in a parallel plane at the height of 0.5, around the axis (B-12)."""
+    """Form factor to a disk of radius 0.6 in a parallel plane at the height 0.5, centred on the axis (B-12)."""
     radius, square = 0.6, 0.5**2 + points[:, 0] ** 2 + points[:, 1] ** 2
     root = np.sqrt((square + radius**2) ** 2 - 4 * (square - 0.5**2) * radius**2)
     return 0.5 * (1 - (square - radius**2) / root)
 
 
 def to_sphere(points):
-    """A sphere wholly above the plane: (r/d)² times the cosine."""
+    """Form factor to a sphere entirely above the plane: (r/d)² times the cosine."""
     towards = np.array([0.0, 0.0, 0.7]) - points
     distance = np.linalg.norm(towards, axis=1)
     return (0.3 / distance) ** 2 * towards[:, 2] / distance
@@ -85,7 +85,7 @@ SHAPES = {
 
 @pytest.mark.parametrize("shape", SHAPES)
 def test_form_factors_are_those_of_the_catalog(shape):
-    """Within three standard errors of as many random rays at each vertex, and without bias."""
+    """Errors are within three standard errors of the same number of random rays, without bias."""
     target, exact = SHAPES[shape]
     floor = wall((0, 0, 0), (0, 0, 1), cells=8)
     found, expected = shares_of(floor, target), exact(floor.points.astype(np.float64))
@@ -93,11 +93,11 @@ def test_form_factors_are_those_of_the_catalog(shape):
     z = (found - expected) / error
     assert np.abs(z).max() < 3.0
     assert abs(z.mean()) < 3.0 / math.sqrt(len(z))
-    assert np.sqrt((z * z).mean()) < 0.5  # Sobol's points are better than random ones
+    assert np.sqrt((z * z).mean()) < 0.5  # Sobol points are better than random ones
 
 
 def test_light_goes_both_ways_alike_and_none_is_made():
-    """Reciprocity: what all of one wall sends to another is what comes back; rows of a closed room add up to 1."""
+    """Two walls exchange equal amounts of light in both directions; rows of a closed room sum to 1."""
     mesh = room(6)
     walls = np.repeat(np.arange(6), mesh.n_points // 6)
     area = np.zeros(mesh.n_points)
@@ -109,7 +109,7 @@ def test_light_goes_both_ways_alike_and_none_is_made():
     exchanged = of_walls.T @ (area[:, None] * (matrix @ of_walls))
     np.testing.assert_allclose(exchanged, exchanged.T, atol=0.005)
     np.testing.assert_allclose(exchanged[0, 1], 0.1998, atol=0.003)  # opposite squares of a cube (C-11)
-    np.testing.assert_allclose(exchanged[0, 2], 0.2000, atol=0.003)  # and those at right angles (C-14)
+    np.testing.assert_allclose(exchanged[0, 2], 0.2000, atol=0.003)  # perpendicular squares (C-14)
     assert (matrix.diagonal() == 0.0).mean() > 0.9
 
 
@@ -144,7 +144,7 @@ def test_what_is_alone_and_convex_casts_no_ray():
 
 
 def test_only_vertices_with_something_above_them_cast_rays():
-    """A ball over a floor: the floor's upper side looks, and the lower half of the ball."""
+    """A ball over a floor: only the floor's upper side and the lower half of the ball cast rays."""
     ball = pv.Sphere(radius=0.2, center=(0, 0, 0.5))
     floor = wall((0, 0, 0), (0, 0, 1), cells=8)
     among = pv.MultiBlock([ball, floor]).phong.transport(samples=16)
@@ -157,7 +157,7 @@ def test_only_vertices_with_something_above_them_cast_rays():
 @pytest.mark.parametrize("backend", BACKENDS, indirect=True)
 @pytest.mark.usefixtures("backend")
 def test_backs_and_occluders_block_light_and_are_black():
-    """A wall between two floors that face each other: seen from behind, or as an occluder, it hides what is beyond."""
+    """A wall between two floors that face each other, seen from behind or as an occluder, hides the other floor."""
     floor, ceiling = wall((0, 0, 0), (0, 0, 1), cells=3), wall((0, 0, 1), (0, 0, -1), 40.0, cells=3)
     between = wall((0, 0, 0.5), (0, 0, 1), 40.0, cells=3)
     open_share = shares_of(floor, ceiling, 64)
@@ -287,7 +287,7 @@ def test_what_is_saved_is_read_again_and_refused_for_another_mesh(tmp_path):
         (mesh, {"matrix": np.diag([2, 1, 1, 1])}),
         (mesh, {"occluders": [moved]}),
     ):
-        with pytest.raises(ValueError, match=r"^transport must be one of what is lit"):
+        with pytest.raises(ValueError, match=r"^transport must be computed for the meshes that are lit"):
             other.phong.shade(scene, transport=again, **how)
     with pytest.raises(ValueError, match=r"^transport must be what mesh\.phong\.transport\(\) gives"):
         mesh.phong.shade(scene, transport=np.eye(3))
@@ -301,7 +301,7 @@ def test_what_is_no_such_file_is_refused(tmp_path):
     with np.load(path) as file:
         good = dict(file)
     path.write_bytes(whole[: len(whole) // 2])
-    with pytest.raises(ValueError, match=r"^path must be a file that Transport\.save has written"):
+    with pytest.raises(ValueError, match=r"^path must be a file written by Transport\.save"):
         ph.Transport.load(path)
     for name, wrong in [
         ("format", np.array(["pvphong transport", "1", ""])),
@@ -332,7 +332,7 @@ def test_without_scipy_and_without_memory_it_says_so(monkeypatch):
     monkeypatch.setattr(transports.importlib.util, "find_spec", lambda _name: None)
     among = mesh.phong.transport(samples=16)
     among.gather(np.ones((mesh.n_points, 1)))
-    with pytest.raises(ValueError, match=r"^matrix must be left out .*pip install scipy"):
+    with pytest.raises(ValueError, match=r"^matrix must be omitted .*pip install scipy"):
         among.matrix  # noqa: B018
 
 
@@ -352,4 +352,4 @@ def test_who_would_wait_is_told():
     few, many = (wall((0, 0, 0), (0, 0, 1.0), cells=cells).phong.transport() for cells in (5, 70))
     assert (few.takes_long, many.takes_long) == (False, True)
     many.gather(np.ones((len(many), 1)))
-    assert not many.takes_long  # its rays are kept
+    assert not many.takes_long  # its hits are stored

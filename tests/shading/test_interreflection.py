@@ -106,7 +106,7 @@ def test_blocks_light_each_other():
     assert (ceiling[:, 0] > 3 * ceiling[:, 1]).all()
     plans = blocks.phong.plan(scene, materials, transport=among)
     assert plans["floor"].effects["bounces"].on
-    with pytest.raises(ValueError, match=r"^transport must be one of what is lit"):
+    with pytest.raises(ValueError, match=r"^transport must be computed for the meshes that are lit"):
         blocks.phong.shade(scene, materials, transport=TRANSPORT)
 
 
@@ -142,7 +142,7 @@ def test_what_cannot_be_is_refused():
         lit(1, shares_by_bounce=True)
     turned = ROOM.copy()
     turned.point_data.active_normals = -ROOM.point_normals
-    with pytest.raises(ValueError, match=r"^transport must be one of what is lit"):
+    with pytest.raises(ValueError, match=r"^transport must be computed for the meshes that are lit"):
         turned.phong.shade(ph.Scene(LAMP, light_model=model(1)), GREY, transport=TRANSPORT)
     assert np.isfinite(lit(50, material=ph.Material(diffuse=1.0))["phong"]).all()
 

@@ -146,10 +146,10 @@ def test_where_some_are_infinitely_steep_none_is_taken_for_flat():
         ({"specular": np.ones((COUNT, 4))}, r"^specular must be .*; got an array of shape \(60, 4\)\. Leave out the"),
         (
             {"diffuse": np.where(np.arange(COUNT) == 5, 200, 1.0)},
-            "^diffuse must be .* at vertex 5. Divide 0-255 by 255",
+            "^diffuse must be .* at vertex 5. Divide 0-255 values by 255",
         ),
         ({"emission": np.ones(COUNT, np.int32)}, "^emission must be uint8 or floats"),
-        ({"albedo": "scan"}, "^albedo must be an array where there is no mesh"),
+        ({"albedo": "scan"}, "^albedo must be an array, because array names need a mesh: "),
         ({"tangents": "grain"}, "^tangents must be an array where there is no mesh"),
         ({"reflectance": ph.GGX(np.zeros(COUNT))}, "^roughness must be numbers > 0 and <= 1"),
         ({"reflectance": ph.PBR(np.full(COUNT, 2.0))}, "^metallic must be numbers from 0 to 1"),

@@ -151,7 +151,7 @@ def one_is(most):
 
 
 NO_ALBEDOS = [
-    *((one_is(most), "floats from 0 to 1; got floats up to .*Divide 0-255 by 255") for most in (1.01, 300.0, math.inf)),
+    *((one_is(most), "floats from 0 to 1; got floats up to .*Divide 0-255 values") for most in (1.01, 300.0, math.inf)),
     # 0-255 in an int64 array would all be clipped to white.
     *((np.full((COUNT, 3), 120, kind), ".*(uint8|255)") for kind in INTEGERS if kind != "uint8"),
     *((np.ones((COUNT, 4), kind), ".*Leave out the opacity") for kind in (float, "uint8")),

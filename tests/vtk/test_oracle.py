@@ -1,4 +1,4 @@
-"""VTK's shader, run per vertex, against the evaluator in VTK's convention, which `tests/oracle.py` judges."""
+"""VTK's shader, run per vertex, against the evaluator in VTK's convention, which `tests/oracle.py` checks."""
 
 import math
 import os
@@ -33,7 +33,7 @@ BOUND = 16.0 * SHINY.shininess * 2.0**-24 + 1e-6
 
 
 def cloud(seed=1, count=4000):
-    """Points in a box of size 2 with unit normals in all directions."""
+    """Return points in a box of size 2 with unit normals in all directions."""
     rng = np.random.default_rng(seed)
     normals = rng.normal(size=(count, 3))
     mesh = pv.PolyData(rng.uniform(-1.0, 1.0, (count, 3)))
@@ -45,11 +45,11 @@ def shaded(lights, *, mesh=None, material=SHINY, viewer=VIEWER, matrix=None):
     return vtk_shade(cloud() if mesh is None else mesh, lights, material, viewer, matrix=matrix)
 
 
-# --- against the evaluator; scenes, frames and matrices of all kinds are held against it in `validate`'s tests ---
+# --- against the evaluator; `validate`'s tests cover scenes, frames and matrices of all kinds ---
 
 
 def with_values(thing, **values):
-    """A light or camera of VTK's with some of its values set: `ConeAngle` by `SetConeAngle`, and so on."""
+    """Set values of a VTK light or camera by name, such as `ConeAngle` with `SetConeAngle`."""
     for name, value in values.items():
         getattr(thing, f"Set{name}")(value)
     return thing
@@ -84,7 +84,7 @@ KINDS = (SUN, HEADLIGHT, DirectionalLight(frame="camera"), BULB)
 @pytest.mark.parametrize("on", list(product((True, False), repeat=2)))
 @pytest.mark.parametrize("kinds", list(product(KINDS, repeat=2)))
 def test_the_tier_is_the_one_that_vtk_draws(kinds, on):
-    """Read off a vertex that faces away, under a diffuse of 1e6: the first tier has a floor, no light full diffuse."""
+    """Detected at a vertex that faces away, with a diffuse of 1e6: tier 1 has a floor, unlit has full diffuse."""
     mesh = pv.PolyData([[0.0, 0.0, 0.0]])
     mesh.point_data.active_normals = [[0.0, 0.0, -1.0]]
     lights = [replace(light, on=shines, diffuse=1.0) for light, shines in zip(kinds, on, strict=True)]
@@ -172,7 +172,7 @@ def test_odd_rows_are_nan_and_leave_the_others_alone():
 def test_vertices_over_several_passes_are_the_same(monkeypatch):
     mesh, lights = cloud(count=5000), [SUN, SPOT]
     whole = shaded(lights, mesh=mesh)
-    monkeypatch.setattr(oracle, "SIDE", 32)  # 1024 vertices a pass
+    monkeypatch.setattr(oracle, "SIDE", 32)  # 1024 vertices per pass
     np.testing.assert_array_equal(shaded(lights, mesh=mesh), whole)
 
 
@@ -180,7 +180,7 @@ def test_vertices_over_several_passes_are_the_same(monkeypatch):
 
 
 def count_open(monkeypatch):
-    """The windows that are made from here on."""
+    """Count the windows that are created from now on."""
     made = []
 
     def make():
@@ -204,7 +204,7 @@ def test_the_window_is_closed_also_after_an_error(monkeypatch):
 
 
 def test_undrawn_vertices_are_noticed(monkeypatch):
-    monkeypatch.setattr(oracle, "_TO_PIXEL", "//VTK::CustomEnd::Impl\n")  # all stay where they are
+    monkeypatch.setattr(oracle, "_TO_PIXEL", "//VTK::CustomEnd::Impl\n")  # no vertex is moved to its pixel
     with pytest.raises(RuntimeError, match=r"left \d+ of 4000 vertices undrawn"):
         shaded([SUN])
 
@@ -246,7 +246,7 @@ COATED.SetCoatStrength(0.5)
         ({"lights": ["sun"]}, r"lights must be pvphong lights, pyvista.Light or vtkLight objects; got sun"),
         ({"lights": [SpotLight(exponent=130.0)]}, r"exponent must be at most 128 in VTK; got 130\.0"),
         ({"material": 0.5}, r"property_or_material must be a Material, .*; got 0\.5"),
-        ({"material": Material(emission=0.1)}, r"emission must be 0 in VTK; got 0\.1.* ambient is the same"),
+        ({"material": Material(emission=0.1)}, r"emission must be 0 in VTK; got 0\.1.* add it to ambient"),
         ({"material": Material(shininess=129.0)}, r"shininess must be at most 128 in VTK; got 129\.0.*shininess=128"),
         ({"material": COATED}, r"prop\.coat_strength must be 0\.0 with pbr=True; got 0\.5"),
         ({"material": Material(reflectance=GGX(0.5))}, r"reflectance must be None or PBR in VTK; got GGX"),

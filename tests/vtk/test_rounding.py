@@ -1,4 +1,4 @@
-"""Which vertices are left open: those whose colour float32 decides, and no others."""
+"""Vertices that are left open: exactly those whose colour float32 decides."""
 
 import math
 from dataclasses import replace
@@ -23,7 +23,7 @@ TOLERANCE = 16.0 * 4.0 * 2.0**-24 + 1e-6
 
 
 def found(points, normals, lights, *, material=SHINY, eye=EYE.position, tolerance=TOLERANCE, matrix=None, floors=True):
-    """Reason → open vertices; one place or normal may stand for all."""
+    """Return open vertices by reason; points and normals are broadcast."""
     points, normals = np.broadcast_arrays(np.atleast_2d(points).astype(float), np.atleast_2d(normals))
     normals = normals / np.linalg.norm(normals, axis=1)[:, None]
     terms = Terms(tuple(lights), material, Viewer(position=eye), vtk_tier(lights), ())
@@ -33,18 +33,18 @@ def found(points, normals, lights, *, material=SHINY, eye=EYE.position, toleranc
 
 
 def turned(count, part):
-    """Unit normals in the xz plane, from z on: part of a circle."""
+    """Return unit normals in the xz plane, a part of a circle that starts at z."""
     angle = 2.0 * np.pi * np.arange(int(count * part)) / count
     return np.stack([np.sin(angle), np.zeros(len(angle)), np.cos(angle)], axis=1)
 
 
 def mirrored(normals):
-    """Cosines between the eye and the mirrored sun, seen from the origin."""
+    """Return cosines between the eye and the mirrored sun, at the origin."""
     return (2.0 * normals[:, 2:] * normals - UP) @ np.array(EYE.position) / np.linalg.norm(EYE.position)
 
 
 GRAZING = [[1.0, 0.0, tilt] for tilt in (0.0, 1e-8, -1e-8, 1e-5, -1e-5)]
-AGAINST = (0.0, 0.0, -5.0)  # sees the light mirrored where it grazes
+AGAINST = (0.0, 0.0, -5.0)  # sees the mirrored light at grazing angles
 RIM = math.tan(math.radians(30.0)) * (1.0 + np.array([0.0, 1e-6, -1e-6, 1e-5, -1e-5, -0.5]))
 RIM = np.stack([RIM, np.zeros(6), np.zeros(6)], axis=1)
 SHEAR = np.eye(4) + np.diag([1e4, 0.0, 0.0], 1)
@@ -73,7 +73,7 @@ CASES = {
     "a headlight seen in a mirror": ([5.0, 0, 0], (-2.0, 2.0, 4.0), [HEADLIGHT],
                                      {"material": replace(MATTE, reflectance=PBR(0.0, 0.1).of(MATTE))},
                                      {"float32": [0]}),
-    # The second normal is left with 1e-4 of its components
+    # The shear cancels the second normal to 1e-4 of its components.
     "a strong shear": (ORIGIN, [[1.0, 0, 0], [1e-4, 1, 0]], [SUN, replace(SUN, direction=(1.0, 2.0, 0.0))],
                        {"matrix": SHEAR}, {"float32": [1]}),
     "a far light": (ORIGIN, UP, [PointLight(position=(0.0, 0.0, 1e19))], {}, {"float32": [0]}),
@@ -91,7 +91,7 @@ def test_what_float32_decides_is_left_open_and_nothing_else(points, normals, lig
 
 
 def test_steep_powers_of_small_cosines_are_left_open():
-    """At power 0.1, a step of 6e-8 in a cosine of 1e-3 shows as 3e-6."""
+    """At power 0.1, a step of 6e-8 in a cosine of 1e-3 changes the colour by 3e-6."""
     normals = turned(36000, 0.25)
     (reason, rows), *rest = found(ORIGIN, normals, [SUN], material=FLAT, tolerance=1e-6).items()
     assert (reason, rest) == ("float32", [])

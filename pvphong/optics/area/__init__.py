@@ -1,6 +1,6 @@
-"""Integrals over what is seen of a light with a size, and of light all around, each as one formula.
+"""Integrals over the visible part of an area light and over environments, each as one formula.
 
-Read `lobes` first: powers of a cosine over a region of the unit sphere as integrals along its boundary. `polygon` and
-`disk` (a sphere is one too, to the eye) follow it along sides and rims; `harmonics` is a sky in bands. `sampling`
-chooses points of lights for rays.
+Read `lobes` first: powers of a cosine over a region of the unit sphere, as integrals along its boundary. `polygon` and
+`disk` integrate along sides and rims; a sphere is seen as a disk. `harmonics` expands a sky in bands. `sampling`
+chooses points on lights for rays.
 """

@@ -1,12 +1,13 @@
-"""Integrals over a disk that is seen, and over a sphere, which is seen as the disk across its nearer cap.
+"""Integrals over the visible part of a disk, and of a sphere, which is seen as the disk across its nearer cap.
 
 The rim x(δ) = m + r (cos δ u + sin δ t), with u the direction upward in the disk's plane and t = e × u, is above the
-horizon for |δ| <= β. Along it |x|² has one harmonic, so that ∫ n·(x × x')/|x|² dδ, which gives Lambert's cosine, is
-elementary, whole or cut off; whole, it is Hamilton and Morgan's (1952). For other powers the boundary integral of
-`lobes` is taken over pieces of the rim, short against a lobe's width, and back along the horizon.
+horizon for |δ| <= β. Along it |x|² has a single harmonic. So ∫ n·(x × x')/|x|² dδ, which gives Lambert's cosine, is
+elementary, whether the horizon cuts the disk or not; for a whole disk it is Hamilton and Morgan's formula (1952). For
+other powers, the boundary integral of `lobes` follows pieces of the rim that are short compared with a lobe's width,
+and returns along the horizon.
 
-Symbols: m the vector to the middle, e the axis with e·m > 0, r the radius; n the normal of the horizon. In integrals u
-is a unit direction and du its solid angle. All lengths are first divided by a power of two that is next to the light's
+Symbols: m the vector to the centre, e the axis with e·m > 0, r the radius; n the normal of the horizon. In integrals u
+is a unit direction and du its solid angle. All lengths are first divided by a power of two close to the light's
 distance or its size.
 """
 
@@ -50,18 +51,18 @@ from pvphong.optics.area.lobes import (
 )
 from pvphong.optics.area.polygon import is_glowing, scaled
 
-# What formulas read of a disk: the normal of its front, 1 if its back glows too, its radius.
+# Layout of a disk's numbers: the normal of its front, 1 if its back emits too, its radius.
 RADIUS = 4
-# The rim is in so many pieces at most.
+# Largest number of pieces of the rim.
 _MOST_PIECES = 2000.0
 
 
 @formula
 def _upward(n: Any, m: Any, e: Any, r: Any) -> Any:
-    """The unit vectors u and t, the angle β, and |n × e|."""
+    """Return the unit vectors u and t, the angle β, and |n × e|."""
     rise = subtract(n, times(e, dot(n, e)))
     steep = sqrt(dot(rise, rise))
-    is_level = steep < 1e-14  # then any direction across e will do
+    is_level = steep < 1e-14  # any direction across e serves as u
     is_along_x = abs(e[0]) > 0.6
     x, y = where(is_along_x, 0.0, 1.0), where(is_along_x, 1.0, 0.0)
     rise = where(is_level, x, rise[0]), where(is_level, y, rise[1]), where(is_level, 0.0, rise[2])
@@ -75,7 +76,7 @@ def _upward(n: Any, m: Any, e: Any, r: Any) -> Any:
 
 @formula
 def _rim(m: Any, u: Any, t: Any, r: Any, delta: Any) -> Any:
-    """The point x(δ) of the rim, and the derivative x'(δ)."""
+    """Return the point x(δ) of the rim, and the derivative x'(δ)."""
     ahead, aside = r * cosine(delta), r * sine(delta)
     x = m[0] + ahead * u[0] + aside * t[0], m[1] + ahead * u[1] + aside * t[1], m[2] + ahead * u[2] + aside * t[2]
     return x, (ahead * t[0] - aside * u[0], ahead * t[1] - aside * u[1], ahead * t[2] - aside * u[2])
@@ -83,7 +84,7 @@ def _rim(m: Any, u: Any, t: Any, r: Any, delta: Any) -> Any:
 
 @formula
 def _above(m: Any, u: Any, r: Any, beta: Any) -> Any:
-    """The part of a disk that is above a chord: its share of the area, and the vector to its middle."""
+    """Return the part of a disk above a chord: its share of the area, and the vector to its centroid."""
     area = beta - sine(beta) * cosine(beta)
     lift = sine(beta) * sine(beta) * sine(beta) / (1.5 * maximum(area, 1e-300))
     return area / math.pi, add(m, times(u, r * lift))
@@ -94,10 +95,10 @@ def _above(m: Any, u: Any, r: Any, beta: Any) -> Any:
 
 @formula
 def disk_irradiance(own: Any, _lobe: Any, d: Any, n: Any, _w: Any) -> Any:
-    """1/(π r²) · ∫ max(n·u, 0) du over the part above the horizon.
+    """Integrate 1/(π r²) · max(n·u, 0) du over the part above the horizon.
 
-    Whole, it is (z T + 2 H c) / ((K + S) S), with H = e·m, z = n·e, c = n·m, K = |m|² + r², S² the product of the
-    squares of the least and the greatest distance of the rim, and T = S − (|m|² − r²), where nothing cancels.
+    A whole disk gives (z T + 2 H c) / ((K + S) S), with H = e·m, z = n·e, c = n·m, K = |m|² + r², S² the product of the
+    squares of the least and the greatest distance of the rim, and T = S − (|m|² − r²), computed without cancellation.
     """
     m, scale = scaled(d, own[RADIUS])
     r = own[RADIUS] * scale
@@ -131,7 +132,7 @@ def disk_irradiance(own: Any, _lobe: Any, d: Any, n: Any, _w: Any) -> Any:
 
 @formula
 def _elementary(middle: Any, beta: Any, K: Any, M: Any, S: Any, least: Any, most: Any) -> Any:
-    """∫ of 1, cos ψ and sin ψ over K + M cos ψ from middle − β to middle + β."""
+    """Integrate 1, cos ψ and sin ψ, each divided by K + M cos ψ, from middle − β to middle + β."""
     first, last = middle - beta, middle + beta
     ratio = sqrt(least / most)
     (lag, per_m), (before, before_per_m) = _lag(last, K, M, most, ratio), _lag(first, K, M, most, ratio)
@@ -144,24 +145,24 @@ def _elementary(middle: Any, beta: Any, K: Any, M: Any, S: Any, least: Any, most
 
 @formula
 def _lag(psi: Any, K: Any, M: Any, most: Any, ratio: Any) -> Any:
-    """How far half the angle ψ is ahead of that along the rim as it is seen; and that over M."""
+    """Return ½ψ minus the half angle along the rim as seen from the vertex, and this lag divided by M."""
     half = 0.5 * psi - math.pi * nearest(psi * (0.5 / math.pi))
     ahead, aside = cosine(half), sine(half)
     lag = arctan2(2.0 * M / (most * (1.0 + ratio)) * aside * ahead, ahead * ahead + ratio * aside * aside)
     return lag, where(M > 0.0, lag / maximum(M, 1e-300), aside * ahead / K)
 
 
-# Of 1/3 − T²/5 + T⁴/7 …, highest power first: (1 − (atan T)/T) / T².
+# Coefficients of 1/3 − T²/5 + T⁴/7 … = (1 − (atan T)/T) / T², highest power first.
 _ARCTAN_REST = tuple((-1.0) ** (k + 1) / (2 * k + 1) for k in range(10, 0, -1))
 
 
 @formula
 def sphere_irradiance(own: Any, _lobe: Any, d: Any, n: Any, _w: Any) -> Any:
-    """∫ max(n·u, 0) du / (π r²) over a sphere of the radius r as it is seen (Snyder 1996).
+    """Integrate max(n·u, 0) du / (π r²) over the visible part of a sphere of radius r (Snyder 1996).
 
-    With s and C the sine and cosine of its angular radius, c the cosine between its middle and n, it is c/d² where all
-    is above the horizon. Where this cuts it, with W = √(s² − c²) and T = W/C, it is
-    (c · atan2(W, −C c) + T − (T − atan T)/s²) / (π d²): nothing of it cancels, however small the sphere.
+    With s and C the sine and cosine of its angular radius, and c the cosine between its centre and n, the result is
+    c/d² if the sphere is entirely above the horizon. If the horizon cuts it, with W = √(s² − c²) and T = W/C, it is
+    (c · atan2(W, −C c) + T − (T − atan T)/s²) / (π d²), without cancellation, however small the sphere.
     """
     m, s, C, distance, scale, is_lit = _cap(own, d, n)
     c = dot(n, m) / distance
@@ -181,7 +182,7 @@ def sphere_irradiance(own: Any, _lobe: Any, d: Any, n: Any, _w: Any) -> Any:
 
 @formula
 def _cap(own: Any, d: Any, n: Any) -> Any:
-    """Vector to it, sine and cosine of its angular radius, distance, scale; is a vertex outside, and has a normal?"""
+    """Return m, the sphere's angular sine and cosine, distance, scale; True if outside it and with a normal."""
     m, scale = scaled(d, own[0])
     r, distance = own[0] * scale, maximum(sqrt(dot(m, m)), 1e-100)
     s = minimum(r / distance, 1.0)
@@ -194,7 +195,7 @@ def _cap(own: Any, d: Any, n: Any) -> Any:
 
 @formula
 def disk_highlight(own: Any, lobe: Any, d: Any, n: Any, w: Any) -> Any:
-    """1/(π r²) · ∫ max(w·u, 0)ᵏ du over the part above the horizon."""
+    """Integrate 1/(π r²) · max(w·u, 0)ᵏ du over the part above the horizon."""
     m, scale = scaled(d, own[RADIUS])
     e = times(own, where(dot(own, m) < 0.0, -1.0, 1.0))
     r = own[RADIUS] * scale
@@ -203,7 +204,7 @@ def disk_highlight(own: Any, lobe: Any, d: Any, n: Any, w: Any) -> Any:
 
 @formula
 def sphere_highlight(own: Any, lobe: Any, d: Any, n: Any, w: Any) -> Any:
-    """∫ max(w·u, 0)ᵏ du / (π r²) over what is seen of a sphere above the horizon: a disk of radius s at distance C."""
+    """Integrate max(w·u, 0)ᵏ du / (π r²) over a sphere above the horizon: seen as a disk of radius s at distance C."""
     m, s, C, distance, scale, is_lit = _cap(own, d, n)
     l = times(m, 1.0 / distance)
     return _within_rim(lobe, w, n, times(l, C), l, s, is_lit) / (distance * distance) * scale * scale
@@ -211,9 +212,9 @@ def sphere_highlight(own: Any, lobe: Any, d: Any, n: Any, w: Any) -> Any:
 
 @formula
 def _within_rim(lobe: Any, w: Any, n: Any, m: Any, e: Any, r: Any, is_lit: Any) -> Any:
-    """1/(π r²) · ∫ max(w·u, 0)ᵏ du over the part above the horizon, 0 where it is not lit.
+    """Integrate 1/(π r²) · max(w·u, 0)ᵏ du over the part above the horizon; 0 where `is_lit` is False.
 
-    To a lobe that is much wider than the light is seen, the light is a point: the middle of what is above the horizon.
+    If the lobe is much wider than the light's angular size, the centroid of the part above the horizon replaces it.
     """
     distance = sqrt(dot(m, m))
     is_lit = is_lit & shows(lobe, w, m, distance, r)
@@ -238,13 +239,13 @@ def _within_rim(lobe: Any, w: Any, n: Any, m: Any, e: Any, r: Any, is_lit: Any) 
 
 @formula
 def _along_rim(lobe: Any, w: Any, m: Any, e: Any, u: Any, t: Any, r: Any, beta: Any, is_long: Any) -> Any:
-    """∫ (1 − max(z, 0)ᵖ) dφ along the rim in pieces, which end at the equator of w where a low power is not smooth."""
+    """Integrate (1 − max(z, 0)ᵖ) dφ along pieces of the rim, split for low powers at the equator of w."""
     over = dot(e, m)
     level = subtract(m, times(e, over))
     off = sqrt(dot(level, level)) - r
     wide = r / maximum(
         sqrt(off * off + over * over), 1e-6 * r
-    )  # next to the vertex the rim is seen in that many radians
+    )  # angle under which the vertex sees a radian of the rim, at its closest
     low, high, parts = beta, beta, 1
     if lobe[RAISED] < SMOOTH_FROM:
         ahead, aside, height = r * dot(w, u), r * dot(w, t), dot(w, m)
@@ -291,6 +292,6 @@ def _along_rim(lobe: Any, w: Any, m: Any, e: Any, u: Any, t: Any, r: Any, beta: 
 
 @formula
 def _kept(angle: Any, beta: Any) -> Any:
-    """An angle between −β and β."""
+    """Wrap an angle and clamp it to [−β, β]."""
     angle = angle - 2.0 * math.pi * nearest(angle * (0.5 / math.pi))
     return minimum(maximum(angle, -beta), beta)

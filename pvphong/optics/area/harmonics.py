@@ -1,8 +1,8 @@
-"""Spherical harmonics: an image all around in bands, what lobes make of it, and how much the other bands hold.
+"""Spherical harmonics: projection of an environment image, convolution with lobes, and bounds on omitted bands.
 
-The real harmonics Y are orthonormal; in band l there are 2l + 1. By Funk and Hecke, a function f(w·u) is a factor to
-a band: ∫ f(w·u) Y(u) du = 2π M Y(w), with M = ∫ f(t) P_l(t) dt over [−1, 1] (for Lambert's cosine: R. Ramamoorthi and
-P. Hanrahan, "An efficient representation for irradiance environment maps", 2001).
+The real harmonics Y are orthonormal; band l has 2l + 1 of them. By the Funk-Hecke theorem, convolution with f(w·u)
+scales each band: ∫ f(w·u) Y(u) du = 2π M Y(w), with M = ∫ f(t) P_l(t) dt over [−1, 1] (for Lambert's cosine: R.
+Ramamoorthi and P. Hanrahan, "An efficient representation for irradiance environment maps", 2001).
 
 Symbols: c, the image's coefficients, are those of Q(z) · ρᵐ cos mφ and sin mφ for a unit vector (x, y, z) with
 x + iy = ρ exp(iφ): Q is the factor of Y that is a polynomial in z alone.
@@ -34,9 +34,9 @@ from pvphong.base.types import Float64Array
 from pvphong.optics.area.lobes import COUNT, NODES, POWER, WINDOW, lobe_numbers
 
 BANDS = 32
-"""So many bands are kept of an image, at most."""
+"""Largest number of bands kept of an image."""
 
-# Nodes for a row of texels, beside those that its height needs.
+# Quadrature nodes per row of texels, in addition to those for the row's height.
 _NODES = 14
 
 
@@ -56,9 +56,9 @@ def _first(m: int) -> float:
 
 
 def _polynomials(z: Float64Array, start: Float64Array) -> Iterator[Float64Array]:
-    """The polynomials Q of band after band, shape (l + 1, n): for all m of the band.
+    """Yield the polynomials Q band by band, shape (l + 1, n): for all m of the band.
 
-    `start`, shape (bands, n), has the first polynomial of each m, times any factor, which all of them then have.
+    `start`, shape (bands, n), has the first polynomial of each m. A factor on it carries over to all results.
     """
     before, here = start[:0], start[:1]
     yield here
@@ -71,9 +71,9 @@ def _polynomials(z: Float64Array, start: Float64Array) -> Iterator[Float64Array]
 
 
 def projected(image: Float64Array, bands: int) -> Float64Array:
-    """Coefficients c of an image (h, w, 3), each texel one colour: (3, bands, bands, 2), [channel, l, m, cos or sin].
+    """Project an image (h, w, 3) with constant texels: coefficients (3, bands, bands, 2), [channel, l, m, cos or sin].
 
-    Exact but for rounding: along a row cosines are integrated as they are, across it by Gauss and Legendre's nodes.
+    Exact up to rounding: integration is analytic along a row, and by Gauss-Legendre quadrature across it.
     """
     height, width, _ = image.shape
     count = _NODES + 2 * bands // height
@@ -100,21 +100,21 @@ def _along(edges: Float64Array, m: int) -> tuple[Float64Array, Float64Array]:
 
 
 def energies(coefficients: Float64Array) -> Float64Array:
-    """∫ of the square of what each band adds to each channel, shape (3, bands)."""
+    """Return the energy of each band in each channel, shape (3, bands): the integral of its square."""
     return np.asarray((coefficients**2).sum(axis=(2, 3)))
 
 
-# What the formula reads of a sky: three axes, half of one over ∫ cosᵏ over a right angle, or 0 where nothing of a lobe
-# is hidden; factors of x, y and z; 1 if series are in z², 0 if in z; and how many series there are. Of each, 1 if it is
-# times z, how many steps it takes, and its first R; of each step A, B and C, and the two coefficients.
+# Layout of a sky's numbers: three axes; ½ / ∫ cosᵏ over a right angle, or 0 if the horizon does not cut the lobe off;
+# factors of x, y and z; 1 if series are in z², 0 if in z; the number of series. For each series: 1 if it is multiplied
+# by z, the number of steps, and the first R. For each step: A, B and C, and the two coefficients.
 _AXES, _PER_WHOLE, _LINEAR, _IN_SQUARES, _SERIES, _TERMS = 0, 9, 10, 13, 14, 15
 
 
 def sky_numbers(axes: Float64Array, coefficients: Float64Array, hiding: float | None) -> tuple[float, ...]:
-    """Numbers for `sky`, of coefficients (bands, bands, 2); `hiding` is the power of a lobe that the horizon cuts off.
+    """Numbers for `sky`, from coefficients (bands, bands, 2); `hiding` is the power of a lobe cut off by the horizon.
 
-    Of each m there is a series of polynomials Q in z. Where no odd band counts but the first, as in what a cosine makes
-    of an image, only every other one of them is followed: it is z or 1 times a polynomial R in z².
+    Each m has a series of polynomials Q in z. A cosine lobe leaves no odd band except the first. Then only every other
+    Q is evaluated: 1 or z times a polynomial R in z².
     """
     bands, linear = len(coefficients), (0.0, 0.0, 0.0)
     in_squares = bands > 3 and not coefficients[3::2].any()
@@ -129,7 +129,7 @@ def sky_numbers(axes: Float64Array, coefficients: Float64Array, hiding: float | 
 
 
 def _series(m: int, coefficients: Float64Array, *, in_squares: bool) -> list[float]:
-    """The numbers of one m: R_l+1 = (A t + B) R_l − C R_l−1, with t = z or z²."""
+    """Numbers of the series of one m: R_l+1 = (A t + B) R_l − C R_l−1, with t = z or z²."""
     bands = len(coefficients)
     a, b = [0.0] * bands, [0.0] * bands
     for l in range(m + 1, bands):
@@ -142,7 +142,7 @@ def _series(m: int, coefficients: Float64Array, *, in_squares: bool) -> list[flo
         if l == first:
             steps.append((0.0, 0.0, 0.0, l))
             continue
-        one, two, was = a[l - 1], a[l], a[l - 2]  # z Q_l−3 is put in terms of Q_l−2 and Q_l−4
+        one, two, was = a[l - 1], a[l], a[l - 2]  # z Q_l−3 is written in terms of Q_l−2 and Q_l−4
         less = one * b[l - 1] / was if was else 0.0
         steps.append((two * one, -two * (less + b[l]), two * one * b[l - 1] * b[l - 2], l))
     start = _first(m) * (a[first] if m % 2 and first < bands else 1.0)
@@ -155,7 +155,7 @@ def _numbers_of(steps: list[tuple[float, float, float, int]], m: int, coefficien
 
 @formula
 def sky(own: Any, lobe: Any, _d: Any, n: Any, a: Any) -> Any:
-    """The sum of harmonics in the direction a, times the part of the lobe around it that is above the horizon."""
+    """Sum of harmonics in the direction a, times the fraction of the lobe around it that is above the horizon."""
     x, y, z = dot((own[0], own[1], own[2]), a), dot((own[3], own[4], own[5]), a), dot((own[6], own[7], own[8]), a)
     t = z * z if own[_IN_SQUARES] > 0.0 else z
     total = own[_LINEAR] * x + own[_LINEAR + 1] * y + own[_LINEAR + 2] * z
@@ -188,9 +188,9 @@ def sky(own: Any, lobe: Any, _d: Any, n: Any, a: Any) -> Any:
 
 @formula
 def _up_to(lobe: Any, angle: Any) -> Any:
-    """∫ cosᵏ from 0 to an angle of at most 90°.
+    """Integrate cosᵏ from 0 to an angle of at most 90°.
 
-    Projected from its middle, a lobe max(w·u, 0)ᵏ is Student's t distribution: along a line it has this density.
+    Under a gnomonic projection, a lobe max(w·u, 0)ᵏ is Student's t distribution, with this density along a line.
     """
     half, total = 0.5 * minimum(angle, lobe[WINDOW]), 0.0 * angle
     for k in range(int(lobe[COUNT])):
@@ -200,7 +200,7 @@ def _up_to(lobe: Any, angle: Any) -> Any:
 
 
 def moments(power: float, bands: int) -> Float64Array:
-    """The factor M of each band for the function max(t, 0)ᵏ, k the power."""
+    """Return the factor M of each band for the function max(t, 0)ᵏ, k the power."""
     found = [1.0 / (power + 1.0), 1.0 / (power + 2.0)]
     for l in range(2, bands):
         found.append(found[l - 2] * (power - l + 2.0) / (power + l + 1.0))
@@ -208,6 +208,6 @@ def moments(power: float, bands: int) -> Float64Array:
 
 
 def moments_left(power: float, bands: int) -> float:
-    """√(Σ (2l + 1) M²) over the bands that are not among the first so many, by Parseval's theorem; rounded up."""
+    """Return √(Σ (2l + 1) M²) over all bands from `bands` on, by Parseval's theorem; rounded up."""
     kept = moments(power, bands)
     return math.sqrt(max(2.0 / (2.0 * power + 1.0) - float((2.0 * np.arange(bands) + 1.0) @ kept**2), 0.0) + 1e-15)

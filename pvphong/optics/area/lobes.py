@@ -5,9 +5,9 @@ real k >= 0
 
     ∫ max(z, 0)ᵏ du = 1/p · ∮ (1 − max(z, 0)ᵖ) dφ,    p = k + 1
 
-counter-clockwise around a region without −w (Arvo 1995 has it for whole k, by recurrence). Along a great circle 1 − zᵖ
-and dφ are regular where z is 1, once 1 − z² is divided out of their product; away from there zᵖ is next to 0, and what
-is left is the angle. So some Gauss-Legendre nodes where the power shows, and arc tangents elsewhere, are exact.
+counter-clockwise around a region without −w (Arvo 1995 gives a recurrence for integer k). Along a great circle, the
+product of 1 − zᵖ and dφ is regular at z = 1, once 1 − z² is divided out. Far from there zᵖ is nearly 0, and the angle
+remains. So a few Gauss-Legendre nodes within the lobe, and arc tangents elsewhere, are exact to rounding.
 """
 
 from __future__ import annotations
@@ -39,58 +39,58 @@ from pvphong.base.types import Float64Array
 
 
 class CosinePower(NamedTuple):
-    """A lobe's factor max(a·l, 0)ᵏ where n·l > 0, as integrals over a light know it."""
+    """The factor max(a·l, 0)ᵏ of a lobe, for n·l > 0, that is integrated over a light."""
 
     around: Literal["normal", "mirror"]
-    """What a is: the normal, or the direction to the viewer mirrored at it."""
+    """The vector a: the normal, or the direction to the viewer mirrored at it."""
 
     power: float
-    """The k, >= 0."""
+    """The exponent k, >= 0."""
 
 
-# What formulas read of a lobe: the k and p; the 1 − z from which on the lobe is taken as 0, the angle, and the 1 − zᵖ;
-# the angular size below which a light is a point to the lobe; half the angle on a rim that the nodes are enough for;
-# half an arc that fewer nodes are enough for, how many these are, and where they begin; how many nodes, then nodes on
-# [−1, 1] and their weights by turns.
+# Layout of a lobe's numbers: k and p; the cutoff beyond which the lobe is taken as 0, as 1 − z, as an angle, and as
+# 1 − zᵖ; the angular size below which a light is a point to the lobe; half the angle on a rim that the nodes resolve;
+# half the arc that the fewer nodes resolve, the number of these, and their index; the number of nodes; then nodes on
+# [−1, 1] alternating with their weights.
 POWER, RAISED, NOTHING, WINDOW, BEYOND, POINT, PIECE, SHORT, FEW, FEW_NODES, COUNT, NODES = range(12)
 
 SMOOTH_FROM = 8.0
-"""For a lower power p integrands are not smooth on the equator of w, and nodes crowd there."""
+"""Least smooth power p. For lower ones, integrands are not smooth on the equator of w, and nodes are denser there."""
 
 
 class _Accuracy(NamedTuple):
-    """How accurate integrals of a lobe are that is 1 at its middle."""
+    """Accuracy of the integrals of a lobe that is 1 at its middle."""
 
     nothing: float
-    """The zᵖ from which on a smooth lobe is taken as 0."""
+    """The zᵖ below which a smooth lobe is taken as 0."""
     nodes: int
-    """How many are used along an arc, where the lobe is a Gaussian cut off there."""
+    """Number of nodes along an arc, for a lobe that is a Gaussian cut off there."""
     crowded_nodes: int
-    """How many are used where they crowd."""
+    """Number of nodes for powers below `SMOOTH_FROM`."""
     piece: float
-    """Half the length of a curve that they are enough for, in lobe widths 1/√p."""
+    """Half the length of a curve that the nodes resolve, in lobe widths 1/√p."""
     point: float
     """The angular size, in lobe widths, below which a region's middle replaces it."""
     few_nodes: int
-    """How many are used along an arc of two lobe widths at most."""
+    """Number of nodes along an arc of at most two lobe widths."""
 
 
-# The same where nodes crowd, in both.
+# The zᵖ below which a lobe is taken as 0 for powers below `SMOOTH_FROM`, in both accuracies.
 _NOTHING_AT_LOW_POWERS = 1e-16
-# To some 1e-11 and, for results in float32, some 1e-7.
+# About 1e-11 and, for results in float32, about 1e-7.
 _EXACT, _ROUNDED = _Accuracy(1e-12, 32, 64, 5.0, 4e-5, 12), _Accuracy(1e-7, 12, 24, 3.0, 5e-4, 6)
 
 
 @cache
 def gauss_legendre(count: int) -> tuple[Float64Array, Float64Array]:
-    """Nodes and weights on [−1, 1]."""
+    """Return Gauss-Legendre nodes and weights on [−1, 1]."""
     nodes, weights = np.polynomial.legendre.leggauss(count)
     return nodes, weights
 
 
 @lru_cache(maxsize=128)
 def lobe_numbers(power: float, *, rounded: bool = False) -> tuple[float, ...]:
-    """What formulas read of a lobe with a power, for results in float64, or to be rounded to float32."""
+    """Return a lobe's numbers for the formulas, for results in float64, or `rounded` to float32."""
     accuracy, raised = _ROUNDED if rounded else _EXACT, power + 1.0
     is_smooth = raised >= SMOOTH_FROM
     least = accuracy.nothing if is_smooth else _NOTHING_AT_LOW_POWERS
@@ -99,7 +99,7 @@ def lobe_numbers(power: float, *, rounded: bool = False) -> tuple[float, ...]:
     if not is_smooth:
         nodes, weights = 0.5 * nodes * (3.0 - nodes * nodes), 1.5 * weights * (1.0 - nodes * nodes)
     few = np.stack(gauss_legendre(accuracy.few_nodes), axis=1)
-    piece = accuracy.piece * min(width, 0.14)  # the rest of an integrand is smooth over so much
+    piece = accuracy.piece * min(width, 0.14)  # the other factors of an integrand are smooth over this angle
     own = power, raised, nothing, math.acos(1.0 - nothing), 1.0 - least, accuracy.point * width, piece
     counts = width if is_smooth else 0.0, float(len(few)), float(NODES + 2 * len(nodes)), float(len(nodes))
     return (*own, *counts, *np.stack([nodes, weights], axis=1).ravel().tolist(), *few.ravel().tolist())
@@ -107,20 +107,20 @@ def lobe_numbers(power: float, *, rounded: bool = False) -> tuple[float, ...]:
 
 @formula
 def great_arc(lobe: Any, along: Any, across: Any, first: Any, length: Any) -> Any:
-    """∫ (1 − max(z, 0)ᵖ) dφ along arcs of great circles, counter-clockwise around their poles m.
+    """Integrate (1 − max(z, 0)ᵖ) dφ along arcs of great circles, counter-clockwise around their poles m.
 
-    At the angle y from where it is next to w, z = across · cos y and dφ = along · dy / (1 − z²), and 1 − z is
-    pole + 2 across sin² y/2, with nothing that cancels. Beyond where the lobe is taken as 0, zᵖ stays as it is there:
-    a step would be as large as the integral, where one long side of a thin light is beyond, and the other is not.
+    At the angle y from the point closest to w, z = across · cos y and dφ = along · dy / (1 − z²). 1 − z is
+    pole + 2 across sin² y/2, without cancellation. If only one long side of a thin light is beyond the lobe's cutoff, a
+    step of zᵖ there would be as large as the integral. So zᵖ is constant beyond the cutoff.
 
     Parameters
     ----------
     lobe : sequence of float
-        As `lobe_numbers` gives it.
+        From `lobe_numbers`.
     along, across
         w·m, and |w × m|.
     first, length
-        Where it starts, measured from where it is next to w, and how long it is, less than π, in radians.
+        Start of the arc, measured from the point closest to w, and its length, less than π, in radians.
     """
     middle = first + 0.5 * length
     middle = middle - 2.0 * math.pi * nearest(middle * (0.5 / math.pi))
@@ -132,7 +132,7 @@ def great_arc(lobe: Any, along: Any, across: Any, first: Any, length: Any) -> An
     window = 2.0 * arctan2(sqrt(square), sqrt(1.0 - square))
     start, stop = minimum(maximum(first, -window), window), minimum(maximum(last, -window), window)
     is_shown_all = (start <= first) & (stop >= last)
-    shown = where(is_shown_all, length, stop - start)  # ends have lost digits of short arcs
+    shown = where(is_shown_all, length, stop - start)  # the difference of the ends cancels for short arcs
     total = 0.0 * shown
     if any_of(shown > 0.0):
         center, half = 0.5 * (start + stop), 0.5 * shown
@@ -152,7 +152,7 @@ def great_arc(lobe: Any, along: Any, across: Any, first: Any, length: Any) -> An
 
 @formula
 def _by_nodes(lobe: Any, at: int, count: int, pole: Any, across: Any, center: Any, half: Any) -> Any:
-    """The mean of (1 − max(z, 0)ᵖ) / (1 − z²) over the arc, times 2, by so many nodes."""
+    """Return twice the mean of (1 − max(z, 0)ᵖ) / (1 − z²) over the arc, by `count` nodes."""
     total = 0.0 * half
     for k in range(count):
         height = sine(0.5 * (center + half * lobe[at + 2 * k]))
@@ -163,14 +163,14 @@ def _by_nodes(lobe: Any, at: int, count: int, pole: Any, across: Any, center: An
 
 @formula
 def _turn(rise: Any, first: Any, last: Any, length: Any) -> Any:
-    """∫ dφ along such an arc, for |w·m|."""
+    """Integrate dφ along an arc, for |w·m|."""
     level = rise * rise * cosine(first) * cosine(last) + sine(first) * sine(last)
     return arctan2(rise * sine(length), level)
 
 
 @formula
 def arc_between(lobe: Any, w: Any, x: Any, y: Any, side: Any) -> Any:
-    """`great_arc` between the directions of x and y = x + side."""
+    """Integrate as `great_arc` does, between the directions of x and y = x + side."""
     across = cross(x, side)
     length = sqrt(dot(across, across))
     m = times(across, 1.0 / maximum(length, 1e-300))
@@ -181,10 +181,10 @@ def arc_between(lobe: Any, w: Any, x: Any, y: Any, side: Any) -> Any:
 
 @formula
 def shows(lobe: Any, w: Any, m: Any, distance: Any, size: Any) -> Any:
-    """Whether a lobe reaches something of a size whose middle is at the offset m; it may where that is not known.
+    """True if a lobe may reach a sphere of radius `size` around the offset m.
 
-    With α the angle between w and m, β that under which the size is seen, and ω the one from which on the lobe is taken
-    as 0, it does where sin(α − β − ω) < 0.
+    With α the angle between w and m, β the angular radius of the sphere, and ω the lobe's cutoff angle, it does if
+    sin(α − β − ω) < 0. NaN, or a vertex inside the sphere, gives True.
     """
     aside, ahead = cross(w, m), dot(w, m)
     off, clear = sqrt(dot(aside, aside)), sqrt(maximum((distance - size) * (distance + size), 0.0))
@@ -195,22 +195,22 @@ def shows(lobe: Any, w: Any, m: Any, distance: Any, size: Any) -> Any:
 
 @formula
 def may_rise(n: Any, m: Any, size: Any) -> Any:
-    """Whether something of a size whose middle is at the offset m is above the horizon; it may where that is not known.
+    """True if a sphere of radius `size` around the offset m may be partly above the horizon.
 
-    It is where its size is infinite, as a sky's.
+    NaN, or an infinite size, as a sky's, gives True.
     """
     return ~(dot(n, m) <= -size)
 
 
 @formula
 def is_whole(n: Any, m: Any, size: Any) -> Any:
-    """Whether all of something of a size whose middle is at the offset m is above the horizon."""
+    """True if a sphere of radius `size` around the offset m is entirely above the horizon."""
     return dot(n, m) > size
 
 
 @formula
 def seen_as_point(lobe: Any, e: Any, w: Any, x: Any) -> Any:
-    """∫ max(w·u, 0)ᵏ du over a small flat part at the offset x, divided by its area; e is its plane's normal."""
+    """Integrate max(w·u, 0)ᵏ du over a small flat part at the offset x, divided by its area; e is its normal."""
     square = dot(x, x)
     inverse = 1.0 / sqrt(maximum(square, 1e-300))
     gap = subtract(times(x, inverse), w)
@@ -219,5 +219,5 @@ def seen_as_point(lobe: Any, e: Any, w: Any, x: Any) -> Any:
 
 @formula
 def whole(turned: Any) -> Any:
-    """The integral around a region from those along its arcs: if −w is inside, a turn is missing."""
+    """Return the integral around a region from the sum along its arcs; a full turn is added if −w is inside."""
     return maximum(where(turned < -1.0, turned + 2.0 * math.pi, turned), 0.0)

@@ -1,13 +1,13 @@
-"""Integrals over a polygon that is seen: Lambert's formula (1760) and Green's theorem, side by side.
+"""Integrals over the visible part of a polygon, as sums over its sides: Lambert's formula (1760) and Green's theorem.
 
-Each side of the polygon is clipped at the horizon; the outline is closed along the horizon through one point r, so any
-number of crossings is closed, and what is below cancels.
+Each side of the polygon is clipped at the horizon. The outline is closed along the horizon through one point r, for any
+number of crossings, so the part below the horizon cancels.
 
-Arguments of the two integrals are those of `Integral.formula` in `pvphong.optics.light`.
+The two integrals take the arguments of `Integral.formula` in `pvphong.optics.light`.
 
 Symbols: m the vector to the polygon's middle, e the normal of its front; n the normal of the horizon; u a unit
-direction, du its solid angle. Corners are offsets from the middle. All lengths are first divided by a power of two that
-is next to the light's distance or its size.
+direction, du its solid angle. Corners are offsets from the middle. All lengths are first divided by a power of two
+close to the light's distance or its size.
 """
 
 from __future__ import annotations
@@ -32,11 +32,11 @@ from pvphong.base.formulas import (
 )
 from pvphong.optics.area.lobes import POINT, RAISED, arc_between, seen_as_point, shows, whole
 
-# What formulas read of a polygon: e, 1 if its back glows too, the root of its area, the length of its longest offset,
-# how many corners it has, and their offsets.
+# Layout of a polygon's numbers: e, 1 if its back emits too, the root of its area, the length of its longest offset, the
+# number of corners, and their offsets.
 TWO_SIDED, ROOT, SIZE, COUNT, OFFSETS = range(3, 8)
 
-# Of (arcsin(√q)/√q − 1)/q for q up to ½, highest power first: from `mpmath.chebyfit`, to 2e-16.
+# Coefficients of (arcsin(√q)/√q − 1)/q for q up to ½, highest power first: from `mpmath.chebyfit`, to 2e-16.
 _ARCSINE = (
     0.6629475548369097, -2.277990489441633, 3.7316474816315224, -3.7415993002001366, 2.573508064401593,
     -1.258681300394588, 0.46581061083892006, -0.1174784139555458, 0.033823977477227554, 0.0058919623838489124,
@@ -47,14 +47,14 @@ _ARCSINE = (
 
 @formula
 def _offset(own: Any, k: Any, scale: Any) -> Any:
-    """The offset of the corner k; of the last one for −1."""
+    """Return the offset of the corner k; k = −1 is the last one."""
     at = OFFSETS + 3 * (k if k >= 0 else int(own[COUNT]) - 1)
     return own[at] * scale, own[at + 1] * scale, own[at + 2] * scale
 
 
 @formula
 def scaled(d: Any, size: float) -> Any:
-    """A vector over a power of two, and one over that power; NaN, with which nothing is lit, if it is not finite."""
+    """Divide a vector by a power of two; return it and the factor. If it is not finite, NaN, so that it is unlit."""
     far = maximum(maximum(abs(d[0]), abs(d[1])), maximum(abs(d[2]), size))
     scale = where(far < math.inf, over_its_size(far), math.nan)
     return times(d, scale), scale
@@ -62,21 +62,21 @@ def scaled(d: Any, size: float) -> Any:
 
 @formula
 def is_glowing(own: Any, m: Any, n: Any, size: Any) -> Any:
-    """Whether a side of a flat light that glows is seen: there is a normal, and not all is below its horizon."""
+    """True where an emitting side of a flat light is visible: there is a normal, and part is above its horizon."""
     behind = dot(own, m)
     return ((behind < 0.0) | (behind * own[TWO_SIDED] > 0.0)) & (dot(n, n) > 0.5) & (dot(n, m) > -size)
 
 
 @formula
 def _horizon(own: Any, m: Any, n: Any) -> Any:
-    """Offset of r, the point next to the middle on the horizon's line in the polygon's plane."""
+    """Return the offset of r, the point of the horizon in the polygon's plane that is closest to the middle."""
     rise = subtract(n, times(own, dot(own, n)))
     return times(rise, -dot(n, m) / maximum(dot(rise, rise), 1e-300))
 
 
 @formula
 def _side(own: Any, scale: Any, n: Any, height: Any, r: Any, is_lit: Any, k: Any) -> Any:
-    """Ends of side k's part above the horizon, ends of the line that closes it there; 2 if there is one, else 1."""
+    """Return the ends of side k's part above the horizon, the ends of its closing line, and the number of both."""
     a, b = _offset(own, k - 1, scale), _offset(own, k, scale)
     height_a, height_b = height + dot(n, a), height + dot(n, b)
     start, stop, closing_start, closing_stop, pieces = a, b, a, a, 1
@@ -99,12 +99,11 @@ def _choose(condition: Any, a: Any, b: Any) -> Any:
 
 @formula
 def polygon_irradiance(own: Any, _lobe: Any, d: Any, n: Any, _a: Any) -> Any:
-    """The irradiance from a polygon of intensity 1: 1/area · ∫ max(n·u, 0) du over the part above the horizon.
+    """Irradiance from a polygon of intensity 1: 1/area · ∫ max(n·u, 0) du over the part above the horizon.
 
-    It is ½ |Σ f n·Γ|, with Γ = x × y for the ends of a side and f = θ/|Γ|, θ the angle under which it is seen. The sum
-    of the Γ is twice the vector area, α e, whatever m is; so a common value F, close to every f, is subtracted, which
-    gives ½ |F α n·e + Σ (f − F) n·Γ|, with f − F = (θ/sin θ − 1)/|x||y| + 1/|x||y| − F by differences of squares, so
-    that nothing cancels, however far away.
+    It is ½ |Σ f n·Γ|, with Γ = x × y for the ends of a side and f = θ/|Γ|, θ its angular length. Far away, this sum
+    cancels. The sum of the Γ is twice the vector area, α e, for any m. So a common value F, close to every f, is
+    subtracted: ½ |F α n·e + Σ (f − F) n·Γ|, with f − F = (θ/sin θ − 1)/|x||y| + 1/|x||y| − F by differences of squares.
     """
     m, scale = scaled(d, own[SIZE])
     size, root = own[SIZE] * scale, own[ROOT] * scale
@@ -135,7 +134,7 @@ def polygon_irradiance(own: Any, _lobe: Any, d: Any, n: Any, _a: Any) -> Any:
 
 @formula
 def angle_over_sine(square: Any, cosine: Any) -> Any:
-    """θ/sin θ − 1 from sin² θ and cos θ: up to 45° by a polynomial, as two whose chains are short and are unrolled."""
+    """Return θ/sin θ − 1 from sin² θ and cos θ: up to 45° by a polynomial, split in two to shorten its chain."""
     fourth = square * square
     found = square * (square * horner(fourth, _ARCSINE[::2]) + horner(fourth, _ARCSINE[1::2]))
     is_wide = (square > 0.5) | (cosine < 0.0)
@@ -147,9 +146,9 @@ def angle_over_sine(square: Any, cosine: Any) -> Any:
 
 @formula
 def polygon_highlight(own: Any, lobe: Any, d: Any, n: Any, w: Any) -> Any:
-    """1/area · ∫ max(w·u, 0)ᵏ du over the part above the horizon, along its sides.
+    """Integrate 1/area · max(w·u, 0)ᵏ du over the part above the horizon, along its sides.
 
-    To a lobe that is much wider than the light is seen, the light is a point: the middle of what is above the horizon.
+    If the lobe is much wider than the light's angular size, the centroid of the part above the horizon replaces it.
     """
     m, scale = scaled(d, own[SIZE])
     size, distance = own[SIZE] * scale, sqrt(dot(m, m))

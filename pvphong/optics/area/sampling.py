@@ -1,19 +1,19 @@
-"""Points of lights with a size, and directions to the sky, chosen for rays: formulas of two numbers u and v in [0, 1).
+"""Importance sampling of area lights and skies: formulas of two numbers u and v in [0, 1).
 
-Each light has three. `frame` is computed once for a vertex, in float64, from the light's numbers, the point p where
-rays begin and the unit normal n (zero where there is none). It gives the length that goes with a share of 1, the factor
-that makes a mean of weights a colour, and what the others need. `sample` is computed for each ray, in float32, of
-that: the unit vector to a point of the light, how far that is as a share, and its weight: what arrives from there of a
-white surface's colour, over the density with which such points are chosen.
+Each light has three formulas. `frame` runs once per vertex, in float64. It reads the light's numbers, the origin p of
+the rays and the unit normal n (zero where there is none). It returns the reach, which is the unit of the distances
+below, the factor that turns a mean of weights into a colour, and the values that the other two need. `sample` runs once
+per ray, in float32. It returns the unit vector to a point of the light, the distance as a share of the reach, and the
+weight: the contribution to a white surface's colour, divided by the density of such points.
 
-Where the density is nearly in proportion to what arrives, weights are nearly equal, and what is left to chance is what
-is hidden. Maps from the square are continuous, so that points which are spread evenly remain so.
+If the density is nearly proportional to the contribution, the weights are nearly equal, and visibility is the main
+source of noise. The maps from the square are continuous, so well-distributed points stay well distributed.
 
-`seen` is the inverse of `sample`, for rays that find a light by chance: of a unit vector it gives how far the light is,
-as a share, and the density of solid angle with which `sample` chooses it; 0 where nothing is seen of the light. Only
-NumPy runs it.
+`seen` is the inverse of `sample`, for rays that hit a light by chance. For a unit vector it returns the distance to the
+light as a share of the reach, and the density per solid angle with which `sample` chooses it, 0 where the ray misses
+the light. It runs only in NumPy.
 
-At the end are directions of the light that a highlight reflects (`Directions`).
+`Directions`, at the end, samples the directions of light that a highlight reflects.
 """
 
 from __future__ import annotations
@@ -51,22 +51,22 @@ from pvphong.base.types import Float64Array, FloatArray
 
 
 class Sampling(NamedTuple):
-    """How rays to a light with a size, of intensity 1, are chosen."""
+    """Importance sampling of an area light of intensity 1."""
 
     frame: Callable[..., Any]
-    """Formula of numbers, p and n, as above."""
+    """Formula of `numbers`, p and n, as above."""
 
     sample: Callable[..., Any]
-    """Formula of numbers, of what `frame` gives but for its first two, of u and v."""
+    """Formula of `numbers`, the results of `frame` from the third on, u and v."""
 
     seen: Callable[..., Any]
-    """Formula of numbers, of what `frame` gives but for its first two, of a unit vector."""
+    """Formula of `numbers`, the results of `frame` from the third on, and a unit vector."""
 
     numbers: Sequence[float] | Float64Array
-    """What the formulas read by index."""
+    """Numbers of the light, which the formulas read by index."""
 
 
-# Of a light's size: what is beyond its edge by so little is still seen, for directions are rounded.
+# Tolerance at a light's edge, relative to its size: directions are rounded.
 _SLACK = 1e-6
 
 # --- common formulas
@@ -74,21 +74,21 @@ _SLACK = 1e-6
 
 @formula
 def _polynomial(q: Any, coefficients: Any) -> Any:
-    """Coefficients highest power first."""
+    """Evaluate a polynomial, coefficients highest power first."""
     total = like(q, coefficients[0])
     for k in range(1, len(coefficients)):
         total = multiply_add(total, q, like(q, coefficients[k]))
     return total
 
 
-# Taylor's, of cos(πt/4) and of sin(πt/4)/t in powers of t² for |t| <= 1: the rest is less than 3e-8 and 2e-9.
+# Taylor series of cos(πt/4) and of sin(πt/4)/t in powers of t² for |t| <= 1. Errors are below 3e-8 and 2e-9.
 _COSINE = tuple((-1) ** k * (math.pi / 4) ** (2 * k) / math.factorial(2 * k) for k in range(4, -1, -1))
 _SINE = tuple((-1) ** k * (math.pi / 4) ** (2 * k + 1) / math.factorial(2 * k + 1) for k in range(4, -1, -1))
 
 
 @formula
 def on_disk(u: Any, v: Any) -> Any:
-    """A point of the unit disk, squares becoming rings of the same share of the area.
+    """Map the unit square to the unit disk: concentric squares become rings of the same share of the area.
 
     Source: P. Shirley and K. Chiu, "A low distortion map between disk and square" (1997).
     """
@@ -102,7 +102,7 @@ def on_disk(u: Any, v: Any) -> Any:
 
 @formula
 def length_and_direction(d: Any) -> Any:
-    """Of a vector of any length; of a zero vector 0, and the z axis."""
+    """Return a vector's length and direction; for a zero vector, 0 and the z axis."""
     largest = maximum(maximum(maximum(d[0], -d[0]), maximum(d[1], -d[1])), maximum(d[2], -d[2]))
     is_zero = largest == 0.0
     over = 1.0 / where(is_zero, 1.0, largest)
@@ -113,7 +113,7 @@ def length_and_direction(d: Any) -> Any:
 
 @formula
 def _across(w: Any) -> Any:
-    """Two unit vectors across a unit vector (T. Duff et al., "Building an orthonormal basis, revisited", 2017)."""
+    """Complete a unit vector to a basis (T. Duff et al., "Building an orthonormal basis, revisited", 2017)."""
     sign = where(w[2] < 0.0, -1.0, 1.0)
     a = -1.0 / (sign + w[2])
     b = w[0] * w[1] * a
@@ -135,10 +135,11 @@ def _combined(x: Any, a: Any, y: Any, b: Any, z: Any, c: Any) -> Any:
 
 @formula
 def sphere_frame(numbers: Any, p: Any, n: Any) -> Any:
-    """Numbers: place and radius. From inside, the sphere is all around.
+    """Frame of a sphere. Numbers: centre and radius. From inside, the sphere fills all directions.
 
-    For the sample: 0 to 8 the unit vector to the middle and two across it, 9 to 11 their cosines with the normal, 12
-    what the cone's cosine lacks of 1, 13 which way the ray leaves, 14 the distance to the middle as a share.
+    Values for `sample`: 0 to 8 the unit vector to the centre and two unit vectors across it; 9 to 11 their cosines with
+    the normal; 12 one minus the cone's cosine; 13 the sign of the ray's root, 1 from inside, else −1; 14 the distance
+    to the centre as a share.
     """
     distance, w = length_and_direction((numbers[0] - p[0], numbers[1] - p[1], numbers[2] - p[2]))
     radius = numbers[3]
@@ -153,7 +154,7 @@ def sphere_frame(numbers: Any, p: Any, n: Any) -> Any:
 
 @formula
 def sphere_sample(_numbers: Any, frame: Any, u: Any, v: Any) -> Any:
-    """The share is of the distance to the middle, where the ray enters the sphere; from inside of the radius."""
+    """Sample a sphere where rays enter it. The reach is the distance to its centre; from inside, its radius."""
     less, side, to_middle = frame[12], frame[13], frame[14]
     x, y = on_disk(u, v)
     inner = minimum(x * x + y * y, ONE)
@@ -162,13 +163,13 @@ def sphere_sample(_numbers: Any, frame: Any, u: Any, v: Any) -> Any:
     x, y, along = x * across, y * across, ONE - t
     direction = _combined(along, frame[0:3], x, frame[3:6], y, frame[6:9])
     weight = multiply_add(y, frame[11], multiply_add(x, frame[10], along * frame[9]))
-    # the squared radius less that of the ray's distance from the middle; at the edge of the cone no digits cancel
+    # squared radius minus the ray's squared distance from the centre, without cancellation at the edge of the cone
     apart = where(side < ZERO, less * (ONE - inner) * (TWO - less - t), ONE - to_middle * to_middle * t * (TWO - t))
     return direction, to_middle * along + side * sqrt(maximum(apart, ZERO)), maximum(weight, ZERO)
 
 
 def sphere_seen(_numbers: Any, frame: Any, d: Any) -> Any:
-    """Where a ray enters the sphere; from inside it shows nothing."""
+    """Find where a ray enters the sphere; from inside, the sphere emits nothing."""
     less, off = frame[12], subtract(d, frame[0:3])
     t = HALF * dot(off, off)  # 1 − cos of the ray's angle off the middle
     apart = (less - t) * (TWO - less - t)
@@ -177,22 +178,22 @@ def sphere_seen(_numbers: Any, frame: Any, d: Any) -> Any:
     return share, where(is_met, 1.0 / (2.0 * math.pi * less), 0.0)
 
 
-# --- flat lights: points on them, nearly as dense as what arrives from there
+# --- flat lights: points on them, with a density close to their contribution
 
-# What a corner counts for at least, of what it would if the vertex faced it.
+# Least weight of a corner, relative to its weight if the vertex faced it.
 _LEAST_CORNER = 2.0**-5
-# A vertex is not taken to be nearer to the plane of a light, in units of the light's size and its distance.
+# Least height of a vertex above the light's plane, as a share of the reach.
 _LEAST_HEIGHT = 2.0**-10
-# From nearer than that, in units of its radius, points of a disk are chosen as those of a square around it.
+# Below this height, in units of the radius, a disk is sampled as the square around it.
 _NEAR_DISK = 0.5
 
 
 @formula
 def _slope(side: Any, foot: Any, height: Any) -> Any:
-    """How points along a side of half that length are chosen for a vertex whose foot is so far from the middle.
+    """Prepare sampling along a side, uniformly by angle: with a density that falls as 1/(s² + h²).
 
-    With a density that falls as 1/(s² + h²), s the distance from the foot and h the height: evenly by angle. It gives
-    the middle angle's cosine and sine, half the range of angles, the foot, and a factor of the density.
+    The foot is the vertex projected onto the side, measured from its middle; s is the distance from the foot, h the
+    height. Returns the middle angle's cosine and sine, half the range of angles, the foot, and a factor of the density.
     """
     low, high = arctan2(-side - foot, height), arctan2(side - foot, height)
     middle, half = 0.5 * (low + high), 0.5 * (high - low)
@@ -201,20 +202,21 @@ def _slope(side: Any, foot: Any, height: Any) -> Any:
 
 @formula
 def _corner(c: Any, n: Any, height: Any) -> Any:
-    """What arrives from a point at the offset c but for a factor, over 1/h² and the density that falls with 1/h²."""
+    """Return the contribution of a corner at the offset c, up to a factor, divided by the density along both sides."""
     square = dot(c, c)
     return maximum(dot(n, c), _LEAST_CORNER * sqrt(square)) / maximum(square * square, 1e-30) * height
 
 
 @formula
 def flat_frame(numbers: Any, p: Any, n: Any) -> Any:
-    """Numbers: place, normal, two half sides, both as vectors, 1 if it has two sides, and where its corners are.
+    """Frame of a flat light. Numbers: centre, normal, two half sides as vectors, 1 if two-sided, corner position.
 
-    The last is their share of the half sides: 1 for a rectangle, √½ for a disk.
+    The corner position is a share of the half sides: 1 for a rectangle, √½ for a disk.
 
-    For the sample, lengths as shares of the reach: 0 to 2 the light's middle from the vertex, 3 to 8 unit vectors along
-    its sides, 9 to 11 the vertex's normal, 12 how high it is above the shown side, 13 to 16 weights of the corners, 17
-    to 21 and 22 to 26 what `_slope` gives for each side, 27 and 28 the half sides, 29 the height that counts.
+    Values for `sample`, lengths as shares of the reach: 0 to 2 the offset from the vertex to the light's centre; 3 to 8
+    unit vectors along its sides; 9 to 11 the vertex's normal; 12 its height above the glowing side; 13 to 16 weights of
+    the corners; 17 to 21 and 22 to 26 the results of `_slope` for each side; 27 and 28 the half sides; 29 the height,
+    at least `_LEAST_HEIGHT`.
     """
     normal = numbers[3], numbers[4], numbers[5]
     sides = (numbers[6], numbers[7], numbers[8]), (numbers[9], numbers[10], numbers[11])
@@ -246,19 +248,19 @@ def flat_frame(numbers: Any, p: Any, n: Any) -> Any:
 
 @formula
 def _along(u: Any, a: Any, b: Any) -> Any:
-    """A number in [0, 1] whose density rises in a line from a to b, of one that is evenly distributed."""
+    """Map a uniform number to one in [0, 1] whose density is linear from a to b."""
     root = sqrt(multiply_add(u, b * b - a * a, a * a))
     return minimum(u * (a + b) / (a + root), ONE)
 
 
-# Taylor's, of cos δ and sin δ / δ in powers of δ² for |δ| <= π/2: the rest is less than 5e-7 and 6e-8.
+# Taylor series of cos δ and sin δ / δ in powers of δ² for |δ| <= π/2. Errors are below 5e-7 and 6e-8.
 _COSINE_TO_90 = tuple((-1) ** k / math.factorial(2 * k) for k in range(5, -1, -1))
 _SINE_TO_90 = tuple((-1) ** k / math.factorial(2 * k + 1) for k in range(5, -1, -1))
 
 
 @formula
 def _on_side(u: Any, slope: Any, side: Any, height: Any) -> Any:
-    """Where on a side, as an offset from its middle, and with what density, as `_slope` has it."""
+    """Return a point on a side, as an offset from its middle, and its density, from the values of `_slope`."""
     delta = (TWO * u - ONE) * slope[2]
     c, s = _polynomial(delta * delta, _COSINE_TO_90), delta * _polynomial(delta * delta, _SINE_TO_90)
     tangent = (slope[1] * c + slope[0] * s) / maximum(slope[0] * c - slope[1] * s, like(u, 1e-6))
@@ -269,7 +271,7 @@ def _on_side(u: Any, slope: Any, side: Any, height: Any) -> Any:
 
 @formula
 def _warped(u: Any, v: Any, corners: Any) -> Any:
-    """U and v moved to have a density that is bilinear in the square, given at its four corners, and that density.
+    """Warp u and v to a density that is bilinear in the square, given at its corners; return them and the density.
 
     Source: D. Hart et al., "Practical product sampling by fitting and composing warps" (2020), 4.1.
     """
@@ -281,7 +283,7 @@ def _warped(u: Any, v: Any, corners: Any) -> Any:
 
 @formula
 def _on_rectangle(frame: Any, u: Any, v: Any) -> Any:
-    """Offsets from the middle along both sides, and their density."""
+    """Sample a rectangle: offsets from its middle along both sides, and their density."""
     x, y, density = _warped(u, v, frame[13:17])
     x, first = _on_side(x, frame[17:22], frame[27], frame[29])
     y, second = _on_side(y, frame[22:27], frame[28], frame[29])
@@ -290,7 +292,7 @@ def _on_rectangle(frame: Any, u: Any, v: Any) -> Any:
 
 @formula
 def _from_flat(frame: Any, x: Any, y: Any, over_density: Any) -> Any:
-    """What arrives from the point of a flat light at offsets from its middle, times one over its density."""
+    """Return the direction, distance and weight of the point of a flat light at offsets from its middle."""
     c = _combined(ONE, frame[0:3], x, frame[3:6], y, frame[6:9])
     square = dot(c, c)
     length = sqrt(square)
@@ -301,14 +303,14 @@ def _from_flat(frame: Any, x: Any, y: Any, over_density: Any) -> Any:
 
 @formula
 def rectangle_sample(_numbers: Any, frame: Any, u: Any, v: Any) -> Any:
-    """Points of a rectangle."""
+    """Sample a rectangle."""
     x, y, density = _on_rectangle(frame, u, v)
     return _from_flat(frame, x, y, ONE / density)
 
 
 @formula
 def disk_sample(_numbers: Any, frame: Any, u: Any, v: Any) -> Any:
-    """Points of a disk; from near, those of a square around it, of which none counts that is outside."""
+    """Sample a disk; from near, the square around it, with weight 0 for points outside the disk."""
     radius = frame[27]
     x, y, density = _warped(u, v, frame[13:17])
     x, y = on_disk(x, y)
@@ -321,10 +323,10 @@ def disk_sample(_numbers: Any, frame: Any, u: Any, v: Any) -> Any:
 
 
 def _on_plane(numbers: Any, frame: Any, d: Any) -> Any:
-    """Where a ray meets the plane of a flat light that shows there.
+    """Intersect a ray with the plane of a flat light.
 
-    It gives offsets from the light's middle along its sides; how far away that is; and what a density of points on the
-    plane is multiplied by to become one of solid angle, 0 where nothing is met.
+    Returns offsets from the light's middle along its sides, the distance, and the factor from density per area to
+    density per solid angle, 0 where the ray misses the plane or the vertex is behind the light.
     """
     normal, c = (numbers[3], numbers[4], numbers[5]), frame[0:3]
     along = dot(normal, d)
@@ -335,28 +337,28 @@ def _on_plane(numbers: Any, frame: Any, d: Any) -> Any:
 
 
 def _of_side(x: Any, slope: Any, height: Any) -> Any:
-    """The inverse of `_on_side`: the number that gives an offset, and the density there."""
+    """Invert `_on_side`: return the number that gives an offset, and the density there."""
     off = x - slope[3]
     delta = arctan2(off, height) - arctan2(slope[1], slope[0])
     return HALF + HALF * delta / slope[2], slope[4] / (height * height + off * off)
 
 
 def _warped_density(u: Any, v: Any, corners: Any) -> Any:
-    """The density that `_warped` gives points."""
+    """Return the density that `_warped` gives points."""
     u, v = minimum(maximum(u, ZERO), ONE), minimum(maximum(v, ZERO), ONE)
     left, right = corners[0] + v * (corners[2] - corners[0]), corners[1] + v * (corners[3] - corners[1])
     return left + u * (right - left)
 
 
 def _rectangle_density(frame: Any, x: Any, y: Any) -> Any:
-    """With which `_on_rectangle` chooses points, over that of points spread evenly."""
+    """Return the density with which `_on_rectangle` chooses points, relative to uniform sampling."""
     u, first = _of_side(x, frame[17:22], frame[29])
     v, second = _of_side(y, frame[22:27], frame[29])
     return _warped_density(u, v, frame[13:17]) * (first * second)
 
 
 def rectangle_seen(numbers: Any, frame: Any, d: Any) -> Any:
-    """Where a ray meets a rectangle."""
+    """Find where a ray meets a rectangle."""
     x, y, far, factor = _on_plane(numbers, frame, d)
     first, second = frame[27], frame[28]
     is_met = (abs(x) <= first * (ONE + _SLACK)) & (abs(y) <= second * (ONE + _SLACK))
@@ -364,7 +366,7 @@ def rectangle_seen(numbers: Any, frame: Any, d: Any) -> Any:
 
 
 def disk_seen(numbers: Any, frame: Any, d: Any) -> Any:
-    """Where a ray meets a disk."""
+    """Find where a ray meets a disk."""
     x, y, far, factor = _on_plane(numbers, frame, d)
     radius = frame[27]
     distance = sqrt(x * x + y * y) / radius
@@ -378,14 +380,14 @@ def disk_seen(numbers: Any, frame: Any, d: Any) -> Any:
     return far, where(distance <= ONE + _SLACK, density * factor / (radius * radius), ZERO)
 
 
-# Where the triangles of a polygon begin: their number, and of each the share of the area up to its end and of itself,
-# and three corners less the first but for the first itself, as shares of the half sides.
+# Index of a polygon's triangles in its numbers: their count; then for each the cumulative share of the area, its own
+# share, its first corner, and the offsets of the other two from it, in units of the half sides.
 TRIANGLES = 14
 
 
 @formula
 def polygon_sample(numbers: Any, frame: Any, u: Any, v: Any) -> Any:
-    """Points of a polygon, evenly, triangle after triangle."""
+    """Sample a polygon uniformly, triangle by triangle."""
     which = index(ZERO * u)
     for k in range(int(numbers[TRIANGLES]) - 1):
         which = which + where(u >= numbers[TRIANGLES + 1 + 8 * k], 1, 0)
@@ -398,7 +400,7 @@ def polygon_sample(numbers: Any, frame: Any, u: Any, v: Any) -> Any:
 
 
 def polygon_seen(numbers: Any, frame: Any, d: Any) -> Any:
-    """Where a ray meets a polygon, in any of its triangles."""
+    """Find where a ray meets a polygon, in any of its triangles."""
     x, y, far, factor = _on_plane(numbers, frame, d)
     x, y, is_met = x / frame[27], y / frame[28], x != x
     for k in range(int(numbers[TRIANGLES])):
@@ -415,9 +417,9 @@ def polygon_seen(numbers: Any, frame: Any, d: Any) -> Any:
 
 @formula
 def sky_frame(numbers: Any, _p: Any, n: Any) -> Any:
-    """Numbers: up to where something hides it, and how bright it is.
+    """Frame of a sky. Numbers: the distance beyond which geometry does not occlude it, and its brightness.
 
-    For the sample: 0 to 8 two unit vectors across the normal and that, 9 whether there is one.
+    Values for `sample`: 0 to 8 two unit vectors across the normal, and the normal; 9 is 1 if there is a normal, else 0.
     """
     across, up = _across(n)
     has_normal = where(dot(n, n) > 0.0, 1.0, 0.0)
@@ -426,7 +428,7 @@ def sky_frame(numbers: Any, _p: Any, n: Any) -> Any:
 
 @formula
 def _by_cosine(frame: Any, u: Any, v: Any) -> Any:
-    """A direction with the density of the cosine: above a point that is even on the disk (Nusselt's analogon)."""
+    """Sample the cosine: the direction above a uniform point on the disk (Nusselt's analogue)."""
     x, y = on_disk(u, v)
     z = sqrt(maximum(ONE - x * x - y * y, ZERO))
     return _combined(x, frame[0:3], y, frame[3:6], z, frame[6:9])
@@ -434,29 +436,29 @@ def _by_cosine(frame: Any, u: Any, v: Any) -> Any:
 
 @formula
 def sky_sample(_numbers: Any, frame: Any, u: Any, v: Any) -> Any:
-    """Directions with the density of the cosine."""
+    """Sample directions with the density of the cosine."""
     return _by_cosine(frame, u, v), ONE, frame[9] + ZERO * u
 
 
 def sky_seen(_numbers: Any, frame: Any, d: Any) -> Any:
-    """It is everywhere."""
+    """Return the density of a direction; the sky fills all directions."""
     return ONE, maximum(dot(frame[6:9], d), ZERO) * frame[9] / math.pi
 
 
 def sky_sampling(distance: float, brightness: float) -> Sampling:
-    """Of light that is alike from all around, up to a distance from where something hides it."""
+    """Sampling of a uniform sky, which geometry occludes up to a distance."""
     return Sampling(sky_frame, sky_sample, sky_seen, (distance, brightness))
 
 
-# An image's numbers after those of `sky_frame`: how many rows and columns, the greatest powers of two that are less,
-# ∫ L dω of its radiance L, and the axes to its middle, right and up. Then the cosines of the angles from the top where
-# rows begin, shares of the energy where they begin, and the same for the columns of each row; then L.
+# An image's numbers after those of `sky_frame`: the count of rows and of columns, powers of two for bisecting them,
+# ∫ L dω of its radiance L, and the axes to its middle, right and up. Then, per row, the cosine of the angle from the
+# top and the cumulative share of the energy where it begins; the cumulative shares of each row's columns; L.
 _ROWS, _COLUMNS, _HALF_ROWS, _HALF_COLUMNS, _TOTAL, _TABLES = 2, 3, 4, 5, 6, 16
 
 
 @formula
 def _place_in(numbers: Any, start: Any, count: Any, half: Any, share: Any) -> Any:
-    """Where a share is between rising numbers, the first of which is 0 and the last 1: its interval, and how far in."""
+    """Bisect rising numbers from 0 to 1 for a share: return its interval, and the position within it."""
     low, step = index(share * ZERO), int(half)
     while step > 0:
         after = low + step
@@ -469,7 +471,7 @@ def _place_in(numbers: Any, start: Any, count: Any, half: Any, share: Any) -> An
 
 @formula
 def _cell(numbers: Any, d: Any) -> Any:
-    """The row and the column of an image's cell in a direction."""
+    """Return the row and the column of an image's cell in a direction."""
     rows, columns = int(numbers[_ROWS]), int(numbers[_COLUMNS])
     ahead, right = (numbers[7], numbers[8], numbers[9]), (numbers[10], numbers[11], numbers[12])
     height = minimum(maximum(dot((numbers[13], numbers[14], numbers[15]), d), -1.0), 1.0)
@@ -480,10 +482,10 @@ def _cell(numbers: Any, d: Any) -> Any:
 
 @formula
 def image_sample(numbers: Any, frame: Any, u: Any, v: Any) -> Any:
-    """Directions by the image's energy where u < ½, else by the cosine.
+    """Sample directions by the image's energy where u < ½, else by the cosine.
 
-    Each is weighted with the mean density of both (E. Veach and L. Guibas, "Optimally combining sampling techniques",
-    1995, the balance heuristic).
+    Weights use the mean density of both: the balance heuristic (E. Veach and L. Guibas, "Optimally combining sampling
+    techniques", 1995).
     """
     rows, columns = int(numbers[_ROWS]), int(numbers[_COLUMNS])
     ends = _TABLES + rows + 1
@@ -516,7 +518,7 @@ def image_sample(numbers: Any, frame: Any, u: Any, v: Any) -> Any:
 
 
 def image_seen(numbers: Any, frame: Any, d: Any) -> Any:
-    """It is everywhere."""
+    """Return the density of a direction; the image fills all directions."""
     rows, columns = int(numbers[_ROWS]), int(numbers[_COLUMNS])
     row, column = _cell(numbers, d)
     cells = _TABLES + 2 * (rows + 1) + rows * (columns + 1)
@@ -525,7 +527,7 @@ def image_seen(numbers: Any, frame: Any, d: Any) -> Any:
 
 
 def image_numbers(radiance: Float64Array, axes: Float64Array) -> Float64Array:
-    """What `image_sample` reads of the radiance of an image's cells, shape (h, w), and of its axes, as rows."""
+    """Return the numbers of `image_sample`, from the radiance of the image's cells (h, w) and its axes, as rows."""
     rows, columns = radiance.shape
     tops = np.cos(np.arange(rows + 1) * (math.pi / rows))
     energies = radiance * ((tops[:-1] - tops[1:]) * (2.0 * math.pi / columns))[:, None]
@@ -536,26 +538,26 @@ def image_numbers(radiance: Float64Array, axes: Float64Array) -> Float64Array:
 
 
 def _shares(parts: Float64Array) -> Float64Array:
-    """Where each part of a whole begins, and where the last one ends; equal parts where the whole is nothing."""
+    """Return the cumulative distribution of parts, from 0 to 1; a uniform one if all are 0."""
     ends = np.cumsum(parts if parts.any() else np.ones_like(parts))
     return np.concatenate([[0.0], ends / ends[-1]])
 
 
-# --- directions to the light that a surface reflects most of
+# --- directions of the light that a highlight reflects
 
 
 class Directions(NamedTuple):
-    """How directions to light are chosen at n points, by arrays."""
+    """Importance sampling of directions at n points, by arrays."""
 
     sample: Callable[[Any, Any], Float64Array]
-    """Gives unit vectors (3, n) for u and v (n,); zero where these give none."""
+    """Function of u and v (n,) that returns unit vectors (3, n); zero where they give no direction."""
 
     density: Callable[[Float64Array], Float64Array]
-    """Gives the density of solid angle (n,) with which directions (3, n) are chosen."""
+    """Function of directions (3, n) that returns their density per solid angle (n,)."""
 
 
 def around(axis: FloatArray, exponent: Any) -> Directions:
-    """With the density of max(z, 0)ᵖ, z the cosine with an axis (3, n); for p = 1 and the normal, by the cosine."""
+    """Sample with the density max(z, 0)ᵖ, z the cosine with an axis (3, n); p = 1 and the normal give the cosine."""
     raised = exponent + 1.0
     across, up = _across(axis)
 
@@ -582,20 +584,20 @@ def by_halves(
     slope_density: Callable[[Any, Any], Any],
     t: FloatArray | None = None,
 ) -> Directions:
-    """By half-way directions h, that are chosen by their slopes h·t/h·n and h·(n × t)/h·n.
+    """Sample half-way directions h by their slopes h·t/h·n and h·(n × t)/h·n, and mirror the viewer at them.
 
-    A density of slopes is one of h over (h·n)³, and one of directions mirrored at h over 4 v·h.
+    A density of slopes divided by (h·n)³ is a density of h; this divided by 4 v·h is a density of mirrored directions.
 
     Parameters
     ----------
     n, v : ndarray
         Unit normals and vectors to the viewer, shape (3, n).
     slopes : callable
-        Gives slopes for points of the unit disk.
+        Maps points of the unit disk to slopes.
     slope_density : callable
-        Gives their density.
+        Returns the density of slopes.
     t : ndarray, optional
-        Unit tangents, shape (3, n); any if not given.
+        Unit tangents, shape (3, n); by default, arbitrary ones.
     """
     t, b = _across(n) if t is None else (t, cross(n, t))
 
@@ -616,7 +618,7 @@ def by_halves(
 
 
 def mixed(first: Directions, second: Directions, share: float) -> Directions:
-    """By the first with a probability, else by the second."""
+    """Mix two samplings: the first with the probability `share`, else the second."""
 
     def sample(u: Any, v: Any) -> Float64Array:
         is_first = u < share

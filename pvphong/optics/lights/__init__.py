@@ -1,11 +1,11 @@
 """The kinds of light.
 
-A new kind is its own file beside these and one entry in `LIGHT_TYPES`; then its name and place in
-`pvphong/__init__.py`, a row in the README, and a strategy in `tests/strategies.py`, with which all tests of laws take
-it. One with a size gives its `nodes`; with a `closed` form it is exact, with `sampling` rays reach it, for soft shadows
-and `truth`; `tests/rays/test_paths.py` has one of each kind. `aimed.py` has what lights with a direction share,
-`sized.py` what those with a size do; `conversion.py` has lights in other notations: a kind without `nodes` says there
-what VTK draws in its place. Which cheaper light may replace one is `pvphong/shading/plan/lights.py`'s.
+A new kind is a file in this folder and an entry in `LIGHT_TYPES`; then its name and place in `pvphong/__init__.py`, a
+row in the README, and a strategy in `tests/strategies.py`, which includes it in all tests of laws. An area light
+overrides `nodes`. With a `closed` form it is exact; with `sampling`, rays reach it, for soft shadows and `truth`.
+`tests/rays/test_paths.py` has one light of each kind. `aimed.py` is shared by lights with a direction, `sized.py` by
+area lights. `conversion.py` converts lights to other notations; a kind without `nodes` registers there the light that
+VTK draws in its place. `pvphong/shading/plan/lights.py` defines cheaper replacements.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ LIGHT_TYPES: dict[str, type[Light]] = {
     "sphere": SphereLight,
     "spot": SpotLight,
 }
-"""Name in a scene file → class."""
+"""Mapping from the name in a scene file to the class."""
 
 
 __all__ = [

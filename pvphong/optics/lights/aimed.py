@@ -1,4 +1,4 @@
-"""Lights with a place and a direction, made from two places."""
+"""Lights with a position and a direction, made from two points."""
 
 from __future__ import annotations
 
@@ -9,23 +9,23 @@ from pvphong.optics.roles import direction_from
 
 
 class Aimed:
-    """A light with the fields `position` and `direction`. For kinds of `Light`."""
+    """Mixin for lights with the fields `position` and `direction`."""
 
     @classmethod
     def at(cls, position: VectorLike, *, target: VectorLike, **fields: Any) -> Self:
-        """A light at a place, which shines at another.
+        """Make a light at `position` that shines towards `target`.
 
         Parameters
         ----------
         position, target : sequence of float
-            Two places that differ.
+            Two different points.
         **fields
             The other fields of the light.
 
         Raises
         ------
         ValueError
-            As for the light itself, or if the places are the same.
+            If a field is out of range, or the points are the same.
         """
         kind: Any = cls
         made: Self = kind(position=position, direction=direction_from(position, target), **fields)

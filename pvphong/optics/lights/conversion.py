@@ -1,4 +1,4 @@
-"""Lights in other notations: homogeneous positions, and the values that VTK's shader knows of a light."""
+"""Lights in other notations: homogeneous positions, and the values that VTK's shader reads."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ from pvphong.optics.lights.point import PointLight, Weakening
 from pvphong.optics.lights.sized import Flat
 from pvphong.optics.lights.spot import SpotLight
 
-# VTK has no cone of 90°.
+# VTK does not support a cone of 90°.
 _NEARLY_90 = 89.999
 
 
 def light_from_homogeneous(position: Any, **common: Any) -> DirectionalLight | PointLight:
-    """A light from OpenGL's homogeneous position (x, y, z, w).
+    """Make a light from OpenGL's homogeneous position (x, y, z, w).
 
     Parameters
     ----------
@@ -28,13 +28,12 @@ def light_from_homogeneous(position: Any, **common: Any) -> DirectionalLight | P
         w = 0 gives a directional light that shines from (x, y, z), any other w a point light at
         (x, y, z)/w (OpenGL 2.1 specification, section 2.14.1).
     **common
-        Fields of the light; a point light takes `attenuation` too.
+        Fields of the light; a point light also takes `attenuation`.
 
     Raises
     ------
     ValueError
-        If `position` is not four finite numbers, if (x, y, z) is zero where w is, or if a field is
-        out of range.
+        If `position` is not four finite numbers or is all zero, or if a field is out of range.
     """
     x, y, z, w = check.numbers_in("position", position, 4)
     if w == 0.0:
@@ -45,93 +44,93 @@ def light_from_homogeneous(position: Any, **common: Any) -> DirectionalLight | P
 
 
 class VtkValues(NamedTuple):
-    """A light in the values that VTK's shader knows, coordinates in the light's own frame."""
+    """Values of a light in VTK's shader, with coordinates in the light's own frame."""
 
     is_positional: bool
     direction: Vector
     position: Vector = (0.0, 0.0, 0.0)
     attenuation: Vector = (1.0, 0.0, 0.0)
     cone_angle: float | None = None
-    """Half the opening in degrees; None where there is no cone, as VTK has it from 90° on."""
+    """Half the opening angle in degrees; None for no cone, as in VTK from 90° on."""
     exponent: float = 0.0
 
 
 @singledispatch
 def vtk_values(light: Any) -> VtkValues:
-    """A light in VTK's values; of one that VTK has not, those of the nearest.
+    """Return VTK's values of a light, or of the nearest light that VTK has.
 
-    A kind of your own can be drawn and compared once it is registered here: `vtk_values.register(kind, function)`.
+    A custom light can be drawn and compared after `vtk_values.register(kind, function)`.
 
     Raises
     ------
     ValueError
-        If there is none.
+        If VTK has no similar light.
     """
     nearest = nearest_in_vtk(light)
     if nearest is light:
-        remedy = "It can be evaluated and planned; a kind with `vtk_values` can also be drawn and compared."
-        check.refuse("light", light, "one that VTK has", remedy)
+        remedy = "It can be evaluated and planned; to draw and compare it, register its `vtk_values`."
+        check.refuse("light", light, "a light that VTK supports", remedy)
     return vtk_values(nearest)
 
 
 @vtk_values.register
 def _(light: DirectionalLight) -> VtkValues:
-    """Its direction."""
+    """Return its direction."""
     x, y, z = light.direction
     return VtkValues(False, (x, y, z))
 
 
 @vtk_values.register
 def _(light: Weakening) -> VtkValues:
-    """Position and attenuation; VTK's point light is a spot without a cone."""
+    """Return position and attenuation; VTK's point light is a spot without a cone."""
     return VtkValues(True, (0.0, 0.0, -1.0), light.position, light.attenuation)
 
 
 @vtk_values.register
 def _(light: SpotLight) -> VtkValues:
-    """All its fields. VTK takes a cone of 90° for none, and keeps exponents up to 128."""
+    """Return all its fields. VTK treats a cone of 90° as no cone, and clamps exponents to 128."""
     (x, y, z), (px, py, pz), (c, l, q) = light.direction, light.position, light.attenuation
     return VtkValues(True, (x, y, z), (px, py, pz), (c, l, q), light.cone_angle, light.exponent)
 
 
 def is_in_vtk(light: Light) -> bool:
-    """Whether VTK has such a light itself."""
+    """True if VTK supports this kind of light."""
     return vtk_values.dispatch(type(light)) is not vtk_values.dispatch(object)
 
 
 @singledispatch
 def nearest_in_vtk(light: Any) -> Light:
-    """The nearest light without a size, as VTK may have it; a light itself if it has none."""
+    """Return the nearest light without a size, or the light itself if it has no size."""
     nearest: Light = light.nodes(1)[0]
     return nearest
 
 
 @nearest_in_vtk.register
 def _(light: Flat) -> SpotLight:
-    """A spot light in its middle, with a cone that VTK has."""
+    """Return a spot light in its middle, with the widest cone that VTK supports."""
     return SpotLight(light.center, light.normal, _NEARLY_90, 1.0, INVERSE_SQUARE)
 
 
 @nearest_in_vtk.register
 def _(light: EnvironmentLight) -> DirectionalLight:
-    """Parallel light from where it is brightest on average."""
+    """Return parallel light from the mean direction of the energy."""
     return DirectionalLight(direction=light.nodes(1)[0].direction)
 
 
 def light_from_values(values: VtkValues, **common: Any) -> Light:
-    """The light that VTK makes of its values: a positional light whose cone is 90° or wider has none.
+    """Make a light from VTK's values; a positional light with a cone of 90° or more becomes a point light.
 
     Parameters
     ----------
     values : VtkValues
-        Place and shape.
+        Position and shape.
     **common
         The fields of every light.
 
     Raises
     ------
     ValueError
-        If cone, attenuation or direction is not one that pvphong allows.
+        If pvphong does not allow the cone, attenuation or direction.
     """
     if not values.is_positional:
         return DirectionalLight(direction=values.direction, **common)
@@ -142,11 +141,11 @@ def light_from_values(values: VtkValues, **common: Any) -> Light:
 
 
 def refuse_unless_in_vtk(light: Light, argument: str, allowed: str) -> None:
-    """Raise ValueError, which names the argument and the nearest light that VTK has, unless VTK has this one."""
+    """Raise ValueError if VTK does not support a light; the message names the argument and the nearest light."""
     if is_in_vtk(light):
         return
     kind, nearest, remedy = type(light).__name__, nearest_in_vtk(light), ""
     if nearest is not light:
         shape = ", ".join(f"{field}={getattr(nearest, field)}" for field in nearest.roles)
-        remedy = f"The nearest that VTK has is {type(nearest).__name__}({shape})."
+        remedy = f"The nearest light in VTK is {type(nearest).__name__}({shape})."
     check.refuse(argument, f"{'an' if kind[0] in 'AEIOU' else 'a'} {kind}", allowed, remedy)

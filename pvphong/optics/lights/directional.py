@@ -16,7 +16,7 @@ from pvphong.optics.roles import aim, direction_from
 
 
 def _sine_and_cosine(degrees: float) -> tuple[float, float]:
-    """Sine and cosine of an angle, exact for whole right angles."""
+    """Return the sine and cosine of an angle, exact for multiples of 90°."""
     turns, rest = divmod(degrees, 90.0)
     sine, cosine = math.sin(math.radians(rest)), math.cos(math.radians(rest))
     return ((sine, cosine), (cosine, -sine), (-sine, -cosine), (-cosine, sine))[int(turns) % 4]
@@ -24,7 +24,7 @@ def _sine_and_cosine(degrees: float) -> tuple[float, float]:
 
 @dataclass(frozen=True)
 class DirectionalLight(Light):
-    """Parallel light, as from the sun.
+    """Directional light: parallel rays, as from the sun.
 
     Parameters
     ----------
@@ -45,41 +45,41 @@ class DirectionalLight(Light):
 
     @classmethod
     def at(cls, position: VectorLike, *, target: VectorLike, **fields: Any) -> Self:
-        """The light of a sun in the direction of `position` as seen from `target`.
+        """Make the light of a sun in the direction of `position` as seen from `target`.
 
         Parameters
         ----------
         position, target : sequence of float
-            Two places that differ.
+            Two different points.
         **fields
             The other fields of the light.
 
         Raises
         ------
         ValueError
-            As for the light itself, or if the places are the same.
+            If a field is out of range, or the points are the same.
         """
         return cls(direction=direction_from(position, target), **fields)
 
     @classmethod
     def from_angles(cls, azimuth: float, elevation: float, **fields: Any) -> Self:
-        """The light of a sun that stands in a direction of the compass, at a height above the horizon.
+        """Make the light of a sun from its compass direction and its height above the horizon.
 
         North is +y, east +x, and up +z, as in maps and terrains.
 
         Parameters
         ----------
         azimuth : float
-            Where the sun stands, in degrees clockwise from north: 90 is in the east, 315 in the north-west.
+            Direction of the sun, in degrees clockwise from north: 90 is in the east, 315 in the north-west.
         elevation : float
-            Its angle above the horizon in degrees, from -90 to 90.
+            Angle of the sun above the horizon in degrees, from -90 to 90.
         **fields
             The other fields of the light.
 
         Raises
         ------
         ValueError
-            As for the light itself, or if an angle is not a number, or beyond its range.
+            If a field or an angle is out of range, or an angle is not a number.
 
         Examples
         --------
@@ -94,6 +94,6 @@ class DirectionalLight(Light):
         return cls(direction=(0.0 - east * across, 0.0 - north * across, 0.0 - up), **fields)
 
     def arrival(self, points: Float64Array, real: Any = np.float64) -> Arrival:  # noqa: ARG002 the same everywhere
-        """Strength 1 against the light's travel: the direction given, but for a power of two, and 1/length."""
+        """Return strength 1, and the reversed `direction`, scaled by a power of two, with its inverse length."""
         direction, inverse_length = moderate_vector(self.direction)
         return Arrival(-np.array(direction, dtype=real)[:, None], 1.0, inverse_length)

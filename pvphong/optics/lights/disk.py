@@ -21,21 +21,21 @@ from pvphong.optics.roles import Role, aim, length, meaning, place
 
 @dataclass(frozen=True)
 class DiskLight(Aimed, Flat, Light):
-    """A disk that glows like a Lambertian surface: `diffuse` · `intensity` is its intensity along its normal.
+    """Disk light with Lambertian emission: `diffuse` · `intensity` is its intensity along its normal.
 
-    A white patch that faces it at a great distance d gets the colour of the light over d². What matt surfaces scatter,
-    and Phong's highlight, are exact; what other reflectances make of it is that of 64 nodes.
+    A white patch that faces it at a large distance d receives the light's colour over d². Diffuse reflection and
+    Phong's highlight are exact; other reflectances approximate it with 64 nodes.
 
     Parameters
     ----------
     position : sequence of float, default (0, 0, 0)
-        Its middle, in the mesh's unit.
+        Its centre, in the mesh's unit.
     direction : sequence of float, default (0, 0, -1)
         Normal of its front, in which most light travels; of any length.
     radius : float, default 1
         Its radius > 0, in the mesh's unit.
     two_sided : bool, default False
-        Whether its back glows too.
+        True if its back emits too.
     **common
         The fields of every light: `diffuse`, `specular`, `ambient`, `intensity`, `on`, `frame`, `name`.
 
@@ -51,7 +51,7 @@ class DiskLight(Aimed, Flat, Light):
     two_sided: bool = meaning(Role(check.flag), False)
 
     def spots(self, count: int) -> Float64Array:
-        """The nodes' places, on a spiral in golden angles (Vogel 1979)."""
+        """Return the nodes' positions, on a spiral in golden angles (Vogel 1979)."""
         k = np.arange(count)
         far = np.sqrt((k + 0.5) / count) * (count > 1)
         return self._at(far, k * math.pi * (3.0 - math.sqrt(5.0)))
@@ -62,21 +62,21 @@ class DiskLight(Aimed, Flat, Light):
         return self._at(np.ones(64), np.arange(64) * math.pi / 32.0)
 
     def _at(self, far: Any, around: Any) -> Float64Array:
-        """Points of it at shares of its radius and at angles, shape (k, 3)."""
+        """Return its points at shares of its radius and at angles, shape (k, 3)."""
         ways = np.stack([np.cos(around), np.sin(around)]).T @ across(self.normal)
         return np.array(self.position) + self.radius * far[:, None] * ways
 
     @property
     def area(self) -> float:
-        """The number π times the square of its radius."""
+        """π times the square of its radius."""
         return math.pi * self.radius * self.radius
 
     @property
     def sampling(self) -> Sampling:
-        """Points on it."""
+        """Importance sampling of points on it."""
         return self.sampled(disk_sample, disk_seen, self.radius * across(self.normal), math.sqrt(0.5))
 
     def closed(self, form: CosinePower) -> Integral:
-        """Along its rim."""
+        """Return the integral along its rim."""
         formula = disk_irradiance if form.around == "normal" else disk_highlight
         return Integral(formula, self.center, self.radius, (*self.normal, float(self.two_sided), self.radius))

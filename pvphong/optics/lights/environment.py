@@ -1,4 +1,4 @@
-"""Light from all around: a sky, a studio, an image of both."""
+"""Environment light from all directions: a sky, a studio, or an image."""
 
 from __future__ import annotations
 
@@ -29,46 +29,46 @@ from pvphong.optics.lights.directional import DirectionalLight
 from pvphong.optics.panorama import Panorama, directions, image_or_color, row_areas
 from pvphong.optics.roles import Role, Turn, Up, meaning
 
-# Sine of the least angle between `up` and the x axis for which that is the middle of the image.
+# Sine of the least angle between `up` and the x axis for which the x axis is the middle of the image.
 _LEAST = 1e-9
-# Harmonics of less than this, of 1, are dropped.
+# Relative size below which harmonics are dropped.
 _NOTHING = 1e-15
-# Directions that nodes are chosen from, at least, in rows.
+# Least number of rows of directions from which nodes are chosen.
 _ROWS = 48
-# Nodes by the sharpness of lobes; and how many there are at least (matt facets under a white sky are 0.5 % off, by 64
-# nodes 2.9 %) and at most (GGX with roughness 0.4 is 1 % off).
+# Nodes per sharpness of a lobe; their least number (error of matt GGX under a white sky: 0.5 %; with 64 nodes 2.9 %)
+# and their largest (error of GGX with roughness 0.4: 1 %).
 _NODES_IN_LOBES, _LEAST_NODES, _MOST_NODES = 4.0, 256, 1024
-# Rows of an image that rays are chosen by, at most: cells of it have the mean of their texels.
+# Largest number of rows for importance sampling; larger images are averaged to it.
 _MOST_ROWS = 256
 _RED_GREEN_BLUE = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
 
 
 @dataclass(frozen=True)
 class EnvironmentLight(Light):
-    """Light from infinitely far away on all sides: an image of it, or one colour.
+    """Environment light, infinitely far away in all directions: an image, or one colour.
 
-    Its colours are radiance, in units where a white patch under a uniform image of 1 gets the colour 1; `diffuse` and
-    `intensity` multiply it, and `ambient` arrives everywhere with the strength 1. What matt surfaces scatter, and
-    Phong's highlight, are taken from the image's first 32 bands of spherical harmonics; the plan's row "sky" says how
-    much the other bands hold at most, and how many are enough for a tolerance. Highlights are the image blurred by the
-    lobe, looked up in the mirror direction, times the part of the lobe that is above the horizon: exact for one colour,
-    and where the horizon cuts the lobe off by at most (brightest − darkest) / (2 (shininess + 1)). What other
-    reflectances make of it is that of 256 parallel lights of the same energy, and for sharp lobes of up to 1024: some
-    1 % off for `GGX` down to a roughness of 0.4, 5 % at 0.3, 23 % at 0.2, where they show as spots.
+    Its colours are radiance, in units where a white patch under a uniform image of 1 gets the colour 1. `diffuse` and
+    `intensity` multiply it, and `ambient` arrives everywhere with the strength 1. Diffuse reflection and Phong's
+    highlight use the image's first 32 bands of spherical harmonics; the plan's row "sky" bounds the error of the other
+    bands, and gives the number needed for a tolerance. A highlight is the image blurred by the lobe, looked up in the
+    mirror direction, times the part of the lobe above the horizon. This is exact for one colour; where the horizon cuts
+    the lobe off, the error is at most (brightest − darkest) / (2 (shininess + 1)). Other reflectances approximate the
+    image with 256 parallel lights of equal energy, and up to 1024 for sharp lobes. The error is about 1 % for `GGX`
+    down to a roughness of 0.4, 5 % at 0.3, and 23 % at 0.2, where the lights show as spots.
 
     Phong's lobe is not normalised: under a uniform sky its highlight is 2/(shininess + 1), dark for a mirror.
-    `ModifiedPhong` and `GGX` are.
+    `ModifiedPhong` and `GGX` are normalised.
 
     Parameters
     ----------
     image : color, array_like or pyvista.Texture, default 1
-        One colour; or (h, w, 3) linear floats >= 0, equirectangular: row 0 is around `up`, its middle column is where
-        the x axis points (the z axis if `up` is along x), and columns run to the right as seen from inside. An
-        8-bit texture must say that it is sRGB (`texture.SetUseSRGBColorSpace(True)`). Scene files keep the texels.
+        One colour; or (h, w, 3) linear floats >= 0, equirectangular: row 0 is around `up`, the middle column is along
+        the x axis (the z axis if `up` is along x), and columns run to the right as seen from inside. An 8-bit texture
+        must be marked as sRGB (`texture.SetUseSRGBColorSpace(True)`). Scene files store the texels.
     up : sequence of float, default (0, 1, 0)
-        To the top of the image; of any length. (VTK's environments have the same by default.)
+        Direction to the top of the image; of any length. VTK's environments have the same default.
     rotation : float, default 0
-        The angle by which it is turned around `up`, counter-clockwise as seen from there, in degrees.
+        Rotation around `up` in degrees, counter-clockwise as seen from the top.
     **common
         The fields of every light: `diffuse`, `specular`, `ambient`, `intensity`, `on`, `frame`, `name`. As a headlight
         it is in eye space.
@@ -76,7 +76,7 @@ class EnvironmentLight(Light):
     Raises
     ------
     ValueError
-        If a field is out of range, or an image has another shape, a NaN, an infinity, a negative number or 8-bit
+        If a field is out of range, or an image has a wrong shape, a NaN, an infinity, a negative number or 8-bit
         numbers; the message names the field.
     """
 
@@ -88,20 +88,20 @@ class EnvironmentLight(Light):
 
     @cached_property
     def panorama(self) -> Panorama:
-        """Its image; that of one colour has one texel."""
+        """Its image; one colour gives a single texel."""
         image = self.image
         return image if isinstance(image, Panorama) else Panorama.of("image", np.full((1, 1, 3), rgb(image)))
 
     @cached_property
     def axes(self) -> Float64Array:
-        """Directions to the middle of the image, to the right of it, and up: unit vectors as rows."""
+        """Unit vectors as rows: to the middle of the image, to its right, and up."""
         up, middle = np.array(unit_vector(self.up)), np.array(_middle(self.up))
         right, angle = np.cross(middle, up), math.radians(self.rotation)
         ahead = math.cos(angle) * middle - math.sin(angle) * right
         return np.stack([ahead, np.cross(ahead, up), up])
 
     def _with(self, change: Callable[[Role, Any], Any], **fields: Any) -> Self:
-        """The middle of the image moves with `up`."""
+        """Transform the fields, and adapt `rotation` so that the middle of the image moves with `up`."""
         moved = super()._with(change, **fields)
         x, y, z = self.axes[0].tolist()
         ahead = change(self.roles["up"], (x, y, z))
@@ -111,24 +111,24 @@ class EnvironmentLight(Light):
         right = np.cross(middle, unit_vector(moved.up))
         return replace(moved, rotation=math.degrees(math.atan2(-ahead @ right, ahead @ middle)))
 
-    # -- what arrives
+    # -- sampling
 
     def nodes(self, count: int) -> tuple[DirectionalLight, ...]:
-        """Parallel lights that have the same energy each, and together that of the image.
+        """Return parallel lights of equal energy, which together have the energy of the image.
 
-        The part with the most energy is halved until there are so many (after P. Debevec, "A median cut algorithm for
-        light probe sampling", 2005).
+        The part with the most energy is halved until there are `count` parts (after P. Debevec, "A median cut algorithm
+        for light probe sampling", 2005).
         """
         return _nodes(self.panorama, tuple(self.axes.ravel().tolist()), count)
 
     def nodes_for(self, sharpness: float) -> int:
-        """A power of two that has several in any lobe, as far as `_MOST_NODES` does."""
+        """Return a power of two that places several nodes in any lobe, up to `_MOST_NODES`."""
         several = 2 ** math.ceil(math.log2(max(_NODES_IN_LOBES * sharpness, 1.0)))
         return min(max(several, _LEAST_NODES), _MOST_NODES)
 
     @cached_property
     def sampling(self) -> Sampling:
-        """By its energy and by the cosine; of one colour by the cosine alone."""
+        """Importance sampling by its energy and by the cosine; for one colour, by the cosine alone."""
         radiance = self.panorama.image.mean(axis=2, dtype=np.float64)
         if self.panorama.is_even:
             return sky_sampling(math.inf, float(radiance[0, 0]))
@@ -136,7 +136,7 @@ class EnvironmentLight(Light):
         return Sampling(sky_frame, image_sample, image_seen, image_numbers(cells, self.axes))
 
     def radiance(self, directions: Float64Array) -> FloatArray:
-        """Its texels in the directions of unit vectors (3, n), shape (3, n)."""
+        """Return its texels in the directions of unit vectors (3, n), shape (3, n)."""
         height, width, _ = self.panorama.image.shape
         ahead, right, up = self.axes @ directions
         row = np.arccos(np.clip(up, -1.0, 1.0)) * (height / math.pi)
@@ -148,15 +148,15 @@ class EnvironmentLight(Light):
 
     @property
     def bands(self) -> int:
-        """The number of bands of spherical harmonics that are kept of its image."""
+        """Number of bands of spherical harmonics that are kept of its image."""
         return self.panorama.harmonics.shape[1]
 
     def error_without_bands(self, form: CosinePower, bands: int) -> float:
-        """The sum of what the bands from this one on add at most; with all of them, by the energy of the others."""
+        """Return the sum of bounds on the kept bands that are dropped; with all kept, the energy bound of the rest."""
         if bands < self.bands:
             kept, orders = self.panorama.harmonics, np.arange(self.bands)
             factors = 2.0 * np.abs(moments(form.power, self.bands)) * np.sqrt((2.0 * orders + 1.0) / (4.0 * math.pi))
-            most = factors * np.sqrt(energies(kept))  # that each band of each channel adds
+            most = factors * np.sqrt(energies(kept))  # bound on each band of each channel
             return float(most[:, bands:].sum(axis=1).max()) * self.panorama.largest * ROUNDED_UP
         if self.bands == 1:
             return 0.0
@@ -164,7 +164,7 @@ class EnvironmentLight(Light):
         return float(math.sqrt(energy / math.pi) * moments_left(form.power, self.bands) * self.panorama.largest)
 
     def tints(self, bands: int | None = None) -> tuple[tuple[Vector, Light], ...]:
-        """Its channels, or just one where they are the same but for a factor."""
+        """Return its channels, or a single one if they differ only by a factor."""
         image, most = self.panorama, min(bands or self.bands, self.bands)
         if (image.image == image.image[..., :1]).all():
             return (((1.0, 1.0, 1.0), SkyChannel(source=self, channel=0, most=most)),)
@@ -175,7 +175,7 @@ class EnvironmentLight(Light):
 
 
 def _means(rows: Float64Array, count: int) -> Float64Array:
-    """The means of so many equal parts of rows, or the rows if they are fewer."""
+    """Average rows to `count` equal parts; return the rows unchanged if they are not more."""
     if len(rows) <= count:
         return rows
     ends = np.linspace(0.0, len(rows), count + 1)
@@ -187,7 +187,7 @@ def _means(rows: Float64Array, count: int) -> Float64Array:
 
 
 def _middle(up: VectorLike) -> Vector:
-    """The x axis, or else the z axis, less what of it is along `up`."""
+    """Return the unit x axis without its component along `up`; the z axis if x is along `up`."""
     upward = np.array(unit_vector(up))
     for axis in ((1.0, 0.0, 0.0), (0.0, 0.0, 1.0)):
         across = np.array(axis) - upward * upward[int(np.argmax(axis))]
@@ -198,16 +198,16 @@ def _middle(up: VectorLike) -> Vector:
 
 @dataclass(frozen=True)
 class SkyChannel(Light):
-    """One channel of an environment, in some of its bands: what evaluators run.
+    """One channel of an environment with a limited number of bands, as evaluators run it.
 
     Parameters
     ----------
     source : EnvironmentLight
         The environment.
     channel : int
-        Red, green or blue.
+        Index of red, green or blue.
     most : int
-        The number of bands.
+        Number of bands.
     """
 
     source: Any
@@ -217,17 +217,17 @@ class SkyChannel(Light):
     is_even: ClassVar[bool] = True
 
     def nodes(self, count: int) -> tuple[DirectionalLight, ...]:
-        """Those of the environment."""
+        """Return the nodes of the environment."""
         return tuple(self.source.nodes(count))
 
     def closed(self, form: CosinePower) -> Integral:
-        """The image blurred by the lobe, times the share of the lobe above the horizon."""
+        """Return the image blurred by the lobe, times the share of the lobe above the horizon."""
         return Integral(sky, (0.0, 0.0, 0.0), math.inf, _sky_of(self, form))
 
 
 @lru_cache(maxsize=32)
 def _sky_of(channel: SkyChannel, form: CosinePower) -> tuple[float, ...]:
-    """The numbers of what a lobe makes of it, without the last bands where they are nothing."""
+    """Return the numbers of the image blurred by a lobe, without trailing bands that are negligible."""
     image, most = channel.source.panorama, channel.most
     weighted = 2.0 * moments(form.power, most)[:, None, None] * image.harmonics[channel.channel, :most, :most]
     sizes = np.abs(weighted).max(axis=(1, 2))
@@ -246,9 +246,9 @@ def _nodes(image: Panorama, axes: tuple[float, ...], count: int) -> tuple[Direct
 
 
 def _halved(powers: Float64Array, count: int) -> list[tuple[slice, slice]]:
-    """Rows and columns of at most so many parts: that with most power is halved across its longer side, each time."""
+    """Split an image into at most `count` parts: each time, halve the part with most power across its longer side."""
     height, width = powers.shape
-    parts, sums = [(slice(0, height), slice(0, width))], [float(powers.sum())]  # −1 for what cannot be halved
+    parts, sums = [(slice(0, height), slice(0, width))], [float(powers.sum())]  # −1 for a part of one cell
     while len(parts) < count and max(sums) >= 0.0:
         k = sums.index(max(sums))
         part = rows, columns = parts[k]
@@ -265,7 +265,7 @@ def _halved(powers: Float64Array, count: int) -> list[tuple[slice, slice]]:
 
 
 def _node(powers: Float64Array, to_sky: Float64Array, up: tuple[float, ...]) -> DirectionalLight:
-    """The parallel light that replaces a part of the image."""
+    """Return the parallel light that replaces a part of the image."""
     color = powers.sum(axis=(0, 1))
     power = float(color.mean())
     middle = np.tensordot(powers.mean(axis=2) / (power or 1.0), to_sky, 2)

@@ -1,4 +1,4 @@
-"""Light from one point, weaker with distance (OpenGL's w ≠ 0)."""
+"""Light from one point, attenuated with distance (OpenGL's w ≠ 0)."""
 
 from __future__ import annotations
 
@@ -12,25 +12,25 @@ from pvphong.optics.roles import meaning, place
 
 
 class Weakening:
-    """A light with `position` and `attenuation`, whatever its directions. For kinds of `Light`."""
+    """Mixin for lights with `position` and `attenuation`."""
 
     position: Any
     attenuation: Any
 
     @property
     def placement(self) -> Placement:
-        """Where it is, and how it weakens."""
+        """Position and attenuation."""
         return Placement(self.position, self.attenuation)
 
 
 @dataclass(frozen=True)
 class PointLight(Weakening, Light):
-    """Light from a position, in all directions.
+    """Point light: from a position, in all directions.
 
     Parameters
     ----------
     position : sequence of float, default (0, 0, 0)
-        Where it is, in the mesh's unit.
+        Its position, in the mesh's unit.
     attenuation : sequence of float, default (1, 0, 0)
         Constant c, linear l and quadratic q in 1 / (c + l·d + q·d²), d the distance; >= 0, not all zero.
     **common

@@ -21,12 +21,12 @@ from pvphong.optics.roles import Corners, Role, meaning
 _SQUARE = ((-0.5, -0.5, 0.0), (-0.5, 0.5, 0.0), (0.5, 0.5, 0.0), (0.5, -0.5, 0.0))
 _ALLOWED = "three or more points in a plane, whose sides do not cross"
 
-# How far off their plane corners may be, and how small an area, against the polygon's size and its square.
+# Largest distance of a corner from the plane, and least area, relative to the polygon's size and its square.
 _OFF_PLANE, _NO_AREA = 1e-6, 1e-12
 
 
 def _checked(name: str, value: Any) -> tuple[Vector, ...]:
-    """Corners of a planar, simple polygon with an area."""
+    """Check the corners of a planar, simple polygon with an area."""
     points = check.array(name, value, allowed="(k, 3) real numbers").astype(np.float64)
     corners = tuple((x, y, z) for x, y, z in points.tolist())
     if len(corners) < 3 or not np.isfinite(points).all():
@@ -36,30 +36,30 @@ def _checked(name: str, value: Any) -> tuple[Vector, ...]:
     normal = _vector_area(offsets / (size or 1.0))
     length = float(np.linalg.norm(normal))
     if not length > _NO_AREA:
-        remedy = "They have no area: they are in a line, or the sides cross."
+        remedy = "The polygon has no area: its corners are in a line, or its sides cross."
         check.refuse(name, value, _ALLOWED, remedy)
     if np.abs(offsets @ (normal / length)).max() > _OFF_PLANE * size:
-        check.refuse(name, value, _ALLOWED, "They are not in one plane: split it into triangles.")
+        check.refuse(name, value, _ALLOWED, "The corners are not in one plane; split the polygon into triangles.")
     if _crosses((offsets / size) @ across(normal / length).T):
-        check.refuse(name, value, _ALLOWED, "Sides cross: give the corners in their order around it.")
+        check.refuse(name, value, _ALLOWED, "Sides cross; give the corners in order around the polygon.")
     return corners
 
 
 @dataclass(frozen=True)
 class PolygonLight(Flat, Light):
-    """A polygon that glows like a Lambertian surface: `diffuse` · `intensity` is its intensity along its normal.
+    """Polygon light with Lambertian emission: `diffuse` · `intensity` is its intensity along its normal.
 
-    A white patch that faces it at a great distance d gets the colour of the light over d². What matt surfaces scatter,
-    and Phong's highlight, are exact; what other reflectances make of it is that of 64 nodes. As a headlight its corners
-    are taken in eye space.
+    A white patch that faces it at a large distance d receives the light's colour over d². Diffuse reflection and
+    Phong's highlight are exact; other reflectances approximate it with 64 nodes. As a headlight, its corners are in eye
+    space.
 
     Parameters
     ----------
     corners : sequence of points, default a unit square around the origin that faces along −z
-        Shape (k, 3), k >= 3, in the mesh's unit, one after the other around it: in one plane, and no two sides cross.
+        Shape (k, 3), k >= 3, in the mesh's unit, in order around the polygon: in one plane, and no two sides cross.
         From the front they run counter-clockwise.
     two_sided : bool, default False
-        Whether its back glows too.
+        True if its back emits too.
     **common
         The fields of every light: `diffuse`, `specular`, `ambient`, `intensity`, `on`, `frame`, `name`.
 
@@ -74,26 +74,26 @@ class PolygonLight(Flat, Light):
 
     @cached_property
     def triangles(self) -> Float64Array:
-        """That together are the polygon, shape (k − 2, 3, 3), as offsets from its first corner."""
+        """Triangulation of the polygon, shape (k − 2, 3, 3), as offsets from its first corner."""
         offsets = self.outline - self.outline[0]
         flat = offsets @ across(self.normal).T
         return np.array([offsets[list(ears)] for ears in _ears(flat)])
 
     @cached_property
     def area(self) -> float:
-        """Of its triangles together."""
+        """Total area of its triangles."""
         return float(_areas(self.triangles).sum())
 
     @cached_property
     def center(self) -> Vector:
-        """The middle of its area."""
+        """Centroid of its area."""
         triangles = self.triangles
         x, y, z = self.outline[0] + _areas(triangles) @ triangles.mean(axis=1) / self.area
         return float(x), float(y), float(z)
 
     @cached_property
     def normal(self) -> Vector:
-        """The normal by the right-hand rule around its corners."""
+        """Unit normal by the right-hand rule around its corners."""
         return unit_vector(_vector_area(self.outline - self.outline[0]).tolist())
 
     @cached_property
@@ -102,7 +102,7 @@ class PolygonLight(Flat, Light):
         return np.array(self.corners)
 
     def spots(self, count: int) -> Float64Array:
-        """The nodes' places, on a lattice that is laid over its triangles, one after the other."""
+        """Return the nodes' positions, on a lattice laid over its triangles in sequence."""
         if count == 1:
             return np.array([self.center])
         areas = _areas(self.triangles)
@@ -116,7 +116,7 @@ class PolygonLight(Flat, Light):
 
     @property
     def sampling(self) -> Sampling:
-        """Points on it."""
+        """Importance sampling of points on it."""
         sides = self.reach_radius * across(self.normal)
         flat = (self.triangles + self.outline[0] - np.array(self.center)) @ (sides / self.reach_radius**2).T
         shares = _areas(self.triangles) / self.area
@@ -126,7 +126,7 @@ class PolygonLight(Flat, Light):
         return of_all._replace(numbers=(*of_all.numbers, float(len(rows)), *rows.ravel().tolist()))
 
     def closed(self, form: CosinePower) -> Integral:
-        """The integral of the lobe over the polygon, along its sides."""
+        """Return the integral of the lobe over the polygon, along its sides."""
         offsets = self.outline - np.array(self.center)
         return over_polygon(form, self.center, self.normal, self.two_sided, self.area, offsets)
 
@@ -136,17 +136,17 @@ def _vector_area(offsets: Float64Array) -> Float64Array:
 
 
 def _areas(triangles: Float64Array) -> Any:
-    """Shape (m,)."""
+    """Return the areas of triangles, shape (m,)."""
     return 0.5 * np.linalg.norm(np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0]), axis=1)
 
 
 def _turn(a: Any, b: Any, c: Any) -> float:
-    """Twice the area of a triangle, positive where it runs counter-clockwise."""
+    """Return twice the signed area of a triangle, positive if it is counter-clockwise."""
     return float((b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]))
 
 
 def _crosses(flat: Float64Array) -> bool:
-    """Whether two sides have a point in common that is inside both."""
+    """True if two sides cross in their interiors."""
     sides = [(flat[k - 1], flat[k]) for k in range(len(flat))]
     return any(
         _turn(a, b, c) * _turn(a, b, d) < 0.0 and _turn(c, d, a) * _turn(c, d, b) < 0.0
@@ -156,7 +156,7 @@ def _crosses(flat: Float64Array) -> bool:
 
 
 def _ears(flat: Float64Array) -> Iterator[tuple[int, int, int]]:
-    """Corners of triangles that together are a polygon, cut off one after the other."""
+    """Yield the corners of triangles of a polygon, by ear clipping."""
     left = list(range(len(flat)))
     while len(left) > 3:
         ear = max(range(len(left)), key=lambda k: _goodness(flat, left, k))
@@ -166,7 +166,7 @@ def _ears(flat: Float64Array) -> Iterator[tuple[int, int, int]]:
 
 
 def _goodness(flat: Float64Array, left: list[int], k: int) -> tuple[bool, float]:
-    """Whether a corner can be cut off, and how large that triangle is."""
+    """Return True if a corner can be clipped, and twice the area of its triangle."""
     a, b, c = (flat[left[j % len(left)]] for j in (k - 1, k, k + 1))
     turn = _turn(a, b, c)
     is_empty = not any(min(_turn(a, b, p), _turn(b, c, p), _turn(c, a, p)) > 0.0 for p in (flat[j] for j in left))

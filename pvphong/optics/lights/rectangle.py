@@ -17,32 +17,32 @@ from pvphong.optics.lights.aimed import Aimed
 from pvphong.optics.lights.sized import Flat, across, lattice, over_polygon
 from pvphong.optics.roles import Role, Up, aim, length, meaning, place
 
-# Sine of the least angle between `up` and the normal for which it counts.
+# Sine of the least angle between `up` and the normal; below it, `up` is ignored.
 _LEAST = 1e-9
 
 
 @dataclass(frozen=True)
 class RectangleLight(Aimed, Flat, Light):
-    """A rectangle that glows like a Lambertian surface: `diffuse` · `intensity` is its intensity along its normal.
+    """Rectangle light with Lambertian emission: `diffuse` · `intensity` is its intensity along its normal.
 
-    A white patch that faces it at a great distance d gets the colour of the light over d². What matt surfaces scatter,
-    and Phong's highlight, are exact; what other reflectances make of it is that of 64 nodes.
+    A white patch that faces it at a large distance d receives the light's colour over d². Diffuse reflection and
+    Phong's highlight are exact; other reflectances approximate it with 64 nodes.
 
     Parameters
     ----------
     position : sequence of float, default (0, 0, 0)
-        Its middle, in the mesh's unit.
+        Its centre, in the mesh's unit.
     direction : sequence of float, default (0, 0, -1)
         Normal of its front, in which most light travels; of any length.
     up : sequence of float, default (0, 1, 0)
-        Along its height, once what of it is along the normal is taken away; of any length. Where nothing is left, the
-        coordinate axis that is farthest from the normal takes its place.
+        Direction of its height, after its component along the normal is removed; of any length. If `up` is parallel to
+        the normal, the coordinate axis farthest from the normal replaces it.
     width : float, default 1
-        Across `up`, > 0, in the mesh's unit.
+        Size across `up`, > 0, in the mesh's unit.
     height : float, default 1
-        Along `up`, > 0, in the mesh's unit.
+        Size along `up`, > 0, in the mesh's unit.
     two_sided : bool, default False
-        Whether its back glows too.
+        True if its back emits too.
     **common
         The fields of every light: `diffuse`, `specular`, `ambient`, `intensity`, `on`, `frame`, `name`.
 
@@ -61,7 +61,7 @@ class RectangleLight(Aimed, Flat, Light):
 
     @cached_property
     def axes(self) -> Float64Array:
-        """Along its normal, across `up` and along its height: unit vectors as rows."""
+        """Unit vectors as rows: along its normal, its width and its height."""
         normal = np.array(self.normal)
         side = np.cross(normal, unit_vector(self.up))
         if np.linalg.norm(side) < _LEAST:
@@ -81,7 +81,7 @@ class RectangleLight(Aimed, Flat, Light):
 
     @cached_property
     def corners(self) -> Float64Array:
-        """Offsets from its middle, shape (4, 3); counter-clockwise as its front is seen."""
+        """Offsets from its centre, shape (4, 3); counter-clockwise as seen from its front."""
         width, height = self.sides
         return np.stack([-width - height, height - width, width + height, width - height])
 
@@ -91,14 +91,14 @@ class RectangleLight(Aimed, Flat, Light):
         return np.array(self.position) + self.corners
 
     def spots(self, count: int) -> Float64Array:
-        """The nodes' places, on a lattice."""
+        """Return the nodes' positions, on a lattice."""
         return np.array(self.position) + (2.0 * lattice(count) - 1.0) @ self.sides
 
     @property
     def sampling(self) -> Sampling:
-        """Points on it."""
+        """Importance sampling of points on it."""
         return self.sampled(rectangle_sample, rectangle_seen, self.sides, 1.0)
 
     def closed(self, form: CosinePower) -> Integral:
-        """Along its sides."""
+        """Return the integral along its sides."""
         return over_polygon(form, self.center, self.normal, self.two_sided, self.area, self.corners)

@@ -1,7 +1,7 @@
-"""What lights with a size have in common: how they are seen from far away, and flat ones altogether.
+"""Base of flat area lights, and helpers for area lights.
 
-A flat light glows like a Lambertian surface: a part dA of its area A sends the intensity I dA/A · cos θ', θ' the angle
-off its normal, which is a spot light's with a cone of 90° and the exponent 1, weakened by 1/d².
+A flat light emits like a Lambertian surface. An element dA of its area A has the intensity I dA/A · cos θ', θ' the
+angle off its normal: that of a spot light with a cone of 90°, the exponent 1 and 1/d² falloff.
 """
 
 from __future__ import annotations
@@ -29,14 +29,14 @@ from pvphong.optics.roles import MESH_UNIT
 def over_polygon(
     form: CosinePower, center: Vector, normal: Vector, two_sided: bool, area: float, offsets: Float64Array
 ) -> Integral:
-    """The integral over a polygon whose corners have these offsets, shape (k, 3), from its middle."""
+    """Return the integral over a polygon; `offsets` are its corners relative to its centre, shape (k, 3)."""
     size = float(np.linalg.norm(offsets, axis=1).max())
     numbers = (*normal, float(two_sided), math.sqrt(area), size, float(len(offsets)), *offsets.ravel().tolist())
     return Integral(polygon_irradiance if form.around == "normal" else polygon_highlight, center, size, numbers)
 
 
 class Flat:
-    """A light with a front, and perhaps a back, that glow like Lambertian surfaces. For kinds of `Light`."""
+    """Mixin for lights whose front, and optionally back, emits like a Lambertian surface."""
 
     position: Any
     direction: Any
@@ -48,26 +48,26 @@ class Flat:
 
     @cached_property
     def center(self) -> Vector:
-        """The middle of its area: its position, where it has one."""
+        """Centroid of its area; by default its position."""
         x, y, z = self.position
         return x, y, z
 
     @cached_property
     def normal(self) -> Vector:
-        """Unit vector off its front: its direction, where it has one."""
+        """Unit normal of its front; by default its direction."""
         return unit_vector(self.direction)
 
     @cached_property
     def reach_radius(self) -> float:
-        """The radius of a sphere around its middle that holds it."""
+        """Radius of a sphere around its centre that encloses it."""
         return float(np.linalg.norm(self.outline - np.array(self.center), axis=1).max()) * ROUNDED_UP
 
     def spots(self, count: int) -> Float64Array:
-        """Points evenly spread over it, shape (count, 3); one is its middle."""
+        """Return points evenly spread over it, shape (count, 3); a single point is its centre."""
         raise NotImplementedError  # pragma: no cover every kind has its own
 
     def nodes(self, count: int) -> tuple[SpotLight, ...]:
-        """Spot lights of 90° with the exponent 1, evenly spread; on two sides, pairs of them."""
+        """Return spot lights of 90° with the exponent 1, evenly spread; pairs of them if two-sided."""
         sides = 2 if self.two_sided else 1
         places = self.spots(max(count // sides, 1))
         return tuple(
@@ -75,23 +75,23 @@ class Flat:
         )
 
     def part(self, place: Sequence[float], sign: float, intensity: float) -> SpotLight:
-        """One of its nodes, on its front or, with the sign −1, on its back."""
+        """Return one of its nodes, on its front or, with the sign −1, on its back."""
         x, y, z = place
         return SpotLight((x, y, z), times(self.normal, sign), 90.0, 1.0, INVERSE_SQUARE, intensity=intensity)
 
     def sampled(
         self, sample: Callable[..., Any], seen: Callable[..., Any], sides: Float64Array, corner: float
     ) -> Sampling:
-        """How points on it are chosen, of two half sides as rows; `corner` as `flat_frame` has it."""
+        """Return the sampling of points on it, from two half sides as rows; `corner` as in `flat_frame`."""
         numbers = *self.center, *self.normal, *sides.ravel().tolist(), float(self.two_sided), corner
         return Sampling(flat_frame, sample, seen, numbers)
 
     def radiance(self, directions: Float64Array) -> Float64Array:  # noqa: ARG002 the same from everywhere
-        """The number π over its area."""
+        """Return π divided by its area."""
         return np.full((3, 1), math.pi / self.area)
 
     def arrival(self, points: Float64Array, real: Any = np.float64) -> Arrival:
-        """What its middle sends."""
+        """Return the light from its centre."""
         x, y, z = self.center
         to_light, inverse, distance = directions_to((x, y, z), points, real)
         cosine = -dot(np.array(self.normal, real)[:, None], to_light) * inverse
@@ -100,13 +100,13 @@ class Flat:
 
 
 def across(normal: Vector | Float64Array) -> Float64Array:
-    """Two unit vectors at right angles to a normal and to each other, as rows: counter-clockwise around it."""
+    """Return two unit vectors orthogonal to a normal and to each other, as rows, counter-clockwise around it."""
     first = np.cross(normal, np.eye(3)[int(np.argmin(np.abs(normal)))])
     first /= np.linalg.norm(first)
     return np.stack([first, np.cross(normal, first)])
 
 
 def lattice(count: int) -> Float64Array:
-    """Points evenly spread over the unit square, shape (count, 2); one is its middle."""
+    """Return points evenly spread over the unit square, shape (count, 2); a single point is its centre."""
     k = np.arange(count)
     return np.stack([(k + 0.5) / count, (0.5 + k * (math.sqrt(5.0) - 1.0) / 2.0) % 1.0], axis=1)

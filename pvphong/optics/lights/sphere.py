@@ -1,4 +1,4 @@
-"""Light from a sphere that shines evenly in all directions."""
+"""Light from a sphere that emits uniformly in all directions."""
 
 from __future__ import annotations
 
@@ -21,13 +21,12 @@ from pvphong.optics.roles import MESH_UNIT, length, place
 
 @dataclass(frozen=True)
 class SphereLight(Light):
-    """A glowing sphere: `diffuse` · `intensity` is its intensity, so that it lights as a point light far away.
+    """Sphere light: `diffuse` · `intensity` is its intensity, so from far away it acts as a point light.
 
-    A facing white patch at a great distance d gets the colour of the light over d², and the sphere shows itself in
-    that colour over radius². What matt surfaces scatter, and Phong's highlight, are exact; a vertex inside gets
-    nothing. What other reflectances make of it is that of 64 point lights inside it. Of what a facing patch gets, that
-    is off by at most 3 % at 1.5 radii from its centre, 1.5 % at two and 0.25 % at five; vertices inside are lit by
-    those too.
+    A white patch that faces it at a large distance d receives the light's colour over d²; the sphere's own radiance is
+    the colour over radius². Diffuse reflection and Phong's highlight are exact; a vertex inside receives nothing. Other
+    reflectances approximate the sphere with 64 point lights inside it, which also light vertices inside. For a facing
+    patch, the error is at most 3 % at 1.5 radii from the centre, 1.5 % at two and 0.25 % at five.
 
     Parameters
     ----------
@@ -50,27 +49,27 @@ class SphereLight(Light):
     intensity_unit: ClassVar[str] = f"{MESH_UNIT}²"
 
     def nodes(self, count: int) -> tuple[PointLight, ...]:
-        """Point lights inside the sphere.
+        """Return point lights inside the sphere, which do not occlude each other.
 
-        They glow through each other. A ball whose glow at a distance r from its centre is in proportion to
-        1/√(R² − r²), R its radius, is equally bright along every line through it, from wherever it is seen: along a
-        chord that passes the centre at b, ∫ 2 r dr / (√(R² − r²) √(r² − b²)) from b to R is π for every b. So it is the
-        sphere. The share of the glow up to r = R sin t is (2t − sin 2t)/π, which is divided evenly among the nodes.
+        A ball of radius R with an emission density proportional to 1/√(R² − r²) at the distance r from its centre has
+        the same radiance along every line through it: along a chord at the distance b from the centre,
+        ∫ 2 r dr / (√(R² − r²) √(r² − b²)) from b to R is π for every b. So it equals the sphere. The share of the
+        emission up to r = R sin t is (2t − sin 2t)/π, which is divided evenly among the nodes.
         """
         return _nodes(self.places[0], self.radius, count)
 
     def closed(self, form: CosinePower) -> Integral:
-        """Over the cap as which it is seen."""
+        """Return the integral over the visible cap."""
         formula = sphere_irradiance if form.around == "normal" else sphere_highlight
         return Integral(formula, self.places[0], self.radius, (self.radius,))
 
     @property
     def sampling(self) -> Sampling:
-        """Evenly within the cone in which it is seen."""
+        """Uniform sampling of the cone that the sphere subtends."""
         return Sampling(sphere_frame, sphere_sample, sphere_seen, (*self.places[0], self.radius))
 
     def radiance(self, directions: Float64Array) -> Float64Array:  # noqa: ARG002 the same from everywhere
-        """One over the square of its radius."""
+        """Return one over the square of its radius."""
         return np.full((3, 1), 1.0 / self.radius / self.radius)
 
 
@@ -82,9 +81,9 @@ def _nodes(center: Vector, radius: float, count: int) -> tuple[PointLight, ...]:
 
 @cache
 def _ball(count: int) -> Float64Array:
-    """Places of the nodes in a sphere of radius 1, shape (count, 3): opposite pairs, and the middle if one is left.
+    """Return positions of nodes in the unit sphere, shape (count, 3): opposite pairs, and the centre if count is odd.
 
-    Directions go around in golden angles (Vogel 1979), radii in steps of √2, which has nothing to do with them.
+    Directions follow golden angles (Vogel 1979). Radii follow steps of √2, which are uncorrelated with them.
     """
     pairs = count // 2
     k = np.arange(pairs)
@@ -93,7 +92,7 @@ def _ball(count: int) -> Float64Array:
     directions = np.stack([level * np.cos(around), level * np.sin(around), height], axis=1)
     shares = (k * math.sqrt(2.0) + 0.5) % 1.0
     low, high = np.zeros(pairs), np.full(pairs, math.pi / 2)
-    for _ in range(53):  # halves the range of the t with (2t − sin 2t)/π equal to each share: it grows with t
+    for _ in range(53):  # bisect for t with (2t − sin 2t)/π equal to each share; the function is monotonic
         middle = 0.5 * (low + high)
         is_low = (2.0 * middle - np.sin(2.0 * middle)) / math.pi < shares
         low, high = np.where(is_low, middle, low), np.where(is_low, high, middle)

@@ -18,15 +18,15 @@ from pvphong.optics.lights.point import Weakening
 from pvphong.optics.roles import Power as FalloffPower
 from pvphong.optics.roles import aim, angle, meaning, place
 
-_HALF = "It is half the opening angle, in degrees; a light without a cone is a PointLight."
+_HALF = "It is half the opening angle, in degrees. Use a PointLight for a light without a cone."
 
 
 @formula
 def _in_cone(own: Any, l: Any) -> Any:
-    """1 inside the cone and 0 outside, and |C|² for the chord C between the axis and the ray: cos θ = 1 − ½|C|².
+    """Return 1 inside the cone, else 0, and |C|² for the chord C between the axis and the ray: cos θ = 1 − ½|C|².
 
-    By the chord, narrow cones and high exponents keep their digits, where a cosine near 1 has lost them. On the light
-    itself cos θ is taken to be 0.
+    A cosine near 1 has lost the digits that narrow cones and high exponents need; the chord keeps them. On the light
+    itself cos θ is taken as 0.
     """
     chord = where(square(l) > ZERO, square(add((own[0], own[1], own[2]), l)), TWO)
     return where(chord <= own[3], ONE, ZERO), chord
@@ -34,21 +34,21 @@ def _in_cone(own: Any, l: Any) -> Any:
 
 @dataclass(frozen=True)
 class SpotLight(Aimed, Weakening, Light):
-    """A point light that shines only inside a cone.
+    """Spot light: a point light that shines only inside a cone.
 
-    Inside, it is weakened by cos θ to the power `exponent`, θ the angle off the axis; outside it is dark
+    Inside, cos θ to the power `exponent` multiplies the light, with θ the angle off the axis. Outside, it is dark
     (OpenGL 2.1 specification, section 2.14.1, equation 2.5).
 
     Parameters
     ----------
     position : sequence of float, default (0, 0, 0)
-        Where it is, in the mesh's unit.
+        Its position, in the mesh's unit.
     direction : sequence of float, default (0, 0, -1)
         Axis of the cone, in the direction in which the light travels; of any length.
     cone_angle : float, default 30
         Angle in degrees from the axis to the cone's edge (half the opening), 0 < cone_angle <= 90.
     exponent : float, default 1
-        Falloff from the axis to the edge; >= 0, and 0 is an evenly lit cone.
+        Falloff from the axis to the edge; >= 0. With 0, the cone is uniform.
     attenuation : sequence of float, default (1, 0, 0)
         As for a point light.
     **common
@@ -68,13 +68,13 @@ class SpotLight(Aimed, Weakening, Light):
 
     @cached_property
     def axis(self) -> Vector:
-        """Unit vector along the cone's axis, in which the light travels: rounded as unit vectors to the light are."""
+        """Unit vector along the cone's axis, in which the light travels; rounded like unit vectors to the light."""
         return times(*moderate_vector(self.direction))
 
     @property
     def placement(self) -> Placement:
-        """A point light's, and the falloff off the axis."""
-        # beyond it, strength would be cut off before the falloff brings it down again
+        """Position and attenuation, as of a point light, and the falloff off the axis."""
+        # a larger gain would be clamped before the falloff reduces it again
         most_gain = BRIGHTEST * (self.attenuation[0] or 1.0) if self.exponent else math.inf
         edge = 2.0 if self.cone_angle == 90.0 else 4.0 * math.sin(math.radians(self.cone_angle) / 2.0) ** 2
         own, power = (*self.axis, edge), Power(self.exponent)

@@ -1,13 +1,13 @@
 """The reflectances.
 
-A new one is its own file beside these and one entry in `REFLECTANCES`; then its name and place in
-`pvphong/__init__.py`, a line in the README, a strategy in `tests/strategies.py`, with which all tests of laws take it,
-and its formula in `tests/reflectance_oracle.py`, which it is compared with.
+A new one is a file in this folder and an entry in `REFLECTANCES`; then its name and place in `pvphong/__init__.py`, a
+line in the README, a strategy in `tests/strategies.py`, which includes it in all tests of laws, and its formula in
+`tests/reflectance_oracle.py`, which the tests compare it with.
 
-(`vtk.py` has none: VTK's convention chooses it, and nobody else can.)
+(`vtk.py` has no entry: only VTK's convention selects it.)
 
-`highlight.py` has what all highlights by a power of a cosine share, `microfacets.py` what GGX and PBR share;
-`likeness.py` says which others look like one.
+`highlight.py` is shared by all highlights that are a power of a cosine, `microfacets.py` by GGX and PBR.
+`likeness.py` maps reflectances to similar ones.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ REFLECTANCES: dict[str, type[Reflectance]] = {
     "ggx": GGX,
     "pbr": PBR,
 }
-"""Name → class, for `LightModel.reflection`, one of the first two, and files of scenes."""
+"""Mapping from name to class, for scene files and for `LightModel.reflection`, which is one of the first two."""
 
 
 __all__ = [

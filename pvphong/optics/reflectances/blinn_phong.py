@@ -1,4 +1,4 @@
-"""Blinn's form of Phong's reflection: a highlight around the half-way direction."""
+"""Blinn's variant of Phong's reflection: a highlight around the half-way direction."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from pvphong.optics.reflectance import Geometry, Peak, Sightline
 from pvphong.optics.reflectances.highlight import Shiny, own_shininess
 
 _LARGER = 2.0**60
-"""Makes room for the square of l + v where they are nearly opposite; a power of two, so that it changes no bit."""
+"""Scale of l + v that keeps its square from underflowing where they are nearly opposite; exact, a power of two."""
 
 
 @formula
 def _halfway_square(at: Geometry) -> Any:
-    """|C|² for C = h − n, n·h = 1 − ½|C|²; 2 where l = −v and there is no h."""
+    """Compute |C|² for C = h − n, n·h = 1 − ½|C|²; 2 where l = −v and there is no h."""
     h = times(add(at.l, at.v), like(at.n_l, _LARGER))
     length = square(h)
     chord = square(subtract(times(h, inverse_length(length)), times(at.n, at.scale)))
@@ -25,9 +25,9 @@ def _halfway_square(at: Geometry) -> Any:
 
 
 def largest_halfway(line: Sightline) -> float:
-    """The largest n·h = (cos θ + cos φ) / (2 cos ψ/2): it grows with smaller θ and φ and greater ψ.
+    """Return the largest n·h = (cos θ + cos φ) / (2 cos ψ/2), which grows with smaller θ and φ and greater ψ.
 
-    H is the middle of the arc from l to v, so its angle from n is no less than θ − ψ/2, and than φ − ψ/2.
+    The direction h is the middle of the arc from l to v, so its angle from n is at least θ − ψ/2 and φ − ψ/2.
     """
     theta, phi, psi = line
     nearest = math.cos(max(theta - 0.5 * psi, phi - 0.5 * psi, 0.0))
@@ -42,22 +42,22 @@ HALFWAY = Peak(
     None,
     lambda psi: 0.5 / max(math.cos(0.5 * psi), 1e-6),
 )
-"""Where the half-way direction h = (l + v)/|l + v| is n. It is the middle of the arc from l to v."""
+"""Peak where the half-way direction h = (l + v)/|l + v| is n. h is the middle of the arc from l to v."""
 
 
 @dataclass(frozen=True)
 class BlinnPhong(Shiny):
-    """max(n·l, 0), and max(n·h, 0)ⁿ where n·l > 0, with h = (l + v)/|l + v| (Blinn 1977; OpenGL 2.1, 2.14.1).
+    """Diffuse max(n·l, 0), and max(n·h, 0)ⁿ where n·l > 0, with h = (l + v)/|l + v| (Blinn 1977; OpenGL 2.1, 2.14.1).
 
     Parameters
     ----------
     shininess : float, optional
-        The exponent n, >= 0; the material's if not given.
+        Exponent n, >= 0; defaults to the material's.
 
     Raises
     ------
     ValueError
-        If the shininess is not such a number.
+        If the shininess is out of range.
     """
 
     shininess: float | None = own_shininess()

@@ -15,7 +15,7 @@ from pvphong.optics.reflectances.microfacets import ROUGHNESS, Microfacets, alph
 
 @formula
 def _same_roughness(roughness: Any, own: Any) -> Any:
-    """The parameters of facets with the same α for distribution and masking."""
+    """Return the parameters of facets with the same α for distribution and masking."""
     alpha = alpha_of(roughness)
     square = alpha * alpha
     return alpha, square, ONE - square, square, ONE - square, own[5], own[6], own[7]
@@ -23,20 +23,20 @@ def _same_roughness(roughness: Any, own: Any) -> Any:
 
 @dataclass(frozen=True)
 class GGX(Microfacets):
-    """A highlight of microfacets that shadow and mask each other, over a diffuse base.
+    """Highlight of microfacets that shadow and mask each other, over a diffuse base.
 
-    The highlight is D·V·F times n·l as `pvphong.optics.reflectances.microfacets` has it, for α = roughness², and its
-    colour its own: the material's `specular` is not read. Under it lies the material's `diffuse`, as far as the
-    highlight leaves light for it (Ashikhmin and Shirley 2000). Both are reciprocal, and where `diffuse` is at most 1
-    they reflect no more than all light, rough surfaces less: light that bounces between facets is not counted. For a
-    metal, `diffuse` should be 0.
+    The highlight is D·V·F times n·l as in `pvphong.optics.reflectances.microfacets`, for α = roughness². It has its own
+    colour: the material's `specular` is not read. The base is the material's `diffuse`, reduced by the light that the
+    highlight reflects (Ashikhmin and Shirley 2000). Both are reciprocal. If `diffuse` is at most 1, they conserve
+    energy; rough surfaces lose some, because light that bounces between facets is not counted. For a metal, `diffuse`
+    should be 0.
 
     Parameters
     ----------
     roughness : float
         0 < roughness <= 1: 0.1 is polished, 0.5 satin, 1 matt.
     f0 : color, default 0.04
-        What it reflects at normal incidence, from 0 to 1: 0.04 is glass, plastic and paint, metals have their colour.
+        Reflectance at normal incidence, from 0 to 1: 0.04 for glass, plastic and paint; the metal's colour for a metal.
 
     Raises
     ------
@@ -52,7 +52,7 @@ class GGX(Microfacets):
 
     @property
     def lobes(self) -> tuple[Lobe, ...]:
-        """What lies under the facets, and the highlight in the colour of f0 and in white."""
+        """The base, and the highlight in the colour of f0 and in white."""
         red, green, blue = rgb(self.f0)
         left: Vector = (1.0 - red, 1.0 - green, 1.0 - blue)
         base = Lobe("diffuse", takes_albedo=True, needs_viewer=True, color=left)

@@ -1,10 +1,9 @@
 """Highlights around a peak, by chords.
 
 A highlight is a function of a cosine f that is 1 at its peak. With a chord C that is 0 there, f = 1 − ½|C|². Near the
-peak |C| is small and known to full precision, while a cosine near 1 has lost the digits that a high shininess needs.
-A `Peak` says where that is, in the file of the reflectance that is known by it: `phong.py`, `blinn_phong.py`,
-`retro.py`. Reflectances whose highlight is fⁿ leave the power to the evaluators, because compiled code is faster with
-it in a loop of its own.
+peak, a cosine near 1 has lost the digits that a high shininess needs, while |C| is small and has full precision.
+`phong.py`, `blinn_phong.py` and `retro.py` each define a `Peak`. Reflectances whose highlight is fⁿ leave the power to
+the evaluators, because compiled code is faster with the power in a separate loop.
 """
 
 from __future__ import annotations
@@ -32,26 +31,26 @@ from pvphong.optics.reflectance import (
 from pvphong.optics.surface import Surface
 
 _SHARPEST = 2.0**40
-"""Directions of float64 are not chosen by a higher power."""
+"""Largest power for importance sampling, limited by the resolution of float64 directions."""
 
-# --- Schlick's part of the light that is white
+# --- Schlick's white part of the reflectance
 
 
 @formula
 def whiteness(at: Geometry) -> Any:
-    """(1 − h·l)⁵, the share of the range from the reflectance at normal incidence to white (Schlick 1994, equation 15).
+    """Compute (1 − h·l)⁵, the interpolation from normal-incidence reflectance to white (Schlick 1994, equation 15).
 
-    The cosine h·l is half the length of l + v. Where l = −v it is 0, and there is no half-way direction.
+    The cosine h·l is half the length of l + v. If l = −v it is 0, and there is no half-way direction.
     """
     rest = maximum(ONE - HALF * sqrt(square(add(at.l, at.v))), ZERO)
     return (rest * rest) * (rest * rest) * rest
 
 
 def part_of_light(name: str, value: Any) -> Color:
-    """A checked colour of at most 1 in each channel."""
+    """Check a colour of at most 1 in each channel."""
     color = check.color(name, value)
     if max(rgb(color)) > 1.0:
-        check.refuse(name, value, "a part of the light, at most 1 in each channel", "Divide 0-255 values by 255.")
+        check.refuse(name, value, "a reflectance of at most 1 in each channel", "Divide 0-255 values by 255.")
     return color
 
 
@@ -60,18 +59,18 @@ def part_of_light(name: str, value: Any) -> Color:
 
 @formula
 def lambert_and_highlight(own: Any, at: Geometry, highlight: Any) -> Any:  # noqa: ARG001 any reflectance's
-    """max(n·l, 0), and a highlight where n·l is positive."""
+    """Compute max(n·l, 0), and the highlight where n·l is positive."""
     return maximum(at.n_l, ZERO), where(at.n_l > ZERO, highlight, ZERO)
 
 
 @formula
-def unchanged(shininess: Any, own: Any) -> Any:  # noqa: ARG001 only the power has it
-    """The parameters of a reflectance that has its shininess in its power alone."""
+def unchanged(shininess: Any, own: Any) -> Any:  # noqa: ARG001 only the power depends on it
+    """Return the parameters unchanged, for reflectances whose shininess affects only the power."""
     return own
 
 
 def own_shininess() -> Any:
-    """A field with a shininess; None, its default, means the material's."""
+    """Declare a field for a shininess; its default None means the material's."""
     return check.field(_shininess_or_none, None)
 
 
@@ -82,12 +81,12 @@ def _shininess_or_none(name: str, value: Any) -> Any:
 class Shiny(Reflectance):
     """Lambert's cosine, and a highlight that is a power of the cosine around its peak.
 
-    Each kind has the field `shininess`, whose default None means the material's.
+    Each subclass has the field `shininess`, whose default None means the material's.
     """
 
     shininess: float | None
     floor: float = 0.0
-    """The cosine is taken to be at least this."""
+    """Least value of the cosine."""
 
     peak: ClassVar[Peak]
     maps: ClassVar[frozenset[str]] = frozenset({"specular", "shininess"})
@@ -100,16 +99,16 @@ class Shiny(Reflectance):
         return LAMBERT, HIGHLIGHT
 
     def of(self, material: Any) -> Self:
-        """A copy with the material's shininess, where it has none of its own."""
+        """Return a copy with the material's shininess, unless it has its own."""
         own: dict[str, Any] = {"shininess": material.shininess}
         return replace(self, **own) if self.shininess is None else self
 
     def power(self, maps: Mapping[str, Any]) -> Power:
-        """Its shininess, or that of each vertex; and its floor."""
+        """Return its shininess, or the shininess of each vertex, and its floor."""
         return Power(maps.get("shininess", self.sharpness), self.floor)
 
     def directions(self, surface: Surface) -> Directions:
-        """By the power itself, around its peak."""
+        """Sample the power around its peak."""
         exponent = np.minimum(self.power(surface.maps).exponent, _SHARPEST)
         if self.peak.axis is not None:
             return around(self.peak.axis(surface), exponent)

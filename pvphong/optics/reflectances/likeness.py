@@ -1,6 +1,6 @@
-"""Likeness: which other reflectance looks much the same as one, what is cheaper in its place, and what VTK has.
+"""Similar reflectances: counterparts, cheaper replacements, and VTK's versions.
 
-Each question has an answer by kind; a kind that is not here is like no other, and VTK has it not.
+Kinds register here. A kind that is not registered has no similar one, and VTK does not support it.
 """
 
 from __future__ import annotations
@@ -21,11 +21,11 @@ from pvphong.optics.reflectances.pbr import PBR, Shaded
 from pvphong.optics.reflectances.phong import Phong
 
 LIKENESS = 4.0
-"""Blinn-Phong needs about this many times the shininess for the same highlight; see `Material.for_blinn_phong`."""
+"""Ratio of Blinn-Phong's shininess to Phong's for the same highlight, roughly; see `Material.for_blinn_phong`."""
 
 
 def counterpart_of(reflectance: Reflectance) -> tuple[str, Reflectance] | None:
-    """Describe and make the reflectance that looks most like this one; None if no other does."""
+    """Return the description and the reflectance that looks most like this one, or None."""
     if isinstance(reflectance, Phong):
         return f"Blinn-Phong, shininess × {LIKENESS:g}", BlinnPhong(reflectance.sharpness * LIKENESS)
     if isinstance(reflectance, BlinnPhong):
@@ -35,19 +35,19 @@ def counterpart_of(reflectance: Reflectance) -> tuple[str, Reflectance] | None:
 
 @singledispatch
 def stand_in(reflectance: Any, material: Any) -> tuple[str, Any] | None:  # noqa: ARG001 nothing is simpler
-    """Name a cheaper reflectance and give the material with it that looks most like this one; None if there is none."""
+    """Return the name of a cheaper reflectance and the most similar material with it, or None."""
     return None
 
 
 @stand_in.register
 def _(reflectance: Metal, material: Any) -> tuple[str, Any]:
-    """Phong's highlight in the metal's colour, also where light grazes it."""
+    """Return Phong's highlight in the metal's colour, also at grazing angles."""
     return "Phong for Metal", replace(material, specular=reflectance.color, reflectance=Phong(reflectance.shininess))
 
 
 @stand_in.register
 def _(reflectance: OrenNayar, material: Any) -> tuple[str, Any]:
-    """Lambert's cosine, that reflects as much in all: A + B (2/3 − 64/(45π))."""
+    """Return Lambert's cosine with the same total reflectance: A + B (2/3 − 64/(45π))."""
     a, b = reflectance.parameters({})
     whole = a + b * (2.0 / 3.0 - 64.0 / (45.0 * math.pi))
     color = tuple(channel * whole for channel in rgb(material.diffuse))
@@ -56,11 +56,10 @@ def _(reflectance: OrenNayar, material: Any) -> tuple[str, Any]:
 
 @stand_in.register
 def _(reflectance: Microfacets, material: Any) -> tuple[str, Any]:
-    """Phong's highlight, as high and half as high at the same angles where light and viewer are above the surface.
+    """Return Phong's highlight with the same peak and half width for light and viewer above the surface.
 
-    Lambert's cosine under it reflects as much in all as the coupled base, which is 23/28.
-    There g is 1/(4α²) at its peak and half of that where sin² θ = (√2 − 1)α², which is cos (2θ)ⁿ = ½ for
-    n = ln 4 / (4 (√2 − 1) α²).
+    Its peak is g = 1/(4α²). The highlight is half of that where sin² θ = (√2 − 1)α², which is cos (2θ)ⁿ = ½ for
+    n = ln 4 / (4 (√2 − 1) α²). Lambert's cosine has the total reflectance of the coupled base, 23/28.
     """
     base, tinted, _ = reflectance.lobes
     square = reflectance.alpha**2
@@ -72,12 +71,12 @@ def _(reflectance: Microfacets, material: Any) -> tuple[str, Any]:
 
 
 @singledispatch
-def in_vtk(reflectance: Any) -> Any:  # noqa: ARG001 VTK has no such
-    """The reflectance as VTK's shader computes it; None if VTK does not have it."""
+def in_vtk(reflectance: Any) -> Any:  # noqa: ARG001 not in VTK
+    """Return the reflectance as VTK's shader computes it, or None if VTK does not support it."""
     return None
 
 
 @in_vtk.register
 def _(reflectance: PBR) -> PBR:
-    """As the shader has it; for that it must have its colour."""
+    """Return the shader's version; the reflectance must have its colour."""
     return Shaded(**asdict(reflectance))

@@ -21,27 +21,27 @@ from pvphong.optics.reflectances.phong import MIRROR
 
 @formula
 def _parted_highlight(own: Any, at: Geometry, highlight: Any) -> Any:
-    """Phong's factors, the highlight in two parts: in the metal's colour and in white."""
+    """Compute Phong's factors, with the highlight in two parts: in the metal's colour and in white."""
     n_l, shine = lambert_and_highlight(own, at, highlight)
-    shine = where(shine > like(shine, 2.0**-80), shine, ZERO)  # less may be no normal number once it is parted
+    shine = where(shine > like(shine, 2.0**-80), shine, ZERO)  # the parts of a smaller one may be subnormal
     white = shine * whiteness(at)
     return n_l, shine - white, white
 
 
 @dataclass(frozen=True)
 class Metal(Shiny):
-    """Phong's reflection with a highlight that is tinted by the metal, and white only where light grazes it.
+    """Phong's reflection with a highlight in the metal's colour, which turns white at grazing angles.
 
-    max(n·l, 0), and F · max(r·v, 0)ˢ where n·l > 0, with Schlick's F = C + (1 − C)(1 − h·l)⁵ for the metal's colour C
-    and h = (l + v)/|l + v|. The colour of the highlight is its own: the material's `specular` is not read, and its
-    `diffuse` should be dark, for metals scatter next to nothing. Not reciprocal, as Phong's.
+    Diffuse max(n·l, 0), and F · max(r·v, 0)ˢ where n·l > 0, with Schlick's F = C + (1 − C)(1 − h·l)⁵ for the metal's
+    colour C and h = (l + v)/|l + v|. The highlight has its own colour: the material's `specular` is not read. Its
+    `diffuse` should be dark, because metals scatter almost nothing. Like Phong's, it is not reciprocal.
 
     Parameters
     ----------
     color : color
-        What it reflects at normal incidence, from 0 to 1: gold is about (1.0, 0.78, 0.34), in linear light.
+        Reflectance at normal incidence, from 0 to 1: gold is about (1.0, 0.78, 0.34), in linear light.
     shininess : float, optional
-        The exponent s, >= 0; the material's if not given.
+        Exponent s, >= 0; defaults to the material's.
 
     Raises
     ------
@@ -50,8 +50,8 @@ class Metal(Shiny):
 
     Notes
     -----
-    C. Schlick: An inexpensive BRDF model for physically-based rendering (1994), equation 15. That a metal's colour
-    shifts to white at grazing angles is R. Cook and K. Torrance: A reflectance model for computer graphics (1982),
+    C. Schlick: An inexpensive BRDF model for physically-based rendering (1994), equation 15. For the shift of a metal's
+    colour to white at grazing angles, see R. Cook and K. Torrance: A reflectance model for computer graphics (1982),
     section 5.
     """
 

@@ -1,16 +1,16 @@
 """Surfaces of small mirrors: Trowbridge and Reitz' distribution, Smith's masking, Schlick's Fresnel.
 
 Symbols: n the normal, l and v unit vectors to light and viewer, h = (l + v)/|l + v|, θ the angle between n and h, x =
-n·l, y = n·v, and S = (1 − h·l)⁵. A facet's factor, times π as everywhere here, is
+n·l, y = n·v, and S = (1 − h·l)⁵. A facet's factor, times π as in all of pvphong, is
 
     g = D · K,   D = (α / (α² cos² θ + sin² θ))²,   K = x / (2 (x √(β² + (1 − β²) y²) + y √(β² + (1 − β²) x²)))
 
 with Trowbridge and Reitz' D (Walter et al., Microfacet models for refraction through rough surfaces, 2007, equation
 33) and Smith's height-correlated masking over 4 n·l n·v (Heitz, Understanding the masking-shadowing function, 2014,
-equation 99) times n·l. Theory has β = α. Of F = F₀(1 − S) + S, the first part has the colour F₀, the second is white.
+equation 99) times n·l. In theory β = α. Of F = F₀(1 − S) + S, the first part has the colour F₀, the second is white.
 
-Near the peak sin² θ = |n × (l + v)|² / |l + v|² is known to full precision, where cos² θ has lost the digits that a
-small α needs.
+Near the peak, cos² θ has lost the digits that a small α needs. sin² θ = |n × (l + v)|² / |l + v|² keeps full precision,
+so the code uses it.
 """
 
 from __future__ import annotations
@@ -49,21 +49,21 @@ from pvphong.optics.reflectances.highlight import (
 from pvphong.optics.surface import Surface
 
 _LEAST_ALPHA = 1e-15
-"""Its highlights are narrower than float64 resolves directions, and its square is within float32's range."""
+"""Least α. Its highlight is narrower than the resolution of float64 directions, and its square fits in float32."""
 
 COUPLED = 28.0 / 23.0
 
 
 @formula
 def _cosines(own: Any, at: Geometry) -> Any:
-    """The cosines x and y, cut off at the floor; x is 0 where there is no normal or no light."""
+    """Return the cosines x and y, clamped to the floor; x is 0 where there is no normal or no light."""
     x, y = maximum(at.n_l, own[5]), maximum(at.n_v, own[5])
     return where((square(at.n) > ZERO) & (square(at.l) > ZERO), x, ZERO), y
 
 
 @formula
 def _highlight(own: Any, at: Geometry, x: Any, y: Any) -> Any:
-    """The factor G in two parts: what is multiplied by F₀, and what is white."""
+    """Return the factor g in two parts: the part that F₀ multiplies, and the white part."""
     alpha, alpha2, rest, beta2, beyond, least = own[0], own[1], own[2], own[3], own[4], own[6]
     s = add(at.l, at.v)
     length = square(s)
@@ -81,7 +81,7 @@ def _highlight(own: Any, at: Geometry, x: Any, y: Any) -> Any:
 
 @formula
 def faded(own: Any, at: Geometry, highlight: Any) -> Any:  # noqa: ARG001 it is no power
-    """Lambert's reflection of what the facets let in, x(1 − tS), and the highlight in its two colours."""
+    """Compute Lambert's reflection of the light that facets transmit, x(1 − tS), and the highlight's two parts."""
     x, y = _cosines(own, at)
     tinted, white = _highlight(own, at, x, y)
     return x * (ONE - own[7] * whiteness(at)), tinted, white
@@ -89,16 +89,17 @@ def faded(own: Any, at: Geometry, highlight: Any) -> Any:  # noqa: ARG001 it is 
 
 @formula
 def _seen(cosine: Any) -> Any:
-    """1 − (1 − c/2)⁵ for a cosine c."""
+    """Compute 1 − (1 − c/2)⁵ for a cosine c."""
     rest = ONE - HALF * maximum(cosine, ZERO)
     return ONE - (rest * rest) * (rest * rest) * rest
 
 
 @formula
 def coupled(own: Any, at: Geometry, highlight: Any) -> Any:  # noqa: ARG001 it is no power
-    """A base that is reciprocal and leaves the sum at most 1, 28/23 · x(1 − (1 − x/2)⁵)(1 − (1 − y/2)⁵), and the same.
+    """Compute a reciprocal base that keeps the sum at most 1, and the highlight's two parts.
 
-    Ashikhmin and Shirley, An anisotropic Phong BRDF model, 2000, equation 5.
+    The base is 28/23 · x(1 − (1 − x/2)⁵)(1 − (1 − y/2)⁵): Ashikhmin and Shirley, An anisotropic Phong BRDF model, 2000,
+    equation 5.
     """
     x, y = _cosines(own, at)
     tinted, white = _highlight(own, at, x, y)
@@ -106,13 +107,13 @@ def coupled(own: Any, at: Geometry, highlight: Any) -> Any:  # noqa: ARG001 it i
 
 
 ROUGHNESS = partial(number_or_map, above=0.0, at_most=1.0, remedy="0.1 is polished, 0.5 satin, 1 matt.")
-"""The check of a roughness."""
+"""Check of a roughness."""
 
 
 class Microfacets(Reflectance):
-    """A diffuse base, `faded` or `coupled`, under a highlight of microfacets in two colours.
+    """Diffuse base, `faded` or `coupled`, under a highlight of microfacets in two colours.
 
-    Each kind has the field `roughness`.
+    Each subclass has the field `roughness`.
     """
 
     roughness: float
@@ -121,24 +122,24 @@ class Microfacets(Reflectance):
     peak: ClassVar = HALFWAY
 
     cutoffs: ClassVar[tuple[float, float]] = (0.0, 0.0)
-    """The cosines n·l and n·v, and the denominator in D, are taken to be at least these."""
+    """Least values of the cosines n·l and n·v, and of the denominator in D."""
 
-    def fade(self, maps: Mapping[str, Any]) -> Any:  # noqa: ARG002 as much everywhere
-        """The t of a `faded` base: how much less of it is left where light grazes the facets."""
+    def fade(self, maps: Mapping[str, Any]) -> Any:  # noqa: ARG002 constant by default
+        """Return the t of a `faded` base: its loss where light grazes the facets."""
         return 1.0
 
     @property
     def alpha(self) -> float:
-        """The roughness α of the distribution."""
+        """Roughness α of the distribution."""
         return float(self.parameters({})[0])
 
     @property
     def is_faded(self) -> bool:
-        """True for a `faded` base, false for a `coupled` one."""
+        """True for a `faded` base, False for a `coupled` one."""
         return type(self).factors is faded
 
     def directions(self, surface: Surface) -> Directions:
-        """By the distribution of the facets' slopes (Walter et al. 2007, equations 35 and 36)."""
+        """Sample the distribution of the facets' slopes (Walter et al. 2007, equations 35 and 36)."""
         alpha = self.parameters(surface.maps)[0]
 
         def slopes(x: Any, y: Any) -> tuple[Any, Any]:
@@ -153,11 +154,11 @@ class Microfacets(Reflectance):
 
     @property
     def sharpness(self) -> float:
-        """The density D is about exp(−2 θ²/α²) at its peak."""
+        """Sharpness of the density D, which is about exp(−2 θ²/α²) at its peak."""
         return min(4.0 / self.alpha**2, BRIGHTEST)
 
     def parameters(self, maps: Mapping[str, Any]) -> tuple[Any, ...]:
-        """α, α², 1 − α², β², 1 − β², where cosines and D's denominator are cut off, and t."""
+        """Return α, α², 1 − α², β², 1 − β², the least cosine, the least denominator of D, and t."""
         rest = (*(0.0,) * 5, *self.cutoffs, self.fade(maps))
         found: tuple[Any, ...] = type(self).mapped(np.asarray(maps.get("roughness", self.roughness)), rest)
         return found
@@ -165,5 +166,5 @@ class Microfacets(Reflectance):
 
 @formula
 def alpha_of(roughness: Any) -> Any:
-    """The α of a roughness that looks even: its square."""
+    """Return the α of a perceptually linear roughness: its square."""
     return maximum(roughness * roughness, like(roughness, _LEAST_ALPHA))

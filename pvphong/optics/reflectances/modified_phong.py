@@ -1,4 +1,4 @@
-"""Phong's reflection made into one that conserves energy and is reciprocal."""
+"""Phong's reflection, modified to conserve energy and to be reciprocal."""
 
 from __future__ import annotations
 
@@ -16,33 +16,33 @@ from pvphong.optics.reflectances.phong import MIRROR
 
 @formula
 def _normalised_highlight(own: Any, at: Geometry, highlight: Any) -> Any:
-    """max(n·l, 0), and that times a highlight times the one number."""
+    """Compute max(n·l, 0), and its product with the highlight and the scale."""
     n_l = maximum(at.n_l, ZERO)
     return n_l, n_l * highlight * own[0]
 
 
 @formula
 def _scale_of(shininess: Any, own: Any) -> Any:  # noqa: ARG001 there are no others
-    """(s + 2)/2, with which the highlight around a direction reflects all light at normal incidence."""
+    """Return (s + 2)/2, the scale with which the highlight reflects all light at normal incidence."""
     return (minimum(HALF * shininess + ONE, like(shininess, BRIGHTEST)),)
 
 
 @dataclass(frozen=True)
 class ModifiedPhong(Shiny):
-    """max(n·l, 0), and (s + 2)/2 · max(r·v, 0)ˢ · max(n·l, 0), s the shininess (Lafortune and Willems 1994).
+    """Diffuse max(n·l, 0), and (s + 2)/2 · max(r·v, 0)ˢ · max(n·l, 0), s the shininess (Lafortune and Willems 1994).
 
-    As it spreads the same light over a wider or narrower highlight, a shinier one is brighter. It is reciprocal, and
-    reflects no more than all light where diffuse and specular together are at most 1.
+    The highlight is normalised: a shinier one is narrower and brighter. It is reciprocal, and conserves energy if
+    diffuse and specular together are at most 1.
 
     Parameters
     ----------
     shininess : float, optional
-        The exponent s, >= 0; the material's if not given.
+        Exponent s, >= 0; defaults to the material's.
 
     Raises
     ------
     ValueError
-        If the shininess is not such a number.
+        If the shininess is out of range.
 
     Notes
     -----
@@ -58,6 +58,6 @@ class ModifiedPhong(Shiny):
     mapped = staticmethod(_scale_of)
 
     def parameters(self, maps: Mapping[str, Any]) -> tuple[Any, ...]:
-        """The scale of the highlight."""
+        """Return the scale of the highlight."""
         scale: tuple[Any, ...] = _scale_of(np.asarray(maps.get("shininess", self.sharpness)), ())
         return scale

@@ -15,24 +15,24 @@ from pvphong.optics.reflectance import Geometry, Lobe, Reflectance
 
 @formula
 def _rough_diffuse(own: Any, at: Geometry, highlight: Any) -> Any:  # noqa: ARG001 it has none
-    """Their factor by cos φ sin α sin β = l·v − (n·l)(n·v), cos β the greater of n·l and n·v: no angle is computed."""
+    """Compute the factor without angles: cos φ sin α sin β = l·v − (n·l)(n·v), cos β the greater of n·l and n·v."""
     a, b = own[0], own[1]
     n_l = maximum(at.n_l, ZERO)
     along = maximum(dot(at.l, at.v) - n_l * at.n_v, ZERO)
     steepest = maximum(n_l, at.n_v)
     tangent = where(steepest > ZERO, along / steepest, ZERO)
-    # sin α tan β is unbounded where both are grazing, and n·l times it at most 1
+    # sin α tan β is unbounded where both are grazing, but its product with n·l is at most 1
     return (n_l * a + b * minimum(n_l * tangent, ONE),)
 
 
 @dataclass(frozen=True)
 class OrenNayar(Reflectance):
-    """A surface of small matt facets in all orientations, in place of Lambert's; it has no highlight.
+    """Rough diffuse surface of small Lambertian facets in all orientations, without a highlight.
 
     The qualitative model of Oren and Nayar, "Generalization of Lambert's reflectance model" (1994), equation 30. With
     α the greater and β the smaller of the angles from n to l and to v, and φ the angle between l and v around n, it is
-    cos θ · (A + B · max(cos φ, 0) · sin α · tan β). It is reciprocal but for the cosine that every reflectance has. At
-    a sigma of 10 and grazing angles a white surface reflects up to 1.5 % more than all light; more than that never.
+    cos θ · (A + B · max(cos φ, 0) · sin α · tan β). It is reciprocal, apart from the cosine of every reflectance. At
+    grazing angles, a white surface reflects up to 1.5 % more than all light, at the worst sigma, 10.
 
     Parameters
     ----------
@@ -51,6 +51,6 @@ class OrenNayar(Reflectance):
     factors = staticmethod(_rough_diffuse)
 
     def parameters(self, maps: Mapping[str, Any]) -> tuple[float, float]:  # noqa: ARG002 it has no maps
-        """The coefficients A and B."""
+        """Return the coefficients A and B."""
         variance = math.radians(self.sigma) ** 2
         return 1.0 - 0.5 * variance / (variance + 0.33), 0.45 * variance / (variance + 0.09)

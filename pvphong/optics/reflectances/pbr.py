@@ -1,4 +1,4 @@
-"""What VTK draws for `pbr=True`."""
+"""VTK's physically based shading, for `pbr=True`."""
 
 from __future__ import annotations
 
@@ -18,35 +18,35 @@ from pvphong.optics.reflectance import HIGHLIGHT, WHITE, Lobe
 from pvphong.optics.reflectances.microfacets import ROUGHNESS, Microfacets, alpha_of, faded
 
 DIELECTRIC = 0.04
-"""What all but metals reflect at normal incidence, for an index of refraction of 1.5."""
+"""Reflectance of nonmetals at normal incidence, for an index of refraction of 1.5."""
 
-# Where VTK's shader cuts off cosines, and D's denominator, which has a π in it there.
+# Least cosines, and the least denominator of D, in VTK's shader, where the denominator includes π.
 _FLOOR, _LEAST = 1e-5, math.sqrt(1e-8 / math.pi)
 
 
 @formula
 def _half_masked(roughness: Any, own: Any) -> Any:
-    """The parameters of facets whose D has the square of the roughness, and whose masking the roughness itself."""
+    """Return the parameters of facets with α = roughness² in D, and β = roughness in the masking."""
     alpha = alpha_of(roughness)
     return alpha, alpha * alpha, ONE - alpha * alpha, alpha, ONE - alpha, own[5], own[6], own[7]
 
 
 @dataclass(frozen=True)
 class PBR(Microfacets):
-    """VTK's physically based shading of a material: metal or not, and how rough.
+    """VTK's physically based shading, with the parameters metallic and roughness.
 
-    With a the material's `diffuse` times the albedo, F₀ = 0.04 (1 − metallic) + metallic · a, and S, D and K as
-    `pvphong.optics.reflectances.microfacets` has them, for α = roughness² and, as VTK has it, β = roughness: the
-    surface reflects (1 − metallic)(1 − F) a n·l + D K F, with F = F₀(1 − S) + F₉₀S. F₉₀ is 1, and less where surfaces
-    are partly metal and nearly black, see `fresnel_ends`. The material's `specular` is not read. In VTK's convention
-    (`LightModel.vtk()`) that is VTK's to the letter: over π, with cosines of at least 1e-5, no ambient colour, and the
-    sum of all light raised to 1/2.2. It is reciprocal; the sum of base and highlight is more than all light where a
-    white surface is seen at grazing angles, as in VTK.
+    Let a be the material's `diffuse` times the albedo, F₀ = 0.04 (1 − metallic) + metallic · a, and S, D and K as in
+    `pvphong.optics.reflectances.microfacets`, for α = roughness² and, as in VTK, β = roughness. The surface reflects
+    (1 − metallic)(1 − F) a n·l + D K F, with F = F₀(1 − S) + F₉₀S. F₉₀ is 1, or less for surfaces that are partly metal
+    and nearly black; see `fresnel_ends`. The material's `specular` is not read. In VTK's convention
+    (`LightModel.vtk()`), the result matches VTK: divided by π, with cosines of at least 1e-5, without an ambient
+    colour, and with the sum of all light raised to 1/2.2. It is reciprocal. As in VTK, a white surface reflects more
+    than all light at grazing angles.
 
     Parameters
     ----------
     metallic : float or map, default 0
-        0 for anything but metal, 1 for metal; in between, as in VTK, for a blend.
+        0 for a nonmetal, 1 for metal; a blend in between, as in VTK.
     roughness : float or map, default 0.5
         0 < roughness <= 1.
 
@@ -58,10 +58,10 @@ class PBR(Microfacets):
     Notes
     -----
     Source: VTK 9.7's vtkOpenGLPolyDataMapper.cxx (ReplaceShaderLight). Its anisotropy, clear coat, edge tint, index of
-    refraction other than 1.5, emissive and other textures, and light from environment textures are not here;
-    `Material.from_property` and `Scene.from_plotter` refuse them by name. Where F₉₀ is below 1, its share in the base
-    is taken from the brightest channel, which is within 3e-7 of what VTK draws of a light of 1, and for an albedo of 1,
-    which is within 1e-4.
+    refraction other than 1.5, emissive and other textures, and light from environment textures are not supported;
+    `Material.from_property` and `Scene.from_plotter` refuse them by name. If F₉₀ is below 1, the base uses the value of
+    the brightest channel, which differs from VTK by at most 3e-7 for a light of 1; and of an albedo of 1, which differs
+    by at most 1e-4.
     """
 
     metallic: float = check.field(partial(number_or_map, at_least=0.0, at_most=1.0), 0.0)
@@ -72,10 +72,10 @@ class PBR(Microfacets):
     mapped = staticmethod(_half_masked)
 
     def of(self, material: Any) -> PBR:
-        """A copy with the material's diffuse colour."""
+        """Return a copy with the material's diffuse colour."""
         color = rgb(material.diffuse)
         if max(color) > 1.0:
-            check.refuse("diffuse", color, "at most 1 in each channel for PBR", "More is no part of the light.")
+            check.refuse("diffuse", color, "at most 1 in each channel for PBR", "A reflectance of 1 is all light.")
         return _Colored(self.metallic, self.roughness, color)
 
     @property
@@ -85,10 +85,10 @@ class PBR(Microfacets):
 
 
 def fresnel_ends(metallic: Any, color: Any) -> tuple[Any, Any]:
-    """F₀ in each channel of a colour, shape (3, ...), and F₉₀, which all channels share, shape (...).
+    """Return F₀ in each channel of a colour, shape (3, ...), and F₉₀, shared by all channels, shape (...).
 
-    As VTK and Filament (5.6.2, specular occlusion) have it, who take an F₀ below 0.02 for a crevice: the part of F₉₀
-    that is not a metal's is 50 times the mean of F₀, and 1 at most; VTK takes 0.33 for a third.
+    Like VTK and Filament (5.6.2, specular occlusion), it treats an F₀ below 0.02 as a crevice: the nonmetallic part of
+    F₉₀ is 50 times the mean of F₀, at most 1. VTK uses 0.33 for a third.
     """
     f0 = (1.0 - metallic) * DIELECTRIC + metallic * color
     return f0, (1.0 - metallic) * np.minimum(50.0 * 0.33 * (f0[0] + f0[1] + f0[2]), 1.0) + metallic
@@ -100,27 +100,27 @@ class _Colored(PBR):
 
     color: Vector = WHITE
     varies: bool = False
-    """Whether `metallic` is a map."""
+    """True if `metallic` is a map."""
 
     scale: ClassVar[float] = 1.0
 
     def fade(self, maps: Mapping[str, Any]) -> Any:
-        """The t = 1 − (1 − F₉₀)/(1 − F₀), for (1 − F₀)(1 − tS) to be 1 − F, in the brightest channel."""
+        """Return t = 1 − (1 − F₉₀)/(1 − F₀), so that (1 − F₀)(1 − tS) is 1 − F in the brightest channel."""
         f0, f90 = fresnel_ends(maps.get("metallic", self.metallic), np.array(self.color)[:, None])
         top = f0.max(axis=0)
         fade = np.where(f90 < 1.0, (f90 - top) / np.maximum(1.0 - top, 1e-9), 1.0)
         return fade if "metallic" in maps else float(fade[0])
 
     def over(self, maps: Mapping[str, tuple[float, float]]) -> PBR:
-        """One whose colours hold for a map of metallic too."""
+        """Return a copy whose colours are bounds for a map of `metallic`."""
         return replace(self, varies="metallic" in maps)
 
     @property
     def lobes(self) -> tuple[Lobe, ...]:
-        """The lobes of a metal to the share `metallic`; its F₀ is no multiple of the albedo in between.
+        """The base, and the highlight in the colours of F₀ and F₉₀. In a blend, F₀ is not a multiple of the albedo.
 
-        Where `metallic` is a map, their colours are the greatest from 0 to 1, whatever the map's numbers are: that of
-        the base falls with it, and F₀ is linear in it.
+        If `metallic` is a map, the colours are the greatest for any value from 0 to 1: the base decreases with
+        `metallic`, and F₀ is linear in it.
         """
         color, is_blend = np.array(self.color)[:, None], self.varies or 0.0 < self.metallic < 1.0
         low, high = (0.0, 1.0) if self.varies else (self.metallic, self.metallic)
@@ -130,7 +130,7 @@ class _Colored(PBR):
         f90 = np.ones(1) if self.varies else least_f90
 
         def ends(albedo: FloatArray, maps: Mapping[str, FloatArray]) -> tuple[Any, Any, Any]:
-            """The metallic, F₀ and F₉₀, in the type of the albedo."""
+            """Return metallic, F₀ and F₉₀, in the type of the albedo."""
             m = maps.get("metallic", albedo.dtype.type(low))
             return m, *fresnel_ends(m, color.astype(albedo.dtype) * albedo)
 
@@ -159,12 +159,12 @@ class _Colored(PBR):
 
 @dataclass(frozen=True)
 class Shaded(_Colored):
-    """As VTK's shader has it."""
+    """PBR as VTK's shader computes it."""
 
     gamma: ClassVar[float] = 2.2
     is_physical: ClassVar[bool] = True
     scale: ClassVar[float] = 1.0 / math.pi
-    """Over π."""
+    """Factor 1/π of the shader."""
 
     cutoffs: ClassVar[tuple[float, float]] = _FLOOR, _LEAST
 
@@ -173,12 +173,12 @@ class Shaded(_Colored):
 
 
 def is_physical(prop: Any) -> bool:
-    """Whether VTK draws a property with physically based shading."""
+    """True if VTK draws a property with physically based shading."""
     return bool(prop.GetInterpolationAsString() == "Physically based rendering")
 
 
 def physical_of(prop: Any) -> PBR:
-    """The reflectance of such a property; ValueError naming what it uses of VTK's shading that is not here."""
+    """Return the reflectance of a physically based property; raise ValueError for features that are not supported."""
     asked = {
         "anisotropy": (prop.GetAnisotropy(), 0.0),
         "coat_strength": (prop.GetCoatStrength(), 0.0),
@@ -188,8 +188,8 @@ def physical_of(prop: Any) -> PBR:
     }
     for name, (given, only) in asked.items():
         if given != only:
-            check.refuse(f"prop.{name}", given, f"{only} with pbr=True", "Of VTK's shading that part is not here.")
+            check.refuse(f"prop.{name}", given, f"{only} with pbr=True", "pvphong does not support this part of VTK.")
     if prop.GetRoughness() <= 0.0:
-        remedy = "VTK draws no highlight with a roughness of 0; 0.05 is next to a mirror."
+        remedy = "With a roughness of 0, VTK draws no highlight; use 0.05 for a near mirror."
         check.refuse("prop.roughness", prop.GetRoughness(), "above 0", remedy)
     return PBR(prop.GetMetallic(), prop.GetRoughness())

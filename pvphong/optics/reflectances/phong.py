@@ -1,7 +1,7 @@
 """Phong's reflection: diffuse, and a highlight around the mirror direction.
 
-The cosine is r·v = 1 − ½|C|², with the chord C between r and v. Evaluators take the power of it that `Phong.power` says
-(`pvphong.base.formulas.chord_power`), and `factors` of `Shiny` put it where n·l > 0.
+The cosine is r·v = 1 − ½|C|², with the chord C between r and v. Evaluators raise it to the power `Phong.power`
+(`pvphong.base.formulas.chord_power`), and `Shiny.factors` keeps it where n·l > 0.
 """
 
 from __future__ import annotations
@@ -20,9 +20,9 @@ from pvphong.optics.reflectances.highlight import Shiny, own_shininess
 
 @formula
 def _mirror_square(at: Geometry) -> Any:
-    """|C|² for C = 2(n·l)n − l − v, r·v = 1 − ½|C|², taken apart across n and along it.
+    """Compute |C|² for C = 2(n·l)n − l − v, r·v = 1 − ½|C|², from the parts of C across n and along it.
 
-    |C|² = |n × (l + v)|² + (n·(l − v))² is 0 where n = l = v, and leaves out the rounding of |n|.
+    |C|² = |n × (l + v)|² + (n·(l − v))² is 0 where n = l = v, unaffected by the rounding of |n|.
     """
     along = dot(at.n, subtract(at.l, at.v))
     return multiply_add(along, along, square(cross(at.n, add(at.l, at.v)))) * (at.scale * at.scale)
@@ -34,19 +34,19 @@ MIRROR = Peak(
     lambda line: 2.0 * math.cos(line.theta) * max(math.cos(line.phi), 0.0) - math.cos(line.psi),
     lambda surface: surface.mirrored,
 )
-"""Where the viewer is in the direction r = 2(n·l)n − l in which light is mirrored: r·v = 2(n·l)(n·v) − l·v."""
+"""Peak where the viewer is in the mirror direction r = 2(n·l)n − l: r·v = 2(n·l)(n·v) − l·v."""
 
 
 @dataclass(frozen=True)
 class Phong(Shiny):
-    """max(n·l, 0), and max(r·v, 0)ⁿ where n·l > 0, with r = 2(n·l)n − l (Phong 1975). Not reciprocal.
+    """Diffuse max(n·l, 0), and max(r·v, 0)ⁿ where n·l > 0, with r = 2(n·l)n − l (Phong 1975). Not reciprocal.
 
     Parameters
     ----------
     shininess : float, optional
-        The exponent n, >= 0; the material's if not given.
+        Exponent n, >= 0; defaults to the material's.
     floor : float, default 0
-        The cosine r·v is taken to be at least this, as VTK's shader does.
+        Least value of the cosine r·v, as in VTK's shader.
 
     Raises
     ------

@@ -12,35 +12,35 @@ from pvphong.optics.reflectances.modified_phong import ModifiedPhong
 
 @formula
 def _back_square(at: Geometry) -> Any:
-    """|C|² for C = l − v, l·v = 1 − ½|C|²."""
+    """Compute |C|² for C = l − v, l·v = 1 − ½|C|²."""
     return square(subtract(at.l, at.v))
 
 
 BACK = Peak(_back_square, lambda _, l, v: l - v, lambda _: 1.0, lambda surface: surface.to_viewer)
-"""Where the viewer is beside the light. Nothing is known of the least angle between them."""
+"""Peak where the viewer is in the direction of the light. Bounds on their least angle are unknown."""
 
 
 @dataclass(frozen=True)
 class Retro(ModifiedPhong):
-    """max(n·l, 0), and (s + 2)/2 · max(l·v, 0)ˢ · max(n·l, 0), s the shininess: brightest where the light comes from.
+    """Retroreflection: max(n·l, 0), and (s + 2)/2 · max(l·v, 0)ˢ · max(n·l, 0), s the shininess.
 
-    It is `ModifiedPhong` with the direction to the light in place of the mirror direction: reciprocal, and no more than
-    all light is reflected where diffuse and specular together are at most 1. A headlight shows all of it.
+    It is `ModifiedPhong` with the direction to the light in place of the mirror direction. It is reciprocal, and
+    conserves energy if diffuse and specular together are at most 1. A headlight makes it brightest.
 
     Parameters
     ----------
     shininess : float, optional
-        The exponent s, >= 0; the material's if not given.
+        Exponent s, >= 0; defaults to the material's.
 
     Raises
     ------
     ValueError
-        If the shininess is not such a number.
+        If the shininess is out of range.
 
     Notes
     -----
-    The lobe around the direction back is one of those of E. Lafortune, S.-C. Foo, K. Torrance, D. Greenberg: Non-linear
-    approximation of reflectance functions (1997), section 4.
+    Source of the retroreflective lobe: E. Lafortune, S.-C. Foo, K. Torrance, D. Greenberg: Non-linear approximation of
+    reflectance functions (1997), section 4.
     """
 
     peak: ClassVar = BACK

@@ -1,4 +1,4 @@
-"""VTK's reading of Phong's reflection (vtkOpenGLPolyDataMapper::ReplaceShaderLight)."""
+"""VTK's variant of Phong's reflection (vtkOpenGLPolyDataMapper::ReplaceShaderLight)."""
 
 from __future__ import annotations
 
@@ -12,50 +12,50 @@ from pvphong.optics.reflectances.highlight import Shiny, own_shininess
 from pvphong.optics.reflectances.phong import Phong
 
 HIGHEST_POWER = 128.0
-"""vtkProperty and vtkLight keep exponents in [0, 128]."""
+"""Largest exponent in vtkProperty and vtkLight, which clamp to [0, 128]."""
 
-# The shader cuts cosines off at these; the second one is its first tier's.
+# Least cosines in the shader; the second one is for its first tier.
 _FLOOR, _HEADLIGHT_FLOOR = 1e-5, 1e-6
 
 
 def vtk_reflectance(shininess: float, *, is_headlight: bool) -> Reflectance:
-    """What the shader computes in its first tier, for a headlight alone, or in the others."""
+    """Return the shader's reflectance: in its first tier, for a single headlight, or in the others."""
     shininess = min(shininess, HIGHEST_POWER)
     return VtkHeadlight(shininess) if is_headlight else Phong(shininess, _FLOOR)
 
 
 @formula
 def _headlight(own: Any, at: Geometry, highlight: Any) -> Any:  # noqa: ARG001 any reflectance's
-    """max(n·l, floor) and a highlight, but 0 where there is no normal: the floor is not for that."""
+    """Compute max(n·l, floor) and the highlight; both are 0 without a normal, where the floor does not apply."""
     is_there = square(at.n) > ZERO
     return where(is_there, maximum(at.n_l, like(at.n_l, _HEADLIGHT_FLOOR)), ZERO), where(is_there, highlight, ZERO)
 
 
 @formula
 def _normal_square(at: Geometry) -> Any:
-    """|C|² for C = l − n, n·l = 1 − ½|C|²."""
+    """Compute |C|² for C = l − n, n·l = 1 − ½|C|²."""
     return square(subtract(at.l, times(at.n, at.scale)))
 
 
 NORMAL = Peak(
     _normal_square, lambda n, l, _: l - n, lambda line: math.cos(line.theta), lambda surface: surface.exact_normals
 )
-"""Where light falls along the normal."""
+"""Peak where light falls along the normal."""
 
 
 @dataclass(frozen=True)
 class VtkHeadlight(Shiny):
-    """c and cⁿ with c = max(n·l, 1e-6): the shader's first tier; 0 without a normal.
+    """Diffuse c and highlight cⁿ with c = max(n·l, 1e-6): the shader's first tier; 0 without a normal.
 
     Parameters
     ----------
     shininess : float
-        The exponent n.
+        Exponent n.
     """
 
     shininess: float | None = own_shininess()
 
-    # with its floor the first is none of Lambert's, which is computed without asking this formula
+    # the floor makes the first lobe differ from LAMBERT, which is evaluated without calling this formula
     lobes = Lobe("diffuse", takes_albedo=True, needs_viewer=False), HIGHLIGHT._replace(needs_viewer=False)
     forms = None, None
     floor = _HEADLIGHT_FLOOR

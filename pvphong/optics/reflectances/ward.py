@@ -1,4 +1,4 @@
-"""Gloss that is longer in one direction than across it, as of brushed metal, satin and hair."""
+"""Anisotropic gloss, as of brushed metal, satin and hair."""
 
 from __future__ import annotations
 
@@ -34,10 +34,10 @@ from pvphong.optics.reflectances.blinn_phong import HALFWAY
 from pvphong.optics.surface import Surface
 
 LEAST_HEIGHT = 1e-3
-"""The sum n·l + n·v is taken to be at least this: the formula has no bound where both are grazing."""
+"""Least value of n·l + n·v: the formula is unbounded where both are grazing."""
 
 _DARK = 80.0
-"""Exponents from which on the highlight is 0, which float32 can hold together with what they are multiplied by."""
+"""Exponent from which on the highlight is 0. Its exponential, times the other factors, is within float32's range."""
 
 _LEAST_ALPHA = 1e-12
 
@@ -46,7 +46,7 @@ _WIDTH = partial(check.number, above=0.0, at_most=1.0)
 
 @formula
 def _gloss(own: Any, at: Geometry, highlight: Any) -> Any:  # noqa: ARG001 it is no power
-    """max(n·l, 0), and the highlight as in the class's description."""
+    """Compute max(n·l, 0), and the highlight of `Ward`."""
     x, s = maximum(at.n_l, ZERO), add(at.l, at.v)
     low = ONE / maximum(x + maximum(at.n_v, ZERO), like(x, LEAST_HEIGHT))
     along = dot(s, at.t) * low * own[0]
@@ -60,17 +60,17 @@ def _gloss(own: Any, at: Geometry, highlight: Any) -> Any:  # noqa: ARG001 it is
 
 @dataclass(frozen=True)
 class Ward(Reflectance):
-    """max(n·l, 0), and a highlight that is wider along the tangents t, or along n × t.
+    """Diffuse max(n·l, 0), and a highlight with different widths along the tangents t and along n × t.
 
-    With s = l + v, x = max(n·l, 0) and z = x + max(n·v, 0), it is x |s|² / (α_x α_y z⁴) · exp(−E), where
-    E = ((s·t / α_x)² + (s·(n × t) / α_y)²) / z². It is reciprocal, and reflects no more than all light where diffuse
-    and specular together are at most 1. Tangents come from the mesh's texture coordinates, or are given as `tangents`.
+    With s = l + v, x = max(n·l, 0) and z = x + max(n·v, 0), the highlight is x |s|² / (α_x α_y z⁴) · exp(−E), where
+    E = ((s·t / α_x)² + (s·(n × t) / α_y)²) / z². It is reciprocal, and conserves energy if diffuse and specular
+    together are at most 1. Tangents come from the mesh's texture coordinates, or are given as `tangents`.
 
     Parameters
     ----------
     alpha_x, alpha_y : float
-        How wide it is along t and along n × t, > 0 and <= 1; 0.05 and 0.3 are brushed steel, the same twice is Ward's
-        isotropic gloss.
+        Width along t and along n × t, > 0 and <= 1; 0.05 and 0.3 are brushed steel. Equal widths are Ward's isotropic
+        gloss.
 
     Raises
     ------
@@ -93,11 +93,11 @@ class Ward(Reflectance):
     factors = staticmethod(_gloss)
 
     def parameters(self, maps: Mapping[str, Any]) -> tuple[Any, ...]:  # noqa: ARG002 no field has a map
-        """1/α_x and 1/α_y."""
+        """Return 1/α_x and 1/α_y."""
         return 1.0 / max(self.alpha_x, _LEAST_ALPHA), 1.0 / max(self.alpha_y, _LEAST_ALPHA)
 
     def directions(self, surface: Surface) -> Directions:
-        """By the exponential: slopes along t and across it are normally distributed (Ward 1992, equation 6)."""
+        """Sample the exponential: slopes along t and n × t are normally distributed (Ward 1992, equation 6)."""
         along, across = self.parameters({})
 
         def slopes(x: Any, y: Any) -> tuple[Any, Any]:
@@ -113,5 +113,5 @@ class Ward(Reflectance):
 
     @property
     def sharpness(self) -> float:
-        """That of the narrower direction."""
+        """Sharpness of the narrower direction."""
         return min(2.0 * max(self.parameters({})) ** 2, BRIGHTEST)

@@ -1,4 +1,4 @@
-"""A kind of light that pvphong does not have: its own class is all that evaluating and planning need."""
+"""A custom kind of light: evaluation and planning need only its class."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ SHINY = ph.Material(diffuse=0.6, specular=0.5, shininess=20)
 
 @dataclass(frozen=True)
 class Lantern(Light):
-    """Stands at (0, 0, 2) and shines downwards only, as strongly as the cosine off the vertical."""
+    """Lantern at (0, 0, 2) that shines downwards, with a strength equal to the cosine off the vertical."""
 
     def arrival(self, points: Any, real: Any = np.float64) -> Arrival:
         direction, _ = towards((0.0, 0.0, 2.0), points, real)
@@ -65,18 +65,18 @@ def test_a_highlight_that_anything_known_of_a_light_would_rule_out_stays():
 
 @pytest.mark.parametrize("base", [ph.DirectionalLight, ph.PointLight, ph.SpotLight])
 def test_a_kind_of_a_kind_is_refused_because_its_own_arrival_would_be_overlooked(base):
-    with pytest.raises(TypeError, match=r"^Flood must derive from Light itself; got (Directional|Point|Spot)Light\."):
+    with pytest.raises(TypeError, match=r"^Flood must derive directly from Light; got (Directional|Point|Spot)Light\."):
         type("Flood", (base,), {})
 
 
 def test_a_kind_that_says_nothing_of_what_arrives_is_refused():
-    with pytest.raises(TypeError, match=r"^Dark must say what arrives from it"):
+    with pytest.raises(TypeError, match=r"^Dark must override `placement`, `arrival` or `nodes`\."):
         type("Dark", (Light,), {})
 
 
 def test_what_is_judged_by_vtk_says_that_vtk_does_not_have_it(mesh):
     scene = ph.Scene([Lantern()], EYE)
-    with pytest.raises(ValueError, match=r"^lights\[0\] must be a light that VTK has; got a Lantern"):
+    with pytest.raises(ValueError, match=r"^lights\[0\] must be a light that VTK supports; got a Lantern"):
         ph.validate(mesh, scene, SHINY)
     left_out = ph.tradeoff(mesh, scene, SHINY, seconds=2).left_out
     assert "a Lantern" in left_out["textbook NumPy"]
@@ -96,7 +96,7 @@ def test_a_window_says_that_vtk_has_nothing_like_it():
         handle = plotter.phong.add_light(ph.PointLight())
         before = plotter.phong.lights
         for put in (plotter.phong.add_light, lambda light: plotter.phong.set_light(handle, light)):
-            with pytest.raises(ValueError, match=r"^light must be one that VTK has; got Lantern"):
+            with pytest.raises(ValueError, match=r"^light must be a light that VTK supports; got Lantern"):
                 put(Lantern())
         assert plotter.phong.lights == before
     finally:

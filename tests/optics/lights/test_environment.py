@@ -1,4 +1,4 @@
-"""Light from all around: against dense sums over its image, closed forms of simple skies, and its bounds."""
+"""Environment lights against dense sums over the image, closed forms of simple skies, and their error bounds."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def sky(seed, height=4, width=6, **fields):
 @pytest.mark.parametrize("backend", BACKENDS)
 @pytest.mark.parametrize("precision", ["float32", "float64"])
 def test_under_a_white_sky_a_white_patch_is_white_wherever_it_faces(precision, backend):
-    """The furnace, of one colour and of an image with as many texels as that of a photograph."""
+    """The white furnace test, with one colour and with an image of many texels."""
     normals = normals_of(1, 500)
     for image in (1.0, np.ones((90, 180, 3)), np.ones((3, 4, 3), np.float32)):
         got = lit(EnvironmentLight(image), normals, precision=precision, backend=backend)
@@ -109,7 +109,7 @@ def test_a_plan_says_how_many_bands_it_takes():
 
 
 def mirrored_by_facets(light, normals, roughness):
-    """By texels: D·V·F·n·l after Walter et al. 2007 and Heitz 2014, of facets that reflect all, seen from +z."""
+    """Sum D·V·F·n·l over texels (Walter et al. 2007, Heitz 2014) for facets with F = 1, seen from +z."""
     ways, areas, colors = texels(light, (48, 48))
     square, view = roughness**4, np.array([0.0, 0.0, 1.0])
     half = (ways + view) / np.linalg.norm(ways + view, axis=1, keepdims=True)
@@ -124,7 +124,7 @@ def mirrored_by_facets(light, normals, roughness):
 
 @pytest.mark.parametrize(("roughness", "most"), [(0.4, 0.02), (0.5, 0.03), (0.7, 0.02), (1.0, 0.03)])
 def test_facets_mirror_it_by_as_many_nodes_as_their_lobe_is_narrow(roughness, most):
-    """And 64 nodes are not enough for narrow ones."""
+    """For narrow lobes, 64 nodes are not enough."""
     light, material = sky(4), Material(ambient=0.0, diffuse=0.0, reflectance=GGX(roughness, (1.0, 1.0, 1.0)))
     normals = normals_of(4, 200) * 0.5 + (0.0, 0.0, 1.0)
     normals /= np.linalg.norm(normals, axis=1, keepdims=True)

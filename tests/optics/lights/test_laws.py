@@ -1,4 +1,4 @@
-"""What every light of the registry must hold; a new kind is tested by its entry in `strategies.LIGHT_SHAPES`."""
+"""Laws of every registered light; an entry in `strategies.LIGHT_SHAPES` adds a new kind."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ every_light = pytest.mark.parametrize(("kind", "seed"), [(kind, seed) for kind i
 
 
 def thrown(kind, seed, **fields):
-    """A light of a kind, near or far from the origin, and vertices around the origin."""
+    """Return a random light of a kind, near or far from the origin, vertices around the origin, and the dice."""
     dice = Dice(f"{kind} {seed}")
     away = dice.unit_vector() * dice.choice((0.7, 2.0, 8.0, 300.0))
     aim = triple(-away + 0.2 * dice.vector())
@@ -41,7 +41,7 @@ def extent_of(points):
 
 
 def arriving(light, points):
-    """Directions (3, n) and strengths (n,) of each of its nodes."""
+    """Yield directions (3, n) and strengths (n,) of each of a light's nodes."""
     for node in light.nodes(16):
         arrival = node.arrival(points.T)
         yield (
@@ -51,18 +51,18 @@ def arriving(light, points):
 
 
 def all_and_single(points):
-    """Vertices, and some of them alone: then there is no room between them and the sphere around them."""
+    """Return all vertices, and some single ones, whose bounding sphere has no slack."""
     return points, *points[:6, None]
 
 
 def of_its_middle(light, points):
-    """Directions (3, n) and strengths (n,) of what arrives from the middle of a light."""
+    """Return directions (3, n) and strengths (n,) of the light from a light's centre."""
     arrival = light.arrival(points.T)
     return np.broadcast_to(arrival.direction, points.T.shape), np.broadcast_to(arrival.strength, len(points))
 
 
 def eye_axes(viewer):
-    """Eye space's x, y and z in the world, as rows."""
+    """Return the axes x, y and z of eye space in the world, as rows."""
     back = unit(np.subtract(viewer.position, viewer.focal_point))
     right = unit(np.cross(viewer.up, back))
     return np.array([right, np.cross(back, right), back])
@@ -91,7 +91,7 @@ def test_the_way_into_the_world_and_back_changes_nothing(kind, seed):
     assert world.in_world(viewer) is world
     axes, eye = eye_axes(viewer), np.array(viewer.position)
     for field, role in light.roles.items():
-        if isinstance(role, Turn):  # it changes with what is up, as arrivals below show
+        if isinstance(role, Turn):  # it changes with `up`; the arrivals below check it
             continue
         if type(role) is Role:
             assert getattr(world, field) == getattr(light, field)
@@ -178,7 +178,7 @@ MATT, SHINY = Material(ambient=0.0, diffuse=1.0), Material(ambient=0.0, diffuse=
 @pytest.mark.parametrize("seed", SEEDS)
 @pytest.mark.parametrize("kind", SIZED)
 def test_many_nodes_light_a_patch_as_the_whole_does(kind, seed):
-    """Its front or its back, by diffuse light and by a highlight. The integrals are in optics/test_area."""
+    """The front or the back, by diffuse light and by a highlight. tests/optics/test_area.py tests the integrals."""
     dice, model = Dice(f"{kind} {seed}"), LightModel(ambient=0.0, clamp=False)
     away = 4.0 * dice.unit_vector()
     aim, normal = triple((1 if seed % 2 else -1) * away + 0.3 * dice.vector()), unit(away + 1.5 * dice.vector())
@@ -200,7 +200,7 @@ def test_no_vertex_gets_more_or_from_elsewhere_than_its_reach_says(kind, seed):
         total = sum(strength for _, strength in arriving(light, points))
         assert (total <= reach.strongest).all()
         if reach.direction is None:
-            assert light.bands  # from everywhere
+            assert light.bands  # light from all directions
             continue
         for direction, strength in arriving(light, points):
             for l, s in zip(direction.T, strength, strict=True):
@@ -238,7 +238,7 @@ with_a_place_and_a_size = pytest.mark.parametrize(
 
 
 def from_nodes(nodes, points):
-    """Strengths (k, n) and directions (k, 3, n) of some nodes, with their intensities."""
+    """Return strengths (k, n), including intensities, and directions (k, 3, n) of nodes."""
     arrivals = [(node.intensity, node.arrival(points.T)) for node in nodes]
     strengths = np.array([np.broadcast_to(intensity * came.strength, len(points)) for intensity, came in arrivals])
     return strengths, np.array([np.broadcast_to(came.direction, points.T.shape) for _, came in arrivals])
@@ -249,7 +249,7 @@ def angles(a, b):
 
 
 def with_many_nodes(light, every, count):
-    """Vertices as of `all_and_single`, and what arrives at them from so many nodes."""
+    """Yield vertices as in `all_and_single`, with strengths and directions from `count` nodes."""
     strengths, directions = from_nodes(light.nodes(count), every)
     for rows in (slice(None), *np.arange(6)[:, None]):
         yield every[rows], strengths[:, rows], directions[..., rows]
@@ -265,7 +265,7 @@ def test_a_light_without_a_size_is_no_further_off_all_its_parts_than_is_said(kin
         if choice is None or choice.make is None:
             continue
         total, (there, even) = strengths.sum(axis=0), of_its_middle(choice.make()[0], points)
-        astray = 4.0 * choice.turn / count * choice.strongest  # so many nodes are not quite around the middle
+        astray = 4.0 * choice.turn / count * choice.strongest  # nodes are not centred exactly
         assert (np.abs(choice.factor * even - total) <= choice.spread + astray).all()
         assert (total <= choice.strongest + astray).all()
         assert (angles(directions, there)[strengths > 0.0] <= choice.turn + 1e-12).all()
@@ -300,7 +300,7 @@ def test_left_out_an_effect_is_as_it_was_at_the_point(kind, seed):
     light, points, _ = thrown(kind, seed)
     point = triple(points[0])
     direction, strength = of_its_middle(light, points[:1])
-    for effect in plans.effects(light) - {"cone"}:  # without its cone a light is as bright everywhere as on its axis
+    for effect in plans.effects(light) - {"cone"}:  # without its cone, a light has the strength of its axis everywhere
         simpler, factor = plans.without(light, effect, point)
         there, even = of_its_middle(simpler, points[:1])
         np.testing.assert_allclose(factor * even, strength, rtol=1e-12)
@@ -331,7 +331,7 @@ def test_vtk_has_it_or_is_said_not_to(kind, seed):
         assert kept.attenuation == values.attenuation
         return
     nearest = dataclasses.replace(nearest_in_vtk(light), intensity=0.5)
-    for field in nearest.roles:  # a direction is the way to a focal point to VTK
+    for field in nearest.roles:  # VTK stores a direction as a focal point
         np.testing.assert_allclose(getattr(back, field), getattr(nearest, field), rtol=1e-12, atol=1e-12)
     assert dataclasses.replace(back, **{field: getattr(nearest, field) for field in nearest.roles}) == nearest
     for judged in (
@@ -343,4 +343,4 @@ def test_vtk_has_it_or_is_said_not_to(kind, seed):
         ) as told:
             judged()
         shape = ", ".join(f"{field}={getattr(nearest, field)}" for field in nearest.roles)
-        assert str(told.value).endswith(f" The nearest that VTK has is {type(nearest).__name__}({shape}).")
+        assert str(told.value).endswith(f" The nearest light in VTK is {type(nearest).__name__}({shape}).")

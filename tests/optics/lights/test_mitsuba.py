@@ -1,4 +1,4 @@
-"""Lights with a size, and from all around, against a renderer: what Mitsuba 3 shows of white patches under them."""
+"""Area and environment lights against Mitsuba 3: the colours of white patches under them."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ from pvphong import DiskLight, EnvironmentLight, LightModel, Material, Rectangle
 mi = pytest.importorskip("mitsuba", reason="Mitsuba 3 is not installed (pip install mitsuba)")
 
 COUNT, SEEDS, SAMPLES = 32, 32, 2048
-# Standard errors that are allowed, and how great one may be: so far off must a colour be to fail.
+# Allowed number of standard errors, and the largest relative standard error.
 ERRORS, NOISE = 5.0, 0.01
-# Mitsuba blends neighbouring texels of an image, and its first and last row are the poles.
+# Repetitions of a texel: Mitsuba interpolates neighbouring texels, and its first and last rows are the poles.
 FINENESS = 64
 
 MIDDLE, FACING, UP = (0.4, 0.2, 1.5), (-0.2, -0.1, -1.0), (0.3, 1.0, 0.0)
@@ -29,20 +29,20 @@ LIGHTS = [
 
 
 def patches() -> tuple[Any, Any]:
-    """Places below the lights, facing anywhere on their side."""
+    """Return positions below the lights, and normals roughly towards them."""
     rng = np.random.default_rng(7)
     normals = rng.normal(size=(COUNT, 3)) * 0.6 + (0.0, 0.0, 1.0)
     return rng.uniform((-1, -1, -1), (1, 1, 0.4), (COUNT, 3)), normals / np.linalg.norm(normals, axis=1)[:, None]
 
 
 def look_at(place: Any, target: Any, up: Any) -> Any:
-    """From the frame of a shape of Mitsuba's, whose z axis is its normal, to the world."""
+    """Return the transform from the frame of a Mitsuba shape, whose normal is z, to the world."""
     place, target, up = ([float(x) for x in vector] for vector in (place, target, up))
     return mi.ScalarTransform4f().look_at(origin=place, target=target, up=up)
 
 
 def emitter(light: Any) -> dict[str, Any]:
-    """A light as Mitsuba has it."""
+    """Return a light's Mitsuba dictionary."""
     if isinstance(light, EnvironmentLight):
         return {"type": "envmap", "bitmap": mi.Bitmap(texels(light)), "to_world": around(light)}
     if isinstance(light, SphereLight):
@@ -64,7 +64,7 @@ def texels(light: EnvironmentLight) -> Any:
 
 
 def around(light: EnvironmentLight) -> Any:
-    """To the world from where y is up, z the middle of the image, and x left of it."""
+    """Return the transform to the world from a frame with y up, z to the middle of the image, and x to its left."""
     up = np.array(light.up) / np.linalg.norm(light.up)
     ahead = np.array([1.0, 0.0, 0.0]) - up[0] * up
     ahead /= np.linalg.norm(ahead)
@@ -76,7 +76,7 @@ def around(light: EnvironmentLight) -> Any:
 
 
 def rendered(light: Any, points: Any, normals: Any) -> Any:
-    """What is seen of small white patches: shape (seeds, n, 3)."""
+    """Render small white patches: colours of shape (seeds, n, 3)."""
     mi.set_variant("scalar_rgb")
     world: dict[str, Any] = {"type": "scene", "integrator": {"type": "direct"}, "light": emitter(light)}
     film = {"type": "hdrfilm", "width": 1, "height": 1, "rfilter": {"type": "box"}, "component_format": "float32"}

@@ -1,4 +1,4 @@
-"""Lights without a size at the ends of float64; else the oracle judges them, in tests/stability."""
+"""Lights without a size at the limits of float64; the oracle in tests/stability covers the rest."""
 
 import math
 
@@ -29,7 +29,7 @@ def test_a_distance_beyond_float64_is_taken_for_its_largest():
 
 
 def test_at_the_very_point_where_it_is_it_has_no_direction_to_be_taken_as():
-    """As in a report on a mesh around it."""
+    """This occurs in a report on a mesh around the light."""
     for lamp in (PointLight(position=(1, 2, 3)), SpotLight(position=(1, 2, 3))):
         assert without(lamp, "position", (1.0, 2.0, 3.0)) == (lamp, 1.0)
         other, _ = without(lamp, "position", (1.0, 2.0, 2.0))

@@ -1,4 +1,4 @@
-"""A reflectance that nobody has heard of works by its formula alone: no table knows its kind."""
+"""A custom reflectance works by its formula alone, without an entry in any table."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def _velvet(own: Any, at: Geometry, highlight: Any) -> Any:  # noqa: ARG001
 
 @dataclass(frozen=True)
 class Velvet(Reflectance):
-    """Bright at its rim: max(n·l, 0), and k (1 − n·v)² max(n·l, 0)."""
+    """Velvet, bright at its rim: max(n·l, 0), and k (1 − n·v)² max(n·l, 0)."""
 
     lobes = (LAMBERT, Lobe("specular", takes_albedo=False, needs_viewer=True))
     factors = staticmethod(_velvet)

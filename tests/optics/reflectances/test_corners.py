@@ -1,4 +1,4 @@
-"""Every reflectance against its formula in 50 digits, where it is hard: both evaluators, both precisions."""
+"""Reflectances against their formulas in 50 digits, at difficult angles, in both evaluators and both precisions."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ BACKENDS = ["numpy", *(["numba"] if kernel.is_available() else [])]
 
 
 def corners():
-    """Normal, light and eye in eighths, all exact in float32: at the peak, beside it, grazing, opposite, behind."""
+    """Yield normal, light and eye, exact in float32: at the peak, near it, grazing, opposite, behind."""
     up, eye, mirrored = np.array([0, 0, 1.0]), np.array([3.0, 0, 4.0]), np.array([-3.0, 0, 4.0])
     yield up, mirrored, eye
     yield up, eye, eye
@@ -51,12 +51,12 @@ NORMALS, LIGHTS, EYES = (np.array(part, np.float32) for part in zip(*corners(), 
 
 
 def diffuse_of(shape):
-    """Nearly black for the half-metal whose F₉₀ is then below 1."""
+    """Return 0.005 for the partial metal, so that its F₉₀ is below 1, else 0.6."""
     return 0.005 if shape.get("metallic") == 0.8 else 0.6
 
 
 def judged(name, shape):
-    """Factor times colour in 50 digits, rounded, with what a rounding of directions does to it."""
+    """Return the reflectance, its colour from 50 digits, and its sensitivity to the rounding of directions."""
     reflectance = REFLECTANCES[name](**shape)
     found = [Corner(*triple) for triple in zip(NORMALS, LIGHTS, EYES, strict=True)]
     exact = np.array(
@@ -66,7 +66,7 @@ def judged(name, shape):
 
 
 def conditions(found, sharpness):
-    """By how many roundings of directions a factor may be off: h turns the more the more l and v are opposite."""
+    """Return the allowed error in roundings of directions: h is more sensitive the closer l and v are to opposite."""
     grazing = np.array([float(min(abs(c.n_l), abs(c.n_v))) for c in found])
     middle = np.array([float(abs(c.h_l)) for c in found])
     steepness = 4 * math.sqrt(sharpness)
@@ -74,7 +74,7 @@ def conditions(found, sharpness):
 
 
 def evaluated(reflectance, diffuse, precision, backend):
-    """One light at a time: corners differ in all three vectors."""
+    """Evaluate one light at a time, because corners differ in all three vectors."""
     material = Material(ambient=0, diffuse=diffuse, specular=SPECULAR, reflectance=reflectance)
     how = {"precision": precision, "backend": backend}
     model, point = LightModel(ambient=0, clamp=False), np.zeros((1, 3), np.float32)

@@ -1,4 +1,4 @@
-"""What every reflectance of the registry must hold; a new one is tested by its entry in `REFLECTANCE_SHAPES`."""
+"""Laws of every registered reflectance; an entry in `REFLECTANCE_SHAPES` adds a new one."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ every_reflectance = pytest.mark.parametrize(("name", "seed"), [(name, seed) for 
 
 @dataclass
 class Thrown:
-    """A reflectance, and unit vectors (3, n): many near each other, so that highlights and the horizon are met."""
+    """A reflectance, and unit vectors (3, n), many close to each other to cover highlights and the horizon."""
 
     reflectance: object
     n: np.ndarray
@@ -48,7 +48,7 @@ class Thrown:
 
 
 def thrown(name, seed):
-    """Throws of a reflectance, and dice that go on from there."""
+    """Return a random case of a reflectance, and dice that continue its sequence."""
     case, dice = first_thrown(name, seed)
     return case, deepcopy(dice)
 
@@ -66,7 +66,7 @@ def first_thrown(name, seed):
 
 
 def turned(vectors, angle, dice):
-    """Each turned by an angle, in any direction."""
+    """Rotate each vector by an angle, in a random direction."""
     a = vectors.T
     side = np.cross(a, [dice.unit_vector() for _ in a])
     while (is_short := np.linalg.norm(side, axis=1) < 0.05).any():
@@ -142,7 +142,7 @@ def test_vtk_is_said_not_to_have_it(name, seed):
     material = Material(reflectance=case.reflectance)
     kind = type(case.reflectance).__name__
     instead = stand_in(case.reflectance, material)
-    remedy = "The nearest that VTK has is without it, diffuse=" if instead else "Leave it out"
+    remedy = "The nearest in VTK is without it, diffuse=" if instead else "Leave it out"
     for judged in (
         lambda: refuse_inexpressible(Scene(), material, None),
         lambda: evaluate([[0, 0, 0]], [[0, 0, 1]], Scene((), Viewer(), LightModel.vtk()), material),
@@ -166,9 +166,7 @@ def test_vtks_headlight_tier_has_a_floor_but_not_without_a_normal():
     assert Thrown(VtkHeadlight(2.0), z, -z, z).factors() == [1e-6, pytest.approx(1e-12)]
     assert Thrown(VtkHeadlight(2.0), nothing, z, z).factors() == [0.0, 0.0]
     surface, arrival = Surface(z, np.ones(1), z, z), Arrival(-z, 1.0)
-    assert (
-        lobe_factors(VtkHeadlight(2.0), surface, arrival, [True, False])[0] == 1e-6
-    )  # also where no highlight is wanted
+    assert lobe_factors(VtkHeadlight(2.0), surface, arrival, [True, False])[0] == 1e-6  # also if no highlight is needed
 
 
 # --- bad input ---
@@ -179,11 +177,11 @@ def test_vtks_headlight_tier_has_a_floor_but_not_without_a_normal():
     [
         ("ggx", {"roughness": 0.0}, "roughness must be a finite number > 0 and <= 1; got 0.0. 0.1 is polished"),
         ("ggx", {"roughness": 1.1}, "roughness must be a finite number > 0 and <= 1; got 1.1"),
-        ("ggx", {"roughness": 0.5, "f0": 1.2}, "f0 must be a part of the light, at most 1 in each channel; got 1.2"),
+        ("ggx", {"roughness": 0.5, "f0": 1.2}, "f0 must be a reflectance of at most 1 in each channel; got 1.2"),
         ("ggx", {"roughness": 0.5, "f0": "golden"}, "f0 must be a number .*; got golden. Did you mean"),
         ("pbr", {"metallic": -0.1}, "metallic must be a finite number >= 0 and <= 1; got -0.1"),
         ("pbr", {"roughness": math.nan}, "roughness must be a finite number > 0 and <= 1; got nan"),
-        ("metal", {"color": (1, 1.5, 1)}, "color must be a part of the light"),
+        ("metal", {"color": (1, 1.5, 1)}, "color must be a reflectance of at most 1"),
         ("metal", {"color": 1, "shininess": -1}, "shininess must be a finite number >= 0; got -1"),
         ("modified-phong", {"shininess": -1}, "shininess must be a finite number >= 0; got -1"),
         ("retro", {"shininess": math.inf}, "shininess must be a finite number >= 0; got inf"),

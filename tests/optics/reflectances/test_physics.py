@@ -1,4 +1,4 @@
-"""What reflectances claim of reciprocity and energy, by quadrature over the hemisphere, and who breaks what."""
+"""Reciprocity and energy conservation of reflectances, by quadrature over the hemisphere, and their exceptions."""
 
 from __future__ import annotations
 
@@ -53,12 +53,12 @@ TOWARDS = [10.0, 70.0, 88.0]
 
 
 def of_white(reflectance):
-    """The reflectance of a material that scatters or mirrors all light, as far as it takes that from a material."""
+    """Resolve a reflectance with a material whose diffuse, specular and shininess are 1."""
     return reflectance.of(SimpleNamespace(diffuse=1.0, specular=1.0, shininess=1.0))
 
 
 def reflected(reflectance, l, v, diffuse=0.5, specular=0.5):
-    """Of red light, from unit vectors (3, k)."""
+    """Return the reflected part of red light, for unit vectors (3, k)."""
     bound = of_white(reflectance)
     count = np.broadcast(l, v).shape[1]
     x, _, z = np.eye(3)[:, :, None] * np.ones(count)
@@ -77,7 +77,7 @@ def direction(theta, phi=0.0):
 
 
 def hemisphere(count=120):
-    """Directions (3, k) and solid angles; nodes crowd at the horizon and around the plane of incidence."""
+    """Return directions (3, k) and solid angles; nodes are dense at the horizon and around the plane of incidence."""
     nodes, weights = np.polynomial.legendre.leggauss(count)
     t, phi = 0.5 * (nodes + 1.0), np.pi * nodes**3
     theta = 0.5 * np.pi * (1.0 - (1.0 - t) ** 2)
@@ -88,7 +88,7 @@ def hemisphere(count=120):
 
 
 def albedo(reflectance, theta, **colors):
-    """The part of the light from the direction θ that leaves it, by reciprocity; the integrand has n·l of the other."""
+    """Return the reflected part of light from the direction θ, by reciprocity; the integrand has n·l of the other."""
     l, solid = hemisphere()
     v = direction(np.array([math.radians(theta)]), np.array([math.pi]))
     return float((reflected(reflectance, l, v, **colors) * solid).sum() / np.pi)
