@@ -308,8 +308,8 @@ def test_a_double_differs_by_name_and_stands_beside(plotter, mouse, kind):
 @pytest.mark.parametrize(
     ("key", "said"),
     [
-        ("N", "new light: point at a lit mesh"),
-        ("D", "it: a light that comes from all around has no double"),
+        ("N", "to add a light, point at a lit mesh"),
+        ("D", "it: a light from all around cannot be duplicated"),
         ("M", "no lit mesh"),
     ],
 )

@@ -368,13 +368,13 @@ CONE = SpotLight(position=(1, 0, 2), direction=(0, 0, -2), cone_angle=22.25, exp
 SUN = DirectionalLight(direction=(0, 2, -2), name="sun", intensity=0.5, diffuse=(1, 0, 0))
 SAID = {
     (FADING, "position"): "lamp: position|position (0, 0, 2)|attenuation (1, 0, 0.25)"
-    "|1.5 arriving at the scene's middle|luminance 1.5",
+    "|1.5 arriving at the scene's centre|luminance 1.5",
     (CONE, "cone"): "cone|position (1, 0, 2)|target (1, 0, 0)|distance 2, cone 22.2°|0.5 arriving at the target"
     "|luminance 0.5",
     (SUN, "target"): "sun: target|direction (0, 0.7071, -0.7071)|azimuth 90.0°, elevation -45.0°"
     "|0.5 arriving everywhere|luminance 0.106",
     (Globe(position=(1, 0, 2), radius=0.25, on=False), "radius"): "radius|position (1, 0, 2)|radius 0.25"
-    "|0 arriving at the scene's middle|luminance 0",
+    "|0 arriving at the scene's centre|luminance 0",
 }
 
 
@@ -436,7 +436,7 @@ def test_numbers_go_to_the_labels_in_turn_or_to_the_one_that_is_named(text, posi
 @pytest.mark.parametrize(
     ("text", "handle", "message"),
     [
-        ("1 2 3 4", "position", r"^text must be at most 3 of x, y, z; got 1 2 3 4"),
+        ("1 2 3 4", "position", r"^text must be at most 3 numbers: x, y, z; got 1 2 3 4"),
         ("z1 2", "position", r"^text must be at most 3"),
         ("-", "position", r"^x must be a number; got -\."),
         ("1.2.3", INTENSITY, r"^intensity must be a number; got 1\.2\.3"),
