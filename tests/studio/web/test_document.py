@@ -67,7 +67,7 @@ def test_an_edit_is_one_step_and_undo_brings_all_back_to_the_bit(document, plott
     ("key", "given", "message"),
     [
         ("light.1.intensity", "-1", "intensity must be"),
-        ("light.9.intensity", 1, "light must be one that is still there"),
+        ("light.9.intensity", 1, "light must be the number of an existing light"),
         ("light.1", 1, "key must be"),
         ("light.1.on.x", 1, "key must be"),
         ("material.7.diffuse", 1, "material must be"),
@@ -254,7 +254,7 @@ def test_lights_are_duplicated_deleted_soloed_and_moved_to_the_camera(document, 
     np.testing.assert_allclose(plotter.phong.lights[1].position, plotter.phong.scene.viewer.position)
     assert "deleted" in document.act("delete", number)
     assert [light.name for light in plotter.phong.lights] == ["sun", "point 2"]
-    with pytest.raises(ValueError, match="still there"):
+    with pytest.raises(ValueError, match="the number of an existing light"):
         document.act("delete", number)
     for _ in range(5):
         assert document.undo()
@@ -263,7 +263,7 @@ def test_lights_are_duplicated_deleted_soloed_and_moved_to_the_camera(document, 
 
 def test_a_light_stays_where_it_is_when_its_frame_changes_and_has_a_name_of_its_own(document, plotter):
     document.add("spot")
-    with pytest.raises(ValueError, match="no other light"):
+    with pytest.raises(ValueError, match="name must be unique"):
         document.edit("light.2.name", "sun")
     before = plotter.phong.scene.world_lights[1]
     document.edit("light.2.frame", "camera")
@@ -377,7 +377,7 @@ def test_an_image_for_a_light_that_goes_meanwhile_is_refused(document):
         document.act("delete", number)
         await setting
 
-    with pytest.raises(ValueError, match="light must be one that is still there"):
+    with pytest.raises(ValueError, match="light must be the number of an existing light"):
         asyncio.run(deleted_meanwhile())
 
 
@@ -436,7 +436,7 @@ def test_an_array_colours_a_material_through_a_colormap(document, plotter):
         ((0, "height", "terain"), "Did you mean 'terrain'"),
         ((0, "height", "terrain", 2, 1), "clim must be two finite numbers, the smaller first"),
         ((0, "height", "terrain", "low", 1), "low must be a number"),
-        ((7, "height"), "material must be one that is there"),
+        ((7, "height"), "material must be the number of an existing material"),
     ):
         with pytest.raises(ValueError, match=message):
             document.set_colormap(*given)

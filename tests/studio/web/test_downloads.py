@@ -158,7 +158,7 @@ def test_every_file_is_what_it_says(plotter, tmp_path):
 
 
 def test_what_cannot_be_made_is_refused_in_one_line(plotter):
-    with pytest.raises(ValueError, match="mesh must be there"):
+    with pytest.raises(ValueError, match="mesh must be open; got none"):
         _ = taken(plotter).lit
     plotter.phong.add_mesh(pv.Sphere())
     with pytest.raises(ValueError, match="file must be one of"):
@@ -168,7 +168,7 @@ def test_what_cannot_be_made_is_refused_in_one_line(plotter):
     with pytest.raises(ValueError, match="height must be"):
         taken(plotter).read("png", plotter, (10, 10**9))
     plotter.phong.add_mesh(pv.Cube()).position = (1, 0, 0)
-    with pytest.raises(ValueError, match="meshes must be in place"):
+    with pytest.raises(ValueError, match="meshes must be unmoved or moved together"):
         _ = taken(plotter).lit
 
 
@@ -176,7 +176,7 @@ def test_where_a_mesh_casts_no_shadows_the_lit_mesh_is_refused(plotter):
     plotter.phong.add_mesh(pv.Sphere(), casts_shadows=False)
     assert taken(plotter).lit["phong"].any()  # where nothing does
     plotter.phong.light_model = ph.LightModel(shadows=True)
-    with pytest.raises(ValueError, match="meshes must be such that all cast shadows"):
+    with pytest.raises(ValueError, match="meshes must be all shadow-casting"):
         _ = taken(plotter).lit
 
 

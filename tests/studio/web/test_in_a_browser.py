@@ -214,7 +214,7 @@ def test_a_connection_that_is_lost_in_mid_drag_puts_the_light_back(page):
     page.until(lambda: page.light("spot")["fields"] != before)
     page.driver.refresh()
     page.until(lambda: page.light("spot")["fields"] == before)
-    page.until(lambda: "it is where it was" in page.state("notice"))
+    page.until(lambda: "is back at its old position" in page.state("notice"))
     held.clear_actions()
 
 
@@ -235,7 +235,7 @@ def test_numbers_names_and_colours_are_typed_and_what_is_refused_is_said(page):
     page.until(lambda: page.light("key") and not page.state("can_undo"))
 
 
-NO_NUMBERS = {"1,000": "a number without commas between thousands; got 1,000.", "abc": "a number; got abc."}
+NO_NUMBERS = {"1,000": "a number without thousands separators; got 1,000.", "abc": "a number; got abc."}
 """What may mean two things, or none, and what is said of it."""
 
 
@@ -272,7 +272,7 @@ def test_numbers_beside_each_other_and_beside_a_switch_are_read_as_text(page):
     before = page.until(lambda: page.light("point")["fields"])
     position = '[data-field="position"] input'
     retype(position, "1,000")
-    page.until(lambda: "position must be a number without commas" in page.state("notice"))
+    page.until(lambda: "position must be a number without thousands separators" in page.state("notice"))
     assert page.light("point")["fields"] == before
     page.until(lambda: field(position).get_property("value") not in ("", "1,000"))
     retype(position, "0,5")
@@ -298,7 +298,7 @@ def test_numbers_beside_each_other_and_beside_a_switch_are_read_as_text(page):
     [("report-seconds", "seconds", 20), ("picture-width", "width", 1920), ("picture-height", "height", 1080)],
 )
 def test_numbers_beside_the_document_are_put_back_when_they_are_refused(page, field, name, before):
-    for typed, said in {**NO_NUMBERS, "0": "", "": "a number; got nothing."}.items():
+    for typed, said in {**NO_NUMBERS, "0": "", "": "a number; got an empty input."}.items():
         page.type(field, typed) if typed else page.input(field).send_keys("\ue009a\ue000\ue003\ue007")
         page.until(lambda said=said: f"{name} must be {said}" in page.state("notice"))
         page.until(lambda: page.typed(field) == str(before))
@@ -322,7 +322,7 @@ def test_no_picture_is_made_and_no_report_begun_of_a_number_that_is_none(page):
         assert status == 400
         assert " must be a" in said
     page.trigger("report", "1,000")
-    page.until(lambda: "seconds must be a number without commas" in page.state("notice"))
+    page.until(lambda: "seconds must be a number without thousands separators" in page.state("notice"))
     assert not page.state("report")["running"]
 
 
@@ -366,7 +366,7 @@ def test_faders_evaluate_no_light_and_the_mix_is_kept(page):
     page.click("fader-solo", page.all("fader")[1])
     page.until(lambda: not page.light("fill")["fader_soloed"])
     assert page.state("evaluations") == begun
-    assert f"evaluated: {begun} times" in page.all("evaluations")[0].text
+    assert f"computed {begun} times" in page.all("evaluations")[0].text
     page.click("keep-mix")
     page.until(lambda: page.light("key")["intensity"]["value"] == pytest.approx(0.1))
 
@@ -651,8 +651,8 @@ def test_the_view_is_refined_when_an_edit_is_over_and_that_is_cancelled(page):
     page.trigger("open_example", "airplane")
     page.until(lambda: page.state("title").startswith("airplane"))
     switch(page, "refine")
-    page.until(lambda: page.all("refined")[0].text == "being refined")
-    page.until(lambda: page.all("refined")[0].text.startswith("refined, by "))
+    page.until(lambda: page.all("refined")[0].text == "refining")
+    page.until(lambda: page.all("refined")[0].text.endswith(" points added"))
     assert not page.all("refining")
     page.until(lambda: "1,513 points" in page.state("title"))
     page.type("refine-tolerance", "0.0001")  # which takes longer
@@ -661,11 +661,11 @@ def test_the_view_is_refined_when_an_edit_is_over_and_that_is_cancelled(page):
     page.until(lambda: page.all("refined")[0].text == "not refined: cancelled")
     assert not page.all("refining")
     page.type("refine-tolerance", "0.05")
-    page.until(lambda: page.all("refined")[0].text.startswith("refined, by "))
+    page.until(lambda: page.all("refined")[0].text.endswith(" points added"))
     switch(page, "refine")
     page.until(lambda: page.all("refined")[0].text == "")
     page.click("undo")
-    page.until(lambda: page.all("refined")[0].text.startswith("refined, by "))
+    page.until(lambda: page.all("refined")[0].text.endswith(" points added"))
 
 
 def test_light_that_bounces_is_gathered_while_the_page_is_live(page, folder):
@@ -693,7 +693,7 @@ def test_light_that_bounces_is_gathered_while_the_page_is_live(page, folder):
     bounce(2)
     page.until(lambda: page.all("gathering"))
     page.click("cancel-bounces")
-    page.until(lambda: page.all("notice")[0].text.endswith("bounces are 0, as before."))
+    page.until(lambda: page.all("notice")[0].text.endswith("bounces = 0, as before."))
     page.until(lambda: not page.all("gathering") and bounces() == 0)
     assert page.settled(brightness) == pytest.approx(plain, abs=0.2)
     bounce(2)

@@ -71,7 +71,7 @@ class _Bomb:
         return os._exit, (3,)
 
 
-ENDED = "The report could not be made: its process has ended."
+ENDED = "The report could not be made: its process has crashed."
 
 
 @pytest.mark.parametrize(("change", "said"), [({"tolerance": -1.0}, "tolerance must be"), ({"mesh": _Bomb()}, ENDED)])
