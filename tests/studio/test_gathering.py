@@ -99,7 +99,7 @@ def test_all_is_live_while_rays_are_cast_once_and_then_light_bounces(window, ray
     until(lambda: window.lit.gathering.part == 0.1)
     assert window.lit.is_awaiting
     window.plotter.render()
-    assert window.lit.note == "light that bounces is gathered: 10%"
+    assert window.lit.note == "computing bounced light: 10%"
     window.document.edit("light.1.intensity", 0.5)
     window.document.edit("model.bounces", 3)
     window.plotter.render()
@@ -118,10 +118,10 @@ def test_all_is_live_while_rays_are_cast_once_and_then_light_bounces(window, ray
 
 def test_cancelled_bounces_are_as_many_as_before(window, rays):
     before = window.shown
-    assert window.document.cancel_bounces() == "no light is being gathered"
+    assert window.document.cancel_bounces() == "Bounced light is not being computed."
     window.bounce(2)
     until(lambda: rays.begun)
-    assert window.document.cancel_bounces() == "Light that bounces is no longer gathered: bounces are 0, as before."
+    assert window.document.cancel_bounces() == "Bounced light is cancelled: bounces = 0, as before."
     until(lambda: rays.stopped)
     window.plotter.render()
     assert not window.lit.is_awaiting
@@ -146,7 +146,7 @@ def test_where_rays_are_not_kept_the_last_light_is_shown_until_there_is_another(
     assert window.lit.is_awaiting
     window.check()  # one light was dimmed: that is linear
     window.bounce(4)
-    assert "bounces are 1, as before" in window.document.cancel_bounces()
+    assert "bounces = 1, as before" in window.document.cancel_bounces()
     window.plotter.render()
     assert window.phong.light_model.bounces == 1
 
@@ -206,7 +206,7 @@ def test_of_many_vertices_it_follows_when_a_drag_ends_in_the_lights_colours_mean
     window.lit.uses_preview_rays = True
     window.phong.set_light("lamp", replace(LAMP, intensity=0.5))
     window.plotter.render()
-    assert window.lit.note == "light that bounces follows when let go"
+    assert window.lit.note == "bounced light is updated after the drag"
     window.check()  # one light was dimmed: that is linear
     window.lit.uses_preview_rays = False
     window.phong.set_light("lamp", replace(LAMP, position=(0, 1, 3)))
@@ -232,19 +232,19 @@ def test_why_nothing_is_gathered_is_said(window, monkeypatch):
         window.until_final()
         window.plotter.render()
 
-    with pytest.warns(LightingWarning, match="Light that bounces is not gathered: no room for rays") as warned:
+    with pytest.warns(LightingWarning, match="Bounced light could not be computed: no room for rays") as warned:
         frames()
     assert len(warned) == 1
 
 
 def test_lights_are_not_mixed_where_light_bounces(window):
     window.document.start_mix(True)
-    with pytest.raises(ValueError, match="bounces must be 0 while lights are mixed; got 2"):
+    with pytest.raises(ValueError, match="bounces must be 0 in a mix; got 2"):
         window.document.edit("model.bounces", 2)
     assert window.phong.light_model.bounces == 0
     window.document.start_mix(False)
     window.bounce(1)
-    with pytest.raises(ValueError, match="bounces must be 0 while lights are mixed; got 1"):
+    with pytest.raises(ValueError, match="bounces must be 0 in a mix; got 1"):
         window.document.start_mix(True)
     assert not window.document.mix.is_on
 

@@ -188,20 +188,28 @@ BAD = {
         r"^texture must be a .*read_texture\('earth.jpg'\)",
     ),
     "misspelt": ({"colour": "red"}, TypeError, r"^add_mesh has no keyword 'colour'. Did you mean 'color'"),
-    "a material's": ({"albedo": "z"}, TypeError, r"^add_mesh has no keyword 'albedo'. Material\(albedo=...\) has it"),
+    "a material's": (
+        {"albedo": "z"},
+        TypeError,
+        r"^add_mesh has no keyword 'albedo'. Pass material=Material\(albedo=...\)",
+    ),
     "not a number": ({"specular": "red"}, ValueError, r"^specular must be a finite number; got red"),
     "two say it": (
         {"material": ph.Material(), "color": "red"},
         ValueError,
-        r"^color must be left out where there is a",
+        r"^color must be omitted when material= is given",
     ),
     "no array": ({"scalars": "zz"}, ValueError, r"^add_mesh's scalars must be the name of .*Did you mean 'z'"),
     "cmap": ({"scalars": "z", "cmap": "terain"}, ValueError, r"^cmap must be .*Did you mean 'terrain'"),
     "clim": ({"scalars": "z", "clim": (1, 0)}, ValueError, r"^clim must be two finite numbers"),
     "rows": ({"scalars": np.arange(7)}, ValueError, r"must be one per point .* got 7 rows"),
-    "back faces": ({"backface_params": {"color": "r"}}, ValueError, r"^backface_params must be left out .*two_sided"),
-    "texture and scalars": ({"texture": CHECKS, "scalars": "z"}, ValueError, r"^texture must be left out beside"),
-    "rgb of numbers": ({"scalars": "z", "rgb": True}, ValueError, r"^scalars must be \(n, 3\) or \(n, 4\)"),
+    "back faces": (
+        {"backface_params": {"color": "r"}},
+        ValueError,
+        r"^backface_params must be omitted for a lit .*two_sided",
+    ),
+    "texture and scalars": ({"texture": CHECKS, "scalars": "z"}, ValueError, r"^texture must be omitted when scalars="),
+    "rgb of numbers": ({"scalars": "z", "rgb": True}, ValueError, r"^scalars must be of shape \(n, 3\) or \(n, 4\)"),
     "opacity": ({"color": "r", "opacity": np.ones(7)}, ValueError, r"^opacity must be a number, or one for each"),
 }
 

@@ -140,7 +140,7 @@ def test_what_cannot_be_refined_is_said_once_and_drawn_as_it_is(window, monkeypa
         raise ValueError("no light in this one")
 
     monkeypatch.setattr(refining, "refine", failing)
-    with pytest.warns(LightingWarning, match="A mesh is not refined: no light in this one") as warned:
+    with pytest.warns(LightingWarning, match="A mesh could not be refined: no light in this one") as warned:
         w = window()
     assert len(warned) == 2  # of the floor, and of the ball
     w.plotter.screenshot(return_img=True)  # another warning would be an error

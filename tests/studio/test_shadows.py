@@ -153,7 +153,7 @@ def test_a_drag_takes_few_rays_and_its_end_as_many_as_it_takes(window, monkeypat
     end = mouse.pull(mouse.at("ball", "position"), (3, 1))
     w.plotter.render()
     assert set(efforts) == {16}
-    assert "16 rays until let go" in w.phong._subplot.lit.note
+    assert "preview shadows, 16 rays per vertex" in w.phong._subplot.lit.note
     rough = w.shown.copy()
     efforts.clear()
     mouse.release(end)
