@@ -1,4 +1,4 @@
-"""Meshes whose colours are kept current: where they are written, what is shared, and what happens to a broken one."""
+"""Lit meshes in windows: their colour buffers, sharing with the user's mesh, and meshes that cannot be lit."""
 
 from dataclasses import replace
 
@@ -64,7 +64,7 @@ def test_the_renderer_is_told_of_new_colours_alone_which_are_not_those_of_a_mesh
 
 @pytest.mark.parametrize("given", [np.array, lambda tint: tint], ids=["NumPy's", "PyVista's"])
 def test_given_albedo_of_the_same_object_is_no_change_and_another_is(given):
-    """An array of PyVista's knows when it was modified, and is compared element by element as any other."""
+    """Arrays are compared by identity, also PyVista's, which have a modification time."""
     mesh = ball()
     mesh["tint"] = np.full((mesh.n_points, 3), 0.5)
     live = LitMesh(mesh, replace(SHINY, albedo=given(mesh["tint"])))
@@ -75,7 +75,7 @@ def test_given_albedo_of_the_same_object_is_no_change_and_another_is(given):
 
 
 def resize(array, rows):
-    """In place, and VTK is not told: memory that was there before is given back."""
+    """Resize in place without telling VTK, which frees the old memory."""
     components = array.GetNumberOfComponents()
     array.Initialize()
     array.SetNumberOfComponents(components)
@@ -135,7 +135,7 @@ def test_colours_that_somebody_resized_or_took_away_are_there_again():
 
 # --- in a window
 
-LEFT, RIGHT = (120, 200), (280, 200)  # pixels in which the balls are seen
+LEFT, RIGHT = (120, 200), (280, 200)  # pixels on the balls
 
 
 UNDRAWABLE = ["points replaced by none", "points resized", "arrays removed", "index beyond", "all gone"]
@@ -171,7 +171,7 @@ def test_in_a_window_a_broken_mesh_is_not_drawn_which_is_said_once_and_the_other
     assert red < 5 < green
     assert seen(LEFT) == [0, 0, 255]
     assert [text.replace("\n", " ")[:24] for text in texts()] == ["The mesh 'left' is not l"]
-    plotter.render()  # said once
+    plotter.render()  # warns only once
     meshes[0].copy_from(whole)
     plotter.render()
     assert texts() == []
@@ -181,7 +181,7 @@ def test_in_a_window_a_broken_mesh_is_not_drawn_which_is_said_once_and_the_other
 
 @pytest.fixture
 def window(new_plotter):
-    """A plotter with a light of PyVista's and a ball, drawn once."""
+    """A plotter with a PyVista light and a ball, drawn once."""
     plotter = new_plotter()
     plotter.add_light(pv.Light(position=(0, 0, 3)))
     plotter.phong.add_mesh(ball(), SHINY, name="ball")

@@ -1,4 +1,4 @@
-"""The document: edits by key, one history with the gizmos, and a refused edit changes nothing."""
+"""The document: edits by key, one undo history with the gizmos, and refused edits that change nothing."""
 
 import asyncio
 from dataclasses import fields, replace
@@ -105,7 +105,7 @@ def test_edges_are_as_sharp_as_asked_and_undone(document, plotter):
 
 @pytest.mark.parametrize("keeps", [True, False])
 def test_auto_is_shown_as_what_it_does(document, plotter, keeps):
-    """Of a mesh with normals of its own no edge is split."""
+    """The edges of a mesh with its own normals are not split."""
     (lit,) = plotter.phong._subplot.lit.meshes
     if not keeps:
         lit.mesh.point_data.active_normals_name = None
@@ -148,8 +148,8 @@ def test_moves_of_a_slider_are_one_step(document, plotter):
     assert plotter.phong.lights[0].intensity == 2.0
     document.settle()
     document.slide("light.1.diffuse", "#ff0000")
-    document.slide("material.0.shininess", 3.0)  # another slider: the first has been let go
-    assert document.undo()  # also while it is moved
+    document.slide("material.0.shininess", 3.0)  # another slider ends the first one's movement
+    assert document.undo()  # also during the movement
     assert plotter.phong.lights[0].diffuse == (1.0, 0.0, 0.0)
     assert document.undo()
     assert plotter.phong.lights[0] == ph.DirectionalLight((0, 0, -1), intensity=2.0, name="sun")
@@ -290,7 +290,7 @@ def test_materials_and_reflectances_are_chosen_by_name(document):
     for call in (document.choose_material, document.choose_reflectance):
         with pytest.raises(ValueError, match="must be"):
             call(0, "cheese")
-    with pytest.raises(ValueError, match="tangents"):  # this sphere has no texture coordinates to make them of
+    with pytest.raises(ValueError, match="tangents"):  # they need texture coordinates, which this sphere lacks
         document.choose_reflectance(0, "ward")
     assert document.state == before
 
@@ -317,7 +317,7 @@ def test_a_rig_gives_blocks_their_materials_by_name(new_plotter):
 
 
 def test_no_two_meshes_have_one_name(new_plotter):
-    """Blocks of one name that were drawn apart, and a mesh that was drawn by the name of a block."""
+    """Two separately drawn blocks have the same name, and a mesh has the name of a block."""
     plotter = new_plotter()
     for name in ("left", None, "right"):
         plotter.phong.add_mesh(pv.MultiBlock({"wheel": pv.Sphere(), f"of {name}": pv.Plane()}), name=name)
@@ -347,7 +347,7 @@ def test_an_image_becomes_a_sky_bytes_as_srgb_and_floats_as_they_are(document, p
 
 
 def sky(document):
-    """The number of a sky that is added, and an image for it."""
+    """Add a sky; return its number, and an image for it."""
     document.add("environment")
     image = pv.ImageData(dimensions=(8, 4, 1))
     image.point_data["texels"] = np.random.default_rng(0).random((32, 3))

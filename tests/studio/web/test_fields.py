@@ -1,4 +1,4 @@
-"""Forms: every class that the studio edits says by itself what its inputs are."""
+"""Forms: the inputs are derived from the classes that the studio edits."""
 
 import json
 import math
@@ -26,16 +26,16 @@ edited_ones = pytest.mark.parametrize("value", EDITED, ids=lambda value: type(va
 
 @dataclass(frozen=True)
 class Torch(Light):
-    """A light that nobody has heard of.
+    """A new kind of light.
 
     Parameters
     ----------
     position : sequence of float, default (0, 0, 0)
-        Where its flame is.
+        Position of the flame.
     spread : float, default 20
-        How wide it shines, in degrees.
+        Angle of the beam, in degrees.
     smokes : bool, default False
-        Whether it *smokes*.
+        True if it *smokes*.
     """
 
     position: tuple[float, float, float] = place()
@@ -50,7 +50,7 @@ class Torch(Light):
 
 
 def inputs(value, middles=None):
-    """Name of a field → its entry in the form."""
+    """Return field name → its entry in the form."""
     return {entry["name"]: entry for entry in form_of(value, "light.1", {} if middles is None else middles)}
 
 
@@ -67,7 +67,7 @@ def test_a_new_kind_of_light_has_its_form():
 def test_units_are_those_of_the_formulas():
     forms = {name: inputs(kind()) for name, kind in LIGHT_TYPES.items()}
     units = {name: {field: entry["unit"] for field, entry in form.items()} for name, form in forms.items()}
-    sized = {name for name, of in units.items() if of["intensity"] == "mesh unit²"}  # over the square of the distance
+    sized = {name for name, of in units.items() if of["intensity"] == "mesh unit²"}  # divided by the squared distance
     assert sized == {name for name, kind in LIGHT_TYPES.items() if kind().has_size and not kind().is_even}
     assert units["directional"]["intensity"] == units["spot"]["exponent"] == ""
     assert units["spot"]["attenuation"] == units["point"]["attenuation"] == "1, 1/mesh unit, 1/mesh unit²"

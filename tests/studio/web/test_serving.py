@@ -1,4 +1,4 @@
-"""Where a studio runs: `plotter.phong.studio()` in a loop that runs already, as a notebook's, and what it refuses."""
+"""Serving a studio: `plotter.phong.studio()` in a running event loop, as in a notebook, and its errors."""
 
 import asyncio
 import gc
@@ -92,7 +92,7 @@ def test_the_rig_is_kept_when_it_changes_where_that_is_asked_for(plotter, tmp_pa
         assert ph.Scene.load(path) == plotter.phong.scene
         assert ph.load_materials(path) == {"default": ph.Material()}
         studio._triggers["edit"]("light.1.intensity", 0.25)
-        await shown.close()  # what has changed last too
+        await shown.close()  # saves the last change too
 
     asyncio.run(cell())
     assert ph.Scene.load(path).lights[0].intensity == 0.25
