@@ -369,7 +369,7 @@ def test_bad_lights_are_refused_and_change_nothing(plotter):
         plotter.phong.set_light("sun", pv.Light())
     twice = pv.Light()
     plotter.phong.add_light(twice)
-    with pytest.raises(ValueError, match=r"^light must be a light that the plotter does not have yet"):
+    with pytest.raises(ValueError, match=r"^light must be a light that is not in the plotter yet"):
         plotter.phong.add_light(twice)
     assert len(plotter.phong.lights) == 2
 
@@ -593,7 +593,7 @@ def test_a_plotter_is_let_go_closed_or_not(is_closed):
     if is_closed:
         for end in (shown.deep_clean, shown.close, shown.close, shown.deep_clean):
             end()
-        with pytest.raises(ValueError, match=r"^plotter must be open; got a closed plotter"):
+        with pytest.raises(ValueError, match=r"^plotter must be open; got one that has been closed"):
             _ = shown.phong.lights
         del end
     else:

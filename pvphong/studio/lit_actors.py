@@ -113,7 +113,7 @@ class LitActors:
 
     @property
     def refining(self) -> dict[LitMesh, Refining]:
-        """The visible meshes that are to be refined, each with the object that refines it."""
+        """Visible mesh → the object that refines it."""
         return {mesh: self._refining[mesh] for mesh in self.shown if mesh in self._refining}
 
     @property

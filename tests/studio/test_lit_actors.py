@@ -170,7 +170,7 @@ def test_in_a_window_a_broken_mesh_is_not_drawn_which_is_said_once_and_the_other
     red, green, _ = seen(RIGHT)
     assert red < 5 < green
     assert seen(LEFT) == [0, 0, 255]
-    assert [text.replace("\n", " ")[:24] for text in texts()] == ["The mesh 'left' is not l"]
+    assert [text.replace("\n", " ")[:24] for text in texts()] == ["The mesh 'left' cannot b"]
     plotter.render()  # warns only once
     meshes[0].copy_from(whole)
     plotter.render()

@@ -22,7 +22,7 @@ FROM = [(0, -5, 2.5), (0, 0, 0.2), (0, 0, 1)]
 
 @pytest.fixture
 def new_mouse(new_plotter):
-    """A function that makes a plotter with a ball, lights, and gizmos unless `gizmos` is None, and returns its mouse."""
+    """A function that makes a plotter with a ball, lights, and gizmos unless `gizmos` is None; it returns a mouse."""
 
     def make(*lights, gizmos=(), **options):
         plotter = new_plotter((400, 300), **options)

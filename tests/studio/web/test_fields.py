@@ -60,7 +60,7 @@ def test_a_new_kind_of_light_has_its_form():
     assert form["spread"] | {"slide": 20.0, "from": 0.45, "to": 90.0} == form["spread"]
     assert (form["spread"]["unit"], form["position"]["unit"]) == ("°", "mesh unit")
     assert form["position"]["labels"] == ("x", "y", "z")
-    assert form["smokes"]["help"] == "Whether it smokes."
+    assert form["smokes"]["help"] == "True if it smokes."
     assert edited(Torch(), "position", "2,5", [1]).position == (0.0, 2.5, 0.0)
 
 
