@@ -323,7 +323,7 @@ def _materials() -> None:
         with html.Div(v_for="material in materials", key=("material.number",)):
             _material()
         with html.Div(v_if="has_mesh", classes="mt-2"):
-            number_input("surfaces[0]", "feature-angle", "sharp edges from")
+            number_input("surfaces[0]", "feature-angle", "sharp edges, °")
 
 
 def _material() -> None:
