@@ -1,4 +1,4 @@
-"""Work in a thread beside a window: it says how far it has come, and can be stopped."""
+"""Background work for a window: a thread that reports its progress and can be stopped."""
 
 from __future__ import annotations
 
@@ -12,22 +12,22 @@ Result = TypeVar("Result")
 
 
 class Job(Generic[Result]):
-    """Work that runs in a thread of its own, from now on.
+    """A task in its own thread, started at once.
 
     Parameters
     ----------
     name : str
-        Of the thread.
+        Name of the thread.
     work : callable
-        Gives the result, of nothing that anybody else may edit meanwhile.
+        Returns the result. It must only use data that nothing else edits while it runs.
     """
 
     def __init__(self, name: str, work: Callable[[], Result]) -> None:
         self.result: Result | None = None
         self.reason = ""
-        """Why there is none, if it failed."""
+        """The error message if the task failed, else ""."""
         self.part = 0.0
-        """How much is done of the step that it is at, from 0 to 1; 0 where nothing counts that."""
+        """Progress of the current step, from 0 to 1; 0 if the step does not report any."""
         self._work, self._stop = work, threading.Event()
         self._thread = threading.Thread(target=self._run, name=f"pvphong {name}", daemon=True)
         self._thread.start()
@@ -41,18 +41,18 @@ class Job(Generic[Result]):
                 self.result = self._work()
         except threads.StoppedError:
             pass
-        except Exception as error:  # of a light or an array of the user's, too: said by who asks for the result
+        except Exception as error:  # also from a user's light or array; the reader of the result reports it
             self.reason = str(error) or type(error).__name__
 
     @property
     def is_done(self) -> bool:
-        """Whether it has ended."""
+        """True if the task has ended."""
         return not self._thread.is_alive()
 
     def wait(self) -> None:
-        """Until it has ended."""
+        """Block until the task has ended."""
         self._thread.join()
 
     def stop(self) -> None:
-        """Have it end soon, without a result."""
+        """Cancel the task; it ends soon, without a result."""
         self._stop.set()

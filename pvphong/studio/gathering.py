@@ -1,7 +1,7 @@
-"""Light that the lit meshes of a window send each other, gathered by rays; in the background where these are many.
+"""Bounced light between the lit meshes of a window, gathered with rays; in the background if there are many rays.
 
-Rays depend on where the meshes are alone: lights and materials may be edited while they are cast. Until then meshes
-are drawn with what was gathered last in the same places, or without light that bounces.
+The rays depend only on the positions of the meshes, so lights and materials may be edited while rays are cast. Until
+the result arrives, meshes are drawn with the last light gathered at the same positions, or without bounced light.
 """
 
 from __future__ import annotations
@@ -25,84 +25,84 @@ from pvphong.shading.vertices import Vertices
 from pvphong.studio.background import Job
 from pvphong.studio.lit_mesh import LitMesh
 
-_LIVE = 2**13  # so many vertices have their own bounces while something is dragged
+_LIVE = 2**13  # up to this many vertices, bounces are recomputed during a drag
 
 
 Planned = Callable[[LitMesh], tuple[Plan, Vertices]]
-"""What will light one of the meshes, and on what; ValueError where it cannot be lit."""
+"""Returns a mesh's shading plan and vertices; raises ValueError if the mesh cannot be lit."""
 
 
 class _Gathered(NamedTuple):
-    """Light that bounces between meshes, as it was computed last, or is awaited."""
+    """Bounced light between meshes: the last result, or the one in progress."""
 
     state: Any
-    """What it was computed for."""
+    """The state it was computed for."""
     geometry: Any
-    """The meshes, and stamps of where they are."""
+    """The meshes, and stamps of their geometry."""
     bounces: int
     among: Transport
     brightness: Float64Array
-    """Shape (3,): the lights' colours together."""
+    """Shape (3,): the sum of the lights' colours."""
     light: dict[LitMesh, FloatArray]
-    """Shape (1, n, 3) for each mesh; none where there is none."""
+    """Shape (1, n, 3) for each mesh; meshes without bounced light are missing."""
 
     def at_brightness(self, brightness: Float64Array) -> dict[LitMesh, FloatArray]:
-        """The light in the lights' colours now."""
+        """Return the light, scaled to the present colours of the lights."""
         was = np.maximum(self.brightness, FAINTEST)
         factor = np.where(self.brightness > 0.0, brightness / was, 1.0).astype(np.float32)
         return {mesh: light * factor for mesh, light in self.light.items()}
 
 
 class Gathering:
-    """The light that bounces between the lit meshes of one renderer."""
+    """Bounced light between the lit meshes of one renderer."""
 
     def __init__(self) -> None:
         self.note = ""
-        """What is to be said of light that is not final."""
+        """Text to show while the light is not final."""
         self.reason = ""
-        """Why the last light from the background is none; "" where it is one."""
+        """The error message of the last background job; "" if it succeeded."""
         self.count = 0
-        """How often light has come from the background."""
+        """Number of background jobs that have finished."""
         self._last: _Gathered | None = None
         self._job: Job[dict[LitMesh, FloatArray]] | None = None
         self._awaited: _Gathered | None = None
 
     @property
     def part(self) -> float | None:
-        """How many of the rays that are awaited are cast, from 0 to 1; None where none are awaited."""
+        """Progress of the background job, from 0 to 1; None if there is no job."""
         return None if self._job is None else self._job.part
 
     @property
     def bounces(self) -> int:
-        """How many bounces are in what is drawn until light that is awaited has come."""
+        """Number of bounces in the light that is drawn while a background job runs."""
         last, awaited = self._last, self._awaited
         return 0 if last is None or awaited is None or last.geometry != awaited.geometry else last.bounces
 
     def light(
         self, meshes: Sequence[LitMesh], planned: Planned, scene: Scene, samples: int | None, *, held: bool, waits: bool
     ) -> dict[LitMesh, FloatArray] | None:
-        """Shape (1, n, 3) for each mesh: light that all send each other. None where none is known yet.
+        """Return the bounced light of each mesh, shape (1, n, 3); None if none is known yet.
 
-        While something is dragged, that of many vertices is as before, in the lights' colours now.
+        During a drag, the light of meshes with many vertices is not recomputed, only scaled to the lights' colours.
 
         Parameters
         ----------
         meshes : sequence of LitMesh
-            Those that can be lit exchange light.
+            The meshes. Those that cannot be lit exchange no light.
         planned : callable
-            Gives each one's plan and vertices in the scene.
+            Returns the plan and vertices of a mesh in the scene.
         scene : Scene
-            Its light model has bounces.
+            A scene whose light model has bounces.
         samples : int or None
-            So many rays go from each vertex to a light with a size.
+            Number of rays from each vertex to an area light; None for the default.
         held : bool
-            Whether something is being dragged.
+            True during a drag.
         waits : bool
-            Whether to come back with the light, and not before.
+            True to block until the light is known.
         """
         exchanging, versions = dict[LitMesh, tuple[Plan, Vertices]](), dict[LitMesh, Any]()
         for mesh in meshes:
-            with suppress(ValueError):  # one that cannot be lit sends nothing, and says so elsewhere
+            with suppress(ValueError):  # a mesh that cannot be lit sends nothing; `refresh` reports it
                 exchanging[mesh] = planned(mesh)
                 versions[mesh] = mesh.version
         self.note = ""
@@ -116,10 +116,10 @@ class Gathering:
         if last is not None and last.state == state:
             return last.light
         if last is not None and held and len(last.among) > _LIVE:
-            self.note = "light that bounces follows when let go"
+            self.note = "bounced light is updated after the drag"
             return last.at_brightness(brightness)
         if self._job is None:
-            if last is None:  # of copies of what may be edited while rays are cast
+            if last is None:  # copies, since the originals may be edited while rays are cast
                 own = [Exchanging(mesh.drawn, partial(np.array, mesh.normals), mesh.matrix) for mesh in exchanging]
                 among = transport_of(own)
             else:
@@ -136,11 +136,11 @@ class Gathering:
                 self._last = gathered._replace(light=gather())
                 return self._last.light
             self._job, self._awaited = Job("gathering", gather), gathered
-        self.note = f"light that bounces is gathered: {self._job.part:.0%}"
+        self.note = f"computing bounced light: {self._job.part:.0%}"
         return None if last is None else last.at_brightness(brightness)
 
     def _take(self, geometry: Any, waits: bool) -> None:
-        """Take what has been gathered in the background, if it is of where the meshes are now."""
+        """Take the result of the background job, unless the meshes have moved since it began."""
         if self._job is None or self._awaited is None:
             return
         if self._awaited.geometry != geometry:
@@ -154,25 +154,25 @@ class Gathering:
             self._job = self._awaited = None
 
     def stop(self) -> None:
-        """Gather no more in the background."""
+        """Cancel the background job."""
         if self._job is not None:
             self._job.stop()
             self._job = self._awaited = None
 
 
 def _sent(exchanging: dict[LitMesh, tuple[Plan, Vertices]]) -> tuple[Sent, set[LitMesh]]:
-    """What all meshes send before light has bounced, and those that cannot say."""
+    """Return the direct light that all meshes reflect, and the meshes for which it cannot be computed."""
     sent, silent = list[Sent](), set[LitMesh]()
     for mesh, (plan, vertices) in exchanging.items():
         try:
             sent.append(plan.sent(vertices))
-        except ValueError:  # its own refreshing says why
+        except ValueError:  # `refresh` of the mesh reports why
             silent.add(mesh)
             sent.append(Sent(*np.zeros((3, len(vertices), 3), np.float32)))
     return Sent.of_all(sent), silent
 
 
 def _brightness(scene: Scene) -> Float64Array:
-    """The colours of all lights together, shape (3,)."""
+    """Return the sum of the colours of all lights, shape (3,)."""
     lights = [light.intensity * np.array(rgb(light.diffuse)) for light in scene.lights if light.on]
     return np.sum([np.zeros(3), *lights], axis=0)

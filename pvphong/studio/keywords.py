@@ -1,6 +1,6 @@
-"""PyVista's keywords of `Plotter.add_mesh` as a material: what a lit mesh takes of them, and what is passed on.
+"""Keywords of PyVista's `Plotter.add_mesh`: some define the material of a lit mesh, the others are passed on.
 
-Source: `pyvista.Plotter.add_mesh` and `add_composite`, whose defaults and whose order of decisions these are.
+Source: `pyvista.Plotter.add_mesh` and `add_composite`. Defaults and precedence are the same.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ _LOOK = (
     *("color", "pbr", "texture", "scalars", "rgb", "multi_colors", "nan_opacity", "interpolate_before_map"),
     *(*_PROPERTY, *_COLORMAP, *_BAR),
 )
-"""What a material says where there is one."""
+"""Keywords that a material replaces."""
 
 _USUAL = {
     **dict.fromkeys(("flip_scalars", "multi_colors", "categories", "log_scale"), False),
@@ -58,36 +58,36 @@ _USUAL = {
 """Defaults that are not None."""
 
 REFUSED = {
-    "backface_params": "A vertex has one colour; LightModel(two_sided=True) lights back faces as VTK does without it.",
-    "emissive": "Sprites that add up have no surface; plotter.add_mesh draws them.",
+    "backface_params": "Each vertex has one colour for both sides. LightModel(two_sided=True) lights back faces.",
+    "emissive": "Additive sprites have no surface to light; draw them with plotter.add_mesh.",
 }
-"""What has no counterpart, and why."""
+"""Keywords that lit meshes do not support, and why."""
 
 
 class Look(NamedTuple):
-    """What keywords say of a lit mesh."""
+    """The look of a lit mesh, as its keywords define it."""
 
     materials: Material | Mapping[str, Material]
-    """For all of it, or by block."""
+    """One material, or one for each block."""
     feature_angle: FeatureAngle
     opacity: Any
-    """A number for each vertex or cell, or the name of such an array; None where all have that of `options`."""
+    """A number for each vertex or cell, or the name of such an array; None if `options` has one for the whole mesh."""
     bar: ScalarBar | None
     options: dict[str, Any]
-    """What PyVista is given."""
+    """Keywords passed on to PyVista."""
     silhouette: dict[str, Any] | None
-    """Options of `pyvista.Plotter.add_silhouette`, which needs faces that share points; None for none."""
+    """Options of `pyvista.Plotter.add_silhouette`, which needs faces that share points; None for no silhouette."""
 
 
 class ScalarBar(NamedTuple):
-    """A scalar bar of the colours before light."""
+    """A scalar bar of the unlit colours."""
 
     table: pv.LookupTable
     options: dict[str, Any]
-    """As for `pyvista.Plotter.add_scalar_bar`."""
+    """Options of `pyvista.Plotter.add_scalar_bar`."""
 
     def add_to(self, plotter: pv.Plotter) -> None:
-        """Draw it, and let the plotter's later scalar bars be of these colours too."""
+        """Draw the bar. Later scalar bars of the plotter use the same colours."""
         mapper = pv.DataSetMapper(theme=plotter.theme)
         mapper.lookup_table, mapper.scalar_range = self.table, self.table.scalar_range
         plotter.mapper = mapper
@@ -96,16 +96,16 @@ class ScalarBar(NamedTuple):
 
 @cache
 def _known() -> tuple[str, ...]:
-    """All keywords of PyVista's `add_mesh`."""
+    """Return all keywords of PyVista's `add_mesh`."""
     found = inspect.signature(pv.Plotter.add_mesh).parameters
     return (*(name for name in found if name not in ("self", "mesh", "kwargs")), *_MORE)
 
 
 def refuse_unknown(options: Mapping[str, Any]) -> None:
-    """Raise ``TypeError`` for a keyword that PyVista's `add_mesh` does not have; the message has a close match."""
+    """Raise ``TypeError`` for a keyword that PyVista's `add_mesh` does not have; the message suggests a close match."""
     for name in options:
         if name in Material.__dataclass_fields__ and name not in _known():
-            raise TypeError(f"add_mesh has no keyword {name!r}. Material({name}=...) has it.")
+            raise TypeError(f"add_mesh has no keyword {name!r}. Pass material=Material({name}=...).")
         if name not in _known():
             remedy = check.meant(name, (*_known(), "material", "casts_shadows", "refine"))
             raise TypeError(f"add_mesh has no keyword {name!r}. {remedy}".rstrip())
@@ -115,17 +115,17 @@ _STYLES = "surface", "wireframe", "points", "points_gaussian"
 
 
 def _refuse_misspelt(options: Mapping[str, Any]) -> None:
-    """Raise ``ValueError`` for words that PyVista does not know, before it says so in many lines."""
+    """Raise ``ValueError`` for names that PyVista does not know; PyVista's own message has many lines."""
     for name, value in options.items():
         if isinstance(value, str) and (name == "color" or name.endswith("_color")):
             try:
-                pv.Color(value)  # which has opacities too, as in "#ff000080"
+                pv.Color(value)  # also accepts opacities, as in "#ff000080"
             except ValueError:
                 check.color(name, value)
     if options.get("style") is not None:
         check.choice("style", str(options["style"]).lower(), _STYLES)
     if isinstance(options.get("texture"), str):
-        remedy = f"pyvista.read_texture({options['texture']!r}) reads it."
+        remedy = f"Pass pyvista.read_texture({options['texture']!r})."
         check.refuse("texture", options["texture"], "a pyvista.Texture", remedy)
 
 
@@ -137,47 +137,47 @@ def look_of(
     theme: Any,
     next_color: Callable[[], Any],
 ) -> Look:
-    """What a mesh is to look like.
+    """Return the look of a mesh.
 
     Parameters
     ----------
     mesh : pyvista.DataSet or pyvista.MultiBlock
-        What is drawn.
+        The mesh to draw.
     material : Material, str, mapping or None
-        None: the keywords, and what they leave out PyVista's theme, say it.
+        The material. If None, it follows from the keywords and, for missing ones, from PyVista's theme.
     feature_angle : float, "auto" or None
-        As for `mesh.phong.shade`.
+        Angle of sharp edges, as for `mesh.phong.shade`.
     given : mapping
         PyVista's keywords.
     theme : pyvista.plotting.themes.Theme
-        The plotter's.
+        The plotter's theme.
     next_color : callable
-        Gives PyVista's next colour for a mesh that has none.
+        Returns PyVista's next colour, for a mesh without one.
 
     Raises
     ------
     TypeError
         For a keyword that PyVista does not have.
     ValueError
-        If a value is not allowed, two say the same thing, or a keyword has no counterpart.
+        If a value is not allowed, two keywords conflict, or a keyword is not supported.
     """
     refuse_unknown(given)
     options = {_ALIASES.get(name, name): value for name, value in given.items()}
     _refuse_misspelt(options)
     for name, reason in REFUSED.items():
         if options.get(name) is not None:
-            check.refuse(name, options[name], "left out for a lit mesh", reason)
+            check.refuse(name, options[name], "omitted for a lit mesh", reason)
     asked = {name: options.pop(name) for name in _LOOK if name in options}
     asked = {name: value for name, value in asked.items() if value is not None and value is not _USUAL.get(name)}
     angle = _angle(feature_angle, options, theme)
     if angle == "auto" and material is None and not theme.smooth_shading and not asked.get("pbr"):
-        angle = 0.0  # as PyVista draws what is not asked to be smooth
+        angle = 0.0  # PyVista's default is flat shading
     outline = options.pop("silhouette", None)
     silhouette = dict(outline) if isinstance(outline, Mapping) else {} if outline else None
     if material is not None:
         for name, value in asked.items():
-            remedy = "Either the material says it, or keywords do: Material(albedo=Colormap(...)) has scalars."
-            check.refuse(name, value, "left out where there is a material", remedy)
+            remedy = "Put it into the material; Material(albedo=Colormap(...)) replaces scalars."
+            check.refuse(name, value, "omitted when material= is given", remedy)
         return Look(_materials(material), angle, _opacity(options), None, options, silhouette)
     return _by_keywords(mesh, asked, angle, options, theme, next_color)._replace(silhouette=silhouette)
 
@@ -189,7 +189,7 @@ def _materials(given: Any) -> Material | Mapping[str, Material]:
 
 
 def _angle(given: FeatureAngle, options: dict[str, Any], theme: Any) -> FeatureAngle:
-    """Where edges are sharp, by PyVista's keywords for that."""
+    """Return the angle of sharp edges, from PyVista's keywords for it."""
     interpolation = options.pop("interpolation", None)
     is_smooth, is_split = options.pop("smooth_shading", None), options.pop("split_sharp_edges", None)
     if is_smooth is None and interpolation is not None:
@@ -200,7 +200,7 @@ def _angle(given: FeatureAngle, options: dict[str, Any], theme: Any) -> FeatureA
 
 
 def _opacity(options: dict[str, Any]) -> Any:
-    """Take an opacity for each vertex out of the options; None where there is but one number."""
+    """Take per-vertex opacities out of the options; None if opacity is a single number."""
     opacity, is_reversed = options.get("opacity"), options.pop("use_transparency", False)
     if isinstance(opacity, Real | np.number):
         options["opacity"] = 1.0 - float(opacity) if is_reversed else float(opacity)
@@ -209,7 +209,7 @@ def _opacity(options: dict[str, Any]) -> Any:
         return None
     options.pop("opacity")
     if is_reversed:
-        check.refuse("use_transparency", True, "False where opacity is not one number", "Give 1 - opacity.")
+        check.refuse("use_transparency", True, "False unless opacity is a single number", "Pass 1 - opacity.")
     return opacity
 
 
@@ -225,14 +225,14 @@ def _by_keywords(
     texture = None if texture is False else texture
     scalars, rgb = asked.pop("scalars", None), asked.pop("rgb", None)
     multi_colors = asked.pop("multi_colors", False)
-    asked.pop("interpolate_before_map", None)  # colours are those of vertices in any case
+    asked.pop("interpolate_before_map", None)  # colours are per vertex in any case
     is_blocks = isinstance(mesh, pv.MultiBlock)
     if scalars is None and (rgb or (color is None and texture is None)) and not multi_colors:
         scalars = _active(mesh)
     if is_blocks and color is not None:
         scalars = None
     if texture is not None and scalars is not None:
-        check.refuse("texture", texture, "left out beside scalars", "A mesh is coloured by one of them.")
+        check.refuse("texture", texture, "omitted when scalars= is given", "Pass only one of the two.")
     if color is None or color is True:
         color = "white" if texture is not None else next_color()
     options["color"] = color  # for legends, and for edges that are drawn in it
@@ -248,7 +248,7 @@ def _by_keywords(
     nan_opacity, show, bar_options = (asked.pop(name, None) for name in ("nan_opacity", *_BAR))
     if scalars is None:
         if rgb:
-            check.refuse("rgb", rgb, "left out where there are no scalars", "scalars=... names an array of colours.")
+            check.refuse("rgb", rgb, "omitted without scalars", "Pass scalars= with the name of an array of colours.")
         if multi_colors:
             return Look(_of_each(mesh, colored, multi_colors, theme), angle, _opacity(options), None, options, None)
         return Look(material, angle, _opacity(options), None, options, None)
@@ -268,7 +268,7 @@ def _by_keywords(
         and np.ptp(table.scalar_range) > 0.0
         and numbers.dtype != np.bool_
     ):
-        colormap = replace(colormap, clim=table.scalar_range)  # it stays when the scalars are edited, as PyVista's does
+        colormap = replace(colormap, clim=table.scalar_range)  # as in PyVista: edited scalars keep the range
     if any(each.of_cells for each in found):
         angle = 0.0
     opacity, table = _by_transfer(options, mesh, numbers, table, nan_opacity)
@@ -285,7 +285,7 @@ def _has(mesh: pv.DataSet, name: str) -> bool:
 
 
 def _active(mesh: Any) -> str | None:
-    """The name of the active scalars; of blocks that which all have in common."""
+    """Return the name of the active scalars; of a MultiBlock, if all its blocks have the same."""
     if not isinstance(mesh, pv.MultiBlock):
         return mesh.active_scalars_name
     names = {each.active_scalars_name for each in leaves(mesh)}
@@ -293,12 +293,12 @@ def _active(mesh: Any) -> str | None:
 
 
 def _of_each(blocks: Any, colored: Mapping[str, Any], colors: Any, theme: Any) -> Mapping[str, Material]:
-    """A material for each block, its colours as PyVista's `multi_colors` gives them one after the other."""
+    """Return a material for each block, with colours in the order of PyVista's `multi_colors`."""
     from pyvista.plotting.colors import get_cycler
 
     if not isinstance(blocks, pv.MultiBlock):
-        check.refuse("multi_colors", colors, "left out for a mesh without blocks")
-    # the blocks themselves count too, the whole first, as among the attributes of VTK's composite datasets
+        check.refuse("multi_colors", colors, "omitted for a mesh without blocks")
+    # MultiBlocks themselves take a colour too, parents first, as in VTK's composite datasets
     nodes, cycle = list(_nodes(blocks)), iter(get_cycler("default" if colors is True else colors))
     given = {id(node): each["color"] for node, each in zip(nodes, cycle, strict=False)}
     props = {path: pv.Property(theme, color=given[id(each)], **colored) for path, each in datasets(blocks)}
@@ -306,7 +306,7 @@ def _of_each(blocks: Any, colored: Mapping[str, Any], colors: Any, theme: Any) -
 
 
 def _nodes(block: Any) -> Iterator[Any]:
-    """A block, and all in it."""
+    """Yield a block and all its descendants."""
     yield block
     if isinstance(block, pv.MultiBlock):
         for each in block:
@@ -314,15 +314,15 @@ def _nodes(block: Any) -> Iterator[Any]:
 
 
 def _colors(mesh: Any, scalars: Any, preference: str) -> tuple[Any, Float64Array | None]:
-    """A map of colours, and of RGBA its opacities."""
+    """Return a map of colours, and the opacities if it is RGBA."""
     if isinstance(scalars, str):
         rows = _named(mesh, scalars, preference)
         if rows is None:
-            return scalars, None  # of blocks, each has its own
+            return scalars, None  # each block has its own array
     else:
         rows = np.asarray(scalars)
     if rows.ndim != 2 or rows.shape[1] not in (3, 4):
-        check.refuse("scalars", f"an array of shape {rows.shape}", "(n, 3) or (n, 4) where rgb is True")
+        check.refuse("scalars", f"an array of shape {rows.shape}", "of shape (n, 3) or (n, 4) when rgb is True")
     if rows.dtype.kind in "iu" and rows.dtype != np.uint8:
         rows = np.clip(rows, 0, 255).astype(np.uint8)
         return rows[:, :3], rows[:, 3] / 255.0 if rows.shape[1] == 4 else None
@@ -332,22 +332,22 @@ def _colors(mesh: Any, scalars: Any, preference: str) -> tuple[Any, Float64Array
 
 
 def _named(mesh: Any, name: str, preference: str) -> Any:
-    """An array of a mesh by its name; None for blocks."""
+    """Return an array of a mesh by its name; None for a MultiBlock."""
     if isinstance(mesh, pv.MultiBlock):
         return None
     data = (mesh.point_data, mesh.cell_data)
     for arrays in data if preference == "point" else reversed(data):
         if name in arrays:
             return np.asarray(arrays[name])
-    names = list(dict.fromkeys(name for arrays in data for name in arrays.keys()))  # noqa: SIM118 it lists them
-    allowed = f"the name of a point or cell array ({', '.join(names) or 'there is none'})"
+    names = list(dict.fromkeys(name for arrays in data for name in arrays.keys()))  # noqa: SIM118 iterating differs
+    allowed = f"the name of a point or cell array ({', '.join(names) or 'the mesh has none'})"
     return check.refuse("scalars", repr(name), allowed, check.meant(name, names))
 
 
 def _by_transfer(
     options: dict[str, Any], mesh: Any, numbers: Any, table: pv.LookupTable, nan_opacity: float | None
 ) -> tuple[Any, pv.LookupTable]:
-    """An opacity for each point or cell, as given or by the scalars, and the table with what that takes."""
+    """Return an opacity for each point or cell, given or from the scalars, and the lookup table with opacities."""
     given = options.get("opacity")
     is_named = isinstance(given, str) and isinstance(mesh, pv.DataSet) and _has(mesh, given)
     if isinstance(given, np.ndarray | Sequence) and not isinstance(given, str) and isinstance(mesh, pv.DataSet):
@@ -355,13 +355,13 @@ def _by_transfer(
     if is_named or ((given is None or isinstance(given, Real | np.number)) and nan_opacity is None):
         return _opacity(options), table
     if isinstance(mesh, pv.MultiBlock):
-        check.refuse("opacity", given, "one number for blocks")
+        check.refuse("opacity", given, "a single number for a MultiBlock")
     own = pv.LookupTable()
     own.DeepCopy(table)
     if isinstance(given, str | np.ndarray | Sequence):
         try:
             steps = pv.opacity_transfer_function(given, own.n_values)
-        except (ValueError, KeyError):  # neither the name of one
+        except (ValueError, KeyError):  # not the name of a transfer function
             return _opacity(options), table
         own.apply_opacity(255 - steps if options.pop("use_transparency", False) else steps)
         options.pop("opacity")

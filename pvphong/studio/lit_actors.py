@@ -1,7 +1,7 @@
-"""Lit actors: the lit meshes of one renderer, whose colours are kept current.
+"""Lit actors: the lit meshes of one renderer, with colours that are kept current.
 
-Before each frame all that are visible are brought up to date, with shadows on each other; those that cannot be lit are
-not drawn, and the window says why.
+All visible meshes are updated before each frame and cast shadows on each other. A mesh that cannot be lit is not drawn,
+and the window shows the reason.
 """
 
 from __future__ import annotations
@@ -30,18 +30,18 @@ from pvphong.studio.refining import Refining
 
 
 class LightingWarning(UserWarning):
-    """A mesh in a window cannot be lit as it is; it is not drawn until that is mended."""
+    """A mesh in a window cannot be lit. It is not drawn until the problem is fixed."""
 
 
-_PREVIEW_SAMPLES = 16  # rays of each vertex to a light with a size while something is dragged
-_BEFORE_GIZMOS = 1.0  # a frame's gizmos show where highlights are
-_MESSAGE_WIDTH, _MESSAGE_PLACE = 60, (10.0, 10.0)  # letters of a line; pixels from the lower left
+_PREVIEW_SAMPLES = 16  # rays from each vertex to an area light during a drag
+_BEFORE_GIZMOS = 1.0  # observer priority: gizmos show the highlights of the updated meshes
+_MESSAGE_WIDTH, _MESSAGE_PLACE = 60, (10.0, 10.0)  # characters per line; pixels from the lower left
 
-_ASK_AGAIN = 100  # milliseconds until results from the background are asked for again
+_ASK_AGAIN = 100  # milliseconds between two polls for background results
 
 
 def _refuse(error: Exception, _mesh: LitMesh) -> bool:
-    """Say of every mesh that it cannot be lit."""
+    """Raise the error, for any mesh."""
     raise error
 
 
@@ -49,27 +49,27 @@ MaterialsState = dict[SharedMaterial, Material]
 
 
 class LitActors:
-    """The lit meshes of one renderer, brought up to date before each frame.
+    """The lit meshes of one renderer, updated before each frame.
 
     Parameters
     ----------
     renderer : pyvista.Renderer
-        Where they are drawn.
+        The renderer that draws them.
     scene : callable
-        Gives what lights them now.
+        Returns the current scene.
     """
 
     def __init__(self, renderer: pv.Renderer, scene: Callable[[], Scene]) -> None:
         self.uses_preview_rays = False
-        """Whether shadows of lights with a size are made of few rays: so while something is dragged."""
+        """True during a drag: shadows of area lights use few rays."""
         self.note = ""
-        """What is to be said of colours that are not final."""
+        """Text to show while the colours are not final."""
         self.is_in_a_page = False
-        """Whether a web page asks for results from the background, by `refresh` while `is_awaiting`."""
+        """True if a web page polls for background results, with `refresh` while `is_awaiting`."""
         self.is_mixed = False
-        """Whether faders write the colours: so there are no refined pictures of them."""
+        """True while the mix view writes the colours; there are no refined pictures then."""
         self.gathering = Gathering()
-        self._gathered = 0  # how often light has come from there that frames show
+        self._gathered = 0  # the gathering's count at the last refresh
         self._renderer, self._scene = renderer, scene
         self._meshes: list[LitMesh] = []
         self._refining: dict[LitMesh, Refining] = {}
@@ -96,7 +96,7 @@ class LitActors:
 
     @property
     def meshes(self) -> tuple[LitMesh, ...]:
-        """The lit meshes whose actors are still there."""
+        """The lit meshes whose actors are still in the renderer."""
         self._meshes = [mesh for mesh in self._meshes if self._renderer.HasViewProp(mesh.actor)]
         for mesh in [mesh for mesh in self._refining if mesh not in self._meshes]:
             self._refining.pop(mesh).forget()
@@ -108,78 +108,77 @@ class LitActors:
         return [mesh for mesh in self.meshes if mesh.actor is not None and mesh.actor.GetVisibility()]
 
     def others(self, mesh: LitMesh) -> list[tuple[pv.PolyData, Float64Array | None]]:
-        """The visible meshes that cast shadows on one, each with its matrix, as `occluders` takes them."""
+        """Return the other visible meshes that cast shadows, each with its matrix, as `occluders`."""
         return [(each.drawn, each.matrix) for each in self.shown if each is not mesh and each.casts_shadows]
 
     @property
     def refining(self) -> dict[LitMesh, Refining]:
-        """What shows refined pictures of the visible meshes of which there are to be any."""
+        """Visible mesh → the object that refines it."""
         return {mesh: self._refining[mesh] for mesh in self.shown if mesh in self._refining}
 
     @property
     def is_awaiting(self) -> bool:
-        """Whether something of what is to be shown is still computed in the background."""
+        """True while a background computation has not delivered its result."""
         return self.gathering.part is not None or any(each.is_awaited for each in self.refining.values())
 
     def add(self, mesh: LitMesh, refine: float | None = None) -> None:
-        """Keep a mesh current from now on, until its actor is removed; within a tolerance: and show it refined."""
+        """Keep a mesh current until its actor is removed; `refine`: show it refined within this tolerance."""
         self._meshes.append(mesh)
         if refine is not None:
             self._refining[mesh] = Refining(mesh, refine)
 
     def name_of(self, mesh: LitMesh) -> str:
-        """The name that a mesh was drawn by; "" if it was drawn without one."""
+        """Return the actor name of a mesh; "" if none was given."""
         names = [name for name, actor in self._renderer.actors.items() if actor is mesh.actor]
         return names[0] if names and "(Addr=" not in names[0] else ""
 
     def light(self, mesh: LitMesh) -> None:
-        """Light a mesh that is not drawn yet among those that are; ValueError if it cannot be lit."""
+        """Light a mesh that is not drawn yet, together with the visible ones; ValueError if it cannot be lit."""
         self._refreshing([*self.shown, mesh])(mesh)
 
     def refresh(self, *, waits: bool = False) -> bool:
-        """Bring all visible meshes up to date.
+        """Update all visible meshes.
 
-        One that cannot be lit is not drawn, for its last colours would not be true, until it can be lit again.
+        A mesh that cannot be lit is not drawn until it can be, because its last colours would be wrong.
 
         Parameters
         ----------
         waits : bool, default False
-            Whether to come back with light that bounces and with refined pictures, where there are to be any, and not
-            before.
+            True to block until bounced light and refined pictures, if any, are computed.
 
         Returns
         -------
         bool
-            Whether the background has given something new, which a frame that is drawn already does not show.
+            True if a background result has arrived since the last frame.
 
         Warns
         -----
         LightingWarning
-            Of each that cannot be lit, once, when all others are up to date.
+            Once for each mesh that cannot be lit, after all others are updated.
         """
         shown, unlit = self.shown, dict[LitMesh, str]()
         if shown:
             try:
                 refresh = self._refreshing(shown, waits)
-            except Exception as error:  # of a light of the user's, which lights all of them
+            except Exception as error:  # also from a user's light, which affects all meshes
                 refresh = partial(_refuse, error)
             for mesh in shown:
                 try:
                     refresh(mesh)
-                except Exception as error:  # of a light or an array of the user's, too
+                except Exception as error:  # also from a user's light or array
                     mesh.blank()
                     if mesh in self._refining:
                         self._refining[mesh].forget()
                     name = self.name_of(mesh)
                     which = f"The mesh {name!r}" if name else "A mesh"
-                    unlit[mesh] = f"{which} is not lit: {error}"
+                    unlit[mesh] = f"{which} cannot be lit and is not drawn: {error}"
         else:
             self.gathering.stop()
         is_new = self._refine(unlit, waits)
         if self.gathering.count > self._gathered:
             self._gathered, is_new = self.gathering.count, True
             if self.gathering.reason:
-                text = f"Light that bounces is not gathered: {self.gathering.reason}"
+                text = f"Bounced light could not be computed: {self.gathering.reason}"
                 warnings.warn(text, LightingWarning, stacklevel=2)
         self._ask_again()
         before, self._unlit = self._unlit, unlit
@@ -193,23 +192,23 @@ class LitActors:
         return is_new
 
     def _refine(self, unlit: Container[LitMesh], waits: bool) -> bool:
-        """Show the refined pictures that there are, but of what cannot be lit; whether one is new."""
+        """Show the refined pictures of all meshes that can be lit; True if one of them is new."""
         refined = {mesh: each for mesh, each in self.refining.items() if mesh not in unlit}
         if not refined:
             return False
         scene, is_new = self._scene(), False
-        held = self.uses_preview_rays or self.is_mixed or self.gathering.part is not None  # refined is what is final
+        held = self.uses_preview_rays or self.is_mixed or self.gathering.part is not None  # refine only final colours
         for mesh, refining in refined.items():
             before = refining.pictures
             refining.update(scene, self.occluders_of(mesh, scene), held=held, waits=waits)
             if refining.pictures > before:
                 is_new = True
                 if refining.reason:
-                    warnings.warn(f"A mesh is not refined: {refining.reason}", LightingWarning, stacklevel=2)
+                    warnings.warn(f"A mesh could not be refined: {refining.reason}", LightingWarning, stacklevel=2)
         return is_new
 
     def _ask_again(self) -> None:
-        """Have the window ask for results from the background soon, if there are to be any."""
+        """Start a timer that polls for background results, or end it if none are awaited."""
         window = self._renderer.GetRenderWindow()
         interactor = None if window is None else window.GetInteractor()
         if not self.is_awaiting or self.is_in_a_page:
@@ -232,12 +231,12 @@ class LitActors:
             self._timer = None
 
     def _refreshing(self, meshes: Sequence[LitMesh], waits: bool = False) -> Callable[[LitMesh], bool]:
-        """What brings one of some meshes up to date, which shadow each other where the light model has shadows."""
+        """Return a function that updates one of the meshes, with the shadows of the others."""
         scene, self.note = self._scene(), ""
         model, samples = scene.light_model, None
         if model.needs_rays:
             if self.uses_preview_rays and any(light.has_size for light in scene.lights):
-                samples, self.note = _PREVIEW_SAMPLES, f"shadows by {_PREVIEW_SAMPLES} rays until let go"
+                samples, self.note = _PREVIEW_SAMPLES, f"preview shadows, {_PREVIEW_SAMPLES} rays per vertex"
             self._gather_occluders(meshes)
         bounced: dict[LitMesh, FloatArray] | None = {}
         if model.bounces:
@@ -260,23 +259,23 @@ class LitActors:
 
     @property
     def _is_on_screen(self) -> bool:
-        """Whether frames will come by themselves; who draws one off screen looks at that one."""
+        """True if more frames follow by themselves; an off-screen frame must show the final light."""
         window = self._renderer.GetRenderWindow()
         return window is not None and not window.GetOffScreenRendering()
 
     def occluders_of(self, mesh: LitMesh, scene: Scene) -> KnownOccluders | None:
-        """What casts shadows on a mesh; None in a scene without shadows and occlusion."""
+        """Return the occluders of a mesh; None in a scene without shadows and occlusion."""
         own = list(self._blocking).index(mesh) if mesh in self._blocking else None
         return KnownOccluders(self._occluders, own) if scene.light_model.needs_rays else None
 
     def _gather_occluders(self, meshes: Sequence[LitMesh]) -> None:
-        """Know all of some meshes that cast shadows, where they are now."""
+        """Update the occluders to the present geometry of the meshes that cast shadows."""
         blocking = dict[LitMesh, tuple[Any, BlockingFaces]]()
         for mesh in meshes:
             if mesh.casts_shadows:
                 try:
                     geometry = mesh.geometry()
-                except ValueError:  # it cannot be lit either, and that is said where it is to be
+                except ValueError:  # the mesh cannot be lit; `refresh` reports it
                     continue
                 known = self._blocking.get(mesh)
                 if known is None or known[0] != geometry:
@@ -286,38 +285,38 @@ class LitActors:
         if not is_same or any(self._blocking[mesh] is not faces for mesh, faces in blocking.items()):
             self._occluders, self._blocking = Occluders([faces for _, faces in blocking.values()]), blocking
 
-    # -- materials, whose edits can be undone
+    # -- materials and their undo
 
     @property
     def state(self) -> MaterialsState:
-        """The materials of the visible meshes and what they are, for `revert`."""
+        """The materials of the visible meshes and their values, for `revert`."""
         return {mesh.shared_material: mesh.material for mesh in self.shown}
 
     def revert(self, now: MaterialsState, then: MaterialsState) -> None:
-        """Undo what changed in materials from `then` to `now`; what else has changed since is left as it is."""
+        """Undo the material changes between `then` and `now`; keep all other changes since."""
         for shared, material in now.items():
             if then.get(shared, material) != material:
                 shared.material = then[shared]
 
-    # -- refined pictures, and the end
+    # -- refined pictures and release
 
     def refine(self, tolerance: float | None) -> None:
-        """Show all meshes refined within a tolerance from now on, as `Refining` does; None: at their own vertices."""
+        """Show all meshes refined within a tolerance, see `Refining`; None shows their own vertices."""
         self.show_own_vertices()
         self._refining = {} if tolerance is None else {mesh: Refining(mesh, tolerance) for mesh in self.meshes}
 
     def show_own_vertices(self) -> None:
-        """Show no refined picture before the next frame, and end what makes one."""
+        """Show the meshes' own vertices until the next frame, and cancel refining."""
         for refining in self._refining.values():
             refining.forget()
 
     def stop(self) -> None:
-        """End what is computed in the background; the next frame begins it again."""
+        """Cancel background computations; the next frame starts them again."""
         self.gathering.stop()
         self.show_own_vertices()
 
     def release(self) -> None:
-        """Let go of the renderer."""
+        """Detach from the renderer."""
         self._renderer.RemoveObserver(self._tag)
         self._end_timer()
         self.stop()

@@ -1,4 +1,4 @@
-"""A lit mesh in a window: what its colours depend on, and when they are computed again."""
+"""A lit mesh in a window: its colours, and the changes that make them be computed again."""
 
 from __future__ import annotations
 
@@ -30,12 +30,12 @@ ARRAY = "phong"
 """Name of the drawn mesh's colours, uint8 RGB."""
 
 TRANSLUCENT_ARRAY = "phong_rgba"
-"""Name of the drawn mesh's colours with opacities, uint8 RGBA, where it has an opacity for each vertex."""
+"""Name of the drawn mesh's colours with opacities, uint8 RGBA; present if opacity is per vertex."""
 
 
 @dataclass(eq=False)
 class SharedMaterial:
-    """A material that meshes may share: setting it changes all of them.
+    """A material that meshes may share. Setting it changes all of them.
 
     Parameters
     ----------
@@ -47,21 +47,21 @@ class SharedMaterial:
 
 
 class LitMesh:
-    """A surface, its material, and the colours in which it is drawn.
+    """A surface, its material, and its computed colours.
 
-    The mesh that is drawn shares points and arrays with the user's mesh and has its own colours, which are
-    written in place for as long as the number of points stays the same. No view of VTK's memory is kept from one
-    frame to the next: it would dangle where an array is resized.
+    The drawn mesh shares points and arrays with the user's mesh and has its own colours, which are written in place
+    while the number of points stays the same. No view of VTK's memory is kept between frames: it would dangle if an
+    array were resized.
 
     Parameters
     ----------
     mesh : pyvista.DataSet
-        The user's mesh; edits to it are followed, and it is not modified.
+        The user's mesh. It is not modified, and edits to it are followed.
     material : Material or SharedMaterial
-        A material of its own, or one that is shared with others. Named arrays and textures in it are followed when they
-        are edited or replaced; of an array that is given, edits are seen if it is a mesh's.
+        A material, or one shared with other meshes. Named arrays and textures in it are followed when they are edited
+        or replaced. Edits of an array that is passed itself are followed only if it is a mesh's array.
     feature_angle : float, "auto" or None, default None
-        Degrees from which edges are sharp, as for `shade`. Can be set at any time.
+        Edges with at least this angle, in degrees, are sharp, as for `shade`. Can be set at any time.
     opacity : array_like or str, optional
         An opacity for each of the mesh's points or cells, or the name of such an array, which is followed.
     """
@@ -74,20 +74,20 @@ class LitMesh:
         feature_angle: FeatureAngle = None,
         opacity: Any = None,
     ) -> None:
-        surface(mesh)  # refuses what has nothing that can be lit
+        surface(mesh)  # raises if there is nothing to light
         self.mesh = mesh
         self.feature_angle: FeatureAngle = feature_angle
         self.shared_material = material if isinstance(material, SharedMaterial) else SharedMaterial(material)
         self.casts_shadows = True
-        """Whether it blocks light, where the light model has shadows or ambient occlusion. Can be set at any time."""
+        """True if the mesh blocks light for shadows and ambient occlusion. Can be set at any time."""
         self.block = ""
-        """The path of names by which materials name it, where it is a block."""
+        """Path of the block in its MultiBlock, as materials name it; "" for any other mesh."""
         self.drawn = pv.PolyData()
         self.actor: pv.Actor | None = None
         self.evaluations = 0
-        """How many times its colours have been computed."""
+        """Number of times the colours have been computed."""
         self.bounced: FloatArray | None = None
-        """Shape (1, n, 3): light that arrived by bounces then."""
+        """Shape (1, n, 3): the bounced light in the present colours."""
         self._opacity = map_in("opacity", opacity)
         self._colors: Any = None
         self._geometry: Any = None
@@ -108,20 +108,20 @@ class LitMesh:
 
     @property
     def version(self) -> Any:
-        """A stamp of what is lit, which changes with it; cheap to compare."""
+        """A stamp that changes with geometry, material and arrays; cheap to compare."""
         maps = tuple((name, self._version_of(given)) for name, given in given_maps(self.material, self.mesh).items())
         opacity = None if self._opacity is None else self._version_of(self._opacity)
         return self.material, self.geometry(), maps, opacity
 
     @property
     def state(self) -> Any:
-        """What its colours were computed for last; cheap to compare."""
+        """A stamp of the inputs of the present colours; cheap to compare."""
         return self._lit_for, self._eye if self._plan is not None and self._plan.view_dependent else None
 
     def planned(
         self, scene: Scene, occluders: KnownOccluders | None = None, samples: int | None = None
     ) -> tuple[Plan, Vertices]:
-        """What will run, and on what; options are those of `refresh`, and so is what is raised."""
+        """Return the shading plan and its vertices. Parameters and errors are those of `refresh`."""
         visibility = None
         if (model := scene.light_model).needs_rays:
             key = self.geometry(), occluders and occluders.occluders, model.two_sided, model.occlusion_distance
@@ -138,7 +138,7 @@ class LitMesh:
 
     @property
     def sharp_angle(self) -> float | None:
-        """The angle in degrees from which its edges are sharp, as it was last drawn; None where none is."""
+        """The angle of sharp edges in degrees, as last drawn; None if no edge is sharp."""
         return sharp_angle(self._whole, self.feature_angle)
 
     def refresh(
@@ -149,28 +149,27 @@ class LitMesh:
         samples: int | None = None,
         bounced: FloatArray | None = None,
     ) -> bool:
-        """Bring the colours up to date; returns whether they had to be computed.
+        """Update the colours; return True if they had to be computed.
 
-        They are computed only when something that the plan depends on has changed: the viewer counts only where
-        highlights, turned normals or a light that moves with the viewer make the colours depend on it. Only lights that
-        have moved are traced again.
+        They are computed only if an input of the plan has changed. The viewer is an input only if highlights, flipped
+        normals or a light attached to the viewer depend on it. Rays are traced again only for lights that have moved.
 
         Parameters
         ----------
         scene : Scene
-            What lights it.
+            Lights, viewer and light model.
         occluders : KnownOccluders, optional
-            What casts shadows on it, where the light model has shadows or ambient occlusion; only itself if not given.
+            Occluders for shadows and ambient occlusion; by default only the mesh itself.
         samples : int, optional
-            So many rays for each vertex to a light with a size, in place of as many as it takes.
+            Number of rays from each vertex to an area light; by default as many as accuracy needs.
         bounced : ndarray, optional
-            Shape (1, n, 3): light that arrives by bounces, another array where it has changed.
+            Shape (1, n, 3): bounced light. A change is detected by identity: pass a new array.
 
         Raises
         ------
         ValueError
-            If the mesh or an array has been edited into what cannot be lit. What would crash VTK is not drawn any more,
-            until it is put right.
+            If an edit of the mesh or an array has made it impossible to light. Geometry that would crash VTK is not
+            drawn until it is corrected.
         """
         version, blockers = self.version, occluders and occluders.occluders
         self._show_colors()
@@ -182,7 +181,7 @@ class LitMesh:
             return False
         self._plan, vertices = self.planned(scene, occluders, samples)
         if self._plan.equation.bounces and bounced is None:
-            self._plan.sent(vertices)  # says why there is none
+            self._plan.sent(vertices)  # raises with the reason
             bounced = np.zeros((1, len(vertices), 3), np.float32)
         self._plan.run_for_display(vertices, vtk_to_numpy(self._colors), bounced)
         self._lit_for, self._eye, self.bounced = state, eye, bounced
@@ -191,7 +190,7 @@ class LitMesh:
         return True
 
     def show_colors(self) -> None:
-        """Have the next frame draw what has been written into the colours."""
+        """Mark the colours as modified, so that the next frame draws them."""
         self._colors.Modified()
         if (opacities := self.opacities()) is not None:
             rgba = np.column_stack([vtk_to_numpy(self._colors), opacities])
@@ -199,7 +198,7 @@ class LitMesh:
             self.drawn.set_active_scalars(TRANSLUCENT_ARRAY, preference="point")
 
     def opacities(self) -> ByteArray | None:
-        """An opacity for each vertex that is drawn, uint8; None where the actor has one for all."""
+        """Return an opacity for each drawn vertex, uint8; None if the actor has a single one."""
         if self._opacity is None:
             return None
         found = opacity_at(self._opacity, self.mesh, self._whole, self.drawn, self._original_points)
@@ -207,17 +206,17 @@ class LitMesh:
 
     @property
     def shown_array(self) -> str:
-        """Name of the array of the drawn mesh that is to be shown."""
+        """Name of the drawn mesh's array to show."""
         return ARRAY if self._opacity is None else TRANSLUCENT_ARRAY
 
     def blank(self) -> None:
-        """Draw nothing, until it can be refreshed again: an index that no point has would end the process."""
+        """Draw nothing until the next successful refresh: VTK crashes on an index out of range."""
         self.drawn.Initialize()
         self._geometry = self._lit_for = None
 
     @property
     def material(self) -> Material:
-        """The surface's material; setting it sets that of all meshes that share it."""
+        """The surface's material. Setting it affects all meshes that share it."""
         return self.shared_material.material
 
     @material.setter
@@ -226,7 +225,7 @@ class LitMesh:
 
     @property
     def matrix(self) -> Float64Array | None:
-        """The actor's model matrix, (4, 4); None where it is the identity."""
+        """The actor's model matrix, (4, 4); None if it is the identity."""
         if self.actor is None:
             return None
         values = np.array(self.actor.GetMatrix().GetData()).reshape(4, 4)
@@ -234,7 +233,7 @@ class LitMesh:
 
     @property
     def normals(self) -> FloatArray:
-        """The point normals that it is lit with."""
+        """The point normals used for shading."""
         if has_normals(self.drawn):
             return point_normals(self.drawn)
         if self._computed_normals is None:
@@ -242,7 +241,7 @@ class LitMesh:
         return self._computed_normals
 
     def geometry(self) -> Any:
-        """Share the user's points, faces and arrays again where they have been replaced or edited.
+        """Share the user's points, faces and arrays again if they have been replaced or edited.
 
         Returns
         -------
@@ -252,14 +251,14 @@ class LitMesh:
         Raises
         ------
         ValueError
-            If the mesh has been edited into what cannot be lit.
+            If an edit has made the mesh impossible to light.
         """
         mesh, matrix = self.mesh, self.matrix
         place = None if matrix is None else matrix.tobytes()
         if isinstance(mesh, pv.PolyData):
             data = mesh.GetPointData()
             parts = (mesh.GetPoints(), mesh.GetPolys(), mesh.GetStrips(), data.GetNormals(), data.GetTCoords())
-            # the number of points too: what resizes an array in place need not say that it is modified
+            # include the number of points: resizing an array in place need not change its modification time
             geometry: Any = self.feature_angle, mesh.GetNumberOfPoints(), *map(_version, parts)
         else:
             geometry = self.feature_angle, mesh.GetMTime()
@@ -268,7 +267,7 @@ class LitMesh:
         try:
             whole = surface(mesh)
         except ValueError:
-            self.blank()  # VTK goes on to draw it, and might not survive that
+            self.blank()  # VTK would still draw the mesh, and may crash
             raise
         split, self._original_points = split_sharp_edges(whole, self.feature_angle)
         self._whole = whole
@@ -279,7 +278,7 @@ class LitMesh:
         return geometry, place
 
     def _show_colors(self) -> None:
-        """Have the drawn mesh show its colours; new ones where they are not as many as the points."""
+        """Make the colours the active scalars of the drawn mesh; allocate them if the number of points has changed."""
         data, count = self.drawn.GetPointData(), self.drawn.n_points
         if self._colors is None or self._colors.GetNumberOfValues() != 3 * count:
             self._colors, self._lit_for = pv.convert_array(np.zeros((count, 3), np.uint8), ARRAY), None
@@ -294,7 +293,7 @@ class LitMesh:
                 return given, _version(getattr(scalars, "VTKObject", None)), table and table()
             data = (self.mesh.GetPointData(), self.mesh.GetCellData())
             return given, table and table(), *(_version(each.GetAbstractArray(scalars)) for each in data)
-        if isinstance(given, str):  # an array of the user's mesh, which may be replaced at any time
+        if isinstance(given, str):  # an array of the user's mesh, which may be replaced
             mesh = self.mesh if isinstance(self.mesh, pv.PolyData) else self.drawn
             data = (mesh.GetPointData(), mesh.GetCellData())
             return given, *(_version(each.GetAbstractArray(given)) for each in data)
@@ -302,8 +301,8 @@ class LitMesh:
         return texture_version(source) if is_texture(source) else (given, _version(getattr(source, "VTKObject", None)))
 
     def _values(self, name: str, given: AnyMap) -> Any:
-        """A map at the points that are drawn; texels and colormaps are looked up only where they changed."""
-        if isinstance(given, str) and isinstance(self.mesh, pv.PolyData):  # the drawn mesh has what was there before
+        """Return a map's values at the drawn points; textures and colormaps are sampled only if they have changed."""
+        if isinstance(given, str) and isinstance(self.mesh, pv.PolyData):  # the drawn mesh may have an older array
             if given in self.mesh.point_data:
                 given = Map(self.mesh.point_data[given])
             elif given in self.mesh.cell_data and self.mesh.n_cells == self.drawn.n_cells:
@@ -322,9 +321,9 @@ class LitMesh:
 
 
 def _version(part: Any) -> Any:
-    """A VTK object and when it was last modified. It is held on to, so that no other can be taken for it.
+    """Return a VTK object and its modification time. Keeping a reference prevents that its address is reused.
 
-    As a `Map`, for VTK compares arrays by their numbers.
+    The object is wrapped in a `Map` because VTK arrays compare by value.
     """
     return None if part is None else (Map(part), part.GetMTime())
 
@@ -335,12 +334,12 @@ def lit_meshes(
     feature_angle: FeatureAngle,
     opacity: Any = None,
 ) -> dict[str, LitMesh]:
-    """The lit mesh, by no name, or those of all blocks, by their names: they share the material if there is but one.
+    """Return lit meshes by block path, or one by "" if the mesh has no blocks. A single material is shared by all.
 
     Raises
     ------
     ValueError
-        If there is nothing that can be lit, or what is given as a material is none; the message names the block.
+        If there is nothing to light, or a material is invalid; the message names the block.
     """
     given = material if isinstance(material, Mapping) else {DEFAULT: material}
     materials = {name: as_material(each) for name, each in given.items()}
@@ -355,5 +354,5 @@ def lit_meshes(
             raise ValueError(f"block {path!r}: {error}") from error
         found[path].block = path
     if not found:
-        check.refuse("mesh", "blocks without any mesh", "a MultiBlock with a mesh in it")
+        check.refuse("mesh", "a MultiBlock with no mesh in it", "a MultiBlock with a mesh in it")
     return found

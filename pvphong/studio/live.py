@@ -1,6 +1,6 @@
-"""Live handles: a light and a drawn mesh of a window, whose fields are read and set as attributes.
+"""Live handles of a light and of a drawn mesh in a window: their fields are read and set as attributes.
 
-Each assignment makes a new value, which is checked as a new light or material is, and the next frame shows it.
+Each assignment creates a new light or material, with the usual checks, and the next frame shows it.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ _OF_LIGHTS = {
     "switch": "on",
     "visible": "on",
 }
-"""What other libraries call the fields of lights → what they are called here."""
+"""Names of light fields in other libraries → names in pvphong."""
 
 _OF_MATERIALS = {
     "color": "diffuse",
@@ -49,18 +49,18 @@ _OF_MATERIALS = {
     "roughness": "reflectance",
     "metallic": "reflectance",
 }
-"""What other libraries call the fields of materials → what they are called here."""
+"""Names of material fields in other libraries → names in pvphong."""
 
 
 class LightHandle(Handle):
-    """A light of a window. Each field of its kind, such as `position` or `intensity`, can be read and set.
+    """A light of a window. Its fields, such as `position` or `intensity`, can be read and set.
 
     Parameters
     ----------
     renderer_light : RendererLight
         The light.
     subplot : Subplot
-        Where it shines; it is not held on to.
+        The subplot of the light; kept by weak reference.
 
     Examples
     --------
@@ -87,22 +87,22 @@ class LightHandle(Handle):
         return self._renderer_light.vtk_light
 
     def light(self, viewer: Viewer | None = None) -> Light:
-        """Return the light's current value; for a camera light of VTK's as `viewer` places it, the window's camera."""
+        """Return the light's current value. `viewer` places VTK's camera lights; by default the window's camera."""
         return self._renderer_light.light(viewer or self._subplot.lights.viewer)
 
-    def set(self, light: Light, viewer: Viewer | None = None) -> None:  # noqa: ARG002 earlier versions asked for it
-        """Give the light a new value, as `plotter.phong.set_light` does."""
+    def set(self, light: Light, viewer: Viewer | None = None) -> None:  # noqa: ARG002 kept for compatibility
+        """Set the light's value, like `plotter.phong.set_light`."""
         lights = self._subplot.lights
         if not any(each.vtk_light is self.vtk_light for each in lights.renderer_lights):
-            remedy = "plotter.phong.add_light(lamp.light()) adds it again."
-            check.refuse("light", self, "one that has not been removed", remedy)
+            remedy = "It has been removed; add it again with plotter.phong.add_light(lamp.light())."
+            check.refuse("light", self, "a light of the plotter", remedy)
         with self._subplot.assigning(lights):
             lights.set(self._renderer_light, light)
 
     @property
     def _subplot(self) -> Subplot:
         subplot = self._place()
-        return subplot or check.refuse("plotter", "one that has been closed", "open")
+        return subplot or check.refuse("plotter", "a closed plotter", "open")
 
     def __getattr__(self, name: str) -> Any:
         light = self._with_field(name)
@@ -112,12 +112,12 @@ class LightHandle(Handle):
         if name.startswith("_"):
             super().__setattr__(name, value)
         elif name in declared(LightHandle):
-            raise AttributeError(f"{name!r} cannot be set; plotter.phong.set_light(lamp, light) replaces the light.")
+            raise AttributeError(f"{name!r} is read-only. Replace the light with plotter.phong.set_light(lamp, light).")
         else:
             self.set(replace(self._with_field(name), **{name: value}))
 
     def _with_field(self, name: str) -> Light:
-        """The light's value; AttributeError if it has no such field."""
+        """Return the light's value; AttributeError if it has no such field."""
         if name.startswith("_"):
             raise AttributeError(f"{type(self).__name__} has no attribute {name!r}.")
         light = self.light()
@@ -131,18 +131,18 @@ class LightHandle(Handle):
 
 
 class MeshHandle(Handle):
-    """What `plotter.phong.add_mesh` drew as one actor. Each field of its material can be read and set.
+    """One actor drawn by `plotter.phong.add_mesh`. The fields of its material can be read and set.
 
-    Blocks that share a material keep sharing it. Other attributes are those of the lit mesh: `mesh`, `actor`,
-    `feature_angle` and `casts_shadows`, of which the last two can be set, and `evaluations`, how many times its colours
-    have been computed.
+    Blocks that share a material keep sharing it. The attributes of the lit mesh are available too: `feature_angle` and
+    `casts_shadows`, which can be set, and `mesh`, `actor` and `evaluations`, the number of times the colours have been
+    computed.
 
     Parameters
     ----------
     lit : LitMesh
-        The mesh as it is drawn.
+        The drawn mesh.
     subplot : Subplot
-        Where it is drawn; it is not held on to.
+        The subplot of the mesh; kept by weak reference.
 
     Examples
     --------
@@ -170,12 +170,12 @@ class MeshHandle(Handle):
 
     @property
     def material(self) -> Material:
-        """The surface's material; setting it sets that of all blocks that share it."""
+        """The surface's material. Setting it affects all blocks that share it."""
         return self._lit.material
 
     @material.setter
     def material(self, material: Material) -> None:
-        subplot = self._place() or check.refuse("plotter", "one that has been closed", "open")
+        subplot = self._place() or check.refuse("plotter", "a closed plotter", "open")
         with subplot.assigning(subplot.lit):
             self._lit.material = material
 
@@ -194,7 +194,7 @@ class MeshHandle(Handle):
         elif name in vars(self._lit):
             setattr(self._lit, name, value)
         elif hasattr(self._lit, name):
-            raise AttributeError(f"{name!r} of a drawn mesh cannot be set.")
+            raise AttributeError(f"{name!r} of a drawn mesh is read-only.")
         else:
             raise self._unknown(name)
 
@@ -206,17 +206,17 @@ class MeshHandle(Handle):
 
 
 def changed_light(light: Light, given: Light | None, changes: Mapping[str, Any]) -> Light:
-    """A light with other values of some fields.
+    """Return a copy of a light with some fields changed.
 
     Raises
     ------
     ValueError
-        If it has no such field, a new light is given too, or there is nothing to change.
+        If the light has no such field, both a light and fields are given, or neither.
     """
     if given is not None:
-        check.refuse("light", given, "left out where fields are given", "Put the fields into the light.")
+        check.refuse("light", given, "omitted when fields are given", "Set the fields in the light instead.")
     if not changes:
-        check.refuse("light", None, "a light, or fields of it", 'For example, set_light("lamp", intensity=2).')
+        check.refuse("light", None, "a light, or fields to change", 'Example: set_light("lamp", intensity=2).')
     known = _names(light)
     for name in changes:
         if name not in known:
@@ -228,5 +228,5 @@ _SETTABLE = ("material", "feature_angle", "casts_shadows")
 
 
 def _names(value: Any) -> list[str]:
-    """The names of a dataclass's fields."""
+    """Return the names of a dataclass's fields."""
     return [field.name for field in fields(value)]

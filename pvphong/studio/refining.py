@@ -1,7 +1,7 @@
-"""Refined pictures of lit meshes: computed in the background, and shown for as long as they are true.
+"""Refined pictures of lit meshes, computed in the background and shown while they are valid.
 
-A thread refines a copy of what is drawn, when nothing has changed for a moment. It is stopped where something does:
-then the mesh's own vertices are drawn again, in the colours that they have now.
+After a moment without changes, a thread refines a copy of the drawn mesh. A change cancels it, and the mesh is drawn
+with its own vertices and their present colours again.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from pvphong.studies.refine import BouncedLight, refine
 from pvphong.studio.background import Job
 from pvphong.studio.lit_mesh import ARRAY, LitMesh
 
-_AFTER = 0.2  # seconds in which nothing has changed
+_AFTER = 0.2  # seconds without changes before refining starts
 _OPACITY = "_opacity"
 _MOST_ADDED = 200_000  # points
 
@@ -32,35 +32,35 @@ class Refining:
     Parameters
     ----------
     mesh : LitMesh
-        What is refined.
+        The mesh to refine.
     tolerance : float
-        As for `refine`.
+        Tolerance, as for `refine`.
     """
 
     def __init__(self, mesh: LitMesh, tolerance: float) -> None:
         self._mesh, self.tolerance = mesh, tolerance
         self.pictures = 0
-        """How many have been made."""
+        """Number of pictures made."""
         self.reason = ""
-        """Why the last one is the mesh's own; "" where it is refined."""
+        """Why the last picture is not refined; "" if it is."""
         self._state: Any = None
         self._since = 0.0
         self._job: Job[pv.PolyData] | None = None
         self._shown: pv.PolyData | None = None
 
     def update(self, scene: Scene, occluders: KnownOccluders | None, *, held: bool, waits: bool) -> None:
-        """Show the refined picture of the mesh, which is up to date, if there is one of it; else begin to make it.
+        """Show the refined picture of an up-to-date mesh if it exists, else start making it.
 
         Parameters
         ----------
         scene : Scene
-            What lights it.
+            Lights, viewer and light model.
         occluders : KnownOccluders, optional
-            What casts shadows on it.
+            The meshes that cast shadows on it.
         held : bool
-            Whether something is being dragged: then its own vertices are shown, and nothing is refined.
+            True during a drag: show the mesh's own vertices and refine nothing.
         waits : bool
-            Whether to come back with the picture, and not before.
+            True to block until the picture is made.
         """
         mesh, drawn = self._mesh, self._mesh.drawn
         is_left_alone = held or drawn.n_verts + drawn.n_lines or not drawn.n_cells
@@ -82,17 +82,17 @@ class Refining:
 
     @property
     def is_awaited(self) -> bool:
-        """Whether there is to be a picture of what the mesh is now, and there is none yet."""
+        """True if a picture of the mesh in its present state is still to be made."""
         return self._state is not None and self._shown is None
 
     def cancel(self) -> None:
-        """Make no picture of what the mesh is now: its own vertices are shown until it changes."""
+        """Cancel the awaited picture and show the mesh's own vertices until it changes."""
         if self.is_awaited:
             self.forget()
             self._state, self._shown, self.reason = self._mesh.state, self._mesh.drawn, "cancelled"
 
     def forget(self) -> None:
-        """Show the mesh's own vertices, and stop what runs."""
+        """Show the mesh's own vertices and cancel the running job."""
         if self._job is not None:
             self._job.stop()
         self._state = self._job = self._shown = None
@@ -100,7 +100,7 @@ class Refining:
         self._show(self._mesh.drawn)
 
     def _work(self, scene: Scene, occluders: KnownOccluders | None) -> Callable[[], pv.PolyData]:
-        """What makes the picture, of nothing that anybody else may edit meanwhile."""
+        """Return the function that makes the picture; it works on copies, since the originals may be edited."""
         mesh = self._mesh
         _, vertices = mesh.planned(scene, occluders)
         arrays = {name: Map(np.array(fractions(name, values.rows))) for name, values in vertices.maps.items()}

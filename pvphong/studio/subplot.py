@@ -18,22 +18,22 @@ from pvphong.studio.lit_actors import LitActors
 from pvphong.studio.window_lights import WindowLights
 
 _NO_VTK_SHADOWS = (
-    "VTK's shadows cannot be drawn where pvphong lights meshes. Set plotter.phong.light_model = "
+    "VTK's shadows cannot be combined with meshes lit by pvphong. Set plotter.phong.light_model = "
     "pvphong.LightModel(shadows=True)"
 )
 
 
 class Subplot:
-    """Everything that pvphong keeps about one renderer.
+    """The lights, lit meshes and gizmos of one renderer.
 
     Parameters
     ----------
     renderer : pyvista.Renderer
-        Held on to until `release`.
+        The renderer; kept until `release`.
     light_model : LightModel
         Can be set at any time.
     history : History
-        Where edits go that can be undone.
+        Undo history that records edits.
     """
 
     def __init__(self, renderer: pv.Renderer, light_model: LightModel, history: History) -> None:
@@ -46,15 +46,15 @@ class Subplot:
 
     @property
     def scene(self) -> Scene:
-        """A snapshot of what lights this subplot."""
+        """A snapshot of the lights, viewer and light model."""
         return Scene(lights=self.lights.values, viewer=self.lights.viewer, light_model=self.light_model)
 
     def assigning(self, edited: Editable) -> AbstractContextManager[None]:
-        """What is assigned inside becomes one step of undo where there are gizmos; an animation leaves no steps."""
+        """Record the assignments inside as one undo step if there are gizmos; otherwise animations record nothing."""
         return nullcontext() if self.interaction is None else self._history.edit(edited)
 
     def remove_gizmos(self) -> bool:
-        """Take the gizmos down; False if there are none."""
+        """Remove the gizmos; return False if there are none."""
         if self.interaction is None:
             return False
         self.interaction.release()
@@ -62,9 +62,9 @@ class Subplot:
         return True
 
     def _refuse_shadow_pass(self) -> None:
-        """Have the renderer refuse VTK's shadows where it draws pvphong's meshes.
+        """Make `renderer.enable_shadows` raise an error while pvphong's meshes are drawn.
 
-        VTK's shadow pass has no shader for unlit actors, and prints hundreds of lines at each frame.
+        VTK's shadow pass has no shader for unlit actors and prints hundreds of lines in each frame.
         """
         subplot, enable = weakref.ref(self), type(self.renderer).enable_shadows
 
@@ -72,21 +72,21 @@ class Subplot:
         def enable_shadows() -> None:
             if (alive := subplot()) is not None:
                 if any(alive.renderer.HasViewProp(actor) for actor in alive._unlit):
-                    raise ValueError(f"{_NO_VTK_SHADOWS} in place of plotter.enable_shadows().")
+                    raise ValueError(f"{_NO_VTK_SHADOWS} instead of calling plotter.enable_shadows().")
                 enable(alive.renderer)
 
         self.renderer.enable_shadows = enable_shadows
 
     def add_unlit(self, draw: Callable[[], pv.Actor]) -> pv.Actor:
-        """Draw an actor without VTK's lighting; ValueError if VTK's shadows are on, which cannot draw it."""
+        """Draw an actor without VTK's lighting; ValueError if VTK's shadows are on."""
         if self.renderer._render_passes._shadow_map_pass is not None:
-            raise ValueError(f"{_NO_VTK_SHADOWS} and leave out plotter.enable_shadows().")
+            raise ValueError(f"{_NO_VTK_SHADOWS} and remove plotter.enable_shadows().")
         actor = draw()
         self._unlit.add(actor)
         return actor
 
     def release(self) -> None:
-        """Let go of everything."""
+        """Remove the gizmos and detach from the renderer."""
         vars(self.renderer).pop("enable_shadows", None)
         self.remove_gizmos()
         self.lit.release()

@@ -1,4 +1,4 @@
-"""The lights of one renderer as pvphong's values: VTK's light objects followed in both directions."""
+"""The lights of one renderer as pvphong lights, kept in sync with VTK's light objects in both directions."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ from pvphong.scene.viewer import Viewer
 from pvphong.vtk.lights import from_vtk, write_light
 
 LightState = tuple[dict[str, Any], Light | None, str]
-"""Everything that makes a light what it is, to the bit: VTK's fields, and what only pvphong knows."""
+"""The exact state of a light: VTK's fields, and pvphong's light and name."""
 
 
 class RendererLight:
-    """One light of a renderer: a value of pvphong's, and the `vtkLight` that lights VTK's own actors with it.
+    """One light of a renderer: its pvphong value, and the `vtkLight` that lights VTK's own actors.
 
-    What only pvphong knows (a name, an exponent above 128) is kept for as long as nobody changes the
-    `vtkLight` in code.
+    Properties that only pvphong has, such as a name or an exponent above 128, are kept until code changes the
+    `vtkLight`.
     """
 
     def __init__(self, vtk_light: Any, light: Light | None = None) -> None:
@@ -44,11 +44,11 @@ class RendererLight:
         return self._name
 
     def rename(self, name: str) -> None:
-        """Give the light another name and change nothing else."""
+        """Rename the light and change nothing else."""
         self._own, self._name = self._own and replace(self._own, name=name), name
 
     def light(self, viewer: Viewer) -> Light:
-        """The light's value now."""
+        """Return the light's present value."""
         fields = _fields(self.vtk_light)
         if self._own is not None and fields == self._written:
             return self._own
@@ -59,11 +59,11 @@ class RendererLight:
         return self._converted[1]
 
     def set(self, light: Light, viewer: Viewer) -> None:
-        """Give the light a new value, in place."""
+        """Set the light's value, in place."""
         vtk_light, before = self.vtk_light, self.light(viewer)
         position, focal_point, cone = vtk_light.GetPosition(), vtk_light.GetFocalPoint(), vtk_light.GetConeAngle()
         write_light(light, vtk_light, viewer)
-        # VTK keeps more of a light than its meaning: leave the user's own object what it need not lose.
+        # A vtkLight has fields without effect, such as the position of a directional light: keep the user's values.
         if self._is_users and light.frame == before.frame == "world" and type(light) is type(before):
             values = vtk_values(light)
             if not values.is_positional:
@@ -77,11 +77,11 @@ class RendererLight:
 
     @property
     def state(self) -> LightState:
-        """What `restore` brings back."""
+        """The light's exact state, for `restore`."""
         return _fields(self.vtk_light), self._own, self._name
 
     def restore(self, state: LightState) -> None:
-        """Make the light again what it was, to the bit."""
+        """Restore the light's exact state."""
         fields, self._own, self._name = state
         for field, value in fields.items():
             if field != _ELEMENTS:
@@ -98,7 +98,7 @@ class WindowLights:
     Parameters
     ----------
     renderer : pyvista.Renderer
-        Lights added to it, changed or removed by anybody are followed.
+        The renderer. Lights that other code adds, changes or removes are followed.
     """
 
     def __init__(self, renderer: pv.Renderer) -> None:
@@ -107,12 +107,12 @@ class WindowLights:
 
     @property
     def viewer(self) -> Viewer:
-        """The renderer's camera as it is now."""
+        """The renderer's present camera."""
         return Viewer.from_camera(self._renderer.camera)
 
     @property
     def renderer_lights(self) -> tuple[RendererLight, ...]:
-        """The lights that the renderer has now."""
+        """The renderer's present lights."""
         known = {id(renderer_light.vtk_light): renderer_light for renderer_light in self._renderer_lights}
         self._renderer_lights = [known.get(id(light)) or RendererLight(light) for light in self._renderer.GetLights()]
         return tuple(self._renderer_lights)
@@ -124,33 +124,33 @@ class WindowLights:
         return tuple(renderer_light.light(viewer) for renderer_light in self.renderer_lights)
 
     def add(self, light: Any) -> RendererLight:
-        """Add a light of pvphong's, of PyVista's or of VTK's."""
+        """Add a light of pvphong, PyVista or VTK."""
         if isinstance(light, Light):
             renderer_light = RendererLight(light.to_pyvista(self.viewer), light)
         else:
-            from_vtk(light, 1.0)  # refuses what is no light before anything changes
+            from_vtk(light, 1.0)  # raises for other objects before anything changes
             renderer_light = RendererLight(light)
         if any(other is renderer_light.vtk_light for other in self._renderer.GetLights()):
-            check.refuse("light", light, "a light that the plotter does not have yet", "set_light changes a light.")
+            check.refuse("light", light, "a light that is not in the plotter yet", "Change it with set_light.")
         self._refuse_taken(renderer_light.name)
         self._append(renderer_light)
         return renderer_light
 
     def set(self, which: Any, light: Light) -> None:
-        """Give a light a new value, in place; `which` as for `find`."""
-        vtk_values(light)  # refuses one that VTK has nothing like
+        """Set a light's value, in place; `which` as for `find`."""
+        vtk_values(light)  # raises for a light without a counterpart in VTK
         renderer_light = self.find(which)
         if light.name != renderer_light.name:
             self._refuse_taken(light.name)
         renderer_light.set(light, self.viewer)
 
     def _refuse_taken(self, name: str) -> None:
-        """Raise ValueError if a light of the renderer has that name: results are found by it."""
+        """Raise ValueError if another light of the renderer has the name; results are looked up by name."""
         if name and name in (other.name for other in self.renderer_lights):
-            check.refuse("name", name, "one that no other light of the plotter has", "set_light changes a light.")
+            check.refuse("name", name, "unique among the lights of the plotter", "Change a light with set_light.")
 
     def replace(self, lights: Iterable[Any]) -> None:
-        """Take all lights out, and add others."""
+        """Remove all lights and add others."""
         for renderer_light in self.renderer_lights:
             self.remove(renderer_light)
         for light in lights:
@@ -162,7 +162,7 @@ class WindowLights:
         self._renderer_lights.append(renderer_light)
 
     def find(self, which: Any) -> RendererLight:
-        """A light: by itself, by index, by name, or by its PyVista light."""
+        """Return a light, given itself, its index, its name or its PyVista light."""
         present = self.renderer_lights
         vtk_light = getattr(which, "vtk_light", which)
         if isinstance(which, int) and not isinstance(which, bool) and -len(present) <= which < len(present):
@@ -173,11 +173,11 @@ class WindowLights:
             if named or renderer_light.vtk_light is vtk_light:
                 return renderer_light
         names = ", ".join(repr(light.name) for light in lights if light.name)
-        allowed = f"a light of this renderer: what `add_light` gave, its pyvista.Light, an index below {len(present)}"
+        allowed = f"a light of this renderer: the handle from add_light, a pyvista.Light, an index < {len(present)}"
         return check.refuse("which", which, allowed + (f", or one of {names}" if names else ""))
 
     def remove(self, which: Any) -> None:
-        """Take a light out, of PyVista's own list and with its actor too."""
+        """Remove a light, also its actor and its entry in PyVista's list."""
         renderer_light = self.find(which)
         light = renderer_light.vtk_light
         self._renderer.RemoveLight(light)
@@ -189,13 +189,13 @@ class WindowLights:
 
     @property
     def state(self) -> LightStates:
-        """All lights and what they are, for `revert`."""
+        """All lights and their exact states, for `revert`."""
         return {renderer_light: renderer_light.state for renderer_light in self.renderer_lights}
 
     def revert(self, now: LightStates, then: LightStates) -> None:
-        """Undo what changed from `then` to `now`; what else has changed since is left as it is.
+        """Undo the changes between `then` and `now`; keep all other changes since.
 
-        A light whose name another has been given since gets a free one.
+        A light whose name is taken by now gets a free name.
         """
         for renderer_light, state in now.items():
             if renderer_light not in then and renderer_light in self.renderer_lights:
@@ -211,16 +211,16 @@ class WindowLights:
             taken.add(renderer_light.name)
 
     def _bring_back(self, now: LightStates, then: LightStates) -> None:
-        """Put the lights that were removed from `then` to `now` in again, each into its old place."""
+        """Add the lights again that were removed between `then` and `now`, at their old positions in the order."""
         shining = {id(renderer_light.vtk_light) for renderer_light in self.renderer_lights}
         returning = {
             renderer_light: state
             for renderer_light, state in then.items()
-            if renderer_light not in now and id(renderer_light.vtk_light) not in shining  # put in again by somebody
+            if renderer_light not in now and id(renderer_light.vtk_light) not in shining  # added again by other code
         }
         if not returning:
             return
-        # All are taken out and put in again in that order.
+        # Remove all lights and add them in the old order.
         present = self.renderer_lights
         for renderer_light in present:
             self.remove(renderer_light)
@@ -232,7 +232,7 @@ class WindowLights:
 
 
 def free_name(wanted: str, taken: set[str]) -> str:
-    """The name itself where it is free, else with the lowest number from 2 that makes it so: no two may share one."""
+    """Return the name if it is free, else the name with the lowest free number from 2: names are unique."""
     stem, number, name = re.sub(r" \d+$", "", wanted), 1, wanted
     while name in taken:
         number += 1
@@ -255,12 +255,12 @@ _FIELDS = (
     "AttenuationValues",
     *_PLACES,
 )
-# Functions, not methods: PyVista's lights look at each attribute before they give it, which takes longer than VTK.
+# Unbound functions of vtkLight: attribute access on pyvista.Light runs Python code, which takes longer than VTK's.
 _GETTERS = {field: getattr(vtkLight, f"Get{field}") for field in _FIELDS}
 
 
 def _fields(light: Any) -> dict[str, Any]:
-    """A VTK light's own fields; without what VTK itself overwrites at every frame."""
+    """Return the fields of a VTK light, without those that VTK overwrites in every frame."""
     fields = {field: get(light) for field, get in _GETTERS.items()}
     if fields["LightType"] == VTK_LIGHT_TYPE_HEADLIGHT:
         for field in _PLACES:

@@ -1,4 +1,4 @@
-"""What a measurement is held to: a bound for each sample, or the same bits. A failure names the worst sample."""
+"""Assertions on measurements: a bound for each sample, or identical bits. A failure reports the worst sample."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ V = 2.0**-24
 
 
 def assert_within(row: str, observed: ArrayLike, bound: ArrayLike) -> None:
-    """Errors of a row of the catalogue, one or many, are within a bound, or each in its own; 0 allows an error of 0."""
+    """Assert that errors of a row of the catalogue are within a common bound or one each; a bound may be 0."""
     errors, bounds = (np.ravel(each) for each in np.broadcast_arrays(np.asarray(observed, float), bound))
     assert len(errors), f"row {row}: nothing was measured"
     ratios = np.divide(errors, bounds, out=np.where(errors == 0.0, 0.0, np.inf), where=bounds > 0.0)
@@ -26,7 +26,7 @@ def assert_within(row: str, observed: ArrayLike, bound: ArrayLike) -> None:
 
 
 def assert_bits(row: str, observed: ArrayLike, expected: ArrayLike) -> None:
-    """Two arrays of numbers are the same to the bit."""
+    """Assert that two arrays of numbers have identical bits."""
     a, b = np.asarray(observed), np.asarray(expected)
     assert (a.shape, a.dtype) == (b.shape, b.dtype), f"row {row}: {a.dtype} {a.shape} is no {b.dtype} {b.shape}"
     assert a.size, f"row {row}: nothing was compared"

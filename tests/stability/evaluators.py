@@ -1,4 +1,4 @@
-"""The evaluators that exist, in both precisions: the same rows of the catalogue run over all of them."""
+"""All evaluators in both precisions, to run the same rows of the catalogue with each."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ STEPS = {"float32": V, "float64": U}
 
 
 class Declined(Exception):
-    """The compiled kernel left the work to the reference."""
+    """Raised if the compiled kernel delegates to the reference."""
 
 
 @dataclass(frozen=True)
 class Evaluator:
-    """`evaluate` with a backend in a precision; it is that backend that computes, or `Declined` is raised."""
+    """`evaluate` with a backend in a precision. Raises `Declined` if another backend would compute."""
 
     backend: str
     precision: str
@@ -34,19 +34,19 @@ class Evaluator:
 
     @property
     def step(self) -> float:
-        """Half a unit in the last place of 1.0: u or v of the catalogue."""
+        """Half a unit in the last place of 1.0: u or v in the catalogue."""
         return STEPS[self.precision]
 
     @property
     def in_full(self) -> dict[str, Any]:
-        """Options for all arrays that this evaluator can give; the kernel has the colours alone."""
+        """Options for all arrays that this evaluator can return; the kernel returns only colours."""
         return {"components": self.backend == "numpy"}
 
     def __call__(self, points: Any, normals: Any, scene: Scene, material: Material, **options: Any) -> Shading:
         options |= {"precision": self.precision, "backend": self.backend}
         if self.backend == "numpy":
             return evaluate(points, normals, scene, material, **options)
-        import_module("pvphong.shading.kernel.evaluation")  # whose own name for the reference is to stay
+        import_module("pvphong.shading.kernel.evaluation")  # before patching: it binds the reference
         with mock.patch.object(reference, "shade", side_effect=Declined), threads.limited(1):
             return evaluate(points, normals, scene, material, **options)
 
@@ -58,4 +58,4 @@ BACKENDS = ["numpy", "numba"] if kernel.is_available() else ["numpy"]
 EVALUATORS = [Evaluator(backend, precision) for backend in BACKENDS for precision in STEPS]
 
 UNLIT = LightModel(ambient=0.0, clamp=False)
-"""No light but the lights', and nothing cut off at 1."""
+"""A light model without ambient light and without clipping at 1."""

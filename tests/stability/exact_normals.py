@@ -1,6 +1,6 @@
-"""Exact normals: what the stored floats say, in fractions, with square roots and angles in mpmath.
+"""Exact normals of the stored floats, in fractions, with square roots and angles in mpmath.
 
-Written apart from the package: polygons by Newell's sum over the points themselves, angles by arccosine.
+Independent of the package's code: polygons by Newell's sum over the points themselves, angles by arccosine.
 """
 
 from __future__ import annotations
@@ -26,14 +26,14 @@ def length(vector: Exact) -> mpmath.mpf:
 
 
 def unit(vector: Sequence) -> list[mpmath.mpf]:
-    """A unit vector of fractions or mpmath numbers."""
+    """Normalise a vector of fractions or mpmath numbers."""
     parts = [_real(part) if isinstance(part, Fraction) else part for part in vector]
     size = _mp.sqrt(sum(part**2 for part in parts))
     return [part / size for part in parts]
 
 
 def distance(observed: ArrayLike, exact: Sequence) -> float:
-    """Length of the difference between a computed vector and an exact unit vector; NaN counts as infinite."""
+    """Return the distance between a computed vector and an exact unit vector; NaN counts as infinite."""
     observed = np.asarray(observed)
     if not np.isfinite(observed).all():
         return float("inf")
@@ -41,7 +41,7 @@ def distance(observed: ArrayLike, exact: Sequence) -> float:
 
 
 def area_vector(points: ArrayLike) -> Exact:
-    """Newell's normal of a polygon, twice its area long: the sum of p_i × p_(i+1)."""
+    """Return Newell's normal of a polygon, the sum of p_i × p_(i+1), with twice the area as its length."""
     corners = [exact(point) for point in np.asarray(points)]
     products = [cross(here, after) for here, after in zip(corners, corners[1:] + corners[:1], strict=True)]
     x, y, z = (sum((product[axis] for product in products), Fraction(0)) for axis in range(3))
@@ -49,14 +49,14 @@ def area_vector(points: ArrayLike) -> Exact:
 
 
 def slenderness(triangle: ArrayLike) -> float:
-    """Longest edge over least height, L / h = L² / (twice the area)."""
+    """Return the longest edge over the smallest height, L / h = L² / (twice the area)."""
     corners = [exact(point) for point in np.asarray(triangle)]
     edges = [minus(corners[i], corners[i - 1]) for i in range(3)]
     return float(_real(max(dot(edge, edge) for edge in edges)) / length(area_vector(triangle)))
 
 
 def point_normal(points: np.ndarray, triangles: Sequence[Sequence[int]], point: int, weighting: str) -> list:
-    """Weighted unit normal of one point of a mesh of triangles."""
+    """Return the weighted unit normal of one point of a triangle mesh."""
     total = [_mp.mpf(0)] * 3
     for triangle in triangles:
         if point not in triangle:

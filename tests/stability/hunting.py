@@ -1,7 +1,7 @@
-"""Hunts: how they run, and their scenes: colours from the whole range of floats, and scenes that a plan can simplify.
+"""Random tests ("hunts") and their scenes: colours from the whole range of floats, and scenes that a plan can simplify.
 
-Each hunts in a few scenes in every run, in 100,000 by `pytest -m long`; the 80-digit oracle judges a tenth as many, for
-its arithmetic takes that much longer. Scenes are thrown with the dice of `strategies`.
+Each test tries a few scenes in every run, and 100,000 with `pytest -m long`. The 80-digit oracle checks a tenth as
+many, because its arithmetic is much slower. Scenes are drawn with the dice of `strategies`.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from pvphong import DirectionalLight, LightModel, Material, PointLight, Scene, S
 FEW, MANY = 200, 100_000
 
 FLATTENING_IS_NO_FAILURE = pytest.mark.filterwarnings("ignore::pvphong.geometry.transform.SingularMatrixWarning")
-"""Every other warning is one: NumPy's about overflow, division by zero and invalid operations."""
+"""Turns NumPy's warnings about overflow, division by zero and invalid operations into errors."""
 
 hunted = pytest.mark.parametrize(
     "examples", [pytest.param(FEW, id="few"), pytest.param(MANY, id="many", marks=pytest.mark.long)]
@@ -41,7 +41,7 @@ def assert_same_bits(got: Shading, expected: Shading, rows: Any = slice(None), o
     for name, array in arrays(expected).items():
         found, wanted = arrays(got)[name][..., rows, :], array[..., of_expected, :]
         assert found.shape == wanted.shape
-        if wanted.size:  # a scene without lights has no share of any
+        if wanted.size:  # a scene without lights has no shares
             assert_bits(name, found, wanted)
 
 
@@ -57,7 +57,7 @@ def color_of(dice: Dice) -> Any:
 
 
 def wide_case(dice: Dice, reach: int = 900) -> Case:
-    """A hard scene whose colours and intensities are of any size; coordinates have exponents from −reach to reach."""
+    """Return a hard scene with colours and intensities of any size, and coordinate exponents from −reach to reach."""
     case = hard_case(dice, dice.choice(("standard", "standard", "vtk")), reach)
     colors = ("ambient", "diffuse", "specular")
     material = replace(case.material, emission=color_of(dice), **{name: color_of(dice) for name in colors})
@@ -71,19 +71,19 @@ def wide_case(dice: Dice, reach: int = 900) -> Case:
     return replace(case, scene=scene, material=material, albedo=albedo if dice.likely(30) else None)
 
 
-# --- many vertices, for what must not change a bit ---
+# --- many vertices, for tests of identical bits ---
 
 
 def rows_of(case: Case, rows: Any) -> Case:
-    """Some of the vertices, in any order."""
+    """Return the case with a selection of its vertices, in any order."""
     albedo = None if case.albedo is None else case.albedo[rows]
     return replace(case, points=case.points[rows], normals=case.normals[rows], albedo=albedo)
 
 
 def mixed_case(dice: Dice, reach: int = 100) -> Case:
-    """An ordinary or a hard scene around its own vertices and many near them, some of them spoiled.
+    """Return an ordinary or hard scene with many vertices near its own, some of them spoiled.
 
-    At times they fill the kernel's blocks, which have loops of their own for that.
+    Sometimes they fill the kernel's blocks, which have a loop of their own.
     """
     convention = dice.choice(("standard", "standard", "vtk"))
     case = moderate_case(dice, convention) if dice.likely(60) else hard_case(dice, convention, reach, 5.0)
@@ -92,14 +92,14 @@ def mixed_case(dice: Dice, reach: int = 100) -> Case:
     drawn = len(case.points)
     rows = np.concatenate([np.arange(drawn), rng.integers(0, drawn, count)])
     near = 1.0 + 0.1 * rng.normal(size=(2, len(rows), 3))
-    near[:, :drawn] = 1.0  # a light on a vertex, or an edge of a cone, is to stay where it was drawn
+    near[:, :drawn] = 1.0  # keep lights on a vertex, and vertices on the edge of a cone
     case = rows_of(case, rows)
     with np.errstate(all="ignore"):
         return replace(case, points=case.points * near[0], normals=case.normals * near[1])
 
 
 def in_either_type(dice: Dice, case: Case) -> Case:
-    """The same vertices with points, normals or both stored as float32: evaluators take other paths for them."""
+    """Return the case with points, normals or both in float32, for which evaluators take other paths."""
     narrow = np.float32
     types = dice.choice(((float, float), (narrow, narrow), (narrow, narrow), (narrow, float), (float, narrow)))
     with np.errstate(over="ignore", under="ignore"):
@@ -128,7 +128,7 @@ LAYOUTS: dict[str, Callable[[np.ndarray], Any]] = {
     "swapped bytes": lambda a: a.astype(a.dtype.newbyteorder()),
     "pyvista": pv.pyvista_ndarray,
 }
-"""What changes no value of an array: how it lies in memory."""
+"""Memory layouts of an array that keep its values."""
 
 
 # --- scenes that a plan can simplify ---
@@ -136,14 +136,14 @@ LAYOUTS: dict[str, Callable[[np.ndarray], Any]] = {
 
 @dataclass(frozen=True)
 class Promise:
-    """A case and the colour error that its plan may take."""
+    """A case and the tolerance of its plan."""
 
     case: Case
     tolerance: float
 
 
 def _far_light(dice: Dice, centre: np.ndarray, radius: float, aim: np.ndarray) -> Any:
-    """Far off, weak, nearly even over the mesh, or with a cone that holds the mesh, misses it, or just about."""
+    """Return a light that is far, weak or nearly uniform over the mesh, or has the mesh near the edge of its cone."""
     away = unit(aim + dice.vector() * dice.choice((0.0, 0.1, 1.0)))
     distance = radius * dice.log_between(1.5, 1e7)
     common: dict[str, Any] = {
@@ -173,7 +173,7 @@ def _far_light(dice: Dice, centre: np.ndarray, radius: float, aim: np.ndarray) -
 
 
 def promising_case(dice: Dice) -> Promise:
-    """A cluster of vertices with a narrow or wide cone of normals, viewer and lights at all distances from it."""
+    """Return a cluster of vertices with a narrow or wide cone of normals, and viewer and lights at any distance."""
     radius, centre = dice.log_between(1e-3, 1e3), dice.vector() * dice.choice((0.0, 1.0, 1e3))
     vtk = dice.likely(25)
     n, shininess = dice.unit_vector(), dice.shininess() if dice.likely(30) else dice.log_between(1.0, 1e4)
@@ -182,7 +182,7 @@ def promising_case(dice: Dice) -> Promise:
     width = dice.log_between(1e-4, 1.0)
     rng = np.random.default_rng(dice.getrandbits(64))
     points = centre + radius * np.clip(rng.normal(size=(24, 3)), -1, 1)
-    # Some normals lie where the highlight is steepest, an angle of about 1/√n off the mirror direction.
+    # Some normals are where the highlight is steepest, about 1/√n from the mirror direction.
     spread = np.where(rng.uniform(size=(24, 1)) < 0.5, width, 0.5 / math.sqrt(1.0 + shininess))
     normals = n + spread * rng.normal(size=(24, 3))
     eye = centre + v * radius * dice.log_between(1.5, 1e7)

@@ -1,4 +1,4 @@
-"""The textbook's formulas in one precision throughout: what the catalogue's bounds are there to catch."""
+"""Textbook formulas in one precision throughout. The catalogue's bounds must reject them."""
 
 from __future__ import annotations
 
@@ -16,18 +16,18 @@ def unit(a: Any) -> Any:
 
 
 def lobe(n: Any, to_light: Any, v: Any, shininess: float) -> Any:
-    """max(r·v, 0)ⁿ of unit vectors, by the cosine."""
+    """Compute max(r·v, 0)ⁿ of unit vectors from the cosine."""
     r = 2 * dot(n, to_light)[..., None] * n - to_light
     return np.maximum(dot(r, v), 0) ** n.dtype.type(shininess)
 
 
 def highlight(n: Any, to_light: Any, v: Any, shininess: float) -> Any:
-    """The same of vectors of any length, rows of one float type."""
+    """Compute the same for vectors of any length, as rows of one float type."""
     return lobe(unit(n), unit(to_light), unit(v), shininess)
 
 
 def shade(points: Any, normals: Any, position: Any, eye: Any, material: Any, real: Any) -> Any:
-    """Diffuse and specular light of one white point light without attenuation, all in the float type `real`."""
+    """Compute diffuse and specular light of a white point light without attenuation, in the float type `real`."""
     p, n, position, eye = (np.asarray(value).astype(real) for value in (points, normals, position, eye))
     n, to_light, v = unit(n), unit(position - p), unit(eye - p)
     n_dot_l = np.maximum(dot(n, to_light), 0)
@@ -36,6 +36,6 @@ def shade(points: Any, normals: Any, position: Any, eye: Any, material: Any, rea
 
 
 def least_excess(errors: Any, bounds: Any) -> float:
-    """Observed / bound of the sample that a naive formula does best; an error that is NaN counts as infinite."""
+    """Return the smallest observed error / bound of a naive formula; NaN counts as infinite."""
     assert len(errors), "nothing was measured"
     return float(np.min(np.where(np.isnan(errors), np.inf, errors) / bounds))

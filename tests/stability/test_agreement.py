@@ -1,4 +1,4 @@
-"""Evaluators agree with the oracle and each other, plans keep their promise, no scene breaks: see `hunting`."""
+"""Random scenes: evaluators agree with the oracle and each other, and plans keep their tolerance; see `hunting`."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ from pvphong.shading.vertices import Vertices
 
 pytestmark = FLATTENING_IS_NO_FAILURE
 
-# The oracle's arithmetic takes as many times as long as an evaluator's: so many fewer scenes are judged by it.
+# The oracle is this many times slower than an evaluator, and checks as many times fewer scenes.
 EIGHTY_DIGITS = 10
 
 in_either_convention = pytest.mark.parametrize("convention", ["standard", "vtk"])
@@ -45,14 +45,14 @@ def planned(case, tolerance=0.0):
 
 @dataclass
 class Tally:
-    """What the oracle has judged of an evaluator; `judging` states the bound, and what is left out."""
+    """Statistics of an evaluator's checks by the oracle; `judging` defines the bounds and the exclusions."""
 
     evaluator: Evaluator
     vertices: int = 0
     left_out: int = 0
 
     def judge(self, case: Case, **options: float) -> None:
-        """Every array that the evaluator gives. Vertices that are not finite are judged by what they leave alone."""
+        """Check all arrays of the evaluator. Vertices that are not finite must only leave the others unchanged."""
         finite = np.isfinite(case.points).all(axis=1) & np.isfinite(case.normals).all(axis=1)
         if not finite.any():
             return
@@ -84,7 +84,7 @@ def test_ordinary_scenes_agree_with_the_oracle(evaluator: Evaluator, convention:
 def test_hard_scenes_agree_with_the_oracle_where_they_are_well_posed(convention: str, examples: int) -> None:
     """Coordinates over 240 binary orders of magnitude, lights of ordinary strength.
 
-    A vertex whose geometry is conditioned worse than 10⁶, or that lies in an undecidable band, is left out.
+    Vertices with a condition number above 10⁶, or in an undecidable band, are excluded.
     """
     tally, examples = Tally(Evaluator("numpy", "float64")), 2 * examples // EIGHTY_DIGITS
 
@@ -130,12 +130,12 @@ def test_no_scene_exceeds_the_error_that_its_plan_promises(backend: str, example
     assert nearest > 0.1, "the bounds are never put to the test"
 
 
-# --- what comes out of any scene ---
+# --- finite results in any scene ---
 
-# The kernel declines scenes with numbers further than 2¹⁰⁰ from 1.
+# The kernel declines scenes with numbers outside 2^±100.
 WITHIN_THE_KERNELS_RANGE = 100
 
-# All that a scene of finite numbers may be refused for.
+# The only reasons to refuse a scene of finite numbers.
 DOCUMENTED = re.compile(
     r"(matrix must be an affine 4x4 matrix|matrix must be a 4x4 matrix that keeps at least two dimensions"
     r"|up must be off the view axis).*; got ",
@@ -151,7 +151,7 @@ def test_any_scene_gives_finite_colours_or_is_refused(backend: str, examples: in
     def throw(dice: Dice) -> tuple[Case, float]:
         reach = 900 if backend == "numpy" else WITHIN_THE_KERNELS_RANGE
         case = wide_case(dice, reach) if dice.likely(50) else hard_case(dice, dice.choice(("standard", "vtk")), reach)
-        if backend != "numpy" and dice.likely(95):  # the kernel declines spots as bright as these mostly are
+        if backend != "numpy" and dice.likely(95):  # the kernel declines most spots of this brightness
             lights = [replace(s, exponent=0.0) if isinstance(s, SpotLight) else s for s in case.scene.lights]
             case = replace(case, scene=replace(case.scene, lights=lights))
         return case, positive_of(dice) if dice.likely(50) else 0.0

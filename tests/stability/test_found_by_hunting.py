@@ -1,4 +1,4 @@
-"""What the long hunts found, cut down to one scene each."""
+"""Regressions found by the long random tests, reduced to one scene each."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def planned(points, normals, scene, material, **options):
 
 
 class Seen(NamedTuple):
-    """A vertex is grey: exactly, or within so many steps of the precision, relative."""
+    """The expected grey of a vertex, exact or within a relative error in steps of the precision."""
 
     expected: float
     light: Any
@@ -45,36 +45,36 @@ class Seen(NamedTuple):
     viewer: Viewer = ABOVE
     model: LightModel = replace(UNLIT, clamp=True)
     matrix: Any = None
-    is_declined: bool = False  # by the kernel, which leaves it to the reference
+    is_declined: bool = False  # the kernel delegates to the reference
 
 
 def all_but_even(height: float, attenuation: Any) -> Iterator[Seen]:
-    """1 over what underflows is infinite, and infinity times the spot factor 0 was NaN, with a warning."""
+    """1 over an underflow is infinite, and infinity times a spot factor of 0 was NaN, with a warning."""
     fields = {"position": (0.0, 0.0, height), "attenuation": attenuation}
     yield Seen(1.0, PointLight(**fields), is_declined=True)
     yield Seen(0.0, SpotLight(**fields, direction=(1.0, 0.0, 0.0), ambient=1.0), WHITE, is_declined=True)
 
 
 def too_bright_for_float32(color: float) -> Iterator[Seen]:
-    """Its strength was infinite in the kernel's float32, and infinity times an n·l of 0 NaN."""
+    """The strength was infinite in the kernel's float32, and infinity times n·l = 0 was NaN."""
     light, material = DirectionalLight((0.0, -1.0, -1.0), diffuse=color), replace(WHITE, ambient=0.0)
     yield Seen(1.0, light, material)
     yield Seen(0.0, light, material, n=(0.0, 0.0, -1.0))
 
 
 def spot_on_the_vertex(angle: float, exponent: float) -> Seen:
-    """The chord from the axis to no direction at all is 1 long, and so is that of 60°: its cosine counts as 0."""
+    """A zero direction has a chord of 1 from the axis, like 60°; its cosine must count as 0."""
     expected = float(angle == 90.0 and exponent == 0.0)
     return Seen(expected, SpotLight(cone_angle=angle, exponent=exponent, ambient=1.0), WHITE)
 
 
 def as_near_as_can_be(gap: float) -> Seen:
-    """Scaled so that the gap counted, the coordinate that vertex and light share overflowed in the kernel."""
+    """Scaled to the gap, the coordinate shared by vertex and light overflowed in the kernel."""
     return Seen(0.8, PointLight((1.0, 0.0, gap)), steps=8, n=(0.0, 3.0, 4.0), p=(1.0, 0.0, 0.0))
 
 
 def dim_and_near(intensity: float, distance: float) -> Seen:
-    """In the kernel's float32 both its strength and the square of its distance were 0, and 0 / 0 is NaN."""
+    """In the kernel's float32 both strength and squared distance were 0, and 0 / 0 was NaN."""
     lamp = PointLight((0.0, 0.0, distance), attenuation=(0.0, 0.0, 5e-5), intensity=intensity)
     return Seen(min(intensity / 5e-5 / distance / distance, 1.0), lamp, steps=8)
 
@@ -84,7 +84,7 @@ def as_bright_as_far(intensity: float) -> Seen:
 
 
 def short_half_way(height: float) -> Seen:
-    """l and v are opposite but for a component that is exact: its square underflowed, and with it the highlight."""
+    """l and v are opposite except for one exact component. Its square underflowed, and the highlight was lost."""
     light, viewer, model = (
         PointLight((1.0, height, 0.0)),
         Viewer((-1.0, height, 0.0)),
@@ -99,20 +99,20 @@ FAR = PointLight((0.0, 0.0, 2.0**60), attenuation=(0.0, 0.0, 1.0), intensity=2.0
 BLACK = DirectionalLight(DOWN, diffuse=1e200, intensity=0.0)
 GLARING = SpotLight((0.0, 0.0, 1.0), (0.0, -1.0, -1.0), cone_angle=60, exponent=1e3, intensity=2.0**501)
 FOUND = [
-    # Reflectance times colour is infinite, and infinity times 0 was NaN.
+    # Reflectance times colour overflows, and infinity times 0 was NaN.
     Seen(0.0, BLACK, Material(ambient=0.0, diffuse=1e200, specular=1e200)),
     *chain(*map(too_bright_for_float32, (1e30, 1e60, 1e200, 1e308))),
     *chain(*(all_but_even(0.5, weak) for weak in ((0.0, 5e-324, 0.0), (1e-310, 0.0, 0.0), (0.0, 0.0, 1e-310)))),
     *chain(all_but_even(1e-170, (0.0, 0.0, 1.0)), all_but_even(1e-200, (0.0, 1e-200, 0.0))),
     *starmap(spot_on_the_vertex, product((20.0, 59.0, 61.0, 90.0), (0.0, 1.0, 2.0))),
-    Seen(0.5, FAR),  # bright because it is far away, it is not cut off
+    Seen(0.5, FAR),  # bright, to compensate for the distance; must not be clipped
     *map(as_bright_as_far, (1e40, 1e300)),
     *map(as_near_as_can_be, (1e-323, 1e-310, 1e-200, 1e-40, 1e-30)),
     *starmap(dim_and_near, product((1e-300, 1e-150, 1e-40, 1e-20), (1e-120, 1e-24, 1e-12))),
     *map(short_half_way, (1e-18, 1e-20, 1e-25, 1e-30)),
-    # The kernel cut the strength off before the falloff. The error is that of a small power, n·4u.
+    # The kernel clipped the strength before the falloff. The error is that of a small power, n·4u.
     Seen(2.0, GLARING, steps=4000, model=UNLIT, is_declined=True),
-    # The matrix keeps of the normal only what underflowed where its length was taken out first.
+    # The matrix keeps only the component of the normal that underflowed when the normal was normalised first.
     Seen(0.5, DirectionalLight(DOWN), replace(DULL, diffuse=0.5), 4, (-1e31, -1e185, 1e-221), matrix=FLAT),
 ]
 
@@ -132,7 +132,7 @@ def test_a_vertex_is_grey(seen: Seen, evaluator: Evaluator) -> None:
 
 @pytest.mark.parametrize("evaluator", EVALUATORS[:2], ids=str)
 def test_products_with_a_short_way_may_be_as_small_as_floats_can_be(evaluator: Evaluator) -> None:
-    """N·D was rounded to the least float, and with ways in other units to another one."""
+    """N·D was rounded to the smallest float, which depended on the unit of length."""
     tiny = float(np.finfo(evaluator.real).tiny) * 3.3
     normals, material = np.array([[-0.5, tiny, 0.0]]), Material(ambient=0.0, diffuse=1.0)
     lit = [
@@ -150,7 +150,7 @@ def test_products_with_a_short_way_may_be_as_small_as_floats_can_be(evaluator: E
 
 @pytest.mark.parametrize("size", [1e-300, 1e-170, 1e-160, 1e160, 1e300])
 def test_a_plan_judges_normals_of_any_length(size: float) -> None:
-    """Squares of the normals overflowed, with a warning, or underflowed, and the cone of normals came out wrong."""
+    """Squares of the normals overflowed, with a warning, or underflowed, and the cone of normals was wrong."""
     rng = np.random.default_rng(5)
     normals = UP + 0.3 * rng.normal(size=(50, 3))
     scene = Scene([DirectionalLight(direction=(-1.0, -0.2, -1.0))], ABOVE)
@@ -163,12 +163,12 @@ def test_a_plan_judges_normals_of_any_length(size: float) -> None:
     }
 
 
-# --- the last vertex may go elsewhere without a change of the others' bits ---
+# --- moving the last vertex changes no bit of the others ---
 
 AWAY: dict[str, Any] = {"position": (0.0, 0.0, 50.0), "direction": (0.0, 0.0, 1.0), "cone_angle": 30.0}
-"""A spot that shines away from the mesh, so that a plan leaves it out; not so if a vertex is not finite."""
+"""A spot that shines away from the mesh. A plan removes it, unless a vertex is not finite."""
 GLOW = PointLight(position=(0.3, 1.1, 2.7), diffuse=0.0, ambient=0.9, attenuation=(0.1, 0.3, 0.2))
-"""It needs no normals; all else does."""
+"""The only material here that needs no normals."""
 EVERYWHERE = DirectionalLight(diffuse=0.0, ambient=0.1)
 LAMP = PointLight(position=(0.3, 1.1, 2.7))
 CLOUD, NORMALS = np.random.default_rng(0).normal(size=(2, 200, 3))
@@ -186,23 +186,23 @@ class Independent(NamedTuple):
 
 
 INDEPENDENT = [
-    # Without normals the reference fell back on float64, and the kernel on the type of the points alone.
+    # Without normals the reference used float64, and the kernel the type of the points.
     *(
         Independent([SpotLight(**AWAY), light], material, types=types)
         for light, material in ((GLOW, WHITE), (EVERYWHERE, COLOURED))
         for types in ((NARROW, WIDE), (WIDE, NARROW), (NARROW, NARROW))
     ),
-    # The kernel declines such lights, also where its plan would leave them out.
+    # The kernel declines such lights, even if its plan would remove them.
     *(
         Independent([SpotLight(**AWAY | beyond), LAMP])
         for beyond in ({"attenuation": (1, 0, 1e-31)}, {"attenuation": (1e31, 0, 1)}, {"position": (0, 0, 1e31)})
     ),
-    # A cone that held the whole mesh with the same factor to the last bit went into the light's colours.
+    # A cone that contains the mesh, with the same factor to the last bit, was folded into the light's colours.
     *(
         Independent([SpotLight((0.2, 0.1, 1.0), DOWN, 40.0, exponent, diffuse=0.3), LAMP], WHITE, 0.01 * CLOUD, UP)
         for exponent in (1e-16, 1e-17, 3e5)
     ),
-    # A plan leaves out a cone that holds all vertices; the kernel then multiplied by the strength in other places.
+    # A plan removes a cone that contains all vertices; the kernel then multiplied by the strength at another point.
     *(
         Independent(
             [SpotLight((0.0, 0.0, 3.0), DOWN, 60.0, 0.0, (c, 0.0, 0.0))], material, 0.1 * CLOUD, UP, place=place

@@ -1,7 +1,7 @@
 """Section F of the catalogue of hard cases: inputs of odd types, empty, of the wrong length, nested or strided.
 
-Row 31 as meshes too; rows 23, 26, 28 and 29 are in test_mesh_normals, and row 21 as a mesh is in studies/diagnose. Of
-rows 50 and 52, what has nothing to light is in meshes/test_surfaces, and what becomes of blocks in meshes/test_lit.
+Row 31 is tested with meshes too. Rows 23, 26, 28 and 29 are in test_mesh_normals, row 21 as a mesh in studies/diagnose.
+Of rows 50 and 52, meshes with nothing to light are in meshes/test_surfaces, and blocks in meshes/test_lit.
 """
 
 import math
@@ -16,7 +16,7 @@ from stability.bounds import assert_bits
 from stability.evaluators import EVALUATORS
 from stability.hunting import LAYOUTS
 
-import pvphong  # noqa: F401 registers mesh.phong wherever PyVista's own discovery is not installed
+import pvphong  # noqa: F401 registers mesh.phong if PyVista's entry point is not installed
 from pvphong.geometry.transform import transform_normals, transform_points, transform_vectors
 from pvphong.meshes.surfaces import face_normals, vertex_normals
 from pvphong.optics.lights import DirectionalLight, PointLight
@@ -29,7 +29,7 @@ COUNT = 40
 RNG = np.random.default_rng(11)
 POINTS, NORMALS = RNG.normal(size=(2, COUNT, 3))
 WHOLE = np.round(RNG.normal(size=(COUNT, 3)) * 9) + 0.0
-PARTS = WHOLE / 64.0  # an albedo too can be these
+PARTS = WHOLE / 64.0  # valid as an albedo too
 SCENE = Scene(
     lights=[DirectionalLight(direction=(-1, 2, -3)), PointLight(position=(2, 2, 2), attenuation=(1, 0.1, 0.01))],
     viewer=Viewer(position=(1, 2, 9)),
@@ -39,7 +39,7 @@ MATRIX = np.array([[1, 0.5, 0, 3], [0, 2, 0.1, 1], [0.2, 0, 1, -1], [0, 0, 0, 1]
 
 
 def takers(evaluator):
-    """The three arrays of an evaluator."""
+    """Return functions that pass an array to the evaluator as points, normals or albedo."""
     calls = {
         "points": lambda a: evaluator(a, NORMALS, SCENE, MATERIAL).rgb,
         "normals": lambda a: evaluator(POINTS, a, SCENE, MATERIAL).rgb,
@@ -48,7 +48,7 @@ def takers(evaluator):
     return {f"{evaluator} {argument}": call for argument, call in calls.items()}
 
 
-# Whose argument → what takes an array for it and gives one.
+# Argument → function that takes an array for it and returns one.
 TAKERS = {name: taker for evaluator in EVALUATORS for name, taker in takers(evaluator).items()} | {
     "transform_points points": lambda a: transform_points(a, MATRIX),
     "transform_vectors vectors": lambda a: transform_vectors(a, MATRIX),
@@ -74,7 +74,7 @@ every_albedo = pytest.mark.parametrize("taker", ALBEDOS)
 
 
 FLOATS = ["float16", "longdouble", ">f4", ">f8"]
-INTEGERS = ["int8", "int32", "int64", "uint8", "uint16"]  # what they mean as an albedo is row 53's
+INTEGERS = ["int8", "int32", "int64", "uint8", "uint16"]  # for albedos see row 53
 
 
 @pytest.mark.parametrize(("taker", "kind"), [(t, k) for t in TAKERS for k in FLOATS + INTEGERS * (t not in ALBEDOS)])
@@ -87,7 +87,7 @@ NO_ROWS = [
     *(POINTS + 1j, POINTS.astype(str), POINTS.astype(object), POINTS.astype(bool)),
     *(POINTS[:, :2], POINTS[None], np.zeros((COUNT, 3), "datetime64[s]"), [[0.0, 0.0, 0.0], [1.0]]),
 ]
-NO_VECTORS = [POINTS[:, 0], (1.0, 0.5, 0.5), "points", 3.5, None]  # some of them are an albedo
+NO_VECTORS = [POINTS[:, 0], (1.0, 0.5, 0.5), "points", 3.5, None]  # some of them are valid albedos
 
 
 @pytest.mark.parametrize(
@@ -152,7 +152,7 @@ def one_is(most):
 
 NO_ALBEDOS = [
     *((one_is(most), "floats from 0 to 1; got floats up to .*Divide 0-255 values") for most in (1.01, 300.0, math.inf)),
-    # 0-255 in an int64 array would all be clipped to white.
+    # 0-255 in an int64 array would be clipped to white.
     *((np.full((COUNT, 3), 120, kind), ".*(uint8|255)") for kind in INTEGERS if kind != "uint8"),
     *((np.ones((COUNT, 4), kind), ".*Leave out the opacity") for kind in (float, "uint8")),
 ]
@@ -177,7 +177,7 @@ def test_row_55_memory_layout_changes_no_bit(taker, layout):
 
 @pytest.mark.parametrize("mesh", [pv.Box().triangulate(), pv.Sphere()], ids=["box", "sphere"])
 def test_row_55_cell_normals_are_not_read(mesh):
-    """A vertex is lit, not a face: its normal is computed from the faces around it."""
+    """Vertices are lit, not faces: their normals are computed from the adjacent faces."""
     mesh = mesh.copy()
     mesh.clear_data()
     wrong = -face_normals(mesh)
@@ -188,13 +188,13 @@ def test_row_55_cell_normals_are_not_read(mesh):
     np.testing.assert_array_equal(mesh.cell_data["Normals"], wrong)
 
 
-# rows 20 and 21 for grids, whose points are not stored but computed
+# rows 20 and 21 for grids with computed points
 
 
 @pytest.mark.parametrize("kind", ["ImageData", "RectilinearGrid", "StructuredGrid"])
 @pytest.mark.parametrize("offset", [1e3, 1e6, 1e8])
 def test_a_grid_far_from_the_origin_is_lit_as_near_it(kind, offset):
-    """A grid's coordinates are float64; a surface in float32 has lost its faces at 1e8."""
+    """A grid's coordinates are float64; in float32 its faces would collapse at 1e8."""
     sun = Scene(lights=[DirectionalLight(direction=(-1, -2, -3))], viewer=Viewer(position=(offset, offset, 2 * offset)))
     near = pv.ImageData(dimensions=(5, 5, 5), spacing=(0.25, 0.25, 0.25))
     far = near.copy()
@@ -207,7 +207,7 @@ def test_a_grid_far_from_the_origin_is_lit_as_near_it(kind, offset):
     np.testing.assert_allclose(lit["phong"], expected["phong"], atol=1e-6)
 
 
-# row 31: indices that no point has
+# row 31: indices out of range
 
 CRASHERS = {
     "face 9 of 3": ("pv.PolyData(points[:3], faces=[3, 0, 1, 9])", "index 9 in face 0"),

@@ -1,6 +1,6 @@
 """Section E of the catalogue of hard cases: lights and viewer, against the oracle's exact decisions and 80 digits.
 
-Rows 43 and 46, lights that there cannot be, are in optics/test_fields.
+Rows 43 and 46, invalid lights, are in optics/test_fields.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ ATTENUATIONS = [(1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0), (0.5, 0.25, 0
 def lit(
     evaluator: Evaluator, points: Any, normals: Any, lights: Any, eye: Any, material: Material, **model: Any
 ) -> Any:
-    """Unclamped grey, evaluated and exact."""
+    """Return unclamped greys, evaluated and exact."""
     model = replace(UNLIT, **model)
     scene = Scene(lights, Viewer(position=eye, focal_point=np.add(eye, (0.0, 0.0, 1.0))), model)
     stored = (np.asarray(points, evaluator.real), np.asarray(normals, evaluator.real), scene, material)
@@ -41,10 +41,10 @@ def lit(
 
 
 def grazing(evaluator: Evaluator, positional: bool) -> None:
-    """n·l is exactly 0 in the stored integers, and the light neither scattered nor mirrored.
+    """n·l is exactly 0 in the stored integers, so there is neither diffuse light nor a highlight.
 
-    The bound would let rounding make a little diffuse light of it, and so a full highlight; but integers' products are
-    exact, so an evaluator that decides on these gives nothing. One that makes unit vectors first lights a quarter.
+    The bound alone would allow a little diffuse light from rounding, and with it a full highlight. But products of
+    integers are exact, so an evaluator that tests these returns 0. One that normalises first lights a quarter.
     """
     rng = np.random.default_rng(41)
     too_bright, mirrored = [], []
@@ -53,7 +53,7 @@ def grazing(evaluator: Evaluator, positional: bool) -> None:
         n, to_light = np.cross(a, b), a
         if not n.any():
             continue
-        assert n @ to_light == 0  # of integers
+        assert n @ to_light == 0  # exact in integers
         light = PointLight(position=to_light) if positional else DirectionalLight(direction=-to_light)
         eye = 0.01 * n - to_light  # near −l, the mirror direction of n·l = 0
         scene = Scene([light], Viewer(position=eye, focal_point=np.add(eye, (0.0, 0.0, 1.0))), UNLIT)
@@ -70,9 +70,9 @@ def grazing(evaluator: Evaluator, positional: bool) -> None:
 
 
 def cone_edge(evaluator: Evaluator, cone_angle: float) -> None:
-    """Vertices within 1e-5 radians of the edge: right beyond a band of 4v in the angle (4u in float64).
+    """Vertices within 1e-5 radians of the edge must be correct outside a band of 4v in the angle (4u in float64).
 
-    In the cosine that is 4v · sin of the cone's angle: the catalogue's 4v would pass anything in a narrow cone.
+    In the cosine the band is 4v · sin of the cone's angle. The catalogue's 4v would accept anything in a narrow cone.
     """
     rng = np.random.default_rng(42)
     margins, sides = [], []
@@ -95,11 +95,11 @@ def cone_edge(evaluator: Evaluator, cone_angle: float) -> None:
     assert_within(f"42 cone={cone_angle:g}", margins, bound)
 
 
-# --- 44, 45: nothing between vertex and light, or vertex and eye ---
+# --- 44, 45: zero distance between vertex and light, or vertex and eye ---
 
 
 def light_on_the_vertex(evaluator: Evaluator, attenuation: Any, at: Any) -> None:
-    """The light that sits on a vertex gives it neither diffuse light nor a highlight, another light does."""
+    """A light at a vertex gives it neither diffuse light nor a highlight; another light does."""
     normals = np.array([[0.0, 0.0, 1.0], [1.0, -2.0, 0.5]])
     points = np.array([at, np.add(at, (2.0, 0.0, 0.0))])
     sun = DirectionalLight(direction=(0.0, 0.0, -1.0), diffuse=0.5)
@@ -110,7 +110,7 @@ def light_on_the_vertex(evaluator: Evaluator, attenuation: Any, at: Any) -> None
             lit(evaluator, points, normals, lights, eye, material, reflection=reflection)
             for lights in ([lamp], [lamp, sun], [sun])
         )
-        # A spot is out of its own cone; a point light's ambient light arrives as 1/c.
+        # The vertex is outside a spot's cone; a point light's ambient light arrives as 1/c.
         arrives = ambient / attenuation[0] if shape is PointLight and attenuation[0] else 0.0
         assert_within(f"44 {shape.__name__}", abs(alone[0] - arrives), 0.0)
         assert_within("44 the neighbour", abs(alone - truth)[1], (4 * math.sqrt(20.0) + 16) * 2 * evaluator.step)
@@ -118,7 +118,7 @@ def light_on_the_vertex(evaluator: Evaluator, attenuation: Any, at: Any) -> None
 
 
 def eye_on_the_vertex(evaluator: Evaluator, reflection: str, two_sided: bool) -> None:
-    """Diffuse light is kept, there is no highlight."""
+    """There is diffuse light and no highlight."""
     rng = np.random.default_rng(45)
     model = LightModel(ambient=0.0, clamp=False, reflection=reflection, two_sided=two_sided)
     label = f"45 {reflection}{' two-sided' if two_sided else ''}"
@@ -137,7 +137,7 @@ def eye_on_the_vertex(evaluator: Evaluator, reflection: str, two_sided: bool) ->
 
 
 def far_out(evaluator: Evaluator, offset: float, stored: Any) -> None:
-    """The truth is that of the stored points; light and eye stay float64."""
+    """The exact result is for the stored points; light and eye stay float64."""
     rng = np.random.default_rng(47)
     centre = offset * np.array([1.0, -0.7, 0.4])
     points = (centre + rng.uniform(-0.5, 0.5, (200, 3))).astype(stored)
@@ -155,7 +155,7 @@ def far_out(evaluator: Evaluator, offset: float, stored: Any) -> None:
 
 
 def moved_far_out(evaluator: Evaluator, offset: float, w: float) -> None:
-    """By the model matrix, which turns and stretches the mesh as well; another lamp stays where the mesh was."""
+    """The model matrix moves, turns and stretches the mesh; another lamp stays at the mesh's old place."""
     rng = np.random.default_rng(47)
     centre, matrix = offset * np.array([1.0, -0.7, 0.4]), np.eye(4)
     matrix[:3] = np.c_[[[0.36, -0.8, 0.48], [0.48, 0.6, 0.64], [-0.96, 0.0, 0.72]], centre]

@@ -1,8 +1,8 @@
-"""Section E again, for lights with a size, and from all around: hard places for them and for their evaluators.
+"""Section E for area lights and environment lights: hard positions for them and for their evaluators.
 
-Bounds are absolute, in units of the light's intensity over the square of the distance to its middle, or of 1 where that
-is less: 1e-9 in float64, and that of `evaluate` in float32. The integrals themselves are in optics/test_area, where the
-horizon cuts lights and where a lobe goes to an edge too; what lights may not be is in optics/test_fields.
+Bounds are absolute, in units of the light's intensity over the squared distance to its centre, or of 1 if that is less:
+1e-9 in float64, and the bound of `evaluate` in float32. The integrals themselves are tested in optics/test_area, also
+for lights cut by the horizon and lobes that reach an edge; invalid lights are in optics/test_fields.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ POLYGON = PolygonLight([(-1, -1, 1.2), (-1, 1, 1.2), (0.5, 1, 1.2), (1, 0.2, 1.2
 
 
 def in_another_unit(evaluator: Evaluator, light: Any, look: str, power: int) -> None:
-    """Scaled by a power of two nothing changes but 1/d²."""
+    """Scaling by a power of two changes only 1/d²."""
     unit, scaled = 2.0**power, {}
     for field in light.roles:
         value = getattr(light, field)
@@ -78,9 +78,9 @@ def far_from_the_origin(evaluator: Evaluator, light: Any, look: str, offset: flo
 
 
 def nowhere_to_be_seen(evaluator: Evaluator, light: Any, look: str) -> None:
-    """On it, inside it, in its plane, behind it, without a normal, not finite: dark, and never NaN.
+    """Vertices on, inside or behind the light, in its plane, without a normal or not finite are dark, never NaN.
 
-    Light from all around has no place, and so lights vertices anywhere.
+    Environment lights have no position and light vertices anywhere.
     """
     places = [*map(np.array, light.places), np.array([math.nan, 0, 0]), np.array([0, math.inf, 0])]
     if hasattr(light, "normal"):
@@ -96,7 +96,7 @@ def nowhere_to_be_seen(evaluator: Evaluator, light: Any, look: str) -> None:
     assert_within(f"E no normal {look}", abs(bad), 0.0)
 
 
-# --- the image of a sky, whose harmonics are hard where it has a sun
+# --- images of skies: a sun makes their harmonics hard
 
 WAYS = (0.0, -1.0, 0.0), (0.0, 0.0, 1.0), (0.5, -0.25, 1.0)
 
@@ -111,7 +111,7 @@ def texels(height: int, width: int) -> Any:
     return np.random.default_rng(height).uniform(0.0, 1.0, (height, width, 3))
 
 
-# The ways are a corner of texels where there are four columns and two rows, both poles, and none of these.
+# The directions are a corner of texels in a 4 × 2 image, both poles, and a general one.
 SKIES = {
     "one row": EnvironmentLight(texels(1, 5), (0, 1, 0), 37.5),
     "one column": EnvironmentLight(texels(3, 1), (1, 0, 0), 20.0),
@@ -131,10 +131,10 @@ def in_bands(sky: str, way: Any, power: float) -> float:
 
 
 def as_its_bands_are(evaluator: Evaluator, sky: str, look: str) -> None:
-    """At the normals, and at mirrored viewers, that the ways are.
+    """The directions are used as normals, and as mirror directions.
 
-    The oracle takes from the lobe what is beyond 32 bands. A lobe in bands is no higher than the sum of these is in its
-    middle, and no steeper than its last band.
+    The oracle truncates the lobe after 32 bands. A truncated lobe is not higher than the sum of its bands at its centre
+    and not steeper than its last band.
     """
     power, bands = LOOKS[look][2] if LOOKS[look][1] else 1.0, sky_oracle.BANDS
     steep = min(1.0, bands**2 / (2.0 * power + 2.0)) * (2.0 * min(math.sqrt(power), bands) + 16.0)
@@ -145,7 +145,7 @@ def as_its_bands_are(evaluator: Evaluator, sky: str, look: str) -> None:
 
 
 def shown(argument: Any) -> str:
-    """What names an argument in a test: a kind of light is named by its class."""
+    """Return the test id of an argument; for a light the name of its class."""
     kind = argument if isinstance(argument, type) else type(argument)
     return str(argument) if kind in (str, float, int) else kind.__name__
 

@@ -1,6 +1,6 @@
 """Section C of the catalogue of hard cases: normals of faces and points, against exact fractions and mpmath.
 
-They are computed from plain arrays; that a mesh gives the same bits is in meshes/test_surfaces.
+They are computed from plain arrays; meshes/test_surfaces tests that a mesh gives the same bits.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ WEIGHTINGS = ["angle", "area", "max"]
 
 
 def triangles_at(rng, samples, height=None):
-    """Random triangles as (samples, 3, 3): L = 1 long, of any shape or of a given height."""
+    """Return random triangles, (samples, 3, 3), with longest edge L = 1 and any shape or a given height."""
     frames = np.linalg.qr(rng.normal(size=(samples, 3, 3)))[0]
     heights = rng.uniform(0.2, 0.8, samples) if height is None else np.full(samples, height)
     along = rng.uniform(0.2, 0.8, samples)
@@ -31,19 +31,19 @@ def triangles_at(rng, samples, height=None):
 
 
 def separate(corners):
-    """Triangles (m, 3, 3) as points, connectivity and offsets that share no point."""
+    """Return triangles (m, 3, 3) as points, connectivity and offsets, without shared points."""
     return corners.reshape(-1, 3), np.arange(3 * len(corners)), np.arange(0, 3 * len(corners) + 1, 3)
 
 
 def face_errors(observed, corners):
-    """Errors of face normals, and L / h, for the triangles that have an area in storage."""
+    """Return errors of face normals, and L / h, of triangles with a nonzero area as stored."""
     pairs = [(normal, t) for normal, t in zip(observed, corners, strict=True) if any(exact.area_vector(t))]
     errors = [exact.distance(normal, exact.unit(exact.area_vector(t))) for normal, t in pairs]
     return np.array([errors, [exact.slenderness(t) for _, t in pairs]])
 
 
 def newell_of_products(corners):
-    """The textbook sum p_i × p_(i+1), in the stored precision, products first."""
+    """Compute the textbook sum of p_i × p_(i+1) in the stored precision."""
     after = np.roll(corners, -1, axis=1)
     total = np.cross(corners, after).sum(axis=1, dtype=corners.dtype)
     with np.errstate(all="ignore"):
@@ -67,7 +67,7 @@ SLIVERS = {f"22 h=1e{power}": slivers(10.0**power) for power in (-3, -6, -9, -12
 
 @pytest.mark.parametrize("row", [*WORLD, *STORED, *SLIVERS])
 def test_row_20_21_22_triangles_far_out_and_slivers(row):
-    """Those that have collapsed in storage, in row 21 at 1e8, have no normal."""
+    """Triangles that collapse when stored, in row 21 at 1e8, have no normal."""
     corners = (WORLD | STORED | SLIVERS)[row]
     observed = polygon_normals(*separate(corners))
     collapsed = np.array([not any(exact.area_vector(triangle)) for triangle in corners])
@@ -143,14 +143,14 @@ def test_row_24_25_tiny_and_huge_edges(form, size, dtype):
 @pytest.mark.parametrize("weighting", WEIGHTINGS)
 @pytest.mark.parametrize("sizes", [(2.0**-500, 1.0, 2.0**500, 2.0**-900), (2.0**900, 2.0**-300)])
 def test_faces_of_sizes_1e_300_apart_in_one_mesh(form, weighting, sizes):
-    """Each tetrahedron's points have the normals that it would have alone."""
+    """The points of each tetrahedron have the same normals as in a mesh of their own."""
     alone = np.array([[0.1, 0.2, 0.0], [1.3, 0.1, 0.2], [0.4, 1.1, -0.1], [0.2, 0.3, 0.9]])
     faces = [(0, 2, 1), (0, 1, 3), (1, 2, 3), (2, 0, 3)]
     expected = form(alone, *soup(*faces), weighting=weighting)
     points = np.concatenate([alone * size for size in sizes])
     everywhere = [tuple(corner + 4 * copy for corner in face) for copy in range(len(sizes)) for face in faces]
     observed = form(points, *soup(*everywhere), weighting=weighting).reshape(len(sizes), 4, 3)
-    bound = 0.0 if form is point_normals else 4 * U  # compiled code leaves all of them to NumPy
+    bound = 0.0 if form is point_normals else 4 * U  # compiled code delegates all of them to NumPy
     assert np.abs(observed - expected).max() <= bound
 
 
@@ -167,7 +167,7 @@ def test_row_26_a_bad_point_spoils_its_own_faces_only_and_is_flagged(form, bad, 
     observed = polygon_normals(spoilt, *soup(*faces))
     assert_within(f"26 {bad}", np.abs(observed[touched]), 0.0)
     assert np.array_equal(observed[~touched], polygon_normals(points, *soup(*faces))[~touched])
-    # A neighbour has the normal that it would have without the faces that are gone; no other vertex sees them.
+    # A neighbour has the normal of the mesh without the bad faces; no other vertex is affected.
     kept = soup(*(face for face in faces if 40 not in face))
     after = form(spoilt, *soup(*faces), weighting)
     assert np.array_equal(after, form(np.nan_to_num(spoilt), *kept, weighting))
@@ -180,7 +180,7 @@ def test_row_26_a_bad_point_spoils_its_own_faces_only_and_is_flagged(form, bad, 
 
 
 def box(diagonals):
-    """The unit cube, its six sides cut into triangles along one or the other diagonal."""
+    """Return the unit cube with each side cut into triangles along one of its diagonals."""
     points = np.array(list(product([0.0, 1.0], repeat=3)))
     sides = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
     faces = []
@@ -236,7 +236,7 @@ def test_row_30_weights_that_sum_to_zero_are_guarded(form, weighting):
 @pytest.mark.parametrize("weighting", WEIGHTINGS)
 @pytest.mark.parametrize("offset", [0.0, 1e6], ids=["at-home", "far-out"])
 def test_point_normals_against_the_definition(form, weighting, offset):
-    """Well-shaped faces: every point within 4 roundings of the definition evaluated exactly."""
+    """For well-shaped faces, every normal is within 4 roundings of the exact definition."""
     points, faces = bumpy(6)
     points = points + offset
     observed = form(points, *soup(*faces), weighting)

@@ -35,7 +35,7 @@ def affine(linear, w=1.0):
 
 
 def stretched(sigmas, seed=0, samples=SAMPLES):
-    """Matrices rotation · diag(σ) · rotation, one in three of them a mirror."""
+    """Return matrices rotation · diag(σ) · rotation, a third of them mirrored."""
     rng = np.random.default_rng(seed)
     for sample in range(samples):
         mirror = -1.0 if sample % 3 == 0 else 1.0
@@ -50,7 +50,7 @@ def sheared(k, seed=0, samples=SAMPLES):
 
 
 def judged(cases, transform):
-    """Errors and A-tol of a transform of normals: 4u · max(1, ‖|C|·|n|‖ / ‖C·n‖)."""
+    """Return errors of a normal transform, and their bound A-tol = 4u · max(1, ‖|C|·|n|‖ / ‖C·n‖)."""
     errors, bounds = [], []
     for matrix, normal in cases:
         placement, n = Placement(matrix), exact.exact(normal)
@@ -64,7 +64,7 @@ def ours(normal, matrix):
 
 
 def by_inverse(normal, matrix):
-    """What everybody writes first."""
+    """Transform by the inverse transpose, the usual formula."""
     with np.errstate(all="ignore"), warnings.catch_warnings():
         warnings.simplefilter("ignore")
         try:
@@ -75,7 +75,7 @@ def by_inverse(normal, matrix):
 
 
 def by_cofactors(normal, matrix):
-    """Cofactors in floating point, with the sign of the determinant that they give."""
+    """Transform by floating-point cofactors, with the sign of their determinant."""
     a = matrix[:3, :3]
     with np.errstate(all="ignore"):
         cofactors = np.array([np.cross(a[1], a[2]), np.cross(a[2], a[0]), np.cross(a[0], a[1])])
@@ -94,7 +94,7 @@ def reciprocal(a):
 
 
 def cancelling(c):
-    """Normals chosen so that C·n nearly cancels: images of a vector in the short directions, pulled back."""
+    """Return normals for which C·n nearly cancels: preimages of a vector in the short directions."""
     rng = np.random.default_rng(11)
     for matrix, _ in stretched([1.0, c**-0.5, 1.0 / c], seed=11):
         yield matrix, matrix[:3, :3].T @ rng.normal(size=3)
@@ -131,15 +131,15 @@ def test_row(row):
         assert np.median(bounds) > 40 * U, "nothing cancels"
 
 
-# In every case, or in a share of them, the error is so many times its bound.
+# The error exceeds its bound by this factor, in this share of the cases.
 BREAKING = [
     # The inverse errs in proportion to c and to k.
     *((f"3 c={c:.0e}", by_inverse, 1e-5 * c, 1.0) for c in (1e8, 1e12, 1e16)),
     *((f"5 k={k:.0e}", by_inverse, 1e-5 * k, 1.0) for k in (1e6, 1e12)),
-    ("5 k=1e+12", by_inverse, 1e15, 0.1),  # refused, or elsewhere altogether
-    # A floating determinant's sign is noise.
+    ("5 k=1e+12", by_inverse, 1e15, 0.1),  # an error, or a wrong direction
+    # The sign of a floating-point determinant is noise.
     *(("4 " + c, by_cofactors, 1e12, share) for c, share in (("c=1e+12", 0.03), ("c=1e+16", 0.4))),
-    # Cofactors' squares overflow or underflow, and from 1e±162 those of the inverse's images: no normal is left.
+    # Squares of cofactors overflow or underflow, and from 1e±162 on those of the inverse too: the normal is lost.
     *((f"6 {scale:.0e} rotated", by_cofactors, 1e15, 1.0) for scale in SCALES if not 1e-100 < scale < 1e100),
     *((f"6 {scale:.0e} rotated", by_inverse, 1e15, 1.0) for scale in SCALES if not 1e-150 < scale < 1e150),
 ]
@@ -157,14 +157,14 @@ FLATTENED = {
     "oblique": [[1.0, 2.0, 3.0], [4.0, 5.0, 6.0], [7.0, 8.0, 9.0]],
     "tiny": 1e-170 * np.diag([1.0, 1.0, 0.0]),
 }
-"""Of rank 2, row 9: lit below as the cofactors say; the warning is in geometry/test_transform."""
+"""Row 9, of rank 2: lit as its cofactors define; the warning is tested in geometry/test_transform."""
 
 
 TO_LIGHT = np.array([0.5, -0.625, 0.75])
 SUNS = [DirectionalLight(direction=-TO_LIGHT, diffuse="red"), DirectionalLight(direction=TO_LIGHT, diffuse="blue")]
 MATT = Material(ambient=0.0, diffuse=1.0)
 
-# The kernel leaves matrices with entries beyond 2^±100 to the reference.
+# The kernel delegates matrices with entries outside 2^±100 to the reference.
 BEYOND_THE_KERNEL = [f"6 {scale:.0e} rotated" for scale in (1e-200, 1e-110, 1e110, 1e200)]
 BEYOND_THE_KERNEL += ["7 a=1e+38", "7 a=1e+100", "7 a=1e+150"]
 LIT = ["1 c=1e+16", "2 c=1e+16", "3 c=1e+16", "4 c=1e+12", "4 c=1e+16", "5 k=1e+12", "6 1e-25 rotated"]
@@ -180,7 +180,7 @@ CASES_LIT |= {
 @on_every_evaluator
 @pytest.mark.parametrize("row", CASES_LIT)
 def test_row_as_lit(row, evaluator):
-    """By red light on one side of the surface and blue light on the other."""
+    """The surface has red light on one side and blue light on the other."""
     observed, bounds = [], []
     asked = evaluator
     if row in BEYOND_THE_KERNEL or row == "9 tiny":
@@ -195,7 +195,7 @@ def test_row_as_lit(row, evaluator):
 
 
 def test_the_sign_is_right_on_both_sides_of_a_singular_matrix():
-    """diag(1, 1, ε) with ε from −2⁻¹⁰⁷⁴ to 2⁻¹⁰⁷⁴: the z normal follows the sign of ε, whatever a float det says."""
+    """diag(1, 1, ε) with ε from −2⁻¹⁰⁷⁴ to 2⁻¹⁰⁷⁴: the z normal follows the sign of ε, not of a float determinant."""
     tiny = 2.0**-1074
     for entry in (-1.0, -tiny, tiny, 1.0):
         x, _, z = transform_normals(np.eye(3), affine(np.diag([1.0, 1.0, entry])))

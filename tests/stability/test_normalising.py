@@ -18,7 +18,7 @@ SAMPLES = 200
 
 
 def directions(seed, samples=SAMPLES):
-    """Random directions; a third have one entry far smaller than the others, and the axes are among them."""
+    """Return random directions and the axes; a third have one entry far smaller than the others."""
     rng = np.random.default_rng(seed)
     vectors = rng.normal(size=(samples, 3))
     vectors[::3, 1] *= 10.0 ** rng.uniform(-20, 0, len(vectors[::3]))
@@ -42,7 +42,7 @@ def row_of(length, stored_as):
 
 
 def stretched(vectors, length, stored_as):
-    """Of this length, those that are not zero in storage."""
+    """Return the vectors scaled to a length, without those stored as zero."""
     stored = (vectors * length).astype(stored_as)
     return stored[stored.any(axis=1)]
 
@@ -70,7 +70,7 @@ def test_row_15_16(length, stored_as):
     ids=lambda value: f"16-{value:.0e}",
 )
 def test_the_naive_way_breaks_the_bound_in_every_direction(length, factor):
-    """At 1e-160 squares are subnormal and have lost digits; beyond, they are 0 or infinite."""
+    """At 1e-160 squares are subnormal and lose digits; beyond, they are 0 or infinite."""
     stored = directions(16) * length
     with np.errstate(all="ignore"):
         assert naive.least_excess(errors(naive.unit(stored), stored), 4 * U) > factor
@@ -80,7 +80,7 @@ ZEROS = [(0.0,) * 3, (-0.0,) * 3, (0.0, -0.0, 0.0)]
 NOT_FINITE = [(np.nan, 0.0, 1.0), (1.0, np.inf, 0.0), (-np.inf, np.inf, np.nan), (np.nan,) * 3, (0.0, 0.0, np.inf)]
 
 
-# --- as evaluators light them ---
+# --- in evaluators ---
 
 SUN = DirectionalLight(direction=(-1.0, 2.0, -3.0))
 
@@ -98,7 +98,7 @@ def test_row_15_16_as_lit(length, stored_as, evaluator):
 @pytest.mark.parametrize("evaluator", EVALUATORS, ids=str)
 @pytest.mark.parametrize("bad", ZEROS + NOT_FINITE, ids=str)
 def test_rows_17_18_as_lit(bad, evaluator):
-    """Ambient light and emission only: 1/4 · 1/2 of the model's, 1/4 · 1/8 of the lamp's, and 1/16."""
+    """Only ambient light and emission remain: 1/4 · 1/2 from the model, 1/4 · 1/8 from the lamp, and 1/16."""
     rng = np.random.default_rng(17)
     points, stored = rng.normal(size=(50, 3)), directions(17, 46)
     scene = Scene(

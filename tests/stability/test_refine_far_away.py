@@ -1,4 +1,4 @@
-"""Refining does not depend on where a mesh is: the same points at the origin and at the coordinates of a map."""
+"""Refining is independent of a mesh's position: the same points at the origin and at map coordinates."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ UTM = (500_000.0, 5_400_000.0, 0.0)
 
 
 def refined(offset, kind="float64"):
-    """A ball over a plane, in the light of a spot and of a sphere, both with shadows."""
+    """Refine a ball over a plane, lit by a spot and a sphere light, both with shadows."""
     plane = pv.Plane(i_size=4, j_size=4, i_resolution=8, j_resolution=8)
     mesh = pv.merge([plane, pv.Sphere(radius=0.6, center=(0, 0, 1))])
     mesh.clear_data()
@@ -41,7 +41,7 @@ def test_as_many_points_do_far_from_the_origin(offset, kind):
 
 
 def test_with_planes_that_do_not_go_with_the_lengths_of_normals_they_do_not(monkeypatch):
-    """A plane's level is the product of point and normal: with another length it is off by as much as the mesh is."""
+    """A plane's offset is the product of point and normal, so an error of the normal's length grows with distance."""
     monkeypatch.setattr(LitVertices, "as_stored", property(lambda self: replace(self, normals=self.stored)))
     assert is_within(refined((0, 0, 0)))
     assert not is_within(refined(UTM))

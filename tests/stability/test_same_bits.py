@@ -1,6 +1,6 @@
-"""What changes no bit of a colour, hunted for as `hunting` says.
+"""Invariances to the bit, tested with random scenes; see `hunting`.
 
-The unit of length; the order, the selection and the layout of vertices, and so what becomes of another vertex.
+Colours do not depend on the unit of length, nor on order, selection, layout and values of other vertices.
 """
 
 from __future__ import annotations
@@ -29,11 +29,11 @@ from pvphong import DirectionalLight
 
 pytestmark = FLATTENING_IS_NO_FAILURE
 
-# --- no unit of length ---
+# --- unit of length ---
 
 
 def in_other_units(case: Case, k: int, m: int) -> Case:
-    """The same scene with lengths in units of 2^-k, and normals 2^m as long."""
+    """Return the scene with lengths in units of 2^-k, and normals scaled by 2^m."""
 
     def far(vector: Any) -> Any:
         return triple(np.ldexp(np.asarray(vector, dtype=float), k))
@@ -61,7 +61,7 @@ def in_other_units(case: Case, k: int, m: int) -> Case:
 
 
 def _loses_no_bit(case: Case, other: Case, k: int, m: int) -> bool:
-    """Whether every number is there again on the way back: the least floats may have been rounded."""
+    """Return True if scaling is reversible: the smallest floats may have been rounded."""
     back = in_other_units(other, -k, -m)
     return back.scene == case.scene and all(
         np.array_equal(getattr(back, name), getattr(case, name), equal_nan=True)
@@ -71,10 +71,10 @@ def _loses_no_bit(case: Case, other: Case, k: int, m: int) -> bool:
 
 
 def _in_range(case: Case, reach: int, least: float) -> Case:
-    """Attenuations and intensities no further from 1 than 2^reach, and no coordinate of a light below the least.
+    """Limit attenuations and intensities to 2^±reach, and coordinates of lights to at least `least`.
 
-    Nor is one of a normal, as a part of its largest. (Subnormal ones, and products with them, are rounded to the least
-    float, and that may decide whether n·l is 0.)
+    The limit also applies to a normal's components, relative to its largest. Subnormal numbers and their products are
+    rounded to the smallest float, which may decide whether n·l is 0.
     """
 
     def within(value: float) -> float:
@@ -95,10 +95,10 @@ def _in_range(case: Case, reach: int, least: float) -> Case:
 
 
 def _with_units(dice: Dice, backend: str) -> tuple[Case, int, int, str]:
-    """A case, powers of two for lengths and for normals, and a precision.
+    """Draw a case, powers of two for lengths and for normals, and a precision.
 
-    In float32 no way from a vertex to a light is 2^100 times as long as it is along one of the axes, or the least
-    floats would round it. Normals change their length only where no product with one comes near the least float.
+    In float32 no vector from a vertex to a light is 2^100 times longer than one of its components, because the smallest
+    floats would round it. Normals are scaled only if no product with them comes near the smallest float.
     """
     precision = dice.choice(("float32", "float64"))
     reach = 150 if backend == "numpy" and precision == "float64" else 25
@@ -129,7 +129,7 @@ def test_no_unit_of_length_is_special(backend: str, examples: int) -> None:
     assert compared > 0.5 * examples
 
 
-# --- every vertex by itself ---
+# --- independence of vertices ---
 
 
 SPOILS: list[tuple[str, Any]] = [
@@ -149,7 +149,7 @@ def _spoiled(dice: Dice, case: Case) -> Case:
 
 
 def _with_rows(dice: Dice) -> tuple[Case, np.ndarray, str]:
-    """A case, mostly with a spoiled vertex, rows in another order with some left out and some twice, and a layout."""
+    """Draw a case, usually with a spoiled vertex, a reordered selection of rows with repetitions, and a layout."""
     case = in_either_type(dice, mixed_case(dice))
     case = _spoiled(dice, case) if dice.likely(70) else case
     rows = np.array(dice.choices(range(len(case.points)), k=dice.choice((dice.randint(1, 60), dice.randint(128, 300)))))

@@ -1,7 +1,7 @@
-"""Section V, shadows: where rays from vertices go wrong, and what naive origins give there; see meshes/test_shadows.
+"""Section V, shadows: hard cases for rays from vertices, compared with naive origins; see meshes/test_shadows.
 
-Naive rays begin a ten-thousandth of the mesh's size above a vertex, or inside its faces, and are cast where the mesh
-is, in single precision. A row counts the vertices whose visibility is not what exact geometry says.
+Naive rays start a ten-thousandth of the mesh's size above a vertex, or inside its faces, and are cast in world
+coordinates in single precision. Each row counts the vertices with a visibility that differs from exact geometry.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ def seen(mesh: pv.PolyData, light: Any, *occluders: pv.PolyData) -> Any:
 
 
 def naively(origins: Any, light: Any, *meshes: pv.PolyData) -> Any:
-    """What is seen from origins, by rays in world coordinates of single precision."""
+    """Return the visibility from origins, with rays in single-precision world coordinates."""
     whole = pv.merge([mesh.triangulate() for mesh in meshes], merge_points=False)
     faces = whole.points.astype(np.float32).astype(np.float64), whole.regular_faces.astype(np.int64)
     directions = np.tile(-np.array(light.direction, float) / np.linalg.norm(light.direction), (len(origins), 1))
@@ -57,9 +57,9 @@ def wrong(found: Any, expected: Any) -> int:
 @pytest.mark.parametrize("resolution", [6, 8, 20])
 @pytest.mark.parametrize("light", [SUN, SLANTED])
 def test_terminator_of_a_coarse_ball(resolution: int, light: Any) -> None:
-    """Its own normals say where light ends to reach it; rays from inside its faces are blocked by the next faces."""
+    """The normals define the terminator; naive rays from inside a face are blocked by its neighbours."""
     ball = pv.Sphere(theta_resolution=resolution, phi_resolution=resolution)
-    speck = pv.Sphere(radius=0.01, center=(0, 0, -9))  # not convex together: the rays are cast
+    speck = pv.Sphere(radius=0.01, center=(0, 0, -9))  # makes the scene non-convex, so that rays are cast
     normals = ball.phong.normals()
     facing = normals @ -np.array(light.direction)
     clear = np.abs(facing) > 1e-6
@@ -85,7 +85,7 @@ def test_units_and_world_offsets(unit: float, offset: float) -> None:
 
 
 def test_edges_of_a_closed_room() -> None:
-    """Vertices of the floor are in the plane of the walls; a lamp outside reaches none of them."""
+    """Edge vertices of the floor are in the planes of the walls; a lamp outside lights none of them."""
     room = pv.Box(bounds=(-1, 1, -1, 1, 0, 2), level=6).flip_faces().rotate_z(10.0).rotate_x(3.0)
     room = room.compute_normals(split_vertices=True, feature_angle=30.0, auto_orient_normals=False)
     assert_within("V closed room", np.count_nonzero(seen(room, SUN)), 0)

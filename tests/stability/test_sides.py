@@ -1,8 +1,8 @@
-"""Section VI, sides and crossings: laws that scenes of all features together keep.
+"""Section VI, sides and crossings: invariants of scenes that combine all features.
 
-Scenes are thrown at random: every kind of light, reflectance and matrix, both sides, with and without occluders. The
-first two laws need no second way to cast rays; the third holds colours against paths of light, which share no code
-with visibility but where rays begin.
+Scenes are random: every kind of light, reflectance and matrix, both sides, with and without occluders. The first two
+invariants need no second ray caster. The third compares colours with path tracing, which shares only the ray origins
+with the visibility code.
 """
 
 from __future__ import annotations
@@ -53,7 +53,7 @@ REFLECTANCES = {
 
 
 def light_of(dice: Dice, kind: str) -> Any:
-    """One of a kind, outside of the ball of radius 1, and aimed at it."""
+    """Draw a light of a kind, outside the unit ball and aimed at it."""
     away = dice.unit_vector()
     place, aim, size = (
         triple(away * dice.uniform(1.8, 4.0)),
@@ -82,7 +82,7 @@ def light_of(dice: Dice, kind: str) -> Any:
 
 
 def matrix_of(dice: Dice) -> Any:
-    """None, or one that turns, stretches, shears, mirrors and moves, by little: bodies stay within the ball."""
+    """Draw None or a small rotation, scaling, shear, reflection and translation; bodies stay within the ball."""
     if dice.likely(50):
         return None
     result = np.eye(4)
@@ -95,7 +95,7 @@ def matrix_of(dice: Dice) -> Any:
 
 @dataclass(frozen=True)
 class Crossing:
-    """A scene of the hunt: what `mesh.phong.shade` takes."""
+    """A random scene: the arguments of `mesh.phong.shade`."""
 
     mesh: pv.PolyData
     scene: ph.Scene
@@ -103,7 +103,7 @@ class Crossing:
     options: dict[str, Any]
 
     def shaded(self, mesh: pv.PolyData | None = None, material: ph.Material | None = None, **model: Any) -> Any:
-        """Colours, with another mesh, material or fields of the light model."""
+        """Return colours, optionally with another mesh, material or fields of the light model."""
         scene = replace(self.scene, light_model=replace(self.scene.light_model, **model))
         chosen = self.mesh if mesh is None else mesh
         return chosen.phong.shade(scene, self.material if material is None else material, **self.options)["phong"]
@@ -141,7 +141,7 @@ RAYS = {"shadows": True, "ambient_occlusion": True, "ambient": 0.2}
 
 
 def flipped(mesh: pv.PolyData) -> pv.PolyData:
-    """It with its other side in front."""
+    """Return the mesh with all faces flipped."""
     result = mesh.flip_faces()
     result.point_data.active_normals = -mesh.point_normals
     return result
@@ -152,7 +152,7 @@ def test_two_sided_colours_do_not_change_when_all_faces_are_flipped(seeds: Any) 
     for seed in seeds:
         it = crossing(seed, CONVEX | OTHERS, POINTS + SIZED, two_sided=True, **RAYS)
         off = np.abs(it.shaded() - it.shaded(flipped(it.mesh))).max(axis=1)
-        # a vertex that is seen edge-on, or a ray that meets an edge, may go to either side by rounding
+        # rounding may decide the side of a vertex seen edge-on, or of a ray that meets an edge
         assert np.count_nonzero(off > 1e-5) <= 0.01 * len(off), f"seed {seed}: {off.max()}"
 
 
@@ -169,7 +169,7 @@ def test_on_a_convex_body_shadows_change_nothing_that_the_viewer_sees(seeds: Any
         is_seen = (outward * v).sum(axis=1) > 1e-5
         free = it.shaded(shadows=False, ambient_occlusion=False)
         off, size = np.abs(it.shaded() - free).max(axis=1)[is_seen], max(float(free.max()), 1.0)
-        # of a light that only just rises above the horizon no ray may find the sliver: within the sampling's tolerance
+        # rays may miss the sliver of a light that is just above the horizon: within the sampling tolerance
         bound = size / 255.0 if any(light.has_size for light in it.scene.lights) else 1e-5 * size
         assert off.max(initial=0.0) < bound, (
             f"seed {seed}: {off.max()} at {np.count_nonzero(off > bound)} of {len(off)}"
@@ -178,15 +178,15 @@ def test_on_a_convex_body_shadows_change_nothing_that_the_viewer_sees(seeds: Any
 
 
 def test_a_sliver_of_a_light_that_just_rises_is_seen() -> None:
-    """No ray of the first sixteen found it at one vertex."""
+    """At one vertex the first sixteen rays all missed it."""
     test_on_a_convex_body_shadows_change_nothing_that_the_viewer_sees([2740])
 
 
-# --- held against paths of light
+# --- comparison with path tracing
 
 
 def blocked(it: Crossing, dice: Dice) -> Crossing:
-    """The scene with up to two bodies around."""
+    """Return the scene with up to two occluders."""
     found = []
     for _ in range(dice.choice((0, 1, 1, 2))):
         radius = dice.uniform(0.2, 0.6)
@@ -196,15 +196,15 @@ def blocked(it: Crossing, dice: Dice) -> Crossing:
 
 
 def wrong_against_paths(seed: int, kinds: Any) -> str:
-    """What is wrong with a random scene; "" where nothing is.
+    """Return a description of the errors in a random scene; "" if there are none.
 
-    Of lights with a size vertices are held against that see all of each or nothing: of others what is reflected of the
-    part that is seen is a share of the whole.
+    Only vertices that see all or nothing of each area light are compared: for partly visible lights, visibility scales
+    the reflection of the whole light, which is an approximation.
     """
     dice = Dice(seed + 10**6)
     it = blocked(crossing(seed, CONVEX | OTHERS, kinds, shadows=True), dice)
     rays = {name: it.options[name] for name in ("matrix", "occluders")}
-    for samples, paths in ((None, 64), (4096, 1024), (4096, 8192)):  # what is off by chance is not off again
+    for samples, paths in ((None, 64), (4096, 1024), (4096, 8192)):  # more samples rule out chance
         seen = it.mesh.phong.visibility(it.scene, samples=samples, tolerance=1 / 2000, **rays)
         lit = it.mesh.phong.shade(it.scene, it.material, visibility=seen, components=True, **rays)
         arrays = [lit[name] for name in lit.point_data if name.startswith("phong_visibility")]
@@ -215,7 +215,7 @@ def wrong_against_paths(seed: int, kinds: Any) -> str:
         size = max(float(np.abs(ours).max(initial=0.0)), 0.1)
         slack = 5.0 * (true.standard_error + size * _unsure(seen)) + 0.002 * size
         off = (np.where(is_held[..., None], np.abs(ours - true.rgb) - slack, 0.0)).max(axis=1)
-        if np.count_nonzero(off > 0.0) <= 0.004 * len(off):  # a ray past an edge is rounded to either side
+        if np.count_nonzero(off > 0.0) <= 0.004 * len(off):  # rounding decides rays that graze an edge
             return ""
     worst = int(off.argmax())
     return (
@@ -224,7 +224,7 @@ def wrong_against_paths(seed: int, kinds: Any) -> str:
 
 
 def _unsure(seen: Any) -> Any:
-    """The standard errors of what is seen of the lights, (n, 1)."""
+    """Return standard errors of the visibilities of the lights, (n, 1)."""
     sides = [seen, *[seen.behind] * (seen.behind is not None)]
     return np.max([side.standard_error.per_light.max(axis=0) for side in sides], axis=0)[:, None]
 
@@ -236,12 +236,12 @@ def test_colours_are_those_of_paths_of_light(seeds: Any, kinds: Any) -> None:
     assert not wrong, "\n".join(wrong)
 
 
-# --- maps of one number
+# --- constant maps
 
 
 @hunted
 def test_a_map_of_one_number_is_that_number(seeds: Any) -> None:
-    """Of every field, under every kind of light; 64 nodes in place of an exact integral would be off by a hundredth."""
+    """Tested for every field and kind of light; 64 samples instead of the exact integral would be off by 1/100."""
     for seed in seeds:
         dice = Dice(seed)
         it = crossing(seed, CONVEX | OTHERS, POINTS + SIZED, shadows=False)

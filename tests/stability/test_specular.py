@@ -21,7 +21,7 @@ PEAKED = (1e2, 1e4, 1e6)
 
 
 def chord(shininess: float, step: float) -> float:
-    """The catalogue's bound on a power of r·v by chords."""
+    """Return the catalogue's bound on a power of r·v computed from chords."""
     return (4 * math.sqrt(shininess) + 10) * step
 
 
@@ -30,7 +30,7 @@ def highlight_of(shininess: float) -> Material:
 
 
 def scene_of(to_light: Any, to_viewer: Any, reflection: str = "phong") -> Scene:
-    """Light and viewer infinitely far away, so that l and v are these stored vectors."""
+    """Return a scene with light and viewer at infinity, so that l and v are these stored vectors."""
     model = LightModel(ambient=0.0, clamp=False, local_viewer=False, reflection=reflection)
     light = DirectionalLight(direction=tuple(-np.asarray(to_light, dtype=float)))
     return Scene([light], Viewer(position=to_viewer, focal_point=(0.0, 0.0, 0.0)), model)
@@ -50,7 +50,7 @@ def directions(rng: Any, count: int) -> Any:
 
 
 def in_highlights(shininess: float, real: Any, reflection: str = "phong", count: int = 40) -> Any:
-    """Light and viewer in 20 directions, and for each some stored normals of any length, as wide as the highlight."""
+    """Draw light and viewer in 20 directions, and for each stored normals of any length within the highlight."""
     rng = np.random.default_rng(32)
     for to_light in directions(rng, 20):
         to_viewer = naive.unit(to_light + rng.normal(size=3) * 0.7)
@@ -64,7 +64,7 @@ def in_highlights(shininess: float, real: Any, reflection: str = "phong", count:
 
 
 def near_the_peak(evaluator: Evaluator, shininess: float, reflection: str = "phong") -> None:
-    """Relative error down to half of the peak, absolute error everywhere."""
+    """The relative error is bounded down to half of the peak, the absolute error everywhere."""
     bound, label = chord(shininess, evaluator.step), f"32 n={shininess:.0e} {reflection}"
     relative, absolute, broken = [], [], 0
     for normals, to_light, to_viewer, scene in in_highlights(shininess, evaluator.real, reflection):
@@ -84,7 +84,7 @@ def near_the_peak(evaluator: Evaluator, shininess: float, reflection: str = "pho
 
 
 def at_the_peak(evaluator: Evaluator, shininess: float, reflection: str = "phong") -> None:
-    """N = L = V, normals of any length: exactly 1, for a light and a viewer near or far."""
+    """For N = L = V and normals of any length, the lobe is exactly 1, with light and viewer near or far."""
     rng = np.random.default_rng(33)
     stored = (directions(rng, 300) * 10.0 ** rng.uniform(-3, 3, (300, 1))).astype(evaluator.real)
     observed = []
@@ -101,7 +101,7 @@ def at_the_peak(evaluator: Evaluator, shininess: float, reflection: str = "phong
         assert by_cosine.max() > 1.3
 
 
-# --- 35: what is too small to be seen ---
+# --- 35: subnormal results ---
 
 
 def subnormal(evaluator: Evaluator, shininess: float) -> None:
@@ -121,8 +121,8 @@ def subnormal(evaluator: Evaluator, shininess: float) -> None:
 # --- 36: 0 to the power of 0 ---
 
 UPWARD = np.array([[0.0, 0.0, 1.0]])
-# Vectors to light and viewer whose r·v (Phong) or n·h (Blinn-Phong) is exactly 0 or negative, and n·l. There is no h
-# between opposite ones.
+# Vectors to light and viewer with r·v (Phong) or n·h (Blinn-Phong) exactly 0 or negative, and their n·l. Opposite
+# vectors have no h.
 OPPOSITE = ((0, 0, 1), (0, 0, -1), 1)
 PERPENDICULAR = {
     "phong": [
@@ -136,7 +136,7 @@ PERPENDICULAR = {
 
 
 def zero_to_the_zero(evaluator: Evaluator, reflection: str) -> None:
-    """Shininess 0 gives 1 where the light is above the horizon, whatever the angle to the viewer; else 0."""
+    """Shininess 0 gives 1 for any viewer if the light is above the horizon, else 0."""
     wrong, upward = [], UPWARD.astype(evaluator.real)
     for to_light, to_viewer, above in PERPENDICULAR[reflection]:
         for side in (1, -1):  # the light above and below the horizon
@@ -164,18 +164,18 @@ def turned_away(evaluator: Evaluator, shininess: float, convention: str) -> None
         to_viewer *= -np.sign(mirrored @ to_viewer)
         if min(n @ to_light, -mirrored @ to_viewer) < 1e-3:
             continue
-        # A second, black light: VTK has a tier of its own for a single one.
+        # A second, black light: VTK has a special code path for a single light.
         lights = [DirectionalLight(direction=-to_light), DirectionalLight(intensity=0.0)]
         scene = Scene(lights, Viewer(position=to_viewer * 4.0), model)
         errors += list(specular(evaluator, n[None].astype(evaluator.real), scene, shininess) - expected)
     assert_within(f"37 n={shininess:g} {convention}", np.abs(errors), 10 * evaluator.step)
 
 
-# --- 38: any shininess; what is none is refused in optics/test_fields ---
+# --- 38: any shininess; invalid values are in optics/test_fields ---
 
 
 def large(evaluator: Evaluator, shininess: float) -> None:
-    """1 at the peak, and off the peak what is true, which is nothing far off."""
+    """The lobe is 1 at the peak and exact off the peak, down to 0 far from it."""
     scene = scene_of((0.0, 0.0, 1.0), (0.0, 0.0, 1.0))
     tilts = np.array([0.0, 0.1, 1.0, 3.0, 1e3]) / math.sqrt(shininess)
     normals = np.stack([tilts, 0.0 * tilts, np.ones_like(tilts)], axis=1).astype(evaluator.real)

@@ -76,7 +76,7 @@ def glyphs_by_size(plotter, add):
 
 
 def contours_with_two_bars(_plotter, add):
-    field = pv.Wavelet().resample(2.0)  # so fine that what is between vertices does not count
+    field = pv.Wavelet().resample(2.0)  # fine enough to ignore interpolation
     add(field.contour(5), scalars="RTData", opacity=0.6, smooth_shading=True, cmap="coolwarm")
     floor = field.slice("z", origin=(0, 0, -9))
     floor["other"] = floor.points[:, 0]
@@ -124,7 +124,7 @@ def drawn(script, *, is_lit):
 
 @pytest.mark.parametrize("script", SCRIPTS, ids=lambda script: script.__name__)
 def test_a_script_looks_as_it_did(script):
-    """But for outlines, and for what PyVista interpolates in a face where vertices are samples."""
+    """Outlines may differ, and faces in which PyVista interpolates other quantities."""
     off = np.abs(drawn(script, is_lit=True) - drawn(script, is_lit=False)).max(axis=2)
     assert np.percentile(off, 97.0) <= 8
     assert (off > 40).mean() < 0.005

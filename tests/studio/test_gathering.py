@@ -1,4 +1,4 @@
-"""Light that bounces in windows, where rays take long: gathered in the background, while all else is live."""
+"""Bounced light in windows with slow rays: it is gathered in the background while everything else stays live."""
 
 import threading
 import time
@@ -20,14 +20,14 @@ WHITE = ph.Material(ambient=0.5, diffuse=0.9)
 
 
 class Rays:
-    """Rays of which a tenth is cast, and the others when they may be."""
+    """Rays that stop after a tenth until they are allowed to continue."""
 
     def __init__(self, monkeypatch):
         self.may, self.begun, self.stopped = threading.Event(), 0, 0
         cast = HemisphereTracer.cast
 
         def slow(tracer, *args):
-            if threading.current_thread() is threading.main_thread():  # for what is expected
+            if threading.current_thread() is threading.main_thread():  # for expected values
                 return cast(tracer, *args)
             self.begun += 1
             with text.about("rays"):
@@ -46,7 +46,7 @@ class Rays:
 
 
 class Window:
-    """A floor, a bowl over it, and gizmos; as in a web page, which asks again for what is awaited."""
+    """A floor, a bowl over it, and gizmos; like a web page, it polls for background results."""
 
     def __init__(self, plotter):
         self.plotter, self.phong = plotter, plotter.phong
@@ -67,7 +67,7 @@ class Window:
         self.plotter.render()
 
     def until_final(self):
-        """As a page asks."""
+        """Poll like a page."""
         until(lambda: self.lit.refresh() or not self.lit.is_awaiting)
         assert not self.lit.is_awaiting
 
@@ -76,7 +76,7 @@ class Window:
         return [np.asarray(mesh.drawn["phong"]).astype(int) for mesh in self.lit.meshes]
 
     def check(self, **model):
-        """What is shown is what comes out when it is computed at once."""
+        """Check that the drawn colours equal those computed directly."""
         scene = replace(self.phong.scene, light_model=replace(self.phong.light_model, **model))
         lit = pv.MultiBlock([self.floor, self.bowl]).phong.shade(scene, WHITE, feature_angle="auto")
         for shown, expected in zip(self.shown, lit, strict=True):
@@ -99,7 +99,7 @@ def test_all_is_live_while_rays_are_cast_once_and_then_light_bounces(window, ray
     until(lambda: window.lit.gathering.part == 0.1)
     assert window.lit.is_awaiting
     window.plotter.render()
-    assert window.lit.note == "light that bounces is gathered: 10%"
+    assert window.lit.note == "computing bounced light: 10%"
     window.document.edit("light.1.intensity", 0.5)
     window.document.edit("model.bounces", 3)
     window.plotter.render()
@@ -111,24 +111,24 @@ def test_all_is_live_while_rays_are_cast_once_and_then_light_bounces(window, ray
     assert window.lit.note == ""
     assert rays.begun == 1
     window.check()
-    window.bounce(1)  # of rays that are kept
+    window.bounce(1)  # uses the cached rays
     window.check()
     assert not window.lit.is_awaiting
 
 
 def test_cancelled_bounces_are_as_many_as_before(window, rays):
     before = window.shown
-    assert window.document.cancel_bounces() == "no light is being gathered"
+    assert window.document.cancel_bounces() == "Bounced light is not being computed."
     window.bounce(2)
     until(lambda: rays.begun)
-    assert window.document.cancel_bounces() == "Light that bounces is no longer gathered: bounces are 0, as before."
+    assert window.document.cancel_bounces() == "Bounced light is cancelled: bounces = 0, as before."
     until(lambda: rays.stopped)
     window.plotter.render()
     assert not window.lit.is_awaiting
     assert window.phong.light_model.bounces == 0
     for shown, own in zip(window.shown, before, strict=True):
         np.testing.assert_array_equal(shown, own)
-    window.document.undo()  # of what was cancelled, and of the edit
+    window.document.undo()  # the cancelling, then the edit
     window.document.undo()
     assert window.phong.light_model.bounces == 0
     assert not window.document.history.can_undo
@@ -144,9 +144,9 @@ def test_where_rays_are_not_kept_the_last_light_is_shown_until_there_is_another(
     window.document.edit("light.1.intensity", 0.5)
     window.plotter.render()
     assert window.lit.is_awaiting
-    window.check()  # one light was dimmed: that is linear
+    window.check()  # scaling is exact for a single dimmed light
     window.bounce(4)
-    assert "bounces are 1, as before" in window.document.cancel_bounces()
+    assert "bounces = 1, as before" in window.document.cancel_bounces()
     window.plotter.render()
     assert window.phong.light_model.bounces == 1
 
@@ -206,8 +206,8 @@ def test_of_many_vertices_it_follows_when_a_drag_ends_in_the_lights_colours_mean
     window.lit.uses_preview_rays = True
     window.phong.set_light("lamp", replace(LAMP, intensity=0.5))
     window.plotter.render()
-    assert window.lit.note == "light that bounces follows when let go"
-    window.check()  # one light was dimmed: that is linear
+    assert window.lit.note == "bounced light is updated after the drag"
+    window.check()  # scaling is exact for a single dimmed light
     window.lit.uses_preview_rays = False
     window.phong.set_light("lamp", replace(LAMP, position=(0, 1, 3)))
     window.plotter.render()
@@ -232,24 +232,24 @@ def test_why_nothing_is_gathered_is_said(window, monkeypatch):
         window.until_final()
         window.plotter.render()
 
-    with pytest.warns(LightingWarning, match="Light that bounces is not gathered: no room for rays") as warned:
+    with pytest.warns(LightingWarning, match="Bounced light could not be computed: no room for rays") as warned:
         frames()
     assert len(warned) == 1
 
 
 def test_lights_are_not_mixed_where_light_bounces(window):
     window.document.start_mix(True)
-    with pytest.raises(ValueError, match="bounces must be 0 while lights are mixed; got 2"):
+    with pytest.raises(ValueError, match="bounces must be 0 in a mix; got 2"):
         window.document.edit("model.bounces", 2)
     assert window.phong.light_model.bounces == 0
     window.document.start_mix(False)
     window.bounce(1)
-    with pytest.raises(ValueError, match="bounces must be 0 while lights are mixed; got 1"):
+    with pytest.raises(ValueError, match="bounces must be 0 in a mix; got 1"):
         window.document.start_mix(True)
     assert not window.document.mix.is_on
 
 
-# --- how a page refines
+# --- refining in a page
 
 
 def test_refining_is_an_edit_that_is_undone_and_can_be_cancelled(window, monkeypatch):
@@ -270,7 +270,7 @@ def test_refining_is_an_edit_that_is_undone_and_can_be_cancelled(window, monkeyp
     window.document.edit("light.1.intensity", 0.5)
     window.plotter.render()
     until(lambda: len(begun) == 4)
-    window.document.start_mix(True)  # whose colours are those of vertices
+    window.document.start_mix(True)  # a mix has colours at the mesh's own vertices
     window.plotter.render()
     assert not window.lit.is_awaiting
     for _ in range(3):

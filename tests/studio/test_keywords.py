@@ -1,4 +1,4 @@
-"""`plotter.phong.add_mesh` takes PyVista's keywords, and draws what `plotter.add_mesh` draws in the same lights."""
+"""`plotter.phong.add_mesh` takes PyVista's keywords and draws the same as `plotter.add_mesh` in the same lights."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ SIZE = (180, 180)
 
 
 def ball():
-    """A mesh so fine that what is between its vertices does not count, with arrays of all kinds."""
+    """Return a mesh with arrays of all kinds, fine enough to ignore interpolation."""
     mesh = pv.Icosphere(nsub=5)
     x, y, z = mesh.points.T
     mesh["z"], mesh["v"], mesh["positive"] = z.copy(), mesh.points.copy(), z + 0.51
@@ -91,7 +91,7 @@ def drawn(mesh, keywords, *, is_lit):
         if is_lit:
             plotter.phong.add_mesh(mesh, **keywords)
         else:
-            plotter.add_mesh(mesh.copy(), **keywords)  # to which PyVista may add arrays
+            plotter.add_mesh(mesh.copy(), **keywords)  # PyVista may add arrays to the mesh
         return plotter.screenshot(return_img=True).astype(int)
     finally:
         plotter.close()
@@ -105,11 +105,11 @@ def difference(mesh, keywords):
 
 @pytest.mark.parametrize("keyword", KEYWORDS)
 def test_it_draws_what_pyvista_draws(keyword):
-    """But for the pixels of the outline, where the two sides of a pixel's edge may differ."""
+    """Pixels of the outline may differ, because of rasterisation."""
     before = BALL.copy()
     off = difference(BALL, KEYWORDS[keyword])
     assert np.percentile(off, 99.0) <= 3
-    assert (off > 8).mean() < (0.02 if "nan" in keyword else 0.007)  # at the edge of holes colours blend
+    assert (off > 8).mean() < (0.02 if "nan" in keyword else 0.007)  # colours blend at the edges of holes
     assert before == BALL
 
 
@@ -161,7 +161,7 @@ def test_every_keyword_of_pyvista_is_tried_or_refused_or_passed_on():
 def test_what_is_beyond_the_limits_has_its_colour_in_picture_and_bar():
     keywords = {"scalars": "z", "clim": (-0.2, 0.2), "below_color": "k", "above_color": "w", "smooth_shading": True}
     off = difference(BALL, keywords)
-    assert np.percentile(off, 97.0) <= 3  # colours blend at the limits, where PyVista's do not
+    assert np.percentile(off, 97.0) <= 3  # unlike PyVista's, colours blend at the limits
 
 
 def test_edits_of_the_scalars_show_and_the_limits_stay():
@@ -188,20 +188,28 @@ BAD = {
         r"^texture must be a .*read_texture\('earth.jpg'\)",
     ),
     "misspelt": ({"colour": "red"}, TypeError, r"^add_mesh has no keyword 'colour'. Did you mean 'color'"),
-    "a material's": ({"albedo": "z"}, TypeError, r"^add_mesh has no keyword 'albedo'. Material\(albedo=...\) has it"),
+    "a material's": (
+        {"albedo": "z"},
+        TypeError,
+        r"^add_mesh has no keyword 'albedo'. Pass material=Material\(albedo=...\)",
+    ),
     "not a number": ({"specular": "red"}, ValueError, r"^specular must be a finite number; got red"),
     "two say it": (
         {"material": ph.Material(), "color": "red"},
         ValueError,
-        r"^color must be left out where there is a",
+        r"^color must be omitted when material= is given",
     ),
     "no array": ({"scalars": "zz"}, ValueError, r"^add_mesh's scalars must be the name of .*Did you mean 'z'"),
     "cmap": ({"scalars": "z", "cmap": "terain"}, ValueError, r"^cmap must be .*Did you mean 'terrain'"),
     "clim": ({"scalars": "z", "clim": (1, 0)}, ValueError, r"^clim must be two finite numbers"),
     "rows": ({"scalars": np.arange(7)}, ValueError, r"must be one per point .* got 7 rows"),
-    "back faces": ({"backface_params": {"color": "r"}}, ValueError, r"^backface_params must be left out .*two_sided"),
-    "texture and scalars": ({"texture": CHECKS, "scalars": "z"}, ValueError, r"^texture must be left out beside"),
-    "rgb of numbers": ({"scalars": "z", "rgb": True}, ValueError, r"^scalars must be \(n, 3\) or \(n, 4\)"),
+    "back faces": (
+        {"backface_params": {"color": "r"}},
+        ValueError,
+        r"^backface_params must be omitted for a lit .*two_sided",
+    ),
+    "texture and scalars": ({"texture": CHECKS, "scalars": "z"}, ValueError, r"^texture must be omitted when scalars="),
+    "rgb of numbers": ({"scalars": "z", "rgb": True}, ValueError, r"^scalars must be of shape \(n, 3\) or \(n, 4\)"),
     "opacity": ({"color": "r", "opacity": np.ones(7)}, ValueError, r"^opacity must be a number, or one for each"),
 }
 

@@ -1,4 +1,4 @@
-"""Meshes whose colours are kept current: where they are written, what is shared, and what happens to a broken one."""
+"""Lit meshes in windows: their colour buffers, sharing with the user's mesh, and meshes that cannot be lit."""
 
 from dataclasses import replace
 
@@ -64,7 +64,7 @@ def test_the_renderer_is_told_of_new_colours_alone_which_are_not_those_of_a_mesh
 
 @pytest.mark.parametrize("given", [np.array, lambda tint: tint], ids=["NumPy's", "PyVista's"])
 def test_given_albedo_of_the_same_object_is_no_change_and_another_is(given):
-    """An array of PyVista's knows when it was modified, and is compared element by element as any other."""
+    """Arrays are compared by identity, also PyVista's, which have a modification time."""
     mesh = ball()
     mesh["tint"] = np.full((mesh.n_points, 3), 0.5)
     live = LitMesh(mesh, replace(SHINY, albedo=given(mesh["tint"])))
@@ -75,7 +75,7 @@ def test_given_albedo_of_the_same_object_is_no_change_and_another_is(given):
 
 
 def resize(array, rows):
-    """In place, and VTK is not told: memory that was there before is given back."""
+    """Resize in place without telling VTK, which frees the old memory."""
     components = array.GetNumberOfComponents()
     array.Initialize()
     array.SetNumberOfComponents(components)
@@ -135,7 +135,7 @@ def test_colours_that_somebody_resized_or_took_away_are_there_again():
 
 # --- in a window
 
-LEFT, RIGHT = (120, 200), (280, 200)  # pixels in which the balls are seen
+LEFT, RIGHT = (120, 200), (280, 200)  # pixels on the balls
 
 
 UNDRAWABLE = ["points replaced by none", "points resized", "arrays removed", "index beyond", "all gone"]
@@ -164,14 +164,14 @@ def test_in_a_window_a_broken_mesh_is_not_drawn_which_is_said_once_and_the_other
     whole = meshes[0].copy()
     BREAKING[edit][0](meshes[0])
     plotter.phong.set_light("sun", sun("lime"))
-    with pytest.warns(LightingWarning, match="^The mesh 'left' is not lit: ") as warned:
+    with pytest.warns(LightingWarning, match="^The mesh 'left' cannot be lit and is not drawn: ") as warned:
         plotter.render()
     assert len(warned) == 1
     red, green, _ = seen(RIGHT)
     assert red < 5 < green
     assert seen(LEFT) == [0, 0, 255]
-    assert [text.replace("\n", " ")[:24] for text in texts()] == ["The mesh 'left' is not l"]
-    plotter.render()  # said once
+    assert [text.replace("\n", " ")[:24] for text in texts()] == ["The mesh 'left' cannot b"]
+    plotter.render()  # warns only once
     meshes[0].copy_from(whole)
     plotter.render()
     assert texts() == []
@@ -181,7 +181,7 @@ def test_in_a_window_a_broken_mesh_is_not_drawn_which_is_said_once_and_the_other
 
 @pytest.fixture
 def window(new_plotter):
-    """A plotter with a light of PyVista's and a ball, drawn once."""
+    """A plotter with a PyVista light and a ball, drawn once."""
     plotter = new_plotter()
     plotter.add_light(pv.Light(position=(0, 0, 3)))
     plotter.phong.add_mesh(ball(), SHINY, name="ball")
@@ -196,15 +196,15 @@ def said(plotter):
 def test_where_light_bounces_it_is_said_that_the_only_mesh_cannot_be_lit(window):
     window.phong.light_model = LightModel(bounces=1)
     window.phong.mesh(window.actors["ball"]).material = Material(albedo="gone")
-    with pytest.warns(LightingWarning, match="^The mesh 'ball' is not lit: albedo must be"):
+    with pytest.warns(LightingWarning, match="^The mesh 'ball' cannot be lit and is not drawn: albedo must be"):
         window.render()
-    assert "not lit" in said(window)
+    assert "cannot be lit" in said(window)
 
 
 def test_a_light_without_a_direction_lights_no_mesh_until_it_has_one(window):
     (light,) = window.renderer.lights
     light.position = light.focal_point
-    with pytest.warns(LightingWarning, match="^The mesh 'ball' is not lit: "):
+    with pytest.warns(LightingWarning, match="^The mesh 'ball' cannot be lit and is not drawn: "):
         window.render()
     assert window.actors["ball"].mapper.dataset.n_points == 0
     light.position = (0, 0, 3)

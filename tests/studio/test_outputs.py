@@ -1,4 +1,4 @@
-"""What a plotter's own methods write is without gizmos, unless they are asked for."""
+"""Screenshots and exports of a plotter contain no gizmos unless an option includes them."""
 
 import base64
 import json
@@ -16,7 +16,7 @@ from pvphong import PointLight
 
 @pytest.fixture
 def plotter(new_plotter):
-    """Without a first frame."""
+    """A plotter before its first frame."""
     made = new_plotter((200, 150))
     made.phong.add_light(PointLight(position=(0.4, -0.4, 0.4), attenuation=(1, 0, 1)))
     made.phong.add_mesh(pv.Sphere())
@@ -26,7 +26,7 @@ def plotter(new_plotter):
 def test_a_screenshot_is_without_gizmos_unless_an_option_shows_them(plotter, tmp_path):
     plotter.phong.add_gizmos()
     clean = plotter.screenshot(return_img=True)
-    assert (plotter.image != clean).any()  # in the window they are back
+    assert (plotter.image != clean).any()  # the window shows them again
     np.testing.assert_array_equal(plotter.screenshot(tmp_path / "a.png", return_img=True), clean)
     np.testing.assert_array_equal(pv.read(tmp_path / "a.png").active_scalars.reshape(150, 200, 3)[::-1], clean)
     plotter.phong.add_gizmos(in_screenshots=True)

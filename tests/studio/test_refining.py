@@ -1,4 +1,4 @@
-"""Refined pictures in windows: shown while nothing moves, of what is there then; else the mesh's own vertices."""
+"""Refined pictures in windows: shown while nothing changes; otherwise the mesh's own vertices are drawn."""
 
 import time
 from dataclasses import replace
@@ -40,7 +40,7 @@ class Window:
         return own and all(shown[actor].n_points == mesh.n_points for actor, mesh in meshes.items())
 
     def wait(self):
-        """Frames until the refined pictures are there."""
+        """Draw frames until the refined pictures are shown."""
         for _ in range(1000):
             self.plotter.render()
             if not self.shows_own():
@@ -132,7 +132,7 @@ def test_nothing_is_refined_of_a_mesh_that_is_removed(window, monkeypatch, end):
     until(lambda: len(begun) == 2)
     w.plotter.remove_actor([w.floor, w.over])
     end(w.plotter)
-    until(lambda: len(stopped) == len(begun))  # that of the second began again, where a frame came between
+    until(lambda: len(stopped) == len(begun))  # the second one may have started again after a frame
 
 
 def test_what_cannot_be_refined_is_said_once_and_drawn_as_it_is(window, monkeypatch):
@@ -140,10 +140,10 @@ def test_what_cannot_be_refined_is_said_once_and_drawn_as_it_is(window, monkeypa
         raise ValueError("no light in this one")
 
     monkeypatch.setattr(refining, "refine", failing)
-    with pytest.warns(LightingWarning, match="A mesh is not refined: no light in this one") as warned:
+    with pytest.warns(LightingWarning, match="A mesh could not be refined: no light in this one") as warned:
         w = window()
-    assert len(warned) == 2  # of the floor, and of the ball
-    w.plotter.screenshot(return_img=True)  # another warning would be an error
+    assert len(warned) == 2  # for the floor and the ball
+    w.plotter.screenshot(return_img=True)  # a repeated warning would be an error
     assert w.shows_own()
 
 

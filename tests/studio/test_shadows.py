@@ -1,4 +1,4 @@
-"""Shadows in windows follow lights, meshes and their places; what has not moved is not traced again."""
+"""Shadows in windows follow lights, meshes and their matrices; rays are traced again only for changes."""
 
 from dataclasses import replace
 
@@ -23,7 +23,7 @@ def hat():
 
 
 class Window:
-    """A floor, and something over it."""
+    """A floor and another mesh over it."""
 
     def __init__(self, plotter, *lights, **model):
         self.plotter, self.phong = plotter, plotter.phong
@@ -53,7 +53,7 @@ def window(new_plotter):
 
 @pytest.fixture
 def counted(monkeypatch):
-    """How many lights have been traced, skies looked at, and casters built."""
+    """Counts of traced lights, sampled skies and built casters."""
     counts = {"lights": [], "skies": [], "casters": []}
 
     def count(owner, name, key, what):
@@ -118,7 +118,7 @@ def test_without_shadows_no_ray_is_cast_and_a_light_that_rides_along_takes_its_s
     counted["lights"].clear()
     w.phong.add_mesh(pv.Sphere(), WHITE)
     w.plotter.render()
-    assert not counted["lights"]  # what is convex, and alone, does not shadow itself
+    assert not counted["lights"]  # a single convex mesh does not shadow itself
 
 
 def test_only_what_moved_is_traced_again(window, counted):
@@ -153,7 +153,7 @@ def test_a_drag_takes_few_rays_and_its_end_as_many_as_it_takes(window, monkeypat
     end = mouse.pull(mouse.at("ball", "position"), (3, 1))
     w.plotter.render()
     assert set(efforts) == {16}
-    assert "16 rays until let go" in w.phong._subplot.lit.note
+    assert "preview shadows, 16 rays per vertex" in w.phong._subplot.lit.note
     rough = w.shown.copy()
     efforts.clear()
     mouse.release(end)

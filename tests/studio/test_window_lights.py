@@ -1,4 +1,4 @@
-"""Lights of a renderer: undone to the bit, put back where they were, saved as a lights."""
+"""Lights of a renderer: exact undo, order, names, and VTK's light objects."""
 
 import dataclasses
 
@@ -26,7 +26,7 @@ def lights(renderer):
 
 
 def raw(light):
-    """All that VTK knows of a light, by its own getters."""
+    """Return all fields of a VTK light, from its getters."""
     ends = ("Color", "Position", "FocalPoint", "Intensity", "Switch", "Cone", "Exponent", "AttenuationValues", "Type")
     ends += ("GetPositional", "GetConeAngle")
     return {name: getattr(light, name)() for name in dir(light) if name.startswith("Get") and name.endswith(ends)}
@@ -105,7 +105,7 @@ def test_a_removed_light_returns_to_its_place(lights, renderer):
 
 @pytest.fixture
 def removed(lights):
-    """The states before and after one of three lights was removed."""
+    """Remove one of three lights; return the states before and after."""
     for light in (SUN, LAMP, SPOT):
         lights.add(light)
     before = lights.state

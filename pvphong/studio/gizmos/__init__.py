@@ -1,15 +1,15 @@
-"""Gizmos: lights placed by hand, in the window. `plotter.phong.add_gizmos` puts them up.
+"""Gizmos: handles to place lights by hand in the window. `plotter.phong.add_gizmos` adds them.
 
 Read in this order:
 
-1. `view`: what a cursor means in the world, and what is frozen when a handle is grabbed.
+1. `view`: maps the cursor to the world, and holds the state at the start of a drag.
 2. `drawing`: lines, areas and texts over the picture.
-3. `handles`: what follows from the role of a light's field: its handle, its drag, what is typed, drawn and said of it.
+3. `handles`: a handle for each role of a light's field, with its drag, typed values, drawing and readout.
 4. `highlight`: dragging a highlight on the surface.
 5. `history`: undo and redo.
 6. `gizmo`: the gizmos of a subplot.
 7. `commands`: the table of keys.
-8. `interaction`: what mouse and keyboard do, from the event to the light.
+8. `interaction`: mouse and keyboard, from the event to the light.
 """
 
 from pvphong.studio.gizmos.commands import check_keys

@@ -1,8 +1,8 @@
-"""Keys: `COMMANDS`, at the end, is the table of all of them; above it stands what each does.
+"""Keys: the functions that they run, and `COMMANDS`, the table of all of them, at the end.
 
-To add a key: write a function, as `Command.edits` says, and a row of the table, and the same row in the README's table
-of keys, which a test compares. Keys in `TAKEN` are PyVista's or VTK's, and d, x and 4 are those of `pvphong view`. What
-a light can do is asked of its fields' roles.
+To add a key, write a function as described at `Command.edits`, add a row to the table, and add the same row to the
+table of keys in the README; a test compares the two. Keys in `TAKEN` belong to PyVista or VTK, and d, x and 4 to
+`pvphong view`. The roles of a light's fields define which commands apply to it.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ def toggle_hidden(gizmos: Gizmos) -> None:
 
 
 def select_next(gizmos: Gizmos) -> None:
-    """Select the next light, also one without handles: keys act on it; after the last none."""
+    """Select the next light, also one without handles, since keys act on it; after the last light, select none."""
     ring = [None, *gizmos.all]
     chosen = ring[(ring.index(gizmos.selected) + 1) % len(ring)]
     gizmos.select(chosen)
@@ -51,28 +51,28 @@ def select_next(gizmos: Gizmos) -> None:
 
 
 def undo_or_redo(gizmos: Gizmos, step: int) -> None:
-    """Take the last step back, or the last step that was undone again."""
+    """Undo the last step, or redo the last undone step."""
     if step < 0:
         gizmos.notice = "undone" if gizmos.history.undo() else "nothing to undo"
     else:
-        gizmos.notice = "done again" if gizmos.history.redo() else "nothing to redo"
+        gizmos.notice = "redone" if gizmos.history.redo() else "nothing to redo"
 
 
-# -- the selected light: what it becomes
+# -- changes of the selected light
 
 
 def mute(_gizmos: Gizmos, gizmo: Gizmo) -> Light:
-    """Off, or on."""
+    """Switch the light off, or on."""
     return replace(gizmo.light, on=not gizmo.light.on)
 
 
 def reset(_gizmos: Gizmos, gizmo: Gizmo) -> Light:
-    """As it was when it got its gizmo."""
+    """Reset the light to its value when it got its gizmo."""
     return gizmo.first
 
 
 def to_camera(gizmos: Gizmos, gizmo: Gizmo) -> Light:
-    """Where the eye is, shining along the view axis."""
+    """Move the light to the eye, shining along the view axis."""
     light, viewer = gizmo.light, gizmos.lights.viewer
     world = replace(light, frame="headlight").in_world(viewer)
     aim: Any = tuple(viewer.distance * part for part in viewer.view_direction)  # the focal point is its target
@@ -81,16 +81,16 @@ def to_camera(gizmos: Gizmos, gizmo: Gizmo) -> Light:
 
 
 def brighten(gizmos: Gizmos, gizmo: Gizmo, step: int) -> Light:
-    """So many thirds of a stop more: three make it twice as bright."""
+    """Increase the intensity by `step` thirds of a stop; three double it."""
     light = gizmo.light
     intensity = on_scale(light.intensity, 3, step) if light.intensity else 0.0
-    stops = f" = {math.log2(intensity):+.2g} stops" if intensity else ": Enter, to type one"
+    stops = f" = {math.log2(intensity):+.2g} stops" if intensity else "; press Enter to type one"
     gizmos.notice = f"{called(light)}: intensity {intensity:.4g}{stops}"
     return replace(light, intensity=intensity)
 
 
 def on_scale(value: float, parts: int, step: int) -> float:
-    """A number times 2^(step/parts); on the scale of such steps around 1 without rounding errors piling up."""
+    """Return a number times 2^(step/parts). Powers on this scale are exact: rounding errors do not accumulate."""
     at = parts * math.log2(value)
     if abs(at - round(at)) < 1e-9:
         return float(2.0 ** ((round(at) + step) / parts))
@@ -98,16 +98,16 @@ def on_scale(value: float, parts: int, step: int) -> float:
 
 
 _HUE_STEP = 15.0  # degrees
-# Below this saturation a colour has no hue to be turned, and gets one this strong.
+# A colour below the first saturation has no hue to turn; it gets one with the second saturation.
 _GREY, _TINTED = 0.01, 0.4
-# Of red in one step warmer; blue is divided by it.
+# One step warmer multiplies red by this factor and divides blue by it.
 _WARMER = 2.0**0.25
 
 
 def hue_turned(color: ColorLike, degrees: float) -> Vector:
-    """A colour whose hue is so many degrees further, red to yellow to green; value and saturation stay.
+    """Return a colour with its hue turned by degrees, from red to yellow to green; value and saturation stay.
 
-    Grey has no hue: it becomes a light red, or for negative degrees the light violet before it.
+    Grey has no hue: it becomes light red, or for negative degrees the violet before it.
     """
     hue, saturation, value = colorsys.rgb_to_hsv(*rgb(color))
     if saturation < _GREY:
@@ -116,23 +116,23 @@ def hue_turned(color: ColorLike, degrees: float) -> Vector:
 
 
 def warmed(color: ColorLike, steps: float) -> Vector:
-    """A colour with more red and less blue, or for negative steps the reverse, of the same luminance."""
+    """Return a colour of the same luminance with more red and less blue; the reverse for negative steps."""
     tinted = np.array(rgb(color)) * (_WARMER**steps, 1.0, _WARMER**-steps)
     return vector(tinted * (luminance(color) / luminance(tinted.tolist()))) if tinted.any() else rgb(color)
 
 
 def turn_hue(gizmos: Gizmos, gizmo: Gizmo, step: int) -> Light:
-    """Its hue so many steps further."""
+    """Turn the hue of the light by `step` steps."""
     return _recolor(gizmos, gizmo, "hue", partial(hue_turned, degrees=_HUE_STEP * step))
 
 
 def warm(gizmos: Gizmos, gizmo: Gizmo, step: int) -> Light:
-    """Its colours so many steps warmer."""
+    """Make the light's colours warmer by `step` steps."""
     return _recolor(gizmos, gizmo, "warmer" if step > 0 else "cooler", partial(warmed, steps=step))
 
 
 def _recolor(gizmos: Gizmos, gizmo: Gizmo, what: str, change: Callable[[ColorLike], Vector]) -> Light:
-    """All colours that it has of its own changed alike."""
+    """Apply a change to all colours that the light sets itself."""
     light = gizmo.light
     colors = {"diffuse": light.diffuse, "specular": light.specular, "ambient": light.ambient}
     given = {field: color for field, color in colors.items() if color is not None and any(rgb(color))}
@@ -144,17 +144,17 @@ def _recolor(gizmos: Gizmos, gizmo: Gizmo, what: str, change: Callable[[ColorLik
     return changed
 
 
-# -- lights that come and go
+# -- adding and deleting lights
 
-# Of the scene's size: how high above a surface a new light stands, and how far beside a light its double.
+# In scene sizes: the height of a new light above a surface, and the distance between a light and its duplicate.
 _ABOVE, _BESIDE = 0.4, 0.15
 
 
 def add(gizmos: Gizmos) -> None:
-    """A point light above the place of a surface that the cursor points at; half of it arrives there."""
+    """Add a point light above the surface point under the cursor; half of its intensity arrives there."""
     below = gizmos.surfaces.pick(gizmos.cursor)
     if below is None:
-        gizmos.notice = "new light: point at a lit mesh"
+        gizmos.notice = "to add a light, point at a lit mesh"
         return
     height = _ABOVE * gizmos.scenery.size
     place = vector(np.array(below.point) + height * np.array(below.normal))
@@ -162,11 +162,11 @@ def add(gizmos: Gizmos) -> None:
 
 
 def duplicate(gizmos: Gizmos, gizmo: Gizmo) -> None:
-    """A light like the selected one, a little to the right of it; one without a place comes from the right."""
+    """Duplicate the selected light, a little to its right; a light without a place is turned to the right."""
     light, viewer = gizmo.light, gizmos.lights.viewer
     if light.frame == "headlight" or not comes_from_somewhere(light):
-        where = "is the viewer" if light.frame == "headlight" else "comes from all around"
-        gizmos.notice = f"{called(light)}: a light that {where} has no double"
+        where = "headlight" if light.frame == "headlight" else "light from all around"
+        gizmos.notice = f"{called(light)}: a {where} cannot be duplicated"
         return
     world, right = light.in_world(viewer), viewer.axes[0]
     if world.places:
@@ -187,13 +187,13 @@ def _put(gizmos: Gizmos, light: Light) -> None:
 
 
 def delete(gizmos: Gizmos, gizmo: Gizmo) -> None:
-    """The selected light gone; `undo` brings it back."""
-    gizmos.notice = f"deleted: {called(gizmo.light)}; z brings it back"
+    """Delete the selected light; undo restores it."""
+    gizmos.notice = f"deleted: {called(gizmo.light)}; press z to undo"
     gizmos.lights.remove(gizmo.renderer_light)
 
 
 def solo(gizmos: Gizmos, gizmo: Gizmo) -> None:
-    """All others off; if they are off already, all on."""
+    """Switch all other lights off; if they are off already, switch all on."""
     chosen, viewer = gizmo.renderer_light, gizmos.lights.viewer
     others_on = gizmos.soloed is chosen
     for each in gizmos.lights.renderer_lights:
@@ -204,11 +204,11 @@ def solo(gizmos: Gizmos, gizmo: Gizmo) -> None:
 
 _NAMED = {name: Material.named(name) for name in Material.names()}
 _NAMED = {name: named for name, named in _NAMED.items() if named.reflectance is None or not named.reflectance.needs}
-"""Without those for which a mesh needs tangents."""
+"""The named materials that need no tangents."""
 
 
 def next_material(material: Material, step: int) -> Material:
-    """The next of the named materials, or the one before; after or before one that has no name the first or last."""
+    """Return the next or previous named material; for a material without a name, the first or last."""
     names, name = list(_NAMED), name_of(material)
     at = names.index(name) if name else min(-step, 0)
     chosen = replace(_NAMED[names[(at + step) % len(names)]], albedo=material.albedo, tangents=material.tangents)
@@ -217,14 +217,14 @@ def next_material(material: Material, step: int) -> Material:
 
 
 def name_of(material: Material) -> str:
-    """What a material is called, whatever its reflectance and albedo; "" if it is none of the named ones."""
+    """Return the name of a material, ignoring reflectance and albedo; "" if it is not a named one."""
     bare = replace(material, albedo=1.0, tangents=None)
     plain = replace(bare, reflectance=None)
     return next((name for name, named in _NAMED.items() if named in (bare, plain)), "")
 
 
 def shine(material: Material, step: int) -> Material:
-    """A narrower highlight, or a wider: √2 times the exponent, on the scale of powers of √2; below 1 is 0."""
+    """Multiply the shininess by √2, or divide it, on the scale of powers of √2; values below 1 become 0."""
     if "shininess" in material.maps:
         return material
     shininess = on_scale(material.shininess or 0.5**0.5, 2, step)  # 0 is one step below 1
@@ -232,7 +232,7 @@ def shine(material: Material, step: int) -> Material:
 
 
 def strengthen(material: Material, step: int) -> Material:
-    """So many tenths more of specular reflectance, at most 1 in any channel."""
+    """Increase the specular reflectance by `step` tenths, up to 1 in each channel."""
     if "specular" in material.maps:
         return material
     colors = rgb(material.specular)
@@ -245,27 +245,27 @@ def strengthen(material: Material, step: int) -> Material:
 
 
 class Command(NamedTuple):
-    """What one key does, or several that belong together."""
+    """A command and its key, or its keys if it takes a step."""
 
     keys: str
-    """The keys by VTK's names, with spaces between them."""
+    """VTK's names of the keys, separated by spaces."""
 
     what: str
-    """What the help says."""
+    """The text in the help."""
 
     act: Callable[..., Any]
-    """What each of the keys does, as `edits` says."""
+    """The function that the keys run; its signature depends on `edits`."""
 
     edits: str = ""
-    """What it changes, as one step of undo.
+    """The object that the command changes, as one undo step.
 
-    "light": from the gizmos and the selected one to what its light becomes, or None where the gizmos are told.
-    "lights": a function of the gizmos, which changes their lights. "material": from a material to what that of the mesh
-    under the cursor becomes, or those of all meshes. Nothing: a function of the gizmos.
+    "light": `act` takes the gizmos and the selected gizmo, and returns the new light, or None if it has changed the
+    gizmos instead. "lights": `act` takes the gizmos and changes their lights. "material": `act` takes a material and
+    returns a new one, for the mesh under the cursor or else for all meshes. "": `act` takes the gizmos; no undo step.
     """
 
     steps: tuple[int, ...] = ()
-    """The `step` that the act is given by each of the keys, if it takes one."""
+    """The `step` argument for each of the keys, if `act` takes one."""
 
 
 _BACK_ON = (-1, 1)
@@ -276,13 +276,13 @@ COMMANDS = (
     Command("n", "select the next light", select_next),
     Command("z y", "undo, redo", undo_or_redo, steps=_BACK_ON),
     Command("m", "light off or on", mute, "light"),
-    Command("o", "this light alone, or all", solo, "light"),
+    Command("o", "solo: this light only, or all", solo, "light"),
     Command("k", "light to the camera", to_camera, "light"),
-    Command("0", "light as it was at first", reset, "light"),
+    Command("0", "reset the light", reset, "light"),
     Command("Left Right", "dimmer, brighter by 1/3 stop", brighten, "light", _BACK_ON),
-    Command("comma period", "hue back, on", turn_hue, "light", _BACK_ON),
+    Command("comma period", "turn the hue back, on", turn_hue, "light", _BACK_ON),
     Command("1 2", "cooler, warmer", warm, "light", _BACK_ON),
-    Command("N", "new light where the cursor points", add, "lights"),
+    Command("N", "new light under the cursor", add, "lights"),
     Command("D", "duplicate the light", duplicate, "light"),
     Command("Delete BackSpace", "delete the light", delete, "light"),
     Command("M K", "material: next, previous", next_material, "material", (1, -1)),
@@ -294,12 +294,12 @@ _MOUSE = {
     "drag": "a handle, or the highlight",
     "Shift": "along one axis",
     "Ctrl": "in steps",
-    "Esc": "put back",
+    "Esc": "cancel the drag",
 }
 _SHORT = {"comma": ",", "period": ".", "Delete": "Del", "BackSpace": "Backspace"}
 
 TAKEN = frozenset({*"qQeErRwWsSpPbBvVCcfFuUiI3lLjJtTaA+-", "Up", "Down", "plus", "minus"})
-"""What vtkInteractorStyle::OnChar, `Plotter.reset_key_events`, PyVista's picking and VTK's widgets listen to."""
+"""Keys of vtkInteractorStyle::OnChar, `Plotter.reset_key_events`, PyVista's picking and VTK's widgets."""
 
 _OF_KEYS = {
     key: (command, {"step": command.steps[at]} if command.steps else {})
@@ -307,14 +307,14 @@ _OF_KEYS = {
     for at, key in enumerate(command.keys.split())
 }
 ENTER = frozenset({"Return", "KP_Enter"})
-"""VTK's names of the keys that begin to type a value, and take it."""
+"""VTK's names of the keys that start typing a value and accept it."""
 
 OURS = frozenset({*_OF_KEYS, *ENTER})
-"""The keys that have a meaning here."""
+"""All keys that gizmos use."""
 
 
 def run(gizmos: Gizmos, key: str, *, control: bool = False) -> bool:
-    """Do what a key stands for, here or among the caller's own; False if it stands for nothing."""
+    """Run the command of a key, built-in or user-defined; return False if there is none."""
     if control and key not in ("z", "y"):
         return False
     if key in _OF_KEYS:
@@ -324,14 +324,14 @@ def run(gizmos: Gizmos, key: str, *, control: bool = False) -> bool:
         if not edits:
             act(gizmos)
             return True
-        gizmos.history.settle()  # what is slid in a page
+        gizmos.history.settle()  # ends a slider's movement in the page
         with gizmos.history.edit(gizmos.lit if edits == "material" else gizmos.lights):
             if edits == "material":
                 _change_material(gizmos, act)
             elif edits == "lights":
                 act(gizmos)
             elif (gizmo := gizmos.selected) is None:
-                gizmos.notice = "no light is selected: n, or a click on one, does"
+                gizmos.notice = "no light is selected: press n, or click a light"
             else:
                 change_light(gizmos, gizmo, act)
         return True
@@ -342,14 +342,14 @@ def run(gizmos: Gizmos, key: str, *, control: bool = False) -> bool:
 
 
 def change_light(gizmos: Gizmos, gizmo: Gizmo, act: Callable[[Gizmos, Gizmo], Light | None]) -> None:
-    """Make a light what an act says it becomes, if that says so."""
+    """Set a light to the value that `act` returns, if any."""
     changed = act(gizmos, gizmo)
     if changed is not None:
         gizmo.renderer_light.set(changed, gizmos.lights.viewer)
 
 
 def _change_material(gizmos: Gizmos, change: Callable[[Material], Material]) -> None:
-    """Change the material of the mesh under the cursor, or of all meshes where there is none, and say what it is."""
+    """Change the material of the mesh under the cursor, or else of all meshes, and show the result."""
     pointed = gizmos.surfaces.mesh(gizmos.cursor)
     materials = list(gizmos.lit.state) if pointed is None else [pointed.shared_material]
     for shared in materials:
@@ -358,28 +358,28 @@ def _change_material(gizmos: Gizmos, change: Callable[[Material], Material]) -> 
         gizmos.notice = "no lit mesh"
         return
     now = materials[-1].material
-    specular = "by its map" if "specular" in now.maps else f"{max(rgb(now.specular)):.3g}"
-    shininess = "by its map" if "shininess" in now.maps else f"{now.shininess:.4g}"
+    specular = "from a map" if "specular" in now.maps else f"{max(rgb(now.specular)):.3g}"
+    shininess = "from a map" if "shininess" in now.maps else f"{now.shininess:.4g}"
     said = name_of(now) or f"specular {specular}, shininess {shininess}"
     gizmos.notice = f"{'material' if len(materials) == 1 else 'all meshes'}: {said}"
 
 
 def help_entries(more: Keys) -> list[tuple[str, str]]:
-    """All keys as people call them, and what they do."""
+    """Return the common names of all keys, and their descriptions."""
     ours = [(" ".join(_SHORT.get(key, key) for key in command.keys.split()), command.what) for command in COMMANDS]
     return [*ours, *_TYPING.items(), *((key, what) for key, (what, _) in more.items()), *_MOUSE.items()]
 
 
 def check_keys(keys: Keys) -> Keys:
-    """Raise ValueError for a key that has a meaning already, or has none."""
+    """Raise ValueError for a key that is taken, or an entry that is not a text and a function."""
     if not isinstance(keys, Mapping):
-        check.refuse("keys", keys, "a mapping: key → (what the help says, function without arguments)")
+        check.refuse("keys", keys, "a mapping of key → (help text, function without arguments)")
     for key, entry in keys.items():
         if not isinstance(entry, tuple) or len(entry) != 2:
-            check.refuse(f"keys[{key!r}]", entry, "what the help says, and a function without arguments")
+            check.refuse(f"keys[{key!r}]", entry, "a tuple of help text and function without arguments")
         what, action = entry
         if check.text("keys", key) in TAKEN | OURS:
-            check.refuse("keys", key, "keys that are free", "x, d, 4 and 9 are, for example.")
+            check.refuse("keys", key, "keys that are free", "For example, x, d, 4 and 9 are free.")
         check.text(f"keys[{key!r}][0]", what)
         if not callable(action):
             check.refuse(f"keys[{key!r}][1]", action, "a function without arguments")

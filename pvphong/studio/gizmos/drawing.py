@@ -1,4 +1,4 @@
-"""How gizmos are drawn: `Drawing` collects lines, areas and labels in pixels, `Overlay` shows them with VTK."""
+"""Drawing of gizmos: `Drawing` collects lines, areas and labels in pixels, `Overlay` shows them with VTK."""
 
 from __future__ import annotations
 
@@ -19,20 +19,20 @@ from pvphong.studio.gizmos.view import View
 _ANGLES = np.linspace(0.0, 2.0 * np.pi, 25)
 _CIRCLE = np.stack([np.cos(_ANGLES), np.sin(_ANGLES)], axis=1)
 _CHORDS = np.stack([_CIRCLE[:-1], _CIRCLE[1:]], axis=1)
-_OFF = 0.45  # how bright the colour of a light is that is off
+_OFF = 0.45  # factor for the colour of a light that is off
 _WHITE = (1.0, 1.0, 1.0)
 DARK_EDGE, LIGHT_EDGE = (0.08, 0.08, 0.08), (0.75, 0.75, 0.75)
-"""Edges of areas: the second where the area itself is dark."""
+"""Edges of areas: dark, or light if the area itself is dark."""
 
 _THICK_FROM = 0.8  # lines of at least this strength are drawn thick
-_ARROW_MARGIN = 16.0  # between the edge of the subplot and an arrow there, in pixels
+_ARROW_MARGIN = 16.0  # pixels between the edge of the subplot and an arrow
 _LABEL_HEIGHT = 16.0
-# Lines of perspectives end where their depth is this fraction of their farthest point's.
+# In perspective, lines are clipped where their depth is this fraction of their farthest point's.
 _NEAR = 1e-3
 
 
 def hue(light: Light) -> Vector:
-    """The light's hue and saturation at full value; a light that is off is dimmed."""
+    """Return the light's hue and saturation at full value; a light that is off is dimmed."""
     color = np.array(rgb(light.diffuse))
     full = color / color.max() if color.any() else np.full(3, 0.6)
     red, green, blue = (full if light.on else full * _OFF).tolist()
@@ -40,7 +40,7 @@ def hue(light: Light) -> Vector:
 
 
 def circle(center: Float64Array, normal: Float64Array, radius: float, count: int = 64) -> Float64Array:
-    """A closed line of `count` sides, shape (count + 1, 3), around a unit normal."""
+    """Return a closed polygon with `count` sides around a unit normal, shape (count + 1, 3)."""
     side = np.cross(normal, np.eye(3)[int(np.argmin(np.abs(normal)))])
     side /= np.linalg.norm(side)
     turn = np.linspace(0.0, 2.0 * np.pi, count + 1)[:, None]
@@ -50,14 +50,14 @@ def circle(center: Float64Array, normal: Float64Array, radius: float, count: int
 
 @dataclass
 class Drawing:
-    """Collects lines and areas; icons and handles keep their size in pixels, lines are given in the world.
+    """A collection of lines and areas. Icons and handles have a size in pixels; lines have world coordinates.
 
     Parameters
     ----------
     view : View
         The subplot.
     color, edge : tuple of float
-        Of what is added next, and of the edges of its areas.
+        Colour of the elements added next, and of the edges of their areas.
     """
 
     view: View
@@ -66,7 +66,7 @@ class Drawing:
     areas: list[tuple[Float64Array, ByteArray]] = field(default_factory=list)
     """Convex polygons, each of shape (k, 2), and their colours, RGBA."""
     labels: list[tuple[Float64Array, str]] = field(default_factory=list)
-    """Short texts and their lower left corners, in pixels."""
+    """Short texts, each with its lower left corner in pixels."""
     _lines: list[tuple[Float64Array, ByteArray, bool]] = field(default_factory=list)
 
     @property
@@ -78,14 +78,14 @@ class Drawing:
 
     @property
     def thin(self) -> BoolArray:
-        """Which of the segments are drawn thin, shape (n,)."""
+        """True for the segments that are drawn thin, shape (n,)."""
         return np.array([is_thin for segments, _, is_thin in self._lines for _ in segments], bool)
 
     def line(self, points: Float64Array, strength: float = 1.0) -> None:
-        """A line through points of the world, as far as it lies ahead of the eye."""
+        """Add a line through world points, clipped to the part in front of the eye."""
         segments = np.stack([points[:-1], points[1:]], axis=1)
         if not self.view.viewer.parallel:
-            # cut off where they come too near to the eye or behind it
+            # clip the parts too near to the eye or behind it
             depth = self.view.seen(segments)[..., 2]
             near = _NEAR * float(depth.max(initial=0.0))
             if near <= 0.0:
@@ -98,7 +98,7 @@ class Drawing:
         self._add_lines(self.view.project(segments), strength)
 
     def arrowhead(self, point: Float64Array, along: Float64Array, strength: float) -> None:
-        """The tip of an arrow, as large on the screen everywhere."""
+        """Add the tip of an arrow, of constant size on the screen."""
         if not self.view.is_ahead(point):
             return
         end = self.view.project(point)
@@ -108,7 +108,7 @@ class Drawing:
             self._add_lines(np.array([[end, end + wing]]), strength)
 
     def label(self, point: Float64Array, text: str, right: float = 4.0) -> None:
-        """A short text, so many pixels to the right of a point of the world."""
+        """Add a short text, `right` pixels to the right of a world point."""
         if self.view.edge_towards(point, 0.0) is not None:
             return
         place = self.view.project(point) + np.array([right, 4.0])
@@ -116,14 +116,14 @@ class Drawing:
             self.labels.append((place, text))
 
     def crossed(self, point: Float64Array) -> None:
-        """A bar across an icon: the light is off."""
+        """Add a bar across the icon of a light that is off."""
         if self.view.is_ahead(point):
             along, across = np.array([0.8, 0.6]), 0.12 * np.array([-0.6, 0.8])
             bar = np.array([-along - across, along - across, along + across, across - along])
             self._area(self.view.project(point) + 14.0 * bar, _WHITE, DARK_EDGE, 2.1)
 
     def arrow_out_of_sight(self, point: Float64Array) -> None:
-        """Where a point of the world is out of sight, an arrow towards it at the edge of the subplot."""
+        """Add an arrow at the edge of the subplot towards a world point, if the point is out of sight."""
         found = self.view.edge_towards(point, _ARROW_MARGIN)
         if found is None:
             return
@@ -134,7 +134,7 @@ class Drawing:
         self._area(arrow, self.color, self.edge, 2.8)
 
     def icon(self, point: Float64Array, shape: str, along: Float64Array | None = None) -> None:
-        """A sun, a bulb, or a lamp that shines along a direction of the world."""
+        """Add the icon of a sun, a bulb, or a lamp that shines along a world direction."""
         if not self.view.is_ahead(point):
             return
         middle = self.view.project(point)
@@ -153,7 +153,7 @@ class Drawing:
             self._add_lines(middle + np.stack([9.0 * rays, 14.0 * rays], axis=1), 1.0)
 
     def handle(self, point: Float64Array, *, hovered: bool = False) -> None:
-        """A dot to grab; hovered: larger, with a white ring."""
+        """Add a dot to grab; larger and with a white ring if hovered."""
         if not self.view.is_ahead(point):
             return
         middle = self.view.project(point)
@@ -162,27 +162,27 @@ class Drawing:
         self._area(middle + (6.0 if hovered else 5.0) * _CIRCLE[:-1], self.color, self.edge)
 
     def ring(self, point: Float64Array, *, hovered: bool = False) -> None:
-        """A ring to grab, with what is inside left to be seen; hovered: with a white one around it."""
+        """Add a ring to grab that does not cover its inside; with a second, white ring if hovered."""
         if not self.view.is_ahead(point):
             return
         for radius, color in ((8.0, self.color), (11.0, _WHITE))[: 2 if hovered else 1]:
             self._add_lines(self.view.project(point) + radius * _CHORDS, 1.0, color)
 
     def _on_screen(self, point: Float64Array, along: Float64Array) -> Float64Array:
-        """Unit vector on the screen of a direction; downwards where that points at the eye."""
+        """Return the unit vector of a direction on the screen; downwards if it points at the eye."""
         step = 20.0 * self.view.unit_per_pixel(point)
         motion = self.view.project(point + step * along) - self.view.project(point)
         length = float(np.hypot(*motion))
         return motion / length if length > 1.0 else np.array([0.0, -1.0])
 
     def _area(self, corners: Float64Array, color: Vector, edge: Vector, wide: float = 1.5) -> None:
-        """A convex polygon with an edge that reaches so many pixels beyond its corners."""
+        """Add a convex polygon with an edge that extends `wide` pixels beyond its corners."""
         away = corners - corners.mean(axis=0)
         grown = corners + wide * away / np.linalg.norm(away, axis=1, keepdims=True)
         self.areas += [(grown, _bytes(edge)), (corners, _bytes(color))]
 
     def _add_lines(self, segments: Float64Array, strength: float, color: Vector | None = None) -> None:
-        """Weak lines are darker and thin, not transparent: what is behind them would decide whether they are seen."""
+        """Add segments. Weak lines are darker and thin, not transparent, to be visible on any background."""
         red, green, blue = (0.5 + 0.5 * strength) * np.array(self.color if color is None else color)
         self._lines.append((segments, _bytes((red, green, blue)), strength < _THICK_FROM))
 
@@ -194,17 +194,17 @@ def _bytes(color: Vector) -> ByteArray:
 # -- in VTK's window
 
 _EDGE_LAYER, _LINE_LAYER, _AREA_LAYER, _TEXT_LAYER = range(4)
-# Of lines, in pixels, and of the dark edges to both sides of them: those are seen on any background.
+# Widths of lines, in pixels, and of their dark edges, which make them visible on any background.
 _THIN, _THICK, _EDGE = 1.0, 2.0, 2.0
 _LINE_EDGE = (0.04, 0.04, 0.04)
 _FROM_CURSOR, _MARGIN = 18.0, 8.0
-_NORMAL, _SMALL = 14, 12  # sizes of letters
-_HELP_LETTER = np.array([8.2, 15.2])  # of the help, which has letters of one width
-_LETTER = (7.5, 18.0)  # how large one is at most, in pixels
+_NORMAL, _SMALL = 14, 12  # font sizes
+_HELP_LETTER = np.array([8.2, 15.2])  # size of a character in the help, a monospaced font, in pixels
+_LETTER = (7.5, 18.0)  # largest size of a character in other texts, in pixels
 
 
 class Overlay:
-    """Lines with a dark edge, areas above them, and texts: none of it lit, picked, or part of the bounds."""
+    """Lines with dark edges, areas above them, and texts. They are not lit, pickable or part of the bounds."""
 
     def __init__(self) -> None:
         self._lines = {thin: (vtkPolyData(), vtkPolyData()) for thin in (True, False)}
@@ -214,7 +214,7 @@ class Overlay:
         self._help.GetTextProperty().SetFontFamilyToCourier()
         self._status.GetTextProperty().SetJustificationToRight()
         self._labels: list[vtkTextActor] = []
-        self._props: list[Any] = []  # in the order in which VTK is to draw them
+        self._props: list[Any] = []  # in drawing order
         for thin, (edges, lines) in self._lines.items():
             width = _THIN if thin else _THICK
             edge = _actor(edges, _EDGE_LAYER, width + _EDGE)
@@ -225,24 +225,24 @@ class Overlay:
         self._is_shown = True
 
     def attach(self, renderer: Any) -> None:
-        """Show it in a renderer, if it is not there already."""
+        """Add the overlay to a renderer, if it is not there already."""
         for prop in self._props:
             if not renderer.HasViewProp(prop):
                 renderer.AddViewProp(prop)
 
     def detach(self, renderer: Any) -> None:
-        """Take it out of a renderer."""
+        """Remove the overlay from a renderer."""
         for prop in self._props:
             renderer.RemoveViewProp(prop)
 
     def show(self, shown: bool) -> None:
-        """Show or hide all of it."""
+        """Show or hide the overlay."""
         self._is_shown = shown
         for prop in self._props:
             prop.SetVisibility(shown)
 
     def put(self, drawing: Drawing) -> None:
-        """Show a drawing in place of the last one."""
+        """Replace the drawing that is shown."""
         segments, colors = drawing.lines
         for thin, both in self._lines.items():
             chosen = drawing.thin == thin
@@ -266,13 +266,13 @@ class Overlay:
         actor.SetVisibility(bool(text) and self._is_shown)
 
     def status(self, text: str, size: tuple[float, float]) -> None:
-        """Show a text in the lower right corner of a subplot of this size; an empty one hides it."""
+        """Show a text in the lower right corner of a subplot of this size; hide it if the text is empty."""
         width = max(int((size[0] - 2 * _MARGIN) / _LETTER[0]), 8)
         self._status.SetPosition(size[0] - _MARGIN, _MARGIN)
         self._show_text(self._status, "\n".join(textwrap.fill(line, width) for line in text.split("\n")))
 
     def readout(self, text: str, cursor: tuple[float, float], size: tuple[float, float]) -> None:
-        """Show a text beside the cursor, on the side where a subplot of this size has room; an empty one hides it."""
+        """Show a text next to the cursor, on the side with room in the subplot; hide it if the text is empty."""
         lines = text.split("\n")
         needed = _FROM_CURSOR + _LETTER[0] * max(map(len, lines)), _FROM_CURSOR + _LETTER[1] * len(lines)
         right, up = (
@@ -288,9 +288,9 @@ class Overlay:
         self._show_text(self._readout, text)
 
     def help(self, text: str, size: tuple[float, float]) -> bool:
-        """Show a text in the upper left of a subplot of this size; an empty one hides it.
+        """Show a text in the upper left corner of a subplot of this size; hide it if the text is empty.
 
-        Returns whether it leaves room for others; where it does not, it is as small as it must be to fit in.
+        Return True if it leaves room for other texts; otherwise it is shrunk to fit.
         """
         lines = text.split("\n")
         room = np.array(size) - 2.0 * _MARGIN
@@ -331,7 +331,7 @@ def _text(size: int = _NORMAL) -> Any:
 
 
 def _fill(data: vtkPolyData, points: Float64Array, sizes: Any, colors: ByteArray, set_cells: Any) -> None:
-    """Cells of these sizes, each of the points that come next."""
+    """Fill `data` with cells of these sizes; each takes the next points in order."""
     coordinates = vtkPoints()
     coordinates.SetData(numpy_to_vtk(np.column_stack([points, np.zeros(len(points))]).astype(np.float32), deep=True))
     cells = vtkCellArray()

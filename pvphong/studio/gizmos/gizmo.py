@@ -1,4 +1,4 @@
-"""The gizmos of one subplot: which lights have one, which is selected, how they are drawn, what is said of them."""
+"""The gizmos of one subplot: their lights, selection, drawing and readout."""
 
 from __future__ import annotations
 
@@ -21,17 +21,17 @@ from pvphong.studio.lit_actors import LitActors
 from pvphong.studio.window_lights import RendererLight, WindowLights
 
 HIGHLIGHT = "highlight"
-"""The handle of a selected light on the surface."""
+"""Name of the handle at a selected light's highlight on the surface."""
 
 _HINT = "h: keys"
 
 Keys = Mapping[str, tuple[str, Callable[[], str | None]]]
-"""Key → what the help says, and what is done; what that gives is shown in the window."""
+"""Key → help text and function; the window shows the text that the function returns."""
 
 
 @dataclass(frozen=True)
 class Options:
-    """How gizmos behave; see `plotter.phong.add_gizmos`."""
+    """Options of `plotter.phong.add_gizmos`."""
 
     in_screenshots: bool
     angle_step: float
@@ -40,24 +40,24 @@ class Options:
 
 
 def called(light: Light) -> str:
-    """What a light is called on the screen: its name, or its kind where it has none."""
+    """Return the light's name, or its class name if it has none."""
     return light.name or type(light).__name__
 
 
 class Gizmo(Handle):
-    """What stands for a light in the window, to be dragged.
+    """The draggable representation of a light in the window.
 
     Parameters
     ----------
     renderer_light : RendererLight
         The light.
     gizmos : Gizmos
-        All of the subplot.
+        The gizmos of the subplot.
     """
 
     renderer_light: RendererLight
     first: Light
-    """The light as it was when it first got a gizmo here."""
+    """The light's value when it first got a gizmo here."""
     is_selected: bool
 
     def __init__(self, renderer_light: RendererLight, gizmos: Gizmos) -> None:
@@ -72,7 +72,7 @@ class Gizmo(Handle):
 
     @property
     def hovered(self) -> str | None:
-        """The handle under the cursor."""
+        """Name of the handle under the cursor, or None."""
         gizmo, handle = self._gizmos.hovered or (None, None)
         return handle if gizmo is self else None
 
@@ -83,34 +83,34 @@ class Gizmo(Handle):
 
     @property
     def handles(self) -> dict[str, Vector]:
-        """Name of each handle that the light has → where it is in the world.
+        """Name of each handle → its world position.
 
-        A directional light has "target" and, at its icon, "origin"; a point light "position", and "radius" if it
-        weakens; a spot light "position", "target" and "cone"; an environment "rotation"; any other those of its
-        fields' roles. A headlight has none: it is where the viewer is.
+        A directional light has "target" and, at its icon, "origin"; a point light "position", and "radius" if it has
+        attenuation; a spot light "position", "target" and "cone"; an environment "rotation". The handles of other
+        lights follow from the roles of their fields. A headlight has none, because it is at the viewer.
         """
         view = self._gizmos.view
         return {name: vector(point) for name, point in self.in_scene(view).points(view).items()}
 
     @property
     def highlight(self) -> Vector | None:
-        """Where its highlight is on the lit meshes, if it is selected and throws one: that can be dragged too."""
+        """World position of the highlight on the lit meshes, which can be dragged too; None if not selected."""
         found = self.surface_highlight(self._gizmos.view) if self.is_selected else None
         return None if found is None else found.point
 
     def surface_highlight(self, view: View) -> SurfacePoint | None:
-        """Where the light has its highlight, for an eye."""
+        """Return the surface point of the light's highlight in a view."""
         return find_highlight(self.in_scene(view).light, view, self._gizmos.lit.shown)
 
     def in_scene(self, view: View, grabbed: str = "") -> LightInScene:
-        """The light in the world, and the scene around it; a headlight is still called one.
+        """Return the light in world coordinates with the scene around it; a headlight keeps its frame.
 
-        The icon of a light without a place is in front of the scene, or where a drag has left it: from when a handle is
-        grabbed it turns around the end that is not, for as long as the scene stays.
+        The icon of a light without a place is in front of the scene, or where a drag has left it. From the moment that
+        a handle is grabbed the light turns around its other end, until the scene changes.
         """
         light = self.renderer_light.light(view.viewer)
         scenery = self._gizmos.scenery
-        scene = scenery, view.viewer if light.frame == "camera" else None  # the eye, if the light goes along
+        scene = scenery, view.viewer if light.frame == "camera" else None  # a camera light moves with the eye
         if self._held is not None and self._held[0] == scene:
             scenery = self._held[1]
         placed = light.in_world(view.viewer)
@@ -122,24 +122,24 @@ class Gizmo(Handle):
 
 
 class Gizmos:
-    """The gizmos of one renderer, and what commands and drags change of it.
+    """The gizmos of one renderer, and the objects that commands and drags change.
 
     Parameters
     ----------
     renderer, interactor
-        VTK's.
+        VTK's renderer and interactor.
     render : callable
-        Draws a frame, wherever it is seen: `plotter.render`.
+        Draws a frame, usually `plotter.render`.
     lights : WindowLights
         The renderer's lights.
     lit : LitActors
         The renderer's lit meshes.
     history : History
-        Where finished drags and edits go.
+        Undo history that records finished drags and edits.
     only : sequence of RendererLight, optional
-        The lights that get a gizmo; all, also those added later, if not given.
+        The lights that get a gizmo; by default all, including those added later.
     options : Options
-        How they behave.
+        Behaviour of the gizmos.
     """
 
     def __init__(
@@ -156,17 +156,17 @@ class Gizmos:
         self.renderer, self.interactor, self.render = renderer, interactor, render
         self.lights, self.lit, self.history, self.options = lights, lit, history, options
         self.hovered: tuple[Gizmo, str] | None = None
-        """The handle under the cursor, and whose it is."""
+        """The gizmo under the cursor and the name of its handle."""
         self.is_hidden, self.shows_help, self.notice = False, False, ""
         self.firsts = weakref.WeakKeyDictionary[RendererLight, Light]()
-        """Lights as they were when they got a gizmo, for those that are deleted and come back too."""
+        """The lights' values when they got a gizmo; kept for lights that are deleted and restored."""
         self._only = None if only is None else list(only)
         self.overlay = Overlay()
         self._all: list[Gizmo] = []
 
     @property
     def all(self) -> tuple[Gizmo, ...]:
-        """A gizmo for each light that is there now."""
+        """A gizmo for each present light."""
         present = [each for each in self.lights.renderer_lights if self._only is None or each in self._only]
         known = {gizmo.renderer_light: gizmo for gizmo in self._all}
         self._all = [known.get(each) or Gizmo(each, self) for each in present]
@@ -174,7 +174,7 @@ class Gizmos:
 
     @property
     def selected(self) -> Gizmo | None:
-        """The gizmo that keys act on: the one grabbed last."""
+        """The gizmo that keys act on, or None."""
         return next((gizmo for gizmo in self._all if gizmo.is_selected), None)
 
     def select(self, chosen: Gizmo | None) -> None:
@@ -187,30 +187,30 @@ class Gizmos:
         self.select(self.of(self.lights.add(light)))
 
     def of(self, renderer_light: RendererLight) -> Gizmo:
-        """The gizmo of a light, which gets one if it has none."""
+        """Return the gizmo of a light; create one if it has none."""
         if self._only is not None and renderer_light not in self._only:
             self._only.append(renderer_light)
         return next(gizmo for gizmo in self.all if gizmo.renderer_light is renderer_light)
 
     @property
     def soloed(self) -> RendererLight | None:
-        """The light that is on while all others of several are off, if there is such a one."""
+        """The only light of several that is on, or None."""
         viewer, present = self.lights.viewer, self.lights.renderer_lights
         shining = [each for each in present if each.light(viewer).on]
         return shining[0] if len(shining) == 1 < len(present) else None
 
-    # -- the subplot around them
+    # -- the subplot
 
     @property
     def view(self) -> View:
-        """The subplot as it is now."""
+        """The present view of the subplot."""
         width, height = self.renderer.GetSize()
         x, y = self.renderer.GetOrigin()
         return View(self.lights.viewer, (max(width, 1), max(height, 1)), (x, y))
 
     @property
     def scenery(self) -> Scenery:
-        """What is drawn, or without that what the camera looks at; icons without a place stand before its middle."""
+        """Extent of the drawn objects, or of the camera's view if there are none, for placing icons."""
         bounds = np.array(self.renderer.ComputeVisiblePropBounds()).reshape(3, 2)
         size = 0.5 * float(np.linalg.norm(bounds[:, 1] - bounds[:, 0]))
         if (bounds[:, 0] > bounds[:, 1]).any() or not 0.0 < size < np.inf:
@@ -222,24 +222,24 @@ class Gizmos:
 
     @property
     def surfaces(self) -> Surfaces:
-        """The lit meshes as they are now, to be asked what is under a cursor."""
-        self.lit.show_own_vertices()  # what is hit is a triangle of a mesh's own
+        """The lit meshes in their present state, for picking."""
+        self.lit.show_own_vertices()  # picking must hit a mesh's own triangles
         return Surfaces(self.renderer, self.view, self.lit.shown)
 
     @property
     def cursor(self) -> tuple[float, float]:
-        """Where the pointer is, in pixels of the window."""
+        """Position of the pointer, in pixels of the window."""
         x, y = self.interactor.GetEventPosition()
         return float(x), float(y)
 
     @property
     def is_pointed_at(self) -> bool:
-        """Whether the pointer is in the subplot."""
+        """True if the pointer is in the subplot."""
         return bool(self.renderer.IsInViewport(*self.interactor.GetEventPosition()))
 
     @property
     def is_another_pointed_at(self) -> bool:
-        """Whether the pointer is in the window, but in another subplot: what is pressed there is that one's."""
+        """True if the pointer is in another subplot of the window, which then handles its events."""
         (x, y), (width, height) = self.interactor.GetEventPosition(), self.renderer.GetRenderWindow().GetSize()
         return 0 <= x < width and 0 <= y < height and not self.is_pointed_at
 
@@ -253,20 +253,20 @@ class Gizmos:
         readout: str,
         help_text: str,
     ) -> None:
-        """Draw them as they are now.
+        """Draw the gizmos.
 
         Parameters
         ----------
         view : View
             The subplot.
         highlights : mapping
-            Each gizmo that is shown → where its highlight is to be shown.
+            Each visible gizmo → the position of its highlight, or None.
         active : tuple of Gizmo and str, optional
-            The handle that is hovered or changed.
+            The handle that is hovered or edited.
         readout : str
-            What stands beside the cursor.
+            Text next to the cursor.
         help_text : str
-            All keys, shown where the help is on.
+            List of keys, shown while the help is on.
         """
         drawing, soloed = Drawing(view), self.soloed
 
@@ -282,7 +282,7 @@ class Gizmos:
             if mark(gizmo) and is_movable(light):
                 drawing.label(shown.origin, mark(gizmo), 18.0)
             for name, point in shown.points(view).items():
-                if name not in ("position", ORIGIN) or handle == name:  # an icon is there
+                if name not in ("position", ORIGIN) or handle == name:  # the icon marks it
                     drawing.handle(point, hovered=name == handle)
             if highlight is not None:
                 drawing.ring(np.array(highlight), hovered=handle == HIGHLIGHT)

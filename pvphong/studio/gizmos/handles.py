@@ -1,8 +1,8 @@
-"""What a window shows of a light follows from its fields' roles: one class of handles a role.
+"""Handles of lights: one class for each role of a light's field.
 
-Each says where the handle is, what a drag of it makes of the light, what can be typed, how the field is drawn, and what
-the readout says of it. `LightInScene` is a light of the world with the scene around it: it knows where the light's icon
-stands, has its handles, and draws and describes all of it. A role that `_OF_ROLES` does not have has no handle.
+A handle class defines the handle's position, the effect of a drag, the values that can be typed, the drawing of the
+field and its readout. `LightInScene` combines a light in world coordinates with the scene around it: it places the
+light's icon, creates its handles, and draws and describes them. A role that is not in `_OF_ROLES` has no handle.
 """
 
 from __future__ import annotations
@@ -26,59 +26,60 @@ from pvphong.studio.gizmos.drawing import Drawing, circle
 from pvphong.studio.gizmos.view import STANDS_OFF, Cursor, DragStart, Scenery, View, vector
 
 ORIGIN = "origin"
-"""The handle of a light without a place at its icon; its aim has another one at the target."""
+"""Handle at the icon of a light without a place; its aim has another handle at the target."""
 
 INTENSITY = "intensity"
-"""What is typed for a light as a whole, beside the fields that say where it is."""
+"""Name of the handle to type the light's intensity; it has no position."""
 
-# The arrow of a light without a place, in scene sizes.
+# Length of the arrow of a light without a place, in scene sizes.
 _ARROW = 0.6 * STANDS_OFF
-# A direction's own length is the distance of the target where that can be seen and grabbed, in scene sizes.
+# Range of target distances that can be seen and grabbed, in scene sizes: within it, the target is at the direction's
+# own length.
 _NEAREST, _FARTHEST = 0.05, 20.0
 # Circles are drawn up to this radius, in scene sizes.
 _LARGEST = 1e4
-# How long the normal of a front is, in scene sizes, and how many lines fill it.
+# Length of the normal of an area light in scene sizes, and number of lines that fill its front.
 _NORMAL, _HATCHES = 0.25, 11
-# At which fractions of its light spheres are drawn around a light that weakens, how strongly, and what they are called.
+# Spheres around a light with attenuation: the fraction of light left there, the strength of the lines, and the label.
 _LEFT = ((0.5, 0.9, "1/2 left"), (1.0 / 256.0, 0.35, "1/256 left"))
-# An angle stays so many degrees off its limits: a cone of 0° cannot be seen, and one of 90° is none to VTK.
+# Margin between an angle and its limits, in degrees: a cone of 0° is invisible, and VTK does not treat 90° as a cone.
 _MARGIN = 0.5
-# All turns, and a little more, lest the nearest is at an end. A circle that is seen edge-on has two places under the
-# cursor: so many pixels farther counts the one a degree farther.
+# Angles tried for a turn: more than a full turn, so that the nearest is never at an end. A circle seen edge-on has two
+# points under the cursor: the farther one is penalised by this many pixels per degree.
 _TURNS = np.linspace(-190.0, 190.0, 761)
 _RELUCTANCE = 0.02
 
 
 def is_movable(light: Light) -> bool:
-    """Whether a hand can move it: a headlight is where the viewer is, and other lights may be the same everywhere."""
+    """Return True if the light can be moved by hand: a headlight and a uniform light from all around cannot."""
     return light.frame != "headlight" and (comes_from_somewhere(light) or bool(light.values(Turn)))
 
 
 def comes_from_somewhere(light: Light) -> bool:
-    """Whether it comes from one place or direction, not from all around."""
+    """Return True if the light comes from a place or direction, not from all around."""
     return bool(light.places or light.values(Aim))
 
 
 def fields(light: Light, kind: type[Role]) -> dict[str, Any]:
-    """Name of each of its fields with a role → value."""
+    """Return name → value of the light's fields with a role."""
     return {field: getattr(light, field) for field, role in light.roles.items() if isinstance(role, kind)}
 
 
 def luminance(color: ColorLike) -> float:
-    """Relative luminance of a linear colour: 1 for white, the Y of CIE XYZ."""
+    """Return the relative luminance of a linear colour, Y of CIE XYZ: 1 for white."""
     return float(XYZ_OF_RGB[1] @ rgb(color))
 
 
 @dataclass(frozen=True)
 class LightInScene:
-    """A light, as a window shows it.
+    """A light and the scene around it, as a window shows them.
 
     Parameters
     ----------
     light : Light
-        In the world.
+        The light, in world coordinates.
     scenery : Scenery
-        The scene around it.
+        The extent of the scene.
     """
 
     light: Light
@@ -86,9 +87,9 @@ class LightInScene:
 
     @cached_property
     def handles(self) -> dict[str, Handle]:
-        """Name of each handle that the light can have → the handle; the field's name, where that name is taken.
+        """Name of each handle → the handle. If the role's name is taken, the field's name is used.
 
-        The last is the intensity, which is nowhere: it can only be typed.
+        The last one is the intensity, which has no position and can only be typed.
         """
         light, found = self.light, dict[str, Handle]()
         for field, role in light.roles.items() if is_movable(light) else ():
@@ -102,13 +103,13 @@ class LightInScene:
         return found | {INTENSITY: Handle(self, INTENSITY, INTENSITY)}
 
     def points(self, view: View) -> dict[str, Float64Array]:
-        """Name of each handle that is shown → where it is."""
+        """Return name → world position of the visible handles."""
         found = {name: handle.point(view) for name, handle in self.handles.items()}
         return {name: point for name, point in found.items() if point is not None}
 
     @cached_property
     def origin(self) -> Float64Array:
-        """Where its icon stands."""
+        """World position of the icon."""
         if self.light.places:
             return np.mean(self.light.places, axis=0)
         if self.along is None and self.light.values(Turn):
@@ -117,11 +118,11 @@ class LightInScene:
 
     @cached_property
     def along(self) -> Float64Array | None:
-        """Unit vector along its aim, the first if it has several."""
+        """Unit vector along the aim, the first one if there are several."""
         return next((np.array(unit_vector(direction)) for direction in self.light.values(Aim)), None)
 
     def reach(self, direction: Any) -> float:
-        """How far from its icon a target is shown: as far as the direction is long, where that can be seen."""
+        """Return the distance of the target from the icon: the direction's length if that can be seen and grabbed."""
         size = self.scenery.size
         if not self.light.values(Place):
             return _ARROW * size
@@ -131,26 +132,27 @@ class LightInScene:
         return max(float(np.linalg.norm(self.scenery.center - self.origin)), 0.5 * size)
 
     def target(self, direction: Any) -> Float64Array:
-        """Where it shines to, along a direction of its own."""
+        """Return the world position of the target in a direction."""
         return self.origin + self.reach(direction) * np.array(unit_vector(direction))
 
     @property
     def front(self) -> Float64Array:
-        """Where the front of a light that can be turned stands, on a circle around the scene's middle."""
+        """World position of the front of a light that can be turned, on a circle around the scene's centre."""
         light: Any = self.light
         return np.asarray(self.scenery.center + STANDS_OFF * self.scenery.size * light.axes[0])
 
     @property
     def normal(self) -> Float64Array:
-        """Unit normal of its outline, around which that runs counter-clockwise."""
+        """Unit normal of the outline, which runs counter-clockwise around it."""
         outline: Any = self.light.outline
         offsets = outline - outline[0]
         return np.array(unit_vector(np.cross(offsets, np.roll(offsets, -1, axis=0)).sum(axis=0).tolist()))
 
     def held(self, handle: str) -> Scenery:
-        """The scenery while a handle is dragged: a light without a place turns around its icon, or its icon around it.
+        """Return the scenery for the drag of a handle.
 
-        An icon that stood in front of the scene's middle turns around that.
+        A light without a place turns around its icon if the target is dragged. If the icon is dragged, it turns around
+        the point that it stood in front of, at first the scene's centre.
         """
         icon, grabbed = self.handles.get(ORIGIN), self.handles.get(handle)
         if icon is None or grabbed is None or grabbed.field != icon.field:
@@ -159,12 +161,12 @@ class LightInScene:
         anchor = vector(self.origin + behind * np.array(unit_vector(icon.value)))
         return replace(self.scenery, anchor=anchor, behind=behind)
 
-    # -- how it is drawn
+    # -- drawing
 
     def draw(self, drawing: Drawing, selected: bool, active: str | None = None) -> None:
-        """Add it to a drawing; selected: with all that its fields say of its shape; active: the handle that is used.
+        """Add the light to a drawing; if selected, with its full shape. `active` is the handle in use.
 
-        Of an outline that is what is normal to its front, and lines across it if the side that is seen glows.
+        The shape of an area light includes its normal, and hatching if the visible side emits light.
         """
         light, outline = self.light, self.light.outline
         if not is_movable(light):
@@ -175,7 +177,7 @@ class LightInScene:
         if not light.on:
             drawing.crossed(self.origin)
         for name, handle in self.handles.items():
-            if name != ORIGIN:  # the icon is there
+            if name != ORIGIN:  # the icon marks it
                 handle.draw(drawing, selected if handle.is_always_shown else name == active)
         if outline is None:
             return
@@ -188,7 +190,7 @@ class LightInScene:
         eye = self.origin + self.scenery.size * drawing.view.towards_eye(self.origin)
         if float(np.ravel(light.arrival(eye[:, None]).strength)[0]) == 0.0:
             return
-        # parallel lines from side to side of the outline, which may have inward corners
+        # parallel lines from side to side of the outline, which need not be convex
         offsets = outline - outline[0]
         along = max(offsets, key=np.linalg.norm)
         heights = offsets @ np.cross(self.normal, along)
@@ -203,15 +205,15 @@ class LightInScene:
     def draw_circles(
         self, drawing: Drawing, radius: float, strength: float, normals: Float64Array | None = None
     ) -> None:
-        """Circles around its icon, unless they are too large for any window; by default three, of a sphere."""
+        """Add circles around the icon, unless they are too large; by default three that show a sphere."""
         for normal in np.eye(3) if normals is None else normals:
             if radius < _LARGEST * self.scenery.size:
                 drawing.line(circle(self.origin, normal, radius), strength)
 
-    # -- what is said of it
+    # -- readout
 
     def readout(self, handle: str) -> str:
-        """What a drag of a handle is changing, in numbers, and how much light arrives."""
+        """Return the text for the drag of a handle: the light's numbers, and the light that arrives."""
         said = {each.field: each.said for name, each in self.handles.items() if name != ORIGIN or handle == ORIGIN}
         lines = [f"{self.light.name}: {handle}" if self.light.name else handle]
         lines += [line for line, _ in said.values()]
@@ -220,8 +222,8 @@ class LightInScene:
 
     @property
     def arriving(self) -> str:
-        """How much of the light arrives, as a multiple of its colour, and the luminance of that."""
-        light, where, point = self.light, "at the scene's middle", np.array(self.scenery.center)
+        """Text with the light that arrives, as a multiple of its colour, and its luminance."""
+        light, where, point = self.light, "at the scene's centre", np.array(self.scenery.center)
         if light.is_even:
             where = "everywhere"
         elif light.values(Place) and light.values(Aim):
@@ -231,22 +233,22 @@ class LightInScene:
 
 
 class Handle:
-    """A field of a light in a window. Drags and typed values give a new light of the world.
+    """A field of a light in a window. Drags and typed values return a new light in world coordinates.
 
-    By itself it stands for a number that is nowhere, and can only be typed.
+    This base class represents a number without a position, which can only be typed.
 
     Parameters
     ----------
     shown : LightInScene
         The light.
     field : str
-        Which of its fields.
+        Name of the light's field.
     name : str
-        The handle's.
+        Name of the handle.
     """
 
     _number_format = ""
-    """How `name` and `value` are written in the readout's line of sizes and angles; "" where they are not."""
+    """Format of `name` and `value` in the readout's line of sizes and angles; "" to leave them out."""
 
     def __init__(self, shown: LightInScene, field: str, name: str) -> None:
         self.shown, self.field, self.name = shown, field, name
@@ -254,49 +256,49 @@ class Handle:
         self.value: Any = getattr(shown.light, field)
         self.role: Any = shown.light.roles.get(field)
 
-    def point(self, view: View) -> Float64Array | None:  # noqa: ARG002 it is nowhere
-        """Where the handle is; None where there is none."""
+    def point(self, view: View) -> Float64Array | None:  # noqa: ARG002 no position
+        """Return the handle's world position; None if it has none."""
         return None
 
     def dragged(self, start: DragStart, cursor: Cursor) -> Light:
-        """The light after the cursor has moved there."""
+        """Return the light for a position of the cursor."""
         raise NotImplementedError
 
     @property
     def numbers(self) -> dict[str, float]:
-        """Label → number, in the order in which they are typed."""
+        """Label → number, in typing order."""
         return {self.name: self.value}
 
     def typed(self, numbers: dict[str, float]) -> Light:
-        """The light with all of these numbers; ValueError if it allows no such value."""
+        """Return the light with these numbers; ValueError if a value is not allowed."""
         return self.with_value(numbers[self.name])
 
     is_always_shown: ClassVar[bool] = True
-    """Whether a selected light has what the field says of its shape; else only one whose handle is hovered or used."""
+    """True if a selected light shows the field's shape; False if it is shown only for a hovered or used handle."""
 
     def draw(self, drawing: Drawing, selected: bool) -> None:
-        """Add what the field says of the light's shape to a drawing."""
+        """Add the field's shape to a drawing."""
 
     @property
     def said(self) -> tuple[str, str]:
-        """A line of the readout of its own, for places and directions, and what it adds to that of sizes and angles."""
+        """The field's own line of the readout, for places and directions, and its part of the line of other numbers."""
         return "", self._number_format.format(name=self.name, value=self.value)
 
     def with_value(self, value: Any) -> Light:
-        """The light with another value of the field."""
+        """Return the light with another value of the field."""
         return replace(self.light, **{self.field: value})
 
 
 class PlaceHandle(Handle):
-    """A place, or corners by their middle. A light that is moved keeps its target."""
+    """A position, or corners moved by their centre. A light that is moved keeps its target."""
 
     @property
     def middle(self) -> Float64Array:
-        """Where it is."""
+        """Centre of the position or corners."""
         return np.mean(np.atleast_2d(self.value), axis=0)
 
     def typed(self, numbers: dict[str, float]) -> Light:
-        """The light elsewhere, aimed at the same target; as it is where that is the target itself."""
+        """Return the light at another position, aimed at the same target; unchanged if moved onto its target."""
         point = np.array(list(numbers.values()))
         offset = point - self.middle
         if not offset.any():
@@ -312,12 +314,12 @@ class PlaceHandle(Handle):
                 changes[field] = vector(aim)
         return replace(self.light, **changes)
 
-    def point(self, view: View) -> Float64Array:  # noqa: ARG002 it is seen from everywhere
-        """The light's middle."""
+    def point(self, view: View) -> Float64Array:  # noqa: ARG002 the same in all views
+        """Return the light's centre."""
         return self.middle
 
     def dragged(self, start: DragStart, cursor: Cursor) -> Light:
-        """Moved with the cursor; snapping: to the grid, but for coordinates in which it does not move."""
+        """Return the light moved with the cursor; when snapping, the coordinates that change snap to the grid."""
         point = start.moved(cursor)
         if cursor.snapping:
             stays = np.abs(point - start.point) <= 1e-9 * self.scenery.size
@@ -326,29 +328,29 @@ class PlaceHandle(Handle):
 
     @property
     def numbers(self) -> dict[str, float]:
-        """Coordinates."""
+        """The coordinates."""
         return dict(zip("xyz", vector(self.middle), strict=True))
 
     @property
     def said(self) -> tuple[str, str]:
-        """The middle."""
+        """The centre."""
         return f"{self.name} {_tuple_of(self.middle)}", ""
 
 
 class AimHandle(Handle):
-    """An aim, at the target, or at the icon of a light without a place. Without a place it is typed by angles."""
+    """An aim, with its handle at the target. A light without a place has one at its icon too; its aim is in angles."""
 
     @property
     def _sign(self) -> float:
-        """Of the direction from the icon to the handle's other end: at the icon it is turned by where it comes from."""
+        """Sign of the aim: the handle at the icon shows the direction that the light comes from."""
         return -1.0 if self.name == ORIGIN else 1.0
 
-    def point(self, view: View) -> Float64Array:  # noqa: ARG002 it is seen from everywhere
-        """The target, or the icon's place."""
+    def point(self, view: View) -> Float64Array:  # noqa: ARG002 the same in all views
+        """Return the position of the target, or of the icon."""
         return self.shown.origin if self.name == ORIGIN else self.shown.target(self.value)
 
     def dragged(self, start: DragStart, cursor: Cursor) -> Light:
-        """The light aimed by the handle's new place; snapping: in steps of azimuth and elevation about z."""
+        """Return the light aimed by the handle's new position; when snapping, in steps of azimuth and elevation."""
         goal = start.moved(cursor)
         if np.array_equal(goal, start.point):
             return self.light
@@ -362,23 +364,23 @@ class AimHandle(Handle):
 
     @property
     def numbers(self) -> dict[str, float]:
-        """The target's coordinates, or the angles of a direction; at the icon those of where the light comes from."""
+        """The target's coordinates, or the direction's angles; at the icon, of the direction that light comes from."""
         if self.light.values(Place):
             return dict(zip("xyz", vector(self.shown.target(self.value)), strict=True))
         return dict(zip(("azimuth", "elevation"), _angles_of(self._sign * np.array(self.value)), strict=True))
 
     def typed(self, numbers: dict[str, float]) -> Light:
-        """Aimed there, unless it is there itself; a direction stays as long as it was."""
+        """Return the light aimed at the numbers, unless it stands there itself; a direction keeps its length."""
         if self.light.values(Place):
             aim = np.array(list(numbers.values())) - self.shown.origin
         else:
             elevation = check.number("elevation", numbers["elevation"], at_least=-90.0, at_most=90.0)
             direction = math.hypot(*self.value) * _direction_of(numbers["azimuth"], elevation)
-            aim = self._sign * direction + 0.0  # and no −0
+            aim = self._sign * direction + 0.0  # avoids −0
         return self.with_value(vector(aim)) if aim.any() else self.light
 
     def draw(self, drawing: Drawing, selected: bool) -> None:
-        """A line to the target; selected, without a place: four with tips beside it, for it comes from everywhere."""
+        """Add a line to the target; for a selected light without a place also four parallel arrows."""
         is_placed, start, tip = bool(self.light.values(Place)), self.shown.origin, self.shown.target(self.value)
         drawing.line(np.array([start, tip]), (0.8 if is_placed else 1.0) if selected else 0.45)
         if not selected or self.light.places:
@@ -392,7 +394,7 @@ class AimHandle(Handle):
 
     @property
     def said(self) -> tuple[str, str]:
-        """The target and how far away it is; of a light that is nowhere the direction and its angles."""
+        """The target and its distance; for a light without a place, the direction and its angles."""
         if self.light.values(Place):
             target = self.shown.target(self.value)
             return f"{self.name} {_tuple_of(target)}", f"distance {self.shown.reach(self.value):.4g}"
@@ -402,23 +404,23 @@ class AimHandle(Handle):
 
 
 class AngleHandle(Handle):
-    """An angle off the aim: at the edge, as far away as the target, at the side seen best."""
+    """An angle to the aim; the handle is on the rim, at the target's distance, on the side seen best."""
 
     _number_format = "{name} {value:.1f}°"
 
     def _edge(self, degrees: Any, view: View) -> Float64Array:
-        """Points that far off the aim."""
+        """Return points at angles to the aim."""
         middle, along, turn = self.shown.origin, self.shown.along, np.radians(degrees)[..., None]
         assert along is not None
         far, side = self.shown.reach(self.light.values(Aim)[0]), view.across(along, middle)
         return middle + far * (np.cos(turn) * along + np.sin(turn) * side)
 
     def point(self, view: View) -> Float64Array | None:
-        """At the edge."""
+        """Return the point on the rim."""
         return None if self.shown.along is None else self._edge(self.value, view)
 
     def dragged(self, start: DragStart, cursor: Cursor) -> Light:
-        """The light at whose angle the edge comes nearest to the cursor on the screen; snapping: in steps."""
+        """Return the light whose rim is nearest to the cursor on the screen; when snapping, in steps."""
         least, most = self.role.least + _MARGIN, self.role.most - _MARGIN
         tried = np.linspace(least, most, 81)
         best = _nearest(start, cursor, lambda degrees: self._edge(degrees, start.view), tried)
@@ -429,7 +431,7 @@ class AngleHandle(Handle):
         return self.with_value(min(max(best, least), most))
 
     def draw(self, drawing: Drawing, selected: bool) -> None:
-        """The rim as far away as the target; selected: with eight spokes, and where a power of the cosine halves it."""
+        """Add the rim at the target's distance; if selected, also spokes and the circle of half intensity."""
         along, start = self.shown.along, self.shown.origin
         if along is None:
             return
@@ -451,12 +453,12 @@ class AngleHandle(Handle):
 
 
 class LengthHandle(Handle):
-    """A size: at its share of it, to the right or above, on the outline of a light that has one."""
+    """A size; the handle is at a fraction of it, to the right or above, on the outline if the light has one."""
 
     _number_format = "{name} {value:.4g}"
 
     def _side(self, view: View) -> Float64Array:
-        """Unit vector from the light's middle to the handle: in its plane if it has one."""
+        """Return the unit vector from the light's centre to the handle, in the light's plane if it has one."""
         light: Any = self.light
         shown = view.viewer.axes[self.role.axis]
         if light.values(Up):
@@ -468,16 +470,16 @@ class LengthHandle(Handle):
         return np.asarray(side if side @ shown >= 0.0 else -side)
 
     def point(self, view: View) -> Float64Array:
-        """At the share."""
+        """Return the point at the fraction of the size."""
         return self.shown.origin + self.role.share * self.value * self._side(view)
 
     def dragged(self, start: DragStart, cursor: Cursor) -> Light:
-        """The light of whose length the handle's share is as far as the cursor is, along its own axis if it has one."""
+        """Return the light with the size that puts the handle under the cursor, along the light's axis if any."""
         distance = _distance(self, start, cursor, self._side(start.view) if self.light.values(Up) else None)
         return self.light if distance is None else self.with_value(distance / self.role.share)
 
     def draw(self, drawing: Drawing, selected: bool) -> None:
-        """Without an outline a circle through the handle that faces the viewer; selected: a sphere, too."""
+        """Add a circle through the handle, for lights without an outline; if selected, also a sphere."""
         if self.light.outline is None:
             radius = self.role.share * self.value
             self.shown.draw_circles(drawing, radius, 0.6 if selected else 0.3, drawing.view.viewer.axes[2:])
@@ -486,24 +488,24 @@ class LengthHandle(Handle):
 
 
 class FalloffHandle(Handle):
-    """A falloff to all sides alike: to the right, where half the light is left.
+    """An isotropic falloff; the handle is to the right, where half the light is left.
 
-    A light with an aim has none: its target says how far it is meant to reach.
+    A light with an aim has no such handle: its target shows its range.
     """
 
-    is_always_shown = False  # its spheres are circles across all of the window
+    is_always_shown = False  # the spheres would cross the whole window
 
     @cached_property
     def _half(self) -> float | None:
-        """The distance at which half the light is left."""
+        """Distance at which half the light is left."""
         return None if self.light.values(Aim) else distance_of(0.5, self.value)
 
     def point(self, view: View) -> Float64Array | None:
-        """To the right."""
+        """Return the point to the right."""
         return None if self._half is None else self.shown.origin + self._half * view.viewer.axes[0]
 
     def dragged(self, start: DragStart, cursor: Cursor) -> Light:
-        """The light of which half is left at the cursor's distance."""
+        """Return the light with half left at the cursor's distance."""
         distance = _distance(self, start, cursor)
         return self.light if distance is None else self.typed({"half left at": distance})
 
@@ -513,7 +515,7 @@ class FalloffHandle(Handle):
         return {"half left at": self._half or math.inf}
 
     def typed(self, numbers: dict[str, float]) -> Light:
-        """Half left there: linear and quadratic coefficient scaled."""
+        """Return the light with half left at this distance: linear and quadratic coefficients are scaled."""
         distance = check.number("half left at", numbers["half left at"], above=0.0)
         if self._half is None:
             return self.light
@@ -521,7 +523,7 @@ class FalloffHandle(Handle):
         return self.with_value((constant, linear * shrink, quadratic * shrink * shrink))
 
     def draw(self, drawing: Drawing, selected: bool) -> None:
-        """Spheres where a half and a 256th of the light is left, while they are asked for."""
+        """Add spheres where 1/2 and 1/256 of the light is left, if selected."""
         for fraction, strength, label in _LEFT if selected and not self.light.values(Aim) else ():
             radius = distance_of(fraction, self.value)
             if radius is not None and radius < _LARGEST * self.scenery.size:
@@ -535,16 +537,16 @@ class FalloffHandle(Handle):
 
 
 class TurnHandle(Handle):
-    """A turn around what is up: at the light's front, on a circle around the scene's middle."""
+    """A turn around the up axis; the handle is at the light's front, on a circle around the scene's centre."""
 
     _number_format = "{name} {value:.1f}°"
 
-    def point(self, view: View) -> Float64Array:  # noqa: ARG002 it is seen from everywhere
-        """At the front."""
+    def point(self, view: View) -> Float64Array:  # noqa: ARG002 the same in all views
+        """Return the point at the front."""
         return self.shown.front
 
     def dragged(self, start: DragStart, cursor: Cursor) -> Light:
-        """The light whose front comes nearest to the cursor on the screen; snapping: in steps of degrees."""
+        """Return the light whose front is nearest to the cursor on the screen; when snapping, in steps of degrees."""
         light: Any = self.light
         middle, (ahead, right, _) = np.array(self.scenery.center), light.axes
         far = float(np.linalg.norm(start.point - middle))
@@ -562,7 +564,7 @@ class TurnHandle(Handle):
         return self.with_value(math.remainder(degrees, 360.0))
 
     def draw(self, drawing: Drawing, selected: bool) -> None:
-        """The circle; selected: with what is up."""
+        """Add the circle; if selected, also the front and the up axis."""
         middle, place = np.array(self.scenery.center), self.shown.front
         up = np.array(unit_vector(self.light.values(Up)[0]))
         far = float(np.linalg.norm(place - middle))
@@ -591,28 +593,28 @@ def _nearest(
     tried: Float64Array,
     reluctance: float = 0.0,
 ) -> float | None:
-    """The number in a range whose place comes nearest to the cursor on the screen.
+    """Return the number in a range whose point is nearest to the cursor on the screen.
 
     Parameters
     ----------
     start, cursor
         The drag.
     places : callable
-        From numbers, shape (n,), to points, shape (n, 3).
+        Maps numbers, shape (n,), to points, shape (n, 3).
     tried : numpy.ndarray
-        From the least number to the largest, in steps so fine that the nearest is found.
+        Increasing candidate numbers, with steps fine enough to find the nearest.
     reluctance : float, default 0
-        So many pixels farther counts a place for each 1 that its number is off zero.
+        Penalty in pixels for each unit that a number differs from zero.
 
     Returns
     -------
     float or None
-        None where the cursor has not moved, or no place is seen.
+        None if the cursor has not moved, or no point is visible.
     """
     if not start.motion(cursor).any():
         return None
     best, limits, step = 0.0, (tried[0], tried[-1]), float(tried[1] - tried[0])
-    for _ in range(5):  # each round looks 20 times closer, around the best
+    for _ in range(5):  # each round refines the step around the best by a factor of 20
         off = np.linalg.norm(start.view.project(places(tried)) - start.picture(cursor), axis=1)
         if np.isnan(off).all():
             return None
@@ -623,7 +625,7 @@ def _nearest(
 
 
 def _distance(handle: Handle, start: DragStart, cursor: Cursor, along: Float64Array | None = None) -> float | None:
-    """How far from the light the cursor is, > 0, along an axis or else parallel to the picture; snapping: in steps."""
+    """Return the cursor's distance from the light, > 0, along an axis or parallel to the picture; snaps if asked to."""
     middle, view = handle.shown.origin, start.view
     if not view.is_ahead(middle) or not start.motion(cursor).any():
         return None
@@ -637,13 +639,13 @@ def _distance(handle: Handle, start: DragStart, cursor: Cursor, along: Float64Ar
 
 
 def _angles_of(direction: Any) -> tuple[float, float]:
-    """Azimuth about z from x towards y, and elevation above the plane of the two, in degrees."""
+    """Return the azimuth about z, from x towards y, and the elevation above the xy plane, in degrees."""
     x, y, z = unit_vector(direction)
     return math.degrees(math.atan2(y, x)), math.degrees(math.asin(max(-1.0, min(1.0, z))))
 
 
 def _direction_of(azimuth: float, elevation: float) -> Float64Array:
-    """The unit vector with these angles in degrees; exact along the axes."""
+    """Return the unit vector with these angles in degrees; exact along the axes."""
     around, up = math.radians(azimuth), math.radians(elevation)
     parts = np.array([math.cos(up) * math.cos(around), math.cos(up) * math.sin(around), math.sin(up)])
     return np.where(np.abs(parts) < 1e-15, 0.0, parts)

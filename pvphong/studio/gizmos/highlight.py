@@ -1,5 +1,5 @@
-"""Highlight dragging: where a light's highlight is, what is under the cursor, and where the light must be for both to
-meet.
+"""Highlight dragging: finds a light's highlight and the surface under the cursor, and moves the light to bring the
+highlight there.
 """
 
 from __future__ import annotations
@@ -21,22 +21,22 @@ from pvphong.studio.gizmos.handles import comes_from_somewhere, fields
 from pvphong.studio.gizmos.view import View, vector
 from pvphong.studio.lit_mesh import LitMesh
 
-# The brightest of so many vertices of a mesh is taken: it places a handle, it does not light anything.
+# Largest number of vertices searched for the brightest; it only places a handle, and does not affect shading.
 _ASKED = 20_000
 
 
 @dataclass(frozen=True)
 class SurfacePoint:
-    """A point of a surface and the unit normal there, turned to the eye."""
+    """A point of a surface and its unit normal, turned to the eye."""
 
     point: Vector
     normal: Vector
 
 
 def find_highlight(light: Light, view: View, meshes: Sequence[LitMesh]) -> SurfacePoint | None:
-    """Where a light that comes from somewhere, in the world, has its highlight on the shiny ones of some meshes.
+    """Return the highlight of a light, in world coordinates, on the shiny ones of some meshes; None if there is none.
 
-    One that cannot be lit is drawn without points, and has none.
+    A mesh that cannot be lit is drawn without points and has no highlight.
     """
     if not light.on or light.frame == "headlight" or not comes_from_somewhere(light):
         return None
@@ -53,16 +53,16 @@ def find_highlight(light: Light, view: View, meshes: Sequence[LitMesh]) -> Surfa
 def brightest(
     light: Light, view: View, points: Float64Array, normals: Float64Array
 ) -> tuple[float, SurfacePoint] | None:
-    """The point of a surface at which a light's mirror direction comes nearest to the eye.
+    """Return the point of a surface whose mirror direction is nearest to the eye.
 
     Parameters
     ----------
     light : Light
-        In the world.
+        The light, in world coordinates.
     view : View
-        Where it is seen from.
+        The view.
     points, normals : ndarray
-        Shape (n, 3), in the world; the normals unit or zero.
+        Shape (n, 3), in world coordinates; the normals are unit vectors or zero.
 
     Returns
     -------
@@ -82,22 +82,22 @@ def brightest(
 
 
 def mirrored_to_eye(light: Light, view: View, held: SurfacePoint, target: SurfacePoint) -> Light:
-    """The light that throws its highlight on a target, mirrored to the eye.
+    """Return the light moved so that its highlight is at a target.
 
-    With the normal n and the unit vector v to the eye it shines from l = 2(n·v)n − v, where v is its mirror
-    direction. A light with a place keeps its distance from the surface, one with an aim shines there, and one with
-    corners is turned as a whole.
+    With the normal n and the unit vector v to the eye, light from l = 2(n·v)n − v is mirrored to the eye. A light with
+    a position keeps its distance from the surface, a light with an aim points at the target, and a light with corners
+    is turned as a whole.
 
     Parameters
     ----------
     light : Light
-        At the start of the drag, in the world.
+        The light at the start of the drag, in world coordinates.
     view : View
-        At that time.
+        The view at the start of the drag.
     held : SurfacePoint
-        Where the highlight was grabbed.
+        The point where the highlight was grabbed.
     target : SurfacePoint
-        Where it is to be.
+        The new point of the highlight.
     """
     normal = np.array(target.normal)
     to_eye = view.towards_eye(target.point)
@@ -117,10 +117,10 @@ def mirrored_to_eye(light: Light, view: View, held: SurfacePoint, target: Surfac
 
 
 def _rotation(before: Float64Array, after: Float64Array) -> Float64Array:
-    """The smallest rotation, (3, 3), of a direction to a unit vector: two half-turns, the second halfway."""
+    """Return the smallest rotation, (3, 3), of a direction to a unit vector, as a product of two half-turns."""
     start = before / np.linalg.norm(before)
     halfway = start + after
-    if not halfway @ halfway > 1e-12:  # opposite: any direction across is halfway
+    if not halfway @ halfway > 1e-12:  # opposite: any perpendicular direction is halfway
         halfway = np.cross(start, np.eye(3)[np.argmin(np.abs(start))])
     first, second = (2.0 * np.outer(axis, axis) / (axis @ axis) - np.eye(3) for axis in (start, halfway))
     return np.asarray(second @ first)
@@ -131,21 +131,21 @@ def _matrix_of(mesh: LitMesh) -> Float64Array:
 
 
 class Surfaces:
-    """Lit meshes that are asked again and again what is under a cursor, while none of them moves.
+    """Lit meshes prepared for repeated picking while none of them moves.
 
     Parameters
     ----------
     renderer
-        VTK's.
+        VTK's renderer.
     view : View
         The subplot.
     meshes : sequence of LitMesh
-        What can be hit.
+        The meshes that can be picked.
     """
 
     def __init__(self, renderer: Any, view: View, meshes: Sequence[LitMesh]) -> None:
         self._renderer, self._view = renderer, view
-        self._meshes = [mesh for mesh in meshes if mesh.drawn.n_cells]  # one that cannot be lit is drawn without
+        self._meshes = [mesh for mesh in meshes if mesh.drawn.n_cells]  # meshes that cannot be lit have none
         self._picker = vtkCellPicker()
         self._picker.SetTolerance(0.0)
         self._picker.PickFromListOn()
@@ -153,18 +153,18 @@ class Surfaces:
             assert mesh.actor is not None
             self._picker.AddPickList(mesh.actor)
             locator = vtkStaticCellLocator()
-            locator.SetDataSet(mesh.actor.GetMapper().GetInput())  # the picker knows it by the mapper's own
+            locator.SetDataSet(mesh.actor.GetMapper().GetInput())  # the picker looks it up by the mapper's dataset
             locator.BuildLocator()
             self._picker.AddLocator(locator)
 
     def mesh(self, cursor: tuple[float, float]) -> LitMesh | None:
-        """The mesh under a cursor."""
+        """Return the mesh under a cursor."""
         if not self._picker.Pick(*cursor, 0.0, self._renderer):
             return None
         return next(mesh for mesh in self._meshes if mesh.actor is self._picker.GetActor())
 
     def pick(self, cursor: tuple[float, float]) -> SurfacePoint | None:
-        """The place under a cursor, its normal interpolated and turned to the eye."""
+        """Return the surface point under a cursor, with its normal interpolated and turned to the eye."""
         picker, mesh = self._picker, self.mesh(cursor)
         if mesh is None:
             return None

@@ -1,7 +1,7 @@
 """Undo and redo: one step for each finished drag or edit.
 
-Steps of a user do not overlap: before anything else is edited, begun, undone or redone, what runs becomes a step. A
-script that edits lights leaves a drag alone.
+A user's steps do not overlap: a running edit is ended and recorded before another edit, undo or redo. A script that
+edits lights does not end a drag.
 """
 
 from __future__ import annotations
@@ -13,21 +13,21 @@ from typing import Any, Protocol
 
 
 class Editable(Protocol):
-    """What edits change: the lights of a subplot, the materials of its meshes, or all that a studio shows."""
+    """An object with undo: the lights of a subplot, the materials of its meshes, or a studio's document."""
 
     @property
     def state(self) -> Any:
-        """What it is now, to be compared, and for `revert`."""
+        """The present state, comparable, for `revert`."""
 
     def revert(self, now: Any, then: Any) -> None:
-        """Undo what changed from the state `then` to the state `now`."""
+        """Undo the changes between the states `then` and `now`."""
 
 
 class Running(Protocol):
-    """What changes something until it ends, and is one step then: a drag, what is typed, a slider that moves."""
+    """A continuous edit that becomes one step when it ends: a drag, typing, or the movement of a slider."""
 
     def settle(self) -> None:
-        """End as a step, and say so to `History.end`."""
+        """End the edit as one step and call `History.end`."""
 
 
 _LONGEST = 256
@@ -40,24 +40,24 @@ class History:
     def __init__(self) -> None:
         self._done, self._undone = _Steps(maxlen=_LONGEST), _Steps(maxlen=_LONGEST)
         self.running: Running | None = None
-        """What has begun and not ended."""
+        """The continuous edit in progress, or None."""
 
     def begin(self, running: Running) -> None:
-        """Something runs from now on; `settle` comes before it keeps what there was before."""
+        """Register a continuous edit. Call `settle` before the edit saves its initial state."""
         self.running = running
 
     def end(self, running: Running) -> None:
-        """Something does not run any more."""
+        """Unregister a continuous edit."""
         if self.running is running:
             self.running = None
 
     def settle(self) -> None:
-        """Whatever runs becomes a step."""
+        """End the continuous edit in progress, if any, as one step."""
         if self.running is not None:
             self.running.settle()
 
     def record(self, edited: Editable, before: Any) -> None:
-        """Remember what has been changed since the state `before`, if anything."""
+        """Record the changes since the state `before` as one step, if there are any."""
         after = edited.state
         if after != before:
             self._done.append((edited, before, after))
@@ -65,31 +65,31 @@ class History:
 
     @property
     def can_undo(self) -> bool:
-        """Whether there is a step to take back."""
+        """True if there is a step to undo."""
         return bool(self._done)
 
     @property
     def can_redo(self) -> bool:
-        """Whether there is a step that was undone."""
+        """True if there is a step to redo."""
         return bool(self._undone)
 
     @contextmanager
     def edit(self, edited: Editable) -> Iterator[None]:
-        """What is done inside becomes one step."""
+        """Record the changes made inside as one step."""
         before = edited.state
         yield
         self.record(edited, before)
 
     def undo(self) -> bool:
-        """Take the last step back, to the bit; False if there is none."""
+        """Undo the last step exactly; return False if there is none."""
         return self._turn(self._done, self._undone)
 
     def redo(self) -> bool:
-        """Take the last step that was undone again; False if there is none."""
+        """Redo the last undone step; return False if there is none."""
         return self._turn(self._undone, self._done)
 
     def _turn(self, steps: _Steps, turned: _Steps) -> bool:
-        """Revert the last of some steps; turned around it is one of the others."""
+        """Revert the last of `steps`, and append its inverse to `turned`."""
         self.settle()
         if not steps:
             return False

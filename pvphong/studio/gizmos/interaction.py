@@ -1,9 +1,8 @@
-"""What mouse and keyboard do: handles are dragged, values are typed, keys are commands.
+"""Mouse and keyboard: handles are dragged, values are typed, keys run commands.
 
-A drag goes from VTK's widget to `Interaction._dragged` and `Drag.move`. The handle says what the cursor makes of the
-light (`handles.py`, which computes with `view.py`), and the renderer's light is set (`studio/window_lights.py`).
-VTK's widget then draws a frame, before which the meshes are lit again (`studio/lit_actors.py`) and the gizmos drawn
-anew (`Interaction.update`).
+VTK's widget passes a drag to `Interaction._dragged` and `Drag.move`. The handle computes the new light from the cursor
+(`handles.py`, with `view.py`), and the renderer's light is set (`studio/window_lights.py`). VTK's widget then draws a
+frame; before it, the meshes are lit again (`studio/lit_actors.py`) and the gizmos are redrawn (`Interaction.update`).
 """
 
 from __future__ import annotations
@@ -31,20 +30,20 @@ from pvphong.studio.gizmos.handles import INTENSITY, LightInScene
 from pvphong.studio.gizmos.highlight import SurfacePoint, Surfaces, mirrored_to_eye
 from pvphong.studio.gizmos.view import Cursor, DragStart, vector
 
-# -- a light that is being changed
+# -- edits in progress
 
 
 class Edit:
-    """A light that is being changed, and everything as it was when that began.
+    """An edit of a light in progress, with the state at its start.
 
     Parameters
     ----------
     gizmos : Gizmos
-        All of the subplot.
+        The gizmos of the subplot.
     gizmo : Gizmo
-        The light's.
+        The light's gizmo.
     handle : str
-        Which of its handles is dragged, or what is typed.
+        Name of the handle that is dragged or typed.
     """
 
     def __init__(self, gizmos: Gizmos, gizmo: Gizmo, handle: str) -> None:
@@ -56,11 +55,11 @@ class Edit:
 
     @property
     def is_possible(self) -> bool:
-        """Whether the light is still there."""
+        """True if the light still exists."""
         return self.gizmo.renderer_light in self.gizmos.lights.renderer_lights
 
     def set(self, light: Light) -> None:
-        """Make the light another of the world; in its own frame what has not changed keeps its bits."""
+        """Set the light from world coordinates; fields that have not changed keep their exact values in its frame."""
         before, viewer = self.start.light, self.view.viewer
         if light == before:
             self.put_back()
@@ -71,25 +70,25 @@ class Edit:
         self.gizmo.renderer_light.set(changed, viewer)
 
     def put_back(self) -> None:
-        """Make the light what it was, to the bit."""
+        """Restore the light exactly."""
         self.gizmo.renderer_light.restore(self._own_state)
 
     @property
     def now(self) -> LightInScene:
-        """The light as it is now, where it started."""
+        """The light's present value, in the scenery of the start."""
         return LightInScene(
             self.gizmo.renderer_light.light(self.view.viewer).in_world(self.view.viewer), self.start.scenery
         )
 
 
 class Drag(Edit):
-    """A running drag of a handle that was at `point`; the light is a function of what was frozen and of the cursor."""
+    """A drag of a handle that was at `point`; the light depends only on the state at the start and the cursor."""
 
     def __init__(self, gizmos: Gizmos, gizmo: Gizmo, handle: str, point: Float64Array) -> None:
         super().__init__(gizmos, gizmo, handle)
         self.readout = ""
         self.over: SurfacePoint | None = None
-        """Where on a surface the highlight has been dragged to."""
+        """The surface point that the highlight has been dragged to."""
         self._highlight = gizmo.surface_highlight(self.view)
         self._surfaces: Surfaces | None = gizmos.surfaces if handle == HIGHLIGHT else None
         light, scenery, options = self.start.light, self.start.scenery, gizmos.options
@@ -97,13 +96,13 @@ class Drag(Edit):
         self._grabbed = DragStart(light, handle, vector(point), gizmos.cursor, self.view, scenery, *steps)
 
     def move(self, cursor: Cursor) -> None:
-        """Give the light the value that belongs to the cursor's place."""
+        """Set the light to its value for the cursor's position."""
         if self._surfaces is None:
             light = self.start.handles[self.handle].dragged(self._grabbed, cursor)
         else:
             x, y = self._grabbed.picture(cursor).tolist()
             target = self._surfaces.pick((x, y))
-            if self._highlight is None or target is None:  # off the surface: it waits
+            if self._highlight is None or target is None:  # off the surface: no change
                 light = self.now.light
             else:
                 self.over = target
@@ -112,27 +111,27 @@ class Drag(Edit):
         self.readout = LightInScene(light, self.start.scenery).readout(self.handle)
 
 
-_CHARACTERS = frozenset("0123456789.+-exyz ")  # of which typed text consists; a comma counts as a decimal point
-# VTK's names of keys that give one of the characters.
+_CHARACTERS = frozenset("0123456789.+-exyz ")  # allowed in typed text; a comma counts as a decimal point
+# VTK's names of the keys for these characters.
 _CHARACTER_OF = {"period": ".", "comma": ".", ",": ".", "minus": "-", "plus": "+", "space": " "}
 _CHARACTER_OF |= {"KP_Decimal": ".", "KP_Separator": ".", "KP_Subtract": "-", "KP_Add": "+"}
 _CHARACTER_OF |= {f"KP_{digit}": str(digit) for digit in range(10)}
-_MESSAGE_WIDTH = 48  # letters
-_HOW = "Enter: take  Tab: next  Esc: give up"
+_MESSAGE_WIDTH = 48  # characters
+_HOW = "Enter: accept  Tab: next  Esc: cancel"
 
 
 class Entry(Edit):
-    """What is typed for one handle of a light, or for its intensity; the light follows every character."""
+    """Typing of values for a handle of a light, or for its intensity; the light follows every character."""
 
     def __init__(self, gizmos: Gizmos, gizmo: Gizmo, handle: str) -> None:
         super().__init__(gizmos, gizmo, handle)
         self.text = ""
-        """What has been typed."""
+        """The typed text."""
         self.error = ""
-        """Why that is no value; "" where it is one."""
+        """Why the text is not a valid value; "" if it is."""
 
     def put(self, text: str) -> None:
-        """Make the light what a text says; as it was where that says nothing, or nothing that is allowed."""
+        """Set the light from a text; restore it if the text is empty or not allowed."""
         self.text, self.error = text, ""
         try:
             self.set(typed_light(self.start, self.handle, text))
@@ -142,7 +141,7 @@ class Entry(Edit):
 
     @property
     def readout(self) -> str:
-        """What is typed, what the light has now, and how to end it."""
+        """The typed text, the light's present numbers, and the keys that end typing."""
         now = self.now
         numbers = "  ".join(f"{label} {value:.4g}" for label, value in now.handles[self.handle].numbers.items())
         lines = [f"{called(now.light)}: {self.handle} = {self.text}_", numbers]
@@ -150,12 +149,14 @@ class Entry(Edit):
 
 
 def typed_light(shown: LightInScene, handle: str, text: str) -> Light:
-    """The light with the numbers of a text: in the labels' order; a label of one letter goes to its number.
+    """Return the light with the numbers of a text, in the order of the labels.
+
+    A one-letter label, such as x, selects the number that follows it.
 
     Raises
     ------
     ValueError
-        If it is no such text, has too many numbers, or the light allows no such value.
+        If the text is malformed, has too many numbers, or a value is not allowed.
     """
     light, known, given = shown.light, shown.handles[handle].numbers, dict[str, float]()
     labels = list(known)
@@ -166,7 +167,7 @@ def typed_light(shown: LightInScene, handle: str, text: str) -> Light:
             at = labels.index(part)
             continue
         if at == len(labels):
-            check.refuse("text", text, f"at most {len(labels)} of {', '.join(labels)}")
+            check.refuse("text", text, f"at most {len(labels)} numbers: {', '.join(labels)}")
         try:
             number = float(part)
         except ValueError:
@@ -178,30 +179,30 @@ def typed_light(shown: LightInScene, handle: str, text: str) -> Light:
     if all(known[label] == value for label, value in given.items()):
         return light
     typed = shown.handles[handle].typed(known | given)
-    if typed == light:  # it would shine from its target
-        check.refuse(handle, given, "another place", "The light must shine somewhere.")
+    if typed == light:  # the light and its target would coincide
+        check.refuse(handle, given, "another position", "The light and its target cannot be at the same point.")
     return typed
 
 
 # -- events
 
-_BEFORE_ALL, _BEFORE_WIDGET = 2.0, 1.0  # its own is 0.5, PyVista's and the interactor style's 0
+_BEFORE_ALL, _BEFORE_WIDGET = 2.0, 1.0  # priorities; the widget has 0.5, PyVista and the interactor style 0
 
 TOLERANCE = 12
-"""How near to a handle the cursor must be, in pixels: the dot that is drawn is half as wide."""
+"""Largest distance from the cursor to a handle to grab it, in pixels; the drawn dot is half as wide."""
 
 
 class Interaction:
     """Turns the events of one subplot into drags, typed values and commands.
 
-    One widget of VTK's stands for all handles: it is put to the one nearest to the cursor, finds out whether the cursor
-    is on it, and follows the mouse. It draws nothing, for handles are part of the gizmos' drawing; in pixels it is no
-    part of the scene's bounds, and cannot be picked as an object.
+    A single VTK widget serves all handles: it is moved to the handle nearest to the cursor, tests whether the cursor is
+    on it, and follows the mouse. It draws nothing, because the gizmos draw the handles. As it is defined in pixels, it
+    is not part of the scene's bounds and cannot be picked.
 
     Parameters
     ----------
     gizmos : Gizmos
-        What they act on.
+        The gizmos of the subplot.
     """
 
     def __init__(self, gizmos: Gizmos) -> None:
@@ -241,7 +242,7 @@ class Interaction:
     def _observe(
         self, subject: Any, event: str, react: Callable[[Interaction], bool | None], priority: float = 0.0
     ) -> None:
-        """React to an event; nobody else hears of it where the answer is True."""
+        """React to an event; if `react` returns True, other observers do not receive it."""
         interaction = weakref.ref(self)
 
         def happened(subject: Any, _event: str) -> None:
@@ -252,12 +253,12 @@ class Interaction:
         self._observed.append((subject, tag))
 
     def update(self) -> None:
-        """Bring handles and looks to where lights, camera and scene are now."""
+        """Update handles and drawing to the present lights, camera and scene."""
         gizmos, view, edit = self.gizmos, self.gizmos.view, self.edit
         handles = dict[tuple[Gizmo, str], Float64Array]()
         shown = {} if gizmos.is_hidden else {gizmo: gizmo.highlight for gizmo in gizmos.all}
         if isinstance(edit, Drag) and edit.gizmo in shown and edit.over is not None:
-            shown[edit.gizmo] = edit.over.point  # where it was dragged to, which need not be at a vertex
+            shown[edit.gizmo] = edit.over.point  # the exact target, which need not be a vertex
         for gizmo, highlight in shown.items():
             points = gizmo.in_scene(view).points(view)
             if highlight is not None:
@@ -274,13 +275,13 @@ class Interaction:
         gizmos.draw(view, shown, active, readout, "\n".join(f"{key:15}{what}" for key, what in keys))
 
     def _hover(self) -> bool:
-        """Put the widget to the handle nearest to the cursor; returns whether another than before is under it now."""
+        """Move the widget to the handle nearest to the cursor; return True if the hovered handle has changed."""
         gizmos, cursor = self.gizmos, self.gizmos.cursor
         if self._is_held:
             return False
         view, before = gizmos.view, gizmos.hovered
         off = {key: math.dist(view.project(point), cursor) for key, point in self._handles.items()}
-        # where dots overlap, the selected light's is meant
+        # if dots overlap, prefer the selected light's
         on_selected = [key for key in off if key[0].is_selected and off[key] <= TOLERANCE / 2]
         candidates = {} if gizmos.is_another_pointed_at else on_selected or off
         self._nearest = min(candidates, key=lambda key: off[key], default=None)
@@ -288,7 +289,7 @@ class Interaction:
         gizmos.hovered = None
         if self._nearest is not None:
             self._representation.SetWorldPosition(self._handles[self._nearest].tolist())
-            self._representation.BuildRepresentation()  # else it is grabbed where it was at the last frame
+            self._representation.BuildRepresentation()  # else it would be grabbed at its last frame's position
             is_near = self._representation.ComputeInteractionState(*gizmos.interactor.GetEventPosition())
             gizmos.hovered = self._nearest if is_near and gizmos.is_pointed_at else None
         return before != gizmos.hovered
@@ -299,7 +300,7 @@ class Interaction:
 
     @contextmanager
     def out_of_sight(self) -> Iterator[None]:
-        """Without gizmos, unless they are to be in screenshots."""
+        """Hide the gizmos inside, unless `in_screenshots` is set."""
         if self.gizmos.options.in_screenshots:
             yield
             return
@@ -311,7 +312,7 @@ class Interaction:
             self.update()
 
     def release(self) -> None:
-        """Let go of widget, observers and actors; what is dragged or typed is taken."""
+        """Remove widget, observers and actors; accept an edit in progress."""
         self.settle()
         for subject, tag in self._observed:
             subject.RemoveObserver(tag)
@@ -326,7 +327,7 @@ class Interaction:
     # -- the mouse
 
     def _pointed(self) -> None:
-        """The cursor is somewhere else, perhaps in a window of another size, of which no frame has been drawn.
+        """Handle a move of the cursor. The window's size may have changed since the last frame.
 
         While the button is down, trame may draw fewer pixels.
         """
@@ -334,27 +335,27 @@ class Interaction:
             self.gizmos.render()
 
     def _grabbed(self) -> None:
-        """A handle was grabbed: freeze everything that the drag depends on."""
+        """Start a drag: save the state that it depends on."""
         assert self._nearest is not None
-        self.gizmos.history.settle()  # what was being typed, here or elsewhere
+        self.gizmos.history.settle()  # ends typing, here or in another subplot
         self.gizmos.notice = ""
         self.gizmos.select(self._nearest[0])
         self._begin(Drag(self.gizmos, *self._nearest, self._handles[self._nearest]))
 
     def _dragged(self) -> None:
-        """The cursor moved with the button down: the light follows the cursor."""
+        """Handle a move of the cursor with the button down: the light follows it."""
         interactor = self.gizmos.interactor
         if isinstance(self.edit, Drag) and self.edit.is_possible:
             shift, control = bool(interactor.GetShiftKey()), bool(interactor.GetControlKey())
             self.edit.move(Cursor(self.gizmos.cursor, shift, control))
 
     def _dropped(self) -> None:
-        """The button was let go: the drag becomes one step."""
+        """Handle the release of the button: the drag becomes one step."""
         if isinstance(self.edit, Drag):
             self.settle()
         self.gizmos.render()
 
-    # -- the beginning and the end of an edit
+    # -- start and end of an edit
 
     def _begin(self, edit: Drag | Entry | None) -> None:
         self.edit = edit
@@ -366,16 +367,16 @@ class Interaction:
             self.gizmos.history.end(self)
 
     def settle(self) -> None:
-        """End what is dragged or typed, as one step."""
+        """Accept the edit in progress as one step."""
         self._end(taken=True)
 
     def give_up(self) -> None:
-        """End what is dragged or typed, and put the light back."""
+        """Cancel the edit in progress and restore the light."""
         self._end(taken=False)
         self.gizmos.render()
 
     def _end(self, *, taken: bool) -> None:
-        """What was dragged or typed becomes one step, or is put back."""
+        """End the edit in progress: record it as one step, or restore the light."""
         edit = self.edit
         self._begin(None)
         if edit is not None and edit.is_possible:
@@ -387,17 +388,17 @@ class Interaction:
     # -- the keyboard
 
     def _key_pressed(self) -> bool:
-        """A key was pressed; True if it belongs to the value that is being typed.
+        """Handle a key press; return True if it belongs to the value being typed.
 
-        A press ends with its `CharEvent` or with its release. Trame's remote area reports letters twice before that,
-        for the browser's `keydown` and for its `keypress`: the second report is none.
+        A press ends with its `CharEvent` or with its release. Before that, trame's remote area reports letters twice,
+        for the browser's `keydown` and `keypress`; the second report is ignored.
         """
         gizmos, key = self.gizmos, self.gizmos.interactor.GetKeySym()
         character = _CHARACTER_OF.get(key, key)
         character = character if character in _CHARACTERS else ""
         drag = self.edit if isinstance(self.edit, Drag) else None
         if drag is not None and character.strip() and drag.is_possible and drag.handle != HIGHLIGHT:
-            drag.put_back()  # the value is typed from here on
+            drag.put_back()  # typing replaces the drag
             self._begin(Entry(gizmos, drag.gizmo, drag.handle))
         is_typed = isinstance(self.edit, Entry)
         is_new, self._key_down = key != self._key_down, key
@@ -409,10 +410,10 @@ class Interaction:
         elif self.edit is not None:
             if key == "Escape":
                 self.give_up()
-        elif gizmos.is_pointed_at and not isinstance(gizmos.history.running, Interaction):  # whose keys they are then
+        elif gizmos.is_pointed_at and not isinstance(gizmos.history.running, Interaction):  # else another subplot's
             control, gizmo = bool(gizmos.interactor.GetControlKey()), gizmos.selected
             if key in commands.ENTER and not control and gizmo is not None:
-                # a value for the handle that was grabbed last, if it is the selected light's
+                # type a value for the handle grabbed last, if it belongs to the selected light
                 names = [*gizmo.handles, INTENSITY]
                 gizmos.history.settle()
                 self._begin(Entry(gizmos, gizmo, self.grabbed_last if self.grabbed_last in names else names[0]))
@@ -422,7 +423,7 @@ class Interaction:
         return is_typed
 
     def _press_ended(self) -> bool:
-        """A press has ended, with a character perhaps; True if nobody else may act on it: a value is being typed."""
+        """Handle the end of a key press; return True while a value is being typed, to block other observers."""
         self._key_down = None
         return isinstance(self.edit, Entry)
 
@@ -430,7 +431,7 @@ class Interaction:
         if not entry.is_possible or key == "Escape":
             self._end(taken=False)
         elif key in commands.ENTER or key == "Tab":
-            if entry.error:  # it stays, and says what is wrong
+            if entry.error:  # keep the entry open, with its error message
                 return
             self.settle()
             if key == "Tab":

@@ -1,6 +1,6 @@
-"""What a cursor means in the world: a subplot's projection, and what is frozen when a handle is grabbed.
+"""A subplot's projection between cursor and world, and the state at the start of a drag.
 
-Nothing here knows a window. A drag is a function of `DragStart` and `Cursor`.
+This module does not depend on a window. A drag is a function of `DragStart` and `Cursor`.
 """
 
 from __future__ import annotations
@@ -15,24 +15,24 @@ from pvphong.base.types import Float64Array, Vector, VectorLike
 from pvphong.optics.light import Light
 from pvphong.scene.viewer import Viewer
 
-# How far a point may come towards the eye or go away from it along an axis, in multiples of its depth.
+# Limits of a point's depth when it moves along an axis, in multiples of its depth at the start.
 _NEAREST, _FARTHEST = 0.02, 50.0
-# An axis whose picture is shorter than this fraction of the longest points at the eye.
+# An axis with a projection shorter than this fraction of the longest points at the eye.
 _END_ON = 0.05
-# The sine of the angle below which a direction points at the eye.
+# A direction points at the eye if the sine of its angle to the view direction is below this.
 _AT_THE_EYE = 1e-3
-# A depth of this fraction of the coordinates that it is computed from may be rounded zero.
+# A depth below this fraction of the coordinates may be a rounding error of zero.
 _BESIDE = 1e-9
 
 STANDS_OFF = 0.95
-"""How far off the scene's middle the icon of a light without a place stands, in scene sizes."""
+"""Distance between the scene's centre and the icon of a light without a place, in scene sizes."""
 
 Pixel = tuple[float, float]
 
 
 @dataclass(frozen=True)
 class View:
-    """A subplot of a window and the eye behind it.
+    """The view of a subplot: its eye and its pixels.
 
     Parameters
     ----------
@@ -54,21 +54,21 @@ class View:
 
     @cached_property
     def _zoom(self) -> float:
-        """Pixels per unit: of a slope in perspective, of a length in parallel projection."""
+        """Pixels per unit of slope in perspective, per unit of length in parallel projection."""
         half = 0.5 * self.size[1]
         if self.viewer.parallel:
             return half / self.viewer.parallel_scale
         return half / math.tan(math.radians(0.5 * self.viewer.view_angle))
 
     def seen(self, points: VectorLike | Float64Array) -> Float64Array:
-        """Points or one point, (…, 3), in eye space: right, up, and the depth in front of the eye."""
+        """Return points, (…, 3), in eye space: right, up, and the depth in front of the eye."""
         away = np.asarray(points, dtype=np.float64) - np.array(self.viewer.position)
         return away @ self.viewer.axes.T * (1.0, 1.0, -1.0)
 
     def is_ahead(self, point: VectorLike | Float64Array) -> bool:
-        """Whether a point has a place in the picture; in parallel projection every point has.
+        """Return True if a point has a projection; in parallel projection every point has one.
 
-        A point beside the eye has none, although its depth may be rounded to a little more than zero.
+        A point beside the eye has none, even if rounding makes its depth slightly larger than zero.
         """
         if self.viewer.parallel:
             return True
@@ -76,7 +76,7 @@ class View:
         return bool(seen[2] > _BESIDE * (math.hypot(*seen) + math.hypot(*self.viewer.position)))
 
     def project(self, points: VectorLike | Float64Array) -> Float64Array:
-        """Pixels, (…, 2), of points (…, 3); NaN at and behind the eye of a perspective."""
+        """Return the pixels, (…, 2), of points (…, 3); in perspective, NaN at and behind the eye."""
         seen = self.seen(points)
         flat = seen[..., :2]
         if not self.viewer.parallel:
@@ -85,12 +85,13 @@ class View:
         return self._middle + self._zoom * flat
 
     def edge_towards(self, point: VectorLike | Float64Array, margin: float) -> tuple[Pixel, Pixel] | None:
-        """Where, so many pixels inside the edge, a point out of sight is to be looked for; None if it is seen.
+        """Return the position `margin` pixels inside the edge that is nearest to a point out of sight.
 
         Returns
         -------
         place, direction : tuple of float
-            In pixels, and the unit vector on the screen towards it; downwards for what is straight behind.
+            The position in pixels, and the unit vector on the screen towards the point, downwards if the point is
+            straight behind. None instead of the tuple if the point is visible.
         """
         half = 0.5 * np.array(self.size)
         if self.is_ahead(point):
@@ -106,17 +107,17 @@ class View:
         return (x, y), (float(offset[0]), float(offset[1]))
 
     def unit_per_pixel(self, point: VectorLike | Float64Array) -> float:
-        """How long one pixel is in the world at the depth of a point ahead."""
+        """Return the world length of one pixel at the depth of a point in front of the eye."""
         return 1.0 / self._zoom if self.viewer.parallel else float(self.seen(point)[2]) / self._zoom
 
     def facing(self, point: VectorLike | Float64Array, cursor: VectorLike | Float64Array) -> Float64Array:
-        """Where the cursor meets the plane through a point that is parallel to the picture."""
+        """Return the point under the cursor in the plane through a point parallel to the picture."""
         x, y = (np.asarray(cursor) - self._middle) * self.unit_per_pixel(point)
         right, up, back = self.viewer.axes
         return np.array(self.viewer.position) + x * right + y * up - self.seen(point)[2] * back
 
     def towards_eye(self, points: VectorLike | Float64Array) -> Float64Array:
-        """Unit vectors, (…, 3), from points to the eye, zero at the eye; in parallel projection all the same."""
+        """Return unit vectors, (…, 3), from points to the eye; zero at the eye, all equal in parallel projection."""
         points = np.asarray(points, dtype=np.float64)
         if self.viewer.parallel:
             return np.broadcast_to(-np.array(self.viewer.view_direction), points.shape)
@@ -125,24 +126,24 @@ class View:
         return np.divide(away, length, out=np.zeros_like(away), where=length > 0.0)
 
     def across(self, along: Float64Array, point: VectorLike | Float64Array) -> Float64Array:
-        """Unit vector square to one through a point, as nearly as can be in the picture; at the eye: to the right."""
+        """Return the unit vector perpendicular to `along` and to the view of a point; to the right if these align."""
         return self._square_to(along, self.towards_eye(point))
 
     def level(self, normal: Float64Array) -> Float64Array:
-        """Unit vector that is square to one and parallel to the picture; to the right where that faces the eye."""
+        """Return the unit vector perpendicular to `normal` and parallel to the picture; to the right if it faces us."""
         return self._square_to(normal, self.viewer.axes[2])
 
     def _square_to(self, axis: Float64Array, other: Float64Array) -> Float64Array:
-        """Unit vector that is square to two; where these are parallel, square to the axis, to the right."""
+        """Return the unit vector perpendicular to both; if they are parallel, perpendicular to `axis`, to the right."""
         side, right = np.cross(axis, other), self.viewer.axes[0]
         if np.linalg.norm(side) < _AT_THE_EYE:
             side = right - (right @ axis) * axis
         return np.asarray(side / np.linalg.norm(side))
 
     def along(self, point: Float64Array, axis: Float64Array, motion: Float64Array) -> Float64Array:
-        """A point moved along an axis, as far as the cursor's motion goes in the axis's direction on the screen.
+        """Return a point moved along an axis, by the part of the cursor's motion along the axis on the screen.
 
-        Towards the vanishing point it moves to 50 times its depth at most, towards the eye to a fiftieth.
+        The depth grows at most 50 times towards the vanishing point, and shrinks at most to a fiftieth.
         """
         picture = self._picture_of(point, axis)
         length = float(np.hypot(*picture))
@@ -153,14 +154,14 @@ class View:
         depth = float(self.seen(point)[2])
         if self.viewer.parallel or toward == 0.0:
             return point + axis * (advance / length)
-        # the picture of point + t·axis lies at (length · depth · t) / (depth + toward · t) along the axis's picture
+        # point + t·axis projects to (length · depth · t) / (depth + toward · t) along the projected axis
         left = length * depth - toward * advance
         t = advance * depth / left if left > 0.0 else math.copysign(math.inf, toward)
         limits = sorted(((_NEAREST - 1.0) * depth / toward, (_FARTHEST - 1.0) * depth / toward))
         return point + axis * min(max(t, limits[0]), limits[1])
 
     def axis_along(self, point: Float64Array, motion: Float64Array) -> Float64Array | None:
-        """The world axis whose picture runs most nearly along a motion; none that points at the eye."""
+        """Return the world axis with the projection nearest to a motion, without axes that point at the eye."""
         pictures = np.array([self._picture_of(point, axis) for axis in np.eye(3)])
         lengths = np.hypot(*pictures.T)
         if not np.any(motion) or not lengths.any():
@@ -169,7 +170,7 @@ class View:
         return np.eye(3)[int(np.argmax(fits))]
 
     def _picture_of(self, point: Float64Array, axis: Float64Array) -> Float64Array:
-        """Pixels per unit, as a vector on the screen, in which a point ahead starts to move along an axis."""
+        """Return the screen velocity, in pixels per unit, of a point that starts to move along an axis."""
         along = self.viewer.axes @ axis * (1.0, 1.0, -1.0)
         if self.viewer.parallel:
             return self._zoom * along[:2]
@@ -180,18 +181,18 @@ class View:
 
 @dataclass(frozen=True)
 class Scenery:
-    """What a gizmo knows of the scene around it.
+    """The extent of the scene around a gizmo, and the pivot of lights without a place.
 
     Parameters
     ----------
     center : tuple of float
-        Middle of what is drawn.
+        Centre of the drawn objects.
     size : float
-        Half the diagonal of what is drawn, > 0.
+        Half the diagonal of the drawn objects, > 0.
     anchor : tuple of float
-        What stays where it is while a light without a place is turned.
+        Fixed point while a light without a place is turned.
     behind : float, default 0
-        How far from there, against its aim, the icon of such a light stands.
+        Distance from the anchor to the icon of such a light, against its aim.
     """
 
     center: Vector
@@ -207,11 +208,11 @@ class Cursor:
     Parameters
     ----------
     position : tuple of float
-        In pixels of the window, from its lower left corner.
+        Position in pixels, from the lower left corner of the window.
     constrained : bool, default False
-        Whether the handle moves along one axis only.
+        True to move the handle along one axis only.
     snapping : bool, default False
-        Whether it moves in steps.
+        True to move the handle in steps.
     """
 
     position: tuple[float, float]
@@ -221,26 +222,26 @@ class Cursor:
 
 @dataclass(frozen=True)
 class DragStart:
-    """A handle that has been grabbed.
+    """The state when a handle was grabbed.
 
     Parameters
     ----------
     light : Light
-        The light at that time, in the world.
+        The light, in world coordinates.
     handle : str
-        Which of its handles.
+        Name of the handle.
     point : tuple of float
-        Where the handle was.
+        World position of the handle.
     cursor : tuple of float
-        Where the cursor was, in pixels of the window.
+        Position of the cursor, in pixels of the window.
     view : View
         The subplot.
     scenery : Scenery
         The scene.
     angle_step : float, default 5
-        What angles snap to, in degrees.
+        Snapping step of angles, in degrees.
     length_step : float, optional
-        What lengths and coordinates snap to; a round twentieth to fiftieth of the scene's size if not given.
+        Snapping step of lengths and coordinates; by default a round number from 1/50 to 1/20 of the scene's size.
     """
 
     light: Light
@@ -254,7 +255,7 @@ class DragStart:
 
     @property
     def grid(self) -> float:
-        """What lengths and coordinates snap to; by default 1, 2 or 5 times a power of ten up to a twentieth."""
+        """Snapping step of lengths; by default 1, 2 or 5 times a power of ten, up to 1/20 of the scene's size."""
         if self.length_step is not None:
             return self.length_step
         length = self.scenery.size / 20.0
@@ -262,15 +263,15 @@ class DragStart:
         return max((factor for factor in (1.0, 2.0, 5.0) if factor * power <= length), default=1.0) * power
 
     def picture(self, cursor: Cursor) -> Float64Array:
-        """Where on the screen the handle is to go: it keeps its distance from the cursor."""
+        """Return the handle's new position on the screen, at a constant offset from the cursor."""
         return self.view.project(self.point) + self.motion(cursor)
 
     def motion(self, cursor: Cursor) -> Float64Array:
-        """How far the cursor has gone since the start, in pixels."""
+        """Return the cursor's motion since the start, in pixels."""
         return np.array(cursor.position) - np.array(self.cursor)
 
     def moved(self, cursor: Cursor) -> Float64Array:
-        """The handle moved with the cursor, parallel to the picture; constrained: along a world axis."""
+        """Return the handle moved with the cursor, parallel to the picture, or along a world axis if constrained."""
         point = np.array(self.point)
         if not self.view.is_ahead(point) or not self.motion(cursor).any():
             return point
@@ -281,6 +282,6 @@ class DragStart:
 
 
 def vector(values: VectorLike | Float64Array) -> Vector:
-    """Three floats, as lights have them."""
+    """Return three Python floats."""
     x, y, z = (float(value) for value in values)
     return x, y, z

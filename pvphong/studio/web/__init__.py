@@ -1,22 +1,22 @@
-"""The studio: lights, materials and light model of a plotter edited in a web page. Needs the extra `trame`.
+"""The studio: a web page to edit the lights, materials and light model of a plotter. Needs the extra `trame`.
 
 Read in this order:
 
-1. `fields`: what a form asks of a dataclass: kind, unit, range and help of each field; and a value from the page.
-2. `coloring`: an array through a colormap, as it is chosen and shown; `mix`: faders, which sum the lights' shares.
-3. `document`: what is edited, by keys, with one history for panels and gizmos.
+1. `fields`: kind, unit, range and help of a dataclass's fields, for forms, and the parsing of values from the page.
+2. `coloring`: the choice of an array and its colormap; `mix`: faders, which scale each light's contribution.
+3. `document`: the editable values, named by keys, with one undo history for panels and gizmos.
 4. `inputs` and `page`: Vuetify's components around the view.
-5. `access`: who gets in, by HTTP and WebSocket; which messages are taken; uploads.
-6. `downloads`: the files that leave, and the Python that makes them again.
-7. `report`: the accuracy report, measured in a process of its own.
-8. `thumbnails`: balls of materials and reflectances.
-9. `studio`: all of these put together, and the server.
-10. `serving`: in a loop of its own, or in a notebook's.
+5. `access`: access control for HTTP and WebSocket, validation of messages, and uploads.
+6. `downloads`: the files to download, and the Python script that reproduces them.
+7. `report`: the accuracy report, measured in a separate process.
+8. `thumbnails`: spheres that show materials and reflectances.
+9. `studio`: the combination of all of these, and the server.
+10. `serving`: runs the studio in its own event loop, or in a notebook's.
 
-An edit goes from `inputs` by `access` and `studio` to `document`, which asks `fields` for the value and sets it in
-`window_lights`, in `lit_mesh`, or in `plotter.phong`; then the lit meshes are brought up to date as after any change.
+An edit goes from `inputs` through `access` and `studio` to `document`. It parses the value with `fields` and sets it in
+`window_lights`, in `lit_mesh`, or in `plotter.phong`; the lit meshes are then updated as after any change.
 
-All but `inputs`, `page`, `access`, `studio` and `serving` know nothing of a server.
+Only `inputs`, `page`, `access`, `studio` and `serving` depend on a server.
 """
 
 from __future__ import annotations
@@ -27,6 +27,6 @@ from pvphong.base import check
 
 
 def refuse_missing_extra(called: str) -> None:
-    """Raise ``ValueError`` if the extra is not installed; what is called is named."""
+    """Raise ``ValueError``, naming the caller, if the extra is not installed."""
     if importlib.util.find_spec("trame_pyvista") is None:
-        check.refuse(called, "none of its packages", "installed", "pip install trame-pyvista trame-vuetify.")
+        check.refuse(called, "none of its packages", "installed", "Run: pip install trame-pyvista trame-vuetify")

@@ -1,11 +1,11 @@
-"""Access to the studio: who gets in, by HTTP and by WebSocket, which messages are taken, and how files come in.
+"""Access to the studio: access control for HTTP and WebSocket, validation of messages, and uploads.
 
-Served on this machine alone, whoever is on it may come in, but no page of another origin. Served to others, everything
-lies in a folder whose name is a token, and nothing else is answered. A cookie would not do: browsers send none for a
-page in a frame of another host's, as in a notebook.
+A server on a loopback address admits all local requests, except from pages of another origin. On any other address, all
+paths are inside a folder with a secret token as its name, and other requests are refused. A cookie would not work:
+browsers send none for a page in a frame on another host's page, as in a notebook.
 
-Messages are what trame's page sends, and nothing else: each is checked before anything acts on it, and a malformed one
-gets an answer that says so. VTK's adapter of remote events, for one, would end the process at a key that is missing.
+Only messages that trame's page sends are accepted. Each is validated before it is used, and a malformed one is answered
+with an error. Otherwise VTK's adapter of remote events, for example, would crash on a missing key.
 """
 
 from __future__ import annotations
@@ -30,27 +30,27 @@ from wslink.protocol import MAX_MSG_SIZE
 from pvphong.base import check
 
 _LARGEST_MESSAGE = 2**20
-"""Bytes of a message; files come by HTTP."""
+"""Largest message, in bytes; files are sent by HTTP."""
 _FRAME = "publish:trame.rca.topic.stream:"
-"""How the ids of messages with a picture of the view begin."""
+"""Prefix of the ids of messages with a picture of the view."""
 _MOST_PENDING = 4
-"""Messages of one client that may be incomplete."""
+"""Largest number of incomplete messages of one client."""
 LARGEST_FILE = 2**28
-"""Bytes of an uploaded file, 256 MiB."""
+"""Largest uploaded file, in bytes: 256 MiB."""
 _PIECE = 2**16
-_MOST_PIXELS = 4096  # of a view's side
+_MOST_PIXELS = 4096  # width or height of a view
 _MOST_NESTED = 8
 _LARGEST = 1e300  # number
-_LONGEST = 2**16  # letters of a text, entries of a list
+_LONGEST = 2**16  # characters of a text, entries of a list
 
 Handler = Callable[[web.Request], Awaitable[web.StreamResponse]]
 
 
-# --- who gets in
+# --- access control
 
 
 def is_loopback(host: str) -> bool:
-    """Whether a name or an address to listen on is this machine's alone."""
+    """Return True if a host name or address is loopback, reachable from this machine only."""
     try:
         return ipaddress.ip_address(host).is_loopback
     except ValueError:
@@ -58,7 +58,7 @@ def is_loopback(host: str) -> bool:
 
 
 class Access:
-    """Which requests the studio's server answers.
+    """Access control of the studio's server.
 
     Parameters
     ----------
@@ -69,22 +69,22 @@ class Access:
     def __init__(self, host: str) -> None:
         self._is_local = is_loopback(host)
         self.token = "" if self._is_local else secrets.token_urlsafe(24)
-        """The folder that all is in; "" where only this machine is served."""
+        """Secret first folder of all paths; "" on a loopback address."""
 
     @property
     def root(self) -> str:
-        """The path that all others begin with."""
+        """Prefix of all paths."""
         return f"/{self.token}/" if self.token else "/"
 
     def guard(self, app: web.Application) -> None:
-        """Have every request of an application checked first, and all that it serves below the root."""
+        """Check every request of an application, and move its routes below the root."""
         app.middlewares.append(self._admit)
         if self.token:
-            app.on_startup.append(self._move)  # when all routes are there
+            app.on_startup.append(self._move)  # when all routes are defined
 
     async def _move(self, app: web.Application) -> None:
         for resource in app.router.resources():
-            app.router.unindex_resource(resource)  # aiohttp finds it by its path
+            app.router.unindex_resource(resource)  # aiohttp indexes resources by path
             resource.add_prefix(f"/{self.token}")
             app.router.index_resource(resource)
 
@@ -94,7 +94,7 @@ class Access:
             return web.Response(status=403)
         try:
             response = await handler(request)
-        except web.HTTPException as answer:  # a redirection, or that there is no such page
+        except web.HTTPException as answer:  # a redirection or "not found"
             self._finish(answer)
             raise
         self._finish(response)
@@ -102,23 +102,23 @@ class Access:
 
     @staticmethod
     def _finish(response: web.StreamResponse) -> None:
-        """Have the browser tell nobody of the token."""
+        """Set headers that keep the browser from sending the token to other sites."""
         if not response.prepared:
             response.headers["Referrer-Policy"] = "no-referrer"
             response.headers["X-Content-Type-Options"] = "nosniff"
 
     def admits(self, host: str, origin: str | None, path: str) -> bool:
-        """Whether a request gets in.
+        """Return True if a request is admitted.
 
         Parameters
         ----------
         host : str
-            The `Host` that it names. On this machine it must be this machine's name, for a page of another name may
-            have had that resolved to here.
+            The `Host` header. On a loopback address it must be loopback too, which prevents DNS rebinding by other
+            sites.
         origin : str or None
-            Of the page that it comes from; None where it comes from none.
+            Origin of the page that sends the request, if any.
         path : str
-            What it asks for.
+            The requested path.
         """
         try:
             if origin is not None and urlsplit(origin).netloc.lower() != host.lower():
@@ -131,38 +131,37 @@ class Access:
         return hmac.compare_digest(path.encode(errors="replace")[: len(wanted)], wanted)
 
 
-# --- files that come in
+# --- uploads
 
 
 async def receive(request: web.Request, suffixes: tuple[str, ...], folder: Path) -> tuple[str, Path]:
-    """An uploaded file, written into a folder under a name of our own.
+    """Write an uploaded file into a folder, under a fixed name.
 
     Parameters
     ----------
     request : aiohttp.web.Request
-        Its body is the file, its query's `name` what that is called, of which only the ending counts here.
+        The file is its body. `name` in its query is the file's name, of which only the suffix is used.
     suffixes : tuple of str
-        The endings that are allowed.
+        Allowed suffixes.
     folder : Path
-        One for this file alone.
+        A folder for this file only.
 
     Returns
     -------
     name : str
-        Without folders.
+        The file's name, without folders.
     path : Path
-        Where the file is.
+        Path of the written file.
 
     Raises
     ------
     ValueError
-        If the name does not end so, the file is empty, or it is larger than `LARGEST_FILE`; of that no more is
-        read.
+        If the suffix is not allowed, or the file is empty or larger than `LARGEST_FILE`. Reading stops at this size.
     """
     name = request.query.get("name", "").replace("\\", "/").rpartition("/")[2][:200]
     suffix = Path(name).suffix.lower()
     if suffix not in suffixes:
-        check.refuse("file", name or "one without a name", f"one that ends with {', '.join(suffixes)}")
+        check.refuse("file", name or "a file without a name", f"of type {', '.join(suffixes)}")
     allowed = f"at most {LARGEST_FILE >> 20} MiB"
     if (request.content_length or 0) > LARGEST_FILE:
         check.refuse("file", f"{name}, {(request.content_length or 0) >> 20} MiB", allowed)
@@ -171,10 +170,10 @@ async def receive(request: web.Request, suffixes: tuple[str, ...], folder: Path)
         async for piece in request.content.iter_chunked(_PIECE):
             size += len(piece)
             if size > LARGEST_FILE:
-                check.refuse("file", f"{name}, which is larger", allowed)
+                check.refuse("file", f"{name}, a larger file", allowed)
             file.write(piece)
     if not size:
-        check.refuse("file", f"{name}, which is empty", "one with something in it")
+        check.refuse("file", f"{name}, an empty file", "a file with content")
     return name, path
 
 
@@ -183,16 +182,16 @@ def upload(
     take: Callable[[str, Path, Mapping[str, str]], Awaitable[None]],
     done: Callable[[str], None],
 ) -> Handler:
-    """A handler of uploads: files that end so are given to a function, and then removed.
+    """Return a handler of uploads that passes each file to a function and then deletes it.
 
     Parameters
     ----------
     suffixes : tuple of str
-        The endings that are allowed.
+        Allowed suffixes.
     take : callable
-        Takes name, path and the query; ValueError where it cannot.
+        Called with name, path and query; raises ValueError if it rejects the file.
     done : callable
-        Told why a file was not taken, or "" when it was.
+        Called with the reason if the file was rejected, else with "".
     """
 
     async def handle(request: web.Request) -> web.StreamResponse:
@@ -207,7 +206,7 @@ def upload(
         done(reason)
         answer = web.Response(status=400 if reason else 204, text=reason or None)
         if reason:
-            answer.force_close()  # the rest of what is too large is not read
+            answer.force_close()  # do not read the rest of a file that is too large
         return answer
 
     return handle
@@ -217,7 +216,7 @@ def upload(
 
 
 class Malformed(ValueError):
-    """A message that the studio's page does not send."""
+    """Raised for a message that the studio's page does not send."""
 
 
 _MOUSE = {f"{button}Button{what}" for button in ("Left", "Middle", "Right") for what in ("Press", "Release")}
@@ -230,20 +229,20 @@ _IDLE = {"StartInteractionEvent", "EndInteractionEvent"}
 
 
 def view_event(given: Any) -> dict[str, Any]:
-    """An event of mouse, wheel, keyboard or touch, as VTK's adapter may be given it: all keys there, all in range.
+    """Return a valid event of mouse, wheel, keyboard or touch for VTK's adapter, with all keys, in range.
 
     Raises
     ------
     Malformed
-        If it is none.
+        If the event is not valid.
     """
     if not isinstance(given, dict) or not isinstance(given.get("type"), str):
-        raise Malformed("an event has a type")
+        raise Malformed("an event needs a type")
     kind = given["type"]
     if kind in _IDLE:
         return {"type": kind}
     if kind not in {"MouseMove", *_MOUSE, *_WHEEL, *_KEYS, *_TOUCH}:
-        raise Malformed("no such event")
+        raise Malformed("unknown event")
     event: dict[str, Any] = {"type": kind} | {name: int(bool(given.get(name))) for name in _MODIFIERS}
     event |= {name: _number(given.get(name, 0.0), -_MOST_PIXELS, _MOST_PIXELS) for name in "xywh"}
     if kind in _WHEEL:
@@ -251,7 +250,7 @@ def view_event(given: Any) -> dict[str, Any]:
     if kind in _KEYS:
         key = given.get("key", "")
         if not isinstance(key, str) or len(key) > 20 or not key.isprintable():
-            raise Malformed("no such key")
+            raise Malformed("unknown key")
         event |= {"key": key, "keyCode": int(_number(given.get("keyCode", 0), 0, 2**16))}
         event |= {name: bool(given.get(name)) for name in ("controlKey", "altKey", "shiftKey")}
     if kind in _TOUCH:
@@ -271,9 +270,9 @@ def view_event(given: Any) -> dict[str, Any]:
 
 
 def view_size(given: Any) -> dict[str, Any]:
-    """The size of a view in a browser, as large as a window may be."""
+    """Return the size of a view in a browser, limited to the largest window."""
     if not isinstance(given, dict):
-        raise Malformed("a size has a width and a height")
+        raise Malformed("a size needs a width and a height")
     width, height = (_number(given.get(name, 0.0), 0.0, 1e6) for name in ("w", "h"))
     ratio = _number(given.get("p", 1.0), 0.1, 10.0)
     most = _MOST_PIXELS / ratio
@@ -281,41 +280,41 @@ def view_size(given: Any) -> dict[str, Any]:
 
 
 def _number(given: Any, least: float, most: float) -> float:
-    if type(given) not in (int, float) or not least <= given <= most:  # so no NaN either
-        raise Malformed("a number that is none, or out of range")
+    if type(given) not in (int, float) or not least <= given <= most:  # also false for NaN
+        raise Malformed("not a number, or out of range")
     return given
 
 
 def _list(given: Any, count: int) -> list[Any]:
     if not isinstance(given, list) or len(given) != count:
-        raise Malformed(f"a list has {count} entries")
+        raise Malformed(f"a list needs {count} entries")
     return given
 
 
 def plain(given: Any, depth: int = 0) -> Any:
-    """Plain values of moderate size: texts, numbers, flags, and lists of such."""
+    """Return a value if it is a text, a number, a flag or None, or a list of these, of limited size."""
     if isinstance(given, list) and depth < _MOST_NESTED and len(given) <= _LONGEST:
         return [plain(each, depth + 1) for each in given]
     if given is None or (isinstance(given, int | float) and -_LARGEST <= given <= _LARGEST):
         return given
     if isinstance(given, str) and len(given) <= _LONGEST:
         return given
-    raise Malformed("values are texts, finite numbers, flags and lists")
+    raise Malformed("a value must be a text, a finite number, a flag or a list")
 
 
 class Messages(AioHttpWsHandler):
-    """The WebSocket's end here: takes what the studio's page sends, and answers anything else with an error.
+    """The server's end of the WebSocket: handles the messages of the studio's page, and rejects all others.
 
     Parameters
     ----------
     protocol : wslink.websocket.ServerProtocol
-        trame's.
+        trame's protocol.
     server : wslink's web server
-        That of trame.
+        trame's web server.
     triggers : mapping
-        Name → function, of what the page may trigger, and nothing else.
+        Name → function, of everything that the page may trigger.
     closed : callable
-        Called when a client has gone, with whether it held the mouse's left button down in the view.
+        Called when a client has disconnected, with True if it held the left mouse button down in the view.
     """
 
     def __init__(
@@ -333,11 +332,11 @@ class Messages(AioHttpWsHandler):
         self._frames: dict[str, bytes] = {}
 
     async def onMessage(self, is_binary: bool, msg: Any, client_id: str) -> None:
-        """A frame has come: a whole message, or a part of one."""
+        """Handle a frame: a whole message, or a part of one."""
         pieces = self.unchunkers[client_id]
         try:
             if not is_binary:
-                raise Malformed("frames are binary")
+                raise Malformed("frames must be binary")
             message = pieces.process_chunk(msg.data)
             if len(pieces.pending_messages) > _MOST_PENDING:
                 pieces.release_pending_messages()
@@ -350,22 +349,22 @@ class Messages(AioHttpWsHandler):
                 await self.sendWrappedError("malformed", -32600, "Malformed message", client_id=client_id)
 
     def _checked(self, message: Any, client_id: str) -> dict[str, Any]:
-        """A message, if it is one of those that the page sends."""
+        """Return a message with validated arguments; Malformed if the page does not send such a message."""
         if not isinstance(message, dict) or not isinstance(message.get("id"), str) or len(message["id"]) > 200:
-            raise Malformed("a message has an id")
+            raise Malformed("a message needs an id")
         method, args = message.get("method"), message.get("args", [])
         if not isinstance(args, list) or message.get("kwargs"):
-            raise Malformed("a message has a list of arguments")
+            raise Malformed("a message needs a list of arguments")
         if message["id"].startswith("system:"):
             if method == "wslink.hello" and len(args) == 1 and isinstance(args[0], dict):
                 return {"id": message["id"], "method": method, "args": args}
-            raise Malformed("no such method")
+            raise Malformed("unknown method")
         if not self.isClientAuthenticated(client_id):
-            raise Malformed("the first message is a greeting")
+            raise Malformed("the first message must be a greeting")
         if method == "trame.trigger":
             name, given, named = (*args, {})[:3]
             if name not in self._triggers or named or not isinstance(given, list):
-                raise Malformed("no such trigger")
+                raise Malformed("unknown trigger")
             args = [name, plain(given), {}]
         elif method == "trame.rca.event":
             args = [*map(str, _list(args, 3)[:2]), view_event(args[2])]
@@ -378,15 +377,15 @@ class Messages(AioHttpWsHandler):
             self._shown_to = client_id
         elif method == "trame.lifecycle.update":
             if args not in (["client_connected"], ["client_mounted"], ["client_exited"], ["client_unmounted"]):
-                raise Malformed("no such event")
+                raise Malformed("unknown event")
         elif method == "trame.rca.video.codecs":
             args = [str(_list(args, 1)[0])]
         elif method != "trame.state.get":
-            raise Malformed("no such method")
+            raise Malformed("unknown method")
         return {"id": message["id"], "method": method, "args": args}
 
     def _show_to(self, area: str, client_id: str) -> None:
-        """Draw in the size of the browser that is being used, for several may look on in others."""
+        """Draw in the size of the browser in use; other clients may have another size."""
         size = self._sizes.get(client_id)
         if client_id != self._shown_to and size is not None:
             self._shown_to = client_id
@@ -394,18 +393,18 @@ class Messages(AioHttpWsHandler):
             resize(areas, area, "access", size)
 
     async def handleSystemMessage(self, rpcid: str, methodName: str, args: list[Any], client_id: str) -> bool:
-        """Greetings: wslink would then take messages of 4 GiB."""
+        """Handle a greeting, and limit the message size again: wslink sets it to 4 GiB."""
         is_system: bool = await super().handleSystemMessage(rpcid, methodName, args, client_id)
         self.unchunkers[client_id].set_max_message_size(_LARGEST_MESSAGE)
         return is_system
 
     async def onConnect(self, request: web.Request, client_id: str) -> None:
-        """A client has come."""
+        """Handle a client's connection."""
         self._sending[client_id] = asyncio.Lock()
         await super().onConnect(request, client_id)
 
     async def onClose(self, client_id: str) -> None:
-        """A client has gone."""
+        """Handle a client's disconnection."""
         await super().onClose(client_id)
         for known in (self._sizes, self._sending, self._frames):
             known.pop(client_id, None)
@@ -420,11 +419,11 @@ class Messages(AioHttpWsHandler):
         content: Any,
         method: str = "",  # noqa: ARG002 wslink's signature
         client_id: str | None = None,
-        skip_last_active_client: bool = False,  # noqa: ARG002 nobody else's values are taken from a client
+        skip_last_active_client: bool = False,  # noqa: ARG002 wslink's signature
     ) -> None:
-        """Send to one client; wslink would have all wait for the slowest.
+        """Send to one client; wslink would make all clients wait for the slowest.
 
-        Of frames that one has not got yet, it gets the last.
+        If several frames are pending for a client, only the last one is sent.
         """
         if client_id is None or not self.isClientAuthenticated(client_id):
             return
@@ -445,16 +444,16 @@ class Messages(AioHttpWsHandler):
         rpcid: str,
         code: int,
         message: str,
-        data: Any = None,  # noqa: ARG002 it tells paths and lines of code
+        data: Any = None,  # noqa: ARG002 it contains paths and lines of code
         client_id: str | None = None,
     ) -> None:
-        """An error without wslink's traces."""
+        """Send an error without wslink's traceback."""
         if client_id is not None:
             error = {"code": code, "message": message}
             await self._send(client_id, msgpack.packb({"wslink": "1.0", "id": rpcid, "error": error}))
 
     async def _send(self, client_id: str, packed: bytes) -> None:
-        """Send a message to a client that may be going."""
+        """Send a message to a client that may be disconnecting."""
         end, lock = self.connections.get(client_id), self._sending.get(client_id)
         if end is not None and lock is not None:
             async with lock:

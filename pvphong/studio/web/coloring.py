@@ -1,4 +1,4 @@
-"""An array of meshes through a colormap, as the studio's page chooses it and shows it."""
+"""Colouring by an array: the choice of array, colormap and range in the studio's page."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ from pvphong.optics.colormap import Colormap
 from pvphong.studio.web.fields import number_in
 
 _STEPS = 16
-"""Colours of the gradient that shows a colormap."""
+"""Number of colours in the gradient that shows a colormap."""
 
 
 def arrays_of(meshes: Sequence[pv.DataSet]) -> dict[str, str]:
-    """The arrays of numbers that meshes may be coloured by: name → "point" or "cell"."""
+    """Return the numeric arrays of meshes: name → "point" or "cell"."""
     found: dict[str, str] = {}
     for mesh in meshes:
         for where, data in (("point", mesh.point_data), ("cell", mesh.cell_data)):
@@ -34,23 +34,23 @@ def arrays_of(meshes: Sequence[pv.DataSet]) -> dict[str, str]:
 
 
 def chosen(before: Any, meshes: Sequence[pv.DataSet], scalars: Any, cmap: Any, low: Any, high: Any) -> Colormap:
-    """The colormap that the page asks for.
+    """Return the colormap chosen in the page.
 
     Parameters
     ----------
     before : object
-        What colours the meshes: a colormap's name stays where none is given.
+        The present albedo; its colormap is kept if no `cmap` is given.
     meshes : sequence of pyvista.DataSet
-        They have the array.
+        The meshes with the array.
     scalars, cmap : str
         Names of the array and of the colormap.
     low, high : float, str or None
-        The range, as numbers or their digits; None or "" is the array's own end.
+        The range, as numbers or text; None or "" is the end of the array's range.
 
     Raises
     ------
     ValueError
-        If there is no such array or colormap, or the range is not one.
+        If there is no such array or colormap, or the range is invalid.
     """
     arrays = arrays_of(meshes)
     known = before.cmap if isinstance(before, Colormap) else None
@@ -59,20 +59,20 @@ def chosen(before: Any, meshes: Sequence[pv.DataSet], scalars: Any, cmap: Any, l
     span = spans_in(colormap, meshes)
     own = (span.low, span.high)
     if ends == [None, None] and (len(meshes) == 1 or not own[0] < own[1]):
-        return colormap  # the mesh's own, also after it is edited
+        return colormap  # follows edits of the array
     first, last = (found if end is None else end for end, found in zip(ends, own, strict=True))
     return replace(colormap, clim=(first, last))
 
 
 def shown(albedo: Any, meshes: Sequence[pv.DataSet]) -> dict[str, Any]:
-    """What the page shows: the arrays that there are, and the colormap with its range, colours and names."""
+    """Return the values for the page: the arrays, and the colormap with its range, colours and names."""
     entry: dict[str, Any] = {"arrays": list(arrays_of(meshes)), "scalars": "", "cmap": "", "gradient": ""}
     entry |= {"low": None, "high": None}
     if not isinstance(albedo, Colormap) or not isinstance(albedo.scalars, str):
         return entry
     try:
         table = lookup_table("albedo", albedo, np.empty(0), spans_in(albedo, meshes))
-    except ValueError:  # the array has gone, of which the view says that it cannot be lit
+    except ValueError:  # the array is missing; the view reports that the mesh cannot be lit
         return entry
     low, high = table.GetRange()
     colors = ", ".join(f"#{bytes(color).hex()}" for color in colors_by(table, np.linspace(low, high, _STEPS)))

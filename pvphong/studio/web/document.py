@@ -1,8 +1,7 @@
-"""The document that a studio edits: lights, materials, light model and tolerance, with one history for all of it.
+"""The document that a studio edits: lights, materials, light model and tolerance, with one undo history.
 
-Edits name what they change by a key: "light.3.intensity", "material.0.diffuse", "reflectance.0.roughness",
-"model.shadows", "surfaces.feature_angle", "fader.3.gain", "accuracy.tolerance". The number of a light stays its own for
-as long as the studio runs.
+An edit names its field by a key: "light.3.intensity", "material.0.diffuse", "reflectance.0.roughness", "model.shadows",
+"surfaces.feature_angle", "fader.3.gain", "accuracy.tolerance". A light keeps its number while the studio runs.
 """
 
 from __future__ import annotations
@@ -52,16 +51,16 @@ def _number_or_none(name: str, value: Any, **limits: Any) -> float | None:
 
 @dataclass(frozen=True)
 class Accuracy:
-    """How exact colours have to be.
+    """Accuracy of the colours.
 
     Parameters
     ----------
     tolerance : float, default 0
-        Largest colour error that may be traded for time, of 1 = full; 1/255 = 0.0039 is one step of a display. The plan
-        and what is downloaded keep to it; the view is exact at vertices.
+        Largest colour error allowed to save time, where 1 is full intensity; 1/255 = 0.0039 is one step of a display.
+        It applies to the plan and to downloads; the view is exact at vertices.
     refine : float, optional
-        Largest colour error inside of triangles in the view, of 1 = full. The view is drawn refined where nothing
-        moves, with crisp edges of shadows and cones. Without, it is drawn at the mesh's own vertices.
+        Largest colour error inside triangles in the view, where 1 is full intensity. While nothing moves, the view is
+        refined, with crisp edges of shadows and cones. If None, the view has the mesh's own vertices.
     """
 
     tolerance: float = check.field(partial(check.number, at_least=0.0, at_most=0.1), 0.0, unit="of 1")
@@ -73,13 +72,13 @@ class Accuracy:
 
 @dataclass(frozen=True)
 class Surfaces:
-    """How edges of the meshes are lit.
+    """Shading of the meshes' edges.
 
     Parameters
     ----------
     feature_angle : float, optional
-        Between the normals of two faces, in degrees, from which their edge is sharp; 0 is flat shading. Without, all
-        edges are smooth.
+        An edge is sharp if the normals of its faces differ by at least this angle, in degrees. 0 is flat shading; if
+        None, all edges are smooth.
     """
 
     feature_angle: float | None = check.field(partial(_number_or_none, at_least=0.0, at_most=180.0), None)
@@ -89,15 +88,15 @@ class Surfaces:
 
 
 _IN_ROW = ("name", "on", "diffuse", "intensity")
-"""Fields of a light that its row shows."""
+"""Fields in the row of a light."""
 
 _FIRST_OF_SCENE = ("ambient", "shadows", "ambient_occlusion", "bounces")
-"""Fields of the light model that are shown before the others."""
+"""Fields of the light model that come first."""
 
-# In sizes of the scene: where a new light stands off its middle, to the right, up and towards the viewer, and how large
-# it is. The colour that a white surface gets from it there.
+# A new light's offset from the scene's centre, to the right, up and towards the viewer, and its size, in scene sizes;
+# and the colour that it gives a white surface there.
 _PLACE, _LARGE, _BRIGHT = (-0.6, 0.6, 0.5), 0.2, 0.6
-_APART = 0.45  # how far to the right of a light that stands there already
+_APART = 0.45  # distance to the right of an existing light, in scene sizes
 _MOST_STOPS = 100.0
 
 _ACTS: Mapping[str, Callable[[Gizmos, Gizmo], Any]] = {
@@ -110,7 +109,7 @@ _ACTS: Mapping[str, Callable[[Gizmos, Gizmo], Any]] = {
 
 
 class DocumentState(NamedTuple):
-    """Everything that can be edited, of which two can be compared."""
+    """All editable values; comparable."""
 
     lights: LightStates
     materials: MaterialsState
@@ -121,16 +120,16 @@ class DocumentState(NamedTuple):
 
 
 class Document:
-    """What a studio edits.
+    """All values that a studio edits.
 
     Parameters
     ----------
     phong : PlotterPhong
-        The lighting of the plotter, whose light model this sets.
+        The lighting of the plotter; its light model is edited.
     subplot : Subplot
-        Its lights, lit meshes and gizmos.
+        The lights, lit meshes and gizmos.
     history : History
-        The one that gizmos write to as well.
+        The undo history, shared with the gizmos.
     """
 
     def __init__(self, phong: Any, subplot: Subplot, history: History) -> None:
@@ -139,14 +138,14 @@ class Document:
         self._accuracy = Accuracy(refine=min(refined, default=None))
         self.mix = Mix(subplot)
         self.textures: dict[Map, str] = {}
-        """The names of the files that textures have been brought as."""
+        """File names of uploaded textures."""
         self._numbers: dict[RendererLight, int] = {}
         self._middles = {"accuracy.refine": -8.0}  # 1/256, as fine as a display
         self._sliding: tuple[str, Any] | None = None
 
     @property
     def accuracy(self) -> Accuracy:
-        """How exact colours have to be; can be set."""
+        """Accuracy of the colours; can be set."""
         return self._accuracy
 
     @accuracy.setter
@@ -157,7 +156,7 @@ class Document:
 
     @property
     def surfaces(self) -> Surfaces:
-        """How edges are lit, of the first mesh; of all, if it is set."""
+        """Edge shading of the first mesh; setting it sets that of all meshes."""
         first = next(iter(self._subplot.lit.meshes), None)
         return Surfaces(None if first is None else first.sharp_angle)
 
@@ -166,11 +165,11 @@ class Document:
         for mesh in self._subplot.lit.meshes:
             mesh.feature_angle = surfaces.feature_angle
 
-    # -- as one thing that history can turn back
+    # -- undo
 
     @property
     def state(self) -> DocumentState:
-        """Everything that can be edited, as history keeps it."""
+        """All editable values, for the undo history."""
         return DocumentState(
             lights=self._subplot.lights.state,
             materials=self._subplot.lit.state,
@@ -181,7 +180,7 @@ class Document:
         )
 
     def revert(self, now: DocumentState, then: DocumentState) -> None:
-        """Undo what changed from `then` to `now`."""
+        """Undo the changes between `then` and `now`."""
         self._subplot.lights.revert(now.lights, then.lights)
         self._subplot.lit.revert(now.materials, then.materials)
         if now.light_model != then.light_model:
@@ -196,7 +195,7 @@ class Document:
 
     @contextmanager
     def _step(self) -> Iterator[None]:
-        """What is done inside becomes one step, if all meshes can be lit then; else everything is as before."""
+        """Record the changes made inside as one step; revert them if a mesh cannot be lit with them."""
         self.history.settle()
         before = self.state
         try:
@@ -210,46 +209,46 @@ class Document:
         self.history.record(self, before)
 
     def undo(self) -> bool:
-        """Take the last step back, whoever made it; False if there is none."""
+        """Undo the last step, of the page or the gizmos; return False if there is none."""
         return self.history.undo()
 
     def redo(self) -> bool:
-        """Take the last step that was undone again; False if there is none."""
+        """Redo the last undone step; return False if there is none."""
         return self.history.redo()
 
-    # -- what is computed in the background, and not awaited any longer
+    # -- cancelling background computations
 
     def cancel_bounces(self) -> str:
-        """Gather no more light: so many bounces are left as are in what is drawn; gives what is to be said of it."""
+        """Cancel the bounced light and set bounces to those in the present picture; return a message."""
         gathering, model = self._subplot.lit.gathering, self._phong.light_model
         if gathering.part is None:
-            return "no light is being gathered"
+            return "Bounced light is not being computed."
         drawn = gathering.bounces
-        kept = drawn if drawn != model.bounces else 0  # the same number would be gathered again
+        kept = drawn if drawn != model.bounces else 0  # the same number would start the computation again
         self.edit("model.bounces", kept)
         as_before = ", as before" if kept == drawn else ""
-        return f"Light that bounces is no longer gathered: bounces are {kept}{as_before}."
+        return f"Bounced light is cancelled: bounces = {kept}{as_before}."
 
     def cancel_refining(self) -> None:
-        """Leave what is drawn as it is, until something is edited."""
+        """Cancel refining until the next edit."""
         for refining in self._subplot.lit.refining.values():
             refining.cancel()
 
     # -- edits of one value
 
     def edit(self, key: str, given: Any, index: Sequence[int] = ()) -> None:
-        """Give one field another value, as one step.
+        """Set one field, as one undo step.
 
         Raises
         ------
         ValueError
-            If there is no such field, or the value is not allowed; everything is as before then.
+            If there is no such field, or the value is not allowed; nothing is changed then.
         """
         with self._step():
             self._set(key, lambda value, name: edited(value, name, given, index))
 
     def slide(self, key: str, given: Any) -> None:
-        """Move a number's slider, or a colour in its picker; all moves until `settle` are one step."""
+        """Set a number from its slider, or a colour from its picker; all moves until `settle` are one undo step."""
         if self._sliding is None or self._sliding[0] != key:
             self.history.settle()
             self._sliding = key, self.state
@@ -257,14 +256,14 @@ class Document:
         self._set(key, partial(_slid, given))
 
     def settle(self) -> None:
-        """Whatever was slid becomes a step."""
+        """Record the movement of a slider or picker as one step."""
         sliding, self._sliding = self._sliding, None
         self.history.end(self)
         if sliding is not None:
             self.history.record(self, sliding[1])
 
     def _set(self, key: str, change: Callable[[Any, str], Any]) -> None:
-        """Change what a key names, by a function of a dataclass and of a field's name."""
+        """Change the field of a key with a function of the dataclass and the field's name."""
         match check.text("key", key).split("."):
             case "accuracy", name:
                 self.accuracy = change(self.accuracy, name)
@@ -283,16 +282,16 @@ class Document:
             case "reflectance", number, name:
                 shared = self._material(number)
                 if shared.material.reflectance is None:
-                    check.refuse("key", key, "that of a field that is there")
+                    check.refuse("key", key, "the key of an existing field")
                 shared.material = replace(shared.material, reflectance=change(shared.material.reflectance, name))
             case _:
-                check.refuse("key", key, "that of a field")
+                check.refuse("key", key, "the key of a field")
 
     def _set_light(self, renderer_light: RendererLight, name: str, change: Callable[[Any, str], Any]) -> None:
         viewer = self._subplot.lights.viewer
         before: Light = renderer_light.light(viewer)
         after: Light = change(before, name)
-        if after.frame != before.frame:  # it stays where it is
+        if after.frame != before.frame:  # keep its place in the world
             after = before.in_world(viewer).in_frame(after.frame, viewer)
         self._subplot.lights.set(renderer_light, after)
 
@@ -305,19 +304,19 @@ class Document:
         return self._subplot.interaction.gizmos
 
     def number(self, renderer_light: RendererLight) -> int:
-        """The number by which keys name a light."""
+        """Return the number of a light in keys."""
         return self._numbers.setdefault(renderer_light, 1 + len(self._numbers))
 
     def _light(self, number: Any) -> RendererLight:
         for each in self._subplot.lights.renderer_lights:
             if str(self.number(each)) == str(number):
                 return each
-        return check.refuse("light", number, "one that is still there")
+        return check.refuse("light", number, "the number of an existing light")
 
     def add(self, kind: str) -> None:
-        """Add a light of a kind, by its name in files, and select it.
+        """Add a light of a kind, given by its name in files, and select it.
 
-        It shines on the scene from the upper left, or from the right of the lights that stand there already.
+        It shines on the scene from the upper left, to the right of lights that are there already.
         """
         made = LIGHT_TYPES[check.choice("kind", kind, LIGHT_TYPES)]
         scenery, viewer = self.gizmos.scenery, self._subplot.lights.viewer
@@ -332,7 +331,7 @@ class Document:
             self.gizmos.add(replace(light, name=name))
 
     def act(self, what: str, number: Any) -> str:
-        """Duplicate, delete, solo a light, bring it to the camera, or reset it; gives what is to be said of it."""
+        """Duplicate, delete or solo a light, move it to the camera, or reset it; return a message."""
         act = _ACTS[check.choice("what", what, _ACTS)]
         gizmos, gizmo = self.gizmos, self.gizmos.of(self._light(number))
         gizmos.select(gizmo)
@@ -342,25 +341,25 @@ class Document:
         return gizmos.notice
 
     async def set_image(self, number: Any, image: Any) -> None:
-        """Give a light that is an image another, which is divided into its bands in another thread.
+        """Set the image of an environment light. Its spherical harmonics are computed in another thread.
 
         Parameters
         ----------
         number
-            The light's.
+            Number of the light.
         image : pyvista.ImageData
-            Linear floats, or bytes, which count as sRGB.
+            Linear floats, or bytes, which are decoded as sRGB.
 
         Raises
         ------
         ValueError
-            If the light is none, or the image is not one that it takes.
+            If there is no such light, it takes no image, or the image is invalid.
         """
         renderer_light = self._light(number)
         before = renderer_light.light(self._subplot.lights.viewer)
         names = [field.name for field in fields_of(type(before)) if field.takes == "image"]
         if not names or not isinstance(image, pv.ImageData) or image.active_scalars is None:
-            check.refuse("image", f"for {called(before)}", "an image for a light from all around")
+            check.refuse("image", f"one for {called(before)}", "an image for a light from all around")
         width, height, _ = image.dimensions
         texels = np.asarray(image.active_scalars).reshape(height, width, -1)[::-1, :, :3]
         if texels.dtype == np.uint8:
@@ -369,25 +368,25 @@ class Document:
         else:
             given = np.ascontiguousarray(texels, np.float32)
         changed = await asyncio.to_thread(_with_image, before, names[0], given)
-        with self._step():  # of the light as it is by now
+        with self._step():  # on the light's present value
             now, changes = self._light(number), {names[0]: getattr(changed, names[0])}
             now.set(replace(now.light(self._subplot.lights.viewer), **changes), self._subplot.lights.viewer)
 
     def select(self, number: Any) -> None:
-        """Select a light, in the list as in the view; none if the number is None."""
+        """Select a light in list and view; None selects none."""
         self.gizmos.select(None if number is None else self.gizmos.of(self._light(number)))
 
     def replace_all(self, scene: Scene, materials: Mapping[str, Material], default: str) -> None:
-        """Take over lights, light model and materials of a rig, as one step.
+        """Set lights, light model and materials from a rig, as one undo step.
 
         Parameters
         ----------
         scene : Scene
-            Its viewer is not taken over.
+            Lights and light model; its viewer is ignored.
         materials : mapping
-            By name; one of those that have none in it keeps its own.
+            Name → material. A mesh without an entry keeps its material.
         default : str
-            The name of the material of what has no name.
+            Name of the material for meshes without an entry of their own.
         """
         with self._step():
             self._subplot.lights.replace(scene.lights)
@@ -400,18 +399,18 @@ class Document:
     # -- the mix
 
     def start_mix(self, on: bool) -> None:
-        """Begin to mix with faders, or end without keeping the mix."""
+        """Start the mix, or end it without applying it to the lights."""
         with self._step():
             self.mix.start(on=check.flag("on", on))
 
     def solo_fader(self, number: Any) -> None:
-        """Hear one light alone in the mix, or all again."""
+        """Show one light only in the mix, or all again."""
         with self._step():
             chosen = self._light(number)
             self.mix.soloed = None if self.mix.soloed is chosen else chosen
 
     def keep_mix(self) -> None:
-        """Write the mix into the lights; the faders are where the lights are again."""
+        """Apply the mix to the lights, and reset the faders."""
         with self._step():
             for each, light in self.mix.kept().items():
                 each.set(light, self._subplot.lights.viewer)
@@ -421,17 +420,17 @@ class Document:
 
     @property
     def materials(self) -> dict[str, SharedMaterial]:
-        """The materials of the visible meshes, each once, by the name of the first mesh that has it."""
+        """Name of the first mesh with a material → the material, for all visible meshes."""
         found: dict[SharedMaterial, str] = {}
         for mesh in self._subplot.lit.shown:
             found.setdefault(mesh.shared_material, self.mesh_name(mesh))
         return {name: shared for shared, name in found.items()}
 
     def mesh_name(self, mesh: Any) -> str:
-        """What a mesh is called, and no other.
+        """Return a unique name of a mesh.
 
-        A block by its own name, as rigs and scripts name it, unless another mesh has that too; else a mesh as it was
-        drawn, in brackets the block; its number if it was drawn without a name.
+        A block has its own name, as in rigs and scripts, unless another mesh has the same. Other meshes have the name
+        of their actor, with the block in brackets, or a number if they were drawn without a name.
         """
         lit = self._subplot.lit
         others = (other.block or lit.name_of(other) for other in lit.meshes if other is not mesh)
@@ -442,41 +441,41 @@ class Document:
     def _material(self, number: Any) -> SharedMaterial:
         materials = list(self.materials.values())
         if not str(number).isdecimal() or int(number) >= len(materials):
-            check.refuse("material", number, "one that is there")
+            check.refuse("material", number, "the number of an existing material")
         return materials[int(number)]
 
     def choose_material(self, number: Any, name: str) -> None:
-        """Make a material one of the named; albedo and tangents stay the mesh's own."""
+        """Set a named material; albedo and tangents are kept."""
         with self._step():
             shared = self._material(number)
             own = shared.material
             shared.material = replace(as_material(name), albedo=own.albedo, tangents=own.tangents)
 
     def choose_reflectance(self, number: Any, name: str) -> None:
-        """Give a material another reflectance, by its name in files; "" is the light model's."""
+        """Set a material's reflectance by its name in files; "" uses the light model's reflection."""
         with self._step():
             shared = self._material(number)
             reflectance = new_reflectance(name) if name else None
             shared.material = replace(shared.material, reflectance=reflectance)
 
     def set_texture(self, number: Any, field: str, texture: pv.Texture, name: str) -> None:
-        """Give a field of a material, or of its reflectance, a texture.
+        """Set a texture for a field of a material, or of its reflectance.
 
         Parameters
         ----------
         number
-            The material's.
+            Number of the material.
         field : str
-            One that may be a map.
+            A field that can be a map.
         texture : pyvista.Texture
-            Is laid on by the meshes' texture coordinates.
+            The texture; it is mapped by the meshes' texture coordinates.
         name : str
-            Of the file that it was read from.
+            Name of the texture's file.
 
         Raises
         ------
         ValueError
-            If there is no such field, the texture is not allowed in it, or a mesh has no texture coordinates.
+            If there is no such field, the texture does not fit it, or a mesh has no texture coordinates.
         """
         shared = self._material(number)
         check.choice("field", field, textured(shared.material))
@@ -485,23 +484,23 @@ class Document:
             self.textures[Map(texture)] = self._file_name(texture, name)
 
     def set_colormap(self, number: Any, scalars: Any, cmap: Any = None, low: Any = None, high: Any = None) -> str:
-        """Give a material an array of its meshes through a colormap as its albedo; gives what is to be said of it.
+        """Set an array of the meshes with a colormap as a material's albedo; return a message.
 
         Parameters
         ----------
         number
-            The material's.
+            Number of the material.
         scalars : str or None
-            The name of a point or cell array; None removes it. For a cell array the feature angle becomes 0.
+            Name of a point or cell array; None removes the colormap. A cell array sets the feature angle to 0.
         cmap : str, optional
-            The colormap's name; the one before, or PyVista's, if not given.
+            Name of the colormap; by default the present one, or PyVista's.
         low, high : float or str, optional
-            The range, as numbers or their digits; an end that is not given is that of the array.
+            The range, as numbers or text; by default that of the array.
 
         Raises
         ------
         ValueError
-            If there is no such array or colormap, or the range is not one.
+            If there is no such array or colormap, or the range is invalid.
         """
         shared = self._material(number)
         if not scalars:
@@ -514,23 +513,23 @@ class Document:
             if splits:
                 self.surfaces = Surfaces(0.0)
             shared.material = replace(shared.material, albedo=colormap)
-        return "The feature angle is 0 now: an array of cells needs faces with points of their own." if splits else ""
+        return "All edges are sharp now, because a cell array needs separate points for each face." if splits else ""
 
     def _colored(self, shared: SharedMaterial) -> list[pv.DataSet]:
-        """The meshes that have a material."""
+        """Return the visible meshes with a material."""
         return [mesh.mesh for mesh in self._subplot.lit.shown if mesh.shared_material is shared]
 
     def _file_name(self, texture: pv.Texture, name: str) -> str:
-        """The name of a texture's file, with a number where it is that of another picture: scripts name it."""
+        """Return a unique file name of a texture, for scripts; numbered if another picture has the name."""
         path, texels = PurePath(name), texture.to_array()
         others = [known for each, known in self.textures.items() if not np.array_equal(each.source.to_array(), texels)]
         names = itertools.chain([name], (f"{path.stem}-{number}{path.suffix}" for number in itertools.count(2)))
         return next(each for each in names if each not in others)
 
-    # -- what the page shows
+    # -- values for the page
 
     def shown(self) -> dict[str, Any]:
-        """All of it as plain values, by the names that the page has for them."""
+        """Return all values for the page, by their names there."""
         viewer, gizmos = self._subplot.lights.viewer, self.gizmos
         selected, soloed = gizmos.selected, gizmos.soloed
         lights = []
@@ -588,17 +587,17 @@ class Document:
 def _with_image(light: Light, name: str, image: Any) -> Light:
     changes: dict[str, Any] = {name: image}
     changed = replace(light, **changes)
-    # both keep what they compute of an image, which takes long: it is done in this thread, not in the one that draws
+    # both cache slow computations of the image: done here, they do not block the drawing thread
     vtk_values(changed)
     changed.bands  # noqa: B018
     return changed
 
 
 def _slid(given: Any, value: Any, name: str) -> Any:
-    """A dataclass with another value in a field, as its slider or its colour picker gives it."""
+    """Return a dataclass with a field set from its slider or colour picker."""
     field = field_of(value, name)
     if field.kind not in ("number", "color"):
-        check.refuse("field", name, "one that has a slider or a picker")
+        check.refuse("field", name, "a number or a colour, to be set by a slider or picker")
     if field.kind == "number":
         given = check.number(name, given)
         if has_stops(field):
@@ -607,19 +606,19 @@ def _slid(given: Any, value: Any, name: str) -> Any:
 
 
 def textured(material: Material) -> list[str]:
-    """The fields that a texture may be given to, of a material and of its reflectance."""
+    """Return the fields of a material and its reflectance that can have a texture."""
     reflectance = material.reflectance
     fields = *fields_of(type(material)), *(() if reflectance is None else fields_of(type(reflectance)))
     return [field.name for field in fields if field.takes == "map" and field.name in FIELDS]
 
 
 def kind_of(light: Light) -> str:
-    """What scene files call a kind of light."""
+    """Return the name of a light's kind in scene files."""
     return next((name for name, kind in LIGHT_TYPES.items() if type(light) is kind), type(light).__name__)
 
 
 def new_reflectance(name: str) -> Any:
-    """A reflectance by its name in files; what has no default is in the middle of what is allowed, or grey."""
+    """Return a reflectance by its name in files; parameters without a default are mid-range, or grey."""
     kind = REFLECTANCES[check.choice("reflectance", name, REFLECTANCES)]
     missing = {each.name for each in dataclass_fields(kind) if each.default is MISSING}
     given: dict[str, Any] = {
@@ -631,24 +630,24 @@ def new_reflectance(name: str) -> Any:
 
 
 def placed_before(light: Light, center: Vector, size: float, viewer: Viewer, *, right: float = 0.0) -> Light:
-    """A light of the world that shines on a scene from the upper left, as bright as its roles and its size allow.
+    """Return a light in world coordinates that shines on a scene from the upper left, at a suitable intensity.
 
     Parameters
     ----------
     light : Light
-        One with the defaults of its kind.
+        A light with the defaults of its kind.
     center, size
-        The scene's middle, and half its diagonal.
+        The scene's centre, and half its diagonal.
     viewer : Viewer
-        Where left and up are.
+        Defines left and up.
     right : float, default 0
-        How far to the right of that it stands, in sizes of the scene.
+        Offset to the right, in scene sizes.
     """
     middle, axes = np.array(center), viewer.axes
     place = middle + size * np.add(_PLACE, (right, 0.0, 0.0)) @ axes
     ahead = np.array(unit_vector((middle - place).tolist()))
     across = np.array(unit_vector(np.cross(axes[1], ahead).tolist()))
-    local = np.stack([across, np.cross(across, ahead), -ahead])  # flat lights face along −z by themselves
+    local = np.stack([across, np.cross(across, ahead), -ahead])  # the corners' default normal is −z
     light = light.with_values(Place, place.tolist()).with_values(Aim, (middle - place).tolist())
     light = light.with_values(Length, _LARGE * size).with_values(Up, viewer.up)
     for corners in light.values(Corners):

@@ -1,4 +1,4 @@
-"""What is downloaded from a studio: rig, lit mesh, glTF, picture, and the Python that makes them again, to the bit."""
+"""Downloads from a studio: rig, lit mesh, glTF, picture, and a Python script that reproduces them exactly."""
 
 from __future__ import annotations
 
@@ -35,33 +35,33 @@ EXAMPLES: Mapping[str, str] = {
     "beam": "load_hexbeam",
     "sphere": "load_sphere",
 }
-"""What can be opened without a file → the function of `pyvista.examples` that gives it; PyVista brings them along."""
+"""Name of an example mesh → its function in `pyvista.examples`; PyVista contains their files."""
 
 FILES = ("rig", "vtp", "ply", "vtkhdf", "glb", "png", "py")
-"""What can be downloaded, by the endings of names; "rig" is a .json."""
+"""The downloads, by suffix; "rig" is a .json."""
 
 LIT = ("vtp", "ply", "vtkhdf", "glb", "png")
-"""What of that is made of the lit mesh."""
+"""The downloads made from the lit mesh."""
 
 
 @dataclass
 class Downloads:
-    """What a studio's files are made of, as it is now.
+    """A snapshot of the data in a studio's downloads.
 
     Parameters
     ----------
     meshes : mapping
-        The lit meshes by name.
+        Name → lit mesh.
     scene : Scene
-        What lights them.
+        Lights, viewer and light model.
     tolerance : float
-        The colour error that is allowed.
+        Allowed colour error.
     reading : str
-        Python that gives the mesh, or the blocks, from `pv` and `ph`.
+        Python expression for the mesh or the blocks, using `pv` and `ph`.
     stem : str
-        What the names of files begin with.
+        Prefix of the file names.
     textures : mapping
-        Of textures that were read from files, these files' names: rig and script name them, where they are to be.
+        Texture → file name, for textures from files: rig and script refer to these names.
     """
 
     meshes: Mapping[str, LitMesh]
@@ -76,13 +76,13 @@ class Downloads:
 
     @property
     def materials(self) -> dict[str, Material]:
-        """As rigs keep them: "default" for all, or by the meshes' names."""
+        """The materials as in a rig: "default" for all meshes, or by mesh name."""
         found = common_or_named({name: mesh.material for name, mesh in self.meshes.items()})
         return found or {DEFAULT: DEFAULT_MATERIAL}
 
     @property
     def _written(self) -> dict[str, Material]:
-        """The materials as they are written: textures by their files' names."""
+        """The materials as they are written, with textures as file names."""
 
         def named(material: Material) -> Material:
             maps = {name: each for name, each in material.maps.items() if isinstance(each, Map)}
@@ -92,23 +92,23 @@ class Downloads:
 
     @property
     def options(self) -> dict[str, Any]:
-        """What `shade` is called with beside scene and material; a named backend, of which equal calls give equal bits.
+        """Options of `shade`. They include the backend, so that the script reproduces the colours exactly.
 
         Raises
         ------
         ValueError
-            If there is no mesh, or the meshes have no options in common.
+            If there is no mesh, or the meshes need different options.
         """
         meshes = list(self.meshes.values())
         if not meshes:
-            check.refuse("mesh", "none", "there", "Open one first.")
+            check.refuse("mesh", "none", "open", "Open one first.")
         angles, matrices = {mesh.feature_angle for mesh in meshes}, [mesh.matrix for mesh in meshes]
         matrix = matrices[0]
         if len(angles) > 1 or len({None if each is None else each.tobytes() for each in matrices}) > 1:
-            allowed = "in place, or moved together, with one feature angle, to be lit as one call"
-            check.refuse("meshes", "some moved each by itself", allowed)
+            allowed = "unmoved or moved together, with one feature angle, to be lit in one call"
+            check.refuse("meshes", "different transforms or feature angles", allowed)
         if self.scene.light_model.needs_rays and not all(mesh.casts_shadows for mesh in meshes):
-            check.refuse("meshes", "some that cast no shadows", "such that all cast shadows, to be lit as one call")
+            check.refuse("meshes", "a mesh without shadows", "all shadow-casting, to be lit in one call")
         found: dict[str, Any] = {"feature_angle": meshes[0].feature_angle}
         if matrix is not None:
             found["matrix"] = matrix.tolist()
@@ -118,7 +118,7 @@ class Downloads:
 
     @cached_property
     def lit(self) -> Any:
-        """The lit mesh, or the lit blocks, lit once; by any thread."""
+        """The lit mesh or blocks, computed once; can be read in any thread."""
         options, materials = self.options, self.materials
         if len(self.meshes) == 1:
             mesh = next(iter(self.meshes.values())).mesh
@@ -127,9 +127,9 @@ class Downloads:
         return blocks.phong.shade(self.scene, materials, **options)
 
     def script(self) -> str:
-        """Python that reads the mesh, lights it as here, and writes it.
+        """Return a Python script that reads the mesh, lights it as in the studio, and writes it.
 
-        Lights and materials that no code can hold, images and arrays, are read from the rig.
+        Lights and materials with images or arrays, which code cannot contain, are read from the rig.
         """
         options, materials, stem = self.options, self._written, self.stem
         ending = "vtp" if [mesh.block for mesh in self.meshes.values()] == [""] else "vtkhdf"
@@ -141,7 +141,7 @@ class Downloads:
                 inner = "".join(f"    {name!r}: {python_of(each)},\n" for name, each in materials.items())
                 material = f"{{\n{inner}}}"
         except HasArrays:
-            scene = f'ph.Scene.load("{stem}-rig.json")  # take the rig home too: it has the image'
+            scene = f'ph.Scene.load("{stem}-rig.json")  # download the rig too: it contains images and arrays'
             material = f'ph.load_materials("{stem}-rig.json")'
             material += f'["{DEFAULT}"]' if list(materials) == [DEFAULT] else ""
         given = ", ".join(["scene", "material", *(f"{name}={value!r}" for name, value in options.items())])
@@ -158,23 +158,23 @@ class Downloads:
         return "\n".join(lines) + "\n"
 
     def write(self, what: str, folder: Path, plotter: pv.Plotter, size: tuple[int, int]) -> Path:
-        """Write one of `FILES` into a folder, and give its path.
+        """Write one of `FILES` into a folder and return its path.
 
         Parameters
         ----------
         what : str
             One of `FILES`.
         folder : Path
-            Where to.
+            The folder.
         plotter : pyvista.Plotter
-            What the picture's background is taken from.
+            Defines the picture's background colour.
         size : tuple of int
             Width and height of a picture, in pixels.
 
         Raises
         ------
         ValueError
-            If it cannot be made.
+            If the file cannot be made.
         """
         check.choice("file", what, FILES)
         ending = {"rig": "-rig.json", "png": ".png"}.get(what, f"-lit.{what}")
@@ -185,7 +185,7 @@ class Downloads:
             path.write_text(self.script(), encoding="utf-8")
         else:
             lit, matrix, how = self.lit, self.options.get("matrix"), dict[str, Any]()
-            if what in ("png", "glb") and matrix is not None:  # they have it where it is seen
+            if what in ("png", "glb") and matrix is not None:  # these show the mesh where it is drawn
                 lit = lit.transform(np.array(matrix), inplace=False)
             if what == "png":
                 how = {"viewer": self.scene.viewer, "size": size, "background": plotter.background_color.hex_rgb}
@@ -193,36 +193,36 @@ class Downloads:
         return path
 
     def save_rig(self, path: Path) -> None:
-        """Write scene and materials; ValueError if that cannot be done."""
+        """Write scene and materials; ValueError if they cannot be written."""
         self.scene.save(path, materials=self._written)
 
     def read(self, what: str, plotter: pv.Plotter, size: tuple[int, int]) -> tuple[str, bytes]:
-        """The name and the bytes of one of `FILES`; see `write`."""
+        """Return the name and the bytes of one of `FILES`; see `write`."""
         with tempfile.TemporaryDirectory() as folder:
             path = self.write(what, Path(folder), plotter, size)
             return path.name, path.read_bytes()
 
 
 def reading_file(name: str) -> str:
-    """Python that reads a file."""
+    """Return a Python expression that reads a file."""
     return f"ph.read({PurePath(name).name!r})"
 
 
 class HasArrays(Exception):
-    """Something that no code can hold."""
+    """Raised for a value with images or arrays, which code cannot contain."""
 
 
 _CODED = (Scene, Viewer, LightModel, Material, Colormap, *LIGHT_TYPES.values(), *REFLECTANCES.values())
-"""Whose constructors `ph` has by their names."""
+"""Classes that `ph` exports by name."""
 
 
 def python_of(value: Any, indent: str = "") -> str:
-    """A scene, a light, a material and the like as Python that gives it again, with `pvphong` as `ph`."""
+    """Return Python code that reproduces a scene, light, material or similar, with `pvphong` as `ph`."""
     kind: Any = type(value)
     inside = f"{indent}    "
 
     def listed(parts: Iterable[str]) -> str:
-        """A line for each, between lines that have nothing but brackets."""
+        """Return the parts on a line each, for use between brackets."""
         return "\n" + "".join(f"{inside}{part},\n" for part in parts) + indent
 
     if isinstance(value, Scene):

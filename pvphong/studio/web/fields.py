@@ -1,8 +1,8 @@
-"""Forms: what the studio's page shows of a light, a material, a reflectance, a light model, and how it is edited.
+"""Forms: the fields of a light, material, reflectance or light model in the studio's page, and their editing.
 
-Everything is asked of the class. Its docstring, which help() and the command line show too, says what each field is
-("radius : float, default 1") and means; its check says between which numbers it lies, its role or its metadata in which
-unit. So a new light is in the studio without a line here.
+Forms are derived from the classes. The docstring, which help() and the command line show too, defines the type of each
+field ("radius : float, default 1") and its help; the check defines the range; the role or the metadata the unit. A new
+kind of light therefore needs no code here.
 """
 
 from __future__ import annotations
@@ -33,17 +33,17 @@ _KINDS: Mapping[str, Kind] = {
     "str": "text",
     "Reflectance": "reflectance",
 }
-"""How a docstring's type begins → what its input is."""
+"""First word of a docstring's type → kind of input."""
 
 _OF_THOUSANDS = re.compile(r"[-+]?[1-9]\d{0,2}(,\d{3})+(\.\d*)?")
-"""A number in which commas may be between thousands: 1,000 is a thousand to some, and one to others."""
+"""A number in which a comma may separate thousands: 1,000 is ambiguous, as some languages use decimal commas."""
 
 _STOPS = 8.0
-"""A slider of a number without an upper end reaches so many stops up and down: 2⁸ = 256 times as much or as little."""
+"""Range of a slider without an upper limit, in stops up and down: a factor of 2⁸ = 256 each."""
 
 
 class Field(NamedTuple):
-    """One field of a dataclass, for a form."""
+    """A field of a dataclass, for a form."""
 
     name: str
     kind: Kind
@@ -54,23 +54,23 @@ class Field(NamedTuple):
     most: float = math.inf
     is_whole: bool = False
     is_open: bool = False
-    """Whether it must be more than the least."""
+    """True if the value must be larger than `least`, not equal."""
     is_optional: bool = False
-    """Whether it may be left out, None."""
+    """True if the value may be None."""
     takes: str = ""
-    """What it may be in place of its kind: "map", "image", or a "number" beside a flag."""
+    """Alternative kind of value: "map" or "image", or "number" for a flag."""
     default: Any = None
-    """What it is if it is not given, or 0.5."""
+    """The default, or 0.5 if there is none."""
     choices: tuple[str, ...] = ()
 
 
 def fields_of(kind: Any) -> tuple[Field, ...]:
-    """The fields of a dataclass whose docstring documents them, in its order, those of a base after its own.
+    """Return the fields of a dataclass in the order of its docstring; those of a base class come last.
 
     Raises
     ------
     TypeError
-        If a field is not documented, or its documented type is none that a form knows.
+        If a field is not documented, or forms do not support its documented type.
     """
     return _fields_of(kind)
 
@@ -86,13 +86,13 @@ def _fields_of(kind: Any) -> tuple[Field, ...]:
 
 
 def field_of(value: Any, name: str) -> Field:
-    """A field of a dataclass instance; ValueError if there is no such one."""
+    """Return a field of a dataclass instance; ValueError if it does not exist."""
     known = {each.name: each for each in fields_of(type(value))}
     return known.get(name) or check.refuse("field", name, f"one of {', '.join(known)}")
 
 
 def _documented(kind: Any) -> dict[str, tuple[str, str]]:
-    """Name of a parameter → its type and its explanation, of a class and what it derives from."""
+    """Return parameter name → documented type and description, of a class and its bases."""
     found: dict[str, tuple[str, str]] = {}
     for each in kind.__mro__:
         said = docstring_parser.parse(each.__dict__.get("__doc__") or "", docstring_parser.DocstringStyle.NUMPYDOC)
@@ -120,7 +120,7 @@ def _field(field: dataclasses.Field[Any], unit: str, what: str, text: str) -> Fi
     if what.startswith("{"):
         return Field(field.name, "choice", text, choices=tuple(limits["allowed"]))
     if base not in _KINDS:
-        raise TypeError(f"{field.name} is documented as {what!r}, which no form knows.")
+        raise TypeError(f"{field.name} is documented as {what!r}, a type that forms do not support.")
     takes = {"map": "map", "array_like": "map", "float": "number"}.get(other, "")
     if "pyvista.Texture" in more:
         takes = "image"
@@ -129,19 +129,19 @@ def _field(field: dataclasses.Field[Any], unit: str, what: str, text: str) -> Fi
 
 
 def form_of(value: Any, key: str, middles: dict[str, float], *, hidden: Sequence[str] = ()) -> list[dict[str, Any]]:
-    """What the page shows of a dataclass: an entry for each field, of plain values.
+    """Return an entry of plain values for each field of a dataclass, for the page.
 
     Parameters
     ----------
     value : dataclass instance
         A light, a material, a reflectance, a light model.
     key : str
-        Begins the key of each entry, by which an edit names it.
+        Prefix of the key of each entry, which identifies it in edits.
     middles : dict
-        Key → the stop in the middle of a slider that has no ends. It stays for as long as the number is on the slider,
-        lest that moves under the hand.
+        Key → centre of a slider without limits, in stops. It is kept while the number is within the slider's range, so
+        that the slider does not shift during a drag.
     hidden : sequence of str
-        Fields that are shown elsewhere.
+        Fields to leave out.
     """
     return [
         _entry(field, getattr(value, field.name), f"{key}.{field.name}", middles)
@@ -181,12 +181,12 @@ def _entry(field: Field, value: Any, key: str, middles: dict[str, float]) -> dic
 
 
 def has_stops(field: Field) -> bool:
-    """Whether a number's slider stands at its stops, the logarithm to the base 2: it has no upper end."""
+    """Return True if a number's slider is logarithmic, in stops (log2), because it has no upper limit."""
     return field.least >= 0.0 and field.most == math.inf and not field.is_whole
 
 
 def _slider(field: Field, value: float | None, key: str, middles: dict[str, float]) -> dict[str, Any]:
-    """Where a number's slider stands and ends; nothing where there is no slider."""
+    """Return position and limits of a number's slider; empty if it has none."""
     if has_stops(field) and value is not None:
         stops = math.log2(value) if value > 0.0 else -math.inf
         middle = middles.get(key, 0.0)
@@ -202,23 +202,23 @@ def _slider(field: Field, value: float | None, key: str, middles: dict[str, floa
 
 
 def hex_of(color: Any) -> str:
-    """A colour as #rrggbb, rounded, what is above 1 cut off."""
+    """Return a colour as #rrggbb, rounded and clipped to 1."""
     return "#" + "".join(f"{round(255.0 * min(max(channel, 0.0), 1.0)):02x}" for channel in rgb(color))
 
 
 def edited(value: Any, name: str, given: Any, index: Sequence[int] = ()) -> Any:
-    """A dataclass with another value in one field, as the page gives it.
+    """Return a dataclass with one field set to a value from the page.
 
     Parameters
     ----------
     value : dataclass instance
-        What is edited; a new one is returned.
+        The instance to edit; it is not changed.
     name : str
-        The field.
+        Name of the field.
     given : object
-        A number or its digits, a flag, a text, a colour's name or hex string or three numbers; None leaves it out.
+        A number or its text, a flag, a text, a colour as name, hex string or three numbers; None unsets the field.
     index : sequence of int
-        Which of several numbers, or of which point which number; the others stay.
+        Index of a number, or indices of a point and its coordinate, if only one number changes.
 
     Raises
     ------
@@ -228,10 +228,10 @@ def edited(value: Any, name: str, given: Any, index: Sequence[int] = ()) -> Any:
     field = field_of(value, name)
     before = getattr(value, name)
     if field.takes == "map" and is_image_path(given):
-        check.refuse(name, given, "a value or the name of an array", "Files of this machine are not read for a page.")
+        check.refuse(name, given, "a value or the name of an array", "To use an image file, upload it.")
     if given is None:
         if not field.is_optional:
-            check.refuse(name, "nothing", "given")
+            check.refuse(name, "an empty input", "set", "Enter a value.")
         return dataclasses.replace(value, **{name: None})
     if field.kind == "number" or (field.takes == "number" and not isinstance(given, bool)):
         given = number_in(name, given)
@@ -241,29 +241,29 @@ def edited(value: Any, name: str, given: Any, index: Sequence[int] = ()) -> Any:
         numbers = rgb(before) if field.kind == "color" else before
         given = _with_number(name, numbers, given, list(index))
         if given == numbers:
-            return value  # grey stays one number
+            return value  # keep a grey as a single number
     elif field.kind == "color" and isinstance(given, str):
         given = given.strip()
     if field.kind == "color" and isinstance(before, float | tuple) and given == hex_of(before):
-        return value  # the hex string is rounded: what was not changed keeps its bits
+        return value  # keep an unchanged colour exactly, since the hex string is rounded
     return dataclasses.replace(value, **{name: given})
 
 
 def number_in(name: str, given: Any) -> float:
-    """A number, or one of its digits as somebody types them, with a point or a comma before its fraction."""
+    """Return a number, also from text with a decimal point or comma."""
     if isinstance(given, str):
         typed = given.strip().replace("−", "-")
         if _OF_THOUSANDS.fullmatch(typed):
-            check.refuse(name, given, "a number without commas between thousands", "1000 and 1.5 are such.")
+            check.refuse(name, given, "a number without thousands separators", "Write 1000 or 1.5, for example.")
         try:
             return float(typed.replace(",", "."))
         except ValueError:
-            check.refuse(name, given.strip() or "nothing", "a number")
+            check.refuse(name, given.strip() or "an empty input", "a number")
     return check.number(name, given)
 
 
 def _with_number(name: str, before: Any, given: Any, index: list[int]) -> Any:
-    """A tuple, or tuple of tuples, with one number replaced; or what is given, where no index is."""
+    """Return a tuple, or tuple of tuples, with one number replaced; without an index, return `given`."""
     if not index:
         return given
     first, *rest = index

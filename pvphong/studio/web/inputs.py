@@ -1,9 +1,9 @@
-"""Inputs of the page: a number with its slider, a colour, a switch, a file, and a form of whatever fields there are.
+"""Inputs of the page: a number with its slider, a colour, a switch, a file, and a form for any fields.
 
-What an input does is one trigger: "edit" for a value, "slide" while a slider or a picker moves, "settle" when it is let
-go. While a slider moves, the browser shows its own value (`local`), for those of the server come later.
+An input sends one trigger: "edit" for a value, "slide" while a slider or a picker moves, "settle" on release. While a
+slider moves, the browser shows its local value (`local`), because the server's values arrive later.
 
-Numbers are typed as text, and sent as it is: a browser's own input for numbers makes 15 of "1,5" without a word.
+Numbers are typed and sent as text: a browser's number input silently turns "1,5" into 15.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from trame.widgets import html
 from trame.widgets import vuetify3 as v
 
 Text = str | tuple[str]
-"""A text, or in a tuple the expression that gives it, as trame has them."""
+"""A text, or a tuple with a JavaScript expression for it, as in trame."""
 
 _DENSE = {"density": "compact", "hideDetails": True}
 _OUTLINED = {**_DENSE, "variant": "outlined"}
@@ -24,16 +24,16 @@ DEFAULTS = {
     "VBtn": {"size": "small", "variant": "tonal"},
     "VProgressLinear": {"color": "primary", "rounded": True},
 }
-"""How Vuetify's components look where nothing else is said."""
+"""Default properties of Vuetify's components."""
 
 SIX_DIGITS = "Number(({0}).toPrecision(6))"
-"""How a number is shown: with six digits."""
+"""JavaScript expression that formats a number with six digits."""
 
 
 def found_by(name: str, label: Text = "", *, status: bool = False) -> dict[str, Any]:
-    """The attributes by which tests, and screen readers where a label is given, find an element.
+    """Return the attributes that identify an element for tests and, with a label, for screen readers.
 
-    Of one with a status, screen readers say what changes in it.
+    With `status`, screen readers announce changes of its content.
     """
     raw = [f'data-test="{name}"'] if name else []
     if label:
@@ -44,7 +44,7 @@ def found_by(name: str, label: Text = "", *, status: bool = False) -> dict[str, 
 
 
 def icon_button(icon: Text, name: str, label: Text, click: str, *, size: str = "x-small", **more: Any) -> None:
-    """A small button without a text."""
+    """Add a small button with an icon only."""
     v.VBtn(
         icon=icon,
         size=size,
@@ -58,7 +58,7 @@ def icon_button(icon: Text, name: str, label: Text, click: str, *, size: str = "
 
 
 def switch(name: str, value: str, label: Text, changed: str) -> None:
-    """On or off; what was refused puts it back."""
+    """Add a switch; a refused change resets it."""
     v.VSwitch(
         key=(f"'{name}' + {value} + refusals",),
         model_value=(value,),
@@ -69,7 +69,7 @@ def switch(name: str, value: str, label: Text, changed: str) -> None:
 
 
 def color_picker(entry: str) -> None:
-    """A swatch that opens Vuetify's picker, and the linear numbers under it, which may be above 1."""
+    """Add a swatch that opens Vuetify's picker with the linear numbers under it, which may exceed 1."""
     shown = f"(local[{entry}.key] ?? {entry}.hex)"
     picked = "$event.slice(0, 7)"
     with v.VMenu(
@@ -100,7 +100,7 @@ def color_picker(entry: str) -> None:
 
 
 def color_text(entry: str) -> None:
-    """A colour's hex string, or name."""
+    """Add an input for a colour's hex string or name."""
     v.VTextField(
         key=(f"{entry}.key + 'text' + refusals",),
         model_value=(f"local[{entry}.key] ?? {entry}.hex",),
@@ -112,7 +112,7 @@ def color_text(entry: str) -> None:
 
 
 def number_input(entry: str, name: str = "number", label: str = "") -> None:
-    """A number: digits with the unit, and a slider where there are ends; the label is the field's unless given."""
+    """Add a number input with its unit, and a slider if it has limits; the default label is the field's."""
     called = f"'{label}'" if label else f"{entry}.label"
     moved = f"local[{entry}.key]"
     value = f"({moved} === undefined ? {entry}.value : {entry}.stops ? 2 ** {moved} : {moved})"
@@ -144,12 +144,12 @@ def number_input(entry: str, name: str = "number", label: str = "") -> None:
 
 
 def typed(name: str) -> str:
-    """Expression for the text in a `typed_number`, also before the server has taken it."""
+    """Return the expression for the text in a `typed_number`, also before the server has accepted it."""
     return f"(local.{name} ?? {name})"
 
 
 def typed_number(name: str, unit: str, *, found: str, label: str = "", classes: str) -> None:
-    """A number that is no field of the document; what was refused puts back the one in the state."""
+    """Add an input for a number outside the document; a refused change resets it to the state's value."""
     v.VTextField(
         model_value=(typed(name),),
         update_modelValue=f"local.{name} = $event; flushState('local')",
@@ -166,7 +166,7 @@ def typed_number(name: str, unit: str, *, found: str, label: str = "", classes: 
 
 
 def _numbers(entry: str, values: str, index: str, label: str) -> None:
-    """Numbers side by side, each edited by its index."""
+    """Add inputs for numbers side by side, each with its index."""
     v.VTextField(
         v_for=f"(number, k) in {values}",
         key=(f"{entry}.key + {index} + refusals",),
@@ -178,7 +178,7 @@ def _numbers(entry: str, values: str, index: str, label: str) -> None:
 
 
 def form(entries: str) -> None:
-    """An input for each of some fields, as its kind needs it."""
+    """Add an input for each of the fields, according to its kind."""
     with html.Div(v_for=f"field in {entries}", key=("field.key",), raw_attrs=[':data-field="field.name"']):
         with html.Div(v_if="field.map", classes="studio-row", title=("field.help",)):
             html.Span("{{ field.label }}", classes="studio-label")
@@ -209,10 +209,10 @@ def form(entries: str) -> None:
             with html.Div(v_if="field.set", classes="studio-numbers"):
                 color_picker("field")
                 color_text("field")
-            v.VChip("as diffuse", v_if="!field.set", size="small")
+            v.VChip("same as diffuse", v_if="!field.set", size="small")
             v.VSpacer()
             v.VBtn(
-                "{{ field.set ? 'as diffuse' : 'own colour' }}",
+                "{{ field.set ? 'same as diffuse' : 'set colour' }}",
                 v_if="field.optional",
                 variant="text",
                 click="trigger('edit', [field.key, field.set ? null : '#ffffff'])",
@@ -225,8 +225,8 @@ def form(entries: str) -> None:
                 v_if="field.takes == 'number' && field.value",
                 key=("field.key + 'number' + refusals",),
                 model_value=("field.number ?? ''",),
-                label="within, mesh unit",
-                placeholder="any distance",
+                label="distance, mesh units",
+                placeholder="unlimited",
                 inputmode="decimal",
                 persistent_placeholder=True,
                 change="trigger('edit', [field.key, $event.target.value.trim() || true])",
@@ -243,7 +243,7 @@ def form(entries: str) -> None:
 
 
 def file_input(what: str, label: str, *, name: str = "", more: str = "", **attributes: Any) -> None:
-    """An input for a file, which is sent by HTTP when it has been chosen."""
+    """Add a file input; a chosen file is uploaded by HTTP."""
     sent = f"'bring/{what}?name=' + encodeURIComponent([].concat($event)[0].name){more}"
     v.VFileInput(
         key=(f"'{name or what}' + uploads",),

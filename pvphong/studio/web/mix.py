@@ -1,8 +1,8 @@
-"""Faders: each light's share of the colours is an array, so that a mix of lights is a sum, and lights nothing again.
+"""Faders: each light's contribution to the colours is stored as an array, and a mix is their weighted sum.
 
-The colour of a vertex is a base, of ambient light and emission, and a share of each light, which is proportional to the
-light's intensity and, channel by channel, to its colours. A fader multiplies a share; `Mix.kept` are the lights that
-have the same shares by themselves.
+The colour of a vertex is the sum of a base, from ambient light and emission, and a share from each light. A share is
+proportional to the light's intensity and, in each channel, to its colours. A fader multiplies a share, so that a mix
+needs no new shading. `Mix.kept` returns lights that produce the mix themselves.
 """
 
 from __future__ import annotations
@@ -26,23 +26,23 @@ from pvphong.studio.subplot import Subplot
 from pvphong.studio.window_lights import RendererLight
 
 _ROWS = 2**14
-"""Vertices that are summed at once: three blocks of them fit into a processor's cache."""
-_AFTER_LIT = 0.5  # priority: a frame's meshes are lit before, and gizmos drawn
-_ROUNDING = 2e-3  # that shares may be off their sum by, at most
+"""Number of vertices summed at once: three such blocks fit into a processor's cache."""
+_AFTER_LIT = 0.5  # observer priority: after lighting and gizmos
+_ROUNDING = 2e-3  # largest difference between the colour and the sum of its shares
 
 
 @dataclass(frozen=True)
 class Fader:
-    """What becomes of one light's share.
+    """The weight of one light's share.
 
     Parameters
     ----------
     gain : float, default 1
-        What its share is multiplied by: 1 as it is, 2 twice as bright.
+        Factor of the light's share: 1 leaves it unchanged, 2 doubles it.
     tint : color, default (1, 1, 1)
-        What red, green and blue of its share are multiplied by.
+        Factors of red, green and blue.
     muted : bool, default False
-        Whether it is left out.
+        True to leave the share out.
     """
 
     gain: float = check.field(partial(check.number, at_least=0.0), 1.0)
@@ -54,12 +54,12 @@ class Fader:
 
     @property
     def factors(self) -> Vector:
-        """Of red, green and blue."""
+        """Factors of red, green and blue."""
         red, green, blue = rgb(self.tint)
         return (0.0, 0.0, 0.0) if self.muted else (self.gain * red, self.gain * green, self.gain * blue)
 
     def kept(self, light: Light) -> Light:
-        """The light that has by itself the share that the fader makes."""
+        """Return the light with the fader applied to its intensity and colours."""
         changes: dict[str, Any] = {"on": not self.muted, "intensity": light.intensity * self.gain}
         for name in ("diffuse", "specular", "ambient"):
             color = getattr(light, name)
@@ -69,23 +69,23 @@ class Fader:
 
 
 class Shares:
-    """The shares of one mesh's colours, in the scene in which they were evaluated.
+    """The shares of one mesh's colours in one scene.
 
     Parameters
     ----------
     mesh : LitMesh
-        Lit for the same scene.
+        The mesh, lit for the same scene.
     lights : sequence of RendererLight
-        Of the scene, in its order.
+        The scene's lights, in its order.
     scene : Scene
-        With all lights on.
+        The scene with all lights on.
     occluders : KnownOccluders or sequence
-        What casts shadows on it; itself, too, if it is a sequence.
+        The occluders; a sequence implies the mesh itself.
 
     Raises
     ------
     ValueError
-        If the colours are no sum of shares.
+        If the colours are not the sum of the shares.
     """
 
     def __init__(self, mesh: LitMesh, lights: Any, scene: Any, occluders: Any) -> None:
@@ -102,7 +102,7 @@ class Shares:
         if scene.light_model.clamp:
             whole = whole.clip(0.0, 1.0)
         if np.abs(whole - lit["phong"]).max(initial=0.0) > _ROUNDING:
-            check.refuse("material", "one with a gamma", "one of which the lights' shares add up to the colour")
+            check.refuse("material", "one with a gamma", "linear, so that the lights' shares add up to the colour")
         self._moved: RendererLight | None = None
         self._rest: FloatArray = self._base
         self._factors: dict[RendererLight, Vector] = {}
@@ -110,7 +110,7 @@ class Shares:
     def mix(self, factors: Mapping[RendererLight, Vector], out: ByteArray) -> None:
         """Write the colours of a mix, 0 to 255, shape (n, 3).
 
-        The sum of all shares but the one that is moved is kept, for it will be moved again.
+        The sum of all shares except the one that changed is cached, because the same fader usually moves again.
         """
         known = {each: factors.get(each, (1.0, 1.0, 1.0)) for each in self._shares}
         changed = [each for each in known if self._factors.get(each) != known[each]]
@@ -133,7 +133,7 @@ class Shares:
 
 
 def colors_of(mesh: LitMesh) -> ByteArray:
-    """The colours in which a mesh is drawn, to be written to."""
+    """Return the array of a mesh's drawn colours, to be written in place."""
     return vtk_to_numpy(mesh.drawn.GetPointData().GetAbstractArray(ARRAY))
 
 
@@ -141,12 +141,12 @@ MixState = tuple[bool, dict[RendererLight, Fader], RendererLight | None]
 
 
 class Mix:
-    """The faders of a subplot's lights; while they are on, frames show the mix.
+    """The faders of a subplot's lights. While the mix is on, frames show it.
 
     Parameters
     ----------
     subplot : Subplot
-        Its lights keep their values until the mix is kept.
+        The subplot; its lights are not changed until the mix is applied to them.
     """
 
     def __init__(self, subplot: Subplot) -> None:
@@ -155,18 +155,18 @@ class Mix:
         self.faders: dict[RendererLight, Fader] = {}
         self.soloed: RendererLight | None = None
         self.evaluations = 0
-        """How many times lights have been evaluated for shares."""
+        """Number of times that shares have been computed."""
         self.seconds = 0.0
-        """What the last mix took."""
+        """Duration of the last mix."""
         self._shares: dict[LitMesh, Shares] = {}
         self._mixed_for: Any = None
         self._tag = subplot.renderer.AddObserver("StartEvent", lambda _renderer, _event: self.refresh(), _AFTER_LIT)
 
-    # -- as history keeps it
+    # -- undo
 
     @property
     def state(self) -> MixState:
-        """What the faders are."""
+        """The faders' state, for the undo history."""
         return self.is_on, dict(self.faders), self.soloed
 
     @state.setter
@@ -178,7 +178,7 @@ class Mix:
     # -- faders
 
     def fader(self, renderer_light: RendererLight) -> Fader:
-        """A light's fader; that of a light that is off is muted at first."""
+        """Return a light's fader; it starts muted if the light is off."""
         known = self.faders.get(renderer_light)
         if known is not None:
             return known
@@ -189,11 +189,11 @@ class Mix:
         return replace(fader, muted=True) if is_there and self.soloed is not renderer_light else fader
 
     def start(self, *, on: bool) -> None:
-        """Begin with all faders where the lights are, or end."""
+        """Start the mix with all faders at 1, or end it."""
         self.state = on, {}, None
 
     def kept(self) -> dict[RendererLight, Light]:
-        """The lights that have the mix's shares by themselves."""
+        """Return light → its value with the fader applied."""
         viewer = self._subplot.lights.viewer
         lights = self._subplot.lights.renderer_lights
         return {each: self._heard(each).kept(each.light(viewer)) for each in lights}
@@ -201,13 +201,13 @@ class Mix:
     # -- frames
 
     def refresh(self) -> None:
-        """Write the mix into what is drawn, if it has changed; lights are evaluated only where the scene has."""
+        """Write the mix into the drawn colours if it has changed; shares are computed only if the scene has."""
         shown = self._subplot.lit.shown
         if not self.is_on:
             self._put_back()
             return
         if bounces := self._subplot.scene.light_model.bounces:
-            check.refuse("bounces", bounces, "0 while lights are mixed", "Light that bounces is no share of one light.")
+            check.refuse("bounces", bounces, "0 in a mix", "Bounced light cannot be assigned to single lights.")
         lights = self._subplot.lights.renderer_lights
         factors = {each: self._heard(each).factors for each in lights}
         known = factors, [(mesh, mesh.evaluations) for mesh in shown]
@@ -230,7 +230,7 @@ class Mix:
         return Shares(mesh, lights, lit, self._subplot.lit.occluders_of(mesh, lit) or ())
 
     def _put_back(self) -> None:
-        """Have the lights' own colours drawn, of whatever has not been lit again since."""
+        """Restore the lights' own colours of meshes that have not been lit again since."""
         for mesh, shares in self._shares.items():
             if mesh in self._subplot.lit.meshes and mesh.evaluations == shares.evaluations:
                 colors_of(mesh)[:] = shares.plain
@@ -238,7 +238,7 @@ class Mix:
         self._shares, self._mixed_for = {}, None
 
     def release(self) -> None:
-        """Let go of the renderer, and leave what is drawn as its lights light it."""
+        """Detach from the renderer and restore the lights' own colours."""
         self._put_back()
         self._subplot.lit.is_mixed = False
         self._subplot.renderer.RemoveObserver(self._tag)

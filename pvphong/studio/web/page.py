@@ -1,6 +1,6 @@
-"""The page: Vuetify's components around the view, filled from the document's plain values.
+"""The page: Vuetify's components around the view, filled with the document's values.
 
-Each panel is a function, in the order in which they stand on the page; their inputs are in `inputs.py`.
+Each panel is a function, in the order of the page; their inputs are in `inputs.py`.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ from pvphong.studio.web.inputs import (
 )
 
 _WIDTH, _NARROW = 400, 860
-"""Pixels of the panels, and of a window so narrow that they lie over the view."""
+"""Width of the panels, and largest width of a window in which they cover the view, in pixels."""
 
 
 _STYLE = """
@@ -77,7 +77,7 @@ window.addEventListener('keydown', (event) => {
   window.trame.trigger(key === 'y' || event.shiftKey ? 'redo' : 'undo');
 });
 """
-"""Undo and redo wherever the focus is; the view has its keys for them."""
+"""Keys for undo and redo outside the view, which has its own."""
 
 _STEPS = """
 window.addEventListener('keydown', ({ key, target: input }) => {
@@ -87,11 +87,11 @@ window.addEventListener('keydown', ({ key, target: input }) => {
   ['input', 'change'].forEach((name) => input.dispatchEvent(new Event(name, { bubbles: true })));
 });
 """
-"""Arrow up and down in a number: one more, one less."""
+"""Arrow up and down in a number input: add or subtract 1."""
 
 
 _DRAWN = f"drawer ?? utils.get('innerWidth') > {_NARROW}"
-"""Whether the panels are out: at first where there is room beside the view."""
+"""True if the panels are open; initially if there is room next to the view."""
 
 _PANELS = ("lights", "mix", "material", "scene", "plan", "accuracy", "files")
 _JUMP = (
@@ -104,22 +104,22 @@ _SHOW_SELECTED = (
     "utils.get('setTimeout')(() => utils.get('document').querySelector('.studio-selected')"
     "?.scrollIntoView({ block: 'nearest' }), 200)"
 )
-"""Scrolls to the row of the light that is selected, once it is there."""
+"""Scrolls to the row of the selected light, once it exists."""
 
 _SOLO_ICON = "{0} ? 'mdi-alpha-s-circle' : 'mdi-alpha-s-circle-outline'"
 
 
 def build(server: Any, plotter: Any, kinds: Mapping[str, str]) -> Any:
-    """Lay the page out, and give its view.
+    """Build the page and return its view.
 
     Parameters
     ----------
     server : trame_server.core.Server
-        Whose page it is.
+        The server of the page.
     plotter : pyvista.Plotter
-        What the view shows.
+        The plotter in the view.
     kinds : mapping
-        Each kind of light that can be added, by its name in files → what it is, for a tooltip.
+        Kind of light, by its name in files → description for a tooltip.
     """
     own: dict[str, Any] = {"local": {}, "drawer": None, "open_panels": list(range(len(_PANELS)))}
     own |= {"busy": False, "uploads": 0}
@@ -134,9 +134,9 @@ def build(server: Any, plotter: Any, kinds: Mapping[str, str]) -> Any:
             for icon, name, label, click, more in (
                 ("undo", "undo", "Undo (Ctrl+Z)", "trigger('undo')", {"disabled": ("!can_undo",)}),
                 ("redo", "redo", "Redo (Ctrl+Y)", "trigger('redo')", {"disabled": ("!can_redo",)}),
-                ("fit-to-screen-outline", "fit", "Show all of the model", "trigger('fit')", {}),
+                ("fit-to-screen-outline", "fit", "Fit the model into the view", "trigger('fit')", {}),
                 ("vector-point-select", "gizmos", "Show or hide the gizmos", "trigger('gizmos')", {}),
-                ("theme-light-dark", "theme", "Dark or light page", "trigger('theme')", {}),
+                ("theme-light-dark", "theme", "Switch between dark and light theme", "trigger('theme')", {}),
                 ("dock-right", "drawer", "Show or hide the panels", f"drawer = !({_DRAWN})", {}),
             ):
                 icon_button(f"mdi-{icon}", name, label, click, size="small", **more)
@@ -146,7 +146,7 @@ def build(server: Any, plotter: Any, kinds: Mapping[str, str]) -> Any:
             location="right",
             classes="studio-panel",
             width=_WIDTH,
-            mobile_breakpoint=_NARROW,  # Vuetify's own would lay the panels over the view below 1280 pixels
+            mobile_breakpoint=_NARROW,  # Vuetify's default covers the view below 1280 pixels
             temporary=(f"utils.get('innerWidth') <= {_NARROW}",),
             **found_by("panels", "Panels"),
         ):
@@ -168,12 +168,12 @@ def build(server: Any, plotter: Any, kinds: Mapping[str, str]) -> Any:
         with (
             v.VMain(style="height: 100vh"),
             html.Div(style="position: relative; height: 100%"),
-            html.Div(classes="studio-view", **found_by("view", "View of the model, with gizmos: h lists the keys")),
+            html.Div(classes="studio-view", **found_by("view", "View of the model with gizmos; press h for the keys")),
         ):
             view = PyVistaRCAView(plotter, send_mouse_move=True, style="width: 100%; height: 100%")
             _start()
             with html.Div(classes="studio-awaited"):
-                _awaited("gathering", "gathering light that bounces", "cancel_bounces")
+                _awaited("gathering", "computing bounced light", "cancel_bounces")
                 _awaited("refining", "refining the view", "cancel_refining")
         v.VSnackbar(
             "{{ notice }}",
@@ -221,7 +221,7 @@ def _lights(kinds: Mapping[str, str]) -> None:
 
 
 def _light_head() -> None:
-    """Colour, name, on and solo of a light, and a menu of what else can be done with it."""
+    """Add colour, name, on and solo of a light, and a menu with more actions."""
     with html.Div(classes="studio-numbers", **found_by("colour")):
         color_picker("light.diffuse")
         color_text("light.diffuse")
@@ -229,7 +229,7 @@ def _light_head() -> None:
         model_value=("light.name.value",),
         key=("light.name.key + refusals",),
         label=("light.kind",),
-        placeholder="without a name",
+        placeholder="no name",
         classes="studio-name",
         change="trigger('edit', [light.name.key, $event.target.value])",
         **found_by("light-name", ("'Name of the light, ' + light.kind",)),
@@ -237,13 +237,13 @@ def _light_head() -> None:
     icon_button(
         ("light.on.value ? 'mdi-lightbulb-on-outline' : 'mdi-lightbulb-off-outline'",),
         "light-on",
-        "Light off or on",
+        "Switch the light on or off",
         "trigger('edit', [light.on.key, !light.on.value])",
     )
     icon_button(
         (_SOLO_ICON.format("light.soloed"),),
         "light-solo",
-        "Solo: this light alone, or all",
+        "Solo: this light only, or all",
         "trigger('act', ['solo', light.number])",
     )
     with v.VMenu():
@@ -253,8 +253,8 @@ def _light_head() -> None:
                 size="x-small",
                 variant="text",
                 v_bind="props",
-                title="Duplicate, to camera, reset, delete",
-                **found_by("light-menu", "More that can be done with the light"),
+                title="Duplicate, move to camera, reset, delete",
+                **found_by("light-menu", "More actions for the light"),
             )
         with v.VList(density="compact"):
             for what, icon in (
@@ -272,15 +272,15 @@ def _light_head() -> None:
 
 
 def _mix() -> None:
-    with _panel("Mix", "faders: no light is evaluated again"):
+    with _panel("Mix", "instant faders for the lights"):
         with html.Div(classes="studio-row mt-0"):
-            switch("mix", "mixing", "mix the lights' shares", "trigger('start_mix', [$event])")
+            switch("mix", "mixing", "mix the lights", "trigger('start_mix', [$event])")
             v.VSpacer()
             v.VBtn(
-                "Keep this mix",
+                "Apply to lights",
                 v_if="mixing",
                 click="trigger('keep_mix')",
-                title="Write it into the lights' intensities and colours",
+                title="Write the mix into the lights' intensities and colours",
                 **found_by("keep-mix"),
             )
         with html.Div(v_if="mixing"):
@@ -300,18 +300,18 @@ def _mix() -> None:
                     icon_button(
                         ("light.fader[2].value ? 'mdi-volume-off' : 'mdi-volume-high'",),
                         "fader-mute",
-                        "Mute: leave this share out, or not",
+                        "Mute this light",
                         "trigger('edit', [light.fader[2].key, !light.fader[2].value])",
                     )
                     icon_button(
                         (_SOLO_ICON.format("light.fader_soloed"),),
                         "fader-solo",
-                        "Solo: this share alone, or all",
+                        "Solo: this light only, or all",
                         "trigger('solo_fader', [light.number])",
                     )
                 number_input("light.fader[0]", "fader-gain")
             html.Div(
-                "Lights evaluated: {{ evaluations }} times since the start; the last mix took {{ mix_ms }} ms.",
+                "Lighting computed {{ evaluations }} times since the start. The last mix took {{ mix_ms }} ms.",
                 classes="studio-unit mt-2",
                 **found_by("evaluations"),
             )
@@ -323,7 +323,7 @@ def _materials() -> None:
         with html.Div(v_for="material in materials", key=("material.number",)):
             _material()
         with html.Div(v_if="has_mesh", classes="mt-2"):
-            number_input("surfaces[0]", "feature-angle")
+            number_input("surfaces[0]", "feature-angle", "sharp edges, °")
 
 
 def _material() -> None:
@@ -332,7 +332,7 @@ def _material() -> None:
         model_value=("material.preset || null",),
         items=("material_names",),
         label="preset",
-        placeholder="none of these",
+        placeholder="custom",
         persistent_placeholder=True,
         classes="mt-2",
         update_modelValue="$event && trigger('choose_material', [material.number, $event])",
@@ -341,11 +341,11 @@ def _material() -> None:
         _balls("material")
     with v.VSelect(
         model_value=("material.reflectance",),
-        items=("reflectance_names.map((name) => ({ value: name, title: name || 'the reflection in Scene' }))",),
+        items=("reflectance_names.map((name) => ({ value: name, title: name || 'as set in Scene' }))",),
         label="reflectance",
         classes="mt-3",
         update_modelValue="trigger('choose_reflectance', [material.number, $event])",
-        **found_by("reflectance", "How it reflects"),
+        **found_by("reflectance", "Reflectance"),
     ):
         _balls("reflectance")
     form("material.reflectance_fields")
@@ -359,14 +359,14 @@ def _material() -> None:
             label="texture of",
             classes="mt-2",
             update_modelValue="local['texture ' + material.number] = $event; flushState('local')",
-            **found_by("texture-of", "Which field a texture is laid on"),
+            **found_by("texture-of", "Field that gets the texture"),
         )
         more = f" + '&material=' + material.number + '&field=' + {chosen}"
         file_input("texture", "image", more=more)
 
 
 def _colormap() -> None:
-    """An array of the mesh, its colormap and its range, as albedo."""
+    """Add the choice of an array, its colormap and its range, for the albedo."""
     shown = "material.colormap"
     given = f"{shown}.scalars, {shown}.cmap"
     with html.Div(v_if=f"{shown}.arrays.length", classes="mt-2"):
@@ -374,19 +374,19 @@ def _colormap() -> None:
             model_value=(f"{shown}.scalars || null",),
             items=(f"{shown}.arrays",),
             label="colour by",
-            placeholder="no array",
+            placeholder="none",
             persistent_placeholder=True,
             clearable=True,
             classes="mt-2",
             update_modelValue="trigger('set_colormap', [material.number, $event])",
-            **found_by("colour-by", "Array whose numbers are the colours, as albedo"),
+            **found_by("colour-by", "Array that colours the mesh, as albedo"),
         )
         with html.Div(v_if=f"{shown}.scalars"):
             v.VAutocomplete(
                 model_value=(f"{shown}.cmap || null",),
                 items=("colormap_names",),
                 label="colormap",
-                placeholder="of a script",
+                placeholder="custom",
                 persistent_placeholder=True,
                 classes="mt-3",
                 update_modelValue=f"$event && trigger('set_colormap', [material.number, {shown}.scalars, $event])",
@@ -410,13 +410,13 @@ def _colormap() -> None:
                     "whole range",
                     variant="text",
                     click=f"trigger('set_colormap', [material.number, {given}])",
-                    title="From the least to the greatest of the array's numbers",
+                    title="Use the smallest and largest value of the array",
                     **found_by("colormap-range"),
                 )
 
 
 def _balls(kind: str) -> None:
-    """The entries of a list, each with its thumbnail."""
+    """Add thumbnails to the entries of a list."""
     with v.Template(v_slot_item="{ props, item }"), v.VListItem(v_bind="props"), v.Template(v_slot_prepend=True):
         html.Img(
             v_if="item.value",
@@ -430,7 +430,7 @@ def _balls(kind: str) -> None:
 
 
 def _plan() -> None:
-    with _panel("Plan", "what runs, and what is left out"):
+    with _panel("Plan", "effects that run, and their cost"):
         number_input("accuracy.tolerance", "tolerance")
         html.Div("{{ plan.accuracy }}", classes="text-caption mt-2")
         with v.VTable(density="compact", classes="studio-plan mt-1", v_for="mesh in plan.meshes", key=("mesh.name",)):
@@ -443,14 +443,13 @@ def _plan() -> None:
                 is_marked = f"{is_on} ? 'text-primary font-weight-bold' : ''"
                 html.Td("{{ cell }}", v_for="(cell, k) in row", key=("k",), classes=(is_marked,))
         html.Div(
-            "bound: largest colour error, of 1 = full; "
-            "ns: nanoseconds a vertex of the compiled evaluator, on one core.",
+            "bound: largest colour error, where 1 is full intensity; ns: nanoseconds per vertex on one core, compiled.",
             classes="studio-unit mt-1",
         )
 
 
 def _accuracy() -> None:
-    with _panel("Accuracy", "what it costs in time"):
+    with _panel("Accuracy", "and its cost in time"):
         with html.Div(classes="studio-row mt-0", title=("accuracy.refine.help",)):
             refine = "trigger('edit', ['accuracy.refine', $event ? 1 / 255 : null])"
             switch("refine", "accuracy.refine.set", "refine the view", refine)
@@ -465,7 +464,7 @@ def _accuracy() -> None:
                 v_if="!report.running",
                 disabled=("!has_mesh",),
                 click=f"trigger('report', [{typed('seconds')}])",
-                **found_by("report", "Measure what accuracy costs in time"),
+                **found_by("report", "Measure accuracy against time"),
             )
             v.VBtn("Cancel", v_if="report.running", click="trigger('cancel_report')", **found_by("cancel-report"))
         html.Div("{{ report.doing }}", v_if="report.doing", classes="text-caption mt-2", **found_by("report-doing"))
@@ -474,7 +473,7 @@ def _accuracy() -> None:
             model_value=("100 * report.part",),
             indeterminate=("!report.part",),
             height=6,
-            **found_by("", "How much of this is done"),
+            **found_by("", "Progress of the report"),
         )
         html.Div(
             "{{ line }}",
@@ -487,7 +486,7 @@ def _accuracy() -> None:
             mark = "mark the worst vertices in the view"
             switch("mark-worst", "marked", mark, "trigger('mark_worst', [$event])")
             html.Div(
-                "Colour error, of 1 = full: "
+                "Colour error, where 1 is full intensity: "
                 "{{ report.worst.map(([index, error]) => `vertex ${index}: ${error.toPrecision(2)}`).join(', ') }}",
                 classes="studio-unit",
             )
@@ -503,31 +502,29 @@ def _accuracy() -> None:
 
 def _files() -> None:
     with _panel("Files"):
-        html.Div("Take home", classes="text-caption")
+        html.Div("Save", classes="text-caption")
         with html.Div(classes="studio-buttons mt-1"):
             single = "mesh_count < 2"
-            _take("rig", "rig", "Lights, viewer, light model and materials, .json: for pvphong --scene")
-            _take("vtp", "mesh .vtp", "The lit mesh, colours as floats", v_if=single)
-            _take("ply", "mesh .ply", "The lit mesh, colours of 8 bits", v_if=single)
-            _take("vtkhdf", "blocks .vtkhdf", "The lit meshes as blocks, colours as floats", v_if="mesh_count > 1")
-            _take("glb", "glTF", "The lit mesh for other programs, with its colours, .glb")
+            _take("rig", "rig", "Lights, viewer, light model and materials as .json, for pvphong --scene")
+            _take("vtp", "mesh .vtp", "The lit mesh, with float colours", v_if=single)
+            _take("ply", "mesh .ply", "The lit mesh, with 8-bit colours", v_if=single)
+            _take("vtkhdf", "blocks .vtkhdf", "The lit meshes as blocks, with float colours", v_if="mesh_count > 1")
+            _take("glb", "glTF", "The lit mesh with its colours as .glb, for other programs")
             _take("py", "Python", "The script below, as a file")
         with html.Div(classes="studio-row", style="flex-wrap: wrap"):
             for side in ("width", "height"):
                 typed_number(side, "px", classes="studio-size", found=f"picture-{side}")
             width, height = (f"encodeURIComponent({typed(side)})" for side in ("width", "height"))
             size = f"?width=' + {width} + '&height=' + {height} + '"
-            _take(
-                "png", "picture .png", "What the view shows at the mesh's vertices, of that size, without gizmos", size
-            )
-        html.Div("Python that makes it, to the bit", classes="text-caption mt-3")
+            _take("png", "picture .png", "The view without gizmos and refinement, in this size", size)
+        html.Div("Python script that reproduces it exactly", classes="text-caption mt-3")
         v.VTextarea(
             model_value=("script",),
             readonly=True,
             rows=8,
             no_resize=True,
             classes="studio-code mt-1",
-            **found_by("script", "Python that lights the mesh as it is lit here"),
+            **found_by("script", "Python script that lights the mesh as shown"),
         )
         v.VBtn(
             "Copy",
@@ -536,14 +533,14 @@ def _files() -> None:
             click="utils.get('navigator').clipboard.writeText(script)",
             **found_by("copy-script"),
         )
-        html.Div("Open another mesh, or take over a rig", classes="text-caption mt-4")
+        html.Div("Open another mesh or a rig", classes="text-caption mt-4")
         html.Div(
-            "Another mesh begins with lights of its own: take the rig home first, to take it over again.",
+            "Another mesh starts with new lights. To keep the present ones, save the rig first and open it afterwards.",
             classes="studio-unit",
         )
         _open("mesh")
         file_input("rig", "rig: .json", accept=".json")
-        only, more = "only the materials of a rig: .json", " + '&part=material'"
+        only, more = "rig, materials only: .json", " + '&part=material'"
         file_input("rig", only, name="material", more=more, accept=".json")
 
 
@@ -562,7 +559,7 @@ def _take(what: str, label: str, tip: str, query: str = "", **more: Any) -> None
 
 
 def _open(name: str) -> None:
-    """The examples, and an input for a mesh."""
+    """Add buttons for the examples, and a file input for a mesh."""
     with html.Div(classes="studio-buttons mt-1"):
         v.VBtn(
             "{{ name }}",
@@ -575,7 +572,7 @@ def _open(name: str) -> None:
 
 
 def _awaited(name: str, doing: str, cancel: str) -> None:
-    """What stands in the view while something is computed in the background: by name its percent, or null."""
+    """Add a progress card over the view for a background computation; state `name` is its percentage, or null."""
     with v.VCard(v_if=f"{name} !== null", classes="pl-3 pr-1 py-1 mb-1", **found_by(name)):
         with html.Div(classes="studio-row mt-0"):
             html.Span(doing, classes="text-body-2", **found_by("", status=True))
@@ -584,13 +581,13 @@ def _awaited(name: str, doing: str, cancel: str) -> None:
             v.VBtn(
                 "Cancel", variant="text", click=f"trigger('{cancel}')", **found_by(name_of_button, f"Cancel: {doing}")
             )
-        how_much = found_by("", f"How much is done: {doing}")
+        how_much = found_by("", f"Progress: {doing}")
         v.VProgressLinear(model_value=(name,), indeterminate=(f"!{name}",), height=4, **how_much)
 
 
 def _start() -> None:
-    """What stands in the view as long as there is no mesh."""
+    """Add the card that the view shows while there is no mesh."""
     with v.VCard(v_if="!has_mesh", classes="studio-start pa-4", max_width=420, **found_by("start")):
         html.Div("Light a mesh", classes="text-h6")
-        html.Div("Take one of these, or a file of yours; lights and scene begin with it.", classes="text-body-2 mb-2")
+        html.Div("Choose an example or open a file. The studio adds lights to it.", classes="text-body-2 mb-2")
         _open("first-mesh")

@@ -1,6 +1,6 @@
-"""The accuracy report, measured in a process of its own, so that the view stays live: with progress, and to be ended.
+"""The accuracy report, measured in a separate process to keep the view responsive.
 
-The other process runs at low priority, gets mesh and scene in a file, and says on its output how far it has come.
+The process runs at low priority, reads mesh and scene from a file, prints its progress, and can be cancelled.
 """
 
 from __future__ import annotations
@@ -25,27 +25,27 @@ from pvphong.optics.maps import is_texture
 
 _CHILD = "import sys; from pvphong.studio.web.report import work; work(sys.argv[1])"
 _NICE = 10
-_STEP = 0.01  # of the work, between two lines about it
+_STEP = 0.01  # smallest progress between two printed lines
 
 
 @dataclass(frozen=True)
 class Report:
-    """What has been measured, or is being measured.
+    """The result or the progress of a measurement.
 
     Parameters
     ----------
     running : bool
-        Whether it is still at it.
+        True while the measurement is running.
     doing : str
-        What it is at, or why there is nothing.
+        The present step, or the reason if there is no result.
     part : float
-        How much of that is done, from 0 to 1.
+        Progress of the step, from 0 to 1.
     lines : list of str
-        What the report says in short.
+        Summary of the report.
     worst : list
-        Vertices with the largest errors: index, error, and where in the mesh's coordinates.
+        Vertices with the largest errors: index, error, and position in the mesh's coordinates.
     figure : bytes
-        The report's figure, a .png; empty where it could not be drawn.
+        The report's figure, a .png; empty if it could not be drawn.
     """
 
     running: bool = False
@@ -57,12 +57,12 @@ class Report:
 
 
 class Measuring:
-    """Runs one report at a time.
+    """Runner of reports, one at a time.
 
     Parameters
     ----------
     changed : callable
-        Called whenever `report` is another.
+        Called whenever `report` has changed.
     """
 
     def __init__(self, changed: Callable[[], None]) -> None:
@@ -71,19 +71,19 @@ class Measuring:
         self._task: asyncio.Task[None] | None = None
 
     def start(self, work: dict[str, Any]) -> None:
-        """Begin to measure; one that runs is ended.
+        """Start a measurement; cancel a running one.
 
         Parameters
         ----------
         work : dict
-            What `tradeoff` is called with.
+            Arguments of `tradeoff`.
         """
         self.cancel()
         self._show(Report(running=True, doing="starting"))
         self._task = asyncio.get_running_loop().create_task(self._run(work))
 
     def cancel(self) -> None:
-        """End a report that runs."""
+        """Cancel a running report."""
         if self._task is not None:
             self._task.cancel()
             self._task = None
@@ -97,7 +97,7 @@ class Measuring:
     async def _run(self, work: dict[str, Any]) -> None:
         try:
             await self._measure(work)
-        except Exception as error:  # which nobody would hear of: the page would wait for ever
+        except Exception as error:  # an unhandled error in a task is silent, and the page would wait for ever
             self._show(Report(doing=f"The report could not be made: {error}"))
 
     async def _measure(self, work: dict[str, Any]) -> None:
@@ -123,15 +123,15 @@ class Measuring:
                 with suppress(ProcessLookupError):
                     child.kill()
                 while child.returncode is None or not child.stdout.at_eof():
-                    with suppress(asyncio.CancelledError):  # again, by a loop that ends: the process ends first
+                    with suppress(asyncio.CancelledError):  # cancelled again: end the process first
                         await child.communicate()
 
 
 class _Pickler(pickle.Pickler):
-    """Writes textures too, which VTK does not."""
+    """A pickler that supports textures, which VTK's own support lacks."""
 
     def reducer_override(self, thing: Any) -> Any:
-        """How a texture is made again; all else as it says itself."""
+        """Return the reconstruction of a texture; use the default for other objects."""
         if isinstance(thing, type) or not is_texture(thing) or thing.GetInput() is None:
             return NotImplemented
         settings = thing.GetWrap(), thing.GetBorderColor(), thing.GetUseSRGBColorSpace(), thing.GetColorMode()
@@ -139,7 +139,7 @@ class _Pickler(pickle.Pickler):
 
 
 def _texture(image: pv.ImageData, wrap: int, border: Any, is_encoded: bool, color_mode: int) -> pv.Texture:
-    """A texture with what lookups in it depend on."""
+    """Return a texture with the settings that affect sampling."""
     texture = pv.Texture(image)
     texture.SetWrap(wrap)
     texture.SetBorderColor(*border)
@@ -149,18 +149,18 @@ def _texture(image: pv.ImageData, wrap: int, border: Any, is_encoded: bool, colo
 
 
 def _result(folder: Path) -> Report:
-    """What the other process has left."""
+    """Read the results of the separate process."""
     try:
         found = json.loads((folder / "report.json").read_text(encoding="utf-8"))
     except OSError:
-        return Report(doing="The report could not be made: its process has ended.")
+        return Report(doing="The report could not be made: its process has crashed.")
     figure = folder / "figure.png"
     return Report(**found, figure=figure.read_bytes() if figure.exists() else b"")
 
 
 def work(folder: str) -> None:
-    """What the other process does: measure, and leave the results in the folder."""
-    with suppress(AttributeError, OSError):  # not everywhere
+    """Measure in the separate process and write the results to the folder."""
+    with suppress(AttributeError, OSError):  # not available on all platforms
         os.nice(_NICE)
     place = Path(folder)
     given = pickle.loads((place / "work").read_bytes())
@@ -172,7 +172,7 @@ def work(folder: str) -> None:
             said = doing, part
             print(json.dumps(said), flush=True)
 
-    from pvphong.studies.accuracy.measure import tradeoff  # it loads VTK's rendering
+    from pvphong.studies.accuracy.measure import tradeoff  # late, as it loads VTK's rendering
 
     try:
         with listening(say):
@@ -183,7 +183,7 @@ def work(folder: str) -> None:
             "lines": [line.strip() for line in report.summary()],
             "worst": [(index, error, tuple(map(float, points[index]))) for index, error in report.worst()],
         }
-        with suppress(ValueError, ImportError):  # without Matplotlib
+        with suppress(ValueError, ImportError):  # Matplotlib is optional
             report.plot(place / "figure.png")
     except ValueError as error:
         found = {"doing": str(error)}

@@ -1,4 +1,4 @@
-"""Where a studio runs: in a loop of its own until Ctrl-C, or in a notebook's."""
+"""Running a studio: in its own event loop until Ctrl-C, or in a notebook's."""
 
 from __future__ import annotations
 
@@ -18,18 +18,18 @@ from pvphong.studio.gizmos import History
 from pvphong.studio.subplot import Subplot
 from pvphong.studio.web.studio import Studio
 
-_HEIGHT = 720  # pixels, of the page in a notebook
+_HEIGHT = 720  # height of the page in a notebook, in pixels
 
 
 class StudioFrame(Handle):
-    """A studio in a notebook: the page below the cell.
+    """A studio in a notebook, shown as a page below the cell.
 
     Parameters
     ----------
     studio : Studio
-        Runs in the notebook's loop.
+        The studio; it runs in the notebook's event loop.
     address : str
-        Of its page.
+        Address of the page.
     """
 
     studio: Studio
@@ -61,21 +61,21 @@ def serve(
     host: str,
     keep: str | os.PathLike[str] | None,
 ) -> StudioFrame | None:
-    """Serve a studio: until Ctrl-C; or in the loop that runs already, and give what shows it there.
+    """Serve a studio until Ctrl-C; if an event loop is running, serve it there and return a frame that shows it.
 
-    Options are those of `plotter.phong.studio`.
+    The options are those of `plotter.phong.studio`.
 
     Raises
     ------
     ValueError
-        If port or host is not allowed, or cannot be listened on.
+        If port or host is invalid, or the server cannot listen on it.
     """
     check.flag("browser", browser)
     port = free_port(host, port)
     options: dict[str, Any] = {"file": check.text("file", file), "host": host}
     if keep is not None:
         if not isinstance(keep, str | os.PathLike):
-            check.refuse("keep", keep, "a path, or None", "Lights and materials are written there as they change.")
+            check.refuse("keep", keep, "a path, or None", "Changed lights and materials are saved there.")
         options["keep"] = Path(keep)
     if _is_in_loop():
         studio = Studio(plotter, subplot, history, **options)
@@ -99,16 +99,16 @@ def _is_in_loop() -> bool:
 
 
 def free_port(host: str, port: int) -> int:
-    """The port, or a free one for 0, found out by listening on it for a moment.
+    """Return the port, or a free one if it is 0, after listening on it for a moment.
 
     Raises
     ------
     ValueError
-        If it cannot be listened on.
+        If listening on it fails.
     """
     check.text("host", host)
     if type(port) is not int or not 0 <= port < 2**16:
-        check.refuse("port", port, "a whole number from 0 to 65535", "0 is one that is free.")
+        check.refuse("port", port, "a whole number from 0 to 65535", "0 chooses a free port.")
     try:
         found = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM, flags=socket.AI_PASSIVE)
         family, kind, protocol, _, address = found[0]
@@ -118,5 +118,5 @@ def free_port(host: str, port: int) -> int:
             number: int = trial.getsockname()[1]
             return number
     except OSError as error:
-        allowed = f"one that this machine can listen on at {host}"
+        allowed = f"available on this machine at {host}"
         return check.refuse("port", f"{port} ({error.strerror or error})", allowed)

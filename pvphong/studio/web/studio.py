@@ -1,7 +1,7 @@
-"""The studio: a plotter's lit meshes and lights in a web page, and edited there.
+"""The studio: a web page that shows and edits a plotter's lit meshes and lights.
 
-What is edited goes from the page to `Document`, and a frame is asked for; whatever has changed, by gizmos and by code
-too, is shown on the page when a frame has been drawn. Drawing, messages and files are one asyncio loop's.
+An edit goes from the page to `Document`, which requests a frame. After each frame the page shows all changes, including
+those by gizmos and code. Drawing, messages and files share one asyncio loop.
 """
 
 from __future__ import annotations
@@ -50,15 +50,15 @@ from pvphong.studio.web.report import Measuring, Report
 from pvphong.studio.web.thumbnails import thumbnail
 
 _SHOW_AFTER, _PLAN_AFTER, _ASK_AGAIN = 0.06, 0.25, 0.1
-"""Seconds from a frame until the page shows what has changed, from then until the plan is made again, and between two
-questions for what is computed in the background."""
+"""Seconds from a frame until the page shows the changes, from then until the plan is updated, and between two polls for
+background results."""
 
 _SAID_FOR = 8.0
-"""Seconds for which a line is shown."""
+"""Seconds for which a notice is shown."""
 
 MESHES = (".vtp", ".vtu", ".vtk", ".vti", ".vts", ".vtr", ".vtkhdf", ".ply", ".stl", ".obj", ".glb", ".gltf")
 SKIES = (".hdr", ".png", ".jpg", ".jpeg")
-"""Endings of the files that can be brought."""
+"""Suffixes of the files that can be uploaded."""
 
 _MARKS = "pvphong worst vertices"
 
@@ -67,28 +67,28 @@ _EDITS = (
     "set_colormap",
     *("start_mix", "solo_fader", "keep_mix", "cancel_bounces", "cancel_refining"),
 )
-"""What the page triggers of the document."""
+"""Methods of the document that the page can trigger."""
 
 _numbers = itertools.count(1)
 
 
 class Studio:
-    """A page for one subplot of a plotter. It is made, and runs, within a running asyncio loop.
+    """A web page for one subplot of a plotter. It must be created within a running asyncio loop.
 
     Parameters
     ----------
     plotter : pyvista.Plotter
-        What is shown.
+        The plotter.
     subplot : Subplot
-        Its active subplot, which has gizmos.
+        The plotter's active subplot, with gizmos.
     history : History
-        The plotter's.
+        The plotter's undo history.
     file : str
-        Name of the file that the mesh was read from, as the script that is downloaded reads it.
+        Name of the mesh's file, for the script to download.
     host : str
         The address to listen on.
     keep : Path, optional
-        The rig is written there whenever it has changed, until another mesh is opened.
+        File to which the rig is written after each change, until another mesh is opened.
     """
 
     def __init__(
@@ -108,7 +108,7 @@ class Studio:
         self._loop = asyncio.get_running_loop()
         subplot.lit.is_in_a_page = True
         self._samples = plotter.render_window.GetMultiSamples()
-        plotter.render_window.SetMultiSamples(0)  # drawn by a processor, four make a frame take five times as long
+        plotter.render_window.SetMultiSamples(0)  # on a CPU, four samples slow a frame down five times
         self._due: dict[Callable[[], None], asyncio.TimerHandle] = {}
         self._planned_for: Any = None
         self._serving: Any = None
@@ -135,11 +135,11 @@ class Studio:
 
         self._tag = subplot.renderer.AddObserver("EndEvent", drawn)
 
-    # -- what the page may trigger
+    # -- triggers of the page
 
     @property
     def _acts(self) -> dict[str, Callable[..., Any]]:
-        """What is no edit of the document, or says more than that does."""
+        """Triggers that are not methods of the document, or that add a message to one."""
         document = self.document
         return {
             "undo": lambda: None if document.undo() else "nothing to undo",
@@ -149,13 +149,13 @@ class Studio:
             "cancel_report": self._measuring.cancel,
             "mark_worst": self.mark_worst,
             "open_example": self.open_example,
-            "fit": lambda: self._subplot.renderer.reset_camera(render=False),  # a frame comes after every act
+            "fit": lambda: self._subplot.renderer.reset_camera(render=False),  # each trigger ends with a frame
             "gizmos": lambda: commands.toggle_hidden(document.gizmos),
             "theme": self._turn_theme,
         }
 
     def _trigger(self, act: Callable[..., Any]) -> Callable[..., None]:
-        """What does one of the acts, says what comes of it, and has a frame drawn; what is refused changes nothing."""
+        """Return a trigger that calls `act`, shows its message or error, and requests a frame."""
         signature = inspect.signature(act)
 
         def trigger(*args: Any) -> None:
@@ -170,7 +170,7 @@ class Studio:
         return trigger
 
     def _done(self, said: Any) -> None:
-        """Something has been done, or was refused: show what is said of it, and what has changed."""
+        """Show the message of an action, and the changes."""
         if isinstance(said, str) and said:
             self.say(said)
         self.draw()
@@ -180,10 +180,10 @@ class Studio:
         state = self.server.state
         state.theme = "light" if state.theme == "dark" else "dark"
 
-    # -- what the page shows
+    # -- state of the page
 
     def say(self, text: str) -> None:
-        """Show one line for a while."""
+        """Show a notice for a while."""
         with self.server.state as state:
             state.notice = text
         self._later(_SAID_FOR, self._hush)
@@ -193,7 +193,7 @@ class Studio:
             state.notice = ""
 
     def _later(self, seconds: float, act: Callable[[], None]) -> None:
-        """Do something so many seconds from now; where it is due already, it is put off till then."""
+        """Schedule a call in `seconds`; if it is scheduled already, move it."""
         if act in self._due:
             self._due[act].cancel()
 
@@ -204,34 +204,34 @@ class Studio:
         self._due[act] = self._loop.call_later(seconds, do)
 
     def draw(self) -> None:
-        """Ask for a frame; several that are asked for before one is drawn are one."""
+        """Request a frame; requests are merged until it is drawn."""
         self._view.render()
 
     def show(self) -> None:
-        """Show soon what has changed."""
+        """Schedule an update of the page."""
         if self._show not in self._due and not self._loop.is_closed():
             self._later(_SHOW_AFTER, self._show)
 
     def _shown(self) -> dict[str, Any]:
         meshes = self._subplot.lit.shown
         points = sum(mesh.drawn.n_points for mesh in meshes)
-        title = f"{self._stem}: {points:,} points" if meshes else "no mesh yet"
+        title = f"{self._stem}: {points:,} points" if meshes else "no mesh"
         of_meshes = {"title": title, "has_mesh": bool(meshes), "mesh_count": len(meshes)}
         return self.document.shown() | self._awaited() | of_meshes
 
     def _awaited(self) -> dict[str, Any]:
-        """What is computed in the background, and what has come of refining."""
+        """Return the progress of background computations, and the result of refining."""
         part, refining = self._subplot.lit.gathering.part, self._subplot.lit.refining
         is_awaited = any(each.is_awaited for each in refining.values())
         reason = next((each.reason for each in refining.values() if each.reason), "")
         if refining and self.document.mix.is_on:
-            reason = "lights are mixed"
+            reason = "a mix is on"
         added = sum(mesh.actor.mapper.dataset.n_points - mesh.drawn.n_points for mesh in refining if mesh.actor)
-        said = f"not refined: {reason}" if reason else f"refined, by {added:,} points more" if added else ""
+        said = f"not refined: {reason}" if reason else f"refined, {added:,} points added" if added else ""
         return {
             "gathering": None if part is None else round(100.0 * part),
             "refining": 0 if is_awaited else None,
-            "refined": "being refined" if is_awaited else said,
+            "refined": "refining" if is_awaited else said,
         }
 
     def _show(self) -> None:
@@ -242,7 +242,7 @@ class Studio:
         self._later(_PLAN_AFTER, self._show_plan)
 
     def _ask(self) -> None:
-        """Draw what the background has given, as long as something is awaited from it."""
+        """Poll for background results and draw them, while any are awaited."""
         lit = self._subplot.lit
         if lit.is_awaiting:
             if lit.refresh():
@@ -260,7 +260,7 @@ class Studio:
         for mesh in meshes:
             lit = shallow_copy(mesh.drawn)
             lit.point_data.active_normals = mesh.normals
-            with suppress(ValueError):  # the view says why it cannot be lit
+            with suppress(ValueError):  # the view shows why it cannot be lit
                 where: dict[str, Any] = {"matrix": mesh.matrix, "occluders": self._subplot.lit.others(mesh)}
                 made = plan(lit, scene, mesh.material, tolerance=tolerance, **where)
                 shown.append({"name": self.document.mesh_name(mesh), "rows": _rows(made), "accuracy": _accuracy(made)})
@@ -274,20 +274,20 @@ class Studio:
         self._save()
 
     def _save(self) -> None:
-        """Keep the rig, where that was asked for."""
+        """Save the rig, if `keep` was given."""
         if self._keep is not None:
             try:
                 self.downloads.save_rig(self._keep)
-            except ValueError:  # its message has the whole path
+            except ValueError:  # its message contains the whole path
                 self.say(
-                    f"The rig is not kept: {self._keep.name} cannot be written, or a map is an array without a name."
+                    f"The rig is not saved: {self._keep.name} cannot be written, or a map is an array without a name."
                 )
 
     # -- meshes and files
 
     @contextmanager
     def _active(self) -> Iterator[None]:
-        """With the studio's subplot as the one that the plotter acts on, whichever a script has made that since."""
+        """Make the studio's subplot the plotter's active one inside; a script may have changed it."""
         renderers = self._plotter.renderers
         before, own = renderers.active_index, list(renderers).index(self._subplot.renderer)
 
@@ -301,28 +301,28 @@ class Studio:
             activate(before)
 
     def open(self, mesh: Any, file: str, reading: str = "") -> None:
-        """Show another mesh, in the default scene; what was before cannot be undone.
+        """Show another mesh in the default scene; this clears the undo history.
 
         Parameters
         ----------
         mesh : pyvista.DataSet or pyvista.MultiBlock
-            A surface, or something with one.
+            A mesh with a surface.
         file : str
-            What it is called.
+            Name of the mesh's file.
         reading : str
-            Python that gives it; by default that reads the file.
+            Python expression for the mesh; by default one that reads the file.
 
         Raises
         ------
         ValueError
-            If it has nothing that can be lit; all is as before then.
+            If the mesh has no surface to light; nothing is changed then.
         """
         outside = map_blocks(mesh, surface) if isinstance(mesh, pv.MultiBlock) else surface(mesh)
         scene, phong = default_scene(outside), self._plotter.phong
         before = [each.actor for each in self._subplot.lit.meshes]
         self._measuring.cancel()
         self.mark_worst(False)
-        self.document.history.settle()  # else it would become a step, of what is gone, after this
+        self.document.history.settle()  # else a step of the old mesh would be recorded later
         with self._active():
             phong.add_mesh(outside, DEFAULT_MATERIAL, refine=self.document.accuracy.refine)
             for actor in before:
@@ -335,27 +335,27 @@ class Studio:
         self._stem, self._reading, self._keep = PurePath(file).stem, reading or reading_file(file), None
 
     def open_example(self, name: str) -> None:
-        """Show one of the meshes that PyVista brings along."""
+        """Show one of PyVista's example meshes."""
         function = EXAMPLES[check.choice("name", name, EXAMPLES)]
         self.open(getattr(examples, function)(), name, f"pv.examples.{function}()")
 
     @property
     def downloads(self) -> Downloads:
-        """What can be downloaded now."""
+        """The downloads of the present state."""
         meshes = {self.document.mesh_name(mesh): mesh for mesh in self._subplot.lit.shown}
         tolerance = self.document.accuracy.tolerance
         textures = self.document.textures
         return Downloads(meshes, self._subplot.scene, tolerance, self._reading, self._stem, textures)
 
     async def _give(self, request: web.Request) -> web.StreamResponse:
-        """Answer with one of the files that can be downloaded."""
+        """Answer a request for a download."""
         self.mark_worst(False)
         what, downloads = request.match_info["what"], self.downloads
         try:
-            width, height = (request.query.get(name, "0") for name in ("width", "height"))  # which only pictures have
+            width, height = (request.query.get(name, "0") for name in ("width", "height"))  # only for pictures
             size = _whole("width", width), _whole("height", height)
             if what in LIT:
-                await asyncio.to_thread(lambda: downloads.lit)  # which takes long where light bounces
+                await asyncio.to_thread(lambda: downloads.lit)  # slow with bounces
             with self._active():
                 name, content = downloads.read(what, self._plotter, size)
         except ValueError as error:
@@ -372,10 +372,11 @@ class Studio:
         for material in materials.values():
             for field, given in material.maps.items():
                 if is_image_path(given):
-                    check.refuse(field, PurePath(str(given)).name, "no image file, in a rig that is uploaded")
+                    allowed, remedy = "a value in an uploaded rig, not an image file", "Upload the image as a texture."
+                    check.refuse(field, PurePath(str(given)).name, allowed, remedy)
         if query.get("part") == "material":
             if not materials:
-                check.refuse("rig", "one without materials", "one that holds a material")
+                check.refuse("rig", "a rig without materials", "a rig with at least one material")
             scene = self._subplot.scene
         self.document.replace_all(scene, materials, DEFAULT)
 
@@ -388,10 +389,10 @@ class Studio:
         texture = await asyncio.to_thread(read_texture, str(path), field)
         self.document.set_texture(query.get("material", ""), field, texture, name)
 
-    # -- numbers beside the document, and the accuracy report
+    # -- numbers outside the document, and the accuracy report
 
     def type_number(self, name: Any, given: Any) -> None:
-        """Keep a number that is typed: the report's "seconds", or "width" or "height" of a picture."""
+        """Set a typed number: the report's "seconds", or "width" or "height" of a picture."""
         state = self.server.state
         if check.choice("name", name, ("seconds", "width", "height")) == "seconds":
             state.seconds = _seconds(given)
@@ -401,17 +402,17 @@ class Studio:
         state.update(size)
 
     def measure(self, seconds: Any) -> None:
-        """Begin to measure what accuracy costs in time, beside the page.
+        """Start measuring accuracy against time, in the background.
 
         Parameters
         ----------
         seconds : float or str
-            What it may take, as a number or its digits.
+            Time limit, as a number or text.
         """
         seconds = _seconds(seconds)
         meshes = self._subplot.lit.shown
         if not meshes:
-            check.refuse("mesh", "none", "there", "Open one first.")
+            check.refuse("mesh", "none", "open", "Open one first.")
         self.mark_worst(False)
         measured = max(meshes, key=lambda mesh: mesh.drawn.n_points)
         self._measured_matrix = measured.matrix
@@ -429,7 +430,7 @@ class Studio:
         )
 
     def _measured(self) -> None:
-        """The report is another."""
+        """Show the changed report."""
         report = self._measuring.report
         if report.figure:
             self._reports += 1
@@ -441,7 +442,7 @@ class Studio:
         return web.Response(body=figure, content_type="image/png") if figure else web.Response(status=404)
 
     def mark_worst(self, on: Any) -> None:
-        """Mark the vertices with the largest errors in the view, or no more."""
+        """Show or hide marks at the vertices with the largest errors."""
         self._subplot.renderer.remove_actor(_MARKS, render=False)
         places = [place for _, _, place in self._measuring.report.worst]
         if check.flag("on", on) and places:
@@ -455,23 +456,23 @@ class Studio:
         self.server.state.marked = on and bool(places)
 
     def _left(self, in_mid_drag: bool) -> None:
-        """A browser has gone; what it was dragging in the view is put back."""
+        """Handle a client's disconnection; cancel its drag in the view."""
         self.document.settle()
         if in_mid_drag:
             if self._subplot.interaction is not None:
                 self._subplot.interaction.give_up()
             self._plotter.iren.interactor.InvokeEvent("LeftButtonReleaseEvent")
-            self._done("The connection was lost while a light was dragged: it is where it was.")
+            self._done("The connection was lost during a drag. The light is back at its old position.")
 
     # -- the server
 
     def _bind(self, server: Any) -> None:
-        """The web server has been made, and does not listen yet."""
+        """Configure the web server before it listens."""
         messages = Messages(self.server.protocol, server, self._triggers, self._left)
 
         @web.middleware
         async def to_messages(request: web.Request, handler: Any) -> web.StreamResponse:
-            """In place of wslink's own end of the WebSocket."""
+            """Replace wslink's own handler of the WebSocket."""
             return await (messages.handleWsRequest if request.path == f"{self.access.root}ws" else handler)(request)
 
         self.access.guard(server.app)
@@ -493,7 +494,7 @@ class Studio:
             server.app.router.add_post(f"/bring/{what}", upload(suffixes, take, self._done))
 
     def address_at(self, port: int) -> str:
-        """Where the page is, served on a port."""
+        """Return the address of the page on a port."""
         host = self._host
         if host in ("0.0.0.0", "::"):
             host = socket.gethostname()
@@ -504,11 +505,11 @@ class Studio:
         return f"http://{f'[{host}]' if ':' in host else host}:{port}{self.access.root}"
 
     def start(self, port: int) -> None:
-        """Begin to serve."""
+        """Start serving."""
         self._serving = self.server.start(
             port=port,
             host=self._host,
-            thread=True,  # without handlers of signals
+            thread=True,  # no signal handlers
             open_browser=False,
             show_connection_info=False,
             disable_logging=True,
@@ -517,19 +518,19 @@ class Studio:
         )
 
     async def _begun(self) -> None:
-        """Wait until the server listens, or has failed to."""
+        """Wait until the server listens or fails."""
         ready = self.server.ready
         await asyncio.wait([self._serving, ready], return_when=asyncio.FIRST_COMPLETED)
         if ready.done():
-            ready.exception()  # asyncio complains of one that nobody has looked at
+            ready.exception()  # retrieve it: asyncio logs exceptions that are not retrieved
 
     async def serve(self, port: int, *, browser: bool) -> None:
-        """Serve until cancelled; the address is printed on a line of its own."""
+        """Serve until cancelled; print the address on a separate line."""
         self.start(port)
         try:
             await self._begun()
             if self._serving.done():
-                self._serving.result()  # raises why it does not listen
+                self._serving.result()  # raises the reason
             address = self.address_at(self.server.port)
             print(address, flush=True)
             if browser:
@@ -539,7 +540,7 @@ class Studio:
             await self.close()
 
     async def close(self) -> None:
-        """Stop serving, and let go of the plotter."""
+        """Stop serving and detach from the plotter."""
         self._save()
         for due in self._due.values():
             due.cancel()
@@ -551,23 +552,23 @@ class Studio:
         self.document.mix.release()
         self._measuring.cancel()
         await self._view.handler.close()
-        await self._begun()  # before that it could not be stopped
+        await self._begun()  # a server that has not started cannot be stopped
         await self.server.stop()
 
 
 def _seconds(given: Any) -> float:
-    """Seconds for a report, from typed text."""
+    """Return the seconds for a report, from a number or text."""
     return check.number("seconds", number_in("seconds", given), at_least=1.0, at_most=600.0)
 
 
 def _whole(name: str, given: Any) -> int:
-    """A whole number, as it is typed."""
+    """Return a whole number, from a number or text."""
     number = number_in(name, given)
     return int(number) if number.is_integer() else check.refuse(name, given, "a whole number")
 
 
 async def _thumbnail(request: web.Request) -> web.StreamResponse:
-    """A ball of a material or of a reflectance."""
+    """Answer a request for the thumbnail of a material or reflectance."""
     try:
         image = await asyncio.to_thread(thumbnail, request.match_info["kind"], request.match_info["name"])
     except ValueError:
@@ -576,7 +577,7 @@ async def _thumbnail(request: web.Request) -> web.StreamResponse:
 
 
 def _rows(made: Plan) -> list[list[str]]:
-    """A row for each effect: name, on or off, why, its error bound, nanoseconds a vertex."""
+    """Return a row for each effect: name, on or off, reason, error bound, nanoseconds per vertex."""
     rows = []
     for effect in EFFECTS:
         decision = made.effects[effect.name]
@@ -587,8 +588,8 @@ def _rows(made: Plan) -> list[list[str]]:
 
 
 def _accuracy(made: Plan) -> str:
-    """What a plan's colours may be off by, and what it costs."""
+    """Return a sentence on the error and the cost of a plan."""
     error = f"off by at most {made.error_bound:.3g}" if made.error_bound else "exact"
     cost = sum(effect.nanoseconds(made.effects[effect.name]) for effect in EFFECTS)
     depends = "change" if made.view_dependent else "do not change"
-    return f"Colours are {error}; about {cost:.1f} ns a vertex; they {depends} when the viewer moves."
+    return f"Colours are {error} and {depends} when the viewer moves. Cost: about {cost:.1f} ns per vertex."

@@ -1,4 +1,4 @@
-"""Thumbnails: a ball of each named material and each reflectance, lit by pvphong itself, a few vertices a pixel."""
+"""Thumbnails: a sphere for each named material and each reflectance, lit by pvphong with several vertices per pixel."""
 
 from __future__ import annotations
 
@@ -18,27 +18,27 @@ from pvphong.shading.evaluation import evaluate
 from pvphong.studio.web.document import new_reflectance
 
 _SIDE = 56  # pixels
-_SMOOTH = 3  # rows of vertices in a row of pixels
+_SMOOTH = 3  # rows of vertices per row of pixels
 _LIGHTS = Scene(key_fill_rim(), Viewer(position=(0.0, 0.0, 5.0), parallel=True), LightModel(ambient=0.4))
 _BASE = Material(ambient=0.2, diffuse=(0.75, 0.35, 0.2), specular=0.5, shininess=25.0)
-"""What a reflectance is shown on."""
+"""The material for thumbnails of reflectances."""
 
 
 @lru_cache(maxsize=64)
 def thumbnail(kind: str, name: str) -> bytes:
-    """A ball of a material, as a .png with a transparent background.
+    """Return the picture of a sphere, as a .png with a transparent background.
 
     Parameters
     ----------
     kind : {"material", "reflectance"}
-        What the name is one of.
+        The kind of thumbnail.
     name : str
-        Of a named material, or of a reflectance in files.
+        Name of a material, or of a reflectance in files.
 
     Raises
     ------
     ValueError
-        If there is no such thing.
+        If there is no such material or reflectance.
     """
     from PIL import Image
 
@@ -54,7 +54,7 @@ def thumbnail(kind: str, name: str) -> bytes:
     picture[inside, :3] = evaluate(normals, normals, _LIGHTS, material, backend="numpy").rgb
     picture[inside, 3] = 1.0
     blocks = picture.reshape(_SIDE, _SMOOTH, _SIDE, _SMOOTH, 4).mean(axis=(1, 3))
-    blocks[..., :3] /= np.maximum(blocks[..., 3:], 1e-6)  # of the part that is covered
+    blocks[..., :3] /= np.maximum(blocks[..., 3:], 1e-6)  # average over the covered part only
     out = BytesIO()
     Image.fromarray(np.rint(255.0 * blocks.clip(0.0, 1.0)).astype(np.uint8)).save(out, format="PNG")
     return out.getvalue()

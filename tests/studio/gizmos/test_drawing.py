@@ -1,4 +1,4 @@
-"""What gizmos look like, in pixels, without a window."""
+"""Drawing of gizmos, in pixels, without a window."""
 
 import dataclasses
 import math
@@ -64,7 +64,7 @@ def test_behind_the_camera_no_icon_is_drawn_but_an_arrow_towards_it(kind):
 
 
 def arrow(seen_from, point):
-    """Corners of the arrow towards a point, the tip first; None if there is none."""
+    """Return the corners of the arrow towards a point, the tip first; None if there is no arrow."""
     drawing = Drawing(seen_from)
     drawing.arrow_out_of_sight(np.array(point, dtype=float))
     return drawing.areas[1][0] if drawing.areas else None
@@ -81,7 +81,7 @@ def test_an_arrow_at_the_edge_points_to_where_a_light_is(projection, right, up):
     beside = np.abs(tip - (420, 270)) - (320, 240)
     assert -16 <= beside.max() <= 0
     assert arrow(seen_from, (0, 0, 0)) is None
-    if projection == "perspective":  # what is behind is beside or, straight behind, below
+    if projection == "perspective":  # a point behind the eye is shown at a side, straight behind at the bottom
         np.testing.assert_allclose(arrow(seen_from, (0, -20, 0))[0], (420, 30 + 8))
         np.testing.assert_allclose(arrow(seen_from, (3, -20, 0))[0], (100 + 640 - 8, 30 + 240))
 
@@ -127,7 +127,7 @@ def test_icons_and_handles_keep_their_size(projection):
 
 
 def test_the_cone_is_true_to_the_light():
-    """Just inside the rim that is drawn the light is bright, just outside it is dark."""
+    """The light is bright just inside the drawn rim, and dark just outside."""
     light = SpotLight(position=(0, 0, 2), direction=(0.2, 0, -2), cone_angle=20, exponent=0)
     halved = SpotLight(position=(0, 0, 2), direction=(0.2, 0, -2), cone_angle=20, exponent=30)
     axis = np.array(light.direction) / math.dist((0, 0, 0), light.direction)
@@ -147,7 +147,7 @@ def test_the_cone_is_true_to_the_light():
 
 
 def radii_drawn(light, **options):
-    """How far the corners of what is drawn are from a light at the origin."""
+    """Return the distances of the drawn corners from a light at the origin."""
     seen_from = view("parallel", position=(0, -9, 0), focal_point=(0, 0, 0))
     segments, _ = drawn(light, seen_from, **options).lines
     middle = seen_from.project((0, 0, 0))
@@ -174,7 +174,7 @@ FRONT = np.array([-1.0, 0.4, -1.0]) / math.hypot(1.0, 0.4, 1.0)  # of the exampl
 
 
 def hatched(light, along):
-    """Ends of the weakest lines of a selected light, in pixels, seen from afar along a direction."""
+    """Return the ends of a selected light's weakest lines, in pixels, seen from afar along a direction."""
     middle = np.mean(light.places, axis=0)
     seen_from = view("parallel", position=middle - 5.0 * along, focal_point=middle, up=(0.1, 0.9, 0.2))
     drawing = drawn(light, seen_from, selected=True)
@@ -221,7 +221,7 @@ def test_what_is_normal_to_a_front_is_drawn(kind):
 def test_lines_end_before_the_eye():
     seen_from = view(position=(0, -3, 0), focal_point=(0, 0, 0))
     drawing = Drawing(seen_from)
-    drawing.line(np.array([[1.0, 2.0, 0.5], [1.0, -9.0, 0.5]]))  # passes the eye
+    drawing.line(np.array([[1.0, 2.0, 0.5], [1.0, -9.0, 0.5]]))  # passes by the eye
     drawing.line(np.array([[1.0, -5.0, 0.0], [1.0, -9.0, 0.0]]))  # behind it
     segments, _ = drawing.lines
     assert len(segments) == 1

@@ -1,4 +1,4 @@
-"""Handles and their drags, as functions of what was frozen at the start and of the cursor: laws for every light."""
+"""Handles and their drags, as functions of the start and the cursor: invariants for every light."""
 
 import dataclasses
 import math
@@ -21,13 +21,13 @@ MODIFIERS = [{"constrained": constrained, "snapping": snapping} for constrained 
 
 
 def handles_with(*roles, of=None):
-    """Those of every kind of light whose field has one of these roles; of lights for which a condition holds."""
+    """Return the handles with one of these roles, of every kind of light for which `of` is true."""
     found = [each for each in EACH if issubclass(role_of(*each)[0], roles) and (of is None or of(example(each[0])))]
     return pytest.mark.parametrize(("kind", "handle"), found)
 
 
 def has_axes(light):
-    """Whether it has a right side and an upper side of its own."""
+    """Return True if the light has its own right and up axes."""
     return bool(light.values(Up))
 
 
@@ -43,14 +43,14 @@ def grab(kind, handle, projection="perspective", scale=1.0, **options):
 
 
 def moved(start, by, **modifiers):
-    """The light after a motion of the cursor, and where the handle is then."""
+    """Return the light after a motion of the cursor, and its handle's position."""
     x, y = np.array(start.cursor) + by
     handle = LightInScene(start.light, start.scenery).handles[start.handle]
     light = handle.dragged(start, Cursor((float(x), float(y)), **modifiers))
     return light, handles(light, start.scenery, start.view)[start.handle]
 
 
-# --- which there are, and where ---
+# --- names and positions ---
 
 
 @pytest.mark.parametrize(
@@ -73,13 +73,13 @@ def test_a_light_has_the_handles_of_its_roles(light, expected):
 
 @dataclass(frozen=True)
 class Tube(Light):
-    """A light whose fields would have handles of one name."""
+    """A light with two fields whose handles would have the same name."""
 
     position: Any = place()
     end: Any = place((0.0, 1.0, 0.0))
     radius: float = length(0.3, "radius")
 
-    def nodes(self, count):  # noqa: ARG002 its first end does for all
+    def nodes(self, count):  # noqa: ARG002 its first end is enough here
         return (PointLight(position=self.position),)
 
 
@@ -135,7 +135,7 @@ def test_a_short_or_long_direction_shows_its_target_where_it_can_be_grabbed(scal
         assert any(line.startswith(f"distance {math.dist(target, light.position):.4g}, cone ") for line in lines)
 
 
-# --- laws of all drags ---
+# --- invariants of all drags ---
 
 
 @everywhere
@@ -177,7 +177,7 @@ def test_the_handle_follows_the_cursor(kind, handle, projection, scale):
         wanted, got = where + by, start.view.project(moved(start, by)[1])
         if start.light.values(Place):
             np.testing.assert_allclose(got, wanted, atol=1e-6)
-        else:  # it keeps its distance from what it turns around: it lies on the line from there to the cursor
+        else:  # it keeps its distance from the pivot, on the line from there to the cursor
             middle = start.view.project(start.scenery.anchor)
             run, motion = wanted - middle, got - middle
             assert abs(run[0] * motion[1] - run[1] * motion[0]) <= 1e-6 * np.hypot(*run) * np.hypot(*motion) + 1e-6
@@ -287,7 +287,7 @@ def test_a_cone_that_points_at_the_eye_opens_and_closes(projection):
 
 
 def fronts(start, field, degrees):
-    """Pixels of the handle after turns, by the light's own axes."""
+    """Return the handle's pixels after turns, from the light's own axes."""
     turned = [dataclasses.replace(start.light, **{field: float(value)}) for value in degrees]
     return np.array([start.view.project(handles(each, start.scenery, start.view)[start.handle]) for each in turned])
 
@@ -368,13 +368,13 @@ CONE = SpotLight(position=(1, 0, 2), direction=(0, 0, -2), cone_angle=22.25, exp
 SUN = DirectionalLight(direction=(0, 2, -2), name="sun", intensity=0.5, diffuse=(1, 0, 0))
 SAID = {
     (FADING, "position"): "lamp: position|position (0, 0, 2)|attenuation (1, 0, 0.25)"
-    "|1.5 arriving at the scene's middle|luminance 1.5",
+    "|1.5 arriving at the scene's centre|luminance 1.5",
     (CONE, "cone"): "cone|position (1, 0, 2)|target (1, 0, 0)|distance 2, cone 22.2°|0.5 arriving at the target"
     "|luminance 0.5",
     (SUN, "target"): "sun: target|direction (0, 0.7071, -0.7071)|azimuth 90.0°, elevation -45.0°"
     "|0.5 arriving everywhere|luminance 0.106",
     (Globe(position=(1, 0, 2), radius=0.25, on=False), "radius"): "radius|position (1, 0, 2)|radius 0.25"
-    "|0 arriving at the scene's middle|luminance 0",
+    "|0 arriving at the scene's centre|luminance 0",
 }
 
 
@@ -398,7 +398,7 @@ def test_every_field_with_a_handle_is_named(kind):
 
 
 def test_the_luminance_is_that_of_bt_709():
-    """Primaries of sRGB in CIE XYZ, IEC 61966-2-1: the middle row of the matrix."""
+    """The weights are the middle row of the sRGB to CIE XYZ matrix, IEC 61966-2-1."""
     assert [luminance(color) for color in ((1, 0, 0), (0, 1, 0), (0, 0, 1))] == [0.2126, 0.7152, 0.0722]
     assert luminance(0.5) == pytest.approx(0.5, abs=1e-15)
 
@@ -436,7 +436,7 @@ def test_numbers_go_to_the_labels_in_turn_or_to_the_one_that_is_named(text, posi
 @pytest.mark.parametrize(
     ("text", "handle", "message"),
     [
-        ("1 2 3 4", "position", r"^text must be at most 3 of x, y, z; got 1 2 3 4"),
+        ("1 2 3 4", "position", r"^text must be at most 3 numbers: x, y, z; got 1 2 3 4"),
         ("z1 2", "position", r"^text must be at most 3"),
         ("-", "position", r"^x must be a number; got -\."),
         ("1.2.3", INTENSITY, r"^intensity must be a number; got 1\.2\.3"),
@@ -460,7 +460,7 @@ def test_what_is_typed_is_what_the_light_then_has_and_where_its_handle_is(kind, 
     assert numbers(changed, handle) == pytest.approx(wanted, rel=1e-12)
     if handle != INTENSITY and (role_of(kind, handle)[0] is Place or (light.values(Place) and "x" in known)):
         np.testing.assert_allclose(handles(changed)[handle], list(wanted.values()), rtol=1e-12)
-    first = next(iter(known))  # one number leaves the others
+    first = next(iter(known))  # one number keeps the others
     alone = numbers(typed(light, handle, [wanted[first]]), handle)
     assert alone == pytest.approx(known | {first: wanted[first]}, rel=1e-9)
 

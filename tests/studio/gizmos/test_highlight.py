@@ -1,4 +1,4 @@
-"""Highlight dragging: the evaluator itself says where the brightest point has gone."""
+"""Highlight dragging: the evaluator's brightest point follows."""
 
 import numpy as np
 import pytest
@@ -13,7 +13,7 @@ MIRROR = Material(ambient=0, diffuse=0, specular=1, shininess=400)
 
 
 def sphere(scale, count=20_000):
-    """Evenly spread points of a sphere, which are their own normals."""
+    """Return evenly spread points of a sphere, which are also its normals."""
     index = np.arange(count) + 0.5
     z, turn = 1 - 2 * index / count, np.pi * (1 + 5**0.5) * index
     normals = np.stack([np.sqrt(1 - z * z) * np.cos(turn), np.sqrt(1 - z * z) * np.sin(turn), z], axis=1)
@@ -21,7 +21,7 @@ def sphere(scale, count=20_000):
 
 
 def shining(kind, scale=1.0):
-    """From one side, with a wide cone, without weakening."""
+    """Return a light from one side, with a wide cone and without attenuation."""
     return example(kind, scale, place=(2, -3, 3), aim=(-2, 3, -3), angle=50.0, power=1.0, falloff=(1, 0, 0))
 
 
@@ -30,7 +30,7 @@ def brightest_by_evaluation(light, seen_from, points, normals):
     return points[int(np.argmax(evaluate(points, normals, scene, MIRROR, precision="float64").rgb[:, 0]))]
 
 
-# Kind, projection and scale, each two in every combination.
+# All pairs of kind, projection and scale.
 @pytest.mark.parametrize(
     ("kind", "projection", "scale"),
     [

@@ -1,4 +1,4 @@
-"""Gizmos in a web page: trame sends pictures to the browser, and the browser's mouse and keys come back."""
+"""Gizmos in a web page: trame sends pictures to the browser, and receives its mouse and key events."""
 
 import numpy as np
 import pytest
@@ -27,7 +27,7 @@ def opened(request, browser):
 
 @pytest.fixture
 def page(opened):
-    """The page, its lights as at first, the pointer away from them. A click tells the browser where keys are to go."""
+    """The page with its initial lights, the pointer away from them, and the keyboard focus set by a click."""
     opened.click((3, 3))
     return opened
 
@@ -36,17 +36,17 @@ only_area = pytest.mark.parametrize("opened", ["area"], indirect=True)
 
 
 def around(picture, pixel, reach=12):
-    """A square about a pixel that is counted from below."""
+    """Return a square around a pixel, with y upwards."""
     x, y = round(pixel[0]), SIZE[1] - round(pixel[1])
     return picture[y - reach : y + reach, x - reach : x + reach]
 
 
 def test_dragging_moves_the_light_and_a_key_undoes_it(page):
-    page.click(page.settled()["handles"][LAMP]["position"])  # what is selected is drawn with more lines
+    page.click(page.settled()["handles"][LAMP]["position"])  # a selected light has more lines
     before, shown = page.settled(), page.still()
 
     def differs(now):
-        """By how many levels of 255 the ball does, but for the tenth that has changed most: gizmos lie over it."""
+        """Return the ball's change in levels of 255, without the tenth that changed most, where gizmos cover it."""
         parts = (around(picture, before["ball"], 50) for picture in (now, shown))
         return np.percentile(np.abs(np.subtract(*parts)).max(axis=2), 90)
 
@@ -89,7 +89,7 @@ def test_hovering_shows(page):
 
 @only_area
 def test_a_key_counts_once(page):
-    """A browser reports a letter twice: `keydown`, `keypress`."""
+    """Browsers report a letter twice, as `keydown` and `keypress`."""
     before = page.still()
     corner = np.s_[:120, :120]
     page.key("h")

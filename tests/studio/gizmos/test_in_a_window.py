@@ -20,8 +20,8 @@ LAMP, SPOT, GUEST = 0, 1, 2
 @pytest.fixture(scope="module")
 def opened():
     ready, tell = os.pipe()
-    # VTK connects once to see whether it can; a server that then resets, because that was its only client, may refuse
-    # the window.
+    # VTK first opens a test connection. A server that resets after its only client has gone may then refuse the
+    # window.
     server = subprocess.Popen(
         ["Xvfb", "-displayfd", str(tell), "-screen", "0", "1024x768x24", "-nolisten", "tcp", "-noreset"],
         pass_fds=[tell],
@@ -41,7 +41,7 @@ def opened():
 
 @pytest.fixture
 def window(opened):
-    """The window, its lights as at first."""
+    """The window with its initial lights."""
     opened.point((3, 3))
     opened.wait(lambda state: state["hovered"] is None)
     return opened

@@ -1,4 +1,4 @@
-"""Gizmos in a plotter, moved by events as a window would send them."""
+"""Gizmos in a plotter, driven by the events that a window would send."""
 
 from dataclasses import fields, replace
 
@@ -22,7 +22,7 @@ FROM = [(0, -5, 2.5), (0, 0, 0.2), (0, 0, 1)]
 
 @pytest.fixture
 def new_mouse(new_plotter):
-    """Makes a plotter with a ball and lights, and gives its mouse; with gizmos unless `gizmos` is None."""
+    """A function that makes a plotter with a ball, lights, and gizmos unless `gizmos` is None; it returns a mouse."""
 
     def make(*lights, gizmos=(), **options):
         plotter = new_plotter((400, 300), **options)
@@ -57,13 +57,13 @@ def plotter(mouse):
 
 
 def seen(plotter):
-    """The lights, and the colours that the ball is drawn in."""
+    """Return the lights and the drawn colours of the ball."""
     plotter.render()
     return plotter.phong.lights, np.asarray(plotter.renderer.actors["ball"].mapper.dataset["phong"]).tobytes()
 
 
 def said(plotter):
-    """What stands in the lower right corner."""
+    """Return the text in the lower right corner."""
     return next((text.GetInput() for text in texts(plotter) if text.GetTextProperty().GetJustification() == 2), "")
 
 
@@ -127,7 +127,7 @@ def test_a_drag_that_is_given_up_puts_the_light_back_and_is_no_step(mouse, plott
 
 
 def test_a_window_that_was_resized_without_a_frame(mouse, plotter):
-    """As trame does it at each press, when fewer pixels are to be drawn while the button is down."""
+    """Trame resizes the window at each press, to draw fewer pixels while the button is down."""
     where = mouse.at("lamp", "position")
     plotter.render_window.SetSize(200, 150)
     mouse.move(0.5 * where)
@@ -139,7 +139,7 @@ def test_a_window_that_was_resized_without_a_frame(mouse, plotter):
 
 
 def test_views_of_the_plotter_are_told_of_every_new_picture(mouse, plotter):
-    """PyVista's views in a browser know a new picture by the plotter's render callbacks."""
+    """PyVista's views in a browser update in the plotter's render callbacks."""
     drawn = []
     plotter.add_on_render_callback(lambda _: drawn.append(plotter.image))
     mouse.move(mouse.at("lamp", "position"))
@@ -181,7 +181,7 @@ def test_a_light_removed_during_a_drag(new_mouse, others, moves_on):
         mouse.drag(mouse.at(light.name, "position"), (20, 5))
         assert plotter.camera.position == before
         assert plotter.phong.undo()
-    mouse.drag((5, 5), (20, 30))  # the mouse is everybody's again
+    mouse.drag((5, 5), (20, 30))  # the mouse is released
     assert plotter.camera.position != before
     assert plotter.phong.undo()
     assert len(plotter.phong.lights) == 1 + len(others)
@@ -222,7 +222,7 @@ def test_the_highlight_is_dragged_on_the_surface_and_waits_off_it(new_mouse, kin
     end = mouse.pull(start, (12, -15))
     ring = interaction_of(mouse).edit.over.point
     np.testing.assert_allclose(mouse.at(ring), end, atol=1.01)  # under the cursor
-    np.testing.assert_allclose(mouse.at(only.highlight), end, atol=5)  # of the vertices, the nearest
+    np.testing.assert_allclose(mouse.at(only.highlight), end, atol=5)  # at the nearest vertex
     on_surface = only.light
     assert on_surface != light
     mouse.move((399, 299))
@@ -236,7 +236,7 @@ def test_the_highlight_is_dragged_on_the_surface_and_waits_off_it(new_mouse, kin
 
 @pytest.fixture
 def unlit(mouse, plotter):
-    """The mouse of a window whose only mesh cannot be lit any more, with a light selected."""
+    """The mouse of a window with a selected light and a mesh that can no longer be lit."""
     mouse.gizmo("lamp").is_selected = True
     plotter.phong.mesh(plotter.actors["ball"]).material = replace(SHINY, albedo="gone")
     with pytest.warns(LightingWarning):
@@ -254,7 +254,7 @@ def test_handles_stay_where_a_mesh_cannot_be_lit(unlit):
 def test_a_mesh_that_cannot_be_lit_is_not_under_the_cursor(unlit, key, caplog):
     unlit.move((200, 150))
     unlit.key(key)
-    assert caplog.records == []  # of VTK's
+    assert caplog.records == []  # no VTK errors
 
 
 @pytest.mark.parametrize("change", ["edited", "removed", "replaced"])
@@ -299,7 +299,7 @@ def assert_one_step(plotter, before):
 
 @pytest.fixture
 def chosen(new_mouse):
-    """The mouse of a window with a selected spot light and another one."""
+    """The mouse of a window with a selected spot light and another light."""
     mouse = new_mouse(replace(SPOT, name="it"), PointLight(position=(-1, 1, 0.3), name="other"))
     mouse.move((5, 5))
     mouse.gizmo("it").is_selected = True
@@ -347,7 +347,7 @@ def test_what_is_given_up_or_empty_or_no_value_is_no_step(chosen):
     assert seen(chosen.plotter) == before
     enter()
     names = [*chosen.gizmo("it").handles, "intensity"]
-    for name in [*names, *names]:  # Tab takes, and goes on
+    for name in [*names, *names]:  # Tab accepts and selects the next
         assert interaction.edit.handle == name
         chosen.key("Tab")
     chosen.key("Escape")
@@ -368,7 +368,7 @@ def test_what_is_given_up_or_empty_or_no_value_is_no_step(chosen):
 
 
 def test_while_typing_nobody_else_hears_the_keys(chosen):
-    """3 is VTK's key for stereo, minus PyVista's for thinner lines."""
+    """3 is VTK's key for stereo, and minus PyVista's for thinner lines."""
     heard = []
     for key in ("3", "minus", "q"):
         chosen.plotter.add_key_event(key, lambda key=key: heard.append(key))
@@ -404,7 +404,7 @@ def test_digits_during_a_drag_take_its_place(chosen):
 
 
 def test_hovering_shows_and_ends_where_the_handle_is_taken_away(mouse, plotter):
-    assert [each.hovered for each in plotter.phong.gizmos] == [None, None, None]  # before the cursor has come
+    assert [each.hovered for each in plotter.phong.gizmos] == [None, None, None]  # before the first move of the cursor
     away, where = picture(plotter), mouse.at("spot", "target")
     mouse.move(where)
     assert mouse.gizmo("spot").hovered == "target"
@@ -493,7 +493,7 @@ def test_gizmos_are_no_part_of_the_scene_and_removed_leave_nothing(new_mouse):
     assert shown.phong.lights == (LAMP, SPOT, SUN)
 
 
-# --- what is said ---
+# --- status text ---
 
 
 def test_the_selected_light_its_state_and_what_was_done_are_said(mouse, plotter):
@@ -517,7 +517,7 @@ def test_the_selected_light_its_state_and_what_was_done_are_said(mouse, plotter)
     assert said(plotter).startswith("nothing to undo")
     mouse.click(mouse.at("spot", "target"))
     assert said(plotter).startswith("spot: SpotLight")
-    assert not plotter.phong.undo()  # a click is no step
+    assert not plotter.phong.undo()  # a click is not recorded
 
 
 def test_the_next_light_may_have_no_handles(new_mouse):
@@ -534,7 +534,7 @@ def test_the_next_light_may_have_no_handles(new_mouse):
     assert said(mouse.plotter).startswith("head: intensity 1.26")
 
 
-# --- which, and where ---
+# --- selected lights and subplots ---
 
 
 def test_only_some_lights(new_mouse):
@@ -574,7 +574,7 @@ def test_each_subplot_has_its_own(new_mouse):
 
 @pytest.fixture
 def two(new_mouse):
-    """The mouse of two subplots with a selected light each, of which the second is active, and their interactions."""
+    """The mouse of two subplots with a selected light each, the second one active, and their interactions."""
     mouse = new_mouse(LAMP, shape=(1, 2))
     mouse.plotter.subplot(0, 1)
     furnish(mouse.plotter, [LAMP])
@@ -633,7 +633,7 @@ def test_what_is_typed_is_taken_when_a_drag_begins_in_another_subplot(two):
     assert first.gizmos.lights.values == (LAMP,)
 
 
-# --- the end ---
+# --- removal ---
 
 
 def test_what_is_typed_is_one_step_where_gizmos_are_taken_down(chosen):
@@ -650,7 +650,7 @@ def test_ended_during_a_drag(new_mouse, end):
     plotter, at = mouse.plotter, mouse.pull(mouse.at("lamp", "position"), (9, 9))
     end(plotter)
     mouse.move(at + 3)
-    if end is pv.Plotter.clear:  # gizmos of new lights come
+    if end is pv.Plotter.clear:  # gizmos of new lights work
         plotter.render()
         assert plotter.phong.gizmos == ()
         mouse.release(at + 3)

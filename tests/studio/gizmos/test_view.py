@@ -1,4 +1,4 @@
-"""What a cursor means in the world, against VTK's own camera and against closed forms."""
+"""The projection between cursor and world, compared with VTK's camera and with closed forms."""
 
 import numpy as np
 import pytest
@@ -15,7 +15,7 @@ everywhere = pytest.mark.parametrize(("projection", "scale"), EVERYWHERE)
 
 @everywhere
 def test_pixels_are_vtks(projection, scale):
-    """In a window of the subplot's size; the subplot's origin is added."""
+    """The window has the subplot's size; the subplot's origin is added."""
     seen_from = view(projection, scale)
     window, renderer = vtk.vtkRenderWindow(), vtk.vtkRenderer()
     window.SetOffScreenRendering(True)
@@ -85,12 +85,12 @@ def test_an_axis_that_points_at_the_eye_is_not_chosen(projection):
     np.testing.assert_array_equal(seen_from.axis_along(point, np.array([9.0, 4.0])), (1, 0, 0))
     np.testing.assert_array_equal(seen_from.axis_along(point, np.array([4.0, -9.0])), (0, 0, 1))
     np.testing.assert_array_equal(seen_from.along(point, np.array([0.0, 1, 0]), np.array([9.0, 9.0])), point)
-    beside = np.array([0.05, 0.0, 0.05])  # in perspective the y axis runs along the picture's diagonal, hardly at all
+    beside = np.array([0.05, 0.0, 0.05])  # in perspective the y axis has a short projection along the diagonal
     assert seen_from.axis_along(beside, np.array([7.0, 7.0]))[1] == 0
 
 
 def test_a_light_that_the_eye_carries_beside_it_is_never_ahead():
-    """As the kits of lights have them. For half of all cameras its depth is rounded to a little more than zero."""
+    """Light kits have such lights. For half of all cameras rounding makes the depth slightly larger than zero."""
     random, rounded_up = np.random.default_rng(3), 0
     for scale in (1e-6, 1.0, 1e6):
         for position, focal_point in random.normal(size=(100, 2, 3)):

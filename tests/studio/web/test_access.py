@@ -1,4 +1,4 @@
-"""Access: who gets in, and which messages are taken."""
+"""Access control, and validation of messages and uploads."""
 
 import asyncio
 import io
@@ -39,7 +39,7 @@ def test_only_this_machine_is_this_machine(host, is_own):
         ("127.0.0.1:80", "http://evil.example", False),
         ("127.0.0.1:80", "null", False),
         ("127.0.0.1:80", "http://[", False),
-        ("evil.example:80", "http://evil.example:80", False),  # a name that was made to lead here
+        ("evil.example:80", "http://evil.example:80", False),  # DNS rebinding
         ("", None, False),
     ],
 )
@@ -64,7 +64,7 @@ def test_from_elsewhere_nothing_is_answered_without_the_token():
 
 
 def in_a_server(guarded, run, *, add=lambda _app: None):
-    """Ask a guarded server: `run` gets a client session and the address."""
+    """Run a guarded server, and call `run` with a client session and the address."""
     from aiohttp import ClientSession
 
     async def hello(_request):
@@ -150,7 +150,7 @@ def test_uploads_are_limited_by_kind_and_size_and_written_under_our_own_name(mon
             try:
                 async with session.post(f"{address}up{query}", data=body) as answer:
                     found.append((answer.status, await answer.text()))
-            except OSError:  # it is being refused while it is sent
+            except OSError:  # refused while sending
                 found.append((400, "file must be at most 1 MiB"))
         return found
 
@@ -158,7 +158,7 @@ def test_uploads_are_limited_by_kind_and_size_and_written_under_our_own_name(mon
     assert [status for status, _ in found] == [204, 204, 204, 400, 400, 400, 400, 400, 400, 400]
     assert [name for name, _, _ in taken] == ["part.ply", "part.PLY", "part.ply", "bad.ply"]
     assert {written for _, written, _ in taken} == {"upload.ply"}
-    assert found[7][1] == "mesh must be whole; got bad.ply."  # no folder of ours
+    assert found[7][1] == "mesh must be whole; got bad.ply."  # without the temporary folder
     assert all(reason.startswith("file must be") for _, reason in (*found[3:7], *found[8:]))
     assert [bool(reason) for reason in said] == [status == 400 for status, _ in found]
 
@@ -200,7 +200,7 @@ def test_what_is_malformed_is_refused(take):
 
 
 def test_no_garbage_gets_through_as_anything_but_an_event():
-    """What comes out can be written as JSON for VTK, with numbers that are finite."""
+    """Accepted events can be written as JSON for VTK, with finite numbers."""
     draw = random.Random(32)
     values = [None, True, -1, 10**400, 1e308, math.nan, "x", "", [], {}, [1, 2], b"", {"x": 1}]
     kinds = ["MouseMove", "KeyUp", "MouseWheel", "Pinch", "Pan", "Tap", "EndInteractionEvent", "?"]

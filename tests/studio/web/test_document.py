@@ -1,4 +1,4 @@
-"""The document: edits by key, one history with the gizmos, and a refused edit changes nothing."""
+"""The document: edits by key, one undo history with the gizmos, and refused edits that change nothing."""
 
 import asyncio
 from dataclasses import fields, replace
@@ -67,7 +67,7 @@ def test_an_edit_is_one_step_and_undo_brings_all_back_to_the_bit(document, plott
     ("key", "given", "message"),
     [
         ("light.1.intensity", "-1", "intensity must be"),
-        ("light.9.intensity", 1, "light must be one that is still there"),
+        ("light.9.intensity", 1, "light must be the number of an existing light"),
         ("light.1", 1, "key must be"),
         ("light.1.on.x", 1, "key must be"),
         ("material.7.diffuse", 1, "material must be"),
@@ -105,7 +105,7 @@ def test_edges_are_as_sharp_as_asked_and_undone(document, plotter):
 
 @pytest.mark.parametrize("keeps", [True, False])
 def test_auto_is_shown_as_what_it_does(document, plotter, keeps):
-    """Of a mesh with normals of its own no edge is split."""
+    """The edges of a mesh with its own normals are not split."""
     (lit,) = plotter.phong._subplot.lit.meshes
     if not keeps:
         lit.mesh.point_data.active_normals_name = None
@@ -148,8 +148,8 @@ def test_moves_of_a_slider_are_one_step(document, plotter):
     assert plotter.phong.lights[0].intensity == 2.0
     document.settle()
     document.slide("light.1.diffuse", "#ff0000")
-    document.slide("material.0.shininess", 3.0)  # another slider: the first has been let go
-    assert document.undo()  # also while it is moved
+    document.slide("material.0.shininess", 3.0)  # another slider ends the first one's movement
+    assert document.undo()  # also during the movement
     assert plotter.phong.lights[0].diffuse == (1.0, 0.0, 0.0)
     assert document.undo()
     assert plotter.phong.lights[0] == ph.DirectionalLight((0, 0, -1), intensity=2.0, name="sun")
@@ -254,7 +254,7 @@ def test_lights_are_duplicated_deleted_soloed_and_moved_to_the_camera(document, 
     np.testing.assert_allclose(plotter.phong.lights[1].position, plotter.phong.scene.viewer.position)
     assert "deleted" in document.act("delete", number)
     assert [light.name for light in plotter.phong.lights] == ["sun", "point 2"]
-    with pytest.raises(ValueError, match="still there"):
+    with pytest.raises(ValueError, match="the number of an existing light"):
         document.act("delete", number)
     for _ in range(5):
         assert document.undo()
@@ -263,7 +263,7 @@ def test_lights_are_duplicated_deleted_soloed_and_moved_to_the_camera(document, 
 
 def test_a_light_stays_where_it_is_when_its_frame_changes_and_has_a_name_of_its_own(document, plotter):
     document.add("spot")
-    with pytest.raises(ValueError, match="no other light"):
+    with pytest.raises(ValueError, match="name must be unique"):
         document.edit("light.2.name", "sun")
     before = plotter.phong.scene.world_lights[1]
     document.edit("light.2.frame", "camera")
@@ -290,7 +290,7 @@ def test_materials_and_reflectances_are_chosen_by_name(document):
     for call in (document.choose_material, document.choose_reflectance):
         with pytest.raises(ValueError, match="must be"):
             call(0, "cheese")
-    with pytest.raises(ValueError, match="tangents"):  # this sphere has no texture coordinates to make them of
+    with pytest.raises(ValueError, match="tangents"):  # they need texture coordinates, which this sphere lacks
         document.choose_reflectance(0, "ward")
     assert document.state == before
 
@@ -317,7 +317,7 @@ def test_a_rig_gives_blocks_their_materials_by_name(new_plotter):
 
 
 def test_no_two_meshes_have_one_name(new_plotter):
-    """Blocks of one name that were drawn apart, and a mesh that was drawn by the name of a block."""
+    """Two separately drawn blocks have the same name, and a mesh has the name of a block."""
     plotter = new_plotter()
     for name in ("left", None, "right"):
         plotter.phong.add_mesh(pv.MultiBlock({"wheel": pv.Sphere(), f"of {name}": pv.Plane()}), name=name)
@@ -347,7 +347,7 @@ def test_an_image_becomes_a_sky_bytes_as_srgb_and_floats_as_they_are(document, p
 
 
 def sky(document):
-    """The number of a sky that is added, and an image for it."""
+    """Add a sky; return its number, and an image for it."""
     document.add("environment")
     image = pv.ImageData(dimensions=(8, 4, 1))
     image.point_data["texels"] = np.random.default_rng(0).random((32, 3))
@@ -377,7 +377,7 @@ def test_an_image_for_a_light_that_goes_meanwhile_is_refused(document):
         document.act("delete", number)
         await setting
 
-    with pytest.raises(ValueError, match="light must be one that is still there"):
+    with pytest.raises(ValueError, match="light must be the number of an existing light"):
         asyncio.run(deleted_meanwhile())
 
 
@@ -436,7 +436,7 @@ def test_an_array_colours_a_material_through_a_colormap(document, plotter):
         ((0, "height", "terain"), "Did you mean 'terrain'"),
         ((0, "height", "terrain", 2, 1), "clim must be two finite numbers, the smaller first"),
         ((0, "height", "terrain", "low", 1), "low must be a number"),
-        ((7, "height"), "material must be one that is there"),
+        ((7, "height"), "material must be the number of an existing material"),
     ):
         with pytest.raises(ValueError, match=message):
             document.set_colormap(*given)

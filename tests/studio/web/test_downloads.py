@@ -1,4 +1,4 @@
-"""Downloads: the script gives the same bits as the lit mesh, and rigs and pictures are what is shown."""
+"""Downloads: the script reproduces the lit mesh exactly, and rigs and pictures match the view."""
 
 import json
 from dataclasses import replace
@@ -34,7 +34,7 @@ def taken(plotter, reading='ph.read("part.vtp")', **options):
 
 
 def run(script, folder, monkeypatch):
-    """What a script leaves in its `lit`."""
+    """Run a script and return its `lit`."""
     monkeypatch.chdir(folder)
     names = {}
     exec(compile(script, "script", "exec"), names)
@@ -89,7 +89,7 @@ TURNED = pv.Transform().rotate_z(40).scale(1.0, 0.5, -2.0).translate((0.3, 0.1, 
 
 @pytest.mark.parametrize("bounces", [0, 2])
 def test_what_is_moved_is_lit_where_the_view_has_it(plotter, tmp_path, monkeypatch, bounces):
-    """By a matrix and a position, mirrored; two blocks together, with materials of their own."""
+    """The actor has a matrix and a position, mirrored; two blocks move together, with different materials."""
     bowl = pv.Sphere(end_phi=100, theta_resolution=16, phi_resolution=12).compute_normals(auto_orient_normals=False)
     blocks = pv.MultiBlock({"bowl": bowl, "floor": pv.Plane(center=(0, 0, -0.6), i_size=3, j_size=3)})
     plotter.phong.light_model = ph.LightModel(shadows=True, bounces=bounces)
@@ -158,7 +158,7 @@ def test_every_file_is_what_it_says(plotter, tmp_path):
 
 
 def test_what_cannot_be_made_is_refused_in_one_line(plotter):
-    with pytest.raises(ValueError, match="mesh must be there"):
+    with pytest.raises(ValueError, match="mesh must be open; got none"):
         _ = taken(plotter).lit
     plotter.phong.add_mesh(pv.Sphere())
     with pytest.raises(ValueError, match="file must be one of"):
@@ -168,15 +168,15 @@ def test_what_cannot_be_made_is_refused_in_one_line(plotter):
     with pytest.raises(ValueError, match="height must be"):
         taken(plotter).read("png", plotter, (10, 10**9))
     plotter.phong.add_mesh(pv.Cube()).position = (1, 0, 0)
-    with pytest.raises(ValueError, match="meshes must be in place"):
+    with pytest.raises(ValueError, match="meshes must be unmoved or moved together"):
         _ = taken(plotter).lit
 
 
 def test_where_a_mesh_casts_no_shadows_the_lit_mesh_is_refused(plotter):
     plotter.phong.add_mesh(pv.Sphere(), casts_shadows=False)
-    assert taken(plotter).lit["phong"].any()  # where nothing does
+    assert taken(plotter).lit["phong"].any()  # no shadows in the light model
     plotter.phong.light_model = ph.LightModel(shadows=True)
-    with pytest.raises(ValueError, match="meshes must be such that all cast shadows"):
+    with pytest.raises(ValueError, match="meshes must be all shadow-casting"):
         _ = taken(plotter).lit
 
 

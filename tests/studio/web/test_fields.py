@@ -1,4 +1,4 @@
-"""Forms: every class that the studio edits says by itself what its inputs are."""
+"""Forms: the inputs are derived from the classes that the studio edits."""
 
 import json
 import math
@@ -26,16 +26,16 @@ edited_ones = pytest.mark.parametrize("value", EDITED, ids=lambda value: type(va
 
 @dataclass(frozen=True)
 class Torch(Light):
-    """A light that nobody has heard of.
+    """A new kind of light.
 
     Parameters
     ----------
     position : sequence of float, default (0, 0, 0)
-        Where its flame is.
+        Position of the flame.
     spread : float, default 20
-        How wide it shines, in degrees.
+        Angle of the beam, in degrees.
     smokes : bool, default False
-        Whether it *smokes*.
+        True if it *smokes*.
     """
 
     position: tuple[float, float, float] = place()
@@ -50,7 +50,7 @@ class Torch(Light):
 
 
 def inputs(value, middles=None):
-    """Name of a field → its entry in the form."""
+    """Return field name → its entry in the form."""
     return {entry["name"]: entry for entry in form_of(value, "light.1", {} if middles is None else middles)}
 
 
@@ -60,14 +60,14 @@ def test_a_new_kind_of_light_has_its_form():
     assert form["spread"] | {"slide": 20.0, "from": 0.45, "to": 90.0} == form["spread"]
     assert (form["spread"]["unit"], form["position"]["unit"]) == ("°", "mesh unit")
     assert form["position"]["labels"] == ("x", "y", "z")
-    assert form["smokes"]["help"] == "Whether it smokes."
+    assert form["smokes"]["help"] == "True if it smokes."
     assert edited(Torch(), "position", "2,5", [1]).position == (0.0, 2.5, 0.0)
 
 
 def test_units_are_those_of_the_formulas():
     forms = {name: inputs(kind()) for name, kind in LIGHT_TYPES.items()}
     units = {name: {field: entry["unit"] for field, entry in form.items()} for name, form in forms.items()}
-    sized = {name for name, of in units.items() if of["intensity"] == "mesh unit²"}  # over the square of the distance
+    sized = {name for name, of in units.items() if of["intensity"] == "mesh unit²"}  # divided by the squared distance
     assert sized == {name for name, kind in LIGHT_TYPES.items() if kind().has_size and not kind().is_even}
     assert units["directional"]["intensity"] == units["spot"]["exponent"] == ""
     assert units["spot"]["attenuation"] == units["point"]["attenuation"] == "1, 1/mesh unit, 1/mesh unit²"
@@ -107,7 +107,7 @@ def test_what_is_shown_changes_nothing_when_it_is_given_back(value):
         (PointLight(), "intensity", math.nan, (), "intensity must be a finite number"),
         (PointLight(), "intensity", -1, (), "intensity must be a finite number >= 0"),
         (PointLight(), "intensity", True, (), "intensity must be a finite number"),
-        (PointLight(), "intensity", None, (), "intensity must be given"),
+        (PointLight(), "intensity", None, (), "intensity must be set; got an empty input"),
         (PointLight(), "position", 1.0, (3,), "index of position must be a whole number below 3"),
         (PointLight(), "position", 1.0, (-1,), "index of position"),
         (PointLight(), "position", [1.0], (), "position must be 3 finite numbers"),
@@ -161,11 +161,13 @@ def test_a_comma_may_begin_the_fraction(typed, number):
 
 @pytest.mark.parametrize("typed", ["1,000", "-1,000", "12,345.5", "1,000,000"])
 def test_commas_that_may_be_between_thousands_are_refused(typed):
-    with pytest.raises(ValueError, match=rf"^width must be a number without commas between .*; got {typed}\. 1000 and"):
+    with pytest.raises(ValueError, match=rf"^width must be a number without thousands .*; got {typed}\. Write 1000 or"):
         number_in("width", typed)
 
 
-@pytest.mark.parametrize(("typed", "said"), [("abc", "abc"), ("1.5.2", "1.5.2"), ("", "nothing"), ("  ", "nothing")])
+@pytest.mark.parametrize(
+    ("typed", "said"), [("abc", "abc"), ("1.5.2", "1.5.2"), ("", "an empty input"), ("  ", "an empty input")]
+)
 def test_what_is_no_number_is_refused(typed, said):
     with pytest.raises(ValueError, match=f"^width must be a number; got {said}\\.$"):
         number_in("width", typed)

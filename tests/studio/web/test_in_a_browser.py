@@ -1,4 +1,4 @@
-"""The studio in a real Chromium: panels, gizmos, one history, two browsers, and messages that no page sends."""
+"""The studio in a real Chromium: panels, gizmos, one undo history, two browsers, and malformed messages."""
 
 import asyncio
 import json
@@ -23,7 +23,7 @@ pytestmark = needs_a_browser
 
 
 class Served:
-    """`pvphong studio` in a process of its own, and the address that it prints."""
+    """`pvphong studio` in a separate process, and its address."""
 
     def __init__(self, *words):
         command = [sys.executable, "-m", "pvphong", "studio", *map(str, words), "--no-browser"]
@@ -38,7 +38,7 @@ class Served:
 
 
 class Page:
-    """A studio in a browser, or in the frame of a page there."""
+    """A studio in a browser, or in a frame of another page."""
 
     def __init__(self, driver, address, *, in_frame=False):
         self.driver = driver
@@ -49,14 +49,14 @@ class Page:
             driver.switch_to.frame(0)
         self.until(lambda: self.all("light-row") and self.picture().std() > 5)
         self.until(lambda: driver.execute_script("return document.fonts.status") == "loaded")
-        self.settled(lambda: [each.rect for each in self.all("light-row")])  # a click is not to land beside what moves
+        self.settled(lambda: [each.rect for each in self.all("light-row")])  # else clicks miss rows that still move
 
     def all(self, name, inside=None):
-        """Elements by their `data-test`."""
+        """Return elements by their `data-test`."""
         return (inside or self.driver).find_elements("css selector", f'[data-test="{name}"]')
 
     def row(self, called):
-        """The row of a light."""
+        """Return the row of a light."""
         return next(row for row in self.all("light-row") if row.get_attribute("aria-label") == f"Light {called}")
 
     def click(self, name, inside=None):
@@ -66,11 +66,11 @@ class Page:
         return self.all(name, inside)[0].find_element("css selector", "input")
 
     def typed(self, name, inside=None):
-        """What stands in a field."""
+        """Return the text of a field."""
         return self.input(name, inside).get_property("value")
 
     def type(self, name, text, inside=None):
-        """Replace what stands in a field, and press Enter."""
+        """Replace the text of a field, and press Enter."""
         from selenium.webdriver.common.keys import Keys
 
         field = self.input(name, inside)
@@ -78,7 +78,7 @@ class Page:
         field.send_keys(text, Keys.ENTER)
 
     def state(self, name):
-        """What the page knows."""
+        """Return a value of the page's state."""
         return self.driver.execute_script("return window.trame.state.get(arguments[0])", name)
 
     def light(self, called):
@@ -88,20 +88,20 @@ class Page:
         self.driver.execute_script("window.trame.trigger(arguments[0], arguments[1])", name, list(args))
 
     def until(self, is_so, seconds=60.0):
-        """Wait until something is so; gives it."""
+        """Wait until a condition is true, and return its value."""
         end = time.monotonic() + seconds
         while True:
             try:
                 if found := is_so():
                     return found
-            except Exception:  # an element that is being replaced
+            except Exception:  # the element is being replaced
                 if time.monotonic() > end:
                     raise
             assert time.monotonic() < end, "it did not come"
             time.sleep(0.05)
 
     def settled(self, of):
-        """A value when it has stayed the same for a while."""
+        """Return a value after it has not changed for a while."""
         last, now = None, of()
         while last != now:
             time.sleep(0.5)
@@ -109,20 +109,20 @@ class Page:
         return now
 
     def middle(self):
-        """The colour in the middle of the view."""
+        """Return the colour at the centre of the view."""
         picture = self.picture()
         height, width, _ = picture.shape
         return picture[height // 2 - 20 : height // 2 + 20, width // 2 - 20 : width // 2 + 20].mean(axis=(0, 1))
 
     def picture(self):
-        """What the view shows, (h, w, 3)."""
+        """Return the picture of the view, (h, w, 3)."""
         from PIL import Image
 
         shown = self.all("view")[0].screenshot_as_png
         return np.asarray(Image.open(BytesIO(shown)).convert("RGB")).astype(int)
 
     def drag(self, by, *, release=True):
-        """Press in the middle of the view, move in steps, release."""
+        """Press at the centre of the view, move in steps, and release."""
         from selenium.webdriver.common.actions.action_builder import ActionBuilder
 
         view = self.all("view")[0].rect
@@ -169,7 +169,7 @@ def opened(driver, served):
 
 @pytest.fixture
 def page(opened):
-    """The page, with everything undone."""
+    """The page with all edits undone."""
     while opened.state("can_undo"):
         opened.trigger("undo")
         time.sleep(0.1)
@@ -195,7 +195,7 @@ def test_a_gizmo_is_dragged_in_the_view_and_undone_in_the_panel(page):
     before = page.until(lambda: page.light("spot")["fields"])
     page.until(lambda: len(page.state("lights")) == 4)
     time.sleep(0.5)  # until the gizmo is drawn
-    page.drag((70, -50))  # its target is the middle of the mesh
+    page.drag((70, -50))  # the light's target is the centre of the mesh
     page.until(lambda: page.light("spot")["fields"] != before)
     aimed = page.settled(lambda: page.light("spot")["fields"])
     changed = [entry["name"] for entry, old in zip(aimed, before, strict=True) if entry != old]
@@ -214,7 +214,7 @@ def test_a_connection_that_is_lost_in_mid_drag_puts_the_light_back(page):
     page.until(lambda: page.light("spot")["fields"] != before)
     page.driver.refresh()
     page.until(lambda: page.light("spot")["fields"] == before)
-    page.until(lambda: "it is where it was" in page.state("notice"))
+    page.until(lambda: "is back at its old position" in page.state("notice"))
     held.clear_actions()
 
 
@@ -235,8 +235,8 @@ def test_numbers_names_and_colours_are_typed_and_what_is_refused_is_said(page):
     page.until(lambda: page.light("key") and not page.state("can_undo"))
 
 
-NO_NUMBERS = {"1,000": "a number without commas between thousands; got 1,000.", "abc": "a number; got abc."}
-"""What may mean two things, or none, and what is said of it."""
+NO_NUMBERS = {"1,000": "a number without thousands separators; got 1,000.", "abc": "a number; got abc."}
+"""Ambiguous or invalid numbers, and their error messages."""
 
 
 def test_numbers_are_taken_as_they_are_typed_or_refused(page):
@@ -272,7 +272,7 @@ def test_numbers_beside_each_other_and_beside_a_switch_are_read_as_text(page):
     before = page.until(lambda: page.light("point")["fields"])
     position = '[data-field="position"] input'
     retype(position, "1,000")
-    page.until(lambda: "position must be a number without commas" in page.state("notice"))
+    page.until(lambda: "position must be a number without thousands separators" in page.state("notice"))
     assert page.light("point")["fields"] == before
     page.until(lambda: field(position).get_property("value") not in ("", "1,000"))
     retype(position, "0,5")
@@ -298,7 +298,7 @@ def test_numbers_beside_each_other_and_beside_a_switch_are_read_as_text(page):
     [("report-seconds", "seconds", 20), ("picture-width", "width", 1920), ("picture-height", "height", 1080)],
 )
 def test_numbers_beside_the_document_are_put_back_when_they_are_refused(page, field, name, before):
-    for typed, said in {**NO_NUMBERS, "0": "", "": "a number; got nothing."}.items():
+    for typed, said in {**NO_NUMBERS, "0": "", "": "a number; got an empty input."}.items():
         page.type(field, typed) if typed else page.input(field).send_keys("\ue009a\ue000\ue003\ue007")
         page.until(lambda said=said: f"{name} must be {said}" in page.state("notice"))
         page.until(lambda: page.typed(field) == str(before))
@@ -322,7 +322,7 @@ def test_no_picture_is_made_and_no_report_begun_of_a_number_that_is_none(page):
         assert status == 400
         assert " must be a" in said
     page.trigger("report", "1,000")
-    page.until(lambda: "seconds must be a number without commas" in page.state("notice"))
+    page.until(lambda: "seconds must be a number without thousands separators" in page.state("notice"))
     assert not page.state("report")["running"]
 
 
@@ -366,7 +366,7 @@ def test_faders_evaluate_no_light_and_the_mix_is_kept(page):
     page.click("fader-solo", page.all("fader")[1])
     page.until(lambda: not page.light("fill")["fader_soloed"])
     assert page.state("evaluations") == begun
-    assert f"evaluated: {begun} times" in page.all("evaluations")[0].text
+    assert f"computed {begun} times" in page.all("evaluations")[0].text
     page.click("keep-mix")
     page.until(lambda: page.light("key")["intensity"]["value"] == pytest.approx(0.1))
 
@@ -390,7 +390,7 @@ def test_a_second_browser_sees_the_same_and_a_reload_loses_nothing(page, served)
 
 @pytest.fixture
 def framing(folder):
-    """Serves pages of another host, by their text."""
+    """A function that serves a page from another host."""
     folder = folder / "framing"
     folder.mkdir()
     handler = partial(SilentHandler, directory=folder)
@@ -474,7 +474,7 @@ def test_malformed_messages_are_refused_and_harm_nobody(page, served):
     raw = [b"", bytes(1), bytes(40), b"\xff" * 12, (2**31).to_bytes(12, "little"), b"\x01" + bytes(7) + b"\xff" * 4]
 
     async def ask(end, frame, *, text=False):
-        """Send a frame and give the answer; pictures and states come in between."""
+        """Send a frame and return the answer, skipping pictures and states."""
         await (end.send_str(frame) if text else end.send_bytes(frame))
         while True:
             got = await end.receive(timeout=60)
@@ -491,7 +491,7 @@ def test_malformed_messages_are_refused_and_harm_nobody(page, served):
             answers += [await ask(end, frame) for frame in raw]
             answers.append(await ask(end, "text", text=True))
             assert "result" in await ask(end, framed(good))
-            for _ in range(10):  # who go without a word, in the middle of an answer
+            for _ in range(10):  # disconnect in the middle of an answer
                 async with session.ws_connect(f"{served.address}ws") as going:
                     await going.send_bytes(framed(hello))
                     for _ in range(5):
@@ -519,7 +519,7 @@ def download(page, home, *names):
 
 
 def made_again(script):
-    """What a script lights, to the bit as the file that was taken home."""
+    """Run a script and check that its result equals the downloaded file exactly."""
     lit = pv.read(script.with_suffix(".vtp"))
     done = subprocess.run([sys.executable, script.name], cwd=script.parent, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
@@ -583,7 +583,7 @@ def test_an_array_is_chosen_with_its_colormap_and_its_script_gives_the_same_bits
     def choose(name, text, typed=""):
         field = page.all(name)[0]
         page.driver.execute_script("arguments[0].scrollIntoView({block: 'center'})", field)
-        page.until(lambda: field.click() is None)  # another list may still be closing
+        page.until(lambda: field.click() is None)  # the previous list may still be closing
         if typed:
             field.find_element("css selector", "input").send_keys(Keys.CONTROL, "a")
             field.find_element("css selector", "input").send_keys(typed)
@@ -640,7 +640,7 @@ def test_meshes_and_rigs_are_brought_and_what_is_broken_is_refused(page, folder)
     page.until(lambda: page.state("title").startswith("nut") and "load_nut" in page.state("script"))
 
 
-# --- what is computed in the background
+# --- background computations
 
 
 def switch(page, name):
@@ -651,25 +651,25 @@ def test_the_view_is_refined_when_an_edit_is_over_and_that_is_cancelled(page):
     page.trigger("open_example", "airplane")
     page.until(lambda: page.state("title").startswith("airplane"))
     switch(page, "refine")
-    page.until(lambda: page.all("refined")[0].text == "being refined")
-    page.until(lambda: page.all("refined")[0].text.startswith("refined, by "))
+    page.until(lambda: page.all("refined")[0].text == "refining")
+    page.until(lambda: page.all("refined")[0].text.endswith(" points added"))
     assert not page.all("refining")
     page.until(lambda: "1,513 points" in page.state("title"))
-    page.type("refine-tolerance", "0.0001")  # which takes longer
+    page.type("refine-tolerance", "0.0001")  # takes longer
     page.until(lambda: page.all("refining"))
     page.click("cancel-refining")
     page.until(lambda: page.all("refined")[0].text == "not refined: cancelled")
     assert not page.all("refining")
     page.type("refine-tolerance", "0.05")
-    page.until(lambda: page.all("refined")[0].text.startswith("refined, by "))
+    page.until(lambda: page.all("refined")[0].text.endswith(" points added"))
     switch(page, "refine")
     page.until(lambda: page.all("refined")[0].text == "")
     page.click("undo")
-    page.until(lambda: page.all("refined")[0].text.startswith("refined, by "))
+    page.until(lambda: page.all("refined")[0].text.endswith(" points added"))
 
 
 def test_light_that_bounces_is_gathered_while_the_page_is_live(page, folder):
-    """On a mesh on which that takes seconds: first it is cancelled, and then it comes."""
+    """The mesh takes seconds to gather: first it is cancelled, then it finishes."""
     from selenium.webdriver.common.keys import Keys
 
     pv.ParametricTorus(ringradius=1.0, crosssectionradius=0.45, u_res=240, v_res=240).save(folder / "ring.vtp")
@@ -687,13 +687,13 @@ def test_light_that_bounces_is_gathered_while_the_page_is_live(page, folder):
         field.send_keys(str(count), Keys.ENTER)
 
     def brightness():
-        return page.picture()[60:-150].mean()  # without what is said above and below
+        return page.picture()[60:-150].mean()  # without the texts above and below
 
     plain = page.settled(brightness)
     bounce(2)
     page.until(lambda: page.all("gathering"))
     page.click("cancel-bounces")
-    page.until(lambda: page.all("notice")[0].text.endswith("bounces are 0, as before."))
+    page.until(lambda: page.all("notice")[0].text.endswith("bounces = 0, as before."))
     page.until(lambda: not page.all("gathering") and bounces() == 0)
     assert page.settled(brightness) == pytest.approx(plain, abs=0.2)
     bounce(2)
@@ -701,9 +701,9 @@ def test_light_that_bounces_is_gathered_while_the_page_is_live(page, folder):
     page.until(lambda: shown.add(page.state("gathering")) or (page.state("gathering") or 0) > 0)
     page.trigger("edit", page.light("key")["intensity"]["key"], 0.5)
     page.until(lambda: page.light("key")["intensity"]["value"] == 0.5)
-    assert page.all("gathering")  # it is edited long before the light has come
+    assert page.all("gathering")  # the edit does not wait for the light
     page.until(lambda: shown.add(page.state("gathering")) or not page.all("gathering"), seconds=240.0)
-    assert len(shown - {None}) > 3  # how far it is
+    assert len(shown - {None}) > 3  # progress was shown
     assert bounces() == 2
     lit = page.settled(brightness)
     page.trigger("edit", "model.bounces", 0)

@@ -1,4 +1,4 @@
-"""Faders: a mix is a sum of shares, evaluates no light, and can be kept as lights."""
+"""Faders: a mix is a sum of shares, needs no new lighting, and can be applied to the lights."""
 
 from dataclasses import replace
 
@@ -32,7 +32,7 @@ def document(plotter):
 
 
 def frame(document, plotter):
-    """What is drawn in the next frame."""
+    """Update the lit colours and the mix, and return the colours of the next frame."""
     plotter.phong._subplot.lit.refresh()
     document.mix.refresh()
     return colors_of(plotter.phong._subplot.lit.meshes[0]).astype(int)
@@ -43,7 +43,7 @@ def evaluations(document, plotter):
 
 
 def assert_alike(colors, others):
-    """But for rounding to 8 bits of what float32 has rounded differently."""
+    """Compare colours up to one 8-bit level, because of float32 rounding."""
     assert np.abs(colors - others).max() <= 1
 
 
@@ -100,7 +100,7 @@ def test_faders_evaluate_no_light_and_the_kept_mix_has_the_same_colours(document
 
 
 def test_each_fader_is_what_the_light_would_do(document, plotter):
-    """Solo, mute and gain, each beside a plotter that is lit so."""
+    """Solo, mute and gain, each compared with a plotter that has such lights."""
     document.start_mix(True)
     document.edit("fader.2.gain", 0.5)
     document.solo_fader(2)
@@ -121,7 +121,7 @@ def test_what_changes_the_scene_evaluates_the_shares_again(document, plotter):
     document.edit("fader.1.gain", 0.2)
     frame(document, plotter)
     begun = document.mix.evaluations
-    plotter.camera.azimuth = 70  # its highlights move
+    plotter.camera.azimuth = 70  # moves the highlights
     moved = frame(document, plotter)
     assert document.mix.evaluations == begun + 1
     document.edit("material.0.diffuse", 0.1, [0])

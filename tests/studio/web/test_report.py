@@ -1,4 +1,4 @@
-"""The accuracy report runs in a process of its own, says how far it is, and can be ended."""
+"""The accuracy report runs in a separate process, reports its progress, and can be cancelled."""
 
 import asyncio
 import os
@@ -24,7 +24,7 @@ WORK = {"mesh": pv.Sphere(), "scene": ph.three_point(pv.Sphere()), "material": M
 
 
 def measured(work, until=lambda measuring: not measuring.report.running):
-    """The reports that are seen until one is so, or the last one is there."""
+    """Return the reports until one meets a condition, or the last one."""
     seen = []
 
     async def main():
@@ -51,7 +51,7 @@ report.work(sys.argv[1])
 
 
 def test_it_is_measured_beside_what_else_is_done(monkeypatch):
-    monkeypatch.setattr(report, "_CHILD", WITHOUT_FIGURE)  # that takes longest, and is tested where it is drawn
+    monkeypatch.setattr(report, "_CHILD", WITHOUT_FIGURE)  # the figure is slow, and has its own test
     seen = measured(WORK | {"seconds": 1.0})
     assert seen[0] == Report(running=True, doing="starting")
     assert {each.doing for each in seen} >= {"starting", "drawing"}
@@ -65,13 +65,13 @@ def test_it_is_measured_beside_what_else_is_done(monkeypatch):
 
 
 class _Bomb:
-    """What ends a process when it is read."""
+    """An object that ends the process that unpickles it."""
 
     def __reduce__(self):
         return os._exit, (3,)
 
 
-ENDED = "The report could not be made: its process has ended."
+ENDED = "The report could not be made: its process has crashed."
 
 
 @pytest.mark.parametrize(("change", "said"), [({"tolerance": -1.0}, "tolerance must be"), ({"mesh": _Bomb()}, ENDED)])
@@ -99,7 +99,7 @@ def test_a_texture_is_sent_with_all_that_lookups_in_it_depend_on():
 
 
 def test_it_can_be_ended(monkeypatch):
-    """And its process with it, which here does nothing but say who it is."""
+    """Cancelling ends the process too; here it only prints its id."""
     code = "import json, os, time; print(json.dumps([str(os.getpid()), 0.5]), flush=True); time.sleep(60)"
     monkeypatch.setattr(report, "_CHILD", code)
     processes = []
@@ -110,11 +110,11 @@ def test_it_can_be_ended(monkeypatch):
             measuring.cancel()
         return not measuring.report.running
 
-    kill = Process.kill  # which takes its time on a busy machine
+    kill = Process.kill  # can be slow on a busy machine
     monkeypatch.setattr(Process, "kill", lambda process: threading.Timer(0.3, kill, [process]).start())
     seen = measured(WORK, until)
     assert seen[-1] == Report(doing="cancelled")
-    with pytest.raises(ProcessLookupError):  # the loop has waited for it, although it cancels all once more
+    with pytest.raises(ProcessLookupError):  # the loop has waited for it, despite a second cancellation
         os.kill(processes[0], 0)
 
 

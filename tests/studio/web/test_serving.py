@@ -1,4 +1,4 @@
-"""Where a studio runs: `plotter.phong.studio()` in a loop that runs already, as a notebook's, and what it refuses."""
+"""Serving a studio: `plotter.phong.studio()` in a running event loop, as in a notebook, and its errors."""
 
 import asyncio
 import gc
@@ -92,7 +92,7 @@ def test_the_rig_is_kept_when_it_changes_where_that_is_asked_for(plotter, tmp_pa
         assert ph.Scene.load(path) == plotter.phong.scene
         assert ph.load_materials(path) == {"default": ph.Material()}
         studio._triggers["edit"]("light.1.intensity", 0.25)
-        await shown.close()  # what has changed last too
+        await shown.close()  # saves the last change too
 
     asyncio.run(cell())
     assert ph.Scene.load(path).lights[0].intensity == 0.25
@@ -111,7 +111,7 @@ def test_a_rig_that_cannot_be_kept_is_said_without_folders_and_another_mesh_is_n
         await shown.close()
         return said, again
 
-    said = "The rig is not kept: a-rig.json cannot be written, or a map is an array without a name."
+    said = "The rig is not saved: a-rig.json cannot be written, or a map is an array without a name."
     assert asyncio.run(cell()) == (said, "")
 
 
@@ -134,7 +134,7 @@ def test_a_port_that_is_taken_is_refused():
     with socket.socket() as taken:
         taken.bind(("127.0.0.1", 0))
         taken.listen()
-        with pytest.raises(ValueError, match="port must be one that this machine can listen on"):
+        with pytest.raises(ValueError, match="port must be available on this machine"):
             free_port("127.0.0.1", taken.getsockname()[1])
     assert 0 < free_port("127.0.0.1", 0) < 65536
 
@@ -146,10 +146,10 @@ def test_a_port_that_is_taken_is_refused():
         ({"port": 80.5}, "port must be a whole number"),
         ({"port": 2**16}, "port must be a whole number"),
         ({"host": 5}, "host must be a string"),
-        ({"host": "nowhere.invalid"}, "port must be one that this machine can listen on at nowhere.invalid"),
+        ({"host": "nowhere.invalid"}, "port must be available on this machine at nowhere.invalid"),
         ({"file": 3}, "file must be a string"),
         ({"browser": 3}, "browser must be True or False"),
-        ({"keep": 3}, "keep must be a path, or None; got 3. Lights"),
+        ({"keep": 3}, "keep must be a path, or None; got 3. Changed lights"),
     ],
 )
 def test_what_is_not_allowed_is_refused_before_anything_is_served(plotter, options, message):
@@ -159,7 +159,7 @@ def test_what_is_not_allowed_is_refused_before_anything_is_served(plotter, optio
 
 def test_without_the_extra_both_ways_to_the_page_say_how_to_install_it(plotter, monkeypatch, capsys):
     monkeypatch.setattr("importlib.util.find_spec", lambda _name: None)
-    said = "must be installed; got none of its packages. pip install trame-pyvista trame-vuetify."
+    said = "must be installed; got none of its packages. Run: pip install trame-pyvista trame-vuetify"
     with pytest.raises(ValueError, match="^plotter.phong.studio " + re.escape(said)):
         plotter.phong.studio()
     assert main(["studio", "--no-browser"]) == 2
@@ -173,7 +173,7 @@ def test_without_the_extra_both_ways_to_the_page_say_how_to_install_it(plotter, 
         (["--port", "99999"], "error: port must be a whole number from 0 to 65535; got 99999."),
         (["--scene", "rig.json"], "error: --scene must be left out without a mesh; got rig.json."),
         (["--keep"], "error: --keep must be left out without a mesh; got True."),
-        (["--host", "nowhere.invalid"], "error: port must be one that this machine can listen on at nowhere.invalid"),
+        (["--host", "nowhere.invalid"], "error: port must be available on this machine at nowhere.invalid"),
     ],
 )
 def test_the_command_line_says_what_is_wrong_in_one_line(words, message, capsys):

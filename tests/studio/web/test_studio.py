@@ -1,4 +1,4 @@
-"""The studio without a browser: what it does when one goes, and what is downloaded of several blocks."""
+"""The studio without a browser: lost connections, opening of meshes, and downloads of several blocks."""
 
 import asyncio
 import re
@@ -19,7 +19,7 @@ from pvphong.studio.web.studio import _MARKS, Studio
 
 
 def in_a_studio(plotter, act, *, file="part.vtm", **options):
-    """What a function gives for a studio of a plotter's active subplot, which is not served."""
+    """Return the result of a function for a studio that is not served, on the plotter's active subplot."""
 
     async def run():
         phong = plotter.phong
@@ -108,7 +108,7 @@ def test_a_studio_acts_on_its_own_subplot_whichever_is_active(new_plotter, shape
 
 
 def blocks_in(path, count=2):
-    """Blocks in a file, of which the second has no name of its own."""
+    """Write blocks to a file; the second one has no name."""
     blocks = pv.MultiBlock([pv.Sphere(), pv.Plane(center=(0, 0, -0.6))][:count])
     for number, name in enumerate(["bowl", ""][:count]):
         blocks.set_block_name(number, name)
