@@ -21,7 +21,7 @@ from pvphong.base.types import Backend, MatrixLike, Weighting
 from pvphong.meshes import lit, pictures, saving
 from pvphong.meshes import transport as transports
 from pvphong.meshes import truth as rendering
-from pvphong.meshes.blocks import DEFAULT, datasets, leaves, map_blocks, materials_of, of_each
+from pvphong.meshes.blocks import datasets, leaves, map_blocks, materials_of, of_each
 from pvphong.meshes.colormaps import over_all
 from pvphong.meshes.default_scene import scene_for
 from pvphong.meshes.glance import warn_of_normals
@@ -41,7 +41,7 @@ if TYPE_CHECKING:
     from pvphong.studies.validate.validation import Comparison
 
 # Options of `shade` that are not about what there is, but about what is computed of it; and those of surfaces.
-_OF_RUN = "name", "components", "shares_by_bounce", "precision", "backend"
+_OF_RUN = "name", "components", "shares_by_bounce", "precision"
 _OF_SURFACES = "matrix", "feature_angle"
 
 Options = ParamSpec("Options")
@@ -164,9 +164,10 @@ class BlocksPhong(Handle):
     ) -> pv.MultiBlock:
         """A new MultiBlock of lit meshes; `visibility` and `transport` are what methods of these names give."""
         scene = self._scene(scene, options)
-        if not scene.light_model.bounces:
-            return map_blocks(self._blocks, self._each("shade", scene, self._own(scene, material, options)))
         run = {name: options.pop(name) for name in _OF_RUN if name in options}
+        run["backend"] = options.get("backend", "auto")  # of normals too
+        if not scene.light_model.bounces:
+            return lit.shade_blocks(self._blocks, scene, self._own(scene, material, options), **run)
         among = self._exchanging(options)
         own = self._own(scene, material, options, among.parts)
 
@@ -339,9 +340,11 @@ class BlocksPhong(Handle):
 
     def _materials(self, material: Materials) -> list[Material]:
         """Of each dataset, in their order; colormaps have the range of all blocks."""
-        given = material if isinstance(material, Mapping) else {DEFAULT: material}
+        if not isinstance(material, Mapping):
+            meshes = leaves(self._blocks)
+            return [over_all(as_material(material), meshes)] * len(meshes)
         blocks = list(datasets(self._blocks))
-        own = {name: over_all(as_material(each), [block for _, block in blocks]) for name, each in given.items()}
+        own = {name: over_all(as_material(each), [block for _, block in blocks]) for name, each in material.items()}
         return materials_of([path for path, _ in blocks], own)
 
     def _by_path(self, operation: Callable[[pv.DataSet], Any]) -> dict[str, Any]:

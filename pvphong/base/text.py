@@ -69,8 +69,8 @@ _subject: ContextVar[str] = ContextVar("subject", default="")
 
 
 @contextmanager
-def listening(listener: Listener) -> Iterator[None]:
-    """Report the progress of all work within the block to a listener."""
+def listening(listener: Listener | None) -> Iterator[None]:
+    """Report the progress of all work within the block to a listener, or to nobody."""
     token = _listener.set(listener)
     try:
         yield

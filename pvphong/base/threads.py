@@ -38,7 +38,7 @@ def stopped_by(event: threading.Event) -> Iterator[None]:
 
 
 def go_on() -> None:
-    """Raise `StoppedError` if the calling thread was told to stop."""
+    """Raise `StoppedError` if the calling thread was told to stop, or helps with ranges of which one has failed."""
     event = _stop.get()
     if event is not None and event.is_set():
         raise StoppedError
@@ -81,7 +81,8 @@ def run(work: Callable[[int, int], Any], stop: int, step: int, longest: int = 0)
     """Call `work(first, last)` for all ranges of a length from 0 to `stop`, on no more than `count()` threads at once.
 
     After an exception in any of them, or where the calling thread is interrupted or told to stop, no other range is
-    begun; it is raised when all are done.
+    begun, nor one of work that is divided inside of a range; it is raised when all are done. The progress of that is
+    not reported.
 
     Parameters
     ----------
@@ -96,14 +97,14 @@ def run(work: Callable[[int, int], Any], stop: int, step: int, longest: int = 0)
         and the last are short, so that threads end together (guided self-scheduling, Polychronopoulos and Kuck 1987).
     """
     go_on()
-    begun, lock, note = 0, threading.Lock(), text.counting(stop)
+    begun, lock, note, has_failed = 0, threading.Lock(), text.counting(stop), threading.Event()
     most = max(1, min(count(), -(-stop // step)))
 
     def take_ranges() -> None:
         nonlocal begun
         try:
             while True:
-                go_on()  # helpers are never told: they find no more ranges
+                go_on()
                 with lock:
                     first = begun
                     last = begun = min(first + max(step, min((stop - first) // most, longest)), stop)
@@ -114,7 +115,12 @@ def run(work: Callable[[int, int], Any], stop: int, step: int, longest: int = 0)
         except BaseException:
             with lock:
                 begun = stop
+            has_failed.set()
             raise
+
+    def help_out() -> None:
+        with contextlib.suppress(StoppedError), stopped_by(has_failed):
+            take_ranges()
 
     if longest > step and most > 1 and stop < most * longest:
         start, begun = time.perf_counter(), step // 4
@@ -122,9 +128,10 @@ def run(work: Callable[[int, int], Any], stop: int, step: int, longest: int = 0)
         note(begun)
         if (time.perf_counter() - start) * (stop / begun - 1.0) < _WORTH_WAKING:
             most = 1
-    helpers = [_executor(os.getpid()).submit(take_ranges) for _ in range(most - 1)]
+    helpers = [_executor(os.getpid()).submit(help_out) for _ in range(most - 1)]
     try:
-        take_ranges()
+        with text.listening(None):
+            take_ranges()
     finally:
         for helper in helpers:
             if not helper.cancel():  # one that has not begun has nothing left to do

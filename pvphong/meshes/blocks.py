@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any, TypeVar
@@ -27,31 +28,39 @@ def map_blocks(blocks: pv.MultiBlock, operation: Callable[[Any], Any], place: st
     result = pv.MultiBlock()
     for key, array in blocks.field_data.items():
         result.field_data[key] = array
+    result.n_blocks = blocks.n_blocks
     for index, block in enumerate(blocks):
         key = blocks.get_block_name(index)
-        where = f"{place}[{key!r}]"
         if isinstance(block, pv.MultiBlock):
-            result.append(map_blocks(block, operation, where), key)
+            result[index] = map_blocks(block, operation, f"{place}[{key!r}]")
         elif not isinstance(block, pv.DataSet) or block.n_points == 0:
-            result.append(None if block is None else block.copy(), key)
+            result[index] = None if block is None else block.copy()
         else:
-            try:
-                result.append(operation(block), key)
-            except ValueError as error:
-                raise ValueError(f"block {where}: {error}") from error
+            with _named(blocks, index, place):
+                result[index] = operation(block)
+        result.set_block_name(index, key)
     return result
 
 
-def of_each(blocks: pv.MultiBlock, operation: Callable[[pv.DataSet], Result]) -> list[Result]:
+def of_each(blocks: pv.MultiBlock, operation: Callable[[pv.DataSet], Result], place: str = "") -> list[Result]:
     """The results of an operation on the datasets that `datasets` gives; an error names the block."""
     found: list[Result] = []
-
-    def keep(block: pv.DataSet) -> pv.DataSet:
-        found.append(operation(block))
-        return block
-
-    map_blocks(blocks, keep)
+    for index, block in enumerate(blocks):
+        if isinstance(block, pv.MultiBlock):
+            found += of_each(block, operation, f"{place}[{blocks.get_block_name(index)!r}]")
+        elif isinstance(block, pv.DataSet) and block.n_points:
+            with _named(blocks, index, place):
+                found.append(operation(block))
     return found
+
+
+@contextlib.contextmanager
+def _named(blocks: pv.MultiBlock, index: int, place: str) -> Iterator[None]:
+    """An error that is raised meanwhile names the block."""
+    try:
+        yield
+    except ValueError as error:
+        raise ValueError(f"block {place}[{blocks.get_block_name(index)!r}]: {error}") from error
 
 
 def datasets(blocks: pv.MultiBlock) -> Iterator[tuple[str, pv.DataSet]]:
@@ -121,6 +130,4 @@ def single_material(materials: Mapping[str, Surface]) -> Surface:
 
 def leaves(mesh: Any) -> list[Any]:
     """The mesh itself, or the datasets in all blocks that are not empty; a table is none."""
-    if isinstance(mesh, pv.MultiBlock):
-        return [each for each in mesh.recursive_iterator() if isinstance(each, pv.DataSet) and each.n_points]
-    return [mesh]
+    return of_each(mesh, lambda block: block) if isinstance(mesh, pv.MultiBlock) else [mesh]

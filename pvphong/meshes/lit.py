@@ -7,8 +7,10 @@ viewer (`default_scene.py`); these give vertices, a plan is made for them, and `
 from __future__ import annotations
 
 import functools
+from collections import deque
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import accumulate, pairwise, starmap
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -18,7 +20,7 @@ from vtkmodules.vtkCommonDataModel import vtkDataObject
 from pvphong.base import check
 from pvphong.base.types import Backend, FloatArray, MatrixLike, Precision, Weighting
 from pvphong.geometry.transform import transform_normals
-from pvphong.meshes.blocks import leaves, map_blocks
+from pvphong.meshes.blocks import leaves, map_blocks, of_each
 from pvphong.meshes.colormaps import put_scale
 from pvphong.meshes.default_scene import scene_for
 from pvphong.meshes.glance import faces_away, warn_of_normals
@@ -32,9 +34,9 @@ from pvphong.rays.visibility import Visibility
 from pvphong.scene.options import known_options
 from pvphong.scene.scene import Scene, SceneLike, as_scene, light_labels
 from pvphong.shading import interreflection
-from pvphong.shading.equation import Equation
+from pvphong.shading.equation import Equation, in_parts
 from pvphong.shading.interreflection import Sent
-from pvphong.shading.plan.plan import Plan
+from pvphong.shading.plan.plan import Plan, is_worth_loading
 from pvphong.shading.reference import Shading, seen_by_viewer
 from pvphong.shading.vertices import Vertices
 from pvphong.shading.visibility import VisibilityLike, checked_visibility
@@ -162,20 +164,35 @@ class Prepared(NamedTuple):
     """Its surface."""
     scene: Scene
     vertices: Vertices
+    material: Material
     plan: Plan
+
+
+class Ready(NamedTuple):
+    """A mesh that is ready to be planned for; fields are those of `Prepared`."""
+
+    mesh: pv.DataSet
+    source: pv.PolyData
+    scene: Scene
+    vertices: Vertices
     material: Material
 
 
 def prepare(mesh: pv.DataSet, scene: SceneLike | None, material: Material | str, setting: Setting) -> Prepared:
     """Prepare a mesh to be lit: its surface, its vertices, a scene with a viewer, and a plan."""
+    found = ready(mesh, scene, material, setting)
+    how: dict[str, Any] = {"matrix": setting.matrix, "tolerance": setting.tolerance}
+    return Prepared(*found, Plan.of(found.scene, found.material, found.vertices, **how))
+
+
+def ready(mesh: pv.DataSet, scene: SceneLike | None, material: Material | str, setting: Setting) -> Ready:
+    """Prepare a mesh to be planned for: its surface, its vertices, and a scene with a viewer."""
     # shared first, and then read: what another thread replaces meanwhile is not half seen
     now = shallow_copy(mesh) if isinstance(mesh, pv.PolyData) else mesh
     material = as_material(material)
     source, maps, tangents = surface_and_maps(now, material, setting.feature_angle)
     scene = scene_for(source, scene, setting.matrix)
-    vertices = vertices_of(source, maps, tangents, scene, setting)
-    planned = Plan.of(scene, material, vertices, matrix=setting.matrix, tolerance=setting.tolerance)
-    return Prepared(now, source, scene, vertices, planned, material)
+    return Ready(now, source, scene, vertices_of(source, maps, tangents, scene, setting), material)
 
 
 def _refuse_output(name: str, source: pv.PolyData, components: bool, shares_by_bounce: bool) -> None:
@@ -188,16 +205,16 @@ def refuse_name(name: Any, source: pv.PolyData) -> None:
     """Raise ``ValueError`` for a name that lit colours cannot have, or that is one of what a surface is lit by."""
     if not isinstance(name, str) or not name:
         check.refuse("name", name, "a string that is not empty")
-    data = source.point_data
-    used = {data.active_normals_name: "normals", data.active_texture_coordinates_name: "texture coordinates"}
-    if name in used:
-        allowed = "one that no array has by which the mesh is lit"
-        check.refuse("name", f"{name!r}, the name of its {used[name]}", allowed, 'The name "phong" is usual.')
+    data = source.GetPointData()
+    for array, what in ((data.GetNormals(), "normals"), (data.GetTCoords(), "texture coordinates")):
+        if array is not None and array.GetName() == name:
+            allowed = "one that no array has by which the mesh is lit"
+            check.refuse("name", f"{name!r}, the name of its {what}", allowed, 'The name "phong" is usual.')
 
 
 def _lit_mesh(prepared: Prepared, shading: Shading, name: str, shares_by_bounce: bool) -> pv.PolyData:
     """A new mesh with its lit colours, and their parts where these are known."""
-    now, source, scene, vertices, planned, material = prepared
+    now, source, scene, vertices, material, planned = prepared
     lit = source if source is now else shallow_copy(source)
     if shading.per_light is not None:
         labels = light_labels(scene)
@@ -215,10 +232,87 @@ def _lit_mesh(prepared: Prepared, shading: Shading, name: str, shares_by_bounce:
             lit.point_data[f"{name}_bounced"] = shading.bounced.sum(axis=0)
             for bounce, share in enumerate(shading.bounced, 1) if shares_by_bounce else ():
                 lit.point_data[f"{name}_bounce_{bounce}"] = share
-    lit.point_data[name] = shading.rgb
+    lit.point_data.set_array(shading.rgb, name)
     put_scale(lit, name, material, now)
     lit.set_active_scalars(name, preference="point")
     return lit
+
+
+def shade_blocks(
+    blocks: pv.MultiBlock,
+    scene: Scene,
+    own: Iterator[tuple[Material | str, dict[str, Any]]],
+    *,
+    name: str = "phong",
+    components: bool = False,
+    shares_by_bounce: bool = False,
+    precision: Precision = "float32",
+    backend: Backend = "auto",
+) -> pv.MultiBlock:
+    """A new MultiBlock of lit meshes: those that `shade_mesh` gives of each, to the bit.
+
+    Planning for a hundred points, and starting to light them, takes as long as for ten thousand. So there is one plan
+    for all small blocks of the same material without maps, and they are lit at once.
+
+    Parameters
+    ----------
+    blocks : pyvista.MultiBlock
+        They are not modified.
+    scene : Scene
+        With a viewer; no light bounces in it.
+    own : iterator
+        Of each dataset that is not empty, in their order, its material and the fields of its `Setting`.
+    name, components, shares_by_bounce, precision, backend
+        As for `shade_mesh`.
+    """
+    run: dict[str, Any] = {"precision": precision, "components": components}
+    groups: dict[Any, tuple[list[Ready], Iterator[pv.PolyData]]] = {}
+    wholes: dict[int, Equation] = {}
+
+    def lit_at_once(alike: list[Ready], setting: Setting, among: Backend) -> Iterator[pv.PolyData]:
+        parts = [each.vertices for each in alike]
+        vertices = parts[0] if len(parts) == 1 else Vertices.of_all(parts)
+        how: dict[str, Any] = {"matrix": setting.matrix, "tolerance": setting.tolerance}
+        planned = Plan.of(scene, alike[0].material, vertices, **how)
+        shading = planned.run(vertices, backend=among, **run)
+        ends = accumulate(map(len, parts), initial=0)
+        for each, rows in zip(alike, starmap(slice, pairwise(ends)), strict=True):
+            its_own = shading if each.vertices is vertices else shading.part(rows).copy()
+            yield _lit_mesh(Prepared(*each, planned), its_own, name, shares_by_bounce)
+
+    def kind_of(one: Ready, setting: Setting) -> Any:
+        """Equal for those that are lit at once; None for one that is lit alone."""
+        material, vertices = one.material, one.vertices
+        if vertices.maps or setting.tolerance:  # what may be traded depends on where the others are
+            return None
+        whole = wholes.get(id(material))
+        if whole is None:
+            whole = wholes[id(material)] = in_parts(vertices.equation(scene, material, setting.matrix))
+        if whole.channels or is_worth_loading(len(vertices), whole):
+            return None
+        stored = one.source.GetPointData().GetNormals()
+        return id(material), vertices.points.dtype, None if stored is None else stored.GetDataType()
+
+    def begin(block: pv.DataSet) -> Iterator[pv.PolyData]:
+        """Gives it lit when its turn comes: groups are complete by then."""
+        material, options = next(own)
+        setting = Setting(**options)
+        one = ready(block, scene, material, setting)
+        warn_of_normals(block, one.source, scene, setting.matrix)
+        _refuse_output(name, one.source, components, shares_by_bounce)
+        kind = kind_of(one, setting)
+        if kind is None:
+            return lit_at_once([one], setting, backend)
+        if kind not in groups:
+            alike: list[Ready] = []
+            # few vertices are lit by the reference if nothing else was said, and so are many of these
+            groups[kind] = alike, lit_at_once(alike, setting, "numpy" if backend == "auto" else backend)
+        alike, results = groups[kind]
+        alike.append(one)
+        return results
+
+    turns = deque(of_each(blocks, begin))
+    return map_blocks(blocks, lambda _: next(turns.popleft()))
 
 
 def lit_together(

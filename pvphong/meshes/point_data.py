@@ -348,8 +348,8 @@ def texture_version(texture: Any) -> Any:
 
 def _coordinates(source: pv.PolyData) -> FloatArray | None:
     """Shape (n_points, 2); None where there are none, or but one for each point."""
-    found = source.active_texture_coordinates
-    return None if found is None or found.ndim != 2 or found.shape[1] < 2 else np.asarray(found)[:, :2]
+    found = source.GetPointData().GetTCoords()
+    return None if found is None or found.GetNumberOfComponents() < 2 else vtk_to_numpy(found)[:, :2]
 
 
 def _planes(texture: Any, name: str) -> NDArray[Any]:

@@ -10,6 +10,7 @@ from typing import Any, Literal, TypeVar, get_args
 import numpy as np
 import pyvista as pv
 from numpy.typing import NDArray
+from vtkmodules.util.numpy_support import vtk_to_numpy
 
 from pvphong.base import check
 from pvphong.base.types import Backend, Float64Array, FloatArray, Weighting
@@ -103,7 +104,7 @@ def has_only_triangles(mesh: pv.PolyData) -> bool:
 
 def has_normals(mesh: pv.PolyData) -> bool:
     """Whether the points have active normals."""
-    return mesh.point_data.active_normals_name is not None
+    return mesh.GetPointData().GetNormals() is not None
 
 
 def polygons(mesh: pv.PolyData) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
@@ -382,7 +383,7 @@ def point_normals(mesh: pv.PolyData, weighting: Weighting | None = None, *, back
     Its active point normals as they are, if it has any; else, or where a weighting is given, they are
     computed from its faces. Cell normals are not read: a vertex is lit, not a face.
     """
-    active: FloatArray | None = mesh.point_data.active_normals
-    if weighting is None and active is not None:
-        return np.asarray(active)
+    if weighting is None and has_normals(mesh):
+        stored: FloatArray = vtk_to_numpy(mesh.GetPointData().GetNormals())
+        return stored
     return vertex_normals(mesh, weighting or "angle", backend=backend)

@@ -9,8 +9,9 @@ Points in neighbouring squares see the same, except at the edge of a shadow. The
 a conservative estimate (W. G. Cochran, "Sampling techniques", 1977, 5A.12, collapsed strata).
 
 Most vertices see all of a light or nothing. They stop after 16 rays that agree, unless a vertex of a shared face
-differs, which indicates a penumbra. Most vertices see a part of the sky, of which even a small part may be hidden. For
-the sky, and for points without faces, they stop after 64.
+differs. That indicates a penumbra, of which rays that agree may have missed the last part. Such vertices continue until
+the part that so many rays can miss is small enough. Most vertices see a part of the sky, of which even a small part may
+be hidden. For the sky, and for points without faces, they stop after 64.
 """
 
 from __future__ import annotations
@@ -23,14 +24,15 @@ from numpy.typing import NDArray
 
 from pvphong.base import sobol, threads
 from pvphong.base.types import BoolArray, Float64Array, FloatArray, IntArray
+from pvphong.shading.visibility import Around
 
 MOST_RAYS = sobol.MOST
 """Largest number of rays from a vertex to one light; a power of two."""
 
 # Largest number of rays if the error sets the number.
 _MOST_ADAPTIVE = 1024
-# Least number of rays for vertices next to a penumbra.
-_NEAR_OTHERS = 64
+# Least number of rays for vertices without a face whose rays agree, and for those next to vertices that differ.
+_LEAST_THAT_GO_ON = 64
 # Number of vertices that continue at once, over all threads: their rays take at most 64 MB.
 _GOING_ON_AT_ONCE = 2**11
 
@@ -61,7 +63,7 @@ class Seen(NamedTuple):
     part: Float64Array
     """Visible part of the light's contribution, in [0, 1], shape (n,)."""
     error: Float64Array
-    """Standard error of `part`, shape (n,); 0 where all rays agree."""
+    """Standard error of `part`, shape (n,); 0 where all rays agree, unless the visibility around them differs."""
     rays: int
     is_unknown: BoolArray | None = None
     """True where no ray had a contribution, so that `part` is 0, shape (n,). None if not recorded."""
@@ -77,6 +79,7 @@ def look(
     brightness: float,
     least: int,
     rays_at_once: int,
+    around: Around | None = None,
 ) -> Seen:
     """Compute the visible part for each of `count` vertices.
 
@@ -99,16 +102,36 @@ def look(
         Least number of rays per vertex, a power of two.
     rays_at_once : int
         Approximate number of rays that a thread casts between checks for interruption.
+    around : Around, optional
+        Visibility known around the vertices, if there are no triangles.
     """
     is_adaptive = samples is None
     first = least if samples is None else min(1 << (samples - 1).bit_length(), MOST_RAYS)
     part, error, rays, is_unknown = np.zeros(count), np.zeros(count), list[int](), np.zeros(count, bool)
+    is_alone, goal = np.ones(count, bool), None if around is None else around.goal
+    is_alone[triangles] = False
 
     def cast_points(vertices: IntArray, begin: int, end: int) -> tuple[FloatArray, FloatArray, Float64Array]:
         step = max(rays_at_once // max(len(vertices), 1) // _AT_ONCE, 1) * _AT_ONCE
-        parts = [cast(vertices, start, min(start + step, end)) for start in range(begin, end, step)]
+        parts = list[Cast]()
+        for start in range(begin, end, step):
+            threads.go_on()
+            parts.append(cast(vertices, start, min(start + step, end)))
         rays.extend(each.rays for each in parts)
         return np.concatenate([p.sent for p in parts]), np.concatenate([p.seen for p in parts]), parts[0].scale
+
+    def estimate(vertices: IntArray, sent: FloatArray, seen: FloatArray, is_at_edge: BoolArray) -> None:
+        """Record estimates. Rays that agree have no error, except at vertices that may be at the edge of a penumbra."""
+        found, its_error = _estimate(sent, seen)
+        part[vertices] = found
+        error[vertices] = np.where((found > 0.0) & (found < 1.0) | is_at_edge, its_error, 0.0)
+        is_unknown[vertices] = ~sent.any(axis=0)
+
+    def at_edge(vertices: IntArray) -> BoolArray:
+        """True for vertices whose surroundings see more or less than their own rays that agree."""
+        if around is None:
+            return ~is_alone[vertices]
+        return (around.least[vertices] != part[vertices]) | (around.most[vertices] != part[vertices])
 
     def go_on(vertices: IntArray, sent: FloatArray, seen: FloatArray) -> None:
         """Double the number of rays repeatedly, for the vertices whose error is still too large."""
@@ -116,11 +139,13 @@ def look(
         while len(vertices) and done < _MOST_ADAPTIVE:
             more_sent, more_seen, scale = cast_points(vertices, done, 2 * done)
             sent, seen = np.concatenate([sent, more_sent]), np.concatenate([seen, more_seen])
-            part[vertices], error[vertices] = _estimate(sent, seen)
-            is_unknown[vertices] = ~sent.any(axis=0)
+            estimate(vertices, sent, seen, at_edge(vertices))
             done *= 2
             bright = brightness * scale * sent.mean(axis=0)
-            is_unsure = (done < _NEAR_OTHERS) | ~(error[vertices] * bright <= tolerance)
+            is_sure = error[vertices] * bright <= tolerance
+            if goal is not None:
+                is_sure |= goal.at(vertices).is_reached(part[vertices], error[vertices])
+            is_unsure = ~is_sure if done >= _LEAST_THAT_GO_ON else np.ones(len(vertices), bool)
             vertices, sent, seen = vertices[is_unsure], sent[:, is_unsure], seen[:, is_unsure]
 
     at_once = max(_GOING_ON_AT_ONCE // threads.count(), 1)
@@ -128,9 +153,8 @@ def look(
     def begin(start: int, stop: int) -> None:
         vertices = np.arange(start, stop)
         sent, seen, _ = cast_points(vertices, 0, first)
-        part[start:stop], error[start:stop] = _estimate(sent, seen)
-        is_unknown[start:stop] = ~sent.any(axis=0)
-        unsure = np.flatnonzero(error[start:stop] > 0.0) if is_adaptive else vertices[:0]
+        estimate(vertices, sent, seen, np.zeros(len(vertices), bool))
+        unsure = np.flatnonzero((error[start:stop] > 0.0) | is_alone[start:stop]) if is_adaptive else vertices[:0]
         for at in range(0, len(unsure), at_once):
             some = unsure[at : at + at_once]
             go_on(vertices[some], sent[:, some], seen[:, some])
@@ -142,12 +166,13 @@ def look(
     threads.run(begin, count, max(rays_at_once // first, 1))
     if not is_adaptive:
         return Seen(part, error, sum(rays), is_unknown)
-    is_near = np.ones(count, bool)  # in no triangle, or in one whose vertices differ
-    is_near[triangles] = False
+    is_near = np.zeros(count, bool)
     corners = part[triangles]
     is_near[triangles[corners.min(axis=1) != corners.max(axis=1)]] = True
     near = np.flatnonzero(is_near & ((part == 0.0) | (part == 1.0)))
     threads.run(begin_again, len(near), at_once)
+    if around is None:
+        error[(part == 0.0) | (part == 1.0)] = 0.0
     return Seen(part, error, sum(rays), is_unknown)
 
 
@@ -162,6 +187,6 @@ def _estimate(sent: FloatArray, seen: FloatArray) -> tuple[Float64Array, Float64
     numbers, apart = np.arange(count), sobol.NEIGHBOURS[count.bit_length() - 1]
     one = numbers[numbers < numbers ^ apart]
     difference = off[one] - off[one ^ apart]
-    least = 0.25 * (sum_sent / count) ** 2  # neighbours may agree by chance although others differ
+    least = 0.25 * (sum_sent / count) ** 2  # where neighbours agree by chance, or all agree
     error = np.sqrt(np.maximum((difference * difference).sum(axis=0), least)) / whole
-    return part, np.where((part > 0.0) & (part < 1.0), error, 0.0)
+    return part, np.where(sum_sent > 0.0, error, 0.0)

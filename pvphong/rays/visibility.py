@@ -42,6 +42,7 @@ from pvphong.rays.rays import (
 from pvphong.rays.sampling import Cast, Seen, look
 from pvphong.scene.light_model import LightModel
 from pvphong.shading import kernel
+from pvphong.shading.visibility import Around
 
 # --- casting a receiver's rays
 
@@ -70,6 +71,8 @@ class Tracer:
         Brightness of the sky, which scales its errors before they are compared with the tolerance.
     first : int
         Number of the first vertex, if the mesh is a piece of a larger one. It determines the random numbers.
+    around : Around, optional
+        Visibility known around the vertices.
     """
 
     receiver: Receiver
@@ -79,6 +82,7 @@ class Tracer:
     samples: int | None = None
     ambient: float = 1.0
     first: int = 0
+    around: Around | None = None
 
     @property
     def turned(self) -> Tracer:
@@ -187,8 +191,8 @@ class Tracer:
             return Cast(*part_by_arrays(sampling, *given, self.occluders))
 
         options: Any = {"tolerance": self.tolerance, "samples": self.samples, "brightness": brightness, "least": least}
-        count, triangles = len(self.receiver.points), self.receiver.faces.corners
-        return look(count, cast, triangles, rays_at_once=self.occluders.rays_at_once, **options)
+        options |= {"rays_at_once": self.occluders.rays_at_once, "around": self.around}
+        return look(len(self.receiver.points), cast, self.receiver.faces.corners, **options)
 
 
 # --- stored results
@@ -390,18 +394,26 @@ class Visibility:
         is_sky = row == len(self.lights)
         return self.channels(() if is_sky else (row,), sky=is_sky)[row], self._errors[row]
 
-    def at(self, points: Float64Array, normals: FloatArray, origins: Float64Array) -> Visibility:
+    def at(
+        self,
+        points: Float64Array,
+        normals: FloatArray,
+        origins: Float64Array,
+        around: Around | None = None,
+    ) -> Visibility:
         """Return the visibility of the same lights, with the same occluders, at other points of the mesh.
 
         Parameters
         ----------
         points, normals, origins : ndarray
             Shape (n, 3), in the world. Rays start above the origins by the resolution of the triangles.
+        around : Around, optional
+            Visibility known around the points.
         """
         nowhere = BlockingFaces(points, np.zeros((0, 3), np.int64))
         begun = Begun(origins, np.zeros(len(origins)))
         receiver = Receiver(nowhere, lambda: normals, self._receiver.part, lambda: begun)
-        return Visibility(replace(self._tracer, receiver=receiver), self._lights, self.lights)
+        return Visibility(replace(self._tracer, receiver=receiver, around=around), self._lights, self.lights)
 
     # -- files and pickling
 

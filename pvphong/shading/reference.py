@@ -12,7 +12,7 @@ follows is computed in the precision of the result.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -67,6 +67,18 @@ class Shading:
     def __repr__(self) -> str:
         parts = "" if self.per_light is None else f", components of {len(self.per_light)} lights"
         return f"<Shading of {self.rgb.shape[0]} vertices, {self.rgb.dtype}{parts}>"
+
+    def part(self, rows: slice) -> Shading:
+        """Some of the vertices; it shares memory with all of them."""
+        return self._of_each(lambda array: array[..., rows, :])
+
+    def copy(self) -> Shading:
+        """The same in memory of its own."""
+        return self._of_each(np.copy)
+
+    def _of_each(self, change: Callable[[NDArray[Any]], NDArray[Any]]) -> Shading:
+        changed: dict[str, Any] = {name: None if each is None else change(each) for name, each in vars(self).items()}
+        return Shading(**changed)
 
     @classmethod
     def empty(cls, count: int, lights: int, real: np.dtype[Any], *, components: bool) -> Shading:
@@ -128,9 +140,9 @@ def shade(
     is_even = not (equation.needs_points or equation.needs_normals or equation.is_occluded or tints)
     for start in range(0, len(points), BLOCK):
         part = slice(start, start + BLOCK)
-        views: dict[str, Any] = {name: a if a is None else a[..., part, :] for name, a in vars(result).items()}
+        own_result = result.part(part)
         if start and is_even:  # all vertices are alike
-            for name, view in views.items():
+            for name, view in vars(own_result).items():
                 if view is not None:
                     view[:] = getattr(result, name)[..., : view.shape[-2], :]
             continue
@@ -138,7 +150,7 @@ def shade(
         own = None if channels is None else channels[:, part].astype(result.rgb.dtype, copy=False)
         with np.errstate(divide="ignore", under="ignore", over="ignore"):
             block = _block(points[part], normals[part], own_tints, own, equation, result.rgb.dtype.type)
-            _shade_block(block, equation, Shading(**views))
+            _shade_block(block, equation, own_result)
 
 
 def _block(

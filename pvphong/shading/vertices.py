@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import cached_property
 from types import MappingProxyType
 from typing import Any, NamedTuple
@@ -93,6 +93,12 @@ class Vertices:
         self.visibility, self.transport = visibility, transport
         self._ranges = ranges
         self._tangents = tangents if callable(tangents) else self._checked("tangents", tangents)
+
+    @classmethod
+    def of_all(cls, parts: Sequence[Vertices]) -> Vertices:
+        """The vertices of several records, one after the other; of these only points and normals count."""
+        points = np.concatenate([part.points for part in parts])
+        return cls(points, lambda: np.concatenate([part.normals for part in parts]))
 
     def __repr__(self) -> str:
         return f"<{len(self)} vertices, {self.points.dtype}>"

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any, Protocol, cast
+from typing import Any, NamedTuple, Protocol, cast
 
 import numpy as np
 
 from pvphong.base import check
-from pvphong.base.types import FloatArray, MatrixLike
+from pvphong.base.types import BoolArray, Float64Array, FloatArray, MatrixLike
 from pvphong.geometry.transform import transform_points
 from pvphong.optics.light import Light
 from pvphong.scene.light_model import LightModel
@@ -40,6 +40,42 @@ class VisibilityLike(Protocol):
         self, points: FloatArray, lights: Sequence[Light], labels: Sequence[str], model: LightModel
     ) -> None:
         """Raise ValueError unless it is of these vertices and lights in the world, and of such a light model."""
+
+
+class Around(NamedTuple):
+    """What is known of n places before rays are cast from them, of one light with a size or of the sky."""
+
+    least: FloatArray
+    """Shape (n,): the least part of it that is seen around each place."""
+    most: FloatArray
+    """Shape (n,): the largest."""
+    goal: Goal | None = None
+    """When the part that is seen from a place is known well enough; None where the rays' own tolerance says that."""
+
+    def at(self, rows: Any) -> Around:
+        """Some of the places."""
+        return Around(self.least[rows], self.most[rows], None if self.goal is None else self.goal.at(rows))
+
+
+class Goal(NamedTuple):
+    """Places whose colours are compared with others, and how far they may be off."""
+
+    off: Float64Array
+    """Shape (..., 3): the colour where nothing is seen of a light, minus that with which it is compared."""
+    step: Float64Array
+    """Shape (..., 3): what is added where all of it is seen."""
+    allowed: Float64Array
+    """Shape (...,): what the largest difference may be."""
+
+    def at(self, rows: Any) -> Goal:
+        """Those of some of the places."""
+        return Goal(*(each[rows] for each in self))
+
+    def is_reached(self, part: Float64Array, error: Float64Array) -> BoolArray:
+        """(n,): whether the colour is within what is allowed, and two standard errors of the part change nothing."""
+        off = np.abs(self.off + part[:, None] * self.step) + 2.0 * error[:, None] * np.abs(self.step)
+        reached: BoolArray = off.max(axis=1) <= self.allowed
+        return reached
 
 
 class TransportLike(Protocol):

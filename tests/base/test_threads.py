@@ -5,7 +5,7 @@ import time
 
 import pytest
 
-from pvphong.base import threads
+from pvphong.base import text, threads
 
 needs_two = pytest.mark.skipif(threads.count() < 2, reason="there is a single thread")
 
@@ -135,3 +135,35 @@ def test_what_goes_wrong_in_a_helper_is_raised_and_it_helps_again():
         has_begun.clear()
         with pytest.raises(ValueError, match="it went wrong"):
             threads.run(work, 2, 1)
+
+
+@needs_two
+def test_work_within_a_range_of_a_helper_ends_too_where_another_range_fails():
+    caller, has_begun, begun = threading.get_ident(), threading.Event(), []
+
+    def inner(first, _last):
+        begun.append(first)
+        has_begun.set()
+        time.sleep(0.001)
+
+    def work(_first, _last):
+        if threading.get_ident() != caller:
+            threads.run(inner, 60_000, 1)
+        else:
+            assert has_begun.wait(60)
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        threads.run(work, 2, 1)
+    assert len(begun) < 60_000
+    assert not has_begun.clear()
+    threads.run(inner, 10, 1)
+    assert has_begun.is_set()  # nobody is stopped any more
+
+
+def test_the_progress_of_work_within_a_range_is_not_told():
+    heard = []
+    with text.listening(lambda *told: heard.append(told)), text.about("all"):
+        threads.run(lambda *_: threads.run(lambda *_: None, 10, 1), 5, 1)
+        threads.run(lambda *_: None, 1, 1)
+    assert heard == [*(("all", part / 5) for part in range(1, 6)), ("all", 1.0)]

@@ -10,6 +10,9 @@ import pytest
 import pyvista as pv
 
 import pvphong as ph
+from pvphong.base import threads
+from pvphong.base.text import listening
+from pvphong.rays import visibility
 
 STEP = 1 / 255
 SUN = ph.DirectionalLight(direction=(-0.3, -0.2, -1.0), name="sun")
@@ -328,6 +331,55 @@ def test_penumbrae_are_split_until_they_are_smooth():
     assert before.max() > 0.1
 
 
+def part_beside_screen(places, count=96):
+    """The part of what the glowing ball sends to places on the floor that passes the screen's edge, by many rays."""
+    to_ball = np.array(GLOW.position) - places
+    distance = np.linalg.norm(to_ball, axis=1, keepdims=True)
+    axis = to_ball / distance
+    across = np.cross(axis, (0.0, 1.0, 0.0))
+    across /= np.linalg.norm(across, axis=1, keepdims=True)
+    other, least = np.cross(axis, across), np.sqrt(1.0 - (GLOW.radius / distance) ** 2)
+    sent = passed = 0.0
+    for u in (np.arange(count) + 0.5) / count:
+        cosine = 1.0 - u * (1.0 - least)
+        sine = np.sqrt(1.0 - cosine**2)
+        for turn in (np.arange(count) + u) * (2.0 * math.pi / count):
+            ray = cosine * axis + sine * (math.cos(turn) * across + math.sin(turn) * other)
+            weight = np.maximum(ray[:, 2], 0.0)
+            at_screen = places[:, 0] + ray[:, 0] / ray[:, 2]
+            sent, passed = sent + weight, passed + weight * (at_screen < 0.05)
+    return passed / sent
+
+
+@pytest.mark.parametrize("steps", [4, 1])
+def test_the_edge_of_a_penumbra_is_not_split_for_rays_that_missed_its_last_part(steps):
+    """Some 64 rays agree where one in a hundred would not; it was split there without an end."""
+    ground, tolerance = floor(24, size=3.0), steps * STEP
+    refined = ground.phong.refine(scene(GLOW), MATT, tolerance=tolerance, occluders=[SCREEN])
+    assert refined.field_data["phong_refinement_reached"][0]
+    assert refined.n_points < 1.5 * ground.n_points
+    places, colors = (rows.reshape(-1, 3) for rows in samples(refined, count=3))
+    free, dark = (
+        ph.evaluate(places, np.tile((0.0, 0.0, 1.0), (len(places), 1)), rig, MATT, precision="float64").rgb
+        for rig in (scene(GLOW, shadows=False, clamp=False), scene())
+    )
+    truth = np.clip(dark + part_beside_screen(places)[:, None] * (free - dark), 0.0, 1.0)
+    off = np.abs(truth - colors).max(axis=1)
+    # beside the tolerance, three standard errors may hide in the noise at a place and in that of the corners
+    assert np.quantile(off, 0.99) < 2.5 * tolerance
+    assert off.max() < 3.5 * tolerance
+
+
+def test_places_are_looked_at_once_and_corners_not_again(monkeypatch):
+    ground, asked, look = floor(12, size=3.0), [], visibility.look
+    monkeypatch.setattr(
+        visibility, "look", lambda count, *how, **more: asked.append(count) or look(count, *how, **more)
+    )
+    refined = ground.phong.refine(scene(GLOW), MATT, tolerance=0.06, occluders=[SCREEN])
+    assert refined.n_points == ground.n_points
+    assert ground.n_points + 13 * ground.n_cells <= sum(asked) < ground.n_points + 14 * ground.n_cells  # with peaks
+
+
 @pytest.mark.parametrize("model", [{}, {"ambient_occlusion": True}])
 def test_noise_is_not_split(model):
     """All of a little floor is in the middle of a penumbra, or sees half of the sky."""
@@ -416,3 +468,18 @@ def test_a_block_that_sees_nothing_reflects_no_light_that_bounces():
     (refined,) = pv.MultiBlock([ball]).phong.refine(rig, MATT, tolerance=0.05)
     np.testing.assert_array_equal(refined["phong"], ball.phong.refine(rig, MATT, tolerance=0.05)["phong"])
     np.testing.assert_allclose(refined["phong"][: ball.n_points], ball.phong.shade(rig, MATT)["phong"], atol=1e-6)
+
+
+def test_its_progress_is_told_and_it_is_the_same_whatever_the_threads():
+    ground, heard = floor(12, size=3.0), []
+
+    def refined():
+        return ground.phong.refine(scene(GLOW), MATT, tolerance=2 * STEP, occluders=[SCREEN])
+
+    with listening(lambda *told: heard.append(told)):
+        found = refined()
+    with threads.limited(1):
+        assert refined() == found
+    parts = [part for what, part in heard if what == "colours inside triangles"]
+    assert {what for what, _ in heard} == {"rays to glow", "colours inside triangles"}
+    assert (min(parts) > 0.0, max(parts)) == (True, 1.0)

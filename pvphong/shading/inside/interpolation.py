@@ -10,13 +10,13 @@ from itertools import chain
 
 import numpy as np
 
-from pvphong.base import threads
+from pvphong.base import text, threads
 from pvphong.base.types import Float64Array, IntArray
-from pvphong.shading.inside.lighting import LitVertices, difference, largest, lit_inside
+from pvphong.shading.inside.lighting import Comparison, LitVertices, difference, largest, lit_inside
 from pvphong.shading.inside.places import Places, creases, lattice, peaks, sizes
 
-# Samples that a thread looks at together.
-_SAMPLES = 2**17
+# Samples that a thread looks at together; fewer where each may take a thousand rays, so that progress shows.
+_SAMPLES, _SAMPLES_BY_RAYS = 2**17, 2**13
 
 _FIRST = np.concatenate([lattice(2), np.full((1, 3), 1.0 / 3.0)])
 _MORE = np.array([weights for weights in lattice(4) if (weights * 2.0 % 1.0).any()])
@@ -37,38 +37,49 @@ _SURE = 3.0
 _LARGE = 1.0 / 255.0
 
 
-def _errors_at(vertices: LitVertices, corners: IntArray, weights: Float64Array) -> Float64Array:
-    """(m, s): difference of blended and lit colours at places in triangles (m, 3), in the worst channel."""
+def _errors_at(
+    vertices: LitVertices, corners: IntArray, weights: Float64Array, enough: float | None = None
+) -> Float64Array:
+    """(m, s): difference of blended and lit colours at places in triangles (m, 3), in the worst channel.
+
+    What lights with a size give is sampled: of the difference counts what is no noise. Where a limit is given, it only
+    matters which differences are larger: rays are cast until that is known.
+    """
     blended = weights @ vertices.lighting.shown(vertices.colors[corners])
-    truth, noise = lit_inside(vertices, corners, weights)
-    off = difference(blended, truth)
     if not vertices.lighting.soft:
-        return off
-    return np.maximum(off - _SURE * (noise + (weights @ vertices.noise[corners][..., None])[..., 0]), 0.0)
+        return difference(blended, lit_inside(vertices, corners, weights)[0])
+    noise_of_corners = _SURE * (weights @ vertices.noise[corners][..., None])[..., 0]
+    # of the rays' own noise at least a third would be left at last, and taken off as often as it is feared here
+    compared = None if enough is None else Comparison(blended, enough + noise_of_corners)
+    truth, noise = lit_inside(vertices, corners, weights, compared)
+    return np.maximum(difference(blended, truth) - _SURE * noise - noise_of_corners, 0.0)
 
 
-def first_errors(vertices: LitVertices, corners: IntArray) -> Float64Array:
-    """Largest error (m,) of triangles (m, 3) at middles of sides, centroids, and where colours peak, bend or jump."""
-    result = pattern_errors(_FIRST, vertices, corners)
+def first_errors(vertices: LitVertices, corners: IntArray, enough: float | None = None) -> Float64Array:
+    """Largest error (m,) of triangles (m, 3) at middles of sides, centroids, and where colours peak, bend or jump.
+
+    Here and below, errors of less than `enough` may be too small, where that is given.
+    """
+    result = pattern_errors(_FIRST, vertices, corners, enough)
 
     def look(part: slice) -> None:
         there = vertices, corners[part]
-        rows, _, errors = _worst(chain(peaks(*there), creases(*there)), *there)
+        rows, _, errors = _worst(chain(peaks(*there), creases(*there)), *there, enough)
         result[part][rows] = np.maximum(result[part][rows], errors)
 
-    _in_parts(look, len(corners), 8)
+    _in_parts(look, vertices, len(corners), 8)
     return result
 
 
-def more_errors(vertices: LitVertices, corners: IntArray) -> Float64Array:
+def more_errors(vertices: LitVertices, corners: IntArray, enough: float | None = None) -> Float64Array:
     """Largest error (m,) at further samples, and with the stored normals blended."""
-    result = pattern_errors(_MORE, vertices, corners)
+    result = pattern_errors(_MORE, vertices, corners, enough)
     length, stored = (np.linalg.norm(normals, axis=1) for normals in (vertices.normals, vertices.stored))
     ratio = np.divide(length, stored, out=np.ones_like(length), where=stored > 0.0)[corners]
     most = largest(ratio)
     rows = np.flatnonzero(most + largest(-ratio) > _SAME_RATIO * most)  # they blend differently
     others = vertices.as_stored, corners[rows]
-    errors = np.maximum(first_errors(*others), pattern_errors(_MORE, *others))
+    errors = np.maximum(first_errors(*others, enough), pattern_errors(_MORE, *others, enough))
     result[rows] = np.maximum(result[rows], errors)
     return result
 
@@ -117,35 +128,37 @@ def jumps(vertices: LitVertices, corners: IntArray) -> tuple[Float64Array, Float
             steps[part] = np.maximum(steps[part] - _SURE * noise, 0.0)
         errors[part] = _errors_at(vertices, some, np.stack([near, far], axis=1)).max(axis=1)
 
-    _in_parts(look, len(corners), len(_ALL))
+    _in_parts(look, vertices, len(corners), len(_ALL))
     return steps, errors
 
 
-def pattern_errors(pattern: Float64Array, vertices: LitVertices, corners: IntArray) -> Float64Array:
+def pattern_errors(
+    pattern: Float64Array, vertices: LitVertices, corners: IntArray, enough: float | None = None
+) -> Float64Array:
     """Largest error (m,) at places (s, 3) that are the same for all triangles."""
     result = np.zeros(len(corners))
 
     def look(part: slice) -> None:
-        result[part] = largest(_errors_at(vertices, corners[part], pattern))
+        result[part] = largest(_errors_at(vertices, corners[part], pattern, enough))
 
-    _in_parts(look, len(corners), len(pattern))
+    _in_parts(look, vertices, len(corners), len(pattern))
     return result
 
 
 def _worst(
-    places: Iterable[Places], vertices: LitVertices, corners: IntArray
+    places: Iterable[Places], vertices: LitVertices, corners: IntArray, enough: float | None = None
 ) -> tuple[IntArray, Float64Array, Float64Array]:
     """The triangles (k,) that have any of the places, with the place (k, 3) of the largest error in each, and that."""
     places = list(places)
     rows = np.concatenate([np.empty(0, dtype=np.intp), *(place.rows for place in places)])
     weights = np.concatenate([np.empty((0, 3)), *(place.weights for place in places)])
-    errors = _errors_at(vertices, corners[rows], weights[:, None])[:, 0]
+    errors = _errors_at(vertices, corners[rows], weights[:, None], enough)[:, 0]
     order = np.lexsort([errors, rows])
     last = order[np.diff(rows[order], append=-1) != 0]  # of each row
     return rows[last], weights[last], errors[last]
 
 
-def _in_parts(look: Callable[[slice], None], triangles: int, samples: int) -> None:
+def _in_parts(look: Callable[[slice], None], vertices: LitVertices, triangles: int, samples: int) -> None:
     """Look at so many triangles with so many samples each, part after part, on all cores."""
     handling = np.geterr()  # a new thread has NumPy's defaults
 
@@ -153,4 +166,6 @@ def _in_parts(look: Callable[[slice], None], triangles: int, samples: int) -> No
         with np.errstate(**handling):
             look(slice(first, last))
 
-    threads.run(work, triangles, _SAMPLES // samples)
+    at_once = _SAMPLES_BY_RAYS if vertices.lighting.soft else _SAMPLES
+    with text.about("colours inside triangles"):
+        threads.run(work, triangles, at_once // samples)

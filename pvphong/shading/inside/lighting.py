@@ -11,7 +11,7 @@ import math
 from dataclasses import dataclass, replace
 from functools import reduce
 from itertools import pairwise
-from typing import Protocol, cast
+from typing import NamedTuple, Protocol, cast
 
 import numpy as np
 
@@ -27,7 +27,7 @@ from pvphong.scene.scene import Scene
 from pvphong.shading.equation import Equation
 from pvphong.shading.plan.plan import Plan
 from pvphong.shading.vertices import Vertices
-from pvphong.shading.visibility import VisibilityLike, checked_visibility
+from pvphong.shading.visibility import Around, Goal, VisibilityLike, checked_visibility
 
 # Places from which a thread casts rays at a time: what is known of them stays in the processor's caches.
 _PLACES_AT_ONCE = 2**14
@@ -40,7 +40,13 @@ class SeenFromPlaces(VisibilityLike, Protocol):
     def behind(self) -> SeenFromPlaces | None:
         """What is seen from their other sides; None where the light model is one-sided."""
 
-    def at(self, points: Float64Array, normals: Float64Array, origins: Float64Array) -> SeenFromPlaces:
+    def at(
+        self,
+        points: Float64Array,
+        normals: Float64Array,
+        origins: Float64Array,
+        around: Around | None = None,
+    ) -> SeenFromPlaces:
         """What is seen from places in the world, with normals there, by rays that begin at origins; all (n, 3)."""
 
     def part(self, row: int) -> tuple[FloatArray, FloatArray]:
@@ -165,7 +171,12 @@ class Lighting:
         return np.clip(colors, 0.0, 1.0) if self.scene.light_model.clamp else colors
 
     def seen(
-        self, light: int, points: Float64Array, normals: Float64Array, level: Float64Array | None = None
+        self,
+        light: int,
+        points: Float64Array,
+        normals: Float64Array,
+        level: Float64Array | None = None,
+        around: Around | None = None,
     ) -> tuple[Float64Array, Float64Array]:
         """What is seen of a light from places on the mesh, and its standard error, (n,).
 
@@ -185,6 +196,8 @@ class Lighting:
         level : ndarray, optional
             (n,): the product of normal and point, in the world, blended as `LitVertices.level`. Without, the places
             are the mesh's own vertices.
+        around : Around, optional
+            What is known around the places.
         """
         p, n = self.in_world(points, normals)
         result, error, source = np.ones(len(p)), np.zeros(len(p)), self._lights.get(light)
@@ -211,7 +224,9 @@ class Lighting:
             own = np.where(is_behind[rows], -level[rows], level[rows])
             height = np.fmax(own - np.einsum("ki,ki->k", places, up), 0.0)
             scale = np.divide(height, length * length, out=np.zeros_like(length), where=length > 0.0)
-            result[rows], error[rows] = self._visibility.at(places, up, places + scale[:, None] * up).part(light)
+            beside = None if around is None else around.at(rows)
+            looking = self._visibility.at(places, up, places + scale[:, None] * up, beside)
+            result[rows], error[rows] = looking.part(light)
         return result, error
 
 
@@ -267,10 +282,24 @@ class LitVertices:
         return replace(self, normals=self.stored, level=self.level * now / np.where(was > 0.0, was, 1.0))
 
 
-def lit_inside(vertices: LitVertices, corners: IntArray, weights: Float64Array) -> tuple[Float64Array, Float64Array]:
-    """The truth at places in triangles (m, 3), as it is shown, (m, s, 3); and its standard error, (m, s)."""
+class Comparison(NamedTuple):
+    """Colours with which the truth at places in m triangles is compared."""
+
+    colors: Float64Array
+    """Shape (m, s, 3), as they are shown."""
+    allowed: Float64Array
+    """Shape (m, s): the difference up to which it does not matter how large it is."""
+
+
+def lit_inside(
+    vertices: LitVertices, corners: IntArray, weights: Float64Array, compared: Comparison | None = None
+) -> tuple[Float64Array, Float64Array]:
+    """The truth at places in triangles (m, 3), as it is shown, (m, s, 3); and its standard error, (m, s).
+
+    It is sampled only as well as it takes for what it is compared with, if that is given.
+    """
     points, normals = weights @ vertices.points[corners], weights @ vertices.normals[corners]
-    maps, (seen, errors) = weights @ vertices.maps[corners], _seen_inside(vertices, corners, weights)
+    maps, (seen, errors) = weights @ vertices.maps[corners], _seen_inside(vertices, corners, weights, compared)
     rows = [each.reshape(points.size // 3, each.shape[-1]) for each in (points, normals, maps, seen, errors)]
     colors, noise = vertices.lighting.lit(*rows)
     return vertices.lighting.shown(colors).reshape(points.shape), noise.reshape(points.shape[:2])
@@ -280,25 +309,40 @@ def lit_inside(vertices: LitVertices, corners: IntArray, weights: Float64Array) 
 INTO_TRIANGLE = 2.0**-10
 
 
-def _seen_inside(vertices: LitVertices, corners: IntArray, weights: Float64Array) -> tuple[Float64Array, Float64Array]:
-    """What is seen from places in triangles, by rays where corners do not say it, and its error: (m, s, lights + 1)."""
-    seen = weights @ vertices.seen[corners]
-    errors = np.zeros_like(seen)
-    for k in vertices.lighting.sharp + vertices.lighting.soft:
+def _seen_inside(
+    vertices: LitVertices, corners: IntArray, weights: Float64Array, compared: Comparison | None
+) -> tuple[Float64Array, Float64Array]:
+    """What is seen from places in triangles, by rays where corners do not say it, and its error: (m, s, lights + 1).
+
+    What was sampled at a corner is known there.
+    """
+    lighting, seen = vertices.lighting, weights @ vertices.seen[corners]
+    errors, asked = np.zeros_like(seen), lighting.sharp + lighting.soft
+    for k in asked:
         at_corners = vertices.seen[corners, k]
-        rows = np.arange(len(corners))
-        if k in vertices.lighting.settled:
+        rows, places, goal = np.arange(len(corners)), np.arange(weights.shape[-2]), None
+        if k in lighting.settled:
             rows = np.flatnonzero((at_corners[:, 1:] != at_corners[:, :1]).any(axis=1))
-        if len(rows):
-            inside = (weights if weights.ndim == 2 else weights[rows]) * (1.0 - INTO_TRIANGLE) + INTO_TRIANGLE / 3.0
-            seen[rows, :, k], errors[rows, :, k] = seen_at(k, vertices, corners[rows], inside)
+        if k in lighting.soft and weights.ndim == 2:
+            places = np.flatnonzero(weights.max(axis=1) < 1.0)
+        if not len(rows) or not len(places):
+            continue
+        at, some = (rows[:, None], places), weights[places] if weights.ndim == 2 else weights[rows]
+        if compared is not None and k == asked[-1] and lighting.equation.gamma == 1.0:  # all others are known
+            without, with_it = _colors_without_and_with(k, vertices, corners[rows], some, seen[at])
+            goal = Goal(without - compared.colors[at], with_it - without, compared.allowed[at])
+        inside = some * (1.0 - INTO_TRIANGLE) + INTO_TRIANGLE / 3.0
+        seen[(*at, k)], errors[(*at, k)] = seen_at(k, vertices, corners[rows], inside, goal)
     return seen, errors
 
 
 def seen_at(
-    light: int, vertices: LitVertices, corners: IntArray, weights: Float64Array
+    light: int, vertices: LitVertices, corners: IntArray, weights: Float64Array, goal: Goal | None = None
 ) -> tuple[Float64Array, Float64Array]:
-    """`Lighting.seen` from places that are blends of vertices (m, c) with weights (s, c) or (m, s, c): (m, s)."""
+    """`Lighting.seen` from places that are blends of vertices (m, c) with weights (s, c) or (m, s, c): (m, s).
+
+    The goal's arrays begin with (m, s).
+    """
     part, error = np.empty((2, len(corners), weights.shape[-2]))
 
     def work(first: int, last: int) -> None:
@@ -306,7 +350,10 @@ def seen_at(
         with np.errstate(all="ignore"):
             points, normals = w @ vertices.points[some], w @ vertices.normals[some]
             level = (w @ vertices.level[some][..., None]).ravel()
-            found = vertices.lighting.seen(light, points.reshape(-1, 3), normals.reshape(-1, 3), level)
+            known = np.repeat(vertices.seen[some, light], points.shape[1], axis=0)
+            own = goal and Goal(*(each[first:last].reshape(len(known), *each.shape[2:]) for each in goal))
+            around = Around(known.min(axis=1), known.max(axis=1), own)
+            found = vertices.lighting.seen(light, points.reshape(-1, 3), normals.reshape(-1, 3), level, around)
         part[first:last], error[first:last] = (each.reshape(points.shape[:2]) for each in found)
 
     threads.run(work, len(corners), max(_PLACES_AT_ONCE // part.shape[1], 1))
@@ -315,14 +362,22 @@ def seen_at(
 
 def steps_at(light: int, vertices: LitVertices, corners: IntArray, weights: Float64Array) -> Float64Array:
     """(m, s): how far the colour with all of a light is from that with nothing of it, at places in triangles (m, 3)."""
-    rows = [weights @ each[corners] for each in (vertices.points, vertices.normals, vertices.maps, vertices.seen)]
-    shape = rows[0].shape[:2]
-    rows = [each.reshape(math.prod(shape), each.shape[-1]) for each in rows]
+    colors = _colors_without_and_with(light, vertices, corners, weights, weights @ vertices.seen[corners])
+    return difference(*map(vertices.lighting.shown, colors))
+
+
+def _colors_without_and_with(
+    light: int, vertices: LitVertices, corners: IntArray, weights: Float64Array, seen: Float64Array
+) -> tuple[Float64Array, Float64Array]:
+    """The colours with nothing and with all of a light, not clamped, at places in triangles (m, 3): (m, s, 3) each."""
+    rows = [*(weights @ each[corners] for each in (vertices.points, vertices.normals, vertices.maps)), seen]
+    shape = rows[0].shape
+    rows = [each.reshape(math.prod(shape[:2]), each.shape[-1]) for each in rows]
     colors = []
-    for part in (1.0, 0.0):
+    for part in (0.0, 1.0):
         rows[3][:, light] = part
-        colors.append(vertices.lighting.shown(vertices.lighting.colors(*rows)))
-    return difference(*colors).reshape(shape)
+        colors.append(vertices.lighting.colors(*rows).reshape(shape))
+    return colors[0], colors[1]
 
 
 def to_viewer(points: Float64Array, equation: Equation) -> Float64Array:

@@ -84,14 +84,14 @@ class Refinement:
         """
         if cut:
             self.cuts = cut_edges(self.surface, tolerance, limit)
-        self._measure(np.arange(len(self.surface.triangles)))
+        self._measure(np.arange(len(self.surface.triangles)), tolerance)
         while len(rows := self._next_round(tolerance)):
             threads.go_on()
             marks = self.surface.triangles.marks(rows, self._known["visible"])
             if self.surface.triangles.n_vertices + np.count_nonzero(marks) > limit:
                 self._spend_what_is_left(tolerance, limit)
                 break
-            self._measure(self.surface.split(marks))
+            self._measure(self.surface.split(marks), tolerance)
         if cut:
             self.cuts = self.cuts._replace(strip=self.cuts.strip + uncut_area(self.surface, tolerance))
         left = self.errors > tolerance
@@ -128,7 +128,7 @@ class Refinement:
         """Take the samples that have not been taken yet; more of them where it is a close thing."""
         rows = np.flatnonzero(~self._known["finished"])
         for errors_of in (more_errors, partial(pattern_errors, DENSE)):
-            errors = errors_of(self.surface.vertices, self.surface.triangles.corners[rows])
+            errors = errors_of(self.surface.vertices, self.surface.triangles.corners[rows], _CLOSE * tolerance)
             self.errors[rows] = np.maximum(self.errors[rows], errors)
             self._known["finished"][rows] = True
             rows = rows[(self.errors[rows] > _CLOSE * tolerance) & (self.errors[rows] <= _AIM * tolerance)]
@@ -155,11 +155,12 @@ class Refinement:
             is_enough = self.surface.triangles.n_vertices + spent <= limit
             fits, too_many = (middle, too_many) if is_enough else (fits, middle)
         if fits:
-            self._measure(self.surface.split(self.surface.triangles.marks(rows[:fits], self._known["visible"])))
+            marks = self.surface.triangles.marks(rows[:fits], self._known["visible"])
+            self._measure(self.surface.split(marks), tolerance)
         self._finish(tolerance)
         self._look_for_jumps(self._poor(tolerance), tolerance)
 
-    def _measure(self, rows: IntArray) -> None:
+    def _measure(self, rows: IntArray, tolerance: float) -> None:
         """Take the first samples of triangles that are new or changed."""
         corners = self.surface.triangles.corners[rows]
         points = self.surface.vertices.points[corners]
@@ -173,4 +174,4 @@ class Refinement:
         self._known["stuck"][rows] = ~(height > _LEAST_HEIGHT * step)
         self._known["visible"][rows] = visible
         self._known["finished"][rows] = ~visible
-        self.errors[rows[visible]] = first_errors(self.surface.vertices, corners[visible])
+        self.errors[rows[visible]] = first_errors(self.surface.vertices, corners[visible], _CLOSE * tolerance)
