@@ -12,7 +12,7 @@ import numpy as np
 
 from pvphong.base import threads
 from pvphong.base.types import Float64Array, IntArray
-from pvphong.shading.inside.lighting import LitVertices, difference, largest, lit_inside
+from pvphong.shading.inside.lighting import LitVertices, blended, difference, largest, lit_inside
 from pvphong.shading.inside.places import Places, creases, lattice, peaks, sizes
 
 # Samples that a thread looks at together.
@@ -39,9 +39,9 @@ _LARGE = 1.0 / 255.0
 
 def _errors_at(vertices: LitVertices, corners: IntArray, weights: Float64Array) -> Float64Array:
     """(m, s): difference of blended and lit colours at places in triangles (m, 3), in the worst channel."""
-    blended = weights @ vertices.lighting.shown(vertices.colors[corners])
     truth, noise = lit_inside(vertices, corners, weights)
-    off = difference(blended, truth)
+    colors = blended(vertices.colors, corners, weights, *vertices.lighting.limits)
+    off = difference(colors.reshape(truth.shape), truth)
     if not vertices.lighting.soft:
         return off
     return np.maximum(off - _SURE * (noise + (weights @ vertices.noise[corners][..., None])[..., 0]), 0.0)
@@ -64,7 +64,7 @@ def more_errors(vertices: LitVertices, corners: IntArray) -> Float64Array:
     """Largest error (m,) at further samples, and with the stored normals blended."""
     result = pattern_errors(_MORE, vertices, corners)
     length, stored = (np.linalg.norm(normals, axis=1) for normals in (vertices.normals, vertices.stored))
-    ratio = np.divide(length, stored, out=np.ones_like(length), where=stored > 0.0)[corners]
+    ratio = np.divide(length, stored, out=np.ones_like(length), where=stored > 0.0).take(corners)
     most = largest(ratio)
     rows = np.flatnonzero(most + largest(-ratio) > _SAME_RATIO * most)  # they blend differently
     others = vertices.as_stored, corners[rows]
@@ -147,10 +147,11 @@ def _worst(
 
 def _in_parts(look: Callable[[slice], None], triangles: int, samples: int) -> None:
     """Look at so many triangles with so many samples each, part after part, on all cores."""
-    handling = np.geterr()  # a new thread has NumPy's defaults
+    handling, step = np.geterr(), _SAMPLES // samples  # a new thread has NumPy's defaults
+    own = threads.count() if triangles <= step else 1  # else the parts share out the threads
 
     def work(first: int, last: int) -> None:
-        with np.errstate(**handling):
+        with np.errstate(**handling), threads.limited(own):
             look(slice(first, last))
 
-    threads.run(work, triangles, _SAMPLES // samples)
+    threads.run(work, triangles, step)

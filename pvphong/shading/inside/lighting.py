@@ -24,6 +24,7 @@ from pvphong.optics.maps import Map, fractions
 from pvphong.optics.material import Material
 from pvphong.optics.roles import Aim, Angle
 from pvphong.scene.scene import Scene
+from pvphong.shading import kernel
 from pvphong.shading.equation import Equation
 from pvphong.shading.plan.plan import Plan
 from pvphong.shading.vertices import Vertices
@@ -31,6 +32,9 @@ from pvphong.shading.visibility import VisibilityLike, checked_visibility
 
 # Places from which a thread casts rays at a time: what is known of them stays in the processor's caches.
 _PLACES_AT_ONCE = 2**14
+
+# Places that are lit for each vertex, about: a dozen in each of two triangles.
+_PLACES_PER_VERTEX = 24
 
 
 class SeenFromPlaces(VisibilityLike, Protocol):
@@ -111,6 +115,7 @@ class Lighting:
         model = replace(model, clamp=False, shadows=is_shadowed, ambient_occlusion=occlusion)
         self._unclamped = replace(scene, lights=lights, light_model=model)
         self.settled: set[int] = set()
+        self._among = 0
 
     def _has_cone(self, light: int) -> bool:
         """Whether a light has a cone that can be a part of what is seen of it: its ambient colour is not."""
@@ -129,10 +134,11 @@ class Lighting:
         if seen.shape[1]:
             vertices.visibility = checked_visibility("visibility", seen.T, points, self.matrix, self._unclamped)
         plan = Plan.of(self._unclamped, material, vertices, matrix=self.matrix)
-        return plan.run(vertices, precision="float64", backend="numpy").rgb
+        return plan.run(vertices, precision="float64", among=self._among).rgb
 
     def vertices(self, points: FloatArray, normals: FloatArray) -> LitVertices:
         """The mesh's own, which begin what is interpolated."""
+        self._among = _PLACES_PER_VERTEX * len(points)
         p, n = np.asarray(points, np.float64), np.asarray(normals, np.float64)  # PyVista's arrays are slow to slice
         level = dot(*(columns(each) for each in self.in_world(p, n)))
         seen = np.ones((len(p), self.equation.lights + 1 if self.sharp or self.soft else 0))
@@ -160,9 +166,14 @@ class Lighting:
             return points, normals
         return transform_points(points, self.matrix), normals @ normal_matrix(self.matrix).T
 
+    @property
+    def limits(self) -> tuple[float, float]:
+        """The least and the greatest number of a colour that the light model shows."""
+        return (0.0, 1.0) if self.scene.light_model.clamp else (-math.inf, math.inf)
+
     def shown(self, colors: Float64Array) -> Float64Array:
         """Colours as the light model shows them, clamped or not."""
-        return np.clip(colors, 0.0, 1.0) if self.scene.light_model.clamp else colors
+        return np.clip(colors, *self.limits)
 
     def seen(
         self, light: int, points: Float64Array, normals: Float64Array, level: Float64Array | None = None
@@ -269,11 +280,12 @@ class LitVertices:
 
 def lit_inside(vertices: LitVertices, corners: IntArray, weights: Float64Array) -> tuple[Float64Array, Float64Array]:
     """The truth at places in triangles (m, 3), as it is shown, (m, s, 3); and its standard error, (m, s)."""
-    points, normals = weights @ vertices.points[corners], weights @ vertices.normals[corners]
-    maps, (seen, errors) = weights @ vertices.maps[corners], _seen_inside(vertices, corners, weights)
-    rows = [each.reshape(points.size // 3, each.shape[-1]) for each in (points, normals, maps, seen, errors)]
-    colors, noise = vertices.lighting.lit(*rows)
-    return vertices.lighting.shown(colors).reshape(points.shape), noise.reshape(points.shape[:2])
+    own = vertices.points, vertices.normals, vertices.maps
+    points, normals, maps = (blended(each, corners, weights) for each in own)
+    seen, errors = (each.reshape(len(points), each.shape[-1]) for each in _seen_inside(vertices, corners, weights))
+    colors, noise = vertices.lighting.lit(points, normals, maps, seen, errors)
+    shape = len(corners), weights.shape[-2]
+    return vertices.lighting.shown(colors).reshape(*shape, 3), noise.reshape(shape)
 
 
 # A place on a boundary, at the foot of a wall say, is looked at from so far inside of its triangle.
@@ -282,7 +294,8 @@ INTO_TRIANGLE = 2.0**-10
 
 def _seen_inside(vertices: LitVertices, corners: IntArray, weights: Float64Array) -> tuple[Float64Array, Float64Array]:
     """What is seen from places in triangles, by rays where corners do not say it, and its error: (m, s, lights + 1)."""
-    seen = weights @ vertices.seen[corners]
+    shape = len(corners), weights.shape[-2], vertices.seen.shape[1]
+    seen = blended(vertices.seen, corners, weights).reshape(shape)
     errors = np.zeros_like(seen)
     for k in vertices.lighting.sharp + vertices.lighting.soft:
         at_corners = vertices.seen[corners, k]
@@ -304,10 +317,10 @@ def seen_at(
     def work(first: int, last: int) -> None:
         some, w = corners[first:last], weights if weights.ndim == 2 else weights[first:last]
         with np.errstate(all="ignore"):
-            points, normals = w @ vertices.points[some], w @ vertices.normals[some]
-            level = (w @ vertices.level[some][..., None]).ravel()
-            found = vertices.lighting.seen(light, points.reshape(-1, 3), normals.reshape(-1, 3), level)
-        part[first:last], error[first:last] = (each.reshape(points.shape[:2]) for each in found)
+            own = vertices.points, vertices.normals, vertices.level[:, None]
+            points, normals, level = (blended(each, some, w) for each in own)
+            found = vertices.lighting.seen(light, points, normals, level[:, 0])
+        part[first:last], error[first:last] = (each.reshape(last - first, -1) for each in found)
 
     threads.run(work, len(corners), max(_PLACES_AT_ONCE // part.shape[1], 1))
     return part, error
@@ -315,14 +328,13 @@ def seen_at(
 
 def steps_at(light: int, vertices: LitVertices, corners: IntArray, weights: Float64Array) -> Float64Array:
     """(m, s): how far the colour with all of a light is from that with nothing of it, at places in triangles (m, 3)."""
-    rows = [weights @ each[corners] for each in (vertices.points, vertices.normals, vertices.maps, vertices.seen)]
-    shape = rows[0].shape[:2]
-    rows = [each.reshape(math.prod(shape), each.shape[-1]) for each in rows]
+    own = vertices.points, vertices.normals, vertices.maps, vertices.seen
+    rows = [blended(each, corners, weights) for each in own]
     colors = []
     for part in (1.0, 0.0):
         rows[3][:, light] = part
         colors.append(vertices.lighting.shown(vertices.lighting.colors(*rows)))
-    return difference(*colors).reshape(shape)
+    return difference(*colors).reshape(len(corners), weights.shape[-2])
 
 
 def to_viewer(points: Float64Array, equation: Equation) -> Float64Array:
@@ -330,9 +342,31 @@ def to_viewer(points: Float64Array, equation: Equation) -> Float64Array:
     return np.array(equation.to_eye)[:, None] if equation.eye is None else towards(equation.eye, points)[0]
 
 
+def blended(
+    values: Float64Array,
+    corners: IntArray,
+    weights: Float64Array,
+    low: float = -math.inf,
+    high: float = math.inf,
+) -> Float64Array:
+    """Blends, shape (m · s, k), of values (n, k) at places (s, c) or (m, s, c) between vertices (m, c).
+
+    The values are clipped to [low, high] first.
+    """
+    compiled = kernel.blending()
+    if compiled is not None:
+        return compiled.blended(values, corners, weights, low, high)
+    at_corners = np.clip(values[corners], low, high)
+    return (weights @ at_corners).reshape(len(corners) * weights.shape[-2], values.shape[1])
+
+
 def difference(colors: Float64Array, others: Float64Array) -> Float64Array:
     """The difference of colours (..., 3) in the channel where it is largest."""
-    return largest(np.abs(colors - others))
+    compiled = kernel.blending() if colors.shape == others.shape else None
+    if compiled is None:
+        return largest(np.abs(colors - others))
+    rows = (np.require(each.reshape(-1, 3), np.float64, ["C"]) for each in (colors, others))
+    return compiled.differences(*rows).reshape(colors.shape[:-1])
 
 
 def largest(values: Float64Array) -> Float64Array:
