@@ -12,7 +12,7 @@ import numpy as np
 
 from pvphong.base import text, threads
 from pvphong.base.types import Float64Array, IntArray
-from pvphong.shading.inside.lighting import Comparison, LitVertices, difference, largest, lit_inside
+from pvphong.shading.inside.lighting import Comparison, LitVertices, blended, difference, largest, lit_inside
 from pvphong.shading.inside.places import Places, creases, lattice, peaks, sizes
 
 # Samples that a thread looks at together; fewer where each may take a thousand rays, so that progress shows.
@@ -42,17 +42,18 @@ def _errors_at(
 ) -> Float64Array:
     """(m, s): difference of blended and lit colours at places in triangles (m, 3), in the worst channel.
 
-    What lights with a size give is sampled: of the difference counts what is no noise. Where a limit is given, it only
-    matters which differences are larger: rays are cast until that is known.
+    Lights with a size are sampled: only the part of the difference that exceeds the noise counts. With `enough`, rays
+    are cast until it is known which differences are larger than that.
     """
-    blended = weights @ vertices.lighting.shown(vertices.colors[corners])
+    shape = len(corners), weights.shape[-2]
+    colors = blended(vertices.colors, corners, weights, *vertices.lighting.limits).reshape(*shape, 3)
     if not vertices.lighting.soft:
-        return difference(blended, lit_inside(vertices, corners, weights)[0])
-    noise_of_corners = _SURE * (weights @ vertices.noise[corners][..., None])[..., 0]
+        return difference(colors, lit_inside(vertices, corners, weights)[0])
+    noise_of_corners = _SURE * blended(vertices.noise[:, None], corners, weights).reshape(shape)
     # of the rays' own noise at least a third would be left at last, and taken off as often as it is feared here
-    compared = None if enough is None else Comparison(blended, enough + noise_of_corners)
+    compared = None if enough is None else Comparison(colors, enough + noise_of_corners)
     truth, noise = lit_inside(vertices, corners, weights, compared)
-    return np.maximum(difference(blended, truth) - _SURE * noise - noise_of_corners, 0.0)
+    return np.maximum(difference(colors, truth) - _SURE * noise - noise_of_corners, 0.0)
 
 
 def first_errors(vertices: LitVertices, corners: IntArray, enough: float | None = None) -> Float64Array:
@@ -75,7 +76,7 @@ def more_errors(vertices: LitVertices, corners: IntArray, enough: float | None =
     """Largest error (m,) at further samples, and with the stored normals blended."""
     result = pattern_errors(_MORE, vertices, corners, enough)
     length, stored = (np.linalg.norm(normals, axis=1) for normals in (vertices.normals, vertices.stored))
-    ratio = np.divide(length, stored, out=np.ones_like(length), where=stored > 0.0)[corners]
+    ratio = np.divide(length, stored, out=np.ones_like(length), where=stored > 0.0).take(corners)
     most = largest(ratio)
     rows = np.flatnonzero(most + largest(-ratio) > _SAME_RATIO * most)  # they blend differently
     others = vertices.as_stored, corners[rows]
@@ -161,11 +162,12 @@ def _worst(
 def _in_parts(look: Callable[[slice], None], vertices: LitVertices, triangles: int, samples: int) -> None:
     """Look at so many triangles with so many samples each, part after part, on all cores."""
     handling = np.geterr()  # a new thread has NumPy's defaults
+    step = (_SAMPLES_BY_RAYS if vertices.lighting.soft else _SAMPLES) // samples
+    own = threads.count() if triangles <= step else 1  # else the parts share out the threads
 
     def work(first: int, last: int) -> None:
-        with np.errstate(**handling):
+        with np.errstate(**handling), threads.limited(own):
             look(slice(first, last))
 
-    at_once = _SAMPLES_BY_RAYS if vertices.lighting.soft else _SAMPLES
     with text.about("colours inside triangles"):
-        threads.run(work, triangles, at_once // samples)
+        threads.run(work, triangles, step)

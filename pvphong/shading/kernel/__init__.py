@@ -17,7 +17,8 @@ a block of them, from loading to colours; `vertices` is where a block's values a
 puts a loop around the formula of a light or a reflectance; `lanes` is what those of lights with a size run on, eight
 vertices side by side. `records` is the form in which the driver takes an equation, `arithmetic` what compiled code
 calculates with, `code` compiles and keeps the code on disk, `ahead` compiles all there is. `normals` sums the normals
-of meshes, `rays` makes rays and has them tested, and `hits` finds what they meet first.
+of meshes, `blends` blends vertices inside triangles, `rays` makes rays and has them tested, and `hits` finds what they
+meet first.
 """
 
 from __future__ import annotations
@@ -286,6 +287,25 @@ def gatherer() -> Callable[[NDArray[np.int32], FloatArray], FloatArray] | None:
 
     is_there = code.if_compiled(library, hits.gather_code) is not None
     return functools.partial(hits.gathered, library) if is_there else None
+
+
+class Blends(NamedTuple):
+    """`blends.blended` and `blends.differences`, compiled."""
+
+    blended: Callable[..., Float64Array]
+    differences: Callable[[Float64Array, Float64Array], Float64Array]
+
+
+def blending() -> Blends | None:
+    """Return the functions of `blends`; None without Numba, or while another process compiles them."""
+    library = _library()
+    if library is None:
+        return None
+    from pvphong.shading.kernel import blends, code
+
+    is_there = all(code.if_compiled(library, each) is not None for each in (blends.blend_code, blends.compare_code))
+    own = functools.partial(blends.blended, library), functools.partial(blends.differences, library)
+    return Blends(*own) if is_there else None
 
 
 def ray_hits(*arguments: Any) -> tuple[IntArray, FloatArray, Float64Array]:

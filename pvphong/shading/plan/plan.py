@@ -148,6 +148,7 @@ class Plan:
         backend: Backend = "auto",
         components: bool = False,
         bounced: FloatArray | None = None,
+        among: int = 0,
     ) -> Shading:
         """Lit colours of the vertices that were planned for, or of some of them.
 
@@ -158,6 +159,9 @@ class Plan:
         bounced : ndarray, optional
             Shape (k, n, 3): light that has bounced, where others send it too; see `interreflection.bounced`. Without,
             the vertices' own transport tells it.
+        among : int, default 0
+            Number of vertices of all the calls that this is one of, if there are several: `backend="auto"` uses
+            compiled code for many.
 
         Raises
         ------
@@ -172,14 +176,14 @@ class Plan:
         if equation.bounces:
             how: Any = {"precision": precision, "backend": backend}
             if bounced is None:
-                among, sent = known_transport(vertices), self.sent(vertices, **how)
-                bounced = interreflection.bounced(sent, among.gather, equation.bounces, apart=components)
+                transport, sent = known_transport(vertices), self.sent(vertices, **how)
+                bounced = interreflection.bounced(sent, transport.gather, equation.bounces, apart=components)
             direct = replace(self, equation=interreflection.direct_light(equation))
             return _with_bounced(direct.run(vertices, components=components, **how), bounced, equation)
         result = Shading.empty(len(vertices), self.whole.lights, real, components=components)
         normals, channels = vertices.normals_if(equation.needs_normals), vertices.channels(equation)
         waits = backend == "numba"
-        tries_compiled = waits or (backend == "auto" and is_worth_loading(len(vertices), self.whole))
+        tries_compiled = waits or (backend == "auto" and is_worth_loading(max(len(vertices), among), self.whole))
         arrays = vertices.points, normals, equation, vertices.tints(equation), result
         if not (tries_compiled and kernel.shade(*arrays, self.whole, channels=channels, waits=waits)):
             reference.shade(*arrays, channels)

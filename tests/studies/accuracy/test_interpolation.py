@@ -105,7 +105,7 @@ def test_some_triangles_stand_for_all_on_refined_meshes(monkeypatch):
     monkeypatch.setattr(f"{MODULE}._WORST", mesh.n_cells)
     every = refined(0.9, mesh=mesh)[0]["refined 1×"].error
     assert some.count < every.count == 4 * mesh.n_cells
-    assert some.largest == every.largest
+    assert some.largest == pytest.approx(every.largest, rel=1e-14)  # many are evaluated by compiled code
     assert some.rms == pytest.approx(every.rms, rel=0.1)
 
 
