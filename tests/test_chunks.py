@@ -160,7 +160,7 @@ SHORT = r"^normals must be one row per point; got 990 rows beside 1000 rows in p
         ({"normals": "up"}, r"^normals must be an array of real numbers, a row for each vertex"),
         ({"material": ph.Material(albedo=cut(ALBEDO, 10)[:1])}, r"^albedo must be .*one row per point.*; got 1 rows"),
         ({"material": ph.Material(albedo=cut(ALBEDO, 10).astype(int))}, r"^albedo must be uint8 or floats"),
-        ({"visibility": cut(SEEN[:2], 10)}, r"^visibility must be what .* or an array of shape \(3, 0\)"),
+        ({"visibility": cut(SEEN[:2], 10)}, r"^visibility must be the result of .* or an array of shape \(3, 0\)"),
         ({"material": "gld"}, r"^material must be a Material"),
         ({"matrix": np.eye(3)}, r"^matrix must be a 4x4 matrix"),
         ({"tolerance": -1}, r"^tolerance must be a finite number >= 0"),

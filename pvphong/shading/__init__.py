@@ -1,13 +1,13 @@
 """From a scene to colours.
 
-In this order: `equation` is what a scene and a material come to, `limits` how much a reflectance can reflect,
-`vertices` what is known where it is evaluated, `visibility` what runs before that; `plan/` leaves out what is not
-needed, and what is left runs in `kernel/` (compiled) or, where that declines, in `reference` (NumPy, to be read); light
-that bounces is a series of what they give, by `interreflection`. `Plan.of(...)` and `plan.run(vertices)` are the way
-in; `evaluation` is `pvphong.evaluate` of NumPy's arrays, and `inside/` computes what happens between vertices.
+In reading order: `equation` is the lighting equation of a scene and a material, `limits` are bounds on reflectances,
+`vertices` the data of the vertices, `visibility` the interface to shadows and occlusion. `plan/` simplifies the
+equation. `kernel/` (compiled) evaluates it, or `reference` (NumPy, written to be read) if the kernel declines.
+`interreflection` sums the series of bounced light. `Plan.of(...)` and `plan.run(vertices)` are the entry points;
+`evaluation` is `pvphong.evaluate` for NumPy arrays, and `inside/` compares colours between vertices.
 
-The walk from `mesh.phong.shade` to a formula: the accessor's method, `meshes.lit.shade_mesh`, `Plan.run`,
-`reference.shade`, its `_shade_block` and `lobe_factors`, then the reflectance's `factors`. Compiled, after `Plan.run`:
-`kernel.shade`, `kernel.evaluation.shade`, `base.threads.run` and the ranges that it gives out, `kernel.driver.shade`
+The calls from `mesh.phong.shade` to a formula: the accessor's method, `meshes.lit.shade_mesh`, `Plan.run`,
+`reference.shade`, its `_shade_block` and `lobe_factors`, then the reflectance's `factors`. In compiled code, after
+`Plan.run`: `kernel.shade`, `kernel.evaluation.shade`, `base.threads.run` on ranges of vertices, `kernel.driver.shade`
 and its `_add_light`, a stage of `kernel.stages`, and the same `factors`.
 """

@@ -1,9 +1,9 @@
-"""The lighting equation of one scene and one material, with everything in place but the vertices.
+"""The lighting equation of one scene and one material, independent of the vertices.
 
-`assemble` makes it of a scene and a material. Here the two conventions part: `standard` is the model that OpenGL and
-its textbooks share, `vtk` follows VTK's shader (vtkOpenGLPolyDataMapper::ReplaceShaderLight); the evaluators know
-nothing of conventions. `relative_to_mesh` puts its origin beside the mesh where a matrix carries that very far out, and
-`in_parts` takes lights with a size apart into what evaluators run.
+`assemble` builds it. Only this module distinguishes the two conventions: `standard` is the model of OpenGL and its
+textbooks, `vtk` follows VTK's shader (vtkOpenGLPolyDataMapper::ReplaceShaderLight). `relative_to_mesh` moves the
+origin to the mesh if a matrix translates the mesh very far. `in_parts` splits area lights into the integrals and nodes
+that evaluators run.
 """
 
 from __future__ import annotations
@@ -44,26 +44,25 @@ class LightTerm:
     Parameters
     ----------
     light : Light
-        Where it is and how it weakens.
+        Its position and falloff.
     index : int
-        Its place among the scene's lights.
+        Its index among the scene's lights.
     label : str
-        What names it to people.
+        Its name in messages and results.
     follows_viewer : bool
-        Whether it moves with the viewer.
+        True if it moves with the viewer.
     ambient : tuple of float
-        Its ambient colour times intensity times the material's, divided by `gain`: at most 1.
+        Its ambient colour times intensity times the material's ambient colour, divided by `gain`: at most 1.
     colors : tuple of tuple of float
         The same for each lobe of the equation's reflectance.
     gain : float
-        What the colours are to be multiplied by; it may be beyond float32's range, as where a light is bright because
-        it is far away.
+        Factor of the colours. It may exceed float32's range, for example if a light is bright because it is far away.
     is_shadowed : bool
-        Whether what its lobes add is multiplied by the part of it that a vertex sees.
+        True if the visible part of the light multiplies the lobes' contributions.
     bands : int, optional
-        How many of its light's bands are kept; all if not given.
+        Number of the light's bands that are kept; all by default.
     nodes : tuple of Light, optional
-        What replaces its light's nodes where there is no closed form.
+        Replacement of the light's nodes for lobes without a closed form.
     """
 
     light: Light
@@ -79,62 +78,62 @@ class LightTerm:
 
     @cached_property
     def shines(self) -> tuple[bool, ...]:
-        """Whether it adds anything by each lobe."""
+        """For each lobe, True if the light contributes to it."""
         return tuple(map(any, self.colors))
 
     @property
     def needs_normals(self) -> bool:
-        """Whether its share depends on the normal."""
+        """True if its contribution depends on the normal."""
         return True in self.shines
 
     @property
     def is_black(self) -> bool:
-        """Whether it adds nothing anywhere: its colours, its intensity or the material's are 0."""
+        """True if it contributes nothing anywhere: its colours, its intensity or the material's colours are 0."""
         return not (True in self.shines or any(self.ambient))
 
 
 @dataclass(frozen=True)
 class Equation:
-    """What every evaluator takes.
+    """Lighting equation, the input of every evaluator.
 
     Parameters
     ----------
     terms : tuple of LightTerm
         The lights that are on.
     off : tuple of str
-        The labels of those that are off.
+        Labels of the lights that are off.
     lights : int
-        How many the scene has, on or off.
+        Number of the scene's lights, on or off.
     ambient, emission : tuple of float
-        What is there without any light; `ambient` is multiplied by the albedo.
+        Colours that are independent of lights; the albedo multiplies `ambient`.
     reflectance : Reflectance
-        How the surface reflects.
+        Reflectance of the surface.
     eye : tuple of float or None
-        The viewer's position where v is taken at each vertex, else None.
+        Viewer's position if v is computed per vertex, else None.
     to_eye : tuple of float
         Unit vector towards the eye along the view axis.
     two_sided : bool
-        Whether vertices that face away from the viewer are lit with −n.
+        True if vertices that face away from the viewer are lit with −n.
     local_facing : bool
-        Whether that is judged from `eye`, rather than along `to_eye`.
+        True if the side is determined from `eye` rather than along `to_eye`.
     clamp : bool
-        Whether the sum is clamped to [0, 1].
+        True if the sum is clamped to [0, 1].
     matrix : ndarray or None
         (4, 4) model matrix, float64 and read-only; None for the identity.
     turns_normals : bool
-        Whether the matrix changes the directions of normals.
+        True if the matrix changes the directions of normals.
     is_occluded : bool
-        Whether ambient light, the light model's and the lights', is multiplied by the open part of the sky.
+        True if the open part of the sky multiplies ambient light, the light model's and the lights'.
     maps : mapping
-        Field of the reflectance → least and greatest of the numbers, one for each vertex, that replace it.
+        Field of the reflectance → least and greatest of the numbers per vertex that replace it.
     tints : frozenset of str
-        "albedo", "diffuse", "specular", "emission": of what there is a map of colours.
+        Those of "albedo", "diffuse", "specular" and "emission" that have a map of colours.
     gamma : float
         The sum of all light is raised to 1/gamma before it is clamped.
     bounces : int
-        How often light is followed from surface to surface.
+        Number of bounces from surface to surface.
     colors : tuple of tuple of float
-        The material's colour of each lobe: what of light of 1 from all around is multiplied by.
+        Material colour per lobe, applied to incident light of unit radiance.
     """
 
     terms: tuple[LightTerm, ...]
@@ -159,7 +158,7 @@ class Equation:
 
     @cached_property
     def extremes(self) -> tuple[Reflectance, ...]:
-        """Reflectances with the greatest limits among those of all vertices; see `limits.extremes`."""
+        """Reflectances whose bounds hold for the reflectances of all vertices; see `limits.extremes`."""
         found: tuple[Reflectance, ...] = (self.reflectance,)
         for name, (low, high) in self.maps.items():
             found = tuple(extreme for each in found for extreme in extremes(each, name, low, high))
@@ -167,62 +166,62 @@ class Equation:
 
     @cached_property
     def largest(self) -> tuple[float, ...]:
-        """The largest factor of each lobe at any vertex."""
+        """Largest factor of each lobe at any vertex."""
         return tuple(max(most(each, k) for each in self.extremes) for k in range(len(self.reflectance.lobes)))
 
     @cached_property
     def sharpness(self) -> float:
-        """The greatest that the reflectance has at any vertex."""
+        """Greatest sharpness of the reflectance at any vertex."""
         return max(each.sharpness for each in self.extremes)
 
     @property
     def forms(self) -> tuple[CosinePower | None, ...]:
-        """The reflectance's forms; None where they are not the same at all vertices, as by a map of one number."""
+        """The reflectance's forms; None if they vary between vertices because of a map."""
         forms, diffuse = self.reflectance.forms, self.lobes_of["diffuse"]
         varies = any(least < most for least, most in self.maps.values())
         return tuple(form if k in diffuse else None for k, form in enumerate(forms)) if varies else forms
 
     @cached_property
     def needs_normals(self) -> bool:
-        """Whether any share depends on the normal: a light's, or how open the sky is above the side that is seen."""
+        """True if a light's contribution or the occlusion of the visible side depends on the normal."""
         return any(term.needs_normals for term in self.terms) or (self.two_sided and self.is_occluded)
 
     @cached_property
     def has_highlights(self) -> bool:
-        """Whether any light's share depends on the viewer through v."""
+        """True if any light's contribution depends on the viewer through v."""
         return any(map(self.needs_viewer, self.terms))
 
     def needs_viewer(self, term: LightTerm) -> bool:
-        """Whether a light's share depends on the viewer through v."""
+        """Return True if a light's contribution depends on the viewer through v."""
         pairs = zip(term.shines, self.reflectance.lobes, strict=True)
         return any(shines and lobe.needs_viewer for shines, lobe in pairs)
 
     @property
     def diffuse_needs_viewer(self) -> bool:
-        """Whether diffuse reflection depends on the viewer."""
+        """True if diffuse reflection depends on the viewer."""
         return any(self.reflectance.lobes[k].needs_viewer for k in self.lobes_of["diffuse"])
 
     @cached_property
     def lobes_of(self) -> dict[Component, list[int]]:
-        """Indices of the reflectance's lobes that count to each component."""
+        """Indices of the reflectance's lobes in each component."""
         lobes = [lobe.component for lobe in self.reflectance.lobes]
         components: tuple[Component, ...] = ("diffuse", "specular")
         return {component: [k for k, of in enumerate(lobes) if of == component] for component in components}
 
     def has(self, term: LightTerm, component: Component) -> bool:
-        """Whether a light adds to a component."""
+        """Return True if a light contributes to a component."""
         return any(map(term.shines.__getitem__, self.lobes_of[component]))
 
     def without(self, term: LightTerm, component: Component) -> LightTerm:
-        """A light's term that adds nothing to a component."""
+        """Return a light's term without its contribution to a component."""
         gone = self.lobes_of[component]
         return replace(term, colors=tuple(BLACK if k in gone else color for k, color in enumerate(term.colors)))
 
     @property
     def shares(self) -> list[Share]:
-        """What adds up to the colour before it is raised to a power and clamped, without what is black.
+        """Contributions whose sum is the colour before gamma and clamping, without black ones.
 
-        First what is there without any light, then light by light.
+        Contributions that are independent of lights come first, then the lights in order.
         """
         lobes, index = self.reflectance.lobes, operator.attrgetter("index")
         dark = tuple(BLACK for _ in lobes)
@@ -241,25 +240,24 @@ class Equation:
 
     @property
     def is_flipped(self) -> bool:
-        """Whether normals are turned to the viewer."""
+        """True if normals are turned towards the viewer."""
         return self.two_sided and self.needs_normals
 
     def toward_viewer(self, v: FloatArray) -> FloatArray:
-        """Along what normals are turned to the viewer, (3, n) or (3, 1): unit vectors v to him, or the view axis."""
+        """Return the directions in which normals are turned, (3, n) or (3, 1): unit vectors v, or the view axis."""
         return v if self.local_facing else np.array(self.to_eye)[:, None]
 
     @cached_property
     def shadowed(self) -> tuple[int, ...]:
-        """Places among the scene's lights of those that a vertex may not see all of."""
+        """Indices of the scene's lights that may be partly hidden."""
         return tuple(sorted({term.index for term in self.terms if term.is_shadowed}))
 
     @cached_property
     def channels(self) -> dict[str, slice]:
-        """Which rows of `Vertices.channels` hold what, of what is read of them.
+        """Rows of `Vertices.channels` by kind, for the kinds that are read.
 
-        Of "visibility" there is one for what is seen of each of the scene's lights, and one for the sky; where normals
-        are turned to the viewer, as many follow for the other side. "tangents" are x, y and z, and the maps have their
-        names.
+        "visibility" has a row for each of the scene's lights and one for the sky. If normals are turned towards the
+        viewer, as many rows follow for the other side. "tangents" has x, y and z. Maps have one row under their name.
         """
         sizes = {"visibility": (self.lights + 1) * (1 + self.is_flipped)} if self.needs_visibility else {}
         if any(term.needs_normals for term in self.terms):
@@ -270,7 +268,7 @@ class Equation:
 
     @property
     def needed_tints(self) -> tuple[str, ...]:
-        """The tints of what is not black."""
+        """Names of the tints that multiply colours other than black."""
         if not self.tints:
             return ()
         is_read = {
@@ -283,33 +281,33 @@ class Equation:
 
     @property
     def needs_visibility(self) -> bool:
-        """Whether any share depends on what a vertex sees of a light or of the sky."""
+        """True if any contribution depends on the visibility of a light or of the sky."""
         return self.is_occluded or any(term.is_shadowed for term in self.terms)
 
     @cached_property
     def needs_eye(self) -> bool:
-        """Whether v is taken at each vertex, for highlights or for turning normals."""
+        """True if v is computed per vertex, for highlights or for turning normals."""
         return self.eye is not None and (self.has_highlights or (self.is_flipped and self.local_facing))
 
     @cached_property
     def needs_points(self) -> bool:
-        """Whether any share depends on where the vertex is."""
+        """True if any contribution depends on the position of the vertex."""
         return self.needs_eye or any(not term.light.is_even for term in self.terms)
 
 
 class Share(NamedTuple):
-    """One component of what one of the scene's lights adds, or of what is there without any (None)."""
+    """One component of a light's contribution, or of the colour that is independent of lights (None)."""
 
     component: Component | Literal["ambient", "emission"]
     light: int | None
     terms: tuple[LightTerm, ...]
-    """What adds nothing else, in the order of the equation's."""
+    """Terms that contribute only this, in the equation's order."""
 
 
 # --- from a scene and a material
 
 
-# Three factors of at most `_TAME`, whose product is at least `_SMALL`, have products of two within range too.
+# If three factors are at most `_TAME` and their product is at least `_SMALL`, products of two are in range too.
 _TAME = 2.0**300
 _SMALL = _TAME / FARTHEST
 
@@ -321,19 +319,19 @@ def assemble(
     maps: Mapping[str, tuple[float, float]] = MappingProxyType({}),
     tints: frozenset[str] = frozenset(),
 ) -> Equation:
-    """The equation of a scene and a material without maps, in the scene's convention; the matrix is copied.
+    """Return the equation of a scene and a material without maps, in the scene's convention; the matrix is copied.
 
     Parameters
     ----------
     scene, material, matrix
-        As for `evaluate`; in place of its maps the material has the greatest of their numbers.
+        As for `evaluate`. The material's maps are replaced by their greatest numbers.
     maps, tints
-        As `Equation` has them.
+        As in `Equation`.
 
     Raises
     ------
     ValueError
-        If the reflectance does not read one of the maps, or in VTK's convention, which has none but albedo.
+        If the reflectance does not read one of the maps, or VTK's convention has a map other than albedo.
     """
     copied = None if matrix is None else check.matrix4("matrix", matrix)
     if copied is not None:
@@ -386,25 +384,25 @@ def _standard(
 
 
 def _refuse_unread(standard: Equation, scene: Scene, material: Material, names: Iterable[str]) -> None:
-    """Raise ValueError for a map that the reflectance does not read, or VTK's convention does not have."""
+    """Raise ValueError for a map that the reflectance does not read, or that VTK's convention does not support."""
     reflectance = standard.reflectance
     for name in names:
         if name == "albedo":
             continue
         if scene.light_model.convention == "vtk":
-            remedy = "VTK's shader knows but one for all vertices; LightModel() takes maps."
+            remedy = "VTK's shader has one value for all vertices. For maps, use LightModel()."
             check.refuse(name, "a map", "a number or colour in VTK's convention", remedy)
         if name not in ("diffuse", "emission", *reflectance.maps):
             others = ", ".join(sorted(("albedo", "diffuse", "emission", *reflectance.maps)))
             kind = type(material.reflectance or reflectance).__name__
-            check.refuse(name, "a map", f"a number or colour for {kind}", f"It reads {others} of each vertex.")
+            check.refuse(name, "a map", f"a number or colour for {kind}", f"Its maps may be {others}.")
 
 
 def _as_vtk(standard: Equation, scene: Scene, material: Material) -> Equation:
-    """VTK's reading of the same scene.
+    """Return the equation of the same scene in VTK's convention.
 
-    The material's ambient is not multiplied by any light; the lights' ambient and specular colours are
-    ignored; the viewer is local even in parallel projection; a scene without any light is drawn unlit.
+    VTK does not multiply the material's ambient by any light, and ignores the lights' ambient and specular colours. Its
+    viewer is local even in parallel projection. It draws a scene without lights unlit.
     """
     is_headlight = vtk_tier(scene.lights) == 1
     reflectance: Reflectance | None
@@ -413,13 +411,13 @@ def _as_vtk(standard: Equation, scene: Scene, material: Material) -> Equation:
     else:
         reflectance = in_vtk(material.reflectance.of(material))
     if reflectance is None:
-        remedy = f"LightModel() has it. {nearest_in_vtk(material)}"
+        remedy = f"LightModel() supports it. {nearest_in_vtk(material)}"
         check.refuse("reflectance", material.reflectance, "None or PBR in VTK's convention", remedy)
     reflectances = _Reflectances.of(material, reflectance)
     terms = []
     for term in standard.terms:
-        refuse_unless_in_vtk(term.light, f"lights[{term.index}]", "one that VTK has, in VTK's convention")
-        values = vtk_values(term.light)  # in which a cone of 90° is none
+        refuse_unless_in_vtk(term.light, f"lights[{term.index}]", "a light that VTK supports, in VTK's convention")
+        values = vtk_values(term.light)  # a cone of 90° becomes no cone
         values = values._replace(exponent=min(values.exponent, HIGHEST_POWER))
         light = light_from_values(values, diffuse=term.light.diffuse, intensity=term.light.intensity)
         if is_headlight and reflectance.is_physical:
@@ -429,7 +427,7 @@ def _as_vtk(standard: Equation, scene: Scene, material: Material) -> Equation:
         terms.append(replace(term, light=light, ambient=ambient, colors=colors, gain=gain))
     ambient, diffuse = rgb(material.ambient), rgb(material.diffuse)
     unlit = add(ambient, diffuse)
-    if reflectance.is_physical:  # a light with a position that is off leaves it black
+    if reflectance.is_physical:  # black if a positional light exists, even if it is off
         unlit = BLACK if terms or any(not light.is_even for light in scene.lights) else unlit
     elif terms:
         unlit = ambient
@@ -445,10 +443,10 @@ def _as_vtk(standard: Equation, scene: Scene, material: Material) -> Equation:
 
 
 def vtk_tier(lights: Iterable[Light]) -> int:
-    """Which tier of its shader VTK chooses: 1 a headlight alone, 2 directional lights, 3 any light; 0 draws unlit.
+    """Return VTK's choice of shader: 1 for a single headlight, 2 directional lights, 3 any lights; 0 draws unlit.
 
-    A light that is off counts too if it has a position, or if it is no headlight and comes after the first
-    that is on (vtkOpenGLRenderer::UpdateLights).
+    A light that is off counts too if it has a position, or if it is not a headlight and comes after the first
+    light that is on (vtkOpenGLRenderer::UpdateLights).
     """
     chosen, shine = 0, 0
     for light in lights:
@@ -463,7 +461,7 @@ def vtk_tier(lights: Iterable[Light]) -> int:
 
 
 class _Reflectances(NamedTuple):
-    """A material's colours, and which of them each lobe takes."""
+    """A material's ambient colour, and the component and colour of each lobe."""
 
     ambient: Vector
     lobes: tuple[tuple[Component, Vector], ...]
@@ -480,7 +478,7 @@ class _Reflectances(NamedTuple):
     def times(
         self, intensity: float, ambient: ColorLike, diffuse: ColorLike, specular: ColorLike
     ) -> tuple[Vector, tuple[Vector, ...], float]:
-        """A term's ambient colour, its lobes' colours, and their gain, for a light of these colours and intensity."""
+        """Return a term's ambient colour, its lobes' colours and their gain, for a light's colours and intensity."""
         shining: dict[Component, Vector] = {"diffuse": rgb(diffuse), "specular": rgb(specular)}
         dim = _product(FARTHEST, self.ambient, rgb(ambient), intensity)
         colors = [_product(FARTHEST, color, shining[component], intensity) for component, color in self.lobes]
@@ -499,7 +497,7 @@ def _product(most: float, reflectance: Vector, light: Vector, intensity: float =
 
 
 def _capped(most: float, *factors: float) -> float:
-    """A product of three numbers >= 0, at most `most`; only the whole of it may leave the range of floats."""
+    """Return a product of three numbers >= 0, at most `most`; partial products cannot overflow or underflow."""
     if 0.0 in factors:
         return 0.0
     mantissas, exponents = zip(*map(math.frexp, factors), strict=True)
@@ -507,36 +505,36 @@ def _capped(most: float, *factors: float) -> float:
     return min(math.ldexp(mantissa, min(exponent, 1023)), most)
 
 
-# --- the origin, where a matrix carries the mesh very far out
+# --- the origin, if a matrix translates the mesh very far
 #
-# Where p' = (L p + t) / w with a very long t, the sum has lost of p what the rounding of t takes. A light beside the
-# mesh has the same t/w in its position; taken out of both before anything is added, it costs nothing. Nor does it cost
-# a light anything that is as far away as t/w is long: the vectors to it are rounded to 2⁻⁵³ of their length as before.
+# If t in p' = (L p + t) / w is very long, the sum is rounded to the precision of t and loses digits of p. A light near
+# the mesh has the same t/w in its position. So t/w is subtracted from both before anything is added. Lights at a
+# distance of about |t/w| lose nothing either: the vectors to them are rounded to 2⁻⁵³ of their length as before.
 
 
-# From where 2⁻⁵³ of the offset is more than 2⁻²⁴ of the distance to a light. Nearer, nothing shows even in float32; and
-# a light that was put on the image of a vertex, rounded as it is, is to stay on it.
+# From this ratio on, 2⁻⁵³ of the offset is more than 2⁻²⁴ of the distance to a light. Below it, the rounding is
+# invisible even in float32, and a light at the rounded image of a vertex must stay there.
 _VERY_FAR = 2.0**29
 
 
 def relative_to_mesh(equation: Equation) -> Equation:
-    """The same equation about where the matrix puts the mesh's origin, if that is very far out and a light or eye near.
+    """Return the equation with the mesh's origin as its origin, if that is very far away and a light or the eye near.
 
-    Else it is the equation itself. The vertices are not asked: none is to depend on where the others are. So this
-    is for the whole equation, before a plan leaves out what does not reach them.
+    Otherwise return the equation itself. The decision does not use the vertices, so that no colour depends on other
+    vertices. For the same reason, it uses the whole equation, before a plan simplifies it.
     """
     matrix = equation.matrix
     if matrix is None or matrix[3, :3].any() or not matrix[3, 3] or not matrix[:3, 3].any():
         return equation
     if not all(term.light.is_even or term.light.places for term in equation.terms):
-        return equation  # nobody knows where they are
+        return equation  # their positions are unknown
     places: list[VectorLike] = [place for term in equation.terms for place in term.light.places]
     if equation.eye is not None:
         places.append(equation.eye)
     with np.errstate(over="ignore", invalid="ignore"):
         offset = matrix[:3, 3] / matrix[3, 3]
         distances = [float(np.abs(np.subtract(place, offset)).max()) for place in places]
-    nearest = min((each for each in distances if each), default=0.0)  # a light on the offset itself loses nothing
+    nearest = min((each for each in distances if each), default=0.0)  # a light at the offset loses nothing
     if not distances or not max(distances) < math.inf or np.abs(offset).max() < _VERY_FAR * nearest:
         return equation
     beside = matrix.copy()
@@ -554,20 +552,20 @@ def relative_to_mesh(equation: Equation) -> Equation:
 
 
 def _seen_from_offset(place: VectorLike, matrix: Float64Array) -> Vector:
-    """A place minus t/w, rounded once."""
+    """Return a position minus t/w, rounded once."""
     w = Fraction(float(matrix[3, 3]))
     x, y, z = (float(Fraction(float(a)) - Fraction(t) / w) for a, t in zip(place, matrix[:3, 3].tolist(), strict=True))
     return x, y, z
 
 
-# --- lights with a size, in the parts that evaluators run: closed forms, and nodes
+# --- area lights, split into closed forms and nodes
 
 
 def in_parts(equation: Equation) -> Equation:
-    """The equation with every light that has a size in the parts that evaluators run.
+    """Return the equation with area lights split into the parts that evaluators run.
 
-    Lobes that it has a closed form for stay its own, the others are the sum of its nodes, and
-    its ambient colour arrives as from its centre.
+    The light itself keeps the lobes with a closed form. Its nodes replace it for the others. Its ambient colour arrives
+    as if from its centre.
     """
     if not any(term.light.has_size for term in equation.terms):
         return equation
@@ -576,7 +574,7 @@ def in_parts(equation: Equation) -> Equation:
 
 
 def as_nodes(equation: Equation, count: int) -> Equation:
-    """The equation with every light that has a size as the sum of so many nodes, whatever it has a closed form for."""
+    """Return the equation with each area light as a sum of `count` nodes, even for lobes with a closed form."""
     nothing = (None,) * len(equation.reflectance.lobes)
     terms = tuple(part for term in equation.terms for part in _parts(equation, term, nothing, count))
     return replace(equation, terms=terms)
@@ -606,7 +604,7 @@ def _parts(
 
 
 def by_closed_form(term: LightTerm, forms: Sequence[CosinePower | None]) -> tuple[tuple[Vector, ...], ...]:
-    """A term's colours of the lobes that its light has closed forms for, and of the others; black in place of each."""
+    """Return a term's colours for lobes with a closed form, and for the others; each with black for the rest."""
     _, light = term.light.tints(term.bands)[0]
     is_exact = [form is not None and light.closed(form) is not None for form in forms]
     return tuple(

@@ -1,15 +1,15 @@
 """Light that bounces from surface to surface, as a series of diffuse reflections.
 
-Symbols: S what vertices send on of direct light, and emit; T how light goes between vertices, as a gathering of mean
-colours (`pvphong.rays.transport`); ρ what a vertex reflects diffusely of white light from all around; A the ambient
-light that it reflects. After n bounces a vertex sends
+Symbols: S the direct light that vertices reflect, plus their emission; T the transport operator, which gathers mean
+colours (`pvphong.rays.transport`); ρ the diffuse albedo, the reflection of a uniform white sky; A the reflected ambient
+light. After n bounces a vertex sends
 
     B = S + ρT S + (ρT)² S + … + (ρT)ⁿ (S + A),
 
 the first terms of the Neumann series of B = S + ρT B (C. Goral et al., "Modeling the interaction of light between
-diffuse surfaces", 1984), with the constant ambient light for those that are left out. Highlights are direct light's.
+diffuse surfaces", 1984), with constant ambient light for the omitted terms. Only direct light has highlights.
 
-In order: the equations that give S, A and ρ, by the evaluators that give all else; and the series.
+In order: the equations for S, A and ρ, which the same evaluators run; and the series.
 """
 
 from __future__ import annotations
@@ -26,17 +26,17 @@ from pvphong.optics.lights import EnvironmentLight
 from pvphong.shading.equation import BLACK, Equation, LightTerm, in_parts
 
 Gather = Callable[[FloatArray], FloatArray]
-"""The mean colours that vertices see, (n, k), of what they send, (n, k)."""
+"""Function from the colours that vertices send, (n, k), to the mean colours that they see, (n, k)."""
 
-# So much more than 1 may a sum over nodes of the white sky make a reflectance; and a fit such as Oren and Nayar's,
-# which reflects up to 1.018 where it is seen at a grazing angle.
+# Allowed excess of the albedo over 1: by a sum over nodes of the white sky, and by a fit such as Oren and Nayar's,
+# which reflects up to 1.018 at grazing angles.
 _ROUNDED, _FITTED = 0.01, 0.03
-# What no longer changes the sum, as a share of it.
+# Relative change of the sum at which the series ends.
 _NOTHING = 2.0**-26
 
 
 class Sent(NamedTuple):
-    """What n vertices send before light has bounced, and what they reflect."""
+    """Direct and ambient light that n vertices send, and their albedo."""
 
     direct: FloatArray
     """Shape (n, 3): S."""
@@ -47,7 +47,7 @@ class Sent(NamedTuple):
 
     @classmethod
     def of_all(cls, parts: list[Sent]) -> Sent:
-        """Those of several meshes, one after the other."""
+        """Concatenate the arrays of several meshes."""
         return cls(*(np.concatenate(arrays) for arrays in zip(*parts, strict=True)))
 
 
@@ -55,56 +55,56 @@ class Sent(NamedTuple):
 
 
 def without_ambient(equation: Equation) -> Equation:
-    """The equation without ambient light, the light model's and the lights'."""
+    """Return the equation without ambient light, the light model's and the lights'."""
     terms = tuple(replace(term, ambient=BLACK) if any(term.ambient) else term for term in equation.terms)
     return replace(equation, ambient=BLACK, terms=terms)
 
 
 def direct_light(equation: Equation) -> Equation:
-    """The equation of what has not bounced, unclamped: without ambient light, which only the series holds."""
+    """Return the equation of direct light, unclamped. Ambient light is left to the series."""
     return replace(without_ambient(equation), bounces=0, clamp=False)
 
 
 def directly_lit(equation: Equation) -> Equation:
-    """Of S: diffuse reflection and emission, unclamped."""
+    """Return the equation of S: diffuse reflection and emission, unclamped."""
     direct = direct_light(equation)
     terms = tuple(direct.without(term, "specular") for term in direct.terms)
     return replace(direct, terms=tuple(term for term in terms if not term.is_black))
 
 
 def ambient_alone(equation: Equation) -> Equation:
-    """Of A: ambient light alone, unclamped."""
+    """Return the equation of A: ambient light alone, unclamped."""
     black = (BLACK,) * len(equation.reflectance.lobes)
     terms = tuple(replace(term, colors=black) for term in equation.terms if any(term.ambient))
     return replace(equation, terms=terms, emission=BLACK, bounces=0, clamp=False)
 
 
 def diffuse_white(equation: Equation) -> tuple[Vector, ...]:
-    """The colours of the lobes in white light, of those that reflect diffusely."""
+    """Return the material colours of the diffuse lobes, and black for the others."""
     diffuse = equation.lobes_of["diffuse"]
     return tuple(color if k in diffuse else BLACK for k, color in enumerate(equation.colors))
 
 
 def under_white_sky(equation: Equation) -> Equation:
-    """Of ρ: diffuse reflection of white light from all around that nothing blocks, unclamped."""
+    """Return the equation of ρ: diffuse reflection of an unoccluded uniform white sky, unclamped."""
     sky = LightTerm(EnvironmentLight(), 0, "white sky", False, BLACK, diffuse_white(equation), 1.0)
     alone = replace(direct_light(equation), terms=(sky,), lights=max(equation.lights, 1), emission=BLACK)
     return in_parts(replace(alone, is_occluded=False))
 
 
 def without_gain(scattered: FloatArray, equation: Equation) -> FloatArray:
-    """What is reflected of white light by an equation's surface, at most 1.
+    """Return the albedo of an equation's surface, clipped to at most 1.
 
     Raises
     ------
     ValueError
-        Where a vertex would reflect more light than arrives: a series of that has no end.
+        If a vertex reflects more light than arrives, so that the series diverges.
     """
     most = float(scattered.max(initial=0.0))
     if most > 1.0 + (_FITTED if equation.diffuse_needs_viewer else _ROUNDED):
         got = f"one that reflects {most:.3g} times what arrives"
-        remedy = "Its diffuse colour times albedo is to be at most 1."
-        check.refuse("material", got, "one that reflects no more light than arrives, where light bounces", remedy)
+        remedy = "Reduce its diffuse colour times albedo to at most 1."
+        check.refuse("material", got, "one that reflects at most the light that arrives, if light bounces", remedy)
     return np.minimum(scattered, 1.0)
 
 
@@ -112,23 +112,23 @@ def without_gain(scattered: FloatArray, equation: Equation) -> FloatArray:
 
 
 def bounced(sent: Sent, gather: Gather, count: int, *, apart: bool) -> FloatArray:
-    """What has bounced, up to so many times.
+    """Return the light that has bounced up to `count` times.
 
     Parameters
     ----------
     sent : Sent
-        Of all vertices.
+        Light that all vertices send.
     gather : callable
-        Multiplies by T.
+        Multiplication by T.
     count : int
         At least 1.
     apart : bool
-        Whether each bounce is given for itself; it ends early else, where nothing more changes.
+        True to return each bounce separately. If False, the series may end early, when the sum no longer changes.
 
     Returns
     -------
     ndarray
-        Shape (count, n, 3), or (1, n, 3) for the sum; the rest of the ambient light is in the last.
+        Shape (count, n, 3), or (1, n, 3) for the sum. The last row includes the remaining ambient light.
     """
     if not apart:
         found, sends = np.zeros_like(sent.direct), sent.direct + sent.ambient

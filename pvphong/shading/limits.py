@@ -1,10 +1,10 @@
-"""Bounds on the factors of reflectances, kind by kind, which plans use before any vertex is lit.
+"""Bounds on the factors of reflectances, which plans use before any vertex is lit.
 
-Three questions, each a function with an answer by kind: the `most` that a lobe's factor can be, the largest `change` of
-it when light or viewer turns, and the `extremes` of a field that has a map. A kind that is not here has no bound, and
-a plan leaves out nothing of it.
+Three functions dispatch on the kind of reflectance: `most` bounds a lobe's factor, `change` bounds its change when
+light or viewer turn, and `extremes` returns the bounding reflectances for a map of a field. Other kinds have no bounds,
+and plans do not simplify them.
 
-In order: the questions; highlights by a power of a cosine; microfacets; the others.
+In order: these functions; highlights that are a power of a cosine; microfacets; the others.
 """
 
 from __future__ import annotations
@@ -26,27 +26,27 @@ from pvphong.optics.reflectances.ward import LEAST_HEIGHT
 
 
 @singledispatch
-def most(reflectance: Any, lobe: int, sightline: Sightline = ANYWHERE) -> float:  # noqa: ARG001 nothing is known
-    """The largest factor of a lobe for vertices of which bounds are known; infinite where there is no limit."""
+def most(reflectance: Any, lobe: int, sightline: Sightline = ANYWHERE) -> float:  # noqa: ARG001 no bound
+    """Return the largest factor of a lobe within bounds on angles; infinite if there is no bound."""
     return 1.0 if reflectance.lobes[lobe] is LAMBERT else math.inf
 
 
 @singledispatch
 def change(reflectance: Any, lobe: int, turn: float, psi: float, *, light_moves: bool) -> float:  # noqa: ARG001 any ψ
-    """The largest change of a lobe's factor when l or v turns by `turn` radians, for any normal.
+    """Return the largest change of a lobe's factor when l or v turns, for any normal.
 
     Parameters
     ----------
     reflectance : Reflectance
-        Whose.
+        The reflectance.
     lobe : int
-        Its index.
+        Index of the lobe.
     turn : float
-        In radians.
+        Angle of the turn in radians.
     psi : float
-        The greatest angle from light to viewer before the turn.
+        Greatest angle from light to viewer before the turn.
     light_moves : bool
-        Whether l turns, rather than v.
+        True if l turns, False if v turns.
     """
     if reflectance.lobes[lobe] is LAMBERT:
         return turn if light_moves else 0.0
@@ -55,7 +55,7 @@ def change(reflectance: Any, lobe: int, turn: float, psi: float, *, light_moves:
 
 @singledispatch
 def extremes(reflectance: Any, field: str, low: float, high: float) -> tuple[Any, ...]:
-    """Some with a field from `low` to `high`, whose `change`s add up to no less than that of any other.
+    """Return reflectances whose `change`s sum to a bound for all with a field from `low` to `high`.
 
     One of them also has the largest factor of each lobe.
     """
@@ -66,13 +66,13 @@ def extremes(reflectance: Any, field: str, low: float, high: float) -> tuple[Any
 
 
 def _largest_power(reflectance: Shiny, sightline: Sightline) -> float:
-    """The largest power of a cosine, on either side of the surface."""
+    """Return the largest power of a cosine, on either side of the surface."""
     cosine = min(reflectance.peak.most(sightline) * ROUNDED_UP, 1.0)
     return float(max(cosine, reflectance.floor, 0.0) ** reflectance.sharpness)
 
 
 def _steepness(shininess: float) -> float:
-    """The largest slope of cosⁿ θ: √n · ((n − 1)/n)^((n − 1)/2) for n >= 1; unbounded below 1, except at 0."""
+    """Return the largest slope of cosⁿ θ: √n · ((n − 1)/n)^((n − 1)/2) for n >= 1; unbounded below 1, except at 0."""
     if shininess < 1.0:
         return math.inf if shininess else 0.0
     return math.sqrt(shininess) * (1.0 - 1.0 / shininess) ** (0.5 * (shininess - 1.0))
@@ -80,7 +80,7 @@ def _steepness(shininess: float) -> float:
 
 @most.register
 def _most_of_power(reflectance: Shiny, lobe: int, sightline: Sightline = ANYWHERE) -> float:
-    """1, and where light can arrive at all, the power at the largest cosine."""
+    """Return 1 for the first lobe, else the power at the largest cosine, or 0 if the light is below the horizon."""
     if lobe == 0:
         return 1.0
     return _largest_power(reflectance, sightline) if sightline.theta < math.pi / 2 else 0.0
@@ -88,9 +88,10 @@ def _most_of_power(reflectance: Shiny, lobe: int, sightline: Sightline = ANYWHER
 
 @change.register
 def _change_of_power(reflectance: Shiny, lobe: int, turn: float, psi: float, *, light_moves: bool) -> float:
-    """The power's slope times the turn; where the light moves, a vertex may also change sides.
+    """Return the power's slope times the turn. If the light moves, it may also cross the horizon of a vertex.
 
-    There n·l is at most the sine of the turn, and the angle from normal to viewer no less than the rest up to ψ.
+    There n·l is at most the sine of the turn, and the angles from the normal are at least π/2 − turn to the light, and
+    that less ψ to the viewer.
     """
     if lobe == 0:
         return turn if light_moves else 0.0
@@ -104,7 +105,7 @@ def _change_of_power(reflectance: Shiny, lobe: int, turn: float, psi: float, *, 
 
 @extremes.register
 def _(reflectance: Shiny, field: str, low: float, high: float) -> tuple[Any, ...]:
-    """Also the greatest exponent below 1, where highlights are infinitely steep, unless it is one of the ends."""
+    """Include the greatest exponent below 1, where highlights are infinitely steep, if it is in the interval."""
     kind: Any = reflectance
     ends = replace(kind, **{field: low}), replace(kind, **{field: high})
     return (*ends, replace(kind, **{field: math.nextafter(1.0, 0.0)})) if low < 1.0 <= high else ends
@@ -112,14 +113,14 @@ def _(reflectance: Shiny, field: str, low: float, high: float) -> tuple[Any, ...
 
 @most.register
 def _(reflectance: ModifiedPhong, lobe: int, sightline: Sightline = ANYWHERE) -> float:
-    """The power times n·l and the number."""
+    """Return the power's bound times n·l and the normalisation."""
     factor = reflectance.parameters({})[0] * max(math.cos(sightline.theta), 0.0) if lobe else 1.0
     return _most_of_power(reflectance, lobe, sightline) * float(factor)
 
 
 @change.register
 def _(reflectance: ModifiedPhong, lobe: int, turn: float, psi: float, *, light_moves: bool) -> float:  # noqa: ARG001
-    """The change of a product of two factors: both fall to 0 at the horizon, so nothing jumps there."""
+    """Bound the change of a product of two factors. It is continuous at the horizon, where n·l is 0."""
     if lobe == 0:
         return turn if light_moves else 0.0
     slope = _steepness(reflectance.sharpness) + light_moves
@@ -128,31 +129,31 @@ def _(reflectance: ModifiedPhong, lobe: int, turn: float, psi: float, *, light_m
 
 @most.register
 def _(reflectance: VtkHeadlight, lobe: int, sightline: Sightline = ANYWHERE) -> float:
-    """Its highlight does not end at the horizon."""
+    """Return the largest power on both sides: this highlight does not end at the horizon."""
     return _largest_power(reflectance, sightline) if lobe else 1.0
 
 
-# --- Schlick's part of the light that is white
+# --- Schlick's white part of the reflected light
 
 _WHITENESS_SLOPE = 2.5
-"""Its largest change for a turn of l or v by a radian: h·l is the cosine of half the angle between them."""
+"""Largest change per radian of a turn of l or v: h·l is the cosine of half the angle between them."""
 
 
 def _most_whiteness(psi: float) -> float:
-    """The largest for an angle of at most ψ from light to viewer."""
+    """Return the largest white part for an angle of at most ψ from light to viewer."""
     return (1.0 - math.cos(0.5 * min(psi, math.pi))) ** 5
 
 
 @most.register
 def _(reflectance: Metal, lobe: int, sightline: Sightline = ANYWHERE) -> float:
-    """Phong's, times the largest part that is white."""
+    """Return Phong's bound times the largest white part."""
     white = _most_whiteness(sightline.psi) if lobe == 2 else 1.0
     return _most_of_power(reflectance, lobe, sightline) * white
 
 
 @change.register
 def _(reflectance: Metal, lobe: int, turn: float, psi: float, *, light_moves: bool) -> float:
-    """Phong's, and Schlick's."""
+    """Return the sum of Phong's and Schlick's changes."""
     result = _change_of_power(reflectance, lobe, turn, psi, light_moves=light_moves)
     return min(result + _WHITENESS_SLOPE * turn, 1.0) if lobe else result
 
@@ -162,7 +163,7 @@ def _(reflectance: Metal, lobe: int, turn: float, psi: float, *, light_moves: bo
 
 @most.register
 def _(reflectance: Microfacets, lobe: int, sightline: Sightline = ANYWHERE) -> float:
-    """The density D at the largest n·h; K is at most 1/(2β)."""
+    """Return the density D at the largest n·h, times the largest K, 1/(2β)."""
     if lobe == 0:
         return 1.0 if reflectance.is_faded else 1.15
     alpha, _, _, beta2, _, floor, least, _ = reflectance.parameters({})
@@ -176,7 +177,7 @@ def _(reflectance: Microfacets, lobe: int, sightline: Sightline = ANYWHERE) -> f
 
 @change.register
 def _(reflectance: Microfacets, lobe: int, turn: float, psi: float, *, light_moves: bool) -> float:  # noqa: ARG001
-    """That of the base; next to the horizon the masking has no bound on its slope."""
+    """Bound the change of the base. A highlight may change fully: near the horizon the masking's slope is unbounded."""
     if lobe:
         return most(reflectance, lobe)
     faded = 1.0 + _WHITENESS_SLOPE, _WHITENESS_SLOPE
@@ -189,22 +190,22 @@ def _(reflectance: Microfacets, lobe: int, turn: float, psi: float, *, light_mov
 
 @most.register
 def _(reflectance: OrenNayar, lobe: int, sightline: Sightline = ANYWHERE) -> float:  # noqa: ARG001 one lobe, all angles
-    """A + B is at most 1.125, where sigma is 22°."""
+    """Return a bound on A + B, which is at most 1.125, at a sigma of 22°."""
     return 1.13
 
 
 @change.register
 def _(reflectance: OrenNayar, lobe: int, turn: float, psi: float, *, light_moves: bool) -> float:  # noqa: ARG001
-    """Next to the horizon its second part has no bound on its slope, but it is never more than B."""
+    """Bound the second part by B, because its slope is unbounded near the horizon."""
     a, b = reflectance.parameters({})
     return (a * turn if light_moves else 0.0) + b
 
 
 @most.register
 def _(reflectance: Ward, lobe: int, sightline: Sightline = ANYWHERE) -> float:
-    """The bound at the largest n·h: x/z² is at most 1/z, and with θ the angle from n to s, |s|²/z² is 1 + tan² θ.
+    """Return the bound at the largest n·h: x/z² is at most 1/z, and with θ the angle from n to s, |s|²/z² = 1 + tan² θ.
 
-    (1 + tan² θ) exp(−E) is at most 1, and falls where n·v is positive.
+    (1 + tan² θ) exp(−E) is at most 1, and decreases with θ if n·v is positive.
     """
     if lobe == 0:
         return 1.0

@@ -1,13 +1,13 @@
-"""The lighting equation in NumPy, written to be read beside the model it implements.
+"""The lighting equation in NumPy, written to be read next to the model that it implements.
 
-Symbols: p a vertex, n its unit normal, v the unit vector to the viewer, l the unit vector to a light, and
-for each light a·s its attenuation times spot factor. Arrays hold a block of vertices as columns, (3, block). What
-arrives from a light is the light's to say (`Light.arrival`), what of it is reflected is the reflectance's
-(`Reflectance.factors`). A light with a size gives both at once where it has the integral (`Light.closed`).
+Symbols: p a vertex, n its unit normal, v the unit vector to the viewer, l the unit vector to a light, and a·s the
+attenuation times spot factor of each light. Arrays hold a block of vertices as columns, (3, block). `Light.arrival`
+computes the light that arrives, `Reflectance.factors` the part that is reflected. For an area light with a closed form,
+`Light.closed` computes both at once.
 
-Positions are moved and subtracted from each other in float64, whatever the precision of the result: a light's
-difference to a vertex far from the origin is then exact to the last bit of the stored coordinates. What
-follows is computed in the precision of the result.
+Positions are transformed and subtracted in float64, for any precision of the result: the vector from a vertex to a
+light is then exact to the last bit of the stored coordinates, even far from the origin. The rest is computed in the
+precision of the result.
 """
 
 from __future__ import annotations
@@ -33,26 +33,27 @@ from pvphong.shading.vertices import Tint
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Shading:
-    """Lit colours of n vertices; linear RGB, 1.0 = full, in the precision that the caller chose.
+    """Lit colours of n vertices; linear RGB, 1.0 = full, in the chosen precision.
 
-    Of Dask arrays, the arrays are Dask's too; `dask.compute(shading)` gives one of NumPy arrays, in a tuple.
+    For Dask arrays, the attributes are Dask arrays too; `dask.compute(shading)` returns a tuple with a `Shading` of
+    NumPy arrays.
 
     Attributes
     ----------
     rgb : ndarray
-        Shape (n, 3). In [0, 1], unless the light model says not to clamp.
+        Shape (n, 3). In [0, 1], unless the light model does not clamp.
     ambient, diffuse, specular, emission : ndarray or None
-        Shape (n, 3), unclamped; they add up to the unclamped colour. `ambient` holds the light model's and
-        the lights'. None unless components were wanted, as all that follow.
+        Shape (n, 3), unclamped; they add up to the unclamped colour. `ambient` contains the light model's and
+        the lights' ambient light. None unless components were requested, as are the arrays below.
     per_light : ndarray or None
-        Shape (n_lights, n, 3), unclamped: each light's ambient, diffuse and specular share, in the order of
-        the scene's lights; a light that is off has a share of zero.
+        Shape (n_lights, n, 3), unclamped: each light's ambient, diffuse and specular contribution, in the order of
+        the scene's lights; zero for a light that is off.
     base : ndarray or None
-        Shape (n, 3), unclamped: what is there without any light: emission and the light model's ambient.
-        ``base + per_light.sum(axis=0)`` is the unclamped colour, but for light that bounces.
+        Shape (n, 3), unclamped: light that is independent of lights, the emission and the light model's ambient.
+        ``base + per_light.sum(axis=0)`` is the unclamped colour without bounced light.
     bounced : ndarray or None
-        Shape (bounces, n, 3), unclamped: what has bounced once, twice and so on; the rest of the ambient light is in
-        the last. Where light bounces, `ambient` and `base` have no ambient light.
+        Shape (bounces, n, 3), unclamped: light that has bounced once, twice and so on. The last row includes the
+        remaining ambient light. With bounces, `ambient` and `base` contain no ambient light.
     """
 
     rgb: NDArray[Any]
@@ -82,7 +83,7 @@ class Shading:
 
     @classmethod
     def empty(cls, count: int, lights: int, real: np.dtype[Any], *, components: bool) -> Shading:
-        """Arrays for so many vertices and lights: colours to be written, components to be added to."""
+        """Allocate arrays for `count` vertices: colours uninitialised, components zero."""
         rgb = np.empty((count, 3), real)
         if not components:
             return cls(rgb)
@@ -93,22 +94,22 @@ class Shading:
 
 # Vertices per block: large enough that NumPy's cost per call is small, small enough for the caches.
 BLOCK = 32768
-# Vertices that an integral over a light is taken for at a time.
+# Vertices per evaluation of an integral over a light.
 _INTEGRATED = 2048
 
 
 class Block(NamedTuple):
-    """Vertices, ready to be lit; what the equation does not need is not there."""
+    """Vertices in the form that the equation reads; fields that it does not need are empty."""
 
     points: Float64Array
     surface: Surface
     unseen: Any
-    """Where v does not exist (the eye on the vertex, or a vertex that is not finite); False for nowhere."""
+    """True where v does not exist (the eye on the vertex, or a vertex that is not finite); False for none."""
     seen: FloatArray | None
-    """Parts of each light, and in the last row of the sky, that nothing blocks; None where that is not needed. Where
-    normals are turned to the viewer, they are those of the side that he sees."""
+    """Visible parts of each light, and of the sky in the last row; None if not needed. If normals are turned towards
+    the viewer, the visible side's parts."""
     tints: dict[str, FloatArray]
-    """What colours are multiplied by, (3, block): "albedo" the ambient ones, "diffuse" those that take albedo,
+    """Factors of colours, (3, block): "albedo" for ambient colours, "diffuse" for those that the albedo multiplies,
     "specular" and "emission"."""
 
 
@@ -122,20 +123,20 @@ def shade(
 ) -> None:
     """Evaluate the equation at every vertex, block by block, into the arrays of `result`.
 
-    Vertices are independent of each other, so the size of the blocks changes no bit.
+    Vertices are independent of each other, so the block size does not change any bit.
 
     Parameters
     ----------
     points, normals : ndarray
         Shape (n, 3), float32 or float64, of any memory layout.
     equation : Equation
-        What to evaluate.
+        The equation.
     tints : mapping
-        What `Vertices.tints` gives.
+        Result of `Vertices.tints`.
     result : Shading
-        `rgb` is filled in, the others are added to; their type is the precision.
+        `rgb` is overwritten, the others are added to. Their type is the precision.
     channels : ndarray, optional
-        Shape (k, n): what `equation.channels` says.
+        Shape (k, n), with rows as in `equation.channels`.
     """
     is_even = not (equation.needs_points or equation.needs_normals or equation.is_occluded or tints)
     for start in range(0, len(points), BLOCK):
@@ -189,16 +190,18 @@ def _block(
 
 
 def seen_by_viewer(points: FloatArray, normals: FloatArray, equation: Equation, channels: FloatArray) -> FloatArray:
-    """What of each light, and in the last row of the sky, the side sees that the viewer sees, shape (lights + 1, n).
+    """Return visible parts of each light, and of the sky in the last row, from the side that the viewer sees.
+
+    The shape is (lights + 1, n).
 
     Parameters
     ----------
     points, normals : ndarray
         Shape (n, 3).
     equation : Equation
-        What is evaluated, with visibility among its channels.
+        An equation with visibility among its channels.
     channels : ndarray
-        Shape (k, n): what `equation.channels` says.
+        Shape (k, n), with rows as in `equation.channels`.
     """
     parts = [slice(start, start + BLOCK) for start in range(0, max(len(points), 1), BLOCK)]
     blocks = (_block(points[part], normals[part], {}, channels[:, part], equation, np.float64) for part in parts)
@@ -207,7 +210,7 @@ def seen_by_viewer(points: FloatArray, normals: FloatArray, equation: Equation, 
 
 
 def _shade_block(block: Block, equation: Equation, result: Shading) -> None:
-    """The equation itself: emission, ambient light, and each light's share lobe by lobe."""
+    """Evaluate the equation: emission, ambient light, and each light's contribution lobe by lobe."""
     real, reflectance = result.rgb.dtype.type, equation.reflectance
     color = np.zeros((3, len(result.rgb)), real)
     tints, albedo = block.tints, block.tints.get("albedo")
@@ -217,7 +220,7 @@ def _shade_block(block: Block, equation: Equation, result: Shading) -> None:
     for term in equation.terms:
         share = None if result.per_light is None else result.per_light[term.index]
         wanted = [any(coefficients) for coefficients in term.colors]
-        if term.light.has_size:  # with lobes alone that it has a closed form for, see `in_parts`; it has no ambient
+        if term.light.has_size:  # only lobes with a closed form, and no ambient light: see `in_parts`
             factors, strength = tuple(_integrals(block, reflectance, term)), real(1.0)
         else:
             arrival = term.light.arrival(block.points, real)
@@ -244,7 +247,7 @@ def _shade_block(block: Block, equation: Equation, result: Shading) -> None:
 def lobe_factors(
     reflectance: Reflectance, surface: Surface, arrival: Arrival, wanted: Sequence[bool]
 ) -> tuple[Any, ...]:
-    """Factor of each lobe at n vertices, a new array (n,); of a lobe that is not wanted anything."""
+    """Return the factor of each lobe at n vertices, a new array (n,); arbitrary for lobes that are not wanted."""
     n_l = surface.cosine(arrival)
     if not any(wanted[1:]) and reflectance.lobes[0] is LAMBERT:
         return (np.maximum(n_l, n_l.dtype.type(0.0)), *(0.0,) * (len(wanted) - 1))
@@ -256,12 +259,12 @@ def lobe_factors(
         square = np.broadcast_to(reflectance.peak.square(at), n_l.shape)
         highlight = chord_power(square, power.exponent, power.floor)
     numbers = tuple(np.asarray(number, n_l.dtype) for number in reflectance.parameters(surface.maps))
-    with np.errstate(invalid="ignore", divide="ignore"):  # of two sides, one of which is then chosen
+    with np.errstate(invalid="ignore", divide="ignore"):  # in the branch that `where` discards
         return type(reflectance).factors(numbers, at, highlight)
 
 
 def tint_of(lobe: Lobe, tints: Mapping[str, FloatArray], surface: Surface) -> FloatArray | None:
-    """What a lobe's colour is multiplied by; None where it is the same everywhere."""
+    """Return the factors of a lobe's colour; None if they are 1 everywhere."""
     if lobe.takes_albedo:
         found = tints.get("diffuse")
         if lobe.tint is None or (found is None and not surface.maps):
@@ -274,9 +277,9 @@ def tint_of(lobe: Lobe, tints: Mapping[str, FloatArray], surface: Surface) -> Fl
 def _add(
     coefficients: Vector, factor: Any, tint: FloatArray | None, color: FloatArray, *shares: FloatArray | None
 ) -> None:
-    """Add coefficient · factor · tint, channel by channel, to the colour and to each share that is wanted.
+    """Add coefficient · factor · tint, channel by channel, to the colour and to each share other than None.
 
-    The colour holds vertices as columns, the shares as rows. A black channel is left out, exactly.
+    The colour has vertices as columns, the shares as rows. Skipping a black channel is exact.
     """
     for channel, coefficient in enumerate(coefficients):
         if coefficient:
@@ -290,9 +293,9 @@ def _add(
 
 
 def _integrals(block: Block, reflectance: Reflectance, term: LightTerm) -> Iterator[Any]:
-    """Each lobe's integral over all of a light with a size, times its strength; in float64, for they have differences.
+    """Yield each lobe's integral over an area light, times its strength; in float64, because of cancellation.
 
-    Where a part of the light is seen, that is the same part of all that it sends.
+    The integral is over the whole light; the caller multiplies it by the visible part.
     """
     real = block.surface.raw.dtype.type
     for form, color in zip(reflectance.forms, term.colors, strict=True):
@@ -305,12 +308,12 @@ def _integrals(block: Block, reflectance: Reflectance, term: LightTerm) -> Itera
 
 
 def _integrated(integral: Integral, form: CosinePower, block: Block, *, rounded: bool) -> Float64Array:
-    """Shape (n,); some vertices at a time, so that what a formula needs of them stays in the processor's caches."""
+    """Return the integral, shape (n,). It takes few vertices at a time, so that temporaries stay in the caches."""
     n, lobe = block.surface.exact_normals, lobe_numbers(form.power, rounded=rounded)
-    a = block.surface.mirrored if form.around == "mirror" and form.power else n  # 0⁰ is 1 all over the hemisphere
+    a = block.surface.mirrored if form.around == "mirror" and form.power else n  # 0⁰ is 1 in the whole hemisphere
     result = np.zeros(n.shape[1])
     a, p = (np.broadcast_to(w if w.shape[1] else 0.0, n.shape) for w in (a, block.points))
-    with np.errstate(all="ignore"):  # of two sides, one of which is then chosen
+    with np.errstate(all="ignore"):  # in the branch that `where` discards
         d = np.array(integral.place)[:, None] - p
         is_lit = may_rise(n, d, integral.radius)
         if form.around == "mirror":

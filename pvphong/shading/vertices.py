@@ -1,4 +1,4 @@
-"""What is known at the vertices that are to be lit."""
+"""Data of the vertices to light."""
 
 from __future__ import annotations
 
@@ -21,59 +21,58 @@ from pvphong.shading.equation import Equation, assemble
 from pvphong.shading.visibility import TransportLike, VisibilityLike
 
 _TO_TANGENTS = (
-    "Name a point array of vectors along the surface, or give the mesh texture coordinates whose u changes everywhere."
+    "Name a point array of vectors along the surface, or add texture coordinates to the mesh whose u varies everywhere."
 )
 
-_TO_VISIBILITY = "mesh.phong.shade casts the rays itself; evaluate takes visibility=mesh.phong.visibility(scene)."
+_TO_VISIBILITY = "Pass visibility=mesh.phong.visibility(scene), or call mesh.phong.shade, which casts the rays."
 
 
 class Tint(NamedTuple):
-    """What colours are multiplied by at each vertex: rows of a map over the greatest of them."""
+    """Factors of colours per vertex: rows of a map divided by a bound on them."""
 
     name: str
-    """The field whose map it is."""
+    """Field that the map replaces."""
     rows: Any
-    """Shape (n, 1) or (n, 3), uint8, float32 or float64, as `pvphong.optics.maps.checked` gives them."""
+    """Shape (n, 1) or (n, 3), uint8, float32 or float64, as `pvphong.optics.maps.checked` returns them."""
     most: float
-    """A power of two."""
+    """The bound, a power of two."""
 
     def at(self, part: Any) -> Tint:
-        """The tint of some of the vertices."""
+        """Return the tint of some of the vertices."""
         return self._replace(rows=self.rows[part])
 
     def factors(self, real: Any) -> FloatArray:
-        """Shape (3, n)."""
+        """Return the factors, shape (3, n)."""
         rows = fractions(self.name, self.rows, real)
         return np.asarray(np.broadcast_to(rows.T, (3, len(rows))) * real(1.0 / self.most))
 
 
 class Vertices:
-    """One record for n vertices, checked: all that evaluators and plans read of them.
+    """Checked data of n vertices, as evaluators and plans read them.
 
     Parameters
     ----------
     points : array_like
         Shape (n, 3), in the mesh's own coordinates. Other types than float32 and float64 are widened.
     normals : array_like, callable or None
-        Shape (n, 3), of any length; or what gives them when they are first read, for computing them can cost more
-        than lighting. None: they are not known, and the vertices can only be planned for.
+        Shape (n, 3), of any length; or a function that returns them, called at the first use because computing normals
+        can cost more than lighting. None if unknown: then the vertices can only be planned for.
     maps : mapping, optional
-        Field of the material or its reflectance → what it is at each vertex, an array or a `Map`; see
-        `pvphong.optics.maps`.
+        Field of the material or its reflectance → values per vertex, an array or a `Map`; see `pvphong.optics.maps`.
     tangents : array_like or callable, optional
-        Shape (n, 3), of any length but 0: directions along the surface, for reflectances that are not the same in all
-        of them; or what gives them, as for normals.
+        Shape (n, 3), of any length but 0: directions along the surface, for anisotropic reflectances; or a function
+        that returns them, as for normals.
     visibility : VisibilityLike, optional
-        What they see of lights and sky, for scenes with shadows or ambient occlusion.
+        Visibility of lights and sky, for scenes with shadows or ambient occlusion.
     transport : TransportLike, optional
-        What they see of each other, for scenes in which light bounces.
+        Light transport between the vertices, for scenes with bounces.
     ranges : mapping, optional
-        As the attribute, of more vertices, of which these are some: the equation is theirs.
+        The attribute `ranges` of a larger set of vertices that includes these and determines the equation.
 
     Raises
     ------
     ValueError
-        If an array has the wrong shape, type or length; the message names it.
+        If an array has the wrong shape, type or length; the message names the array.
     """
 
     def __init__(
@@ -119,7 +118,7 @@ class Vertices:
         Raises
         ------
         ValueError
-            If there are none, or one of a vertex that has a normal is zero or not finite.
+            If there are no tangents, or if a vertex has a normal but its tangent is zero or not finite.
         """
         given = self._tangents() if callable(self._tangents) else self._tangents
         if given is None:
@@ -129,36 +128,36 @@ class Vertices:
         if is_bad.any():
             first = int(np.argmax(is_bad))
             got = f"{tangents[first].tolist()} at vertex {first}"
-            check.refuse("tangents", got, "finite vectors that are not zero", _TO_TANGENTS)
+            check.refuse("tangents", got, "finite vectors other than zero", _TO_TANGENTS)
         return tangents
 
     def _checked(self, name: str, vectors: Any) -> Any:
         if isinstance(vectors, Map):
             vectors = vectors.source
         if isinstance(vectors, str):
-            check.refuse(name, vectors, "an array where there is no mesh, shape (n, 3)")
+            check.refuse(name, vectors, "an array of shape (n, 3), because array names need a mesh")
         return None if vectors is None else check.array(name, vectors, count=len(self.points))
 
     def normals_if(self, needed: bool) -> FloatArray:
-        """The normals; zeros in place of such as would have to be computed for an equation that reads none."""
+        """Return the normals, or zeros if they are not needed and would have to be computed."""
         if needed or not callable(self._normals):
             return self.normals
         return np.broadcast_to(np.zeros(3, np.float32), self.points.shape)
 
     def tints(self, equation: Equation) -> dict[str, Tint]:
-        """What is multiplied by colours at each vertex, of what an equation reads."""
+        """Return the tints that an equation reads, by name."""
         return self.tints_of(equation.needed_tints)
 
     def tints_of(self, names: Iterable[str]) -> dict[str, Tint]:
-        """What is multiplied by colours at each vertex, of some maps of colours."""
+        """Return the tints of the given maps, by name."""
         return {name: Tint(name, self.maps[name].rows, self.maps[name].most) for name in names}
 
     def without_maps(self, material: Material) -> Material:
-        """The material with no less than any vertex has, in place of its maps."""
+        """Return the material with bounds on its maps in their place."""
         return material.with_values({name: values.most for name, values in self.maps.items()})
 
     def sending(self, colors: FloatArray, material: Material) -> Vertices:
-        """The same vertices; they send colours, shape (n, 3), beside what the material has them emit."""
+        """Return the same vertices with colours, shape (n, 3), added to the material's emission."""
         emitted = self.maps.get("emission")
         own = rgb(material.emission) if emitted is None else fractions("emission", emitted.rows)
         maps = {name: values.rows for name, values in self.maps.items()} | {"emission": colors + own}
@@ -167,12 +166,12 @@ class Vertices:
 
     @property
     def ranges(self) -> dict[str, tuple[float, float]]:
-        """The least and the greatest of the numbers that are no colours, of each map."""
+        """Least and greatest number of each map that is not a map of colours."""
         own = {name: (values.least, values.most) for name, values in self.maps.items() if name not in COLORS}
         return own | dict(self._ranges or {})
 
     def equation(self, scene: Scene, material: Material, matrix: MatrixLike | None) -> Equation:
-        """The whole lighting equation of a scene and a material whose maps these are.
+        """Return the whole lighting equation of a scene and a material, with the maps of these vertices.
 
         Raises
         ------
@@ -183,21 +182,21 @@ class Vertices:
         return assemble(scene, self.without_maps(material), matrix, self.ranges, tints)
 
     def channels(self, equation: Equation) -> FloatArray | None:
-        """Numbers at each vertex, a kind a row, as `Equation.channels` says; None where an equation reads none.
+        """Return numbers per vertex, with rows as in `Equation.channels`; None if an equation reads none.
 
-        Tangents are unit vectors in the world, where they go as differences of points do.
+        Tangents are unit vectors in the world; they are transformed like differences of points.
 
         Raises
         ------
         ValueError
-            If it reads what they see of lights or sky, and that is not known.
+            If the equation needs visibility, but these vertices have none.
         """
         kinds: list[FloatArray] = []
         for kind in equation.channels:
             if kind == "visibility":
                 if self.visibility is None:
-                    allowed = "without shadows and ambient occlusion where only points are known"
-                    check.refuse("light_model", "one with them", allowed, _TO_VISIBILITY)
+                    allowed = "without shadows and ambient occlusion unless visibility= is given"
+                    check.refuse("light_model", "one with at least one of them", allowed, _TO_VISIBILITY)
                 how = {"sky": equation.is_occluded, "behind": equation.is_flipped}
                 kinds.append(self.visibility.channels(equation.shadowed, **how))
             elif kind == "tangents":
@@ -208,12 +207,12 @@ class Vertices:
         return np.concatenate(kinds) if len(kinds) > 1 else next(iter(kinds), None)
 
     def bounds(self, matrix: MatrixLike | None) -> Float64Array:
-        """x_min, x_max, y_min, y_max, z_min, z_max in the world, of those that are finite; NaN where none is.
+        """Return x_min, x_max, y_min, y_max, z_min, z_max of the finite vertices in the world; NaN if none is finite.
 
         Raises
         ------
         ValueError
-            If the matrix is no such thing.
+            If the matrix is not a valid model matrix.
         """
         placed = None if matrix is None else check.matrix4("matrix", matrix)
         found = self.extent(placed).box
@@ -223,6 +222,6 @@ class Vertices:
         return np.full(6, np.nan) if found is None else np.column_stack(found).ravel()
 
     def extent(self, matrix: Float64Array | None) -> Extent:
-        """Where they are in the world, and where their normals point, found when it is first used."""
+        """Return bounds on the positions and normals in the world, computed at the first use."""
         known = None if self._normals is None else lambda: self.normals
         return Extent(self.points, known, matrix)

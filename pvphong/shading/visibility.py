@@ -1,4 +1,4 @@
-"""What vertices see of lights, the sky and each other, as plans and evaluators ask for it; `pvphong.rays` finds it."""
+"""Interface for visibility of lights and the sky, and for light transport; `pvphong.rays` implements it."""
 
 from __future__ import annotations
 
@@ -14,32 +14,32 @@ from pvphong.optics.light import Light
 from pvphong.scene.light_model import LightModel
 from pvphong.scene.scene import Scene, light_labels
 
-_GIVEN = "what mesh.phong.visibility(scene) gives"
+_GIVEN = "the result of mesh.phong.visibility(scene)"
 _PARTS = f"{_GIVEN}, or an array of shape (lights + 1, n)"
 
 
 class VisibilityLike(Protocol):
-    """What n vertices see of a scene's lights, and of the sky."""
+    """Visibility of a scene's lights and of the sky from n vertices."""
 
     def why_clear(self, light: int) -> str:  # noqa: ARG002
-        """Why nothing can block a light; "" where something may."""
+        """Return the reason why nothing can block a light; "" if something may."""
         return ""
 
     def why_open(self) -> str:
-        """Why nothing can hide the sky; "" where something may."""
+        """Return the reason why nothing can hide the sky; "" if something may."""
         return ""
 
     def channels(self, lights: Sequence[int], *, sky: bool, behind: bool = False) -> FloatArray:
-        """Parts that are seen, in [0, 1], shape (all the scene's lights + 1, n), the sky's in the last row.
+        """Return visible parts in [0, 1], shape (all the scene's lights + 1, n), with the sky in the last row.
 
-        Rows that are not wanted may hold anything finite. If `behind` is wanted, as many rows follow: what the other
-        side of each vertex sees.
+        Rows that are not requested may hold any finite numbers. With `behind`, as many rows follow for the other side
+        of each vertex.
         """
 
     def refuse_other(
         self, points: FloatArray, lights: Sequence[Light], labels: Sequence[str], model: LightModel
     ) -> None:
-        """Raise ValueError unless it is of these vertices and lights in the world, and of such a light model."""
+        """Raise ValueError unless it was computed for these vertices and lights in the world and for this model."""
 
 
 class Around(NamedTuple):
@@ -79,43 +79,43 @@ class Goal(NamedTuple):
 
 
 class TransportLike(Protocol):
-    """What the vertices of a mesh see of each other, or also of those of other meshes."""
+    """Light transport between the vertices of a mesh, and possibly from those of other meshes."""
 
     @property
     def is_shared(self) -> bool:
-        """Whether there are other meshes, whose vertices send light too."""
+        """True if vertices of other meshes send light too."""
 
     def most(self) -> float:
-        """The largest part of the hemisphere, weighted with the cosine, in which a vertex sees lit surfaces."""
+        """Return the largest cosine-weighted part of a vertex's hemisphere that lit surfaces fill."""
 
     def why_nothing(self) -> str:
-        """Why no vertex sees any; "" where one may."""
+        """Return the reason why no vertex sees lit surfaces; "" if one may."""
 
     def gather(self, colors: FloatArray) -> FloatArray:
-        """The mean colours that all vertices see, weighted with the cosine, of what they send; (n, k) both."""
+        """Return the cosine-weighted mean of the colours that each vertex sees, for colours that they send; (n, k)."""
 
 
 class GivenVisibility(VisibilityLike):
-    """A visibility of plain numbers: it is not known why anything is clear, or where the vertices were.
+    """Visibility as plain numbers, without reasons and without a check of positions.
 
     Parameters
     ----------
     name : str
         The argument's name.
     given : array_like
-        Shape (lights + 1, n), the part of each light that each vertex sees, and of the sky in the last row; clipped to
-        [0, 1], a NaN counts as 0. As many rows may follow for the vertices' other sides; without, these see the same.
+        Shape (lights + 1, n): visible part of each light per vertex, and of the sky in the last row; clipped to [0, 1],
+        and NaN counts as 0. As many rows may follow for the other sides; without them, both sides see the same.
     """
 
     def __init__(self, name: str, given: Any) -> None:
         self._name = name
         parts = check.real_array(name, given, _PARTS)
         real = parts if parts.dtype in (np.float32, np.float64) else parts.astype(np.float64)
-        self._parts: FloatArray = np.fmin(np.fmax(real, 0.0), 1.0)  # fmax takes 0 before a NaN
+        self._parts: FloatArray = np.fmin(np.fmax(real, 0.0), 1.0)  # fmax prefers 0 to NaN
         self._sides = 1
 
     def channels(self, lights: Sequence[int], *, sky: bool, behind: bool = False) -> FloatArray:  # noqa: ARG002
-        """All of them."""
+        """Return all rows."""
         if self._sides == 2:
             return self._parts if behind else self._parts[: len(self._parts) // 2]
         return np.concatenate([self._parts] * 2) if behind else self._parts
@@ -127,11 +127,11 @@ class GivenVisibility(VisibilityLike):
         labels: Sequence[str],  # noqa: ARG002 the protocol's
         model: LightModel,  # noqa: ARG002 the protocol's
     ) -> None:
-        """Raise ValueError unless there are so many vertices and lights."""
+        """Raise ValueError unless the numbers of vertices and lights match."""
         rows = len(lights) + 1
         self._sides = 1 + (self._parts.shape == (2 * rows, len(points)))
         if self._parts.shape != (self._sides * rows, len(points)):
-            remedy = "One row for each light, on or off, and one for the sky; one column for each vertex."
+            remedy = "It has a row for each light, on or off, a row for the sky, and a column for each vertex."
             allowed = f"{_GIVEN}, or an array of shape {(len(lights) + 1, len(points))}"
             check.refuse(self._name, f"an array of shape {self._parts.shape}", allowed, remedy)
 
@@ -139,12 +139,12 @@ class GivenVisibility(VisibilityLike):
 def checked_visibility(
     name: str, given: Any, points: FloatArray, matrix: MatrixLike | None, scene: Scene
 ) -> VisibilityLike:
-    """What a user gives as what the vertices see: a `Visibility`, or its numbers as `GivenVisibility` takes them.
+    """Return the visibility that a user passes: a `Visibility`, or numbers as for `GivenVisibility`.
 
     Raises
     ------
     ValueError
-        If it is something else, or was made for other points or lights.
+        If it is something else, or was computed for other points or lights.
     """
     if not hasattr(given, "refuse_other"):
         given = GivenVisibility(name, given)
@@ -154,39 +154,39 @@ def checked_visibility(
 
 
 def checked_part(name: str, given: Any, count: int) -> TransportLike:
-    """The only part of a `Transport` that a user gives for so many vertices.
+    """Return the single part of a `Transport` that a user passes for `count` vertices.
 
     Raises
     ------
     ValueError
-        If it is something else, or of other vertices.
+        If it is something else, or was computed for other vertices.
     """
-    allowed = "what mesh.phong.transport() gives"
+    allowed = "the result of mesh.phong.transport()"
     parts = getattr(given, "parts", None)
     if parts is None:
         check.refuse(name, type(given).__name__, allowed)
     if len(parts) != 1 or len(given) != count:
-        check.refuse(name, repr(given), f"{allowed} of a mesh with these {count} points")
+        check.refuse(name, repr(given), f"{allowed} for a mesh with these {count} points")
     return cast(TransportLike, parts[0])
 
 
 def known_transport(vertices: Any) -> TransportLike:
-    """What vertices see of each other.
+    """Return the light transport between vertices.
 
     Raises
     ------
     ValueError
-        If that is not known.
+        If it is unknown.
     """
     if vertices.transport is None:
-        remedy = "mesh.phong.shade casts the rays itself; evaluate takes transport=mesh.phong.transport()."
-        check.refuse("light_model", "one with them", "without bounces where only points are known", remedy)
+        remedy = "Pass transport=mesh.phong.transport(), or call mesh.phong.shade, which casts the rays."
+        check.refuse("light_model", "one with bounces", "without bounces unless transport= is given", remedy)
     return cast(TransportLike, vertices.transport)
 
 
 def refuse_rays(scene: Scene, where: str) -> None:
-    """Raise ValueError for a scene with shadows, ambient occlusion or bounces, where no rays are cast."""
+    """Raise ValueError for a scene with shadows, ambient occlusion or bounces; `where` says where they are missing."""
     if scene.light_model.is_global:
-        remedy = "scene.light_model.without_rays() is the same without them; mesh.phong.shade of the result casts them."
+        remedy = "scene.light_model.without_rays() removes them; mesh.phong.shade supports them."
         allowed = f"without shadows, ambient occlusion and bounces {where}"
-        check.refuse("light_model", "one with them", allowed, remedy)
+        check.refuse("light_model", "one with at least one of them", allowed, remedy)

@@ -1,10 +1,10 @@
-"""How fast the compiled evaluator is: `python bench_kernel.py [vertices]`.
+"""Speed of the compiled evaluator: `python bench_kernel.py [vertices]`.
 
-Every workload is measured as a ratio to `np.add(a, b, out=out)` on (n, 3) float32 arrays, which is what the memory
-allows NumPy, and to the textbook's formula; the least time of each counts. Processor time on one thread is what a busy
-machine changes least. The targets are for two cores that have nothing else to do. Whether they had is told by how much
-faster two threads are than one; a machine that is shared is at times slow for seconds, so the repeats are spread over
-the whole run. Memory, growth and the first call are in bench_whole_job.py.
+Every workload is measured as a ratio to `np.add(a, b, out=out)` on (n, 3) float32 arrays, which is NumPy's limit by
+memory bandwidth, and to the textbook's formula. The least time of each counts. A busy machine affects processor time on
+one thread least. The targets are for two idle cores; the speedup of two threads over one shows whether they were idle.
+A shared machine can be slow for seconds, so the repeats are spread over the whole run. bench_whole_job.py measures
+memory, growth and the first call.
 """
 
 import time
@@ -40,7 +40,7 @@ WITH_A_SIZE = {
 
 
 def compiled(arrays, lights, material, real=np.float32, planned=False, **model):
-    """A call of the kernel, without its plan unless that is asked for; `.plan` tells what is expected of it."""
+    """Return a call of the kernel, with planning only if `planned`; its attribute `plan` has the predicted cost."""
     scene = ph.Scene(lights, VIEWER, ph.LightModel(**model))
     points, normals = arrays
     out, given = ph.Shading(np.empty(points.shape, real)), Vertices(points, normals, material.maps)
@@ -58,7 +58,7 @@ def compiled(arrays, lights, material, real=np.float32, planned=False, **model):
 
 
 def mapped(count):
-    """Name → material without a map, and with one."""
+    """Return materials by name, without and with maps."""
     numbers = np.random.default_rng(1).uniform(0.1, 1.0, (count, 3)).astype(np.float32)
     gloss, rough = 50 * numbers[:, 0].copy(), numbers[:, 1].copy()
     return {
@@ -73,7 +73,7 @@ def mapped(count):
 
 
 def workloads(count):
-    """Name → call."""
+    """Return calls by name."""
     small, wide = vertices(count, np.float32), vertices(count)
     sun = ph.DirectionalLight(direction=(-1.0, -1.0, -2.0))
     spot = ph.SpotLight(position=PLACE, direction=AIM, cone_angle=40, exponent=8, attenuation=(1, 0.1, 0.05))
@@ -101,7 +101,7 @@ def workloads(count):
 
 
 def targets(least, book):
-    """(what, measured, least or most that is wanted) for each promise."""
+    """Return (description, measured, limit) for each target."""
     add, highlights, lamp = (least[name] for name in ("a + b", "3 lamps, highlights", "1 lamp, highlights"))
     bare, ggx = least["evaluate, no map"], least["evaluate, GGX"]
     return [
@@ -122,7 +122,7 @@ def targets(least, book):
 
 
 def estimate(call):
-    """What `Plan.explain` says that a call costs, ns per vertex on one thread; the writing of colours is no effect."""
+    """Return a call's cost by `Plan.explain`, ns per vertex on one thread, which excludes writing the colours."""
     plan = getattr(call, "plan", None)
     return "" if plan is None else f"{sum(effect.nanoseconds(plan.effects[effect.name]) for effect in EFFECTS):.1f}"
 
@@ -141,10 +141,10 @@ def main(count: float = 1e6):
         ratios = f"{seconds / least['a + b']:.2f}", f"{book / seconds:.1f}"
         single = f"{alone[name] / count * 1e9:.2f}" if name in alone else ""
         rows.append((name, f"{seconds * 1e3:.2f}", *ratios, single, estimate(calls.get(name))))
-    headings = "workload", "ms", "over a + b", "textbook over it", "one thread, ns", "of which plan says"
+    headings = "workload", "ms", "over a + b", "textbook over it", "one thread, ns", "ns by plan"
     show(f"{count / 1e6:g} M vertices, least of {2 * REPEATS} repeats in turns", headings, rows)
     sooner = alone["3 lamps, highlights"] / least["3 lamps, highlights"]
-    CONSOLE.print(f"3 lamps, highlights: two threads are {sooner:.2f} times as fast as one")
+    CONSOLE.print(f"3 lamps, highlights: two threads are {sooner:.2f} times as fast as one.")
     promises = []
     for what, measured, target in targets(least, book):
         sign, limit = target.split()

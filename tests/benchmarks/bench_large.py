@@ -1,12 +1,13 @@
-"""Pieces of a city measured here, and a cluster's schedule for 10¹² vertices from that.
+"""Measured times of pieces of a city, and a simulated schedule of a cluster for 10¹² vertices.
 
 `python bench_large.py [vertices] [pieces across]`
 
-A scan of houses under a low sun, in square pieces, is lit by `shade_files` with two workers: seconds, memory of the
-worker that takes most, and how many pieces each one reads. Then one process does each kind of task by itself, and a
-scheduler and a client are timed with tasks that do nothing, all in seconds of a processor. These times go through a
-queue: workers take pieces, the scheduler hands them out one by one, the storage has so many bytes a second for all, and
-processes die now and then; what they were doing, and the borders that they held, are done again. Processors as here.
+`shade_files` lights a scan of houses under a low sun, in square pieces, with two workers. Results are seconds, the
+largest memory of a worker, and the number of pieces that each piece reads. Then one process runs each kind of task
+alone, and a scheduler and a client are timed with empty tasks, in processor seconds. A queue simulates a cluster from
+these times: workers take pieces, the scheduler assigns them one by one, all share the bandwidth of the storage, and
+processes die at random. The work of a dead process, and the borders that it held, are computed again. The simulated
+processors are like the one that runs the benchmark.
 """
 
 import heapq
@@ -42,7 +43,7 @@ NOTHING, FEW, OUTLINES, TURNS = 1000, 200, 20_000, 20
 
 
 def piece_of_city(column, row, houses):
-    """A square of so many houses each way, 2 wide each, that meets its neighbours in the same points; no normals."""
+    """Return a square of houses, each 2 wide, without normals; neighbouring squares share points at their borders."""
     side, rng = houses * HOUSE, np.random.default_rng([column, row])
     z = np.zeros((side + 1, side + 1))
     z[:-1, :-1] = np.kron(4.0 * rng.random((houses, houses)) ** 3, np.pad(np.ones((HOUSE - 2, HOUSE - 2)), 1))
@@ -55,43 +56,43 @@ def piece_of_city(column, row, houses):
 
 
 def save_city(folder, vertices, across):
-    """Its pieces' files, row by row."""
+    """Save the pieces row by row, and return their paths."""
     houses = max(round(vertices**0.5 / across / HOUSE), 1)
     for number in range(across * across):
         piece_of_city(*divmod(number, across), houses).save(Path(folder, f"{number:05}.vtp"))
     return sorted(Path(folder).glob("*.vtp"))
 
 
-# --- what is measured
+# --- measurement
 
 
 @dataclass(frozen=True)
 class Task:
-    """What one piece takes of one kind of task."""
+    """Cost of one kind of task for a piece."""
 
     name: str
-    seconds: float  # of one worker, files in the page cache
+    seconds: float  # of one worker, with files in the page cache
     bytes: float  # read and written
-    messages: float = 1.0  # tasks that the scheduler hands out for it
-    serial: float = 0.0  # seconds of the client beside that
-    kept: bool = False  # whether the result stays with the worker until all is lit
+    messages: float = 1.0  # tasks that the scheduler assigns for it
+    serial: float = 0.0  # additional seconds of the client
+    kept: bool = False  # True if the result stays with the worker to the end
 
 
 @dataclass(frozen=True)
 class Measured:
-    """What a piece takes here."""
+    """Measured costs of a piece."""
 
     vertices: int
-    tasks: tuple[Task, Task, Task]  # to look at it, to find its border, and to light it
-    blockers: float  # pieces that are read for its shadows, beside itself
+    tasks: tuple[Task, Task, Task]  # outline, border, and lighting
+    blockers: float  # other pieces that are read for its shadows
     among: float
-    """Seconds of the client to find what is around a piece among `OUTLINES`; they go with the root of that number."""
-    per_message: float  # seconds of scheduler and client for a task
-    held: float  # bytes that scheduler and client hold for a task
+    """Seconds of the client to find the neighbours of a piece among `OUTLINES`; proportional to this number's root."""
+    per_message: float  # seconds of scheduler and client per task
+    held: float  # bytes that scheduler and client hold per task
 
 
 def timed(call, *arguments, times=2):
-    """A call's seconds of a processor, the least of some, and its value."""
+    """Return a call's least processor seconds and its value."""
     seconds = []
     for _ in range(times):
         start = time.process_time()
@@ -101,7 +102,7 @@ def timed(call, *arguments, times=2):
 
 
 def measured(files, out, client):
-    """What a piece in the middle takes, of each kind of task."""
+    """Measure each kind of task for a piece in the middle."""
     out.mkdir()
     pieces = [Piece(path, Path(out, path.name), surface="city") for path in files]
     middle = len(files) // 2 + int(len(files) ** 0.5) // 2
@@ -111,7 +112,7 @@ def measured(files, out, client):
     beside = [borders[other] for other in list(touching(outlines))[middle]]
     occluders = list(potential_occluders(SCENE, pieces, outlines))
     around = occluders[middle]
-    light(replace(piece, output=Path(out, "first.vtp")), job, None, around)  # code is loaded
+    light(replace(piece, output=Path(out, "first.vtp")), job, None, around)  # loads code
     looking, _ = timed(look, piece, job)
     bordering, _ = timed(border_in, piece)
     meeting, faces = timed(neighbours_of, borders[middle], beside)
@@ -129,12 +130,12 @@ def measured(files, out, client):
 
 
 def among(count):
-    """Seconds to find out which of so many pieces touch one, and which may block its light."""
+    """Return the seconds to find the pieces that touch one of `count` pieces, and those that may block its light."""
     side = round(count**0.5)
     lows = np.stack([*np.divmod(np.arange(side**2), side), np.zeros(side**2)], axis=1)
     outlines = [Outline((low, low + 1.0), (low, low + 1.0), 1) for low in lows]
     some = zip(touching(outlines), potential_occluders(SCENE, range(side**2), outlines), strict=True)
-    next(some)  # makes arrays of all
+    next(some)  # builds arrays of all pieces
     start = time.process_time()
     for _ in itertools.islice(some, TURNS):
         pass
@@ -142,7 +143,7 @@ def among(count):
 
 
 def overhead(client, piece, job, around: PotentialOccluders):
-    """Seconds of scheduler and client for a task that does nothing, and bytes that they hold for it."""
+    """Return seconds of scheduler and client for an empty task, and the bytes that they hold for it."""
     process = psutil.Process()
 
     def begin(count):
@@ -162,7 +163,7 @@ def overhead(client, piece, job, around: PotentialOccluders):
 
 
 def idle(*_):
-    """Do nothing, in a worker."""
+    """Do nothing; an empty task for a worker."""
 
 
 # --- the schedule
@@ -170,29 +171,29 @@ def idle(*_):
 
 @dataclass(frozen=True)
 class Cluster:
-    """What a cluster has."""
+    """Properties of a cluster."""
 
     workers: int
-    storage: float = 100e9  # bytes a second, for all
-    link: float = 1e9  # bytes a second, for one worker
-    per_message: float = 1e-3  # seconds of scheduler and client for a task
-    lives: float = 30 * 86400.0  # seconds after which a worker dies, in the mean
-    restart: float = 60.0  # seconds until another is in its place
+    storage: float = 100e9  # bytes per second, for all workers
+    link: float = 1e9  # bytes per second, for one worker
+    per_message: float = 1e-3  # seconds of scheduler and client per task
+    lives: float = 30 * 86400.0  # mean seconds until a worker dies
+    restart: float = 60.0  # seconds until it is replaced
 
 
 @dataclass(frozen=True)
 class Schedule:
-    """How a run went."""
+    """Result of a simulated run."""
 
     seconds: float
     busy: dict[str, float]
-    """Shares of that time: of the workers, of the scheduler with its client, and of the storage."""
+    """Utilisation of the workers, of the scheduler with its client, and of the storage."""
     deaths: int
-    redone: float  # share of the pieces' tasks that were done again
+    redone: float  # fraction of the pieces' tasks that were repeated
 
 
 def simulate(tasks, pieces, cluster, seed=0):
-    """Light so many pieces: kinds of task one after the other, each piece by the worker that is free next."""
+    """Simulate lighting of `pieces` pieces: one kind of task after the other, each piece by the next free worker."""
     rng, now = np.random.default_rng(seed), 0.0
     busy, deaths, redone, kept = {"workers": 0.0, "scheduler": 0.0, "storage": 0.0}, 0, 0.0, 0.0
     for task in tasks:
@@ -209,7 +210,7 @@ def simulate(tasks, pieces, cluster, seed=0):
             busy["workers"] += working
             if rng.random() < (end - start) / cluster.lives:
                 deaths += 1
-                # and borders that it held of pieces that are not lit yet, in tasks of this kind
+                # also borders that it held for pieces that are not lit yet, in tasks of this kind
                 lost = kept / working / cluster.workers * left / pieces
                 left, redone, end = left + lost, redone + lost + 1.0, end + cluster.restart
             else:
@@ -223,7 +224,7 @@ def simulate(tasks, pieces, cluster, seed=0):
 
 
 def tasks_of(found, vertices, pieces):
-    """The tasks of a piece of so many vertices: of times and bytes that grow with it, but for its border."""
+    """Return the tasks of a piece with `vertices` vertices. Times and bytes are proportional, except the border's."""
     larger, finding = vertices / found.vertices, found.among * (pieces / OUTLINES) ** 0.5
     *first, lit = (replace(each, seconds=each.seconds * larger, bytes=each.bytes * larger) for each in found.tasks)
     return [*first, replace(lit, serial=finding)]
@@ -239,11 +240,11 @@ CASES = (
     ("workers that live a day", 1e7, Cluster(10_000, lives=86400.0)),
     ("workers that live an hour", 1e7, Cluster(10_000, lives=3600.0)),
 )
-"""What changes: the vertices of a piece, and the cluster."""
+"""Simulated cases: a name, the vertices of a piece, and the cluster."""
 
 
 def main(vertices: float = 2e6, across: int = 4):
-    """Measure, simulate, and print two tables."""
+    """Run the benchmark and the simulation, and print two tables."""
     with tempfile.TemporaryDirectory() as name, new_cluster(2) as cluster:
         folder = Path(name)
         files = save_city(folder, vertices, across)
@@ -254,22 +255,22 @@ def main(vertices: float = 2e6, across: int = 4):
         size, in_memory = files[0].stat().st_size, 1024 * read_mesh(str(files[0])).actual_memory_size
     looking, border, lit = found.tasks
     rows = (
-        ("all of it", f"{seconds:.1f} s"),
+        ("total", f"{seconds:.1f} s"),
         ("memory of a worker beyond its libraries", f"{memory / 1e6:.0f} MB"),
-        ("that, in pieces", f"{memory / in_memory:.1f}"),
+        ("the same, in pieces", f"{memory / in_memory:.1f}"),
         ("pieces that are read for a piece's shadows", f"{found.blockers:.1f}"),
-        ("to look at a piece", f"{looking.seconds:.3f} s"),
+        ("outline of a piece", f"{looking.seconds:.3f} s"),
         ("its border and box", f"{border.seconds:.3f} s"),
         ("its normals, shadows, colours, file", f"{lit.seconds:.3f} s"),
-        ("bytes moved for that, by a piece's file", f"{lit.bytes / size:.1f}"),
-        ("scheduler and client for a task", f"{1e3 * found.per_message:.2f} ms"),
-        ("what they hold for it", f"{found.held / 1e3:.1f} kB"),
-        (f"client, to find what is around a piece of {OUTLINES:,}", f"{1e3 * found.among:.2f} ms"),
+        ("bytes moved for these, in sizes of its file", f"{lit.bytes / size:.1f}"),
+        ("scheduler and client per task", f"{1e3 * found.per_message:.2f} ms"),
+        ("their memory per task", f"{found.held / 1e3:.1f} kB"),
+        (f"client, neighbours of one of {OUTLINES:,} pieces", f"{1e3 * found.among:.2f} ms"),
     )
     show(f"{len(files)} pieces of {found.vertices:,} vertices, two workers, a low sun", ("what", "measured"), rows)
     headings = "", "vertices of a piece", "workers", "GB/s", "hours", "workers", "scheduler", "storage", "deaths"
     simulated = (simulated_row(found, *case) for case in CASES)
-    show("10¹² vertices: simulated; how busy each is", (*headings, "again", "scheduler holds"), simulated)
+    show("10¹² vertices: simulated, with utilisation", (*headings, "repeated", "scheduler holds"), simulated)
 
 
 def simulated_row(found, name, vertices, cluster):

@@ -1,9 +1,9 @@
-"""Files lit by one worker process and by two: `python bench_many_files.py [files] [points of each]`.
+"""Lighting of files by one and by two worker processes: `python bench_many_files.py [files] [points of each]`.
 
-Reading, normals, light and writing count, the start of the processes does not. One and two take turns on the same
-files, and the least time of each counts. Beside that: how much memory a worker takes beyond what it has loaded, in
-pieces; and what a thousand workers would ask of the scheduler, from small pieces: bytes that go to a worker and come
-back for each, and how long the scheduler and the client take for each.
+Times include reading, normals, light and writing, but not the start of the processes. One and two workers take turns on
+the same files, and the least time of each counts. Further results are a worker's memory in pieces, beyond its
+libraries, and the overhead per piece, from many small pieces: bytes sent to a worker and back, and the time of the
+scheduler and the client, which limits the number of workers.
 """
 
 import pickle
@@ -27,7 +27,7 @@ FASTER_WANTED, MEMORY_ALLOWED = 1.6, 3.0
 
 
 def save_sheets(folder, files, points):
-    """Files of sheets with about so many points, without normals."""
+    """Save sheets with about `points` points each, without normals, and return their paths."""
     folder.mkdir()
     for number in range(files):
         sheet = grid(max(int(points**0.5) - 1, 1), center=(0, 0, number))
@@ -37,12 +37,12 @@ def save_sheets(folder, files, points):
 
 
 def load_all(path):
-    """In a worker: have all code loaded."""
+    """Load all code in a worker."""
     read_mesh(path).phong.shade(*measured_scene(), backend="numba").save(Path(tempfile.mkdtemp()) / "lit.vtp")
 
 
 def main(files: int = 20, points: float = 1e6):
-    """Measure, and print a table."""
+    """Run the benchmark and print a table."""
     with tempfile.TemporaryDirectory() as name, new_cluster(1) as one, new_cluster(2) as two:
         folder, least, memory = Path(name), {}, {}
         paths = save_sheets(folder / "sheets", files, points)
@@ -66,7 +66,7 @@ def main(files: int = 20, points: float = 1e6):
 
 
 def overhead(cluster, folder, piece):
-    """What a piece costs beside the work."""
+    """Return table rows with the overhead per piece."""
     save_sheets(folder / "small", SMALL, 4)
     pattern, out = str(folder / "small" / "*.vtp"), folder / "lit-small"
     ph.shade_files(pattern, out, *measured_scene(), client=None, workers=2)
@@ -81,10 +81,10 @@ def overhead(cluster, folder, piece):
     back = len(pickle.dumps(Result(True, ())))
     border = len(pickle.dumps(border_of(piece)))
     return [
-        ("a finished piece, looked at again", f"{1e3 * wall / SMALL:.2f} ms", "2 workers"),
+        ("a finished piece, checked again", f"{1e3 * wall / SMALL:.2f} ms", "2 workers"),
         ("scheduler and client for a piece", f"{1e3 * busy / SMALL:.2f} ms", "of one core"),
-        ("a piece and its rig as sent, and the result", f"{sent} + {back} bytes", "beside Dask's own"),
-        ("its border, where seams are merged", f"{border / 1024:.0f} KiB", "from worker to worker"),
+        ("a piece and its rig as sent, and the result", f"{sent} + {back} bytes", "without Dask's own"),
+        ("its border, if seams are merged", f"{border / 1024:.0f} KiB", "from worker to worker"),
     ]
 
 

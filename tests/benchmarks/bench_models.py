@@ -1,10 +1,10 @@
-"""What lights with a size and reflectances cost in compiled code, in float32, beside Phong's, Lambert's and 64 nodes.
+"""Cost of area lights and reflectances in compiled code, in float32, relative to Phong, Lambert and 64 nodes.
 
     python tests/benchmarks/bench_models.py
 
-A million vertices of a sphere; processor time of all threads together, the least of some rounds in turns, in one run.
-Errors are against the float64 reference. Lights are seen from beside them, and against them, where the horizon cuts
-highlights.
+A sphere with a million vertices; processor time summed over all threads, the least of several rounds in turns, in one
+run. Errors are relative to the float64 reference. The viewer is next to the lights, and opposite to them, where the
+horizon cuts highlights.
 """
 
 import time
@@ -31,7 +31,7 @@ MATT = ph.Material(diffuse=0.6)
 GLOSSY = replace(MATT, specular=0.4, shininess=20)
 HALF, SHINY = ph.Material(diffuse=0.5), ph.Material(diffuse=0.5, specular=0.5)
 LAMBERT, PHONG = "Lambert", "Phong"
-REFLECTANCES = {  # beside which, and how many times that is asked for
+REFLECTANCES = {  # material, compared with, largest allowed ratio
     LAMBERT: (HALF, LAMBERT, None),
     PHONG: (replace(SHINY, shininess=20), PHONG, None),
     "Blinn-Phong": (replace(SHINY, reflectance=ph.BlinnPhong(80)), PHONG, None),
@@ -46,7 +46,7 @@ REFLECTANCES = {  # beside which, and how many times that is asked for
 
 
 def ball():
-    """Vertices row by row, which are their normals too."""
+    """Return vertices of the unit sphere row by row, which are their normals too."""
     theta, phi = np.meshgrid(np.linspace(1e-3, np.pi - 1e-3, SIDE), np.linspace(0, 2 * np.pi, SIDE), indexing="ij")
     points = np.stack([np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi), np.cos(theta)], axis=-1)
     return points.reshape(-1, 3).astype(np.float32)
@@ -97,7 +97,7 @@ def main():
             ("light", "ms", "x a point with highlight", "error"),
         )
         show(title, headings, lights_with_a_size(points, eye))
-    show("Three point lights", ("reflectance", "ms", "beside", "at most"), reflectances(points, (0, 0, 5)))
+    show("Three point lights", ("reflectance", "ms", "ratio", "at most"), reflectances(points, (0, 0, 5)))
 
 
 if __name__ == "__main__":

@@ -1,12 +1,12 @@
-"""Lit vertices, by pvphong and by what one would take instead: time against error, for seven jobs and three sizes.
+"""Lighting of vertices by pvphong and by alternatives: time against error, for seven jobs and three sizes.
 
     python tests/benchmarks/bench_peers.py [10000 100000 1000000] [--figure FILE] [--blender PYTHON]
 
-`ways.py` says how they are measured, and what to install. Errors are over the vertices of the smallest size: how far
-rays are off does not depend on how many there are. Judges are `mesh.phong.truth`, our own visibility with many and
-other rays, and float64 where no rays are needed. Those who place the same vertices a little elsewhere (Mitsuba, which
-needs a point within a face, Blender, libigl) are judged by a truth of their own, with many rays, and left out if that
-is another picture than ours.
+`ways.py` describes the measurement and what to install. Errors are computed on the vertices of the smallest size,
+because the error of rays does not depend on the number of vertices. The truth is `mesh.phong.truth`, our own visibility
+with many different rays, or float64 if no rays are needed. Mitsuba (which needs a point within a face), Blender and
+libigl place the vertices slightly differently. They are compared with their own results with many rays, and excluded
+if these differ from ours.
 """
 
 import platform
@@ -36,7 +36,7 @@ EYE = (2.0, -3.0, 1.5)
 
 
 def ball(size: int, lights: list[ph.Light], material: ph.Material, *, is_cap: bool = False) -> scene_peers.Job:
-    """Nothing that is convex blocks its own light: who can do without rays does. Of a cap the eye sees every vertex."""
+    """Return a ball, which needs no rays because it is convex, or a cap, of which the eye sees every vertex."""
     side = max(round(size**0.5), 4)
     angles = {"theta_resolution": side, "phi_resolution": side, "end_phi": 60.0 if is_cap else 180.0}
     mesh = pv.Sphere(radius=1.0, direction=EYE, **angles)
@@ -47,7 +47,7 @@ def ball(size: int, lights: list[ph.Light], material: ph.Material, *, is_cap: bo
 
 
 def lamps(count: int) -> list[ph.Light]:
-    """Evenly around, as far away as three radii; together as bright for all numbers."""
+    """Return lamps evenly around, at a distance of three radii; their total brightness is independent of `count`."""
     number = np.arange(count) + 0.5
     height, turn = 1.0 - 2.0 * number / count, np.pi * (1.0 + 5.0**0.5) * number
     around = np.sqrt(1.0 - height**2)
@@ -56,14 +56,14 @@ def lamps(count: int) -> list[ph.Light]:
 
 
 def sky_image() -> np.ndarray:
-    """A smooth sky with a bright spot."""
+    """Return the image of a smooth sky with a bright spot."""
     rows, columns = np.meshgrid(np.linspace(0, 1, 64), np.linspace(0, 1, 128), indexing="ij")
     spot = np.exp(-((rows - 0.3) ** 2 + (columns - 0.4) ** 2) / 0.01)
     return 0.3 + 0.4 * rows[..., None] * np.array([0.4, 0.6, 1.0]) + 6.0 * spot[..., None] * np.array([1.0, 0.9, 0.7])
 
 
 def shade(job: scene_peers.Job) -> Caster:
-    """The whole call; `precision` is float32, its default."""
+    """Return a caster that times the whole call in float32, the default."""
 
     def work(_rays: int) -> np.ndarray:
         lit = job.blocks.phong.shade(job.scene, job.materials)
@@ -86,7 +86,7 @@ def by_textbook(job: scene_peers.Job) -> Caster:
 
 
 def by_shader(job: scene_peers.Job) -> Caster:
-    """Drawn in software where there is no graphics card, and read back."""
+    """Return a caster that renders with VTK, in software without a graphics card, and reads the colours back."""
     (block,), (material,) = job.blocks, job.materials.values()
     return timed(lambda _: vtk_shade(block, job.scene.lights, material, job.scene.viewer))
 
@@ -105,7 +105,7 @@ def direct(name: str, count: int, blender: Callable) -> Row:
 
 
 def glossy(blender: Callable) -> Row:
-    """The judge is paths of light: what `shade` looks up for a lobe under a sky of many colours is no integral."""
+    """Return a row that is judged by path tracing, because `shade` approximates a lobe under a sky with an image."""
     mirror = ph.Material(ambient=0.0, diffuse=0.0, specular=0.0, reflectance=ph.GGX(0.4, (1.0, 1.0, 1.0)))
     ways = [
         Way(OURS, shade),

@@ -1,13 +1,13 @@
-"""How fast the reference evaluator is, what its stability costs, and what it needs: `python bench_reference.py`.
+"""Speed of the reference evaluator, cost of its stability, and its memory: `python bench_reference.py`.
 
-Against itself with naive formulas, blocks, memory layout and the order of the work are the same; these differ:
+The evaluator is compared with a variant with naive formulas, but the same blocks, memory layout and order of work:
 
-- highlights: the power of r·v or n·h, where the evaluator takes the power of a chord;
-- cones: the cosine with the axis and its power, where it takes a chord too;
-- vectors: divided by their length, where it looks for lengths that would overflow first;
-- positions, in the last variant: float32 where the result is float32, where they are always float64.
+- highlights: the power of r·v or n·h instead of the power of a chord;
+- cones: the cosine with the axis and its power instead of a chord;
+- vectors: division by their length without a check for overflow;
+- positions, in the last variant: float32 for float32 results instead of always float64.
 
-`test_naive_block.py` and the studies' `test_peers.py` show that all compute the same thing.
+`test_naive_block.py` and the studies' `test_peers.py` test that all variants agree.
 """
 
 import tempfile
@@ -37,31 +37,31 @@ ALLOWED_LOSS, ALLOWED_MEMORY, ALLOWED_MATRIX, ALLOWED_IMPORT = 0.25, 64 * 2**20,
 
 
 def mirror_cosine(at):
-    """r·v by the mirror direction."""
+    """Return r·v by the mirror direction."""
     normals = formulas.times(at.n, at.scale)
     twice = 2 * formulas.dot(normals, at.l)
     return formulas.dot([twice * n - l for n, l in zip(normals, at.l, strict=True)], at.v)
 
 
 def halfway_cosine(at):
-    """n·h."""
+    """Return n·h."""
     h = at.l + at.v
     return formulas.dot(formulas.times(at.n, at.scale), h / np.sqrt(formulas.dot(h, h)))
 
 
 def power(cosine, exponent, floor=0.0):
-    """max(cosine, floor) to the power of the exponent."""
+    """Return max(cosine, floor) to the power of the exponent."""
     return np.maximum(cosine, cosine.dtype.type(floor)) ** cosine.dtype.type(exponent)
 
 
 def naive_directions_to(target, points, real):
-    """`naive_towards`, in the form that lights take."""
+    """Return `naive_towards` in the form that lights use."""
     direction, distance = naive_towards(target, points, real)
     return direction, 1.0, distance
 
 
 def naive_towards(target, points, real):
-    """Unit vectors and distances, whatever the numbers."""
+    """Return unit vectors and distances, without checks."""
     difference = np.empty(points.shape, real)
     np.subtract(np.array(target, points.dtype)[:, None], points, out=difference, casting="same_kind")
     distance = np.sqrt(dot(difference, difference))
@@ -85,7 +85,7 @@ def naive_spot(self, points, real=np.float64):
 
 @contextmanager
 def naive_formulas(real=np.float64):
-    """While it lasts, `evaluate` computes with naive formulas, from positions in the float type `real`."""
+    """Make `evaluate` use naive formulas and positions of the float type `real` in this context."""
     replaced = [
         (Phong, "peak", Phong.peak._replace(square=mirror_cosine)),
         (BlinnPhong, "peak", BlinnPhong.peak._replace(square=halfway_cosine)),
@@ -103,7 +103,7 @@ def naive_formulas(real=np.float64):
 
 
 def scenes():
-    """Name → scene, material; the mesh is a sphere of radius 1."""
+    """Return pairs of scene and material by name, for a sphere of radius 1."""
     points, material = measured_scene()
     sun = DirectionalLight(direction=(-1, -2, -3))
     spots = [
@@ -122,7 +122,7 @@ def scenes():
 
 
 def measure(scene, material, precision):
-    """Seconds of the evaluator, of naive formulas, and of the textbook, by name; medians."""
+    """Return median seconds by name, of the evaluator, of naive formulas and of the textbook."""
     points, normals = vertices(COUNT, precision)
 
     def run():
@@ -141,7 +141,7 @@ def measure(scene, material, precision):
 
 
 def measure_memory(precision):
-    """Bytes at the peak beside inputs and output, for float32 vertices."""
+    """Return the peak memory in bytes beyond inputs and output, for float32 vertices."""
     scene, material = measured_scene()
     points, normals = (np.resize(a, (MANY, 3)) for a in vertices(COUNT, np.float32))
     tracemalloc.start()
@@ -152,7 +152,7 @@ def measure_memory(precision):
 
 
 def matrix_seconds():
-    """Median seconds of an exact normal matrix, of the slowest kind of matrix."""
+    """Return the median seconds of an exact normal matrix, for the slowest kind of matrix."""
     rng, calls = np.random.default_rng(0), {}
     for scales in ((1, 1, 1), (1e-8, 1, 1e8), (1e-150, 1, 1e150)):
         matrix = np.eye(4)
@@ -171,7 +171,7 @@ print(time.process_time() - start)
 
 
 def import_seconds():
-    """Median seconds of CPU time that `import pvphong` adds after `import pyvista`, in fresh interpreters.
+    """Return the median CPU seconds of `import pvphong` after `import pyvista`, in fresh interpreters.
 
     The first one compiles to bytecode, as an installer does, and does not count.
     """
@@ -181,7 +181,7 @@ def import_seconds():
 
 
 def speed(name, scene, material, precision):
-    """The row of a scene."""
+    """Return the table row of a scene."""
     seconds = measure(scene, material, precision)
     cells = [f"{seconds['stable'] / COUNT * 1e9:.0f} ns"]
     for naive in ("naive", "float32 throughout", "textbook"):
@@ -193,7 +193,7 @@ def speed(name, scene, material, precision):
 
 
 def promise(what, measured, allowed, unit, scale, decimals=0):
-    """The row of what must not be more than is allowed, both to be divided by the unit's scale."""
+    """Return the table row of a measured value and its limit, both divided by the unit's scale."""
     shown = f"{measured / scale:.{decimals}f} {unit}", f"{allowed / scale:g} {unit}"
     return what, *shown, mark(measured < allowed)
 
@@ -201,16 +201,16 @@ def promise(what, measured, allowed, unit, scale, decimals=0):
 def main():
     precisions = "float32", "float64"
     speeds = [speed(name, *lit, precision) for name, lit in scenes().items() for precision in precisions]
-    memory = f"peak memory beside inputs and output, {MANY / 1e6:g} M vertices"
+    memory = f"peak memory beyond inputs and output, {MANY / 1e6:g} M vertices"
     promises = [
         *(promise(f"{memory}, {each}", measure_memory(each), ALLOWED_MEMORY, "MiB", 2**20, 1) for each in precisions),
         promise("exact normal matrix, the slowest kind", matrix_seconds(), ALLOWED_MATRIX, "µs", 1e-6),
         promise("import pvphong after pyvista", import_seconds(), ALLOWED_IMPORT, "ms", 1e-3),
     ]
-    title = f"CPU time per vertex, median of {REPEATS} runs in turns over {COUNT:,} vertices, and what stability costs"
+    title = f"CPU time per vertex, median of {REPEATS} runs in turns over {COUNT:,} vertices, and the cost of stability"
     headings = "scene", "precision", "stable", "naive", "loss", "float32 throughout, textbook", "loss"
     show(title, headings, speeds, texts=2)
-    show("Beside speed", ("what", "measured", "allowed", "met"), promises)
+    show("Memory and start", ("what", "measured", "allowed", "met"), promises)
 
 
 if __name__ == "__main__":

@@ -1,8 +1,7 @@
-"""How many points refinement spends against uniform subdivision for the same error: `python bench_refinement.py`.
+"""Points of refinement and of uniform subdivision for the same error: `python bench_refinement.py`.
 
-Errors of both are taken at random places in every triangle, by code of its own. Uniform subdivision cuts every
-triangle into four, with normals interpolated like everything else; it gets fewer samples, and so a smaller error
-than it has.
+Separate code measures both errors at random points in every triangle. Uniform subdivision cuts every triangle into
+four and interpolates normals. It is measured with fewer samples, so its measured error is too small.
 """
 
 import sys
@@ -28,7 +27,7 @@ SUN = ph.DirectionalLight(direction=(-1, -1, -2))
 
 
 def seen_from(*position) -> ph.Scene:
-    """The sun, and an eye."""
+    """Return a scene of the sun and a viewer."""
     return ph.Scene(lights=[SUN], viewer=ph.Viewer(position=position))
 
 
@@ -41,7 +40,7 @@ CASES = {
 
 
 def largest_error(points, normals, corners, scene, material, count) -> float:
-    """Of colours interpolated from the corners, at random places, others in every triangle."""
+    """Return the largest error of interpolated colours, at different random points in every triangle."""
     rng = np.random.default_rng(1)
     colors = ph.evaluate(points, normals, scene, material, precision="float64").rgb
     worst = 0.0
@@ -54,7 +53,7 @@ def largest_error(points, normals, corners, scene, material, count) -> float:
 
 
 def uniform(mesh, scene, material) -> tuple[int, float]:
-    """Points and error of the first level that reaches the tolerance, or of the last that is tried."""
+    """Return points and error of the first level that reaches the tolerance, or of the last level."""
     points, normals, corners = mesh.points.astype(float), mesh.phong.normals().astype(float), mesh.regular_faces
     while True:
         error = largest_error(points, normals, corners, scene, material, count=8)
@@ -68,7 +67,7 @@ def uniform(mesh, scene, material) -> tuple[int, float]:
 
 
 def row(name, mesh, scene, material) -> tuple[list[str], float]:
-    """One case as text, and the share of points that it needs."""
+    """Return the table row of a case, and its number of points relative to uniform subdivision."""
     start = time.perf_counter()
     fine = refine(mesh, scene, material, tolerance=TOLERANCE)
     seconds = time.perf_counter() - start
@@ -84,10 +83,10 @@ def row(name, mesh, scene, material) -> tuple[list[str], float]:
 
 
 def main() -> int:
-    """Measure; 0 if points and time are within what is allowed."""
+    """Run the benchmark; return 0 if points and time are within the limits."""
     rows, shares = zip(*(row(name, *case) for name, case in CASES.items()), strict=True)
     headings = "mesh", "points", "ours", "time", "reported", "sampled", "uniform", "sampled", "share"
-    show("points for an error of 1/255 (errors in steps of 1/255)", headings, rows)
+    show("Points for an error of 1/255 (errors in units of 1/255)", headings, rows)
     large, needle = pv.Sphere(theta_resolution=225, phi_resolution=225), replace(SHARP, shininess=20_000)
     start = time.perf_counter()
     fine = refine(large, seen_from(3, -1, 4), needle, tolerance=1e-3)

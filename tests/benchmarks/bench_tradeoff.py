@@ -1,13 +1,13 @@
-"""Whether a report on accuracy and time can be relied on: `python bench_tradeoff.py [seconds] [case ...]`.
+"""Reliability of reports on accuracy and time: `python bench_tradeoff.py [seconds] [case ...]`.
 
-`test_measure.py` holds its budget and its choice. Here, for each mesh the report is made twice, each time in a process
-of its own, and a third process measures through `pvphong.evaluate` what effects cost. Shown is that
+`test_measure.py` tests the report's budget and choice. This benchmark makes the report twice for each mesh, in separate
+processes, and a third process measures the costs of effects through `pvphong.evaluate`. It checks two claims:
 
-- no variant that others were better than in the first report, in time and in error, is faster than all of them in the
-  second, by more than the noise that the reports state. (Meshes that are refined for a time are other meshes.)
-- the ledger's costs are within 25 % of those of separate runs with and without an effect, where that is known to half
-  of it; others are in the noise. Both are parts of what `evaluate` takes in the same process, so that a machine that
-  was slower meanwhile does not count.
+- If a variant is dominated in the first report, in time and in error, it is not faster than all dominating variants in
+  the second, beyond the noise that the reports state. (Meshes that are refined for a time differ between reports.)
+- The ledger's costs are within 25 % of the costs in separate runs with and without an effect, if both are known to half
+  of that; others are in the noise. Both are fractions of `evaluate`'s time in the same process, so that they do not
+  depend on the machine's speed at the time.
 """
 
 import os
@@ -33,7 +33,7 @@ NEEDLE = replace(SHINY, shininess=5000)
 
 
 def lit(mesh):
-    """A far lamp, a near one and a weak one around a mesh, and an eye; the plan can leave out something of each."""
+    """Return a scene with a far, a near and a weak lamp around a mesh; the plan can simplify each of them."""
     middle, size = np.array(mesh.center), mesh.length
 
     def at(*place):
@@ -57,7 +57,7 @@ CASES = {
 
 
 def reported(case, seconds):
-    """A report as plain numbers, and what `evaluate` takes."""
+    """Return a report as plain numbers, with the time of `evaluate`."""
     make, material = CASES[case]
     mesh = make()
     scene = lit(mesh)
@@ -68,7 +68,7 @@ def reported(case, seconds):
 
 
 def dropped(scene, material):
-    """For what the ledger drops and a scene can say: its name there, and the scene and material without it."""
+    """Yield the name, scene and material without each effect of the ledger that a scene can switch off."""
     yield "specular", scene, replace(material, specular=0.0)
     yield "diffuse", scene, replace(material, diffuse=0.0)
     yield "lights", replace(scene, lights=[]), material
@@ -81,7 +81,7 @@ def dropped(scene, material):
 
 
 def evaluations(mesh):
-    """A function from a scene and a material to the seconds that `evaluate` takes: the least of a few where short."""
+    """Return a function from a scene and a material to the seconds of `evaluate`, the least of several if short."""
     normals, in_a_row = mesh.phong.normals(), 1 if mesh.n_points > 100_000 else 7
 
     def seconds(*lighting):
@@ -91,7 +91,7 @@ def evaluations(mesh):
 
 
 def costs(case):
-    """Quartiles of what `evaluate` takes longer with each effect than without it, as parts of its time, in turns."""
+    """Return quartiles of each effect's cost, as a fraction of `evaluate`'s time, from runs with and without it."""
     make, material = CASES[case]
     mesh = make()
     scene, seconds = lit(mesh), evaluations(mesh)
@@ -103,7 +103,7 @@ def costs(case):
 
 
 def compile_kernel(case):
-    """What budgets do not count."""
+    """Compile code, which budgets exclude."""
     mesh = CASES[case][0]()
     for precision in ("float32", "float64"):
         some = mesh.points[:9], mesh.phong.normals()[:9]
@@ -111,20 +111,21 @@ def compile_kernel(case):
 
 
 def seconds_of(row):
-    """Its median time."""
+    """Return a row's median time."""
     return row["time"]["median"]
 
 
 def is_better(one, other):
-    """Whether a row is as good as another of its kind in time and in error."""
+    """Return True if a row is at least as good as another of its kind in time and in error."""
     same, kind = one["kind"] == other["kind"] and one["name"] != other["name"], one["kind"].replace(" ", "_")
     return same and one[kind]["largest"] <= other[kind]["largest"] and seconds_of(one) <= seconds_of(other)
 
 
 def ahead(first, second):
-    """The variant off the first report's front that beats, in the second, all better ones by most of their time.
+    """Return the dominated variant of the first report that is furthest ahead of all dominating ones in the second.
 
-    Gives its name, by which part, and the noise: the most of what both reports state, of both variants' quartiles too.
+    The result is its name, its lead as a fraction of the time, and the noise: the largest that both reports state, or
+    the largest quartile range of the variants.
     """
     again = {(row["name"], row["points"]): row for row in second["rows"]}
     found = []
@@ -141,13 +142,13 @@ def ahead(first, second):
 
 
 def uncertainty(cost, repeats):
-    """Twice the standard error of a median cost, about IQR/√n each, as a part of it."""
+    """Return twice the standard error of a median cost, which is about IQR/√n, as a fraction of the cost."""
     low, middle, high = cost
     return 2.0 * (high - low) / repeats**0.5 / middle if middle > 0.0 else np.inf
 
 
 def compared(report, own):
-    """Effect, cost by the ledger, cost by separate runs, and whether both are known well enough to be compared."""
+    """Yield effect, cost by the ledger, cost by separate runs, and True if both are accurate enough to compare."""
     for entry in report["ledger"]:
         if entry["cost"] and entry["effect"] in own:
             told = [entry["cost"][key] / report["whole"] for key in ("low", "median", "high")]
@@ -157,13 +158,13 @@ def compared(report, own):
 
 
 def parts(cost):
-    """Median and quartiles."""
+    """Format median and quartiles."""
     low, middle, high = cost
     return f"{middle:.1%} ({low:.1%} – {high:.1%})"
 
 
 def main(seconds: float = 20.0, *cases: str) -> int:
-    """Measure; 0 if all that is claimed holds."""
+    """Run the benchmark; return 0 if all claims hold."""
     reports, ledgers, missing, held = [], [], [], True
     for name in cases or CASES:
         alone(compile_kernel, name)
@@ -181,10 +182,10 @@ def main(seconds: float = 20.0, *cases: str) -> int:
             said = mark(agrees) if known else "in the noise"
             ledgers.append((name, effect, parts(told), parts(apart), f"{ratio:.2f}", said))
         missing += [(name, what, why) for what, why in first["left_out"].items()]
-    headings = "mesh", "chosen", "noise", "repeats", "ahead, of noise", "holds"
-    show(f"Reports in {seconds:g} s, each made twice", headings, reports)
+    headings = "mesh", "chosen", "noise", "repeats", "lead, of noise", "holds"
+    show(f"Reports in {seconds:g} s, two for each mesh", headings, reports)
     headings = "mesh", "effect", "ledger", "separate runs", "ratio", "holds"
-    show("What effects cost, of `evaluate`'s time: medians and quartiles", headings, ledgers)
+    show("Costs of effects as fractions of `evaluate`'s time: medians and quartiles", headings, ledgers)
     show("Left out", ("mesh", "what", "why"), missing)
     CONSOLE.print(f"{first['facts']['machine']}; load {os.getloadavg()[0]:.1f}; {first['facts']['date']}")
     return 0 if held else 1

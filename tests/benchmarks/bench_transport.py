@@ -1,11 +1,11 @@
-"""Light that bounces, beside Mitsuba 3's path integrator and Blender's bake: time against error at the same vertices.
+"""Bounced light by pvphong, Mitsuba 3's path integrator and Blender's bake: time against error at the same vertices.
 
     python tests/benchmarks/bench_transport.py [vertices] [--blender PYTHON]
 
-A closed room of grids with a coloured wall on either side, a plate in it, and a glowing ball. All bounces are
-wanted at every vertex; the judge is `mesh.phong.truth` with many paths. Times are of the whole call, rays included: for
-`transport` also the second time, by other lights. Mitsuba sends paths to the vertices from just above; Blender bakes
-vertex colours in a process of its own. `ways.py` says how they are measured.
+The scene is a closed room of grids with coloured side walls, a plate and a glowing ball. All bounces are computed at
+every vertex, and compared with `mesh.phong.truth` with many paths. Times are of the whole call, rays included; for
+`transport` also of a second call with other lights. Mitsuba sends paths to the vertices from just above; Blender bakes
+vertex colours in a separate process. `ways.py` describes the measurement.
 """
 
 import time
@@ -30,7 +30,7 @@ SLANT = tuple(np.array([0.3, -0.8, 0.5]) / np.linalg.norm([0.3, -0.8, 0.5]))
 
 
 def walls(cells):
-    """Blocks by name."""
+    """Return the blocks of the room by name."""
     blocks = {name: grid(cells, 1.0, -0.5 * np.array(inward), inward) for name, inward in INWARD.items()}
     return pv.MultiBlock(blocks | {"plate": grid(max(cells // 3, 1), 0.4, (0.05, 0.1, -0.15), SLANT)})
 
@@ -48,14 +48,14 @@ def room(cells, bounces):
 
 
 def judged(job, paths):
-    """Colours by paths of light."""
+    """Return colours by path tracing."""
     limit = None if job.bounces >= peers.ALL_BOUNCES else job.bounces
     how = {"samples": paths, "occluders": job.occluders, "max_bounces": limit}
     return np.concatenate([each.rgb for each in job.blocks.phong.truth(job.scene, job.materials, **how).values()])
 
 
 def ours(job, again=None):
-    """The seconds of lighting a second time, without a ray, go to a list."""
+    """Return a caster; append the seconds of a second call, which casts no rays, to the list `again`."""
 
     def cast(rays):
         start = time.process_time()
@@ -73,7 +73,7 @@ def ours(job, again=None):
 
 
 def row(name, bounces, python, *more, again=None):
-    """Ours, that of other programs, and more."""
+    """Return a row with pvphong, other programs, and more ways."""
 
     def make(size):
         return room(max(round((size / 6.1) ** 0.5) - 1, 2), bounces)
@@ -95,7 +95,7 @@ def main(vertices: float = 6000, *, blender: str | None = None) -> None:
     measured = row("All bounces", peers.ALL_BOUNCES, blender, PATHS, again=again)
     measured.measure(sizes)
     show_row(measured, sizes)
-    print(f"Other lights, by what is known: {min(again):.3f} s")
+    print(f"Second call with other lights: {min(again):.3f} s")
 
 
 if __name__ == "__main__":

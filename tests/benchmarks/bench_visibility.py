@@ -1,13 +1,13 @@
-"""What rays cost for the same error, here and by other programs; and hard shadows, adaptive rays, a light that moves.
+"""Cost of rays for the same error, by pvphong and other programs; and hard shadows, adaptive rays, a moving light.
 
     python tests/benchmarks/bench_visibility.py [vertices] [--figure FILE] [--blender PYTHON]
 
-Two scenes: the penumbra of a torus on a plane of 100,000 vertices, or as many as are given, and the sky as a knot of
-half as many sees it. `ways.py` says how they are measured, and what to install; what keeps one thread busy, as VTK
-does, looks up to twice as fast as it is. Hard shadows and updates per second are by the clock.
+The scenes are the penumbra of a torus on a plane of 100,000 vertices, or as many as are given, and the sky above a knot
+with half as many. `ways.py` describes the measurement and what to install. Programs that use one thread, such as VTK,
+appear up to twice as fast as they are. Hard shadows and updates per second are wall-clock times.
 
-Errors are against 4096 rays of ours that are chosen with other numbers, or a truth of their own (`ray_peers` says whose
-and why). VTK and libigl look from some of the vertices, and Blender bakes a coarser mesh.
+Errors are relative to 4096 different rays of ours, or to a program's own truth (see `ray_peers`). VTK and libigl run on
+some of the vertices, and Blender bakes a coarser mesh.
 """
 
 import time
@@ -42,14 +42,14 @@ COLORS = "#1b6ca8", "#6fa8d6", "#b3cde3", "#c2571a", "#e3ab85", "#2a7f3f", "#6b4
 
 
 def penumbra(count: int) -> Job:
-    """A plane that looks at a sphere light past a torus."""
+    """Return a plane under a sphere light, with a torus between them."""
     torus = pv.ParametricTorus(ringradius=0.9, crosssectionradius=0.3, u_res=120, v_res=60).triangulate()
     lamp = ph.SphereLight(position=(1.5, -1, 4), radius=0.5, intensity=16, name="lamp")
     return Job(grid(max(round(count**0.5) - 1, 1), 6.0), (torus.rotate_x(50).translate((0, 0, 1.2)),), lamp)
 
 
 def open_sky(count: int) -> Job:
-    """A knot, which hides a part of the sky from itself."""
+    """Return a knot, which occludes part of its own sky."""
     t, sides = np.linspace(0, 2 * np.pi, 400), max(round((count / 10) ** 0.5), 3)
     curve = np.column_stack([np.sin(t) + 2 * np.sin(2 * t), -np.sin(3 * t), np.cos(t) - 2 * np.cos(2 * t)])
     knot = pv.Spline(curve, count // sides).tube(radius=0.5, n_sides=sides, capping=False).triangulate()
@@ -65,17 +65,17 @@ def seen_by(visibility: ph.Visibility) -> np.ndarray:
 
 
 def ours(job: Job, *, backend: type | None = None) -> Caster:
-    """By pvphong, with one of its backends, or with what casts rays here."""
+    """Return a caster of pvphong with a backend; by default the one that is installed."""
     if backend is Embree and ray_backend()[0] is not Embree:
         raise ImportError(ray_backend()[1])
     with patch.object(casting, "ray_backend", lambda: (backend or ray_backend()[0], "")):
         visibility = job.mesh.phong.visibility(job.scene, occluders=job.occluders)
-        seen_by(visibility.afresh(samples=1))  # what it is built of is shared
+        seen_by(visibility.afresh(samples=1))  # builds the shared trees
     return timed(lambda rays: seen_by(visibility.afresh(samples=rays)))
 
 
 def truth_of(job: Job) -> np.ndarray:
-    """With the vertices in reverse order, so that each has other rays."""
+    """Return our result with many rays; the vertices are in reverse order so that each has different rays."""
     last = job.mesh.n_points - 1
     turned = pv.PolyData.from_regular_faces(np.array(job.mesh.points[::-1]), last - job.mesh.regular_faces)
     turned.point_data.active_normals = np.array(job.mesh.point_data.active_normals[::-1])
@@ -97,7 +97,7 @@ def row(name: str, make: Callable[[int], Job], blender: str | None) -> Row:
 
 
 def adaptive(row: Row, size: int) -> Iterator[list[str]]:
-    """As many rays as the tolerance asks for, beside as many for all vertices."""
+    """Yield table rows that compare adaptive rays with a fixed number of rays per vertex."""
     job = row.make(size)
     truth = row.judge(job)
     for tolerance in (0.02, 1 / 255) if row.first is row.ways[0] else ():
@@ -114,24 +114,24 @@ def adaptive(row: Row, size: int) -> Iterator[list[str]]:
 
 
 def hard_shadows(count: int) -> str:
-    """Three lights, with all that is built for them, beside embreex's calls alone."""
+    """Measure hard shadows of three lights, including construction, and embreex's calls alone."""
     side, taken, alone = round(count**0.5), [], []
     mesh = pv.ParametricTorus(u_res=side, v_res=side).triangulate()
     mesh.point_data.active_normals = ph.pipeline.vertex_normals(mesh)
     for _ in range(TURNS):
         seen = mesh.phong.visibility(LIGHTS)
         start = time.perf_counter()
-        seen.per_light  # noqa: B018  rays are cast when it is first read
+        seen.per_light  # noqa: B018  the first access casts the rays
         taken.append(time.perf_counter() - start)
         with suppress(ImportError):
             alone.append(peers.embreex_alone(mesh, LIGHTS))
     beside = f"embreex's calls alone {min(alone):.2f} s" if alone else "embreex is missing"
-    whole = f"{mesh.n_points:,} vertices, {mesh.n_cells:,} triangles, building too: {min(taken):.2f} s"
+    whole = f"{mesh.n_points:,} vertices, {mesh.n_cells:,} triangles, including construction: {min(taken):.2f} s"
     return f"Three hard lights, {whole}; {beside}"
 
 
 def drags(count: int) -> str:
-    """Updates of a window's colours while a light moves: its rays, and lighting with what they find."""
+    """Measure updates of a window's colours while a light moves, including its rays."""
     job, told = penumbra(count), []
     among = KnownOccluders(Occluders([world_faces(each) for each in (job.mesh, *job.occluders)]), 0)
     for name, light in (("hard", ph.PointLight(job.light.position)), (f"soft, {PREVIEW} rays", job.light)):
@@ -156,7 +156,7 @@ def main(vertices: float = 100_000, *, figure: str = "", blender: str | None = N
     for each, size in zip(rows, sizes, strict=True):
         each.measure([size])
         show_row(each, [size])
-    headings = "scene", "tolerance", "seconds", "RMS error", "rays a vertex", "fixed over adaptive, same error"
+    headings = "scene", "tolerance", "seconds", "RMS error", "rays per vertex", "fixed over adaptive, same error"
     show("Adaptive", headings, chain(*map(adaptive, rows, sizes)))
     if figure:
         draw(rows, sizes, figure, {way.name: (color, "o") for way, color in zip(rows[0].ways, COLORS, strict=True)})

@@ -1,10 +1,10 @@
-"""What users wait for, from file to file and from drag to picture: `python bench_whole_job.py [most vertices | quick]`.
+"""Time of whole jobs, from file to file and from drag to picture: `python bench_whole_job.py [most vertices | quick]`.
 
-The kernel alone is in bench_kernel.py. Here are the steps around it, measured through the calls that users make: a file
-read, normals, plan, light, and the file written; growth with the mesh; the first call of an installation; a
-drag in a window. Comparators run in the same turns, so that a busy machine slows all of them down alike; medians count.
-Growth goes up to 10 million vertices, or as many as are asked for: 100 million take 6 GB. `quick` tries all of it on
-small meshes in less than a minute, without the first call of an installation; its times say little.
+bench_kernel.py measures the kernel alone. This benchmark measures the steps around it through public calls: reading a
+file, normals, plan, light and writing the file; growth with the mesh; the first call of an installation; and dragging a
+light in a window. Comparisons run in the same turns, so that a busy machine slows all of them down alike; medians
+count. Growth is measured up to 10 million vertices by default; 100 million need 6 GB. `quick` runs everything on small
+meshes in less than a minute, except the first call of an installation; its times are not meaningful.
 """
 
 import gc
@@ -41,12 +41,12 @@ from pvphong.shading import kernel
 from pvphong.shading.equation import assemble
 from pvphong.shading.vertices import Vertices
 
-FEW = 100  # shows what a call costs by itself
+FEW = 100  # shows the constant cost of a call
 SIZES = (FEW, 10_000, 100_000, 1_000_000, 10_000_000, 100_000_000)
 EXTRA_ALLOWED = 64  # MiB
 GROWTH_ALLOWED = 1.3
 
-# Point normals alone: making neighbours agree takes VTK twice as long again.
+# Point normals alone: VTK needs twice as long again to make neighbours consistent.
 AS_THEY_ARE = {"cell_normals": False, "split_vertices": False, "consistent_normals": False}
 
 FIRST = """
@@ -71,9 +71,9 @@ now("second call", start)
 
 
 def growth(count):
-    """Nanoseconds for each vertex, and MiB beside input and output, of lighting so many: in a process of its own.
+    """Return nanoseconds per vertex and MiB beyond input and output; run it in a separate process.
 
-    The least time counts: memory that the machine has not lent out before costs more to touch than to light, once.
+    The least time counts, because the first access to newly allocated memory costs more than lighting.
     """
     few = np.random.default_rng(0).normal(size=(1000, 3)).astype(np.float32)
     small, mesh = pv.PolyData(few), pv.PolyData(np.resize(few, (count, 3)))
@@ -90,14 +90,14 @@ def growth(count):
 
 
 def sphere(side):
-    """In float32, without normals."""
+    """Return a sphere in float32, without normals."""
     mesh = pv.Sphere(theta_resolution=side, phi_resolution=side)
     mesh.clear_data()
     return mesh
 
 
 def window(mesh):
-    """An offscreen window in which VTK lights a mesh."""
+    """Return an off-screen window in which VTK lights a mesh."""
     plotter = pv.Plotter(off_screen=True, window_size=(1280, 800), lighting="none")
     for light in measured_scene()[0].lights:
         plotter.add_light(pv.Light(position=light.position, positional=True, cone_angle=90))
@@ -107,7 +107,7 @@ def window(mesh):
 
 
 def file_job(folder, side, turns, file_turns):
-    """Seconds of reading, normals, plan, light and writing, and of their comparators."""
+    """Return seconds of reading, normals, plan, light and writing, and of their comparisons."""
     scene, material = measured_scene()
     source, target = Path(folder, "in.vtp"), Path(folder, "out.vtp")
     sphere(side).save(source)
@@ -149,7 +149,7 @@ def show_job(seconds, side):
         return name, f"{value * 1e3:.2f}", share, *(f"{ratio:.3g}" for ratio in ratios)
 
     rows = [row(name, seconds[name], f"{seconds[name] / whole:.1%}") for name in steps]
-    rows += [row("all of it", whole, "100%"), (), *(row(name, seconds[name]) for name in others)]
+    rows += [row("total", whole, "100%"), (), *(row(name, seconds[name]) for name in others)]
     title = f"{side**2 / 1e6:g} M vertices, {2 * side**2 / 1e6:g} M triangles, 3 lamps with highlights"
     show(title, ("step", "ms", "share", "over VTK's normals", "over a + b", "over VTK's frame"), rows)
     allowed = ("light", "kernel", 3), ("normals, compiled", "VTK's normals", 1.5)
@@ -164,9 +164,9 @@ def show_growth(most):
         ratio = "" if count == FEW else f"{each / least:.2f}" + " [red]too much[/]" * (each / least > GROWTH_ALLOWED)
         room = f"{extra:.1f}" + " [red]too much[/]" * (extra > EXTRA_ALLOWED)
         rows.append((f"{count:,}", f"{each * count / 1e3:.0f}", f"{each:.2f}", ratio, room))
-    limits = f"over the least (<= {GROWTH_ALLOWED})", f"MiB beside input and output (<= {EXTRA_ALLOWED})"
-    title = "`shade` of points with normals, float32, each size in a process of its own"
-    show(title, ("vertices", "us a call", "ns per vertex", *limits), rows)
+    limits = f"over the least (<= {GROWTH_ALLOWED})", f"MiB beyond input and output (<= {EXTRA_ALLOWED})"
+    title = "`shade` of points with normals, float32, each size in a separate process"
+    show(title, ("vertices", "us per call", "ns per vertex", *limits), rows)
 
 
 def show_first():
@@ -177,7 +177,7 @@ def show_first():
 
 
 def drag(side, frames):
-    """A light dragged over a mesh in a window: seconds of each part, and of a frame lit by VTK."""
+    """Drag a light over a mesh in a window; return seconds of each part, and of a frame lit by VTK."""
     scene, material = measured_scene()
     mesh = sphere(side).compute_normals(**AS_THEY_ARE)
     ours, vtks = pv.Plotter(off_screen=True, window_size=(1280, 800), lighting="none"), window(mesh)
@@ -205,10 +205,10 @@ def drag(side, frames):
         "moving": move,
         "plan": plan,
         "kernel, to 0-255": lambda: planned.run_for_display(vertices, live.drawn["phong"]),
-        "all of bringing colours up to date": subplot.lit.refresh,
+        "whole update of colours": subplot.lit.refresh,
         "frame with new colours": ours.render,
         "frame with the same colours": ours.render,
-        "noticing that nothing has changed": subplot.lit.refresh,
+        "detecting that nothing has changed": subplot.lit.refresh,
         "frame lit by VTK": frame,
     }
     seconds = in_turns(parts, frames, of=median)
@@ -220,19 +220,19 @@ def drag(side, frames):
 
 def show_drag(seconds):
     parts = {
-        "noticing that something has changed": seconds["noticing that nothing has changed"],
+        "detecting that something has changed": seconds["detecting that nothing has changed"],
         "plan": seconds["plan"],
         "kernel, to 0-255": seconds["kernel, to 0-255"],
-        "these three and the hand-over, as they are called": seconds["all of bringing colours up to date"],
+        "these three and the hand-over": seconds["whole update of colours"],
         "upload of the colours by VTK": seconds["frame with new colours"] - seconds["frame with the same colours"],
-        "VTK's drawing of them": seconds["frame with the same colours"],
+        "drawing of the colours by VTK": seconds["frame with the same colours"],
         "for comparison: a frame lit by VTK": seconds["frame lit by VTK"],
     }
     rows = [(name, f"{each * 1e3:.2f}", f"{each / seconds['frame lit by VTK']:.1%}") for name, each in parts.items()]
     show("A light dragged in a window, 1280 x 800 pixels", ("part", "ms", "over VTK's frame"), rows)
 
 
-# --- the next outlier
+# --- outliers among public calls
 
 LAMP = PointLight(position=(0.3, 0.2, 1.5))
 SHINY = Material(specular=0.5, shininess=30)
@@ -243,7 +243,7 @@ GROWTH_OF_CALLS, MEMORY_OF_CALLS = 1.1, 4.0
 
 
 def public_calls(side, folder):
-    """Name → a call that users make, on planes of so many points each way; those with rays on a ninth of the points."""
+    """Return public calls by name, on planes of `side` by `side` points; those with rays on a ninth of the points."""
     rng = np.random.default_rng(0)
     plane = pv.Plane(i_resolution=side - 1, j_resolution=side - 1).triangulate()
     textured = plane.copy()
@@ -260,7 +260,7 @@ def public_calls(side, folder):
     hard, soft = (Scene([light], EYE, LightModel(shadows=True)) for light in (LAMP, SphereLight((0.3, 0.2, 1.5), 0.2)))
     lit, seen = plane.phong.shade(three, SHINY), few.phong.visibility(hard)
     small = pv.MultiBlock([pv.Sphere() for _ in range(max(side * side // 2000, 1))])
-    seen.per_light  # noqa: B018 rays are cast now
+    seen.per_light  # noqa: B018 casts the rays
 
     def shade(scene, material=SHINY, mesh=plane, **how):
         return lambda: mesh.phong.shade(scene, material, **how)
@@ -298,7 +298,7 @@ def public_calls(side, folder):
 
 
 def outliers(side, folder):
-    """Name → seconds of a call, and the bytes that it held at most."""
+    """Return seconds and peak memory in bytes of calls by name."""
     found = {}
     for name, call in public_calls(side, folder).items():
         call()
@@ -312,7 +312,7 @@ def outliers(side, folder):
 
 
 def show_outliers(sides):
-    """Calls in multiples of a lamp; with the power by which time grows, and memory in multiples of input and result."""
+    """Print calls in multiples of one lamp, with the exponent of growth, and memory relative to input and result."""
     with tempfile.TemporaryDirectory() as folder:
         found = {side * side: alone(outliers, side, folder) for side in sides}
     counts, rows = sorted(found), []
@@ -325,7 +325,7 @@ def show_outliers(sides):
         multiple = f"{seconds / most['a lamp'][0]:.1f}"
         rows.append((name, f"{seconds * 1e3:.2f}", multiple, f"{power:.2f}", f"{share:.2f}", marks))
     columns = "call", "ms", "x a lamp", f"power (<= {GROWTH_OF_CALLS})", f"memory (<= {MEMORY_OF_CALLS})", ""
-    title = f"{counts[-1]:,} points; memory beside input, in multiples of points, normals, faces and colours"
+    title = f"{counts[-1]:,} points; memory beyond input, in multiples of points, normals, faces and colours"
     show(title, columns, rows)
 
 

@@ -1,7 +1,7 @@
-"""What Blender's Python runs: Cycles bakes colours of vertices; `python blender_bake.py DATA RESULT RAYS THREADS`.
+"""Script for Blender's Python that bakes vertex colours: `python blender_bake.py DATA RESULT RAYS THREADS`.
 
-The data are meshes, how many of the first ones look, their colours, the number of bounces, and lamps by place, radius
-and power; without lamps they look at the sky. What a bake of one sample takes is taken off the seconds.
+The data are meshes, the number of meshes to bake, their colours, the number of bounces, and lamps by position, radius
+and power. Without lamps, the sky is baked. The time of a bake with one sample is subtracted from the seconds.
 """
 
 import sys

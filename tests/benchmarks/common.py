@@ -1,4 +1,4 @@
-"""What benchmarks share: scenes, meshes, the textbook's formula, calls that are measured in turns, and tables.
+"""Shared code of benchmarks: scenes, meshes, the textbook's formula, timing of calls in turns, and tables.
 
 Calls take turns, so that a busy machine slows all of them down alike.
 """
@@ -24,14 +24,14 @@ from pvphong import Material, PointLight, Scene, Viewer
 from pvphong.shading import kernel
 from pvphong.studies.accuracy.peers import textbook_colors as textbook  # noqa: F401 for benchmarks
 
-THREADS = 2  # of those who are compared
+THREADS = 2  # of all compared programs
 CONSOLE = Console(width=180)
 
-# --- what is lit
+# --- scenes and meshes
 
 
 def measured_scene():
-    """Three point lights with highlights and attenuation around the unit sphere."""
+    """Return a scene and a material: three point lights with highlights and attenuation around the unit sphere."""
     lights = [
         PointLight(position=(2.0, 1.0, 2.5), attenuation=(0.5, 0.1, 0.05), diffuse=(1.0, 0.9, 0.8)),
         PointLight(position=(-2.0, 1.5, 1.0), attenuation=(1.0, 0.0, 0.1), diffuse=(0.3, 0.4, 0.9), intensity=1.5),
@@ -42,7 +42,7 @@ def measured_scene():
 
 
 def vertices(count, dtype=np.float64):
-    """Points on the unit sphere, and normals that are a little off."""
+    """Return points on the unit sphere and perturbed normals."""
     rng = np.random.default_rng(0)
     points = rng.normal(size=(count, 3))
     points /= np.linalg.norm(points, axis=1, keepdims=True)
@@ -51,7 +51,7 @@ def vertices(count, dtype=np.float64):
 
 
 def grid(cells, size=1.0, center=(0, 0, 0), direction=(0, 0, 1)):
-    """A square of so many cells each way, cut into triangles, with normals."""
+    """Return a square of `cells` by `cells` cells, cut into triangles, with normals."""
     extent = {"i_size": size, "j_size": size, "i_resolution": cells, "j_resolution": cells}
     mesh = pv.Plane(center=center, direction=direction, **extent).triangulate()
     mesh.clear_data()
@@ -60,7 +60,7 @@ def grid(cells, size=1.0, center=(0, 0, 0), direction=(0, 0, 1)):
 
 
 def torus(side):
-    """Closed, of so many points each way, without normals."""
+    """Return a closed torus of `side` by `side` points, without normals."""
     mesh = pv.ParametricTorus(u_res=side, v_res=side).clean().triangulate()
     mesh.clear_data()
     return mesh
@@ -70,7 +70,7 @@ def torus(side):
 
 
 def in_turns(calls, repeats, clock=time.perf_counter, of=min):
-    """Name → seconds of a call, the least or another of all repeats; a first turn compiles, and does not count."""
+    """Return seconds of calls by name, the least or another statistic of all repeats; a first turn only compiles."""
     seconds = {name: [] for name in calls}
     for turn in range(repeats + 1):
         for name, call in calls.items():
@@ -82,18 +82,18 @@ def in_turns(calls, repeats, clock=time.perf_counter, of=min):
 
 
 class Cast(NamedTuple):
-    """What rays have found, and what that took."""
+    """Result of rays, and their time."""
 
-    seconds: float  # of processors, all threads together
+    seconds: float  # processor time, summed over threads
     found: np.ndarray
 
 
 Caster = Callable[[int], Cast]
-"""Casts so many rays for each vertex."""
+"""Function that casts a number of rays per vertex."""
 
 
 def timed(work: Callable[[int], np.ndarray]) -> Caster:
-    """The whole call counts."""
+    """Return a caster that times the whole call."""
 
     def cast(rays: int) -> Cast:
         start = time.process_time()
@@ -104,7 +104,7 @@ def timed(work: Callable[[int], np.ndarray]) -> Caster:
 
 
 def by_parts(at_once: int, count: int, of_some: Callable[[int, int, int], np.ndarray]) -> Caster:
-    """Of what gives the answers of some vertices, by so many rays each: so many rays at once."""
+    """Return a caster from a function of rays per vertex and a range of vertices, with `at_once` rays per call."""
 
     def work(rays: int) -> np.ndarray:
         step = max(at_once // rays, 1)
@@ -114,7 +114,7 @@ def by_parts(at_once: int, count: int, of_some: Callable[[int, int, int], np.nda
 
 
 def baked(python, meshes, looking, **data) -> Caster:
-    """By Blender, in a process of its own, at the vertices of the first meshes; `blender_bake.py` says of what data."""
+    """Return a caster that runs Blender in a separate process; see `blender_bake.py` for its data."""
     if python is None:
         raise FileNotFoundError("no Python with bpy was named")
     subprocess.run([python, "-c", "import bpy"], check=True, capture_output=True)
@@ -135,7 +135,7 @@ def baked(python, meshes, looking, **data) -> Caster:
 
 
 def begin_on(threads):
-    """Keep to so many processors, and have all code compiled."""
+    """Restrict this process to a number of processors, and compile all code."""
     if hasattr(os, "sched_setaffinity"):
         os.sched_setaffinity(0, sorted(os.sched_getaffinity(0))[:threads])
     with suppress(kernel.CannotCompile):
@@ -143,12 +143,12 @@ def begin_on(threads):
 
 
 def slope(numbers, errors):
-    """The power with which errors go with numbers: -0.5 for plain random samples."""
+    """Return the exponent of errors as a power of numbers: -0.5 for plain random samples."""
     return float(np.polyfit(np.log(numbers), np.log(errors), 1)[0])
 
 
 def equal_error_seconds(curve, error):
-    """Seconds to an error, by pairs of both along a curve: interpolated on logarithmic axes, or extended."""
+    """Return the seconds to reach an error, from pairs of both: linear on logarithmic axes, or extrapolated."""
     logs = np.log(curve)
     after = int(np.clip(np.count_nonzero(logs[:, 1] > np.log(error)), 1, len(logs) - 1))
     (start, above), (end, below) = logs[after - 1], logs[after]
@@ -156,13 +156,13 @@ def equal_error_seconds(curve, error):
 
 
 def apart(code, **environment):
-    """What a process of its own prints, in which benchmarks are importable."""
+    """Return the output of code in a separate process that can import benchmarks."""
     run = [sys.executable, "-c", code]
     return subprocess.check_output(run, env=os.environ | environment, cwd=Path(__file__).parent, text=True)
 
 
 def alone(function, *arguments):
-    """What a function gives in a process of its own."""
+    """Return the result of a function in a separate process."""
     with ProcessPoolExecutor(1, get_context("spawn")) as pool:
         return pool.submit(function, *arguments).result()
 
@@ -171,7 +171,7 @@ def alone(function, *arguments):
 
 
 def new_cluster(workers):
-    """Of single threads, as `shade_files` starts one."""
+    """Start a cluster of workers with one thread, as `shade_files` does."""
     from distributed import LocalCluster
 
     single = {"threads_per_worker": 1, "env": {"VTK_SMP_MAX_THREADS": "1"}}
@@ -179,7 +179,7 @@ def new_cluster(workers):
 
 
 def files_lit(cluster, files, out, *lighting, **options):
-    """Seconds of a run in which nothing is done yet, and the bytes that the worker with the most took."""
+    """Return the seconds of a run without earlier results, and the largest memory of a worker in bytes."""
     from distributed import Client
 
     from pvphong import shade_files
@@ -194,7 +194,7 @@ def files_lit(cluster, files, out, *lighting, **options):
 
 
 def reset_peak():
-    """In a worker: forget how much memory it has had, and say how much it has."""
+    """Reset the peak memory of a worker, and return its current memory."""
     import psutil
 
     Path("/proc/self/clear_refs").write_text("5")
@@ -202,7 +202,7 @@ def reset_peak():
 
 
 def peak():
-    """In a worker: how much memory it has had."""
+    """Return the peak memory of a worker."""
     status = Path("/proc/self/status").read_text()
     return 1024 * int(status.split("VmHWM:")[1].split()[0])
 
@@ -211,7 +211,7 @@ def peak():
 
 
 def show(title, headings, rows, texts=1):
-    """Print a table; the first columns hold texts, the others numbers, and rows without cells are lines between."""
+    """Print a table. The first `texts` columns hold text, the others numbers; rows without cells are separators."""
     made = Table(title=title, title_justify="left")
     for place, heading in enumerate(headings):
         made.add_column(heading, justify="right" if place >= texts else "left")
@@ -224,5 +224,5 @@ def show(title, headings, rows, texts=1):
 
 
 def mark(holds):
-    """Whether something holds, for a cell."""
+    """Return a table cell with "yes" or "no"."""
     return "[green]yes[/]" if holds else "[red]no[/]"

@@ -1,4 +1,4 @@
-"""Benchmarks are started as scripts and import each other from their own folder; so do their tests."""
+"""Let tests import benchmarks from this folder, as the benchmarks do when they run as scripts."""
 
 import sys
 from pathlib import Path

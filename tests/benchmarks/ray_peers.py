@@ -1,8 +1,9 @@
-"""Other ways to find what vertices see of a sphere light or of the sky, for bench_visibility.py: each in its own words.
+"""Visibility of a sphere light or of the sky by other programs, for bench_visibility.py.
 
-Each takes a `Job` and prepares what does not depend on the number of rays; what it gives casts so many rays from every
-vertex, and says how long that took. Two answer another question, and are judged by a truth of their own: Blender casts
-from every corner of every face, a little inside of it, and libigl weights directions evenly, not with the cosine.
+Each function takes a `Job`, prepares what does not depend on the number of rays, and returns a caster, which casts a
+number of rays from every vertex and measures the time. Two compute something else, and are compared with their own
+truth: Blender casts from every corner of every face, slightly inside it, and libigl weights directions uniformly
+instead of by the cosine.
 """
 
 import time
@@ -18,14 +19,14 @@ from scene_peers import mesh_of_mitsuba, returning
 import pvphong as ph
 
 ABOVE = 1e-4
-"""Lengths: so far above the surface plain rays begin; meshes are some six units wide."""
+"""Height above the surface at which plain rays start; meshes are some six units wide."""
 RAYS_AT_ONCE = 2**25  # by Mitsuba
 FAR = 1e6
 
 
 @dataclass(frozen=True)
 class Job:
-    """What is seen of a light, or of the sky where it is None, from the vertices of a mesh of triangles with normals.
+    """Visibility of a light, or of the sky if it is None, from the vertices of a triangle mesh with normals.
 
     The mesh and the occluders block rays.
     """
@@ -48,12 +49,12 @@ class Job:
 
     @cached_property
     def triangles(self) -> tuple[np.ndarray, np.ndarray]:
-        """Points, float32, and corners of all that blocks."""
+        """Points, float32, and corners of all triangles that block rays."""
         whole = pv.merge([self.mesh, *self.occluders], merge_points=False) if self.occluders else self.mesh
         return np.array(whole.points, np.float32), np.array(whole.regular_faces, np.int64)
 
     def some(self, step: int) -> "Job":
-        """Every so many-th vertex looks; as much blocks."""
+        """Return the job with rays from every `step`-th vertex only, and the same occluders."""
         few = pv.PolyData(self.mesh.points[::step])
         few.point_data.active_normals = self.mesh.point_data.active_normals[::step]
         return Job(few, (self.mesh, *self.occluders), self.light)
@@ -78,11 +79,11 @@ def _unit(vectors: np.ndarray) -> np.ndarray:
 
 
 def _random_ray(job: Job, points: np.ndarray, normals: np.ndarray, random: np.random.Generator):
-    """For each vertex a direction, a length, and the weight of what arrives from there."""
+    """Return a direction, a length and the weight of the arriving light for each vertex."""
     ball = _unit(random.standard_normal(points.shape, np.float32))
-    if job.light is None:  # as the cosine
+    if job.light is None:  # cosine-weighted
         return _unit(normals + ball), np.full(len(points), FAR, np.float32), np.ones(len(points), np.float32)
-    to_light = np.float32(job.light.position) - points  # evenly in the cone in which the sphere is seen
+    to_light = np.float32(job.light.position) - points  # uniform in the cone that the sphere subtends
     distance = np.linalg.norm(to_light, axis=1)
     axis = to_light / distance[:, None]
     least = np.sqrt(1.0 - (job.light.radius / distance) ** 2)
@@ -93,7 +94,7 @@ def _random_ray(job: Job, points: np.ndarray, normals: np.ndarray, random: np.ra
 
 
 def plain_rays(job: Job) -> Caster:
-    """NumPy makes them, one for each vertex at a time; half of the vertices each on two threads."""
+    """Return a caster that generates rays in NumPy, one per vertex at a time, on two threads with half the vertices."""
     scene, begins = _scene_of_embreex(*job.triangles), job.points + np.float32(ABOVE) * job.normals
 
     def of_some(rays: int, some: slice) -> np.ndarray:
@@ -115,7 +116,7 @@ def plain_rays(job: Job) -> Caster:
 
 
 def embreex_alone(mesh: pv.PolyData, lights: list) -> float:
-    """Seconds of embreex's calls, its tree and one ray to each light without a size that is faced, on one thread."""
+    """Return seconds of embreex's calls on one thread: its tree, and a ray to each light that a vertex faces."""
     points, normals = np.asarray(mesh.points, np.float32), np.asarray(mesh.point_data.active_normals, np.float32)
     start = time.perf_counter()
     scene = _scene_of_embreex(points, mesh.regular_faces)
@@ -137,7 +138,7 @@ def embreex_alone(mesh: pv.PolyData, lights: list) -> float:
 
 
 def _scene_of_mitsuba(job: Job):
-    """In LLVM mode; white, and seen from both sides."""
+    """Return the scene in LLVM mode, with white two-sided surfaces."""
     import drjit as dr
     import mitsuba as mi
 
@@ -153,10 +154,10 @@ def _scene_of_mitsuba(job: Job):
 
 
 def mitsuba(job: Job) -> Caster:
-    """What its `direct` integrator does at a surface: multijittered samples of the light, or of a cosine.
+    """Return a caster that works like its `direct` integrator: multijittered samples of the light or of a cosine.
 
-    Its sampler is told which samples are one vertex's, and samples of the light are divided by what they would send if
-    nothing were in between; its integrator does neither, and both make its error smaller.
+    Two differences from the integrator make its error smaller: the sampler knows which samples belong to a vertex, and
+    samples of the light are divided by the unoccluded samples.
     """
     import drjit as dr
     import mitsuba as mi
@@ -186,15 +187,15 @@ def mitsuba(job: Job) -> Caster:
 
 
 def mitsuba_as_it_comes(job: Job) -> Caster:
-    """Its `direct` integrator itself, along rays that meet the surface at the vertices, of the light alone.
+    """Return a caster that runs its `direct` integrator along rays that hit the surface at the vertices.
 
-    One multijittered sampler is seeded for all of them. What arrives is divided by what would if nothing were in
-    between, by as many samples as the truth has.
+    It supports only lights. One multijittered sampler is seeded for all vertices. The arriving light is divided by the
+    unoccluded light, with as many samples as the truth.
     """
     import mitsuba as mi
 
     if job.light is None:
-        raise NotImplementedError("needs a point within a face, and meets a knot beside its vertices")
+        raise NotImplementedError("needs a point within a face, and hits a knot next to its vertices")
     scenes = [_scene_of_mitsuba(each) for each in (job, Job(job.mesh, (), job.light))]
     integrator = mi.load_dict({"type": "direct", "emitter_samples": 1, "bsdf_samples": 0})
     inside = job.points + 1e-6 * (job.points.mean(axis=0) - job.points)  # rays to the border may miss it
@@ -212,7 +213,7 @@ def mitsuba_as_it_comes(job: Job) -> Caster:
 
 
 def libigl(job: Job) -> Caster:
-    """Its ambient occlusion, whose directions are even."""
+    """Return a caster of its ambient occlusion, whose directions are uniform."""
     from igl.embree import EmbreeIntersector, ambient_occlusion
 
     if job.light is not None:
@@ -227,7 +228,7 @@ def libigl(job: Job) -> Caster:
 
 
 def blender(job: Job, *, python: str | None) -> Caster:
-    """Its light is divided by what would arrive if nothing were in between."""
+    """Return a caster that divides its light by the unoccluded light."""
     lights, unblocked = [job.light] if job.light else [], np.ones(len(job.points))
     for light in lights:
         to_light = np.array(light.position) - job.points

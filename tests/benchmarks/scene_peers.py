@@ -1,8 +1,8 @@
 """Other programs that light the vertices of a scene, for bench_transport.py and bench_peers.py.
 
-Each takes a `Job` and prepares what does not depend on the number of rays; what it gives sends so many rays to every
-vertex, and says how long that took, by the processor time of all threads. Surfaces are Lambert's, or rough mirrors
-of GGX that reflect all light.
+Each function takes a `Job`, prepares what does not depend on the number of rays, and returns a caster. This sends a
+number of rays to every vertex and measures the processor time of all threads. Surfaces are Lambertian, or rough GGX
+mirrors that reflect all light.
 """
 
 import math
@@ -20,9 +20,9 @@ ALL_BOUNCES = 64
 
 @dataclass(frozen=True)
 class Job:
-    """Blocks of triangles with normals, to be lit with `light_model.bounces`.
+    """Blocks of triangles with normals, to light with `light_model.bounces`.
 
-    Occluders are what a lamp is made of where other programs' lamps block light.
+    Occluders are the bodies of lamps, because lamps of other programs block light.
     """
 
     blocks: pv.MultiBlock
@@ -40,7 +40,7 @@ class Job:
 
     @property
     def places(self) -> np.ndarray:
-        """Shape (n, 3): points moved a little into a face, for rays that hit a corner slip through between faces."""
+        """Points moved slightly into a face, shape (n, 3), because rays at a corner may pass between faces."""
         return np.concatenate([_inward(block) for block in self.blocks])
 
     @property
@@ -49,7 +49,7 @@ class Job:
 
     @property
     def views(self) -> np.ndarray:
-        """Shape (n, 3): unit directions from which surfaces are seen."""
+        """Unit directions from which surfaces are seen, shape (n, 3)."""
         if not any(material.reflectance for material in self.materials.values()):
             return self.normals
         to_eye = np.asarray(self.scene.viewer.position) - self.places
@@ -72,14 +72,14 @@ def _rgb(value) -> dict:
 
 
 def _emitter(light: ph.Light) -> dict:
-    """What sends the light that a light of ours sends; lamps with a size are black to what falls on them."""
+    """Return the emitter that corresponds to a light; area lights reflect no light."""
     import mitsuba as mi
 
     if isinstance(light, ph.EnvironmentLight):
         ahead, right, up = light.axes
         turn = np.eye(4)
         turn[:3, :3] = np.stack([-right, up, ahead], axis=1)
-        texels = light.image.image.repeat(8, axis=0).repeat(8, axis=1).astype(np.float32)  # it blends between texels
+        texels = light.image.image.repeat(8, axis=0).repeat(8, axis=1).astype(np.float32)  # it interpolates texels
         return {"type": "envmap", "bitmap": mi.Bitmap(texels), "to_world": mi.ScalarTransform4f(turn)}
     place = list(light.position)
     if isinstance(light, ph.SphereLight):
@@ -117,7 +117,7 @@ def mesh_of_mitsuba(points: np.ndarray, corners: np.ndarray, bsdf: dict, normals
 
 
 def returning(scene, integrator, sampler: dict, begins: np.ndarray, directions: np.ndarray):
-    """What gives, for `by_parts`, the channels of what comes back along so many rays of each of some."""
+    """Return a function for `by_parts` that returns the channels of the radiance along rays of some vertices."""
     import drjit as dr
     import mitsuba as mi
 
@@ -136,7 +136,7 @@ def returning(scene, integrator, sampler: dict, begins: np.ndarray, directions: 
 
 
 def mitsuba(job: Job) -> Caster:
-    """Its `path` integrator, in LLVM mode, by rays that meet the surface at the vertices."""
+    """Return a caster of its `path` integrator, in LLVM mode, along rays that hit the surface at the vertices."""
     import drjit as dr
     import mitsuba as mi
 
@@ -160,7 +160,7 @@ def mitsuba(job: Job) -> Caster:
 def blender(job: Job, python: str | None) -> Caster:
     lights, materials = job.scene.lights, [job.materials[name] for name in job.blocks.keys()]  # noqa: SIM118
     if not all(hasattr(light, "position") for light in lights) or any(each.reflectance for each in materials):
-        raise NotImplementedError("bakes no mirrors and no skies here")
+        raise NotImplementedError("cannot bake mirrors and skies in this benchmark")
     lamps = {"places": [light.position for light in lights], "powers": [light.intensity for light in lights]}
     lamps["radii"] = [getattr(light, "radius", 0.0) for light in lights]
     colors = [np.broadcast_to(each.diffuse, 3) for each in materials]

@@ -1,4 +1,4 @@
-"""The benchmark of large surfaces: its city is one surface, and its schedule is right where one can say so."""
+"""Benchmark of large surfaces: its city is one surface, and its schedule is correct in known cases."""
 
 from dataclasses import replace
 
@@ -42,5 +42,5 @@ def test_what_a_worker_was_doing_and_held_is_done_again():
     whole = simulate([border, light], 2000, IDEAL)
     dying = simulate([border, light], 2000, replace(IDEAL, lives=1000.0, restart=5.0))
     assert dying.deaths == pytest.approx(whole.seconds * 4 / 1000.0, rel=0.5)
-    assert dying.redone > dying.deaths / 4000  # each took a task with it, and borders
+    assert dying.redone > dying.deaths / 4000  # each death lost a task and borders
     assert whole.seconds < dying.seconds < 2 * whole.seconds

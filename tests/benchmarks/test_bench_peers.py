@@ -1,4 +1,4 @@
-"""The benchmark beside other programs compares like with like: what is missing is named, and times are at one error."""
+"""The benchmark of other programs compares equal results at equal error, and names missing programs."""
 
 import bench_peers
 import bench_transport

@@ -1,4 +1,4 @@
-"""The comparators of the benchmark compute the same thing as the evaluator; so their times can be compared."""
+"""The comparisons of the benchmark compute the same colours as the evaluator, so that their times are comparable."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""The comparators of the benchmark of rays see what we see; so their times can be compared."""
+"""The comparisons of the benchmark of rays compute the same visibility, so that their times are comparable."""
 
 import os
 
@@ -14,7 +14,7 @@ RAYS = 64
 
 
 def job(light):
-    """A plane below a ball."""
+    """Return a job of a plane below a ball."""
     return peers.Job(grid(8, 4.0), (pv.Sphere(radius=0.5, center=(0.1, 0, 1)),), light)
 
 
@@ -32,7 +32,7 @@ def job(light):
 def test_a_peer_sees_what_we_see(peer, needs, light):
     options = {}
     if needs is None:
-        options["python"] = os.environ.get("BLENDER_PYTHON") or pytest.skip("BLENDER_PYTHON names none with bpy")
+        options["python"] = os.environ.get("BLENDER_PYTHON") or pytest.skip("BLENDER_PYTHON names no Python with bpy")
     else:
         pytest.importorskip(needs)
     scene = job(light)
@@ -53,7 +53,7 @@ def test_libigl_sees_an_even_sky():
     pytest.importorskip("igl")
     scene = job(None)
     height, distance = 1.0, np.hypot(scene.points[:, 0] - 0.1, scene.points[:, 1])
-    hidden = 1.0 - np.sqrt(1.0 - 0.25 / (height**2 + distance**2))  # a cone's share of the hemisphere
+    hidden = 1.0 - np.sqrt(1.0 - 0.25 / (height**2 + distance**2))  # a cone's part of the hemisphere
     part = peers.libigl(scene)(1024).found
     np.testing.assert_allclose(part, 1.0 - hidden, atol=0.05)
 
@@ -62,5 +62,5 @@ def test_times_at_equal_error_are_on_lines_of_logarithmic_axes():
     numbers = np.array([16, 64, 256])
     curve = [(2e-3 * n, 3.0 * n**-0.75) for n in numbers.tolist()]
     assert slope(numbers, [error for _, error in curve]) == pytest.approx(-0.75)
-    for rays in (4, 16, 30, 100, 256, 2000):  # before, on, between and beyond what was measured
+    for rays in (4, 16, 30, 100, 256, 2000):  # before, on, between and beyond the measured numbers
         assert equal_error_seconds(curve, 3.0 * rays**-0.75) == pytest.approx(2e-3 * rays)

@@ -1,11 +1,11 @@
-"""Ways to do one job, by time against error: what bench_peers, bench_transport and bench_visibility measure and show.
+"""Ways to do one job, by time against error, for bench_peers, bench_transport and bench_visibility.
 
-Time is that of processors, two threads together; preparation (trees, textures, compiling what a scene needs) stands
-apart. Errors are RMS, as a share of the truth's mean. Ways that take long are measured on fewer vertices, and their
-times multiplied; a star marks them.
+Times are processor times, summed over two threads. Preparation (trees, textures, compilation for a scene) is separate.
+Errors are RMS, relative to the truth's mean. Slow ways are measured on fewer vertices, and their times are
+extrapolated; a star marks them.
 
-Others are compared if they are there: `pip install mitsuba libigl`, Mitsuba with LLVM's library; and with `--blender`
-a Python that has `pip install bpy`. Those that are missing, crash, or draw black are named.
+Other programs are optional: `pip install mitsuba libigl`, with LLVM's library for Mitsuba; and `--blender` with a
+Python that has `pip install bpy`. The table names programs that are missing, crash, or render black.
 """
 
 import subprocess
@@ -19,12 +19,12 @@ import numpy as np
 from common import Caster, equal_error_seconds, show, slope
 
 TURNS, QUICK, VERY_QUICK, TIMES_A_TURN = 5, 3.0, 0.1, 10
-"""Ways that take less than `QUICK` seconds have so many turns more, one after the other, so that a busy machine slows
-all of them down; below `VERY_QUICK` they run so many times in each. The least counts."""
+"""Ways faster than `QUICK` seconds take `TURNS` more turns, so that a busy machine slows all of them down. Ways faster
+than `VERY_QUICK` run `TIMES_A_TURN` times in each. The least time counts."""
 OURS, MITSUBA, BLENDER, LIBIGL = "pvphong", "Mitsuba 3", "Blender's bake", "libigl"
 LEAST_ERROR, WANTED = 1e-8, 1e-3
-"""Errors below the first count as it; times are compared at ours, or at the second where that is larger."""
-ALIKE = 0.05  # a truth of another's own that is farther from ours, relative to the mean, is another picture
+"""Lower bound on errors; and lower bound on our error, at which times are compared."""
+ALIKE = 0.05  # largest relative difference between a program's own truth and ours
 
 
 @dataclass
@@ -32,11 +32,11 @@ class Way:
     """One way to do a job."""
 
     name: str
-    prepare: Callable[[Any], Caster]  # of a job
-    rays: tuple[int, ...] = (1,)  # numbers that are measured; one where none are needed
-    most: int = 10**9  # on more vertices it is not measured
-    step: int = 1  # it looks from every so many-th vertex, by the job's `some`
-    own_truth: int = 0  # so many rays of its own judge it; 0 for the judge of the job
+    prepare: Callable[[Any], Caster]  # function of a job
+    rays: tuple[int, ...] = (1,)  # measured numbers of rays; one if no rays are needed
+    most: int = 10**9  # largest number of vertices that is measured
+    step: int = 1  # step between vertices with rays, by the job's `some`
+    own_truth: int = 0  # number of rays of its own truth; 0 for the job's truth
     obstacle: str = ""
     preparing: float = 0.0
     seconds: dict[int, list[float]] = field(default_factory=dict)
@@ -46,7 +46,7 @@ class Way:
         return list(zip(self.seconds[size], self.errors, strict=True))
 
     def seconds_to(self, error: float, size: int) -> float:
-        """Infinite if no number of rays gets there."""
+        """Return the seconds to reach an error; infinite if no number of rays reaches it."""
         curve = self.curve(size)
         if len(curve) == 1 or curve[0][1] <= error:
             return curve[0][0] if curve[0][1] <= error else np.inf
@@ -55,18 +55,18 @@ class Way:
 
 @dataclass
 class Row:
-    """One job, at any size, and its ways; the first is ours."""
+    """One job, at any size, and its ways; the first is pvphong."""
 
     name: str
     make: Callable[[int], Any]
     judge: Callable[[Any], np.ndarray]
     ways: list[Way]
-    judged_at: int = 0  # which of our numbers of rays says at what error times are compared
+    judged_at: int = 0  # index of our number of rays at whose error times are compared
     wanted: float = WANTED
 
     @property
     def first(self) -> Way:
-        """The first that is there."""
+        """First way that is available."""
         return next(way for way in self.ways if not way.obstacle)
 
     @property
@@ -92,7 +92,7 @@ class Row:
                     run()
 
     def _measure(self, way: Way, size: int, job: Any, truth: Callable[[], np.ndarray]) -> Callable[[], None]:
-        """Measure it once; what measures it again is given."""
+        """Measure a way once; return a function that measures it again."""
         share = min(way.most / size, 1.0) / way.step
         known = next(((before, times) for before, times in way.seconds.items() if before >= way.most), None)
         if known:
@@ -122,22 +122,22 @@ def _errors(found: list[np.ndarray], way: Way, cast: Caster, truth: np.ndarray) 
     if way.own_truth:
         own = cast(way.own_truth)[1]
         if not own.any():
-            raise NotImplementedError("draws black")
-        if way.name != LIBIGL:  # which weights all directions alike
+            raise NotImplementedError("renders black")
+        if way.name != LIBIGL:  # which weights directions uniformly
             off = relative(own, truth)
             if off > ALIKE:
-                raise NotImplementedError(f"draws another picture: {off:.0%} off")
+                raise NotImplementedError(f"renders another picture: {off:.0%} off")
         truth = own
     return [max(relative(one, truth), LEAST_ERROR) for one in found]
 
 
 def relative(found: np.ndarray, truth: np.ndarray) -> float:
-    """The RMS error, as a share of the truth's mean."""
+    """Return the RMS error, relative to the truth's mean."""
     return float(np.sqrt(np.square(found - truth).mean()) / truth.mean())
 
 
 def cells(row: Row, sizes: Sequence[int]) -> Iterator[list[str]]:
-    """What a table says of a job; slopes are those of errors by rays."""
+    """Yield the table rows of a job; slopes are exponents of the errors by rays."""
     for way in row.ways:
         job = f"{row.name}, to {row.error:.1e}" if way is row.ways[0] else ""
         if way.obstacle:
@@ -162,7 +162,7 @@ def show_row(row: Row, sizes: Sequence[int]) -> None:
 
 
 def draw(rows: Sequence[Row], sizes: Sequence[int], path: str, styles: dict[str, tuple[str, str]]) -> None:
-    """Seconds against error, a panel for each job; marks alone are ways that need no rays."""
+    """Draw seconds against error, with a panel for each job; ways without rays are single marks."""
     from matplotlib.figure import Figure
 
     down, across = (1, len(rows) + 1) if len(rows) < 4 else (2, len(rows) // 2 + 1)

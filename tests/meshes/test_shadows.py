@@ -257,7 +257,7 @@ def test_of_another_mesh_or_other_lights_it_is_refused():
         (ground, scene(*rest), {}, "computed for the current lights; got one from before lamp moved"),
         (ground, scene(*rig.lights, two_sided=True), {}, "computed for a two-sided light model"),
         (ground, scene(*rig.lights, ambient_occlusion=1.0), {}, "computed .* up to 1; got one with .* up to inf"),
-        (ground, rig, {"visibility": np.ones((2, 121))}, r"what mesh\.phong\.visibility"),
+        (ground, rig, {"visibility": np.ones((2, 121))}, r"the result of mesh\.phong\.visibility"),
     ):
         with pytest.raises(ValueError, match=f"visibility must be {says}"):
             mesh.phong.shade(other, WHITE, **{"visibility": seen} | options)

@@ -1,4 +1,4 @@
-"""What of an equation colours do not tell: its gain, its ends, and where its origin is."""
+"""Properties of an equation that colours do not show: its gain, its limits and its origin."""
 
 from dataclasses import replace
 from fractions import Fraction
@@ -18,7 +18,7 @@ def equation(*lights, model=None, material=MATERIAL):
 
 
 def colors(term):
-    """A term's colours with their gain put back."""
+    """Return a term's colours times their gain."""
     return [tuple(c * term.gain for c in color) for color in (term.ambient, *term.colors)]
 
 
@@ -50,16 +50,16 @@ def test_vtks_cone_of_90_degrees_is_none():
     assert isinstance(equation(SpotLight(cone_angle=89.9), model=LightModel.vtk()).terms[0].light, SpotLight)
 
 
-# --- the origin, where a matrix carries the mesh very far out ---
+# --- the origin, if a matrix translates the mesh very far ---
 
 LAMP = PointLight(position=(3, 4, 5), attenuation=(1, 0.1, 0))
 SPOT = SpotLight(position=(-3, 4, 6), direction=(3, -4, -6), cone_angle=40, exponent=3)
 SUN = DirectionalLight(direction=(1, -2, -3))
-VERY_FAR = np.array([2.0**40, -(2.0**41), 2.0**39])  # to which coordinates such as 3 and 4 are added exactly
+VERY_FAR = np.array([2.0**40, -(2.0**41), 2.0**39])  # sums with coordinates such as 3 and 4 are exact
 
 
 def equation_at(offset, *lights, w=1.0, to=None):
-    """Lights and eye about an offset, and a matrix that carries the mesh there, or elsewhere."""
+    """Return an equation with lights and eye around an offset, and a matrix that moves the mesh there, or to `to`."""
     lights = [light.moved(lambda place: tuple(np.add(place, offset))) for light in lights]
     matrix = np.diag([1.0, 2.0, 3.0, w])
     matrix[:3, 3] = np.multiply(offset, w) if to is None else to

@@ -1,6 +1,6 @@
-"""`evaluate` from the outside: its options, its results' form, and what must not change a bit.
+"""`evaluate` from the outside: its options, the form of its results, and changes that must not alter any bit.
 
-How accurate the colours are is seen in `stability`, and what arrays it takes in `stability/test_inputs`.
+`stability` tests the accuracy of the colours, and `stability/test_inputs` the arrays that it accepts.
 """
 
 import dataclasses
@@ -95,7 +95,7 @@ def test_results_are_new_arrays_of_the_precision_asked_for_whatever_came(asked, 
         shading.rgb = None
 
 
-# --- what must not change a bit ---
+# --- no bit may change ---
 
 
 @pytest.mark.parametrize("precision", ["float32", "float64"])

@@ -1,4 +1,4 @@
-"""A material's maps: as if each vertex had a material of its own, for every field, call and evaluator."""
+"""Maps act as if each vertex had a separate material, for every field, call and evaluator."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ def material_of(name):
 
 
 def at_vertex(material, k, values):
-    """The material of one vertex, without a map."""
+    """Return the material of one vertex, without maps."""
     plain = {name: np.asarray(value)[k].tolist() for name, value in values.items()}
     return material.with_values({**plain, "tangents": np.asarray(material.tangents)[k : k + 1]})
 
@@ -98,7 +98,7 @@ def test_all_at_once(given, kind, backend):
 
 @pytest.mark.parametrize("name", sorted({name for name, _ in MAPPED}))
 def test_bounds_hold_for_every_vertex(name):
-    """Colours within the tolerance, and the plan's own bound, for materials that vary from dull to sharp."""
+    """Colours are within the tolerance and the plan's bound, for materials that vary from dull to sharp."""
     left_out = 0
     for seed in range(120):
         random = np.random.default_rng(seed)
@@ -126,7 +126,7 @@ def test_bounds_hold_for_every_vertex(name):
 
 
 def test_where_some_are_infinitely_steep_none_is_taken_for_flat():
-    """A shininess between 0 and 1 has no bound on its slope, though the least is 0 and the greatest moderate."""
+    """A shininess between 0 and 1 has no bound on its slope, even if the least is 0 and the greatest moderate."""
     points = np.array([(x, 0.0, 0.0) for x in np.linspace(-1, 1, 50)])
     maps = {"shininess": np.tile((0.0, 0.01, 3.0), 17)[:50], "specular": np.ones(50)}
     scene = ph.Scene([ph.PointLight(position=(1e4, 0, 1e-3))], ph.Viewer((-1e3, 0, 1)))
@@ -150,12 +150,12 @@ def test_where_some_are_infinitely_steep_none_is_taken_for_flat():
         ),
         ({"emission": np.ones(COUNT, np.int32)}, "^emission must be uint8 or floats"),
         ({"albedo": "scan"}, "^albedo must be an array, because array names need a mesh: "),
-        ({"tangents": "grain"}, "^tangents must be an array where there is no mesh"),
+        ({"tangents": "grain"}, r"^tangents must be an array of shape \(n, 3\), because array names need a mesh"),
         ({"reflectance": ph.GGX(np.zeros(COUNT))}, "^roughness must be numbers > 0 and <= 1"),
         ({"reflectance": ph.PBR(np.full(COUNT, 2.0))}, "^metallic must be numbers from 0 to 1"),
         (
             {"shininess": np.ones(COUNT), "reflectance": ph.OrenNayar(20)},
-            "^shininess must be a number or colour for OrenNayar; .* It reads albedo, diffuse, emission of each vertex",
+            r"^shininess must be a number or colour for OrenNayar; .* Its maps may be albedo, diffuse, emission\.",
         ),
     ],
 )

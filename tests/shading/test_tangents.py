@@ -1,4 +1,4 @@
-"""Tangents on their way to a reflectance: in the world, across the normal, in both evaluators; or a clear refusal."""
+"""Tangents reach a reflectance in the world and orthogonal to the normal, in both evaluators; or they are refused."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def along_tangent(own: Any, at: Geometry, highlight: Any) -> Any:  # noqa: ARG00
 
 @dataclass(frozen=True)
 class Brushed(Reflectance):
-    """Shows how far the light is along the tangent: (l·t)²."""
+    """Reflectance with the factor (l·t)²."""
 
     lobes: ClassVar[tuple[Lobe, ...]] = (Lobe("diffuse", takes_albedo=True, needs_viewer=False),)
     needs: ClassVar[frozenset[str]] = frozenset({"tangents"})
@@ -106,7 +106,7 @@ MUST = "^tangents must be "
     ("tangents", "message"),
     [
         (None, MUST + r"known for this reflectance; got None\. Name a point array .*texture coordinates"),
-        (np.zeros((300, 3)), MUST + "finite vectors that are not zero; got .* at vertex 0"),
+        (np.zeros((300, 3)), MUST + "finite vectors other than zero; got .* at vertex 0"),
         (np.where(np.arange(300)[:, None] == 8, np.inf, np.ones(3)), MUST + "finite .* at vertex 8"),
         (np.ones((299, 3)), MUST + "an array with one row per point, 300 rows"),
         (np.ones((300, 2)), MUST + r"an \(n, 3\) array"),
@@ -135,7 +135,7 @@ def test_they_are_read_where_a_reflectance_asks_for_them(given):
 
 
 def test_tangents_whose_blend_inside_of_a_triangle_cancels_are_none_there():
-    """Brushed in one direction and in its opposite, which is the same: a user may have both."""
+    """A direction and its opposite mean the same brushing, so a user may have both."""
     triangle = pv.PolyData(np.array([(0.0, 0, 0), (1, 0, 0), (0, 1, 0)]), [3, 0, 1, 2])
     triangle.point_data.active_normals = np.tile((0.0, 0.0, 1.0), (3, 1))
     along = np.array([(1.0, 0, 0), (-1, 0, 0), (1, 0, 0)])

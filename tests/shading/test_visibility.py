@@ -1,4 +1,4 @@
-"""What vertices see of lights and sky multiplies what the equation says, in both evaluators alike."""
+"""Visibility of lights and sky multiplies the terms of the equation, in both evaluators alike."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ BACKENDS = ["numpy", *["numba"] * kernel.is_available()]
 
 
 class KnownVisibility:
-    """Known parts."""
+    """Visibility with known parts."""
 
     def __init__(self, parts, why=""):
         self.parts, self.why = parts, why
@@ -49,7 +49,7 @@ class KnownVisibility:
         self.asked.append((tuple(lights), sky))
         unknown = [index for index in range(len(self.parts) - 1) if index not in lights]
         parts = self.parts.copy()
-        parts[[*unknown, *[-1] * (not sky)]] = 7.0  # nobody is to read these
+        parts[[*unknown, *[-1] * (not sky)]] = 7.0  # must not be read
         return parts
 
 
@@ -76,7 +76,7 @@ def run(given, scene, material, backend="numpy", precision="float64", maps=(), v
 @pytest.mark.parametrize("name", MATERIALS)
 @pytest.mark.parametrize("albedo", [False, True])
 def test_each_light_and_the_ambient_light_are_multiplied_by_what_is_seen_of_them(given, model, name, albedo):
-    """The shares of an unshadowed evaluation, put together by hand."""
+    """The expected colours are contributions of an unshadowed evaluation, combined by hand."""
     points, _, parts = given
     maps = {"albedo": np.abs(points) / np.abs(points).max()} if albedo else {}
     free = run(given, scene(), MATERIALS[name], maps=maps, components=True)
@@ -95,7 +95,7 @@ def test_each_light_and_the_ambient_light_are_multiplied_by_what_is_seen_of_them
 @pytest.mark.parametrize("backend", BACKENDS)
 @pytest.mark.parametrize("lights", [[SUN], [replace(SUN, ambient=0.0)], [LAMP], []])
 def test_few_lights_take_no_shortcut_past_it(given, backend, lights):
-    """One sun on a dull surface, or no light at all, have fast ways of their own where nothing is in the way."""
+    """Without shadows, one sun on a dull surface and a scene without lights have fast paths."""
     points, normals, parts = given
     some = points, normals, parts[[0] * len(lights) + [-1]]
     whole = scene(lights, shadows=True, ambient_occlusion=True)
@@ -108,7 +108,7 @@ def test_few_lights_take_no_shortcut_past_it(given, backend, lights):
 def test_vertices_that_the_kernel_declines_are_shadowed_too(given, monkeypatch):
     from pvphong.shading.kernel import evaluation
 
-    monkeypatch.setattr(evaluation, "SHORTEST", 256)  # each piece with its own parts
+    monkeypatch.setattr(evaluation, "SHORTEST", 256)  # several pieces with different parts
     points, normals, parts = (array.copy() for array in given)
     points[::3] *= 1e200
     points[4], points[7] = LAMP.position, np.nan
@@ -124,7 +124,7 @@ def test_pieces_are_shadowed_by_their_own_parts(given, monkeypatch):
     full = scene(shadows=True, ambient_occlusion=True)
     whole = {backend: run(given, full, SHINY, backend).rgb for backend in BACKENDS}
     monkeypatch.setattr(reference, "BLOCK", 100)
-    monkeypatch.setattr(evaluation, "SHORTEST", 256)  # each piece with its own parts
+    monkeypatch.setattr(evaluation, "SHORTEST", 256)  # several pieces with different parts
     columns = np.asfortranarray(given[0]), np.asfortranarray(given[1]), given[2]
     for backend in BACKENDS:
         np.testing.assert_array_equal(run(columns, full, SHINY, backend).rgb, whole[backend])
@@ -201,9 +201,6 @@ def test_plain_numbers_are_clipped_and_nan_is_0(given):
     np.testing.assert_array_equal(got, expected)
 
 
-# --- the light model
-
-
 # --- two sides
 
 
@@ -211,7 +208,7 @@ def test_plain_numbers_are_clipped_and_nan_is_0(given):
 @pytest.mark.parametrize("local", [True, False])
 @pytest.mark.parametrize("model", MODELS)
 def test_each_vertex_has_the_parts_of_the_side_that_the_viewer_sees(given, backend, local, model):
-    """As if one-sided, with normals turned by hand, and the parts of these sides."""
+    """The expected colours are one-sided, with normals turned by hand and the parts of the visible sides."""
     points, normals, parts = given
     both = np.concatenate([parts, np.random.default_rng(6).random(parts.shape).astype(np.float32)])
     two, one = (scene(**model, local_viewer=local, two_sided=sides) for sides in (True, False))
@@ -227,7 +224,7 @@ def test_each_vertex_has_the_parts_of_the_side_that_the_viewer_sees(given, backe
             np.testing.assert_allclose(got, expected, atol=within)
     with_one = ph.evaluate(points, normals, two, SHINY, visibility=parts).rgb  # both sides see the same
     np.testing.assert_allclose(with_one, ph.evaluate(points, turned, one, SHINY, visibility=parts).rgb, atol=3e-5)
-    first = ph.evaluate(points, normals, one, SHINY, visibility=both).rgb  # the other sides are not asked
+    first = ph.evaluate(points, normals, one, SHINY, visibility=both).rgb  # the other sides are not read
     np.testing.assert_array_equal(first, ph.evaluate(points, normals, one, SHINY, visibility=parts).rgb)
     with pytest.raises(ValueError, match=r"visibility must be .*, or an array of shape \(7, 700\)"):
         ph.evaluate(points, normals, two, SHINY, visibility=both[:-1])

@@ -1,24 +1,23 @@
 """The kernel: the same equation and the same formulas as `reference.py`, compiled by Numba, on several threads.
 
-Numba is an optional extra. It is imported when the kernel is first used, and the code that it compiles is kept on disk.
-Where a call is not to wait, code that is missing is declined and the reference runs; another process compiles it
-meanwhile. The kernel also declines what it cannot run, and the reference runs: a light has no placement, a
-reflectance's formula is not marked as one, a scene coordinate lies beyond 2¹⁰⁰, an attenuation or a matrix has an entry
-that is not between that and 2⁻¹⁰⁰, or a light is brighter than its stage takes.
-Single vertices are declined too, and the reference lights those: on a light or the eye, not finite, or so far from a
-light or so near it that float32 does not hold the products.
+Numba is an optional extra. It is imported at the first use of the kernel, and compiled code is kept on disk. If a call
+must not wait and code is missing, the kernel declines the equation and the reference runs; another process compiles the
+code. The kernel also declines what it does not support: a light without placement, a reflectance whose formula is not
+marked as one, a scene coordinate beyond 2¹⁰⁰, an entry of an attenuation or a matrix that is not between 2⁻¹⁰⁰ and
+2¹⁰⁰, or a light that is too bright for its stage.
+It declines single vertices too, which the reference then lights: a vertex on a light or the eye, one that is not
+finite, or one so far from a light or so near it that float32 does not hold the products.
 
-The kernel differs from the reference by rounding alone. float32 results come from float32 arithmetic, geometry
-included, but for integrals over lights with a size: differences of positions have full relative precision however far
-the scene is from the origin, and a highlight errs by at most (4√n + 10) · 2⁻²⁴ for shininess n.
+The kernel differs from the reference by rounding alone. float32 results are computed in float32, including geometry,
+except integrals over area lights. Differences of positions have full relative precision at any distance from the
+origin, and a highlight has an error of at most (4√n + 10) · 2⁻²⁴ for shininess n.
 
-In reading order: `evaluation` brings ranges of vertices to the driver, on several threads; `driver` is what happens to
-a block of them, from loading to colours; `vertices` is where a block's values are and how they are loaded; `stages`
-puts a loop around the formula of a light or a reflectance; `lanes` is what those of lights with a size run on, eight
-vertices side by side. `records` is the form in which the driver takes an equation, `arithmetic` what compiled code
-calculates with, `code` compiles and keeps the code on disk, `ahead` compiles all there is. `normals` sums the normals
-of meshes, `blends` blends vertices inside triangles, `rays` makes rays and has them tested, and `hits` finds what they
-meet first.
+In reading order: `evaluation` runs the driver on ranges of vertices, on several threads; `driver` lights a block of
+vertices, from loading to colours; `vertices` defines the memory of a block and loads it; `stages` puts a loop around
+the formula of a light or a reflectance; `lanes` runs the formulas of area lights on eight vertices at once. `records`
+packs an equation for the driver, `arithmetic` has the operations of compiled code, `code` compiles code and keeps it on
+disk, `ahead` compiles all of it. `normals` computes normals of meshes, `blends` blends vertices inside
+triangles, `rays` generates and tests rays, and `hits` finds their first hits.
 """
 
 from __future__ import annotations
@@ -45,22 +44,22 @@ if TYPE_CHECKING:
 
 
 def obstacle() -> tuple[str, str] | None:
-    """Why Numba cannot be used in this process, and what can be done about it; the first call imports it."""
+    """Return the reason why Numba cannot be used in this process, and a remedy. The first call imports Numba."""
     if _library() is not None:
         return None
     if importlib.util.find_spec("numba") is not None:
-        return "where Numba does not compile", "Unset NUMBA_DISABLE_JIT, or see whether `import numba` fails."
-    remedy = 'pip install numba installs it; backend="auto" does without where it is missing.'
-    return "where Numba is not installed", remedy
+        return "because Numba does not compile", "Unset NUMBA_DISABLE_JIT, or check whether `import numba` fails."
+    remedy = 'To use it, run pip install numba. backend="auto" works without it.'
+    return "because Numba is not installed", remedy
 
 
 def is_available() -> bool:
-    """Whether Numba can be imported and used in this process; the first call imports it."""
+    """Return True if Numba can be used in this process. The first call imports Numba."""
     return _library() is not None
 
 
 def check_backend(backend: Any) -> None:
-    """Raise ``ValueError`` for another backend, or for Numba where it cannot be used."""
+    """Raise ``ValueError`` for an unknown backend, or for "numba" if Numba cannot be used."""
     reason = obstacle() if check.choice("backend", backend, get_args(Backend)) == "numba" else None
     if reason is not None:
         where, remedy = reason
@@ -68,12 +67,12 @@ def check_backend(backend: Any) -> None:
 
 
 def has_run() -> bool:
-    """Whether compiled code has run in this process."""
+    """Return True if compiled code has run in this process."""
     return _Process.has_run
 
 
 def seconds_compiling(run: Callable[[], object]) -> float:
-    """Seconds that Numba spends compiling while something runs; loading what it kept on disk does not count."""
+    """Return the seconds that Numba spends compiling during a call, without loading code from disk."""
     if not is_available():
         run()
         return 0.0
@@ -87,7 +86,7 @@ def seconds_compiling(run: Callable[[], object]) -> float:
 
 @functools.cache
 def _library() -> Library | None:
-    """Compiled code; None without Numba."""
+    """Return the library of compiled code; None without Numba."""
     try:
         from numba import config
 
@@ -98,17 +97,17 @@ def _library() -> Library | None:
 
 
 class _Process:
-    """What this process has done."""
+    """State of this process."""
 
     has_run: ClassVar[bool] = False
 
 
 class CannotCompile(Exception):
-    """Why no code can be compiled in advance, and what can be done about it."""
+    """Raised if code cannot be compiled in advance; the message is the reason and a remedy."""
 
 
 def compile_all(report: Callable[[str, int, int], object]) -> Path:
-    """Compile all code for pvphong's own lights and reflectances, by several processes; the folder where it is kept.
+    """Compile all code for pvphong's own lights and reflectances in several processes, and return its folder.
 
     Parameters
     ----------
@@ -118,7 +117,7 @@ def compile_all(report: Callable[[str, int, int], object]) -> Path:
     Raises
     ------
     CannotCompile
-        Without Numba, or where code cannot be kept.
+        If Numba is missing, or if code cannot be written to disk.
     """
     library = _library()
     if library is None:
@@ -128,15 +127,15 @@ def compile_all(report: Callable[[str, int, int], object]) -> Path:
 
     folder = library.folder
     if folder is None:
-        remedy = "Set NUMBA_CACHE_DIR to a folder that can be written to."
-        raise CannotCompile(f"there is no folder to keep compiled code in: neither pvphong's nor your own. {remedy}")
+        remedy = "Set NUMBA_CACHE_DIR to a writable folder."
+        raise CannotCompile(f"no folder for compiled code is writable, neither pvphong's nor your own. {remedy}")
     if not ahead.is_kept():
         try:
             ahead.compile_all(report)
         except BrokenProcessPool:
-            raise CannotCompile("a process that compiles was killed: see whether there is memory.") from None
+            raise CannotCompile("a compiling process was killed. Check whether there is enough memory.") from None
     if not ahead.is_kept():
-        raise CannotCompile(f"compiled code could not be written to {folder}: see whether there is room.")
+        raise CannotCompile(f"compiled code could not be written to {folder}. Check whether there is enough space.")
     return folder
 
 
@@ -153,29 +152,28 @@ def shade(
 ) -> bool:
     """Evaluate the equation at every vertex into the arrays of a result, or decline.
 
-    The result does not depend on the number of threads, to the bit. Arrays that are not C-contiguous are copied piece
-    by piece and give the same bits; so are float32 beside float64, as float64.
+    The bits of the result do not depend on the number of threads. Arrays that are not C-contiguous are copied piece by
+    piece, with the same bits as a result. If only one of two arrays is float64, the other is converted to it.
 
     Parameters
     ----------
     points, normals : ndarray
         Shape (n, 3), float32 or float64, of any memory layout.
     equation : Equation
-        What to evaluate.
+        The equation.
     tints : mapping
-        What `Vertices.tints` gives.
+        Result of `Vertices.tints`.
     result : Shading
-        `rgb`, C-contiguous, is filled in: float32, float64, or uint8, which is float32 arithmetic rounded to
-        0-255 for display. So are components where it has them, of `Shading.empty`, and not with uint8.
+        `rgb`, C-contiguous, is overwritten: float32, float64, or uint8, which is float32 arithmetic rounded to 0-255
+        for display. Components from `Shading.empty`, if present, are overwritten too; uint8 excludes them.
     whole : Equation, optional
-        The equation before a plan left out what does not reach these vertices; the same if not given. It decides
-        whether the kernel declines and the type in which vertices are read, so that these do not depend on where the
-        other vertices are.
+        The equation before a plan simplified it; by default the same. It determines whether the kernel declines, and
+        the type in which vertices are read, so that these do not depend on the positions of other vertices.
     channels : ndarray, optional
-        Shape (k, n): what `equation.channels` says.
+        Shape (k, n), with rows as in `equation.channels`.
     waits : bool, default True
-        Whether code that is missing is compiled now, which takes seconds. If not, the equation is declined, and another
-        process compiles it for later calls.
+        True to compile missing code now, which takes seconds. If False, the equation is declined, and another process
+        compiles the code for later calls.
 
     Returns
     -------
@@ -195,19 +193,19 @@ def shade(
 def point_normals(
     points: FloatArray, connectivity: NDArray[Any], offsets: NDArray[Any], weighting: Weighting, *, waits: bool = True
 ) -> Float64Array | None:
-    """Unit normals of a mesh's points, as `pvphong.geometry.normals.point_normals` has them; or None.
+    """Return unit normals of a mesh's points, as `pvphong.geometry.normals.point_normals` does, or None.
 
-    They differ from those by rounding alone; renumbering the points changes no bit, nor does the number of threads.
-    None where NumPy is to compute them, or to refuse the mesh.
+    They differ from those by rounding alone. Neither the numbering of the points nor the number of threads changes any
+    bit. None means that NumPy must compute them, or refuse the mesh.
 
     Parameters
     ----------
     points : ndarray
         Shape (n, 3), float32 or float64, of any memory layout.
     connectivity, offsets : ndarray
-        One-dimensional, of integers.
+        One-dimensional integer arrays.
     weighting : {"angle", "area", "max"}
-        As for the NumPy form.
+        As for the NumPy function.
     waits : bool, default True
         As for `shade`.
     """
@@ -224,22 +222,22 @@ def point_normals(
 
 
 class Casters(NamedTuple):
-    """Scenes of Embree's, and how to test sixteen rays with each."""
+    """Embree scenes, and the functions that test sixteen rays with a scene."""
 
     occluded: int
     """Address of `rtcOccluded16`."""
     intersect: int
     """Address of `rtcIntersect16`."""
     scenes: IntArray
-    """Their handles."""
+    """Handles of the scenes."""
     numbers: Float64Array
-    """Shape (scenes, 4): the middle of each, and the power of two that brings it to −1 to 1."""
+    """Shape (scenes, 4): centre of each scene, and the power of two that scales it to [−1, 1]."""
     owners: Sequence[Any]
-    """What keeps the scenes alive."""
+    """Objects that keep the scenes alive."""
 
 
 def rays_obstacle() -> str:
-    """Why compiled code casts no rays now; "" where it does. Code that is missing is compiled by another process."""
+    """Return the reason why compiled code cannot cast rays now, or "". Another process compiles missing code."""
     library = _library()
     if library is None:
         return f"nothing can be compiled {(obstacle() or [''])[0]}"
@@ -251,35 +249,35 @@ def rays_obstacle() -> str:
 
 
 def stages_of(sampling: Sampling) -> tuple[int, int] | None:
-    """Addresses of the code of a light's two formulas; None where it is missing, and another process compiles it."""
+    """Return the addresses of a light's two compiled formulas; None if missing, and another process compiles them."""
     from pvphong.shading.kernel import code, rays
 
     return code.if_compiled(_compiled(), lambda library: rays.stages_of(library, sampling))
 
 
 def part_seen(*arguments: Any) -> tuple[FloatArray, FloatArray, Float64Array, int]:
-    """As `rays.part_seen`, where `rays_obstacle` names none."""
+    """Call `rays.part_seen`, which requires that `rays_obstacle` returns an empty string."""
     from pvphong.shading.kernel import rays
 
     return rays.part_seen(_compiled(), *arguments)
 
 
 def point_seen(*arguments: Any) -> int:
-    """As `rays.point_seen`, where `rays_obstacle` names none."""
+    """Call `rays.point_seen`, which requires that `rays_obstacle` returns an empty string."""
     from pvphong.shading.kernel import rays
 
     return rays.point_seen(_compiled(), *arguments)
 
 
 def vertices_met(*arguments: Any) -> tuple[NDArray[np.int32], int]:
-    """As `hits.vertices_met`, where `rays_obstacle` names none."""
+    """Call `hits.vertices_met`, which requires that `rays_obstacle` returns an empty string."""
     from pvphong.shading.kernel import hits
 
     return hits.vertices_met(_compiled(), *arguments)
 
 
 def gatherer() -> Callable[[NDArray[np.int32], FloatArray], FloatArray] | None:
-    """`hits.gathered`; None without Numba, or where its code is missing, and another process compiles it."""
+    """Return `hits.gathered`; None without Numba, or if its code is missing, and another process compiles it."""
     library = _library()
     if library is None:
         return None
@@ -309,14 +307,14 @@ def blending() -> Blends | None:
 
 
 def ray_hits(*arguments: Any) -> tuple[IntArray, FloatArray, Float64Array]:
-    """As `hits.hits`, where `rays_obstacle` names none."""
+    """Call `hits.hits`, which requires that `rays_obstacle` returns an empty string."""
     from pvphong.shading.kernel import hits
 
     return hits.hits(_compiled(), *arguments)
 
 
 def rays_blocked(*arguments: Any) -> BoolArray:
-    """As `rays.blocked`, where `rays_obstacle` names none."""
+    """Call `rays.blocked`, which requires that `rays_obstacle` returns an empty string."""
     from pvphong.shading.kernel import rays
 
     return rays.blocked(_compiled(), *arguments)

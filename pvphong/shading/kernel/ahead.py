@@ -1,7 +1,7 @@
-"""Compiling in advance: what an equation needs, and all that pvphong's own lights and reflectances need.
+"""Compilation in advance: the code for an equation, and the code for all of pvphong's own lights and reflectances.
 
-`python -m pvphong.shading.kernel.ahead`, which `code` starts, compiles both, the equation's code first, by itself and
-at low priority; `compile_all` is for who waits, and has all processors work.
+`python -m pvphong.shading.kernel.ahead`, which `code` starts, compiles both in one process at low priority, the
+equation's code first. `compile_all` uses all processors, for callers that wait.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ class CompilationUnit(NamedTuple):
 
 
 def pieces(library: Library) -> list[CompilationUnit]:
-    """All code for pvphong's own lights and reflectances."""
+    """Return all code for pvphong's own lights and reflectances."""
     result = [
         CompilationUnit("faces", partial(normals.survey_code, library)),
         *(CompilationUnit(f"normals, {real}", partial(normals.normals_code, library, real)) for real in _REALS),
@@ -70,7 +70,7 @@ def pieces(library: Library) -> list[CompilationUnit]:
 
 
 def is_kept() -> bool:
-    """Whether all of it is on disk."""
+    """Return True if all code is on disk."""
     try:
         for piece in pieces(Library().cached_only):
             piece.compile()
@@ -80,12 +80,12 @@ def is_kept() -> bool:
 
 
 def compile_all(report: Callable[[str, int, int], object]) -> None:
-    """Compile what is not on disk, by as many processes as threads work at once.
+    """Compile the code that is not on disk, in as many processes as pvphong uses threads.
 
     Parameters
     ----------
     report : callable
-        Is given the name of each piece that is done, how many are done, and how many there are.
+        Called after each piece with its name, the number of finished pieces, and the number of all pieces.
 
     Raises
     ------
@@ -105,7 +105,7 @@ def compile_all(report: Callable[[str, int, int], object]) -> None:
 
 
 def _leave_interrupts() -> None:
-    """Ctrl-C is for the process that waits."""
+    """Ignore Ctrl-C, which the waiting process handles."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
 
 
@@ -119,11 +119,11 @@ def _compile(number: int) -> None:
 
 
 _Named = Iterable[tuple[str, Callable[..., Any]]]
-"""Names, and stages."""
+"""Pairs of a name and a stage."""
 
 
 def _of_lights() -> _Named:
-    """Stages of all kinds of light, as they weaken with distance and as they do not."""
+    """Return the stages of all kinds of light, with and without attenuation."""
     placed = {name: _sample(kind).placement for name, kind in LIGHT_TYPES.items()}
     return _distinct(
         (name, stages.light_stage(placement.falloff, weakens))
@@ -134,7 +134,7 @@ def _of_lights() -> _Named:
 
 
 def _of_lights_with_a_size() -> _Named:
-    """Stages of all kinds of light, for each choice of what Phong's reflectance has lobes for."""
+    """Return the stages of all area lights, for each choice of Phong's lobes."""
     diffuse, highlight = CosinePower("normal", 1.0), CosinePower("mirror", 20.0)
     lights = [(name, part) for name, kind in LIGHT_TYPES.items() for _, part in _sample(kind).tints()]
     return _distinct(
@@ -146,7 +146,7 @@ def _of_lights_with_a_size() -> _Named:
 
 
 def _of_samplings() -> _Named:
-    """How rays to all kinds of light, to the sky and to an image of it are chosen."""
+    """Return the stages that sample rays to all kinds of light, to the sky and to an image of it."""
     found = {name: _sample(kind).sampling for name, kind in LIGHT_TYPES.items()}
     by_light = [(name, each.frame, each.sample) for name, each in found.items() if each is not None]
     chosen = [*by_light, ("sky", sky_frame, sky_sample), ("image", sky_frame, image_sample)]
@@ -158,7 +158,7 @@ def _of_samplings() -> _Named:
 
 
 def _of_reflectances() -> _Named:
-    """Stages of all reflectances, for each choice of lobes."""
+    """Return the stages of all reflectances, for each choice of lobes."""
     kinds: dict[str, Any] = {**REFLECTANCES, "headlight in VTK": VtkHeadlight}
     samples = {name: _sample(kind) for name, kind in kinds.items()}
     return _distinct(
@@ -170,21 +170,21 @@ def _of_reflectances() -> _Named:
 
 
 def _sample(kind: Any) -> Any:
-    """One of a kind whose fields are 1 where they have no default."""
+    """Return an instance of a kind, with 1 for fields without a default."""
     return kind(*(1.0 for each in fields(kind) if each.default is MISSING))
 
 
 def _distinct(stages_of_all: _Named) -> _Named:
-    """Without those whose code is the same as another's."""
+    """Remove stages whose code is the same as another's."""
     return {code_identity(stage): (name, stage) for name, stage in stages_of_all}.values()
 
 
 def main() -> None:
     """Compile the code for the standard input, a pickled `Request`, and then all the rest.
 
-    Nothing is done where another process is doing it.
+    Do nothing if another process is compiling.
     """
-    with contextlib.suppress(AttributeError, OSError):  # where there are priorities
+    with contextlib.suppress(AttributeError, OSError):  # not on all platforms
         os.nice(10)
     library = Library()
     if library.lock is None:
@@ -202,7 +202,7 @@ def main() -> None:
 
 
 def _request() -> Request | None:
-    """None if the equation has lights or reflectances that this process does not find, such as an interpreter's own."""
+    """Return the request; None if its lights or reflectances cannot be imported, such as those of an interpreter."""
     try:
         request = pickle.load(sys.stdin.buffer)
     except (AttributeError, ImportError, EOFError):

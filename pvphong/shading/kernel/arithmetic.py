@@ -1,29 +1,29 @@
-"""The arithmetic of the kernel that libraries do not offer in a form that vectorises: max(1 − d, floor)ⁿ.
+"""Arithmetic of the kernel that libraries do not offer in a vectorisable form: max(1 − d, floor)ⁿ.
 
-A call of libm's `log` or `exp` inside a loop keeps LLVM from vectorising it; polynomials and shifts of
-exponent bits do not. The power is 2^(n·log2(1 − d)) for both precisions.
+A call of libm's `log` or `exp` inside a loop prevents LLVM from vectorising it; polynomials and shifts of exponent bits
+do not. In both precisions, the power is 2^(n·log2(1 − d)).
 
-Coefficients, highest power first, come from `mpmath.chebyfit` with 50 digits, which interpolates at Chebyshev
-nodes and is within a few per cent of the best approximation in the largest error. The exponential's constant
-term is exactly 1, so that a power is exactly 1 where d = 0 or n = 0.
+Coefficients, highest power first, come from `mpmath.chebyfit` with 50 digits. It interpolates at Chebyshev nodes, and
+its largest error is within a few per cent of the best approximation's. The exponential's constant term is exactly 1, so
+that a power is exactly 1 if d = 0 or n = 0.
 
 =======  =====================================  ==========================  ===========================
 type     logarithm                              exponential                 measured error of the power
 =======  =====================================  ==========================  ===========================
 float32  log2(1 + t) = t·P(t), P of degree 9,   2^r = 1 + r·Q(r), Q of
-         t in [√½ − 1, √2 − 1]: 8e-9            degree 5, |r| <= ½: 4e-9    1.5 · 2⁻²⁴ beside n·δd
+         t in [√½ − 1, √2 − 1]: 8e-9            degree 5, |r| <= ½: 4e-9    1.5 · 2⁻²⁴ + n·δd
 float64  log2(1 + t) = z·P(z²), P of degree 7,  2^r = 1 + r·Q(r), Q of
-         z = t / (2 + t): 4e-18                 degree 10, |r| <= ½: 7e-18  1.5 · 2⁻⁵³ beside n·δd
+         z = t / (2 + t): 4e-18                 degree 10, |r| <= ½: 7e-18  1.5 · 2⁻⁵³ + n·δd
 =======  =====================================  ==========================  ===========================
 
-Only in these polynomials is LLVM free to contract a product and a sum into one rounding: no digit depends on two.
-Everything else in the kernel is plain IEEE arithmetic, with `multiply_add` where one rounding is wanted, so that a
-vertex's bits depend neither on its place in a block nor on its neighbours.
+LLVM may contract a product and a sum into one rounding in these polynomials only, where no result depends on it. The
+rest of the kernel is plain IEEE arithmetic, with `multiply_add` for a single rounding, so that a vertex's bits depend
+neither on its index in a block nor on its neighbours.
 
-At the end: what compiled code does with memory that it is given as a plain pointer, which compiles in half the time of
-Numba's arrays and counts no references; calls through addresses, so that no driver is compiled anew for a new light;
-and the operations of `pvphong.base.formulas` for one vertex. (Lights with a size run on `lanes`, which has the same
-operations for eight vertices, because their formulas have loops and `if any_of(...)`.)
+At the end: access to memory through plain pointers, which compiles in half the time of Numba's arrays and counts no
+references; calls through addresses, so that a new light does not require another driver; and the operations of
+`pvphong.base.formulas` for one vertex. (Area lights run on `lanes`, which has the same operations for eight vertices,
+because their formulas have loops and `if any_of(...)`.)
 """
 
 from __future__ import annotations
@@ -41,44 +41,44 @@ from numba.extending import intrinsic, overload, register_jitable
 from pvphong.base import formulas
 from pvphong.base.formulas import Function
 
-# Without Numba's runtime there is no memory to be had, and no array's references are counted: on blocks this small,
-# counting them takes 5 to 15 % of the time.
-# No entries for Python, a sixth of all code: nothing would call them.
+# Counting references of arrays takes 5 to 15 % of the time on blocks this small. Without Numba's runtime there is none,
+# and no memory can be allocated.
+# Entry points for Python are a sixth of all code, and nothing calls them.
 _OPTIONS = {"error_model": "numpy", "_nrt": False, "no_cpython_wrapper": True, "no_cfunc_wrapper": True}
 
 
 def compiled(function: Function) -> Function:
     """Compile on first use, with IEEE arithmetic; a division by zero gives infinity.
 
-    For compiled callers alone: calling it from Python ends the process.
+    Only compiled code may call the result: calling it from Python ends the process.
     """
     return cast(Function, numba.njit(**_OPTIONS)(function))
 
 
 def inlined(function: Function) -> Function:
-    """As `compiled`, always inlined, so that a loop around it can be vectorised.
+    """Compile as `compiled`, and always inline, so that a loop around the call can be vectorised.
 
-    Also where code is large, which is as fast then in the process that compiles it: what is called and not inlined is
-    taken there as it was compiled alone, up to three times slower than in one piece with its caller.
+    Use it for large functions too. In the process that compiles, a call that is not inlined runs code that was
+    optimised without its caller, up to three times slower.
     """
     return cast(Function, numba.njit(**_OPTIONS, forceinline=True)(function))
 
 
 def inlined_early(function: Function) -> Function:
-    """As `inlined`, but inlined before types are inferred: the function has one caller, and LLVM sees both as one."""
+    """Compile as `inlined`, but inline before type inference: for functions with one caller, which LLVM sees as one."""
     return cast(Function, numba.njit(**_OPTIONS, inline="always")(function))
 
 
 def contracted(function: Function) -> Function:
-    """As `inlined`, with products and sums contracted."""
+    """Compile as `inlined`, with products and sums contracted."""
     return cast(Function, numba.njit(**_OPTIONS, forceinline=True, fastmath={"contract"})(function))
 
 
 @intrinsic
-def multiply_add(_typing: Any, a: Any, b: Any, c: Any) -> Any:  # noqa: ARG001 Numba wants them by name
-    """a·b + c for three numbers of one type, rounded once on processors that can do that as fast as twice.
+def multiply_add(_typing: Any, a: Any, b: Any, c: Any) -> Any:  # noqa: ARG001 Numba reads their names
+    """Return a·b + c for three numbers of one type, rounded once on processors with fast fused multiply-add.
 
-    Whether LLVM contracts a product and a sum by itself depends on the loop around them; here it does not.
+    LLVM would contract some products and sums by itself, depending on the loop around them. This is always contracted.
     """
 
     def generate(_context: Any, builder: Any, _signature: Any, arguments: Any) -> Any:
@@ -114,30 +114,30 @@ EXP64 = (
     0.0555041086648216, 0.24022650695910097, 0.6931471805599453, 1.0,
 )  # fmt: skip
 
-# Bits of √½: numbers from there up to √2 have the power of two 0.
+# Bits of √½: numbers from √½ to √2 have the exponent 0.
 _ROOT32, _ROOT64 = np.float32(0.5**0.5).view(np.int32), np.float64(0.5**0.5).view(np.int64)
 _MANTISSA32, _MANTISSA64 = np.int32(23), np.int64(52)
 
-# Adding it rounds to an integer, which is then in the last bits of the mantissa.
+# Adding this rounds to an integer, whose bits are then the last bits of the mantissa.
 WHOLE32, _WHOLE64 = np.float32(1.5 * 2**23), 1.5 * 2**52
 
-# Powers of two below it are not normal numbers.
+# Least exponent of a normal number.
 _LEAST32, _LEAST64 = np.float32(-126.0), -1022.0
 
 
 def log2_power(square: Any, exponent: Any, least: Any) -> Any:
-    """n·log2(1 − d) for a chord's squared length |C|² = 2d and n = `exponent`, log2(1 − d) being at least `least`.
+    """Return n·max(log2(1 − d), `least`) for a chord's squared length |C|² = 2d and n = `exponent`.
 
-    All three in the same precision. (The floor is on the logarithm because 1 − floor would be rounded by far
-    more than the floor's own last bit.) Where d >= 1 and `least` is infinite the result means nothing unless
-    n = 0; it is never less than the least power of two that is a normal number.
+    All arguments have the same precision. (The floor is on the logarithm because 1 − floor would be rounded by far
+    more than the floor's own last bit.) If d >= 1 and `least` is infinite, the result is meaningless unless n = 0. It
+    is never less than the exponent of the least normal number.
     """
-    raise NotImplementedError  # compiled code gets the function for its precision
+    raise NotImplementedError  # overloaded for each precision in compiled code
 
 
 def exp2(y: Any) -> Any:
-    """2^y for what `log2_power` gives; what is less than twice the least normal number is roughly right."""
-    raise NotImplementedError  # compiled code gets the function for its precision
+    """Return 2^y for a result of `log2_power`; results less than twice the least normal number are inexact."""
+    raise NotImplementedError  # overloaded for each precision in compiled code
 
 
 horner = contracted(formulas.horner)
@@ -145,12 +145,12 @@ horner = contracted(formulas.horner)
 
 @contracted
 def _log2_power32(square: Any, exponent: Any, least: Any) -> Any:
-    # Numba widens sums and shifts of int32 to int64; each is cut back at once, or vectors would be half as long.
+    # Numba widens sums and shifts of int32 to int64, which would halve the length of vectors. So each is cast back.
     d = min(np.float32(0.5) * square, np.float32(1.0))
     bits = np.float32(np.float32(1.0) - d).view(np.int32)
     k = np.int32(np.int32(bits - _ROOT32) >> _MANTISSA32)
     m = np.int32(bits - np.int32(k << _MANTISSA32)).view(np.float32)
-    t = -d if k == np.int32(0) else m - np.float32(1.0)  # the rounding of 1 − d matters near the peak alone
+    t = -d if k == np.int32(0) else m - np.float32(1.0)  # the rounding of 1 − d matters only near the peak
     p = horner(t * t, _LOG32[1::2]) + t * horner(t * t, _LOG32[0::2])  # two short chains instead of a long one
     return max(exponent * max(t * p + np.float32(k), least), _LEAST32)
 
@@ -211,9 +211,9 @@ _TAN_22_5, _TINIEST = math.sqrt(2.0) - 1.0, 2.0**-1000
 
 
 def arctan2(y: Any, x: Any) -> Any:
-    """The angle of a point by t = tan θ in [0, tan 22.5°], or of the rest to 45°: θ = t + t³ P(t²).
+    """Return the angle of a point, by θ = t + t³ P(t²) for t = tan θ in [0, tan 22.5°], or of 45° less the rest.
 
-    In float64, of one point or of lanes; libm's keeps loops from being vectorised.
+    It works in float64, for one point or for lanes. A call of libm's function would prevent vectorisation.
     """
     height, width = abs(y), abs(x)
     low, high = formulas.minimum(height, width), formulas.maximum(formulas.maximum(height, width), _TINIEST)
@@ -232,7 +232,7 @@ def arctan2(y: Any, x: Any) -> Any:
 
 @intrinsic
 def like(_typing: Any, rows: Any, value: Any) -> Any:
-    """A number in the type of rows, or of a number."""
+    """Return a number in the type of rows, or of another number."""
     kind = getattr(rows, "dtype", rows)
 
     def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
@@ -242,8 +242,8 @@ def like(_typing: Any, rows: Any, value: Any) -> Any:
 
 
 @intrinsic
-def shifted(_typing: Any, pointer: Any, count: Any) -> Any:  # noqa: ARG001 Numba wants it by name
-    """The pointer to the entry that is so many further on."""
+def shifted(_typing: Any, pointer: Any, count: Any) -> Any:  # noqa: ARG001 Numba reads its name
+    """Return the pointer to the entry that is `count` entries further on."""
 
     def generate(_context: Any, builder: Any, _signature: Any, arguments: Any) -> Any:
         return builder.gep(*arguments[:1], [arguments[1]])
@@ -253,13 +253,13 @@ def shifted(_typing: Any, pointer: Any, count: Any) -> Any:  # noqa: ARG001 Numb
 
 @intrinsic
 def nowhere(_typing: Any, pointer: Any) -> Any:
-    """A null pointer of a pointer's type."""
+    """Return a null pointer of a pointer's type."""
     return pointer(pointer), lambda _context, _builder, _signature, arguments: ir.Constant(arguments[0].type, None)
 
 
 @intrinsic
 def is_nowhere(_typing: Any, pointer: Any) -> Any:
-    """Whether a pointer is null."""
+    """Return True if a pointer is null."""
 
     def generate(_context: Any, builder: Any, _signature: Any, arguments: Any) -> Any:
         return builder.icmp_unsigned("==", arguments[0], ir.Constant(arguments[0].type, None))
@@ -269,7 +269,7 @@ def is_nowhere(_typing: Any, pointer: Any) -> Any:
 
 @intrinsic
 def call_stage(_typing: Any, address: Any, numbers: Any, rows: Any, points: Any) -> Any:  # noqa: ARG001 Numba's names
-    """What the stage at an address gives: an integer."""
+    """Call the stage at an address and return its integer."""
 
     def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         target, *pointers = arguments
@@ -306,7 +306,7 @@ _BOUND: list[Callable[..., Any]] = []
 
 
 def bind_formulas() -> None:
-    """Let compiled code call every function that `formulas.formula` has marked since it was last asked."""
+    """Let compiled code call every function that `formulas.formula` has marked since the last call."""
     for function in formulas.FORMULAS[len(_BOUND) :]:
         register_jitable(**INLINED)(function)
         _BOUND.append(function)

@@ -1,15 +1,15 @@
-"""Compiled code: compiled for use through addresses, kept on disk, and compiled by another process meanwhile.
+"""Compiled code: callable through addresses, kept on disk, and compiled by another process if a call must not wait.
 
-On disk there is a file for each function and its types, in Numba's cache folder: `__pycache__` beside the module, or
-the user's own where that cannot be written to, or one in NUMBA_CACHE_DIR if that is set. It is written aside and
-renamed, and starts with a digest of all that the code depends on and one of the code itself, so that a file that is
-damaged, cut short, or of another version of anything counts as absent, and is written anew. So any number of processes
-may read and write at once. (Numba's own files share an index, in which two processes that write at once can give one
-function the other's code; and it looks only at the file of the function itself, where here all sources count that a
-function may call.)
+On disk there is a file for each function and its types, in Numba's cache folder: `__pycache__` next to the module, or
+the user's own if that is not writable, or one in NUMBA_CACHE_DIR if that is set. The file is written under another name
+and renamed. It starts with a digest of everything that the code depends on and a digest of the code itself. A file that
+is damaged, truncated or of another version is treated as missing and rewritten. So any number of processes may read and
+write at once. (Numba's own cache has two problems: its files share an index, in which two concurrent writers can assign
+one function the other's code; and it checks only the source file of the function itself, not those of the functions
+that it calls.)
 
-Where a call is not to wait, another process compiles the code that is missing; it may outlive this one. This process
-asks for each piece once, so that one that cannot be compiled is not tried over and over.
+If a call must not wait, another process compiles the missing code; it may outlive this one. This process requests each
+piece once, so that code that cannot be compiled is not tried again and again.
 """
 
 from __future__ import annotations
@@ -56,12 +56,12 @@ Found = TypeVar("Found")
 
 
 class NotCompiled(Exception):
-    """There is no code of a function, and the call is not to wait for it.
+    """Raised if a function is not compiled yet and the caller must not wait.
 
     Attributes
     ----------
     key : tuple
-        Of the function and its types.
+        Key of the function and its types.
     """
 
     def __init__(self, key: Key) -> None:
@@ -70,7 +70,7 @@ class NotCompiled(Exception):
 
 
 class Request(NamedTuple):
-    """What is to be lit: an equation, the type in which vertices are stored, and that of the arithmetic."""
+    """Request for code: an equation, the type in which vertices are stored, and the type of the arithmetic."""
 
     equation: Equation
     stored: str
@@ -84,19 +84,19 @@ _VERSIONS = (numba.__version__, llvmlite.__version__, np.__version__, sys.versio
 
 
 class Store:
-    """Where the code of one function is kept, in the form in which Numba's `CFunc` asks for it.
+    """Cache of the code of one function, with the interface that Numba's `CFunc` expects.
 
     Parameters
     ----------
     function : callable
-        What is compiled.
+        The function to compile.
     sources : bytes
-        A digest of all else that its code is made of.
+        Digest of all sources on which its code depends.
 
     Raises
     ------
     RuntimeError, OSError
-        If there is no folder that can be written to, or no source of the function.
+        If no folder is writable, or the function has no source file.
     """
 
     def __init__(self, function: Callable[..., Any], sources: bytes) -> None:
@@ -105,14 +105,14 @@ class Store:
 
     @property
     def folder(self) -> Path:
-        """Where the files are."""
+        """Folder of the files."""
         return Path(self._form.locator.get_cache_path())
 
     def load_overload(self, signature: Any, context: Any) -> Any:
-        """Code for a signature, or None."""
+        """Return the code for a signature, or None."""
         context.refresh()
         path, key = self._path_and_key(signature, context.codegen())
-        with contextlib.suppress(Exception):  # no file, or whatever pickle and Numba raise where they cannot read it
+        with contextlib.suppress(Exception):  # no file, or any error of pickle and Numba while reading it
             data = path.read_bytes()
             code = data[2 * _DIGEST :]
             if data[: 2 * _DIGEST] == key + digest(code):
@@ -120,16 +120,17 @@ class Store:
         return None
 
     def save_overload(self, signature: Any, result: Any) -> None:
-        """Keep code, if that is possible."""
+        """Write code to disk, if possible."""
         path, key = self._path_and_key(signature, result.codegen)
         code = dumps(self._form.reduce(result))
-        with contextlib.suppress(ValueError), written_aside(path) as aside:  # a full disk, a folder that is gone
+        with contextlib.suppress(ValueError), written_aside(path) as aside:  # full disk, deleted folder
             aside.write_bytes(key + digest(code) + code)
 
     def _path_and_key(self, signature: Any, codegen: Any) -> tuple[Path, bytes]:
-        """A file's name is a digest of the function, its types, the values it closes over, the processor and Python.
+        """Return the path of a file and the key at its start.
 
-        The key in the file is one of versions, sources and bytecode: all that its code was made from.
+        The name is a digest of the function, its types, the values it closes over, the processor and Python. The key is
+        a digest of versions, sources and bytecode.
         """
         function = self._function
         cells = dumps(tuple(cell.cell_contents for cell in function.__closure__ or ()))
@@ -140,7 +141,7 @@ class Store:
 
 
 def digest(data: bytes) -> bytes:
-    """SHA-256 of some bytes: `_DIGEST` bytes."""
+    """Return the SHA-256 digest of bytes: `_DIGEST` bytes."""
     return hashlib.sha256(data).digest()
 
 
@@ -148,7 +149,7 @@ def digest(data: bytes) -> bytes:
 
 
 _FLOATS = types.CPointer(types.float64)
-# Seconds until code that was not on disk is looked for there again.
+# Seconds until missing code is looked for on disk again.
 _PATIENCE = 0.5
 
 _REALS = {"float32": types.float32, "float64": types.float64}
@@ -156,11 +157,11 @@ _OPTIONS = {"error_model": "numpy", "nopython": True}
 
 
 class _Absent(Exception):
-    """No code of a function is kept."""
+    """Raised if a function's code is not on disk."""
 
 
 class Code(CFunc):
-    """A function that is called by its address: read from disk if it is there, else compiled and written."""
+    """Function that is called by its address: read from disk if it is there, else compiled and written to disk."""
 
     def __init__(self, function: Callable[..., Any], signature: Any, *, compiles: bool = True) -> None:
         super().__init__(function, (signature.args, signature.return_type), {}, dict(_OPTIONS))
@@ -174,7 +175,7 @@ class Code(CFunc):
         pointers = [ctypes.c_void_p] * len(signature.args)
         result = ctypes.c_bool if signature.return_type == types.boolean else ctypes.c_ssize_t
         self.call: Callable[..., int] = ctypes.CFUNCTYPE(result, *pointers)(self.where)
-        """It with addresses, bytes and integers, without the interpreter's lock."""
+        """The function, which takes addresses and integers and runs without the interpreter's lock."""
 
     def _compile_uncached(self) -> Any:
         if not self._compiles:
@@ -184,14 +185,14 @@ class Code(CFunc):
 
 
 def store_of(function: Callable[..., Any]) -> Store | None:
-    """Where the code of a function is kept; None where Numba finds no folder to write to, or there are no sources."""
+    """Return the cache of a function's code; None if no folder is writable, or sources are missing."""
     formulas = [cell.cell_contents for cell in function.__closure__ or () if callable(cell.cell_contents)]
     modules = {each.__module__ for each in (function, *formulas)}
-    if not all(map(_is_own, modules)):  # a formula of the user's may call any other
+    if not all(map(_is_own, modules)):  # a user's formula may call any other
         modules |= {each.__module__ for each in FORMULAS}
     try:
         return Store(function, _sources(tuple(sorted(modules))))
-    except (RuntimeError, OSError, TypeError):  # inspect raises the last for what was typed into an interpreter
+    except (RuntimeError, OSError, TypeError):  # inspect raises TypeError for interactive code
         return None
 
 
@@ -201,9 +202,9 @@ def _is_own(module: str) -> bool:
 
 @functools.cache
 def _sources(modules: tuple[str, ...]) -> bytes:
-    """A digest of all sources that functions of some modules may call; OSError if there are none.
+    """Return a digest of all sources that functions of the modules may call; raise OSError if one is missing.
 
-    These are the modules', and all of the packages that hold the kernel and the formulas.
+    These are the modules' sources, and those of the packages with the kernel and the formulas.
     """
     here = Path(__file__).parent
     folders = here, *(here.parents[1] / package for package in ("base", "geometry", "optics"))
@@ -213,12 +214,12 @@ def _sources(modules: tuple[str, ...]) -> bytes:
 
 
 def code_identity(function: Callable[..., Any]) -> tuple[CodeType, tuple[Any, ...]]:
-    """Equal for functions that do the same: code, and the values it was made with."""
+    """Return a function's code and the values that it closes over; equal for functions that do the same."""
     return function.__code__, tuple(cell.cell_contents for cell in function.__closure__ or ())
 
 
 class Library:
-    """What has been compiled or read from disk in this process."""
+    """Code that has been compiled or read from disk in this process."""
 
     def __init__(self) -> None:
         self._lock = threading.RLock()
@@ -232,39 +233,39 @@ class Library:
 
     @functools.cached_property
     def cached_only(self) -> Library:
-        """The same library, which raises `NotCompiled` instead of compiling."""
+        """The same library, but it raises `NotCompiled` instead of compiling."""
         library = copy.copy(self)
         library._compiles = False
         return library
 
     @property
     def folder(self) -> Path | None:
-        """Where this package's code is kept; None if there is no folder to keep code in."""
+        """Folder of this package's code; None if no folder is writable."""
         store = store_of(store_of)
         return None if store is None else store.folder
 
     @property
     def lock(self) -> Path | None:
-        """The file that is locked by the process that compiles in advance; None as for `folder`."""
+        """File that the process that compiles in advance locks; None if `folder` is None."""
         return self.folder and self.folder / "pvphong.lock"
 
     def stage(self, function: Callable[..., Any], real: str) -> int:
-        """Address of a light's or reflectance's stage for a type of rows."""
+        """Return the address of a light's or reflectance's stage for a type of rows."""
         return self._code(function, stage_signature, real).where
 
     def call(self, function: Callable[..., Any], signature: Callable[..., Any], *kinds: str) -> Callable[..., int]:
-        """Any other function; its signature is made of Numba's types of the names of some."""
+        """Return any other compiled function. `signature` is called with Numba's types of the names in `kinds`."""
         return self._code(function, signature, *kinds).call
 
     def _code(self, function: Callable[..., Any], signature: Callable[..., Any], *kinds: str) -> Code:
-        """Looked up by `code_identity`, for lights make their stages anew each time, and the names of types."""
+        """Look up code by the names of types and `code_identity`, because stages are new functions at each use."""
         key = *code_identity(function), kinds
         code = self._codes.get(key)
         if code is not None:
             return code
         if not self._compiles and time.monotonic() < self._looks_again.get(key, 0.0):
             raise NotCompiled(key)
-        # another thread reads code in milliseconds, and compiles it in seconds
+        # wait for another thread that reads code, in milliseconds, but not for one that compiles, in seconds
         waits = self._compiles or not self._is_compiling.is_set()
         if not self._lock.acquire(blocking=waits):
             raise NotCompiled(key)
@@ -284,7 +285,7 @@ class Library:
 
 
 def stage_signature(real: Any) -> Any:
-    """Of all stages: numbers, rows and points, to an integer."""
+    """Return the signature of all stages: numbers, rows and points, to an integer."""
     return types.intp(_FLOATS, types.CPointer(real), _FLOATS)
 
 
@@ -292,7 +293,7 @@ def stage_signature(real: Any) -> Any:
 
 
 class _Compiler:
-    """The process that compiles, and the pieces for which this process has started one."""
+    """The process that compiles, and the pieces that this process has requested."""
 
     asked: ClassVar[set[Key]] = set()
     process: ClassVar[subprocess.Popen[bytes] | None] = None
@@ -300,10 +301,10 @@ class _Compiler:
 
 
 def ask_for(missing: Key, request: Request | None, lock: Path | None) -> None:
-    """Start compiling what is missing for a request, unless this process has done so before or a compiler is at work.
+    """Start a process that compiles missing code, unless it was requested before or a compiler is running.
 
-    Without a request, what is missing is among all that there is to compile.
-    `lock` is held by the process that compiles; None if code cannot be kept.
+    Without a request, the missing code is part of what is always compiled. The compiling process holds `lock`, which is
+    None if code cannot be kept.
     """
     with _Compiler.lock:
         is_running = _Compiler.process is not None and _Compiler.process.poll() is None
@@ -313,12 +314,12 @@ def ask_for(missing: Key, request: Request | None, lock: Path | None) -> None:
             if not is_alone:
                 return
         _Compiler.asked.add(missing)
-        with contextlib.suppress(OSError):  # no processes, no memory, no room: then it is not compiled
+        with contextlib.suppress(OSError):  # without processes, memory or disk space, nothing is compiled
             _Compiler.process = _start(request)
 
 
 def if_compiled(library: Library, find: Callable[[Library], Found]) -> Found | None:
-    """What is found of code that is there; None where some is missing, and another process compiles it."""
+    """Return the result of `find`; None if code is missing, and another process compiles it."""
     try:
         return find(library.cached_only)
     except NotCompiled as missing:
@@ -327,12 +328,12 @@ def if_compiled(library: Library, find: Callable[[Library], Found]) -> Found | N
 
 
 def _start(request: Request | None) -> subprocess.Popen[bytes] | None:
-    """A compiler at low priority, apart from this process's terminal; None in a program that only embeds Python."""
+    """Start a compiler at low priority, detached from the terminal; None in a program that embeds Python."""
     if not Path(sys.executable or "").name.lower().startswith("python"):
         return None
     try:
         pickled = pickle.dumps(request)
-    except Exception:  # a light of the user's may raise anything
+    except Exception:  # a user's light may raise anything
         pickled = b""
     with tempfile.TemporaryFile() as file:
         file.write(pickled)
@@ -350,5 +351,5 @@ def _start(request: Request | None) -> subprocess.Popen[bytes] | None:
 
 
 def _leave(process: subprocess.Popen[bytes]) -> None:
-    """Mark the process as ended, or Popen would warn that it still runs."""
+    """Mark the process as ended, so that Popen does not warn that it is still running."""
     process.returncode = process.returncode or 0

@@ -1,13 +1,13 @@
-"""What happens to vertices, block after block: they are loaded, light after light is added, colours are stored.
+"""The driver lights vertices block by block: it loads a block, adds light after light, and stores colours.
 
-The equation comes as records, so that its values are arguments of compiled code: moving or tinting a light
-compiles nothing. What the driver branches on, it branches on once per block. It knows no light and no reflectance:
-theirs are the stages, called through pointers, once per block and light. What it knows is what all of them share:
-a light that is the same everywhere, and Lambert's factor, which it adds without writing it down first.
+The equation comes as records, so that its values are arguments of compiled code: moving or tinting a light does not
+compile anything. Branches are taken once per block. The driver does not depend on kinds of lights or reflectances:
+their code is in stages, which it calls through pointers, once per block and light. Only the common cases are built in:
+a uniform light, and Lambert's factor, which it adds without storing it first.
 
 Its loops are simple enough for LLVM to vectorise. Literals are float32: a Python float would widen float32 arithmetic,
-and these are widened, exactly, where rows are float64. There is no fast-math: each vertex's bits are what IEEE
-arithmetic makes of its own numbers. Products and sums are fused by `multiply_add` alone, and so alike in every loop.
+and these are widened, exactly, where rows are float64. There is no fast-math: each vertex's bits follow from IEEE
+arithmetic on its own numbers. Only `multiply_add` fuses products and sums, in the same way in every loop.
 """
 
 from __future__ import annotations
@@ -53,27 +53,27 @@ def shade(
     wide: Any,
     declined: Any,
 ) -> bool:
-    """Light vertices; whether none is declined, else each one is noted.
+    """Light vertices, and return True if none is declined; declined vertices are marked.
 
     Parameters
     ----------
     points, normals
-        Vectors of all vertices one after the other; what is not needed may be anything.
+        Consecutive vectors of all vertices; anything if not needed.
     albedo, diffuse, specular, emission
-        Colours likewise, of fields that have a map.
+        Consecutive colours of fields that have a map.
     channels
-        Single numbers of all vertices, channel after channel: what of lights and of the sky they see, from both sides
-        where normals are turned to the viewer, and maps.
+        Numbers of all vertices, channel after channel: visible parts of lights and of the sky, for both sides if
+        normals are turned towards the viewer, and maps.
     rgb, display
-        Where the colours go: floats, or bytes if `is_display`.
+        Output colours: floats, or bytes if `is_display`.
     settings, terms, numbers
-        The equation, as `records` has it.
+        The equation, packed by `records`.
     count : int
-        Of vertices.
+        Number of vertices.
     rows, wide
         Scratch memory: `ROWS` numbers, and 3 · `BLOCK` of float64.
     declined
-        A byte for each vertex, 0; becomes 1 for those that the reference has to light.
+        A byte per vertex, initially 0; set to 1 for vertices that the reference must light.
     """
     s = carray(settings, (1,))[0]
     lights = carray(terms, (s.count,))
@@ -89,7 +89,7 @@ def shade(
         size = min(count - first, BLOCK)
         if s.is_sunlit and size == BLOCK and _shine(normals, first, s, lights[0], rgb):
             continue
-        if first == 0 or not is_uniform:  # else all blocks have the colors of the first
+        if first == 0 or not is_uniform:  # else all blocks have the first one's colours
             good = _load(first, size, points, normals, channels, s, rows, wide, places)
             _prefetch_colors(first + BLOCK, rgb, display, s)
             if s.is_apart:
@@ -99,7 +99,7 @@ def shade(
                 if s.has_tints:
                     _add_emission(first, size, emission, s, rows)
             for k in range(len(lights)):
-                # with the arithmetic of a light between them, for few lines can be waited for at once
+                # between lights, because few cache lines can be requested at once
                 if k == 1 and s.needs_normals:
                     prefetch_to_read(normals, first + BLOCK)
                 if k == 2 and s.needs_points:
@@ -128,9 +128,9 @@ def shade(
 
 @compiled
 def _shine(normals: Any, first: int, s: Any, t: Any, rgb: Any) -> bool:
-    """A whole block by one even light and Lambert's factor, past the rows: a third less time.
+    """Light a full block by one uniform light with Lambert's factor, without using rows: a third less time.
 
-    It gives whether all normals can be used as they come; else these colours are useless.
+    Return True if all normals can be used as they are; otherwise the colours are invalid.
     """
     low, high, to_light = like(rgb, s.low), like(rgb, s.high), in_type(t.to_light, rgb)
     base, color, inverse = in_type(s.base, rgb), in_type(t.colors[0], rgb), inverse_length(square(to_light))
@@ -152,21 +152,21 @@ def _shine(normals: Any, first: int, s: Any, t: Any, rgb: Any) -> bool:
 
 @compiled
 def fill(rows: Any, start: int, w: Any) -> None:
-    """The same vector or colour in three rows."""
+    """Fill three rows with the same vector or colour."""
     for i in range(BLOCK):
         put(shifted(rows, start), i, w)
 
 
 @compiled
 def clear(rows: Any, start: int) -> None:
-    """Black in three rows."""
+    """Fill three rows with black."""
     for i in range(3 * BLOCK):
         rows[start + i] = ZERO
 
 
 @compiled
 def _begin(rows: Any, target: int, base: Any, own: Any) -> None:
-    """Colours without lights: what the sky has part in, and what it has not."""
+    """Initialise colours: `base` times the open part of the sky, plus `own`."""
     for i in range(BLOCK):
         sky = rows[at.SKY + i]
         rows[target + i] = multiply_add(base[0], sky, own[0])
@@ -178,7 +178,7 @@ def _begin(rows: Any, target: int, base: Any, own: Any) -> None:
 def _load(
     first: int, count: int, points: Any, normals: Any, channels: Any, s: Any, rows: Any, wide: Any, places: Any
 ) -> bool:
-    """All that is known of the vertices, and colours as they are without lights; whether no vertex is declined."""
+    """Load the vertices and initialise the colours; return True if no vertex is declined."""
     good = True
     if s.needs_normals:
         good = at.load_normals(normals, first, count, s, rows, wide)
@@ -203,7 +203,7 @@ def _load(
 
 @inlined_early
 def _prefetch_colors(first: int, rgb: Any, display: Any, s: Any) -> None:
-    """Ask for where the next block's colours go: what is written is waited for longest."""
+    """Prefetch the next block's output: writes to memory that is not cached take longest."""
     if s.is_display:
         prefetch_to_write(display, first)
     else:
@@ -215,20 +215,20 @@ def _prefetch_colors(first: int, rgb: Any, display: Any, s: Any) -> None:
 
 @compiled
 def _settle_strength(rows: Any, gain: Any) -> None:
-    """Strengths times a gain."""
+    """Multiply strengths by a gain."""
     for i in range(BLOCK):
         rows[at.STRENGTH + i] = min(rows[at.STRENGTH + i] * gain, _BRIGHTEST)
 
 
 @inlined
 def _strength(rows: Any, i: int, varies: bool) -> Any:
-    """The light's strength at a vertex. LLVM makes two loops of one around this, for `varies` is fixed there."""
+    """Return the light's strength at a vertex. `varies` is constant in a loop, so LLVM makes two loops of it."""
     return rows[at.STRENGTH + i] if varies else ONE
 
 
 @compiled
 def _hide(rows: Any, varies: bool) -> None:
-    """Strengths times the visible part of the light."""
+    """Multiply strengths by the visible part of the light."""
     for i in range(BLOCK):
         rows[at.STRENGTH + i] = _strength(rows, i, varies) * rows[at.VISIBLE + i]
 
@@ -245,7 +245,7 @@ def _add(rows: Any, target: int, factors: int, varies: bool, color: Any) -> None
 
 @compiled
 def _add_two(rows: Any, varies: bool, color: Any, other: Any) -> None:
-    """The first two lobes at half the traffic, where no map keeps them apart."""
+    """Add the first two lobes at once, with half the memory traffic; only if no map multiplies them separately."""
     for i in range(BLOCK):
         strength = _strength(rows, i, varies)
         first, second = rows[at.FIRST + i] * strength, rows[at.SECOND + i] * strength
@@ -256,7 +256,7 @@ def _add_two(rows: Any, varies: bool, color: Any, other: Any) -> None:
 
 @compiled
 def _add_lambert(rows: Any, varies: bool, color: Any, is_even: bool, to_light: Any) -> None:
-    """Add a colour times max(n·l, 0) and the light's strength; l is along `to_light` if it is even, else in rows."""
+    """Add a colour times max(n·l, 0) and the light's strength; l is `to_light` if `is_even`, else in rows."""
     inverse = inverse_length(square(to_light))
     for i in range(BLOCK):
         d = to_light if is_even else vector(shifted(rows, at.DX), i)
@@ -269,7 +269,7 @@ def _add_lambert(rows: Any, varies: bool, color: Any, is_even: bool, to_light: A
 
 @compiled
 def _arrive_evenly(rows: Any, to_light: Any) -> None:
-    """Vector D to, and 1/|D| of, a light that arrives everywhere from one direction."""
+    """Fill the rows of the vector D to a uniform light, and of 1/|D|."""
     inverse = inverse_length(square(to_light))
     for i in range(BLOCK):
         put(shifted(rows, at.DX), i, to_light)
@@ -280,7 +280,7 @@ def _arrive_evenly(rows: Any, to_light: Any) -> None:
 def _add_light(
     first: int, count: int, channels: Any, t: Any, s: Any, numbers: Any, own: Any, rows: Any, points: Any
 ) -> bool:
-    """Add one light; whether no vertex is declined."""
+    """Add one light; return True if no vertex is declined."""
     good = True
     to_light = in_type(t.to_light, rows)
     if not t.is_even:
@@ -319,20 +319,20 @@ def _add_light(
 
 @inlined
 def _clipped(intensity: Any, low: Any, high: Any) -> Any:
-    """The intensity clipped to [low, high]; NaN stays."""
+    """Return the intensity clipped to [low, high]; NaN stays NaN."""
     return min(max(intensity, low), high)
 
 
 @inlined
 def _byte(intensity: Any) -> Any:
-    """0-255 for an intensity clipped to [0, 1]: the nearest, and of two equally near the even one."""
+    """Return 0-255 for an intensity clipped to [0, 1], rounded to nearest, ties to even."""
     fraction = _clipped(np.float32(intensity), ZERO, ONE)
     return np.uint8(np.float32(fraction * np.float32(255.0) + WHOLE32).view(np.int32))
 
 
 @compiled
 def _multiply_by_albedo(first: int, count: int, albedo: Any, rows: Any, has_ambient: bool) -> None:
-    """What takes albedo, times that; it is in [0, 1], and 0 for a NaN. Lobes' rows are free by now."""
+    """Multiply by the albedo, clipped to [0, 1], NaN to 0. It uses the rows of lobes, which are free by now."""
     at.load_vectors(albedo, first, count, shifted(rows, at.FIRST))
     for i in range(3 * BLOCK):
         given = rows[at.FIRST + i]
@@ -344,7 +344,7 @@ def _multiply_by_albedo(first: int, count: int, albedo: Any, rows: Any, has_ambi
 
 @compiled
 def _multiply_by_diffuse(first: int, count: int, diffuse: Any, rows: Any, over: Any) -> None:
-    """Diffuse light times its map over the greatest of that, plus ambient light."""
+    """Multiply diffuse light by its map, scaled by `over`, and add ambient light."""
     at.load_vectors(diffuse, first, count, shifted(rows, at.FIRST))
     for i in range(3 * BLOCK):
         rows[at.R + i] = multiply_add(rows[at.R + i], rows[at.FIRST + i] * over, rows[at.AMBIENT_R + i])
@@ -352,7 +352,7 @@ def _multiply_by_diffuse(first: int, count: int, diffuse: Any, rows: Any, over: 
 
 @compiled
 def _add_times_map(first: int, count: int, tints: Any, rows: Any, start: int, over: Any) -> None:
-    """Add the rows from `start` on times a map over the greatest of it to the colour."""
+    """Add the rows from `start` on, times a map that is scaled by `over`, to the colour."""
     at.load_vectors(tints, first, count, shifted(rows, at.FIRST))
     for i in range(3 * BLOCK):
         rows[at.R + i] = multiply_add(rows[start + i], rows[at.FIRST + i] * over, rows[at.R + i])
@@ -366,7 +366,7 @@ def _add_rows(rows: Any, start: int) -> None:
 
 @inlined_early
 def _tint(first: int, count: int, albedo: Any, diffuse: Any, specular: Any, s: Any, rows: Any) -> None:
-    """The colour from its parts, each times the maps that multiply it, but for the emission."""
+    """Sum the colour's parts except emission, each times its maps."""
     if s.has_albedo:
         _multiply_by_albedo(first, count, albedo, rows, s.has_diffuse)
     if s.has_diffuse:
@@ -381,7 +381,7 @@ def _tint(first: int, count: int, albedo: Any, diffuse: Any, specular: Any, s: A
 
 @inlined_early
 def _add_emission(first: int, count: int, emission: Any, s: Any, rows: Any) -> None:
-    """Add the emission, where it is not among what colours begin with."""
+    """Add the emission, unless the initial colours include it."""
     if s.has_emission or s.is_split:
         fill(rows, at.OTHER_R, in_type(s.emission, rows))
         if s.has_emission:
@@ -390,19 +390,19 @@ def _add_emission(first: int, count: int, emission: Any, s: Any, rows: Any) -> N
             _add_rows(rows, at.OTHER_R)
 
 
-# --- shares, where they are wanted apart
+# --- separate shares
 
 
 @compiled
 def _add_share(rows: Any, start: int) -> None:
-    """Add the colour's rows to others."""
+    """Add the colour's rows to other rows."""
     for i in range(3 * BLOCK):
         rows[start + i] = rows[start + i] + rows[at.R + i]
 
 
 @inlined_early
 def _end_share(first: int, count: int, rgb: Any, t: Any, s: Any, rows: Any) -> None:
-    """Add a share that is complete to its light and its component; and put the light where it goes, if complete too."""
+    """Add a complete share to its light and its component, and store the light if it is complete too."""
     if not t.is_alone:
         _add_share(rows, at.LIGHT_R)
     if t.light_at:
@@ -423,7 +423,7 @@ def _end_share(first: int, count: int, rgb: Any, t: Any, s: Any, rows: Any) -> N
 
 @inlined_early
 def _end_shares(first: int, count: int, rgb: Any, s: Any, rows: Any) -> None:
-    """Put the components where they go, and their sum into the colour's rows."""
+    """Store the components, and write their sum into the colour's rows."""
     for k in range(4):
         if s.components_at[k]:
             component = at.COMPONENTS + 3 * BLOCK * k
@@ -435,7 +435,7 @@ def _end_shares(first: int, count: int, rgb: Any, s: Any, rows: Any) -> None:
 
 @compiled
 def _finish(s: Any, rows: Any) -> None:
-    """Colour raised to a power."""
+    """Raise the colour to a power."""
     if s.exponent != 1.0:
         exponent = like(rows, s.exponent)
         for i in range(3 * BLOCK):
@@ -444,7 +444,7 @@ def _finish(s: Any, rows: Any) -> None:
 
 @compiled
 def _put_rows(first: int, count: int, out: Any, rows: Any, start: int) -> None:
-    """Three rows as they are, as vectors one after the other."""
+    """Store three rows as consecutive vectors, without clipping."""
     part = shifted(out, 3 * first)
     for i in range(count):
         part[3 * i] = rows[start + i]
@@ -473,7 +473,7 @@ def _store_bytes(first: int, count: int, display: Any, rows: Any) -> None:
 
 @inlined_early
 def _store(first: int, count: int, rgb: Any, display: Any, s: Any, rows: Any) -> None:
-    """Colours from one block's rows to where they are wanted."""
+    """Store the colours of a block."""
     if s.is_display:
         _store_bytes(first, count, display, rows)
     else:

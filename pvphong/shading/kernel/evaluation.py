@@ -1,4 +1,4 @@
-"""Vertices through compiled code: an equation's driver and records, run over arrays by several threads."""
+"""Evaluation by compiled code: the driver runs over arrays of vertices on several threads."""
 
 from __future__ import annotations
 
@@ -24,14 +24,15 @@ from pvphong.shading.reference import Shading
 from pvphong.shading.reference import shade as shade_by_reference
 from pvphong.shading.vertices import Tint
 
-# Vertices that a thread lights at a time, at least and at most: so many that calling compiled code shows in no time,
-# and so few that copies of arrays in another form take little room.
+# Least and greatest number of vertices per call in a thread: enough that the cost of a call is negligible, and few
+# enough that converted copies of arrays are small.
 SHORTEST, LONGEST = 2**14, 2**18
 
-# Among what is read: points, normals, then colours by the order of `COLORS`; factors of lobes come in place of these.
+# Index of the first lobe's factors among the inputs: points, normals, then colours in the order of `COLORS`. Factors of
+# lobes replace diffuse and specular.
 _FIRST_LOBE = 2 + COLORS.index("diffuse")
 
-# Bytes in a line of the processor's caches, and in its longest vectors.
+# Bytes in a cache line, and in the longest vectors.
 _LINE = 64
 
 
@@ -46,7 +47,7 @@ def shade(
     channels: FloatArray | None,
     waits: bool,
 ) -> bool:
-    """As `pvphong.shading.kernel.shade` has it."""
+    """Implement `pvphong.shading.kernel.shade`."""
     rgb = result.rgb
     if not rgb.flags.c_contiguous:
         return False
@@ -59,7 +60,7 @@ def shade(
         codes = records.codes_of(equation, name_of(real))
     if codes is None:
         return False
-    # a white sky may read what the whole equation does not
+    # the equation of a white sky may read arrays that the whole equation does not
     read = [points] * (whole.needs_points or equation.needs_points)
     read += [normals] * (whole.needs_normals or equation.needs_normals)
     stored = np.result_type(real, *read)
@@ -130,7 +131,7 @@ def shade(
 
 
 def _apart(equation: Equation, result: Shading) -> records.Apart | None:
-    """An equation's shares, and where in a result they go; None where they are not wanted, or all is black."""
+    """Return an equation's shares and their offsets in a result; None if not requested, or if all are black."""
     shares, rgb = equation.shares, result.rgb
     if result.base is None or result.per_light is None or not shares:
         return None
@@ -147,8 +148,8 @@ def _apart(equation: Equation, result: Shading) -> records.Apart | None:
 def _of_lobes(
     lobes: Sequence[Lobe], tints: Mapping[str, Tint], maps: Mapping[str, FloatArray], count: int, real: Any
 ) -> tuple[FloatArray, FloatArray, BoolArray | None]:
-    """What the first two lobes' colours are multiplied by, shape (n, 3), the first beside albedo; and where the third's
-    is not 1: what the reference has to light.
+    """Return factors of the first two lobes' colours, shape (n, 3), the first without albedo; and where the third
+    lobe's factor is not 1, so that the reference must light the vertex.
     """
     of: dict[str, Any] = {name: tints[name].factors(real.type) for name in ("albedo", "diffuse") if name in tints}
     albedo = of.get("albedo", np.ones((3, count), real.type))
@@ -156,12 +157,12 @@ def _of_lobes(
         lobe.tint(albedo * of.get("diffuse", real.type(1.0)), maps) for lobe in lobes if lobe.tint is not None
     ]
     base = np.divide(base, albedo, out=np.zeros((3, count), real), where=albedo > 0.0)
-    is_left = np.broadcast_to(np.abs(second[0] - 1.0) > 8.0 * np.finfo(real).eps, count)  # it is grey
+    is_left = np.broadcast_to(np.abs(second[0] - 1.0) > 8.0 * np.finfo(real).eps, count)  # grey
     return as_contiguous(base.T, real), as_contiguous(first.T, real), is_left if is_left.any() else None
 
 
 def _reader(array: FloatArray | None, dtype: Any) -> Callable[[slice], tuple[int, FloatArray | None]]:
-    """Gives where some rows of an array start, and what has them: itself, or a copy in compiled code's form."""
+    """Return a function from a slice to the address of its rows and their owner: the array, or a converted copy."""
     if array is None:
         return _nothing
     if array.dtype == dtype and array.flags.c_contiguous and array.flags.aligned:
@@ -176,7 +177,7 @@ def _reader(array: FloatArray | None, dtype: Any) -> Callable[[slice], tuple[int
 
 
 def _color_reader(tint: Tint | None, real: Any) -> Callable[[slice], tuple[int, FloatArray | None]]:
-    """As `_reader`, of a map's colours."""
+    """Return the same as `_reader`, for the colours of a map."""
     if tint is None:
         return _nothing
 
@@ -192,13 +193,13 @@ def _nothing(_part: slice) -> tuple[int, None]:
 
 
 def map_colors(tint: Tint, real: Any) -> FloatArray:
-    """A map's colours in the form that compiled code takes; it clips albedo itself, but more may not fit its type."""
+    """Return a map's colours for compiled code, which clips albedo; larger numbers may exceed its type."""
     rows = tint.rows if tint.rows.dtype == real else fractions(tint.name, tint.rows, real)
     return as_contiguous(rows if rows.shape[1] == 3 else np.broadcast_to(rows, (len(rows), 3)), real)
 
 
 def driver_code(library: Library, stored: str, real: str) -> Callable[..., int]:
-    """The driver, compiled, for vertices of one type and rows of another."""
+    """Return the compiled driver for types of vertices and rows."""
 
     def signature(stored: Any, real: Any) -> Any:
         vertices, reals, floats, octets = map(types.CPointer, (stored, real, types.float64, types.uint8))
@@ -210,9 +211,9 @@ def driver_code(library: Library, stored: str, real: str) -> Callable[..., int]:
 
 
 class _Memory(threading.local):
-    """Scratch memory, each thread's own: rows, three of them in float64, and marks of declined vertices, which are 0.
+    """Scratch memory per thread: rows, three rows in float64, and flags of declined vertices, initially 0.
 
-    Rows start where a cache line starts: a vector across two lines takes twice as long.
+    Rows are aligned to cache lines: a vector across two lines takes twice as long.
     """
 
     def __init__(self) -> None:
@@ -223,7 +224,7 @@ class _Memory(threading.local):
 
 
 def address(array: Any) -> int:
-    """Where an array's entries start; 0 for None."""
+    """Return the address of an array's data; 0 for None."""
     return 0 if array is None else int(array.ctypes.data)
 
 
@@ -232,10 +233,10 @@ _memory = _Memory()
 
 @functools.cache
 def name_of(kind: np.dtype[Any]) -> str:
-    """A type's name, which NumPy takes microseconds to put together."""
+    """Return a type's name, cached because NumPy needs microseconds to build it."""
     return kind.name
 
 
 def as_contiguous(array: FloatArray, dtype: Any) -> FloatArray:
-    """The array itself, or a copy in the form that compiled code takes."""
+    """Return the array itself, or a contiguous, aligned copy of the given type."""
     return np.require(array, dtype, ["C", "A"])

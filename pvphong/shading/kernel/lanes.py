@@ -1,13 +1,13 @@
-"""Eight vertices side by side: formulas with loops inside run on them as on one number.
+"""Lanes: vectors of eight vertices, on which formulas with loops run as on single numbers.
 
-A formula that loops (over a polygon's sides, over quadrature nodes) is not vectorised by LLVM inside a loop over
-vertices. So each of its numbers is a vector of eight float64 here, a type of LLVM's, and a condition is eight bits.
-Each operation of `pvphong.base.formulas` is an instruction on them, or a polynomial. Where a formula calls `any_of`,
-one test serves eight vertices. Sums of products may be rounded once; but all lanes are computed alike, so a vertex's
-bits depend on no neighbour.
+LLVM does not vectorise a loop over vertices if the formula inside loops too (over a polygon's sides, over quadrature
+nodes). So each number of such a formula is an LLVM vector of eight float64 here, and a condition is eight bits. Each
+operation of `pvphong.base.formulas` is an instruction on them, or a polynomial. If a formula calls `any_of`, one test
+covers eight vertices. Sums of products may be rounded once, but in all lanes alike, so a vertex's bits do not depend on
+its neighbours.
 
-Coefficients, highest power first, are from `mpmath.chebyfit` with 40 digits, as those in `arithmetic`: the sine to
-3e-21. Measured on all operations: at most 3.2 units in the last place.
+Coefficients, highest power first, are from `mpmath.chebyfit` with 40 digits, as in `arithmetic`; the sine's error is
+3e-21. The largest measured error of all operations is 3.2 units in the last place.
 """
 
 from __future__ import annotations
@@ -36,24 +36,24 @@ from pvphong.base import formulas
 from pvphong.shading.kernel.arithmetic import EXP64, INLINED, LOG64, arctan2, horner
 
 WIDTH = 8
-"""So many vertices are side by side."""
+"""Number of lanes."""
 
 _F64, _I64, _BITS = (ir.VectorType(kind, WIDTH) for kind in (ir.DoubleType(), ir.IntType(64), ir.IntType(1)))
 
 
 class Lanes(types.Type):
-    """Eight numbers; a number beside them means eight equal ones."""
+    """Type of eight numbers; a single number among the operands is broadcast."""
 
     def __init__(self) -> None:
         super().__init__("lanes")
 
     def unify(self, _context: Any, other: Any) -> Any:
-        """What a variable is that holds a number first and lanes later."""
+        """Return the type of a variable that is assigned a number first and lanes later."""
         return self if isinstance(other, (types.Float, types.Integer)) else None
 
 
 class Conditions(types.Type):
-    """Eight truth values."""
+    """Type of eight truth values."""
 
     def __init__(self) -> None:
         super().__init__("conditions")
@@ -78,7 +78,7 @@ class _ModelOfConditions(models.PrimitiveModel):  # type: ignore[misc]
 @lower_cast(types.Float, Lanes)
 @lower_cast(types.Integer, Lanes)
 def _spread(context: Any, builder: Any, given: Any, _wanted: Any, value: Any) -> Any:
-    """The same number in all lanes."""
+    """Broadcast a number to all lanes."""
     number, undefined = context.cast(builder, value, given, types.float64), ir.Constant(_F64, ir.Undefined)
     first = builder.insert_element(undefined, number, ir.IntType(32)(0))
     return builder.shuffle_vector(first, undefined, ir.Constant(ir.VectorType(ir.IntType(32), WIDTH), [0] * WIDTH))
@@ -88,13 +88,13 @@ def _all(kind: Any, value: Any) -> Any:
     return ir.Constant(kind, [value] * WIDTH)
 
 
-# --- operations that are an instruction or a few
+# --- operations of one or a few instructions
 
 
 def _operation(
     function: Callable[..., Any], kinds: Sequence[Sequence[Any]], result: Any, generate: Callable[..., Any]
 ) -> None:
-    """Let compiled code call a function whose arguments are of such kinds, and some of them lanes or conditions."""
+    """Let compiled code call a function with arguments of these kinds, at least one of them lanes or conditions."""
 
     class Template(AbstractTemplate):  # type: ignore[misc]  # Numba has no types
         key = function
@@ -119,7 +119,7 @@ def _operation(
 
 
 def _call(name: str) -> Callable[..., Any]:
-    """LLVM's intrinsic function of that name."""
+    """Return a generator of calls to LLVM's intrinsic function of that name."""
 
     def generate(builder: Any, *arguments: Any) -> Any:
         kind = ir.FunctionType(_F64, [_F64] * len(arguments))
@@ -179,11 +179,11 @@ _operation(formulas.largest, _ONE, types.int64, _largest)
 
 _EXPONENT, _BIAS, _MANTISSA, _ROOT = 0x7FF << 52, 1023, 52, 0x3FE6A09E667F3BCD  # the last: bits of √½
 _WHOLE = 1.5 * 2.0**52
-# Adding it rounds to a whole number, which is then in the last bits.
+# Adding this rounds to a whole number, whose bits are then the last bits.
 
 
 def _power_below(builder: Any, x: Any) -> Any:
-    """1/2ᵏ of a normal number 2ᵏ · [1, 2): its exponent's bits from those of 2·1."""
+    """Return 1/2ᵏ for a normal number 2ᵏ · [1, 2), by subtracting its exponent's bits from twice the bias."""
     exponent = builder.and_(builder.bitcast(x, _I64), _all(_I64, _EXPONENT))
     return builder.bitcast(builder.sub(_all(_I64, 2 * _BIAS << _MANTISSA), exponent), _F64)
 
@@ -193,7 +193,7 @@ _operation(formulas.over_its_size, _ONE, LANES, _power_below)
 
 @intrinsic
 def _parted(_typing: Any, x: Any) -> Any:
-    """The k and m in x = 2ᵏ m, m in [√½, √2), of a number x > 0."""
+    """Return k and m in x = 2ᵏ m, m in [√½, √2), for x > 0."""
 
     def generate(context: Any, builder: Any, given: Any, values: Any) -> Any:
         bits = builder.bitcast(values[0], _I64)
@@ -207,7 +207,7 @@ def _parted(_typing: Any, x: Any) -> Any:
 
 @intrinsic
 def _two_to(_typing: Any, shifted: Any) -> Any:
-    """2ᵏ of a whole number k, to which `_WHOLE` was added."""
+    """Return 2ᵏ for a whole number k to which `_WHOLE` was added."""
 
     def generate(_context: Any, builder: Any, _given: Any, values: Any) -> Any:
         bits = builder.shl(builder.bitcast(values[0], _I64), _all(_I64, _MANTISSA))
@@ -217,16 +217,16 @@ def _two_to(_typing: Any, shifted: Any) -> Any:
 
 
 def _listed(builder: Any, row: Any, start: Any, rows: Any, place: Any) -> list[Any]:
-    """Pointers to eight numbers of a row, whose places in it are listed."""
+    """Return pointers to eight numbers of a row, whose indices are listed."""
     places = [builder.load(builder.gep(rows, [builder.add(place, place.type(lane))])) for lane in range(WIDTH)]
     return [builder.gep(row, [builder.add(start, builder.fptosi(each, start.type))]) for each in places]
 
 
 @intrinsic
 def load_listed(_typing: Any, row: Any, start: Any, rows: Any, place: Any) -> Any:  # noqa: ARG001 Numba's names
-    """Eight numbers of a row that begins at `start`, as float64; rows from `place` on list which.
+    """Return eight numbers of a row that begins at `start`, as float64; `rows` from `place` on list their indices.
 
-    Those whose last is seven after the first are side by side.
+    If the last index is the first plus seven, the numbers are consecutive and one load suffices.
     """
 
     def generate(_context: Any, builder: Any, _given: Any, values: Any) -> Any:
@@ -253,8 +253,8 @@ def load_listed(_typing: Any, row: Any, start: Any, rows: Any, place: Any) -> An
 
 
 @intrinsic
-def store(_typing: Any, rows: Any, place: Any, numbers: Any) -> Any:  # noqa: ARG001 Numba wants them by name
-    """Eight numbers into rows, rounded to the type of these."""
+def store(_typing: Any, rows: Any, place: Any, numbers: Any) -> Any:  # noqa: ARG001 Numba reads their names
+    """Store eight numbers into rows, rounded to the type of the rows."""
 
     def generate(_context: Any, builder: Any, _given: Any, values: Any) -> Any:
         start = builder.gep(values[0], [values[1]])
@@ -267,7 +267,7 @@ def store(_typing: Any, rows: Any, place: Any, numbers: Any) -> Any:  # noqa: AR
 
 @intrinsic
 def store_listed(_typing: Any, rows: Any, start: Any, place: Any, numbers: Any) -> Any:  # noqa: ARG001 as above
-    """Eight numbers into a row that begins at `start`, rounded to its type; rows from `place` on list where."""
+    """Store eight numbers into a row that begins at `start`, rounded to its type; `place` is as for `load_listed`."""
 
     def generate(_context: Any, builder: Any, _given: Any, values: Any) -> Any:
         to, start, place, numbers = values
@@ -283,7 +283,7 @@ def store_listed(_typing: Any, rows: Any, start: Any, place: Any, numbers: Any) 
 
 
 def _polynomial(operation: Callable[..., Any]) -> Callable[..., Any]:
-    """Let compiled code call an operation of formulas by this function, for lanes."""
+    """Implement an operation of formulas for lanes by the decorated function."""
 
     def bind(function: Callable[..., Any]) -> Callable[..., Any]:
         def chosen(*kinds: Any) -> Any:
@@ -308,7 +308,7 @@ _polynomial(formulas.arctan2)(arctan2)
 
 @_polynomial(formulas.sine)
 def _sine(x: Any) -> Any:
-    """The sine of x is sin r · (−1)ᵏ, where r is x less k half turns."""
+    """Return the sine of x as sin r · (−1)ᵏ, where r = x − kπ."""
     k = formulas.nearest(x * (1.0 / _PI))
     r = formulas.multiply_add(k, -_LESS_THAN_PI, formulas.multiply_add(k, -_PI, x))
     odd = abs(k - 2.0 * formulas.nearest(0.5 * k))
@@ -324,7 +324,7 @@ def _cosine(x: Any) -> Any:
 
 @register_jitable(**INLINED)
 def _log2_above_one(x: Any) -> Any:
-    """log₂(1 + x) for x >= −1, right to the last digits near x = 0; −1023 at −1."""
+    """Return log₂(1 + x) for x >= −1, to full precision near x = 0; −1023 at −1."""
     k, m = _parted(1.0 + x)
     t = formulas.where(abs(k) > 0.0, m - 1.0, x)
     z = t / (2.0 + t)
@@ -338,7 +338,7 @@ def _log1p(x: Any) -> Any:
 
 @_polynomial(formulas.power_less_one)
 def _power_less_one(less: Any, exponent: Any) -> Any:
-    """2ʸ − 1 with y = p·log₂(1 − d), in whole and broken powers of two."""
+    """Return 2ʸ − 1 with y = p·log₂(1 − d), by whole and fractional powers of two."""
     y = formulas.maximum(exponent * _log2_above_one(-formulas.minimum(less, 1.0)), -1022.0)
     shifted = y + _WHOLE
     r = y - (shifted - _WHOLE)

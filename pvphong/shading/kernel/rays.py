@@ -1,11 +1,10 @@
-"""Rays made in compiled code, sixteen at a time, and tested by Embree through addresses of its functions.
+"""Rays that compiled code generates, sixteen at a time, and tests with Embree through addresses of its functions.
 
-There are no arrays of rays: sixteen are in memory that a thread keeps, as Embree's `RTCRay16` has them, and what comes
-out of them is written for each vertex. In reading order: the memory; `bring_near`, which brings rays from anywhere to
-the coordinates of a caster; `_test`, whether they meet anything; `look_at_part`, many rays from each vertex to a light
-with a size or to the sky, chosen by its two stages; `look_at_point`, one ray from each vertex to a light without one;
-`test`, rays that are given; and the functions of Python's that share out memory and call them. What rays meet first is
-found in `hits`.
+There are no arrays of rays: a thread keeps sixteen in memory, as an `RTCRay16` of Embree, and writes results per
+vertex. In reading order: the memory; `bring_near`, which transforms rays to the coordinates of a caster; `_test`, the
+occlusion test; `look_at_part`, which samples many rays from each vertex to an area light or the sky by two stages;
+`look_at_point`, which casts one ray from each vertex to a light without a size; `test`, which tests given rays; and the
+Python functions that allocate memory and call these. First hits are in `hits`.
 """
 
 from __future__ import annotations
@@ -30,22 +29,22 @@ from pvphong.shading.kernel.code import Library
 from pvphong.shading.kernel.evaluation import address
 
 RAYS = 16
-"""So many rays are tested at once."""
+"""Number of rays that are tested at once."""
 
-# Sixteen rays as Embree has them: the origin, where they begin, the direction, the time, where they end, a mask, a
-# number and flags; and what they meet: the triangle's normal, the weights of its second and third corner, its number,
-# the number of the geometry, of the instance and of its part.
+# Sixteen rays in Embree's layout: origin, near end, direction, time, far end, mask, index and flags; and their hits:
+# the triangle's normal, the weights of its second and third corner, and the indices of the triangle, the geometry, the
+# instance and its part.
 X, Y, Z, BEGIN, DX, DY, DZ, TIME, END, MASK, NUMBER, FLAGS = range(0, 12 * RAYS, RAYS)
 NX, NY, NZ, SECOND, THIRD, TRIANGLE, GEOMETRY, INSTANCE, INSTANCE_PART = range(12 * RAYS, 21 * RAYS, RAYS)
-# Then u and v of each, the length as a share and the weight that are chosen, 1 where nothing has been met; the triangle
-# that is met first, in all casters, the weights of its second and third corner, and the cosine between the ray and its
-# normal, but for a factor; and what the frame of a vertex has.
+# Then u and v of each ray, its sampled relative length and weight, and 1 if it has no hit so far; the first triangle
+# hit among all casters, the weights of its second and third corner, and the cosine between the ray and its normal, up
+# to a factor; and the frame of a vertex.
 U, V, SHARE, WEIGHT, OPEN, MET, MET_SECOND, MET_THIRD, MET_COSINE, FRAME = range(21 * RAYS, 31 * RAYS, RAYS)
 _MOST_IN_FRAME = 30
 _ROWS = FRAME + 2 * RAYS
 
-# In float64: origins and lengths of sixteen rays in the world, and by how much they are shorter in a caster than there;
-# a vertex's origin and normal, and its length and factor.
+# In float64: origins and lengths of sixteen rays in the world, and the length by which they are shortened in a caster;
+# a vertex's origin and normal, and its ray length and factor.
 OX, OY, OZ, LENGTH, SHORTER, VERTEX = range(0, 6 * RAYS, RAYS)
 _REACH, _SCALE = 6, 7
 _WIDE = VERTEX + RAYS
@@ -68,7 +67,7 @@ def cast_rays(_typing: Any, function: Any, valid: Any, scene: Any, rays: Any) ->
 
 @inlined
 def prepare(rows: Any, marks: Any) -> None:
-    """What is the same for all rays."""
+    """Fill the fields that are the same for all rays."""
     for j in range(RAYS):
         rows[BEGIN + j] = ZERO
         rows[TIME + j] = ZERO
@@ -79,7 +78,7 @@ def prepare(rows: Any, marks: Any) -> None:
 
 @inlined
 def bring_near(numbers: Any, c: int, rows: Any, wide: Any, valid: Any) -> None:
-    """Bring open rays to the coordinates of a caster, and mark those that can meet it."""
+    """Transform open rays to the coordinates of a caster, and mark those that can hit it."""
     mx, my, mz, scale = numbers[4 * c], numbers[4 * c + 1], numbers[4 * c + 2], numbers[4 * c + 3]
     all_near = True
     for j in range(RAYS):
@@ -110,7 +109,7 @@ def bring_near(numbers: Any, c: int, rows: Any, wide: Any, valid: Any) -> None:
 
 @inlined
 def given(origins: Any, directions: Any, lengths: Any, first: int, count: int, rows: Any, wide: Any) -> int:
-    """Take sixteen rays that are given, or as many as there are."""
+    """Load sixteen given rays, or fewer at the end; return their number."""
     lanes = min(RAYS, count - first)
     for j in range(RAYS):
         i = first + min(j, lanes - 1)
@@ -124,20 +123,20 @@ def given(origins: Any, directions: Any, lengths: Any, first: int, count: int, r
 
 @inlined
 def _test(count: int, function: int, scenes: Any, numbers: Any, rows: Any, wide: Any, valid: Any) -> None:
-    """Close rays that are open and meet something."""
+    """Close open rays that hit something."""
     for c in range(count):
         bring_near(numbers, c, rows, wide, valid)
         cast_rays(function, valid, scenes[c], rows)
-        for j in range(RAYS):  # Embree marks what is met by an end at minus infinity
+        for j in range(RAYS):  # Embree sets the far end of an occluded ray to −∞
             if (valid[j] != np.int32(0)) & (rows[END + j] < ZERO):
                 rows[OPEN + j] = ZERO
 
 
-# --- the stages of a light with a size
+# --- the stages of an area light
 
 
 def frame_stage(frame: Callable[..., Any]) -> Callable[..., Any]:
-    """(numbers, rows, wide) → int: writes what a light's `frame` gives of a vertex."""
+    """Return a stage, (numbers, rows, wide) → int, that writes the result of a light's `frame` for a vertex."""
 
     def compute(numbers: Any, rows: Any, wide: Any) -> int:
         p = wide[VERTEX], wide[VERTEX + 1], wide[VERTEX + 2]
@@ -153,7 +152,7 @@ def frame_stage(frame: Callable[..., Any]) -> Callable[..., Any]:
 
 @intrinsic
 def _frame_of(_typing: Any, rows: Any) -> Any:
-    """The frame in a row, as a tuple."""
+    """Return the frame in a row as a tuple."""
 
     def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         values = [
@@ -166,7 +165,7 @@ def _frame_of(_typing: Any, rows: Any) -> Any:
 
 
 def sample_stage(sample: Callable[..., Any]) -> Callable[..., Any]:
-    """(numbers, rows, wide) → int: writes directions, shares of the length, and weights of sixteen rays."""
+    """Return a stage, (numbers, rows, wide) → int, that writes directions, relative lengths and weights of rays."""
 
     def choose(numbers: Any, rows: Any, _wide: Any) -> int:
         frame = _frame_of(rows)
@@ -179,7 +178,7 @@ def sample_stage(sample: Callable[..., Any]) -> Callable[..., Any]:
     return choose
 
 
-# --- what is compiled
+# --- compiled functions
 
 
 def look_at_part(
@@ -206,35 +205,35 @@ def look_at_part(
     wide: Any,
     valid: Any,
 ) -> int:
-    """What vertices get from points with the numbers from `begin` to `end` of a light, and what of it they see.
+    """Write the weights of sample points `begin` to `end` of a light per vertex, with and without occlusion.
 
     Parameters
     ----------
     frame, sample
         Addresses of the light's stages, which read `numbers`.
     origins, normals
-        Vectors of all vertices, one after the other.
+        Consecutive vectors of all vertices.
     seeds
-        What `sobol.seeds` gives.
+        Result of `sobol.seeds`.
     count : int
-        Of vertices.
+        Number of vertices.
     points
-        What `sobol.in_squares` gives: rays are cast together that are close together.
+        Result of `sobol.in_squares`, so that neighbouring rays are cast together.
     margin
-        A pointer to the length by which rays end before the light.
+        Pointer to the length by which rays end before the light.
     casters, function, scenes, places
-        How many casters, and what `Casters` has.
+        Number of casters, and the fields of `Casters`.
     sent, seen
-        Shape (end − begin, count), filled in.
+        Output, shape (end − begin, count): weights, and weights of the rays that are not blocked.
     scales
-        Shape (count,), filled in: factors that make means of weights colours.
+        Output, shape (count,): factors from mean weights to colours.
     rows, marks, wide, valid
         Scratch memory; the first two are the same.
 
     Returns
     -------
     int
-        How many rays were cast.
+        Number of rays that were cast.
     """
     prepare(rows, marks)
     seconds = shifted(points, (end - begin + RAYS - 1) // RAYS * RAYS)
@@ -288,17 +287,19 @@ def look_at_point(
     valid: Any,
     chosen: Any,
 ) -> int:
-    """Whether vertices see a light without a size, one ray each: 1 or 0; 0 where they face away. It gives the rays.
+    """Write 1 or 0 per vertex for the visibility of a light without a size; return the number of rays.
+
+    It is 0 for vertices that face away.
 
     Parameters
     ----------
     points, origins, origins_behind, normals
-        Vectors of all vertices; rays begin at origins, and whether a vertex faces the light is decided at its point.
+        Vectors of all vertices. Rays start at the origins; the points determine which vertices face the light.
     light
-        The light's place, or the direction to it; 1 if it is a place; 1 if vertices see from both sides; how far above
-        the origins rays begin; by what length they end before the light.
+        The light's position or the direction to it; 1 if it is a position; 1 if vertices are two-sided; the height of
+        the rays' start above the origins; the length by which they end before the light.
     seen, behind
-        Filled in, the latter with what is seen from the other side.
+        Output, for the front and the other side.
     chosen
         Scratch memory for the vertices of sixteen rays, and for their sides.
     others
@@ -366,7 +367,7 @@ def test(
     wide: Any,
     valid: Any,
 ) -> int:
-    """Whether given rays are blocked."""
+    """Write for each given ray whether it is blocked; return the number of rays."""
     prepare(rows, marks)
     for first in range(0, count, RAYS):
         lanes = given(origins, directions, lengths, first, count, rows, wide)
@@ -381,7 +382,7 @@ def test(
 
 
 class _Memory(threading.local):
-    """Scratch memory, each thread's own, which starts where Embree wants it to."""
+    """Scratch memory per thread, aligned as Embree requires."""
 
     def __init__(self) -> None:
         self._memory = np.zeros(4 * _ROWS + 8 * _WIDE + 20 * RAYS + 64, np.uint8)
@@ -400,7 +401,7 @@ CASTERS = types.intp, types.intp
 
 
 def part_code(library: Library) -> Callable[..., int]:
-    """`look_at_part`, compiled."""
+    """Return the compiled `look_at_part`."""
     stages, integers = (types.intp, types.intp, DOUBLES), (types.intp,) * 2
     vertices = DOUBLES, DOUBLES, WORDS, types.intp, WORDS
     results = SINGLES, SINGLES, DOUBLES
@@ -409,32 +410,32 @@ def part_code(library: Library) -> Callable[..., int]:
 
 
 def point_code(library: Library) -> Callable[..., int]:
-    """`look_at_point`, compiled."""
+    """Return the compiled `look_at_point`."""
     vertices = DOUBLES, DOUBLES, DOUBLES, DOUBLES, types.intp
     kinds = *vertices, DOUBLES, *CASTERS, INTEGERS, DOUBLES, DOUBLES, DOUBLES, *SCRATCH, INTEGERS
     return library.call(look_at_point, lambda: types.intp(*kinds))
 
 
 def test_code(library: Library) -> Callable[..., int]:
-    """`test`, compiled."""
+    """Return the compiled `test`."""
     rays = DOUBLES, SINGLES, DOUBLES, types.intp
     return library.call(test, lambda: types.intp(*rays, *CASTERS, INTEGERS, DOUBLES, _BYTES, *SCRATCH))
 
 
 def stages_of(library: Library, sampling: Sampling) -> tuple[int, int]:
-    """Addresses of the code of a light's two formulas."""
+    """Return the addresses of a light's two compiled formulas."""
     stages = frame_stage(sampling.frame), sample_stage(sampling.sample)
     frame, sample = (library.stage(stage, "float32") for stage in stages)
     return frame, sample
 
 
 def as_float64(*arrays: Any) -> list[Float64Array]:
-    """Numbers as compiled code reads them, one after the other."""
+    """Convert arrays to contiguous float64, as compiled code reads them."""
     return [np.ascontiguousarray(array, np.float64) for array in arrays]
 
 
 def _testing(casters: Any) -> tuple[int, ...]:
-    """Casters as compiled code takes them to test rays."""
+    """Return the arguments of compiled occlusion tests for casters."""
     return len(casters.scenes), casters.occluded, address(casters.scenes), address(casters.numbers)
 
 
@@ -450,26 +451,26 @@ def part_seen(
     margin: float,
     casters: Any,
 ) -> tuple[FloatArray, FloatArray, Float64Array, int]:
-    """What is sent and seen, (end − begin, m) each, float32, factors (m,), and the number of rays.
+    """Return weights sent and seen, (end − begin, m) each, float32, factors (m,), and the number of rays.
 
     Parameters
     ----------
     library : Library
-        Compiles.
+        Source of compiled code.
     stages
-        What `stages_of` gives.
+        Result of `stages_of`.
     numbers
-        What the light's formulas read.
+        Numbers that the light's formulas read.
     origins, normals
         Shape (m, 3).
     seeds
         Shape (2, m).
     begin, end : int
-        Numbers of points, multiples of 16 or the last, up to `sobol.MOST`.
+        Range of sample points: multiples of 16, or the last, up to `sobol.MOST`.
     margin : float
-        Rays end so far before the light.
+        Length by which rays end before the light.
     casters : Casters
-        What blocks them.
+        Occluders.
     """
     count, seeds = len(origins), np.ascontiguousarray(seeds)
     numbers, origins, normals = as_float64(numbers, origins, normals)
@@ -493,10 +494,10 @@ def point_seen(
     seen: Float64Array,
     behind: Float64Array,
 ) -> int:
-    """Fill in which vertices see a light, `seen`, and from their other side, `behind`, shape (m,), contiguous.
+    """Write the visibility of a light into `seen`, and from the other side into `behind`, shape (m,), contiguous.
 
-    Points, origins and normals have the shape (m, 3); numbers of the light are those that `look_at_point` reads, which
-    say whether there is another side. The number of rays is given.
+    Points, origins and normals have the shape (m, 3). `light` has the numbers that `look_at_point` reads; they include
+    the flag for two sides. Return the number of rays.
     """
     *given, numbers = as_float64(points, origins, origins_behind, normals, light)
     vertices = *map(address, given), len(points), address(numbers)
@@ -507,7 +508,7 @@ def point_seen(
 def blocked(
     library: Library, origins: Float64Array, directions: FloatArray, lengths: Float64Array, casters: Any
 ) -> BoolArray:
-    """Which of given rays are blocked."""
+    """Return True for given rays that are blocked."""
     found = np.zeros(len(directions), bool)
     if not len(found):
         return found

@@ -1,6 +1,6 @@
-"""An equation as records and numbers, packed into bytes: the form in which compiled code takes it.
+"""Records: an equation packed into bytes, in the form that compiled code reads.
 
-First each light, as a stage, numbers for it, and a record for the driver; then what all of them share.
+First each light, as a stage, its numbers, and a record for the driver; then the settings that all lights share.
 """
 
 from __future__ import annotations
@@ -51,18 +51,18 @@ TERM = np.dtype(
     ],
     align=True,
 )
-"""One light. `is_even`: the same everywhere, from the direction `to_light`. `varies`: whether its strength is taken at
-each vertex; what of it is the same everywhere is in the colours, and `gain`, a power of two, goes with the strength.
-`wanted`: lobes that are not black, as the sum of 1, 2 and 4. `visible`: the channel with its visible part, or -1.
-`arrives`, `reflects`: addresses of the stages, 0 for those that the driver has. That a light with a size arrives is
-`integral_stage`, which writes the reflectance's factors too; `reflects` is `factors_already_written` then.
-Where shares are wanted apart, `component`: of which of `COMPONENTS` one is complete with it, or -1; `light_at`: how
-many numbers after the colours the array starts that all of its light goes to, where that is complete, or 0;
-`is_alone`: whether its light has no other share."""
+"""Record of a light. `is_even`: uniform, from the direction `to_light`. `varies`: its strength is computed per vertex;
+constant factors are in the colours, and `gain`, a power of two, multiplies the strength. `wanted`: lobes other than
+black, as the sum of 1, 2 and 4. `visible`: channel of its visible part, or -1. `arrives`, `reflects`: addresses of the
+stages, 0 for those built into the driver. For an area light, `arrives` is `integral_stage`, which writes the
+reflectance's factors too, and `reflects` is `factors_already_written`.
+For separate shares, `component`: the component in `COMPONENTS` of a share that this term completes, or -1; `light_at`:
+the offset from the colours of the array for its light, if this term completes the light, else 0; `is_alone`: its light
+has no other share."""
 
 
 def _packer(kind: np.dtype[Any]) -> Callable[..., bytes]:
-    """Packs numbers of all the fields of a record, in their order: NumPy takes ten times as long."""
+    """Return a function that packs all fields of a record in order. NumPy takes ten times as long."""
     types = (kind[name] for name in kind.names or ())
     return struct.Struct("@" + "".join(f"{math.prod(each.shape)}{each.base.char}" for each in types)).pack
 
@@ -76,29 +76,28 @@ COMPONENTS = "ambient", "diffuse", "specular", "emission"
 MOST_LOBES = 3
 
 _LARGEST = 2.0**100
-"""Scene coordinates further out are left to the reference: float32 could not hold squares of sums with them.
-(Vertices may be anywhere.)"""
+"""Largest scene coordinate that compiled code accepts: float32 could not hold squares of larger sums. (Vertices may be
+anywhere.)"""
 
 _NOWHERE, _IDENTITY = (0.0, 0.0, 0.0), np.eye(4)
 
-# What a strength that varies is multiplied by in compiled code is between these powers of two, if there are numbers
-# that divide it, into which the rest can go.
+# Range of exponents of the gain in compiled code, if the stage has divisors that can take the rest; and the largest
+# exponent otherwise.
 _LEAST_GAIN, _MOST_GAIN, _IN_FLOAT32 = -20, 100, 126
 
 
 class TermCode(NamedTuple):
-    """What lights with one term."""
+    """Compiled code for one term."""
 
     stage: Callable[..., Any] | None
-    """None where the driver does it."""
+    """The stage; None if the driver has it built in."""
     numbers: tuple[float, ...] = ()
-    """For the stage."""
+    """Numbers that the stage reads."""
     varies: bool = False
-    """Whether it writes strengths; they are 1 everywhere if not."""
+    """True if it writes strengths; otherwise they are 1."""
     divisors: slice = slice(0)
-    """Where in `numbers` the three numbers of the attenuation are. Divided by k, they multiply the strength by k.
-
-    So a light may be so bright, and so far away, that float32 holds neither intensity nor attenuation by itself."""
+    """Slice of `numbers` with the three coefficients of the attenuation. Dividing them by k multiplies the strength by
+    k. So a light may be so bright and so far away that float32 holds neither its intensity nor its attenuation."""
 
 
 _BY_DRIVER = TermCode(None)
@@ -132,7 +131,7 @@ def _code_of(term: LightTerm, equation: Equation, real: str) -> TermCode | None:
 
 
 def holds(numbers: Iterable[Any]) -> bool:
-    """Whether float32 holds products of numbers >= 0: each is 0, or not further than 2¹⁰⁰ from 1."""
+    """Return True if float32 holds products of numbers >= 0: each is 0, or between 2⁻¹⁰⁰ and 2¹⁰⁰."""
     for x in numbers:  # noqa: SIM110 as for `are_in_range`: a third of the time
         if x and not 1.0 / _LARGEST <= x <= _LARGEST:
             return False
@@ -140,7 +139,7 @@ def holds(numbers: Iterable[Any]) -> bool:
 
 
 def are_in_range(numbers: Iterable[float]) -> bool:
-    """Whether compiled code takes such coordinates."""
+    """Return True if compiled code accepts the coordinates."""
     for x in numbers:  # noqa: SIM110 runs for each light, and takes a third of the time that `all` does
         if not abs(x) <= _LARGEST:
             return False
@@ -148,11 +147,11 @@ def are_in_range(numbers: Iterable[float]) -> bool:
 
 
 def sum_of(flags: Iterable[bool]) -> int:
-    """Flags as one number, the first as 1, the next as 2, then 4."""
+    """Return flags as the bits of a number, the first as 1, the next as 2, then 4."""
     return sum([1 << k for k, flag in enumerate(flags) if flag])
 
 
-# --- what all lights share
+# --- settings
 
 
 SETTINGS = np.dtype(
@@ -201,16 +200,15 @@ SETTINGS = np.dtype(
     ],
     align=True,
 )
-"""What all lights share: numbers, then vectors. `has_tints`: any of the four maps of colours after it.
-`is_sunlit`: whether there is one light, the same everywhere, with Lambert's factor alone.
-`is_apart`: whether shares are wanted apart; `components_at`: how many numbers after the colours the components start.
-`is_split`: whether what takes albedo, and what does not, are added up apart. `count`: of lights. `stride`: how many
-numbers each stage has. `behind`: from a channel with what is seen to that of the other side, or 0 where normals are
-not turned. `sky`, `tangents`, `field`: the channel with the open part of the sky, the first of three with
-tangents, and the one with the map of a reflectance's field, or -1. `channel_length`: from one channel to the next.
-`takes_albedo`: lobes that do, as the sum of 1, 2 and 4; `unmapped`: those
-that no map multiplies beside some that one does. `own`: a colour beside `base` that the sky has no part in.
-`over_diffuse` and so on: what a map's colours are multiplied by. `exponent`: the sum of all light is raised to it."""
+"""Record of the settings that all lights share: numbers, then vectors. `has_tints`: any of the four maps of colours
+exists. `is_sunlit`: there is a single light, uniform and with Lambert's factor only. `is_apart`: shares are separate;
+`components_at`: offsets of the components' arrays from the colours. `is_split`: lobes with and without albedo have
+separate sums. `count`: number of lights. `stride`: number of numbers per stage. `behind`: offset from a visibility
+channel to the other side's, or 0 if normals are not turned. `sky`, `tangents`, `field`: channel of the open part of
+the sky, first of three channels of tangents, and channel of the map of a reflectance's field, or -1. `channel_length`:
+offset between channels. `takes_albedo`: lobes that the albedo multiplies, as the sum of 1, 2 and 4; `unmapped`: lobes
+that no map multiplies, if maps multiply others. `own`: colour like `base`, but independent of the sky. `over_diffuse`
+and so on: factors of a map's colours. `exponent`: the sum of all light is raised to this power."""
 
 _pack_settings = _packer(SETTINGS)
 _scalars_of, _vectors_of = (
@@ -220,28 +218,28 @@ _scalars_of, _vectors_of = (
 
 
 class Apart(NamedTuple):
-    """Shares that are wanted apart, and how many numbers after the colours the arrays start that they go to."""
+    """Shares to store separately, and the offsets of their arrays from the colours, counted in numbers."""
 
     shares: Sequence[Share]
     lights: Mapping[int | None, int]
-    """None: what is there without any light."""
+    """Offset for each light; None is the part that is independent of lights."""
     components: Sequence[int]
-    """By `COMPONENTS`."""
+    """Offsets in the order of `COMPONENTS`."""
 
 
 class Records(NamedTuple):
-    """What the driver reads of an equation."""
+    """An equation, packed for the driver."""
 
     settings: bytes
     """One record of type `SETTINGS`."""
     terms: bytes
     """Records of type `TERM`, one for each light."""
     numbers: bytes
-    """Floats of the reflectance's stage, then of each light's; a row each, filled up with zeros."""
+    """Floats of the reflectance's stage, then of each light's; a row each, padded with zeros."""
 
 
 def codes_of(equation: Equation, real: str) -> list[TermCode] | None:
-    """What lights with each term; None if something has no stage, or a number is not within compiled code's range."""
+    """Return the code of each term; None if a stage is missing, or a number is out of compiled code's range."""
     lobes = equation.reflectance.lobes
     if "metallic" in equation.maps and equation.reflectance.parameters({})[7] != 1.0:
         return None  # where surfaces are nearly black, the base depends on the map too
@@ -251,7 +249,7 @@ def codes_of(equation: Equation, real: str) -> list[TermCode] | None:
         return None
     matrix = equation.matrix
     if matrix is not None and (matrix[3, :3].any() or matrix[3, 3] == 0.0 or not holds(np.abs(matrix).flat)):
-        return None  # the reference says what is wrong with it
+        return None  # the reference raises the error
     if not are_in_range(equation.eye or ()):
         return None
     codes = [_code_of(term, equation, real) for term in equation.terms]
@@ -259,7 +257,7 @@ def codes_of(equation: Equation, real: str) -> list[TermCode] | None:
 
 
 def blends(equation: Equation, tints: Mapping[str, Tint]) -> bool:
-    """Whether lobes' colours are no products with albedo and diffuse: of the first two they come as maps."""
+    """Return True if lobes' colours are not products with albedo and diffuse, so that the first two become maps."""
     varies = "metallic" in equation.maps or "albedo" in tints or "diffuse" in tints
     return varies and any(lobe.tint for lobe in equation.reflectance.lobes)
 
@@ -276,9 +274,9 @@ def records_of(
     channel_length: int = 0,
     apart: Apart | None = None,
 ) -> Records:
-    """An equation that compiled code can take, with what `codes_of` gives for it, for types of vertices and rows.
+    """Pack an equation with the result of `codes_of`, for types of vertices and rows.
 
-    Where shares are wanted apart, its terms are theirs.
+    With `apart`, the equation's terms are those of the shares.
     """
     reflectance, base = equation.reflectance, equation.ambient
     field = next((name for name in equation.maps if name != "metallic"), "")
@@ -289,7 +287,7 @@ def records_of(
     if apart is not None:
         alone, ends = _ends(apart)
         unused, dark = (0, -1, 0, 0, 1.0, *_NOWHERE), (0.0,) * 3 * MOST_LOBES
-        for end in alone:  # what is there without any light, as lights that add only that
+        for end in alone:  # shares that are independent of lights, as terms
             is_ambient = end[1] == COMPONENTS.index("ambient")
             ambient = equation.ambient if is_ambient else _NOWHERE
             terms.append(_pack_term(True, False, is_ambient, *unused, *ambient, *dark, *end))
@@ -297,7 +295,7 @@ def records_of(
     for term, (stage, own, varies, divisors), end in zip(equation.terms, codes, ends, strict=True):
         strength, gain, to_light = min(term.gain, BRIGHTEST), 1.0, _NOWHERE
         if term.light.has_size:
-            strength = 1.0  # its stage's factors have that
+            strength = 1.0  # included in its stage's factors
         if stage is None:
             arrival = term.light.arrival(np.zeros((3, 1)))
             to_light = arrival.to_light[:, 0].tolist()
@@ -347,7 +345,7 @@ def records_of(
         or is_display
         or apart
     )
-    has_size = any(term.light.has_size for term in equation.terms)  # whose stages read points in float64
+    has_size = any(term.light.has_size for term in equation.terms)  # their stages read points in float64
     is_wide = has_size or stored == "float64" or equation.matrix is not None
     scalars: dict[str, float] = {
         "needs_normals": equation.needs_normals,
@@ -397,7 +395,7 @@ def records_of(
 
 
 def _ends(apart: Apart) -> tuple[list[tuple[bool, int, int]], list[tuple[bool, int, int]]]:
-    """The last fields of what is there without any light, and of the terms of all lights."""
+    """Return the last fields of the shares that are independent of lights, and of all lights' terms."""
     alone, ends = list[tuple[bool, int, int]](), list[tuple[bool, int, int]]()
     lights = [share.light for share in apart.shares]
     for share, next_light in zip(apart.shares, (*lights[1:], -1), strict=True):
@@ -411,8 +409,8 @@ def _ends(apart: Apart) -> tuple[list[tuple[bool, int, int]], list[tuple[bool, i
 
 
 def _gain_apart(gain: float, numbers: tuple[float, ...], divisors: slice) -> tuple[float, float, tuple[float, ...]]:
-    """A gain as a strength from 1 to 2, which goes into the colours, a power of two that goes with each vertex's own
-    strength, and the numbers of the stage, whose divisors take what float32 does not hold of that power.
+    """Split a gain into a strength from 1 to 2 for the colours, a power of two for the strength per vertex, and the
+    numbers of the stage, whose divisors take the part of that power that float32 cannot hold.
     """
     mantissa, exponent = math.frexp(gain)
     kept = min(exponent - 1, _IN_FLOAT32)

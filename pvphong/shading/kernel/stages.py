@@ -1,8 +1,8 @@
-"""What compiled code runs for a light or a reflectance, put together around the formula in that one's file.
+"""Stages: compiled code for a light or a reflectance, built around the formula in its file.
 
-A stage lights a block of `BLOCK` vertices at once: a loop loads a vertex's numbers from the block's rows, calls the
-formula, which is inlined, and stores what it gives. Such loops have no branches, so LLVM vectorises them. A stage's
-closure (formulas and integers) is part of the key of its code on disk.
+A stage processes a block of `BLOCK` vertices: a loop loads a vertex's numbers from the block's rows, calls the formula,
+which is inlined, and stores its results. These loops have no branches, so LLVM vectorises them. A stage's closure
+(formulas and integers) is part of the key of its code on disk.
 """
 
 from __future__ import annotations
@@ -60,37 +60,37 @@ from pvphong.shading.kernel.vertices import (
 
 _NEVER = np.float32(-np.inf)
 
-# Which vertices of a block formulas are run on: numbers, in a row that nothing else uses meanwhile. The list may end in
-# the next row, which nothing else uses either.
+# Row with the indices of the vertices on which a formula runs. The list may extend into the next row. Nothing else uses
+# these rows meanwhile.
 LIST = DX
 
-# Where cosines n·l are kept until factors are written; in the first factors' row, LLVM would make a store under a mask
-# of max(n·l, 0), which is slow.
+# Row of the cosines n·l until factors are written. In the first factor's row, LLVM would write max(n·l, 0) by a masked
+# store, which is slow.
 COSINE = THIRD
 
 _STRONGEST = np.float32(2.0**126)
-"""Light is strengthened by no more than this."""
+"""Largest strength."""
 
-# Where the numbers of a formula begin, after those of its power (and of a light's position and attenuation before).
+# Offsets of a formula's parameters, after the numbers of its power (and of a light's position and attenuation).
 _OWN_OF_REFLECTANCE, _OWN_OF_LIGHT, _MOST_PARAMETERS = 3, 9, 8
 
 LEAST_NUMBERS = _OWN_OF_LIGHT + _MOST_PARAMETERS
-"""So many may be read, whether a formula uses them or not."""
+"""Number of numbers that may be read, even if a formula does not use them."""
 
 _ALL_LOBES = 1 + 2 + 4
-"""Bits of the lobes that a reflectance's stage reports: none is 0 everywhere in the block."""
+"""Result of a reflectance's stage with all lobes: none is known to be 0 everywhere in the block."""
 
 
 @inlined
 def _cosine(rows: Any, i: int) -> Any:
-    """The cosine n·l, its sign that of the raw vectors."""
+    """Return the cosine n·l, with the sign of the raw vectors' product."""
     n_d = dot((rows[NX + i], rows[NY + i], rows[NZ + i]), (rows[DX + i], rows[DY + i], rows[DZ + i]))
     return n_d * (rows[INVERSE_DISTANCE + i] * rows[INVERSE_NORMAL + i])
 
 
 @inlined
 def _geometry(rows: Any, i: int, n_l: Any) -> Geometry:
-    """What a formula is given of a vertex; LLVM leaves out what it does not use."""
+    """Return a formula's arguments for a vertex; LLVM removes those that it does not use."""
     n, v, scale = (
         (rows[NX + i], rows[NY + i], rows[NZ + i]),
         (rows[VX + i], rows[VY + i], rows[VZ + i]),
@@ -109,7 +109,7 @@ def _geometry(rows: Any, i: int, n_l: Any) -> Geometry:
 
 @inlined
 def _parameters(rows: Any, numbers: Any) -> Any:
-    """A formula's numbers in the type of rows: eight, of which it may use only some."""
+    """Return a formula's eight parameters in the type of rows; it may use only some."""
     return (
         like(rows, numbers[0]),
         like(rows, numbers[1]),
@@ -124,16 +124,19 @@ def _parameters(rows: Any, numbers: Any) -> Any:
 
 @inlined
 def _shows(square: Any, n_l: Any, dark: Any) -> bool:
-    """Whether a power is more than 0: from the squared chord `dark` on it is not, unless that is infinite."""
+    """Return True if a highlight may be greater than 0: its squared chord is below `dark`, and n·l above 0.
+
+    A highlight with an infinite `dark` does not end at the horizon.
+    """
     return (square < dark) & ((n_l > ZERO) | (dark > TWO))
 
 
 @compiled
 def _take_logarithms(rows: Any, exponent: float, log_floor: float, end: float) -> None:
-    """The power's logarithm in place of |C|² in the second row; from the squared chord `end` on it is −∞.
+    """Replace |C|² in the second row by the power's logarithm; from the squared chord `end` on it is −∞.
 
-    `_raised` is the other half, in a loop of its own, because a processor sees no further ahead than some hundred
-    steps, and each step of a polynomial waits for the one before: a third less time than in one loop.
+    `_raised` is the other half, in a separate loop. A processor looks only some hundred instructions ahead, and each
+    step of a polynomial depends on the one before. Two loops take a third less time than one.
     """
     n, least, dark = like(rows, exponent), like(rows, log_floor), like(rows, end)
     for i in range(BLOCK):
@@ -144,13 +147,13 @@ def _take_logarithms(rows: Any, exponent: float, log_floor: float, end: float) -
 
 @inlined
 def _end_of(exponent: Any) -> Any:
-    """The squared chord from which on a power of this exponent is 0, as `Power.numbers` has it."""
+    """Return the squared chord from which on a power with this exponent is 0, as in `Power.numbers`."""
     return TWO if exponent > ZERO else like(exponent, np.inf)
 
 
 @compiled
 def _take_logarithms_of_each(rows: Any) -> None:
-    """As `_take_logarithms`, with each vertex's own exponent, and no floor."""
+    """Do the same as `_take_logarithms`, with an exponent per vertex and without a floor."""
     for i in range(BLOCK):
         n, square = rows[FIELD + i], rows[SECOND + i]
         n = min(max(n, like(n, FAINTEST)), like(n, BRIGHTEST)) if n > ZERO else n
@@ -165,17 +168,17 @@ def _raised(rows: Any, i: int) -> Any:
 
 
 def factors_already_written(_numbers: Any, _rows: Any, _points: Any) -> int:
-    """Runs in place of a reflectance's stage where the stage of a light with a size has written the factors."""
+    """Replace a reflectance's stage if the stage of an area light has already written the factors."""
     return _ALL_LOBES
 
 
 def reflectance_stage(
     reflectance: Reflectance, wanted: Sequence[bool], *, is_mapped: bool = False
 ) -> Callable[..., Any]:
-    """(numbers, rows, points) → int: writes the wanted factors of a reflectance into the first rows.
+    """Return a stage, (numbers, rows, points) → int, that writes the wanted factors of a reflectance.
 
-    It gives which lobes are not 0 everywhere in the block, as the sum of 1, 2 and 4. If it `is_mapped`, the row `FIELD`
-    has the field that a map gives; else the numbers have.
+    The stage returns the lobes that may be other than 0 in the block, as the sum of 1, 2 and 4. If `is_mapped`, the row
+    `FIELD` has the mapped field per vertex; otherwise the numbers have it.
     """
     factors, mapped, peak = type(reflectance).factors, type(reflectance).mapped, reflectance.peak
     varies = int(is_mapped)
@@ -234,17 +237,17 @@ def reflectance_stage(
 
 
 def light_stage(falloff: Callable[..., Any] | None, weakens: bool) -> Callable[..., Any]:
-    """(numbers, rows, points) → bool: writes vectors to a light's position, and strengths if they vary.
+    """Return a stage, (numbers, rows, points) → bool, that writes vectors to a light, and strengths if they vary.
 
-    It gives whether it could take all vertices; `approach` has marked the others, which the reference lights.
+    The stage returns True if no vertex is declined; `approach` marks declined vertices, which the reference lights.
 
     Parameters
     ----------
     falloff : formula or None
-        Of the light's parameters and the unit vector to it: 1 inside or 0 outside, and the squared chord whose power
-        the strength is multiplied by.
+        Function of the light's parameters and the unit vector to it. It returns 1 inside or 0 outside, and a squared
+        chord; the power of this chord's cosine multiplies the strength.
     weakens : bool
-        Whether its strength depends on the distance.
+        True if the strength depends on the distance.
     """
     measures = int(weakens)
 
@@ -276,29 +279,29 @@ def light_stage(falloff: Callable[..., Any] | None, weakens: bool) -> Callable[.
 
 @compiled
 def _weaken(rows: Any, numbers: Any) -> None:
-    """Strengths in place of distances."""
+    """Replace distances by strengths."""
     constant, linear, quadratic = like(rows, numbers[3]), like(rows, numbers[4]), like(rows, numbers[5])
     for i in range(BLOCK):
         rows[STRENGTH + i] = minimum(ONE / divisor(constant, linear, quadratic, rows[STRENGTH + i]), _STRONGEST)
 
 
-# Flags of vertices that see all of a light, and of those that may not: the horizon may cut it.
+# Flags of vertices above whose horizon the whole light is, and of those whose horizon may cut it.
 _WHOLE, _CUT = 1.0, 2.0
 
-# Where an integral's numbers begin: after the light's place, gain and radius, and where the others are.
+# Offset of an integral's numbers: after the light's place, gain and radius, and the offsets of the others.
 _OWN_OF_INTEGRAL = 8
 
 
 def integral_stage(integrals: Sequence[Integral | None], forms: Sequence[CosinePower | None]) -> Callable[..., Any]:
-    """(numbers, rows, points) → 1: writes what lobes reflect of all of a light with a size into their factors' rows.
+    """Return a stage, (numbers, rows, points) → 1, that writes the integrals of lobes over an area light.
 
-    Formulas are run where the light may be above the horizon and a lobe reaches it: such vertices are listed, and
+    Formulas run only on vertices where the light may be above the horizon and a lobe reaches it. These are listed, and
     taken from the block eight at a time.
 
     Parameters
     ----------
     integrals, forms
-        Of each lobe that is wanted; None for the others. There is one around the normal at most, and one around the
+        Integral and form of each wanted lobe; None for the others. At most one is around the normal, and one around the
         mirrored viewer.
     """
     lobes = list(zip((FIRST, SECOND, THIRD), integrals, forms, strict=False))
@@ -339,14 +342,14 @@ def integral_stage(integrals: Sequence[Integral | None], forms: Sequence[CosineP
 
 @inlined
 def _towards(place: Any, rows: Any, points: Any, k: int) -> Any:
-    """Offsets to a place and unit normals, of eight vertices that are listed."""
+    """Return offsets to a place and unit normals of eight listed vertices."""
     return subtract(place, _listed(points, 0, rows, k)), _unit(_listed(rows, NX, rows, k))
 
 
 @inlined
 def _axis(lobe: Any, rows: Any, k: int, n: Any) -> Any:
-    """The directions to the viewer mirrored at n, of eight vertices that are listed; n itself for the power 0."""
-    if lobe[POWER] > 0.0:  # 0⁰ is 1 all over the hemisphere around n
+    """Return the viewer's directions mirrored at n, of eight listed vertices; n itself for the power 0."""
+    if lobe[POWER] > 0.0:  # 0⁰ is 1 in the whole hemisphere around n
         v = _unit(_listed(rows, VX, rows, k))
         return _unit(subtract(times(n, 2.0 * dot(n, v)), v))
     return n
@@ -354,7 +357,7 @@ def _axis(lobe: Any, rows: Any, k: int, n: Any) -> Any:
 
 @inlined
 def _listed(array: Any, start: int, rows: Any, k: int) -> Any:
-    """The vectors of eight vertices that are listed, from three rows."""
+    """Return the vectors of eight listed vertices from three rows."""
     return (
         load_listed(array, start, rows, LIST + k),
         load_listed(array, start + BLOCK, rows, LIST + k),
@@ -364,11 +367,11 @@ def _listed(array: Any, start: int, rows: Any, k: int) -> Any:
 
 @compiled
 def _list(rows: Any, flags: int) -> int:
-    """List the vertices whose flag is not 0, first those that see all of the light; gives how many places that takes.
+    """List the vertices whose flag is not 0, first those with the whole light; return the length of the list.
 
-    The horizon cuts the light of none of eight that are taken at once, or may cut that of each: cutting takes all of
-    them twice as long. So the last eight of either are filled up with the first of them, and do not look like eight
-    side by side.
+    Cutting a light by the horizon doubles the time of all eight vertices that are taken at once. So whole and cut
+    lights are not mixed in a group of eight. The last group of either kind is padded with its first vertex, which also
+    prevents `load_listed` from treating it as consecutive.
     """
     count = 0
     for flag in (_WHOLE, _CUT):
@@ -394,7 +397,7 @@ def _unit(w: Any) -> Any:
 def integral_numbers(
     gain: float, integrals: Sequence[Integral | None], forms: Sequence[CosinePower | None], real: str
 ) -> tuple[float, ...]:
-    """What `integral_stage` reads: place, gain, radius; of each integral its own numbers and those of its lobe."""
+    """Return the numbers that `integral_stage` reads: place, gain, radius, and each integral's and lobe's numbers."""
     place, radius = (0.0, 0.0, 0.0), 0.0
     parts: dict[str, tuple[tuple[float, ...], tuple[float, ...]]] = {"normal": ((), ()), "mirror": ((), ())}
     for each, form in zip(integrals, forms, strict=True):
@@ -408,12 +411,12 @@ def integral_numbers(
 
 
 def light_numbers(light: Placement) -> tuple[float, ...]:
-    """What `light_stage` reads of a light."""
+    """Return the numbers that `light_stage` reads."""
     power = light.power or Power(0.0)
     return *light.position, *light.attenuation, *power.numbers, *light.parameters
 
 
 def reflectance_numbers(reflectance: Reflectance) -> tuple[float, ...]:
-    """What `reflectance_stage` reads of a reflectance."""
+    """Return the numbers that `reflectance_stage` reads."""
     power = reflectance.power({}) or Power(0.0)
     return *power.numbers, *reflectance.parameters({})

@@ -1,9 +1,9 @@
-"""A block of vertices: where their values are, how they are loaded, and the directions from them to a position.
+"""A block of vertices: its memory layout, loading, and the directions to a position.
 
-A block's values are in scratch memory, row after row, in the type of the arithmetic. Points are there too where that
-type holds them, else beside them in float64. Vectors of any length are taken: where squares of them could leave the
-range of floats, they are first scaled by powers of two, each by its own. That is exact, so a vertex has the same bits
-in any unit of length. What is zero or not finite becomes a zero vector, and light on it 0.
+A block's values are in scratch memory, row after row, in the type of the arithmetic. Points are there too if that type
+holds them, else in separate float64 memory. Vectors may have any length. If their squares could leave the range of
+floats, each vector is first scaled by a power of two. That is exact, so a vertex has the same bits in any unit of
+length. Vectors that are zero or not finite become zero vectors, on which light is 0.
 """
 
 from __future__ import annotations
@@ -22,14 +22,14 @@ from pvphong.shading.kernel.arithmetic import compiled, inlined, is_nowhere, lik
 # --- rows
 
 
-# Vertices in a block: a multiple of every vector's length, and few enough that the rows in use stay in 32 KiB
-# of first-level cache.
+# Vertices in a block: a multiple of every vector length, and few enough that the rows in use fit into 32 KiB of
+# first-level cache.
 BLOCK = 128
 
-# Colour. Where maps of colours multiply its parts: what takes albedo and diffuse, and the rest of what lights add.
+# Colour. If maps of colours multiply its parts: light that albedo and diffuse multiply, and light that they do not.
 R, G, B, OTHER_R, OTHER_G, OTHER_B = range(0, 6 * BLOCK, BLOCK)
 
-# Factors of one light's lobes, and its strength. Until a stage is done, these are for its own use too.
+# Factors of one light's lobes, and its strength. Stages also use these rows for temporaries.
 FIRST, SECOND, THIRD, STRENGTH = range(6 * BLOCK, 10 * BLOCK, BLOCK)
 
 # Normals n, with 1/|n|.
@@ -38,24 +38,23 @@ NX, NY, NZ, INVERSE_NORMAL = range(10 * BLOCK, 14 * BLOCK, BLOCK)
 # Unit vectors v to the viewer.
 VX, VY, VZ = range(14 * BLOCK, 17 * BLOCK, BLOCK)
 
-# Differences D to a light or to the eye, with 1/|D|; |D| is in the row of strengths at first.
+# Vectors D to a light or to the eye, with 1/|D|; |D| is first in the row of strengths.
 DX, DY, DZ, INVERSE_DISTANCE = range(17 * BLOCK, 21 * BLOCK, BLOCK)
 
-# Ambient light, where maps multiply the colour's parts; unit tangents across n, where the reflectance needs them.
+# Ambient light, if maps multiply the colour's parts; unit tangents orthogonal to n, if the reflectance needs them.
 AMBIENT_R, AMBIENT_G, AMBIENT_B, TX, TY, TZ = range(21 * BLOCK, 27 * BLOCK, BLOCK)
 
-# Parts of one light, and of the ambient light, that nothing blocks; what a map has in place of the reflectance's field;
-# not 0 for a vertex that is left to the reference; light that no map multiplies, beside OTHER; -1 where n is turned to
-# the viewer, else 1.
+# Visible parts of one light and of the sky; the map of the reflectance's field; not 0 for a declined vertex, which the
+# reference lights; light that no map multiplies, in addition to OTHER; -1 if n was turned towards the viewer, else 1.
 VISIBLE, SKY, FIELD, DECLINED, UNMAPPED_R, UNMAPPED_G, UNMAPPED_B, SIDE = range(27 * BLOCK, 35 * BLOCK, BLOCK)
 
-# Points, where they are not beside the rows.
+# Points, unless they are in separate memory.
 PX, PY, PZ = range(35 * BLOCK, 38 * BLOCK, BLOCK)
 
-# Where shares are wanted apart, one after the other in the colour's rows: their light so far, and the components.
+# For separate shares, which the colour's rows hold in turn: sums of the current light, and of the components.
 LIGHT_R, LIGHT_G, LIGHT_B, COMPONENTS = range(38 * BLOCK, 42 * BLOCK, BLOCK)
 
-# The length of all rows.
+# Length of all rows.
 ROWS = COMPONENTS + 4 * 3 * BLOCK
 
 
@@ -65,14 +64,14 @@ _LINE = 64
 
 
 def _prefetch(is_written: bool) -> Any:
-    """Compiled code that asks for a block's vectors from one on; LLVM's hint, which no address makes fail.
+    """Return compiled code that prefetches a block of vectors by LLVM's hint, which is safe for any address.
 
-    A processor guesses how memory goes on only while it is read, and a block is read and written in bursts with much
-    arithmetic between them: where it is asked for a block ahead, all takes some 5 % less.
+    The processor's own prefetching works only during steady access, but a block is read and written in bursts, with
+    much arithmetic between them. Prefetching a block ahead saves some 5 % of the total time.
     """
 
     @intrinsic
-    def prefetch(_typing: Any, array: Any, first: Any) -> Any:  # noqa: ARG001 Numba wants it by name
+    def prefetch(_typing: Any, array: Any, first: Any) -> Any:  # noqa: ARG001 Numba reads its name
         size = array.dtype.bitwidth // 8
 
         def generate(context: Any, builder: Any, _signature: Any, arguments: Any) -> Any:
@@ -95,44 +94,44 @@ def _prefetch(is_written: bool) -> Any:
 prefetch_to_read, prefetch_to_write = _prefetch(False), _prefetch(True)
 
 
-# Squared lengths between these have lost no bit to underflow, in float32 as in float64.
+# Squared lengths between these lose no bits to underflow, in float32 and in float64.
 _LEAST_MODERATE, _MOST_MODERATE = np.float32(2.0**-80), np.float32(2.0**120)
 
-# Products of a matrix with a vector between 1/2 and 1 that are less have come of entries that nearly cancel, or of
-# coordinates so small beside the largest that they were lost.
+# The product of a matrix with a vector between 1/2 and 1 is less than this only if entries nearly cancel, or if
+# coordinates underflow because they are so small relative to the largest.
 _SMALL = 2.0**-500
 
-# Distances between which float32 holds what light weakens by.
+# Range of distances for which float32 holds the attenuation.
 _NEAREST, _FARTHEST = np.float32(2.0**-110), np.float32(2.0**120)
 
 
 @inlined
 def in_type(vector: Any, rows: Any) -> tuple[Any, Any, Any]:
-    """A vector or colour of a record, in the type of rows."""
+    """Return a vector or colour of a record in the type of rows."""
     return like(rows, vector[0]), like(rows, vector[1]), like(rows, vector[2])
 
 
 @inlined
 def vector(rows: Any, i: int) -> tuple[Any, Any, Any]:
-    """The vector in the first three of some rows."""
+    """Return a vertex's vector from the first three rows."""
     return rows[i], rows[BLOCK + i], rows[2 * BLOCK + i]
 
 
 @inlined
 def put(rows: Any, i: int, w: tuple[Any, Any, Any]) -> None:
-    """Write a vector into the first three of some rows."""
+    """Write a vertex's vector into the first three rows."""
     rows[i], rows[BLOCK + i], rows[2 * BLOCK + i] = w
 
 
 @inlined
 def is_moderate(squared: Any) -> bool:
-    """Whether a vector of that squared length can be used as it is; False for NaN."""
+    """Return True if a vector with this squared length can be used without scaling; False for NaN."""
     return (squared >= _LEAST_MODERATE) & (squared <= _MOST_MODERATE)  # `and` would be a branch
 
 
 @inlined
 def transformed(matrix: Any, w: tuple[float, float, float]) -> tuple[float, float, float]:
-    """The first three columns of a matrix times a vector."""
+    """Return the first three columns of a matrix times a vector."""
     return (
         matrix[0, 0] * w[0] + matrix[0, 1] * w[1] + matrix[0, 2] * w[2],
         matrix[1, 0] * w[0] + matrix[1, 1] * w[1] + matrix[1, 2] * w[2],
@@ -142,25 +141,25 @@ def transformed(matrix: Any, w: tuple[float, float, float]) -> tuple[float, floa
 
 @inlined
 def exponent_of(x: float, y: float, z: float) -> int:
-    """The power of two that takes the largest of three numbers to [0.5, 1); 0 for zeros."""
+    """Return the exponent of the largest of three numbers, with a mantissa in [0.5, 1); 0 for zeros."""
     return math.frexp(max(abs(x), max(abs(y), abs(z))))[1]
 
 
 @inlined
 def is_finite(x: float, y: float, z: float) -> bool:
-    """Whether all three are."""
+    """Return True if all three numbers are finite."""
     return math.isfinite(x) and math.isfinite(y) and math.isfinite(z)
 
 
 @inlined
 def scaled(x: float, y: float, z: float, exponent: int) -> tuple[float, float, float]:
-    """A vector over a power of two."""
+    """Return a vector divided by a power of two."""
     return math.ldexp(x, -exponent), math.ldexp(y, -exponent), math.ldexp(z, -exponent)
 
 
 @compiled
 def load_vectors(array: Any, first: int, count: int, rows: Any) -> None:
-    """Vectors, one after the other in memory, into the first three rows; the last one fills up the block."""
+    """Load consecutive vectors into the first three rows; the last one pads the block."""
     part = shifted(array, 3 * first)
     for i in range(count):
         rows[i] = part[3 * i]
@@ -172,7 +171,7 @@ def load_vectors(array: Any, first: int, count: int, rows: Any) -> None:
 
 @compiled
 def load_channel(channels: Any, first: int, count: int, row: Any) -> None:
-    """One number of each vertex into a row; the block is filled up with 0."""
+    """Load one number per vertex into a row; zeros pad the block."""
     part = shifted(channels, first)
     for i in range(count):
         row[i] = part[i]
@@ -182,9 +181,9 @@ def load_channel(channels: Any, first: int, count: int, row: Any) -> None:
 
 @compiled
 def load_seen(channels: Any, channel: int, first: int, count: int, s: Any, rows: Any, target: int) -> None:
-    """What is seen of a light or of the sky into a row: by the side of each vertex that the viewer sees.
+    """Load the visible part of a light or of the sky into a row, for the side of each vertex that the viewer sees.
 
-    Mostly he sees the same one of all in a block, and then the other's channel is not read.
+    Usually it is the same side for all vertices of a block. Then the other side's channel is not read.
     """
     front = shifted(channels, channel * s.channel_length)
     behind = shifted(front, s.behind * s.channel_length)
@@ -206,7 +205,7 @@ def load_seen(channels: Any, channel: int, first: int, count: int, s: Any, rows:
 
 @compiled
 def load_points(array: Any, first: int, count: int, s: Any, rows: Any, points: Any) -> None:
-    """(L p + t) / w for the matrix (L | t) and w of the settings, in float64; p in rows, if those are nowhere."""
+    """Load (L p + t) / w in float64, for the settings' matrix (L | t) and w; or p into rows if `points` is null."""
     if is_nowhere(points):
         load_vectors(array, first, count, shifted(rows, PX))
         return
@@ -220,14 +219,14 @@ def load_points(array: Any, first: int, count: int, s: Any, rows: Any, points: A
 
 @inlined
 def _in_two(rows: Any, x: float) -> tuple[Any, Any]:
-    """A number in the type of rows, and what is left of it."""
+    """Return a number rounded to the type of rows, and the remainder."""
     rounded = like(rows, x)
     return rounded, like(rows, x - np.float64(rounded))
 
 
 @compiled
 def _measure_normals(rows: Any) -> bool:
-    """1/|n|; gives whether all can be used as they are."""
+    """Write 1/|n|; return True if all normals can be used without scaling."""
     good = True
     for i in range(BLOCK):
         squared = square(vector(shifted(rows, NX), i))
@@ -238,7 +237,10 @@ def _measure_normals(rows: Any) -> bool:
 
 @compiled
 def load_normals(array: Any, first: int, count: int, s: Any, rows: Any, wide: Any) -> bool:
-    """Normals, turned by the settings' matrix, and 1/|n|; whether no vertex is declined. `wide` is scratch memory."""
+    """Load normals, transformed by the settings' matrix, and 1/|n|; return True if no vertex is declined.
+
+    `wide` is scratch memory.
+    """
     normals = shifted(rows, NX)
     if s.turns_normals:
         load_vectors(array, first, count, wide)
@@ -276,7 +278,7 @@ def _unit(w: tuple[Any, Any, Any]) -> tuple[Any, Any, Any]:
 
 @compiled
 def load_tangents(channels: Any, stride: int, first: int, count: int, rows: Any) -> None:
-    """Unit tangents across n, (n × t) × n; zero where they are along n."""
+    """Load unit tangents orthogonal to n, (n × t) × n; zero for tangents along n."""
     tangents = shifted(rows, TX)
     for axis in range(3):
         load_channel(shifted(channels, axis * stride), first, count, shifted(tangents, axis * BLOCK))
@@ -288,11 +290,11 @@ def load_tangents(channels: Any, stride: int, first: int, count: int, rows: Any)
 # --- directions to positions, and to the viewer
 
 
-@inlined  # LLVM leaves out what is not measured
+@inlined  # LLVM removes the distance if it is not measured
 def approach(rows: Any, points: Any, x: float, y: float, z: float, measures: bool) -> bool:
-    """Vectors D to a position, 1/|D|, and |D| in the row of strengths if it is measured; whether no vertex is declined.
+    """Write vectors D to a position, 1/|D|, and |D| as strength if `measures`; return True if no vertex is declined.
 
-    Declined is a vertex on the position, not finite, or whose measured distance is out of range.
+    A vertex is declined if it is at the position, if it is not finite, or if its measured distance is out of range.
     """
     offsets, good = shifted(rows, DX), True
     (x0, x1), (y0, y1), (z0, z1) = _in_two(rows, x), _in_two(rows, y), _in_two(rows, z)
@@ -335,7 +337,7 @@ def approach(rows: Any, points: Any, x: float, y: float, z: float, measures: boo
 
 @compiled
 def look_at_viewer(s: Any, rows: Any, points: Any) -> bool:
-    """Writes v, and n turned to the viewer, as far as the settings want them; whether no vertex is declined."""
+    """Write v, and turn n towards the viewer, if the settings need them; return True if no vertex is declined."""
     good, normals, viewer = True, shifted(rows, NX), shifted(rows, VX)
     if s.needs_eye:
         good = approach(rows, points, s.eye[0], s.eye[1], s.eye[2], False)
@@ -346,7 +348,7 @@ def look_at_viewer(s: Any, rows: Any, points: Any) -> bool:
         for i in range(BLOCK):
             n = vector(normals, i)
             toward = vector(viewer, i) if is_local else axis
-            # a product is quicker than a store under a mask
+            # a product is faster than a masked store
             side = -ONE if dot(n, toward) < ZERO else ONE
             put(normals, i, times(n, side))
             rows[SIDE + i] = side

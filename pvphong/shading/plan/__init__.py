@@ -1,7 +1,6 @@
-"""Which effects a scene needs.
+"""Effects that a scene needs, and the equation without the others.
 
-In reading order: `plan` is what a caller gets, runs and prints; `effects` are all effects, with how each is left out
-and why it is on or off, from a light that is too weak to a viewer who is far away; `lights` has what is known of each
-kind of light, and which cheaper one may replace it; `draft` is the equation that effects rewrite one after the other,
-and `bounds` says how wrong that makes a colour.
+In reading order: `plan` is the result that callers run and print; `effects` are all effects, with the rules by which
+each is removed and the reasons why it is on or off; `lights` has bounds on each kind of light and cheaper replacements;
+`draft` is the equation that effects rewrite one after the other, and `bounds` are bounds on the colour errors.
 """

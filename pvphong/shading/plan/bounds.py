@@ -1,4 +1,4 @@
-"""Bounds on what a light can contribute, and on how much a small turn can change it. All hold for every normal."""
+"""Bounds on a light's contribution and on its change when directions turn. All hold for every normal."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ from pvphong.shading.plan.draft import Draft
 from pvphong.shading.plan.lights import StandIn
 
 Cone = tuple[Vector, float]
-"""Directions: a unit vector, and the angle in radians by which one at a vertex may be off it."""
+"""Cone of directions: a unit vector, and the largest angle to it over all vertices in radians."""
 
 
 def most_color(draft: Draft, term: LightTerm) -> float:
-    """The largest sum of a term's colours, for strength 1."""
+    """Return the largest sum of a term's colours, for strength 1."""
     red, green, blue = term.ambient
     for color, largest in zip(term.colors, draft.equation.largest, strict=True):
         red += color[0] * largest
@@ -29,7 +29,7 @@ def most_color(draft: Draft, term: LightTerm) -> float:
 
 
 def most_sent(draft: Draft) -> float:
-    """The most that a vertex sends on of direct light: what it reflects diffusely, and emits."""
+    """Return a bound on the direct light that a vertex reflects diffusely, plus its emission."""
     equation = draft.equation
     sent = [
         term.gain * draft.reach(term).strongest * max(term.colors[k]) * equation.largest[k]
@@ -41,17 +41,17 @@ def most_sent(draft: Draft) -> float:
 
 
 def most_ambient(draft: Draft) -> float:
-    """The most that a vertex reflects of ambient light."""
+    """Return a bound on the ambient light that a vertex reflects."""
     terms = [term for term in draft.equation.terms if any(term.ambient)]
     lights = math.fsum(term.gain * draft.reach(term).strongest * max(term.ambient) for term in terms)
     return (lights + max(draft.equation.ambient)) * ROUNDED_UP
 
 
 def most_scattered(equation: Equation) -> float:
-    """The most that a vertex reflects diffusely of white light from all around.
+    """Return a bound on the diffuse albedo, the reflection of a uniform white sky.
 
-    Lambert's reflectance has the integral 1 over the hemisphere; of others it is at most 2π times the largest factor,
-    over π.
+    Lambert's reflectance has the integral 1 over the hemisphere. For others it is at most twice the largest factor
+    (2π over π).
     """
     shares = [
         max(equation.colors[k]) * (1.0 if equation.reflectance.lobes[k] is LAMBERT else 2.0 * equation.largest[k])
@@ -61,27 +61,27 @@ def most_scattered(equation: Equation) -> float:
 
 
 def most_left(ratio: float, kept: int, count: int, sent: float, ambient: float) -> float:
-    """The most that bounces after some of them hold, and the ambient light that is left after all.
+    """Return a bound on the light of the bounces that are not kept, plus the remaining ambient light.
 
     Parameters
     ----------
     ratio : float
-        The most by which light is multiplied when it bounces once.
+        Largest factor of light per bounce.
     kept, count : int
-        The bounces that are kept, and all.
+        Number of bounces that are kept, and of all bounces.
     sent, ambient : float
-        What `most_sent` and `most_ambient` give.
+        Results of `most_sent` and `most_ambient`.
     """
     if ratio == 1.0:
         return (count - kept) * sent + ambient
     with contextlib.suppress(OverflowError):
-        series = (ratio ** (kept + 1) - ratio ** (count + 1)) / (1.0 - ratio)  # of rᵏ from kept + 1 to count
+        series = (ratio ** (kept + 1) - ratio ** (count + 1)) / (1.0 - ratio)  # sum of rᵏ from kept + 1 to count
         return (series * sent + ratio**count * ambient) * ROUNDED_UP**2
     return math.inf
 
 
 def stand_in_error(draft: Draft, term: LightTerm, choice: StandIn) -> float:
-    """The largest error in a colour where something cheaper replaces a term's light."""
+    """Return the largest colour error if a cheaper light replaces a term's light."""
     bound = most_color(draft, term) * choice.spread
     if choice.turn is not None:
         bound += largest_change(draft, term, choice.turn, light_moves=True) * choice.strongest
@@ -89,18 +89,18 @@ def stand_in_error(draft: Draft, term: LightTerm, choice: StandIn) -> float:
 
 
 def largest_change(draft: Draft, term: LightTerm, turn: float, *, light_moves: bool) -> float:
-    """The largest change of a term's colour, for strength 1, when light or viewer turns by an angle.
+    """Return the largest change of a term's colour, for strength 1, when light or viewer turns by an angle.
 
     Parameters
     ----------
     draft : Draft
-        What else is known.
+        The equation, and bounds on the vertices.
     term : LightTerm
-        Whose colours count.
+        The term.
     turn : float
-        In radians.
+        Angle in radians.
     light_moves : bool
-        Whether the light turns, rather than the viewer.
+        True if the light turns, False if the viewer turns.
     """
     reach = draft.reach(term)
     if reach.direction is None:
@@ -114,7 +114,7 @@ def largest_change(draft: Draft, term: LightTerm, turn: float, *, light_moves: b
 
 
 def viewer_seen(draft: Draft, eye: Vector | None) -> Cone | None:
-    """Where the viewer is seen, at infinity where there is no eye; None where nothing is known."""
+    """Return the cone of directions to the viewer, at infinity if there is no eye; None if there is no bound."""
     if eye is None:
         return draft.equation.to_eye, TURN_SLACK
     seen = draft.extent.sight(eye)
@@ -122,7 +122,7 @@ def viewer_seen(draft: Draft, eye: Vector | None) -> Cone | None:
 
 
 def widest_to_viewer(draft: Draft, light: Cone) -> float:
-    """The greatest angle from light to viewer over all vertices, in radians."""
+    """Return the greatest angle from light to viewer over all vertices, in radians."""
     viewer = viewer_seen(draft, draft.equation.eye)
     if viewer is None:
         return math.pi
@@ -131,7 +131,7 @@ def widest_to_viewer(draft: Draft, light: Cone) -> float:
 
 
 def sightline(draft: Draft, term: LightTerm) -> Sightline | None:
-    """What is known of the angles between normals, a light and the viewer; None where too little is known."""
+    """Return bounds on the angles between normals, a light and the viewer; None if a cone is unknown."""
     reach, normals = draft.reach(term), draft.extent.normal_cone
     viewer = viewer_seen(draft, draft.equation.eye) if normals and reach.direction else None
     if normals is None or reach.direction is None or viewer is None:

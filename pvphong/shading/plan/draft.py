@@ -1,8 +1,8 @@
-"""What effects rewrite: an equation, what is known of the vertices, and notes of what has been left out of it.
+"""The state of a plan: an equation that effects rewrite, bounds on the vertices, and notes on each rewriting.
 
-An effect that a scene does not call for is left out by rewriting the equation into a cheaper one: a black
-term goes, a spot whose cone holds the whole mesh becomes a point light. The evaluators know nothing of plans;
-they run the equation that is left.
+An effect that a scene does not need is removed by rewriting the equation into a cheaper one: a black term is deleted,
+and a spot light whose cone contains the whole mesh becomes a point light. Evaluators run the resulting equation and do
+not depend on plans.
 """
 
 from __future__ import annotations
@@ -22,23 +22,23 @@ from pvphong.shading.vertices import Vertices
 from pvphong.shading.visibility import TransportLike, VisibilityLike
 
 BOUNCES = "bounces"
-"""The effect whose bounds are of colours; those of others are of direct light."""
+"""The effect whose bounds are colour errors; the bounds of other effects are errors of direct light."""
 
 
 @dataclass(frozen=True)
 class Decision:
-    """Whether an effect runs, and why.
+    """Decision on an effect, and its reason.
 
     Attributes
     ----------
     on : bool
-        Whether it runs.
+        True if the effect runs.
     why : str
-        The reason, for people.
+        Reason as text.
     bound : float
-        The largest absolute colour error of leaving it out, altogether or for some lights; 0 where that is exact.
+        Largest absolute colour error of omitting it, altogether or for some lights; 0 if that is exact.
     lights : int
-        For how many lights it runs, of those it is about.
+        Number of lights for which it runs, if it concerns lights.
     """
 
     on: bool
@@ -48,9 +48,9 @@ class Decision:
 
 
 class Note(NamedTuple):
-    """One rewriting of the equation: which effect was left out, for which light, why, at what error.
+    """One rewriting of the equation: the effect that was omitted, its light, the reason and the error bound.
 
-    `only_for_this_viewer`: it holds for the viewer as it is now; for another one the effect may have to run.
+    `only_for_this_viewer`: the effect may have to run for another viewer.
     """
 
     effect: str
@@ -67,21 +67,21 @@ class Draft:
     Parameters
     ----------
     equation : Equation
-        What is left so far.
+        The equation so far.
     shining : int
-        How many of its lights add anything; the tolerance is divided among them.
+        Number of lights that contribute; the tolerance is divided among them.
     extent : Extent
-        Where the vertices are.
+        Bounds on positions and normals of the vertices.
     tolerance : float
-        The error that may be taken in all, before the sum of light is raised to 1/gamma.
+        Total error that is allowed, before the sum of light is raised to 1/gamma.
     notes : tuple of Note
-        What has been left out so far.
+        Rewritings so far.
     visibility : VisibilityLike or None
-        What the vertices see, where that is known.
+        Visibility from the vertices, if known.
     transport : TransportLike or None
-        What they see of each other, where that is known.
+        Light transport between the vertices, if known.
     gain : float
-        By how much light that bounces makes an error of direct light larger.
+        Factor by which bounced light amplifies an error of direct light.
     """
 
     equation: Equation
@@ -96,7 +96,7 @@ class Draft:
 
     @classmethod
     def first(cls, equation: Equation, tolerance: float, vertices: Vertices) -> Draft:
-        """The draft of an equation as it was assembled, with the tolerance of colours as that of sums of light."""
+        """Return the draft of an assembled equation, with the colour tolerance converted to one for sums of light."""
         # sums of light that differ by x differ by at most x^(1/gamma) when they are raised to 1/gamma
         allowed, extent = tolerance**equation.gamma, vertices.extent(equation.matrix)
         shining = sum(not term.is_black for term in equation.terms)
@@ -104,7 +104,7 @@ class Draft:
         return cls(equation, shining, extent, allowed, notes, vertices.visibility, vertices.transport)
 
     def reach(self, term: LightTerm) -> Reach:
-        """What of a light can reach the vertices; kept, for several effects need it."""
+        """Return the bounds on a light's contribution; cached because several effects need it."""
         light, reach = self._reaches.get(term.index, (None, Reach()))
         if light is not term.light:
             reach = lights.reach(term.light, self.extent)
@@ -113,27 +113,27 @@ class Draft:
 
     @cached_property
     def error_bound(self) -> float:
-        """Sum of the bounds taken so far."""
+        """Sum of the bounds so far."""
         return math.fsum(map(self._of_colors, self.notes)) * ROUNDED_UP
 
     def _of_colors(self, note: Note) -> float:
-        """The error of the colours: that of direct light bounces with it."""
+        """Return a note's colour error; errors of direct light are amplified by bounces."""
         return note.bound if note.effect == BOUNCES else note.bound * self.gain
 
     @cached_property
     def allowance(self) -> float:
-        """The error that the next approximation may take: its share, or what is left of the tolerance."""
+        """Error that the next approximation may introduce: its share, or the remaining tolerance if that is less."""
         if not self.tolerance:
             return 0.0
         share = self.tolerance / (2 * max(self.shining, 1))
         return min(share, max(self.tolerance - self.error_bound, 0.0) / ROUNDED_UP**2) / self.gain
 
     def rewritten(self, equation: Equation, *notes: Note) -> Draft:
-        """The draft of another equation, and what more has been left out of it."""
+        """Return the draft with another equation and more notes."""
         return replace(self, equation=equation, notes=(*self.notes, *notes))
 
     def why_without(self, effect: str) -> str:
-        """The reasons noted for leaving an effect out, each with its lights; "" where there are none."""
+        """Return the noted reasons for omitting an effect, each with its lights; "" if there are none."""
         lights_by_reason = defaultdict[str, list[str]](list)
         for note in self.notes:
             if note.effect == effect:
@@ -143,5 +143,5 @@ class Draft:
         )
 
     def bound_of(self, effect: str) -> float:
-        """Sum of the bounds taken by leaving out an effect."""
+        """Return the sum of the bounds for omitting an effect."""
         return math.fsum(self._of_colors(note) for note in self.notes if note.effect == effect)

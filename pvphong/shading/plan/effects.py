@@ -1,13 +1,13 @@
-"""The effects that a scene may call for: how each is left out, when it is on and why, and the equation without it.
+"""The effects that a scene may need: when each can be removed, when and why it is on, and the equation without it.
 
-An effect is a class here and its row in `EFFECTS`, at the end, which plans and the accuracy report read. One that
-lights call for, and `lights.py` says how to do without, is a row alone, of `LightEffect`.
+An effect is a class here and its row in `EFFECTS`, at the end, which plans and the accuracy report read. An effect of
+lights whose replacements are defined in `lights.py` is only a row, of class `LightEffect`.
 
-In order: what an effect is; the surface (matrix, emission, ambient light, light that bounces); lights (whether one
-shines at all, its position, attenuation and cone, its size, its bands); reflection; the viewer; visibility.
+In order: the base class; the surface (matrix, emission, ambient light, bounces); lights (contribution, position,
+attenuation and cone, size, bands); reflection; the viewer; visibility.
 """
 
-# Methods do what `Effect` says of them; not every effect reads all that it is given.
+# Methods are documented in `Effect`, and not every effect uses all arguments.
 # ruff: noqa: D102, ARG002
 
 from __future__ import annotations
@@ -49,26 +49,26 @@ _NO_LIGHT = "no light reaches the mesh"
 
 
 Change = tuple[tuple[LightTerm, ...], tuple[Note, ...]]
-"""A light's term without an effect, or none where the light adds nothing, and why, at what error."""
+"""Terms that replace a light's term, none if the light contributes nothing; and notes with reasons and bounds."""
 
 
 @dataclass(frozen=True)
 class Effect:
-    """An effect that is left out light by light, and is on where a light that is left has it.
+    """Effect that is removed light by light, and is on if any remaining light has it.
 
     Parameters
     ----------
     name : str
         Its name in a plan.
     inputs : tuple of str
-        What it reads of each vertex, or of the scene: "points", "normals", "viewer".
+        Inputs that it reads: some of "points", "normals", "viewer".
     absent : str
-        Why it is off where a scene does not call for it.
+        Reason for being off if a scene does not need it.
     neutral : mapping
-        Fields of the equation, with the values that they have without the effect. Without any, it is left out of each
-        light's term.
+        Fields of the equation, with their values without the effect. If empty, the effect is removed from each light's
+        term.
     once, each : float
-        About how many nanoseconds per vertex it takes, whatever the lights, and for each light it runs for: rounded
+        Approximate cost in nanoseconds per vertex, in total and for each light for which it runs. These are rounded
         differences of runs with and without it of the compiled evaluator in float32, on one core of a server's
         processor of 2022 at 3.7 GHz.
     """
@@ -81,7 +81,7 @@ class Effect:
     each: float = 0.0
 
     def simplify(self, draft: Draft) -> Draft:
-        """The draft without the effect where it can be left out; each light sees the bounds taken before it."""
+        """Return the draft without the effect where it can be removed; each light accounts for earlier bounds."""
         if type(self).leave_out is Effect.leave_out:
             return draft
         terms: list[LightTerm] = []
@@ -97,22 +97,22 @@ class Effect:
             terms += left
             exact += notes
             if any(note.bound for note in notes):
-                # exact ones can wait: a draft for each of many would take long
+                # exact notes are added later, because a new draft for each of many lights is slow
                 draft, exact = draft.rewritten(draft.equation, *exact), []
         return draft.rewritten(replace(draft.equation, terms=tuple(terms)), *exact) if changes else draft
 
     def leave_out(self, draft: Draft, term: LightTerm) -> Change | None:
-        """One light's term without the effect; None where it cannot be left out."""
+        """Return one light's term without the effect; None if it cannot be removed."""
         return None
 
     def has(self, equation: Equation, term: LightTerm) -> bool:
-        """Whether the effect runs for a light."""
+        """Return True if the effect runs for a light."""
         return False
 
     def decide(self, draft: Draft) -> Decision:
-        """Whether the effect is left in a finished draft.
+        """Return the decision for a finished draft.
 
-        It is off for the reasons noted, or because there is no light, or none that has it.
+        The reasons for being off are the notes, or that no light remains, or that no light has the effect.
         """
         noted, bound = draft.why_without(self.name), draft.bound_of(self.name)
         having = [term for term in draft.equation.terms if self.has(draft.equation, term)]
@@ -122,25 +122,25 @@ class Effect:
         return Decision(False, noted or (self.absent if draft.equation.terms else _NO_LIGHT), bound)
 
     def without(self, equation: Equation, point: Vector) -> Equation:
-        """The equation without the effect, whatever the error; what varies is taken as it is at the point.
+        """Return the equation without the effect, regardless of the error; varying values are taken at the point.
 
-        What the accuracy report measures the effect by; no plan does this.
+        The accuracy report compares with it. Plans do not use it.
         """
         if self.neutral:
             return replace(equation, **self.neutral)
         return replace(equation, terms=tuple(self.term_without(equation, term, point) for term in equation.terms))
 
     def term_without(self, equation: Equation, term: LightTerm, point: Vector) -> LightTerm:
-        """One light's term without it, for effects that are of lights."""
+        """Return one light's term without the effect, for effects of lights."""
         return term
 
     def nanoseconds(self, decision: Decision) -> float:
-        """About what it takes per vertex; 0 where it does not run."""
+        """Return the approximate cost per vertex; 0 if it does not run."""
         return self.once + self.each * decision.lights if decision.on else 0.0
 
 
 def _evaluated(equation: Equation, terms: list[LightTerm]) -> int:
-    """How many lights are evaluated for some terms: the parts of a light that has a size count each for itself."""
+    """Return the number of lights that are evaluated for terms: each part of an area light counts."""
     return len(in_parts(replace(equation, terms=tuple(terms))).terms)
 
 
@@ -148,7 +148,7 @@ def _evaluated(equation: Equation, terms: list[LightTerm]) -> int:
 
 
 class NormalTransform(Effect):
-    """The model matrix: the identity goes altogether, and some matrices leave normals as they are."""
+    """Model matrix. The identity is removed, and some matrices do not change normals."""
 
     def simplify(self, draft: Draft) -> Draft:
         equation = draft.equation
@@ -165,12 +165,12 @@ class NormalTransform(Effect):
         if not equation.needs_normals:
             return Decision(False, "nothing depends on the normal")
         kind = class_of(equation.matrix).value
-        why = kind if equation.turns_normals else f"{kind} leaves normals as they are"
+        why = kind if equation.turns_normals else f"{kind} does not change normals"
         return Decision(equation.turns_normals, why)
 
 
 class Emission(Effect):
-    """Light that the surface itself sends."""
+    """Emission of the surface."""
 
     def decide(self, draft: Draft) -> Decision:
         if any(draft.equation.emission):
@@ -179,13 +179,13 @@ class Emission(Effect):
 
 
 class Ambient(Effect):
-    """Ambient light: the light model's, and that of lights, which is a constant too where they have no position."""
+    """Ambient light of the light model and of the lights; the latter is constant too for lights without a position."""
 
     def decide(self, draft: Draft) -> Decision:
         equation = draft.equation
         sources = ["one constant for all vertices"] * any(equation.ambient)
         if lights := [term for term in equation.terms if any(term.ambient)]:
-            sources.append(f"of {', '.join(term.label for term in lights)}")
+            sources.append(f"from {', '.join(term.label for term in lights)}")
         varying = [term for term in lights if not term.light.is_even]
         if not sources:
             return Decision(False, self.absent)
@@ -193,14 +193,15 @@ class Ambient(Effect):
 
 
 class Bounces(Effect):
-    """Light that goes on from surface to surface: as many bounces as can be seen.
+    """Light that bounces from surface to surface: as many bounces as the tolerance needs.
 
-    What bounces k times is at most rᵏ s, for direct light of at most s, where r is the largest product of an albedo
-    and a part of the hemisphere that is filled; what is left of ambient light a after n bounces is at most rⁿ a.
+    If direct light is at most s, the light of the k-th bounce is at most rᵏ s. Here r is the largest product of an
+    albedo and the part of the hemisphere that surfaces fill. The remaining ambient light a after n bounces is at most
+    rⁿ a.
 
-    Among several meshes a plan of one knows neither what others send nor their albedos: all bounces are kept. Nor does
-    it know what their plans leave out; but that is at most half of the tolerance, for r is at most 1, over the number
-    of terms, and so is all of it that arrives here.
+    With several meshes, the plan of one does not know the light and albedos of the others, so it keeps all bounces. Nor
+    does it know the errors of their plans. But the error of their direct light is at most half the tolerance over
+    1 + n, the number of terms of the series, and r is at most 1. So at most half the tolerance arrives here.
     """
 
     def simplify(self, draft: Draft) -> Draft:
@@ -219,7 +220,7 @@ class Bounces(Effect):
             return draft.rewritten(replace(without_ambient(equation), bounces=0), Note(self.name, "", why))
         if is_shared:
             bound = draft.tolerance / 2.0
-            said = f"; what is left out of others at most {bound:.2g}" if bound else ""
+            said = f"; simplifications of others contribute at most {bound:.2g}" if bound else ""
             note = Note(self.name, "", f"all {count}, among meshes that light each other{said}", bound)
             return replace(draft.rewritten(equation, note), gain=1.0 + count)
         ratio = most_scattered(equation) * (1.0 if transport is None else transport.most()) * ROUNDED_UP
@@ -249,7 +250,7 @@ _BOUNCES_SAID = 3
 
 
 class Lights(Effect):
-    """Whether a light shines at all: one that is black goes, and one that is too weak for the tolerance."""
+    """Contribution of a light: black lights are removed, and lights that are too weak for the tolerance."""
 
     def leave_out(self, draft: Draft, term: LightTerm) -> Change | None:
         if term.is_black:
@@ -268,8 +269,8 @@ class Lights(Effect):
 
 
 class LightEffect(Effect):
-    """An effect that some lights call for: `lights.py` says which cheaper lights may replace one, and how wrong they
-    are; this class decides whether that is within the tolerance.
+    """Effect of some lights: `lights.py` defines cheaper replacements and their errors, and this class compares the
+    errors with the tolerance.
     """
 
     def leave_out(self, draft: Draft, term: LightTerm) -> Change | None:
@@ -278,7 +279,7 @@ class LightEffect(Effect):
         choice = simpler(term.light, self.name, draft.extent, exactly=not draft.allowance)
         if choice is None:
             return None
-        if choice.make is None:  # it is dark here
+        if choice.make is None:  # the light does not reach the mesh
             return (), (Note(self.name, term.label, choice.why), Note(_LIGHTS, term.label, choice.why))
         bound, gain = stand_in_error(draft, term, choice), term.gain * choice.factor
         if not bound <= draft.allowance or not 1.0 / BRIGHTEST < gain < BRIGHTEST:
@@ -295,7 +296,7 @@ class LightEffect(Effect):
 
 
 class Size(LightEffect):
-    """A point in place of a light with a size; or as few nodes as do, for lobes without a closed form."""
+    """Size of an area light: replaced by a point, or by fewer nodes for lobes without a closed form."""
 
     def leave_out(self, draft: Draft, term: LightTerm) -> Change | None:
         change = super().leave_out(draft, term)
@@ -313,9 +314,9 @@ class Size(LightEffect):
         return None
 
     def decide(self, draft: Draft) -> Decision:
-        """Its reason also says how lobes are integrated over the lights: exactly, or by nodes.
+        """Return the decision; its reason includes how lobes are integrated over the lights: exactly or by nodes.
 
-        What it takes is for each integral; nodes are lights like others.
+        The cost counts integrals. Nodes count as lights of other effects.
         """
         decision, equation, integrals = super().decide(draft), draft.equation, 0
         by_method: dict[str, list[str]] = {}
@@ -332,10 +333,10 @@ class Size(LightEffect):
 
 
 class Sky(Effect):
-    """How finely light from all around is resolved: in how many bands of spherical harmonics."""
+    """Resolution of an environment light: its number of bands of spherical harmonics."""
 
     def leave_out(self, draft: Draft, term: LightTerm) -> Change | None:
-        """The fewest bands that do."""
+        """Return the term with the fewest bands within the tolerance."""
         for bands in range(1, _bands(term)) if draft.allowance else ():
             bound = _error_without_bands(draft.equation, term, bands)
             if bound <= draft.allowance:
@@ -347,7 +348,7 @@ class Sky(Effect):
         return _bands(term) > 1
 
     def decide(self, draft: Draft) -> Decision:
-        """Its reason also says how much the bands beyond the last one hold at most."""
+        """Return the decision; its reason includes a bound on the contribution of the omitted bands."""
         decision, equation = super().decide(draft), draft.equation
         terms = [term for term in equation.terms if self.has(equation, term)]
         if not terms:
@@ -367,7 +368,7 @@ def _bands(term: LightTerm) -> int:
 
 
 def _error_without_bands(equation: Equation, term: LightTerm, bands: int) -> float:
-    """The largest error in a colour without a light's bands from one on."""
+    """Return the largest colour error with only the first bands of a light."""
     errors = [
         max(color) * term.light.error_without_bands(form, bands)
         for form, color in zip(equation.forms, term.colors, strict=True)
@@ -380,9 +381,9 @@ def _error_without_bands(equation: Equation, term: LightTerm, bands: int) -> flo
 
 
 class Reflection(Effect):
-    """A component of what the surface reflects.
+    """Component of the reflected light.
 
-    Where it is black it is a zero coefficient of a light's term, which every evaluator skips: nothing is rewritten.
+    If it is black, its coefficients in the light's term are zero. Evaluators skip them, so nothing is rewritten.
     """
 
     name: Component
@@ -395,7 +396,7 @@ class Reflection(Effect):
 
 
 class Specular(Reflection):
-    """A light's highlight, where it is too weak for the tolerance, or hardly reaches a vertex."""
+    """Highlight of a light, removed if it is too weak for the tolerance or hardly reaches a vertex."""
 
     def leave_out(self, draft: Draft, term: LightTerm) -> Change | None:
         equation = draft.equation
@@ -407,7 +408,7 @@ class Specular(Reflection):
         is_weak = bound <= draft.allowance
         if not is_weak and not (equation.is_flipped or equation.maps):
             known, reflectance = sightline(draft, term), equation.reflectance
-            if known is not None:  # how much of a lobe normals and directions allow
+            if known is not None:  # part of a lobe that normals and directions can reach
                 reached = max(most(reflectance, k, known) / most(reflectance, k) for k in lobes)
                 bound *= reached * ROUNDED_UP
         if not bound <= draft.allowance:
@@ -419,14 +420,14 @@ class Specular(Reflection):
 
 # --- the viewer
 
-# Float32 knows which side of a surface the viewer is on unless he is within this many radians of its plane.
+# In float32, the side of a surface that faces the viewer is certain beyond this angle in radians from its plane.
 _EDGE_ON = 1e-4
 
 
 class TwoSided(Effect):
-    """The turning of normals to the viewer, which is left out where no vertex faces away.
+    """Turning of normals towards the viewer, removed if no vertex faces away.
 
-    A closed mesh seen from outside hides the others, but their colours are data too.
+    A closed mesh seen from outside hides its back, but the colours there are data too.
     """
 
     def simplify(self, draft: Draft) -> Draft:
@@ -449,14 +450,14 @@ class TwoSided(Effect):
 
 
 class LocalViewer(Effect):
-    """A viewer with a place, which may be taken at infinity where he is far away."""
+    """Position of the viewer, replaced by a viewer at infinity if it is far away."""
 
     def simplify(self, draft: Draft) -> Draft:
         equation = draft.equation
         if equation.eye is None or not equation.has_highlights or equation.is_flipped or not draft.allowance:
             return draft
         if equation.bounces and equation.diffuse_needs_viewer:
-            return draft  # what is bounced depends on him too, for which there is no bound
+            return draft  # bounced light depends on the viewer too, without a bound
         seen = draft.extent.sight(equation.eye)
         if seen is None or seen.distance < 2 * seen.radius:
             return draft
@@ -468,7 +469,7 @@ class LocalViewer(Effect):
         bound = math.fsum(changes) * ROUNDED_UP
         if not bound <= draft.allowance:
             return draft
-        why = f"far away: its direction is the same to {bound:.2g}"
+        why = f"far away: its direction is constant to within {bound:.2g}"
         far = replace(equation, eye=None, to_eye=seen.direction, local_facing=False)
         return draft.rewritten(far, Note(self.name, "", why, bound, only_for_this_viewer=True))
 
@@ -486,11 +487,11 @@ class LocalViewer(Effect):
 
 
 class Shadow(Effect):
-    """A light's shadows, which are left out where nothing can block it.
+    """Shadows of a light, removed if nothing can block it.
 
-    Of a light with a size that is partly hidden, each lobe reflects a share of what it would of all: that of its light
-    which reaches the vertex, as a matt surface receives it. That is exact for those; a highlight, which may see the
-    hidden part alone, is off by up to its brightness. `tradeoff` measures by how much.
+    If an area light is partly hidden, each lobe is multiplied by the visible part of the light's irradiance. That is
+    exact for matt surfaces. A highlight may reflect only the hidden part, so its error can be as large as its
+    brightness; `tradeoff` measures it.
     """
 
     def leave_out(self, draft: Draft, term: LightTerm) -> Change | None:
@@ -505,7 +506,7 @@ class Shadow(Effect):
         return term.is_shadowed
 
     def decide(self, draft: Draft) -> Decision:
-        """Its reason also names lights whose highlights are a share, where they are partly hidden."""
+        """Return the decision; its reason includes lights whose partly hidden highlights are approximate."""
         decision, equation = super().decide(draft), draft.equation
         terms = [term for term in equation.terms if self.has(equation, term) and equation.has(term, "specular")]
         labels = [term.label for term in terms if term.light.has_size]
@@ -513,7 +514,7 @@ class Shadow(Effect):
             return decision
         return replace(
             decision,
-            why=f"{decision.why}; where a part is hidden, the same part of the highlight ({', '.join(labels)})",
+            why=f"{decision.why}; a partly hidden light loses the same part of its highlight ({', '.join(labels)})",
         )
 
     def term_without(self, equation: Equation, term: LightTerm, point: Vector) -> LightTerm:
@@ -521,7 +522,7 @@ class Shadow(Effect):
 
 
 class Occlusion(Effect):
-    """Ambient light by how open the sky is, where something can hide it."""
+    """Ambient occlusion, removed if nothing can hide the sky."""
 
     def simplify(self, draft: Draft) -> Draft:
         equation = draft.equation
@@ -542,9 +543,9 @@ class Occlusion(Effect):
 
 _FAR_AWAY, _OPEN_SKY = {"eye": None, "local_facing": False}, {"is_occluded": False}
 
-# In the order in which they are left out, for what goes early makes what follows cheaper to judge: first what adds
-# nothing whatever the tolerance, then whole lights, then what each light that is left can do without.
-# The cost of visibility is that of reading it: rays are cast once for all materials and colours.
+# In the order in which they are removed, because early removals make later bounds cheaper to compute: first what
+# contributes nothing at any tolerance, then whole lights, then effects of the remaining lights.
+# The cost of visibility is the cost of reading it: rays are cast once for all materials and colours.
 EFFECTS: tuple[Effect, ...] = (
     NormalTransform("normal transform", ("normals",), "no matrix, or the identity", {"turns_normals": False}, once=0.7),
     TwoSided("two-sided", ("normals", "viewer"), "the light model is one-sided", {"two_sided": False}, once=0.5),
@@ -553,13 +554,13 @@ EFFECTS: tuple[Effect, ...] = (
     Bounces(BOUNCES, ("points", "normals"), "the light model has no bounces", {"bounces": 0}),
     Lights(_LIGHTS, (), _NO_LIGHT, {"terms": ()}),
     Size(SIZE, ("points",), "no light has a size", each=20.0),
-    Sky(SKY, ("normals",), "no light from all around varies", each=13.0),  # for each channel, with about nine bands
+    Sky(SKY, ("normals",), "no environment light varies", each=13.0),  # for each channel, with about nine bands
     LightEffect(CONE, ("points",), "no spot light", each=1.6),
     Specular("specular", ("normals", "viewer"), "black specular colour", each=1.4),
-    LightEffect(ATTENUATION, ("points",), "no light weakens with distance", each=0.7),
+    LightEffect(ATTENUATION, ("points",), "no light has attenuation", each=0.7),
     LightEffect(POSITION, ("points",), "every light is directional", once=0.5, each=0.2),
-    # without it he is at infinity along the view axis, as `LightModel(local_viewer=False)` has it
-    LocalViewer("local viewer", ("points", "viewer"), "no highlight is left that depends on it", _FAR_AWAY, once=0.6),
+    # without it, the viewer is at infinity along the view axis, as with `LightModel(local_viewer=False)`
+    LocalViewer("local viewer", ("points", "viewer"), "no remaining highlight depends on it", _FAR_AWAY, once=0.6),
     Reflection("diffuse", ("normals",), "black diffuse colour", once=0.5, each=0.2),
     Shadow("shadow", ("points", "normals"), "the light model has no shadows", each=0.2),
     Occlusion("occlusion", ("points", "normals"), "the light model has no ambient occlusion", _OPEN_SKY, once=0.2),

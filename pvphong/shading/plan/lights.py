@@ -1,10 +1,10 @@
-"""Knowledge of a plan about each kind of light: what of it reaches a mesh, and which cheaper light may replace it.
+"""Bounds on each kind of light, and the cheaper lights that may replace it in a plan.
 
-The answer to "why was my light left out?". Four questions, each a function with an answer by kind: the `effects` that
-a light calls for, its `reach`, the `simpler` light that may replace it, and the light `without` an effect. A kind that
-is not here runs as it is: nothing is known of it, and it is never left out.
+These rules answer "why was my light removed?". Four functions dispatch on the kind of light: its `effects`, the bounds
+on its contribution (`reach`), the `simpler` light that may replace it, and the light `without` an effect. Other kinds
+have no bounds, so they run unchanged.
 
-In order: the questions; lights with a place that weaken, and cones; lights with a size; light from all around.
+In order: these functions; lights with a position and falloff, and cones; area lights; environment lights.
 """
 
 from __future__ import annotations
@@ -27,100 +27,101 @@ from pvphong.optics.lights.point import Weakening
 from pvphong.optics.lights.sized import Flat
 
 POSITION, ATTENUATION, CONE, SIZE, SKY = "position", "attenuation", "cone", "size", "sky"
-"""Effects that lights call for."""
+"""Effects of lights."""
 
-# In radii of the vertices' sphere: nearer than this a light's direction is never taken for the same everywhere.
+# Least distance, in radii of the vertices' sphere, at which a light's direction may be replaced by a constant.
 _FAR = 2
-# Angles are known to this many radians: arc cosines lose half the digits near 0.
+# Uncertainty of angles in radians: arc cosines lose half the digits near 0.
 _SLACK = 1e-6
-# What harmonics may have more than the image that they are of.
+# Bound on the overshoot of a harmonic expansion relative to its image.
 _OVERSHOOT = 2.0
 
 
 class Reach(NamedTuple):
-    """What of a light can reach the vertices inside a sphere; nothing is known by default, and it is never left out."""
+    """Bounds on a light's contribution to the vertices inside a sphere. The defaults are no bounds."""
 
     strongest: float = math.inf
-    """No vertex gets more strength, rounded up; infinite where there is no bound."""
+    """Largest strength at any vertex, rounded up; infinite if there is no bound."""
 
     direction: Vector | None = None
-    """Unit vector to the light from the sphere's centre; None where it is not known."""
+    """Unit vector to the light from the sphere's centre; None if unknown."""
 
     turn: float = 0.0
-    """The largest angle in radians by which the direction at a vertex may be off that one."""
+    """Largest angle in radians between this direction and the direction at a vertex."""
 
 
 class StandIn(NamedTuple):
-    """Cheaper lights that may replace one, and how large the error is."""
+    """Cheaper lights that may replace a light, and bounds on the error."""
 
     make: Callable[[], tuple[Light, ...]] | None
-    """Gives them; only what arrives from them counts: colours and intensity stay. None: the one is dark here."""
+    """Function that returns them. Only their position and falloff are used; colours and intensity are the original's.
+    None if the original does not reach the mesh."""
 
     why: str = ""
-    """The reason; `{bound}` in it is replaced by the error in a colour."""
+    """Reason; `{bound}` in it is replaced by the colour error."""
 
     factor: float = 1.0
-    """Their strength is multiplied by it."""
+    """Factor of their strength."""
 
     spread: float = 0.0
-    """The largest error of the strength."""
+    """Largest error of the strength."""
 
     turn: float | None = None
-    """The largest error of the direction, in radians; None where it stays."""
+    """Largest error of the direction, in radians; None if the direction is exact."""
 
     strongest: float = 1.0
-    """Where the direction is off, no vertex gets more strength, of all parts of a light that has a size."""
+    """Largest total strength at any vertex, over all parts of an area light; used if the direction has an error."""
 
 
-# --- the questions
+# --- functions that dispatch on the kind of light
 
 
 @singledispatch
 def effects(light: Any) -> frozenset[str]:
-    """The effects that a light calls for: its position's unless it is even, and its size's."""
+    """Return the effects of a light: by default, position unless it is uniform, and size if it has one."""
     if light.is_even:
         return frozenset()
     return frozenset({POSITION, SIZE} if light.has_size else {POSITION})
 
 
 @singledispatch
-def reach(light: Any, extent: Extent) -> Reach:  # noqa: ARG001 nothing is known
-    """What of a light can reach the vertices."""
+def reach(light: Any, extent: Extent) -> Reach:  # noqa: ARG001 no bounds
+    """Return bounds on a light's contribution to the vertices."""
     return Reach()
 
 
 @singledispatch
 def simpler(light: Any, effect: str, extent: Extent, *, exactly: bool) -> StandIn | None:  # noqa: ARG001 there is none
-    """A cheaper light that could replace one for the vertices; None where there is none.
+    """Return a cheaper light that could replace a light for the vertices; None if there is none.
 
     Parameters
     ----------
     light : Light
         The light.
     effect : str
-        One of its effects, which the other does not call for.
+        One of its effects, which the replacement does not have.
     extent : Extent
-        Where the vertices are; finding that takes time, so it is asked only where it counts.
+        Bounds on the vertices. They are slow to compute, so use them only if necessary.
     exactly : bool
-        Whether only a light will do that is the same to the last bit.
+        True if the replacement must be equal to the last bit.
     """
     return None
 
 
 @singledispatch
 def without(light: Any, effect: str, point: Vector) -> tuple[Light, float]:  # noqa: ARG001 there is none
-    """The light with one of its effects left out, whatever the error, and the factor of its strength.
+    """Return the light without one of its effects, regardless of the error, and a factor of its strength.
 
-    What varies is then taken as it is at a point. Only what arrives counts: colours and intensity stay.
+    Varying values are taken at the point. Only position and falloff change; colours and intensity are the original's.
     """
     return light, 1.0
 
 
 def _parallel_at(light: Any, point: Vector) -> tuple[Light, float]:
-    """A light taken as it is at a point: parallel light, and its strength."""
+    """Return parallel light with a light's direction at a point, and the strength there."""
     arrival = light.arrival(np.array(point)[:, None])
     x, y, z = (-arrival.direction[:, 0]).tolist()
-    if not (x or y or z):  # it is at that very point, where its light comes from nowhere
+    if not (x or y or z):  # the light is at the point, so that there is no direction
         return light, 1.0
     return DirectionalLight(direction=(x, y, z)), float(np.broadcast_to(arrival.strength, 1)[0])
 
@@ -130,20 +131,20 @@ def _parallel_at(light: Any, point: Vector) -> tuple[Light, float]:
 
 @reach.register
 def _(light: DirectionalLight, extent: Extent) -> Reach:  # noqa: ARG001 the same everywhere
-    """Strength 1 from one direction."""
+    """Return strength 1 from one direction."""
     x, y, z = unit_vector(light.direction)
     return Reach(1.0, (-x, -y, -z), TURN_SLACK)
 
 
 @effects.register
 def _(light: Weakening) -> frozenset[str]:
-    """Its position, and its attenuation if it weakens."""
+    """Return position, and attenuation if it is not constant 1."""
     return frozenset({POSITION} if tuple(light.attenuation) == NONE else {POSITION, ATTENUATION})
 
 
 @reach.register
 def _(light: Weakening, extent: Extent) -> Reach:
-    """The nearest vertex gets most; the direction turns as its position is seen."""
+    """Return the strength at the nearest possible vertex, and the cone of directions to its position."""
     seen = extent.sight(light.position)
     if seen is None:
         return Reach()
@@ -151,12 +152,12 @@ def _(light: Weakening, extent: Extent) -> Reach:
 
 
 def _strongest(seen: Sight, attenuation: VectorLike) -> float:
-    """No vertex gets more from a position that is so seen."""
+    """Return the largest strength of a light at a position relative to the vertices' sphere."""
     return strength_at(max(seen.distance - seen.radius, 0.0) / ROUNDED_UP, attenuation) * ROUNDED_UP
 
 
 def _evenly_strong(light: Any, extent: Extent, *, exactly: bool) -> StandIn | None:
-    """A light that does not weaken."""
+    """Return the light without attenuation, if the error allows it."""
     constant, linear, quadratic = light.attenuation
 
     def even() -> tuple[Light]:
@@ -167,14 +168,14 @@ def _evenly_strong(light: Any, extent: Extent, *, exactly: bool) -> StandIn | No
     seen = None if exactly else extent.sight(light.position)
     if seen is None or seen.distance <= seen.radius:
         return None
-    radius, why = seen.radius * ROUNDED_UP, "even over the mesh to {bound:.2g}"
+    radius, why = seen.radius * ROUNDED_UP, "constant over the mesh to within {bound:.2g}"
     near, far = (strength_at(seen.distance + offset, light.attenuation) for offset in (-radius, radius))
     return StandIn(even, why, (near + far) / 2, (near - far) / 2)
 
 
 @simpler.register
 def _(light: PointLight, effect: str, extent: Extent, *, exactly: bool) -> StandIn | None:
-    """One that does not weaken; where it does not weaken itself, parallel light."""
+    """Return a point light without attenuation, or parallel light if it has no attenuation."""
     if effect == ATTENUATION:
         return _evenly_strong(light, extent, exactly=exactly)
     if effect != POSITION or exactly or tuple(light.attenuation) != NONE:
@@ -183,13 +184,13 @@ def _(light: PointLight, effect: str, extent: Extent, *, exactly: bool) -> Stand
     if seen is None or seen.distance < _FAR * seen.radius:
         return None
     x, y, z = seen.direction
-    why = "far away: its direction is the same to {bound:.2g}"
+    why = "far away: its direction is constant to within {bound:.2g}"
     return StandIn(lambda: (DirectionalLight(direction=(-x, -y, -z)),), why, turn=seen.turn)
 
 
 @without.register
 def _(light: Weakening, effect: str, point: Vector) -> tuple[Light, float]:
-    """Taken as it is at a point: its strength, or with it its direction too."""
+    """Return the light with the strength at a point, or with the direction there too."""
     this: Any = light
     if effect == ATTENUATION:
         distance = np.array([math.dist(light.position, point)])
@@ -199,13 +200,13 @@ def _(light: Weakening, effect: str, point: Vector) -> tuple[Light, float]:
 
 @effects.register
 def _(light: SpotLight) -> frozenset[str]:
-    """A point light's, and its cone."""
+    """Return the effects of a point light, and the cone."""
     return effects.dispatch(Weakening)(light) | {CONE}
 
 
 @simpler.register
 def _(light: SpotLight, effect: str, extent: Extent, *, exactly: bool) -> StandIn | None:
-    """Off outside its cone, a point light inside it; or as one that does not weaken."""
+    """Return no light if the mesh is outside the cone, a point light if inside; or a light without attenuation."""
     if effect == ATTENUATION:
         return _evenly_strong(light, extent, exactly=exactly)
     seen = extent.sight(light.position) if effect == CONE else None
@@ -224,14 +225,14 @@ def _(light: SpotLight, effect: str, extent: Extent, *, exactly: bool) -> StandI
         return found
     angles = max(least - _SLACK, 0.0), most + _SLACK
     brightest, darkest = (max(math.cos(off_axis), 0.0) ** light.exponent for off_axis in angles)
-    why = f"{found.why}, whose light is even to {{bound:.2g}}"
+    why = f"{found.why}, whose light is constant to within {{bound:.2g}}"
     spread = _strongest(seen, light.attenuation) * (brightest - darkest) / 2
     return found._replace(why=why, factor=(brightest + darkest) / 2, spread=spread)
 
 
 @without.register
 def _(light: SpotLight, effect: str, point: Vector) -> tuple[Light, float]:
-    """A point light, parallel light, or as strong everywhere as at a point."""
+    """Return a point light, parallel light, or the light with the strength at a point."""
     return (_without_cone(light), 1.0) if effect == CONE else without.dispatch(Weakening)(light, effect, point)
 
 
@@ -239,23 +240,23 @@ def _without_cone(light: SpotLight) -> PointLight:
     return PointLight(position=light.position, attenuation=light.attenuation)
 
 
-# --- lights with a size, whose parts weaken by 1/d²
+# --- area lights, whose parts have 1/d² falloff
 
 
 @reach.register
 def _(light: SphereLight, extent: Extent) -> Reach:
-    """Its surface may be as near as that; it is seen as far off as its edge is."""
+    """Return bounds for its surface."""
     return _reach_within(light.places[0], light.radius, extent)
 
 
 @reach.register
 def _(light: Flat, extent: Extent) -> Reach:
-    """Its parts are within a sphere."""
+    """Return bounds for the sphere that encloses it."""
     return _reach_within(light.center, light.reach_radius, extent)
 
 
 def _reach_within(center: Vector, radius: float, extent: Extent) -> Reach:
-    """Of a light within a sphere: the nearest part may be as near as the sphere."""
+    """Return bounds for a light within a sphere: the sphere's nearest point and edge bound distance and direction."""
     seen = extent.sight(center)
     if seen is None:
         return Reach()
@@ -266,9 +267,9 @@ def _reach_within(center: Vector, radius: float, extent: Extent) -> Reach:
 
 @simpler.register
 def _(light: SphereLight, effect: str, extent: Extent, *, exactly: bool) -> StandIn | None:
-    """A point light in its middle.
+    """Return a point light at its centre.
 
-    It is seen as a disk of one colour, s the sine of its angular radius, that sends 2 / (1 + √(1 − s²)) times 1/d².
+    Its image is a uniform disk. With s the sine of its angular radius, its strength is 2 / (1 + √(1 − s²)) times 1/d².
     """
     if exactly or effect != SIZE:
         return None
@@ -277,11 +278,11 @@ def _(light: SphereLight, effect: str, extent: Extent, *, exactly: bool) -> Stan
 
 @simpler.register
 def _(light: Flat, effect: str, extent: Extent, *, exactly: bool) -> StandIn | None:
-    """A spot light in its middle; off where the mesh is behind it.
+    """Return a spot light at its centre, or no light if the mesh is behind it.
 
-    At the height h over its plane, a part sends h/d³: with s the sine of its angular radius, a mean around its middle
-    is off by half the largest second derivative, 12 h/d⁵, times the square of its radius at most: 6 s²/(1 − s)⁵ of
-    1/d².
+    At height h above its plane, a part has the strength h/d³. The mean over the light differs from the value at its
+    centre by at most half the largest second derivative, 12 h/d⁵, times the square of its radius. With s the sine of
+    its angular radius, that is 6 s²/(1 − s)⁵ times 1/d².
     """
     seen = extent.sight(light.center) if effect == SIZE else None
     if seen is None:
@@ -298,38 +299,38 @@ def _(light: Flat, effect: str, extent: Extent, *, exactly: bool) -> StandIn | N
 
 
 def _as_point(seen: Sight | None, radius: float, light: Light, spread: Any) -> StandIn | None:
-    """A light without a size in place of one within a sphere.
+    """Return a light without a size that replaces a light within a sphere.
 
     Parameters
     ----------
     seen : Sight
-        Of its middle.
+        Bounds on the directions to the light's centre.
     radius : float
-        The sphere's.
+        Radius of the sphere.
     light : Light
-        What replaces it, with the intensity 1.
+        The replacement, with intensity 1.
     spread : callable
-        From the sine of the sphere's angular radius to how far the sum of its parts' strengths may be off that of the
-        middle, which is 1/d².
+        Function of the sine of the sphere's angular radius. It returns the largest difference between the sum of the
+        parts' strengths and 1/d², the strength from the centre, in units of 1/d².
     """
     nearest = 0.0 if seen is None else (seen.distance - seen.radius) / ROUNDED_UP
     if nearest <= 2.0 * radius:
         return None
     sine, middle = radius / nearest, strength_at(nearest, INVERSE_SQUARE) * ROUNDED_UP
-    why = "small: as a point it is the same to {bound:.2g}"
+    why = "small: equal to a point light to within {bound:.2g}"
     off, turn = middle * spread(sine), math.asin(sine) * ROUNDED_UP
     return StandIn(lambda: (light,), why, spread=off, turn=turn, strongest=middle + off)
 
 
 @without.register
 def _(light: SphereLight, effect: str, point: Vector) -> tuple[Light, float]:
-    """A point light in its middle, or parallel light."""
+    """Return a point light at its centre, or parallel light."""
     return (light.nodes(1)[0], 1.0) if effect == SIZE else _parallel_at(light, point)
 
 
 @without.register
 def _(light: Flat, effect: str, point: Vector) -> tuple[Light, float]:
-    """A spot light in its middle, or parallel light."""
+    """Return a spot light at its centre, or parallel light."""
     if effect != SIZE:
         return _parallel_at(light, point)
     height = sum(n * (p - c) for n, p, c in zip(light.normal, point, light.center, strict=True))
@@ -337,20 +338,19 @@ def _(light: Flat, effect: str, point: Vector) -> tuple[Light, float]:
 
 
 def merged_nodes(light: Light, count: int, extent: Extent) -> StandIn | None:
-    """At most so many nodes that may replace the `NODES`; None where no bound is known.
+    """Return at most `count` nodes that may replace the `NODES`; None if there is no bound.
 
-    Nodes that are close together become one in their middle. At the distance d, 1/d² changes by at most 2/d³ on a path
-    of length 1, and so does h/d³, the field of a dipole, with which a flat light weakens at the height h over its
-    plane.
+    Nodes that are close together are merged at their mean position. At distance d, 1/d² changes by at most 2/d³ per
+    unit of length. So does h/d³, the falloff of a flat light at height h above its plane (the field of a dipole).
 
     Parameters
     ----------
     light : Light
-        One whose nodes have the same intensity.
+        A light whose nodes have the same intensity.
     count : int
-        So many at most.
+        Largest number of nodes.
     extent : Extent
-        Where the vertices are.
+        Bounds on the vertices.
     """
     nodes: tuple[Any, ...] = light.nodes(NODES)
     if not nodes[0].places:
@@ -379,24 +379,24 @@ def merged_nodes(light: Light, count: int, extent: Extent) -> StandIn | None:
 
 
 def _halved(places: Float64Array, count: int) -> Sequence[Float64Array]:
-    """Groups of places, at most so many: halved across where they are longest, again and again."""
+    """Split positions into at most `count` groups, by halving them repeatedly along their longest axis."""
     if count < 2 or len(places) < 2:
         return [places]
     order = np.argsort(places[:, int(np.argmax(np.ptp(places, axis=0)))], kind="stable")
     return [part for half in np.array_split(places[order], 2) for part in _halved(half, count // 2)]
 
 
-# --- light from all around
+# --- environment lights
 
 
 @effects.register
 def _(light: EnvironmentLight) -> frozenset[str]:
-    """Its bands."""
+    """Return the sky's effect if the light varies."""
     return frozenset({SKY}) if light.bands > 1 else frozenset()
 
 
 @reach.register
 def _(light: EnvironmentLight, extent: Extent) -> Reach:  # noqa: ARG001 the same everywhere
-    """It comes from everywhere; no lobe makes more of it than a factor of 1 does."""
+    """Return a bound on the strength, without a direction; no lobe reflects more than a factor of 1 does."""
     strongest = max(1.0, _OVERSHOOT * float(light.panorama.total.max())) * ROUNDED_UP
     return Reach(strongest, None, 0.0)

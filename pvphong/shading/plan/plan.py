@@ -1,7 +1,7 @@
-"""The plan for a scene: the equation that effects leave of it, how it is run, and what it says of each effect.
+"""The plan for a scene: the simplified equation, its evaluation, and an explanation of each effect.
 
-`Plan.run` chooses who evaluates it: the compiled evaluator where that is worth its start and does not decline
-(`kernel.shade`), else the readable one (`reference.shade`).
+`Plan.run` chooses the evaluator: the compiled one (`kernel.shade`) if the work is worth its start and it does not
+decline, else the readable one (`reference.shade`).
 """
 
 from __future__ import annotations
@@ -30,44 +30,44 @@ from pvphong.shading.reference import Shading
 from pvphong.shading.vertices import Vertices
 from pvphong.shading.visibility import known_transport
 
-# Vertices times lights from which the compiled evaluator is worth the half second that it takes to load. The rule looks
-# at nothing that has been called before, so that equal calls on few vertices give equal bits.
+# Vertices times lights from which the compiled evaluator is worth the half second that it takes to load. The rule is
+# independent of earlier calls, so that equal calls on few vertices return equal bits.
 _WORTH_LOADING = 2**18
-# Where light bounces, what vertices send and reflect is evaluated too, under a sky: so many lights take as long.
+# Cost of bounces as a number of lights: they evaluate the light sent and the albedo, which is lit by a sky.
 _AS_LIGHT_THAT_BOUNCES = 32
-# Those from which it is worth its start in a window once it is loaded; what is drawn is rounded anyway.
+# The same product for windows once the compiled evaluator is loaded; bits may differ, as colours are rounded anyway.
 _WORTH_STARTING = 2**13
 
 _FACES_AWAY = (
-    "Every vertex faces away from every light: only ambient light and emission are left. If it should be lit, turn the "
-    "surface by flip_faces(), and its stored normals too, or light both sides by LightModel(two_sided=True)."
+    "Every vertex faces away from every light: only ambient light and emission remain. To light the surface, turn it "
+    "with flip_faces(), including its stored normals, or light both sides with LightModel(two_sided=True)."
 )
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Plan:
-    """What will run for a scene, a material and a mesh; `print(plan)` says it, `print(plan.explain())` says why.
+    """Plan for a scene, a material and a mesh. `print(plan)` is a summary, `print(plan.explain())` gives the reasons.
 
     Attributes
     ----------
     effects : mapping of str to Decision
-        Every effect that exists, in the order in which they are left out: whether it is on, and why.
+        Decision on every effect, in the order in which plans try to remove them.
     needs : frozenset of str
-        What will be read, of "points", "normals", "tangents" and "viewer".
+        Inputs that will be read: some of "points", "normals", "tangents" and "viewer".
     view_dependent : bool
-        Whether the colours change when the viewer moves.
+        True if the colours change when the viewer moves.
     tolerance : float
-        The colour error that was allowed.
+        Colour error that was allowed.
     error_bound : float
-        The largest absolute colour error that was taken for it, beside rounding; at most `tolerance`.
+        Bound on the absolute colour error, apart from rounding; at most `tolerance`.
     faces_away : bool
-        Whether every vertex faces away from every light, and would be lit from behind, so that only ambient light and
-        emission are left. Looked for where a mesh is planned for.
+        True if every vertex faces away from every light and would be lit from behind, so that only ambient light and
+        emission remain. Only computed in plans for meshes.
     equation : Equation
-        What is left of the lighting equation; the evaluators run this.
+        The simplified equation, which evaluators run.
     whole : Equation
-        The equation before anything was left out. It chooses evaluator and types, so that no vertex's bits depend on
-        where the others are.
+        The equation before simplification. It determines evaluator and types, so that no vertex's bits depend on the
+        positions of others.
     """
 
     view_dependent: bool
@@ -81,12 +81,12 @@ class Plan:
 
     @cached_property
     def effects(self) -> Mapping[str, Decision]:
-        """Every effect's decision; those who only run a plan do not ask."""
+        """Decision on every effect, computed at the first use because running a plan does not need it."""
         return MappingProxyType({effect.name: effect.decide(self._draft) for effect in EFFECTS})
 
     @cached_property
     def needs(self) -> frozenset[str]:
-        """What will be read."""
+        """Inputs that will be read."""
         equation = self._draft.equation
         read = {
             "points": equation.needs_points or equation.needs_visibility or equation.bounces > 0,
@@ -106,29 +106,29 @@ class Plan:
         matrix: MatrixLike | None = None,
         tolerance: float = 0.0,
     ) -> Plan:
-        """What will run for some vertices; their normals are read only where they may rule something out.
+        """Return the plan for vertices. Their normals are read only if they may rule out an effect.
 
-        The scene has a viewer: `as_scene` adds one where none was given.
+        The scene must have a viewer; `as_scene` adds a missing one.
 
         Raises
         ------
         ValueError
-            If material, matrix or tolerance is not what it should be.
+            If material, matrix or tolerance is invalid.
         """
         tolerance = check.number("tolerance", tolerance, at_least=0.0)
         if matrix is not None:
-            normal_matrix(matrix)  # refuses what cannot light, also where the scene does not need it
+            normal_matrix(matrix)  # refuses singular matrices, even if the scene does not need it
         whole = vertices.equation(scene, material, matrix)
         return cls.of_equation(relative_to_mesh(whole), vertices, tolerance)
 
     @classmethod
     def of_equation(cls, whole: Equation, vertices: Vertices, tolerance: float = 0.0) -> Plan:
-        """What will run of the equation of a scene, or of one that was rewritten from it."""
+        """Return the plan for the equation of a scene, or for one rewritten from it."""
         draft = Draft.first(whole, tolerance, vertices)
         for effect in EFFECTS:
             draft = effect.simplify(draft)
         left = draft.equation
-        may_move = any(term.follows_viewer and not term.is_black for term in whole.terms)  # and then reach the mesh
+        may_move = any(term.follows_viewer and not term.is_black for term in whole.terms)  # and may then reach the mesh
         may_return = any(note.only_for_this_viewer for note in draft.notes)
         return cls(
             view_dependent=left.has_highlights or left.is_flipped or may_move or may_return,
@@ -136,7 +136,7 @@ class Plan:
             error_bound=min(draft.error_bound ** (1.0 / whole.gamma), tolerance),
             equation=in_parts(left),
             whole=in_parts(whole),
-            # a plan outlives the vertices
+            # a plan must not keep the vertices alive
             _draft=replace(draft, extent=ANYWHERE, visibility=None, transport=None, _reaches={}),
         )
 
@@ -150,24 +150,23 @@ class Plan:
         bounced: FloatArray | None = None,
         among: int = 0,
     ) -> Shading:
-        """Lit colours of the vertices that were planned for, or of some of them.
+        """Compute lit colours of the planned vertices, or of some of them.
 
-        What the compiled evaluator declines, the readable one lights.
+        The readable evaluator lights what the compiled one declines.
 
         Parameters
         ----------
         bounced : ndarray, optional
-            Shape (k, n, 3): light that has bounced, where others send it too; see `interreflection.bounced`. Without,
-            the vertices' own transport tells it.
+            Shape (k, n, 3): bounced light if other meshes send it too; see `interreflection.bounced`. By default it is
+            computed from the vertices' own transport.
         among : int, default 0
-            Number of vertices of all the calls that this is one of, if there are several: `backend="auto"` uses
-            compiled code for many.
+            Number of vertices of all calls that this is one of. `backend="auto"` uses compiled code if there are many.
 
         Raises
         ------
         ValueError
-            If an option is not one of those that `pvphong.evaluate` has, or `backend` is "numba" and Numba is missing;
-            or for shadows on vertices of which it is not known what they see, and for light that bounces.
+            If an option has a value that `pvphong.evaluate` does not accept, or `backend` is "numba" and Numba is
+            missing; or if shadows need an unknown visibility, or bounces an unknown transport.
         """
         real = np.dtype(check.choice("precision", precision, get_args(Precision)))
         components = check.flag("components", components)
@@ -190,12 +189,12 @@ class Plan:
         return result
 
     def sent(self, vertices: Vertices, *, precision: Precision = "float32", backend: Backend = "auto") -> Sent:
-        """What the vertices send on before any light has bounced, and how much they reflect of what then arrives.
+        """Return the light that the vertices send before any bounce, and their albedo.
 
         Raises
         ------
         ValueError
-            As for `run`; or if a vertex would reflect more light than arrives.
+            As for `run`; or if a vertex reflects more light than arrives.
         """
 
         def lit(equation: Equation) -> FloatArray:
@@ -206,7 +205,7 @@ class Plan:
         return Sent(direct, ambient, interreflection.without_gain(white, self.equation))
 
     def run_for_display(self, vertices: Vertices, out: ByteArray, bounced: FloatArray | None = None) -> None:
-        """Lit colours of the vertices, computed in float32 and written as 0-255 into `out`, shape (n, 3), uint8.
+        """Compute lit colours in float32 and write them as 0-255 into `out`, shape (n, 3), uint8.
 
         `bounced` is as for `run`.
         """
@@ -222,14 +221,14 @@ class Plan:
         np.rint(rgb, out=out, casting="unsafe")
 
     def __getstate__(self) -> dict[str, Any]:
-        """For copies and other processes, which cannot take a view of a mapping."""
+        """Return the state for copying and pickling, without `effects`, whose mapping view cannot be pickled."""
         return {name: value for name, value in vars(self).items() if name != "effects"}
 
     def __str__(self) -> str:
         running = [name for name, decision in self.effects.items() if decision.on]
         off = [name for name, decision in self.effects.items() if not decision.on]
         runs = f"Runs: {', '.join(running) or 'nothing'}. Left out: {', '.join(off) or 'nothing'}."
-        cost = f"{self._accuracy}; about {sum(self._nanoseconds):.1f} ns a vertex. {self._names}"
+        cost = f"{self._accuracy}; about {sum(self._nanoseconds):.1f} ns per vertex. {self._names}"
         return "\n".join(line for sentence in (runs, cost.rstrip(), *self._said) for line in wrapped(sentence))
 
     def __repr__(self) -> str:
@@ -241,10 +240,10 @@ class Plan:
         return html_table(title, ("effect", "", "why", "reads", "bound", "ns"), self._rows)
 
     def explain(self) -> str:
-        """A table of all effects: on or off, why, what they read, at what error, and about what they cost.
+        """Return a table of all effects: on or off, reason, inputs, error bound and approximate cost.
 
-        Nanoseconds are those of the compiled evaluator in float32 on one core of a server's processor of 2022,
-        as estimates; `tradeoff` measures what leaving out an effect saves where you are.
+        Nanoseconds are estimates for the compiled evaluator in float32 on one core of a server's processor of 2022.
+        `tradeoff` measures on your machine how much time omitting an effect saves.
         """
         from rich import box
         from rich.table import Table
@@ -259,17 +258,17 @@ class Plan:
         table.add_column("ns", f"{sum(self._nanoseconds):.1f}", justify="right", no_wrap=True)
         for row in self._rows:
             table.add_row(*row)
-        estimates = "ns: a vertex, estimates for the compiled evaluator in float32 on one core."
+        estimates = "ns: per vertex, estimated for the compiled evaluator in float32 on one core."
         return rendered([table, estimates, *[self._names] * bool(self.maps), *self._said]) + "\n"
 
     @property
     def _accuracy(self) -> str:
-        error = f"Off by at most {self.error_bound:.3g}" if self.error_bound else "Exact"
+        error = f"Error at most {self.error_bound:.3g}" if self.error_bound else "Exact"
         return f"{error}, tolerance {self.tolerance:.3g}"
 
     @property
     def _said(self) -> tuple[str, ...]:
-        """On what the colours depend, and whether no light can reach them."""
+        """Sentences on the inputs of the colours, and a warning if no light can reach them."""
         reads = ", ".join(sorted(self.needs)) or "nothing"
         depends = "change" if self.view_dependent else "do not change"
         dependence = f"It reads {reads}; the colours {depends} when the viewer moves."
@@ -277,18 +276,18 @@ class Plan:
 
     @property
     def _names(self) -> str:
-        """What names were taken for."""
+        """Sentence on the interpretation of names that the user passed."""
         listed = ", ".join(f"{name} is {what}" for name, what in self.maps.items())
         return f"By name, {listed}." if listed else ""
 
     @property
     def _nanoseconds(self) -> list[float]:
-        """What each effect takes, per vertex."""
+        """Cost of each effect per vertex."""
         return [effect.nanoseconds(self.effects[effect.name]) for effect in EFFECTS]
 
     @property
     def _rows(self) -> list[tuple[str, ...]]:
-        """A row for each effect: name, on or off, why, what it reads, bound, nanoseconds."""
+        """Table row of each effect: name, on or off, reason, inputs, bound, nanoseconds."""
         rows: list[tuple[str, ...]] = []
         for effect, nanoseconds in zip(EFFECTS, self._nanoseconds, strict=True):
             decision = self.effects[effect.name]
@@ -300,7 +299,7 @@ class Plan:
 
 
 def _with_bounced(direct: Shading, bounced: FloatArray, equation: Equation) -> Shading:
-    """Direct light and what has bounced, clamped as the equation says."""
+    """Add bounced light to direct light, and clamp the sum if the equation does."""
     direct.rgb[:] += bounced.sum(axis=0)
     if equation.clamp:
         np.clip(direct.rgb, 0.0, 1.0, out=direct.rgb)
@@ -308,6 +307,6 @@ def _with_bounced(direct: Shading, bounced: FloatArray, equation: Equation) -> S
 
 
 def is_worth_loading(count: int, equation: Equation) -> bool:
-    """Whether `backend="auto"` takes the compiled evaluator, if its code is there: not for few vertices."""
+    """Return True if `backend="auto"` uses the compiled evaluator, provided its code exists: not for few vertices."""
     lights = len(equation.terms) + (_AS_LIGHT_THAT_BOUNCES if equation.bounces else 0)
     return count * lights >= _WORTH_LOADING

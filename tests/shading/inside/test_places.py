@@ -1,4 +1,4 @@
-"""The shortest blend of three vectors, against the least of very many blends."""
+"""Shortest blend of three vectors, compared with the shortest of very many blends."""
 
 from __future__ import annotations
 

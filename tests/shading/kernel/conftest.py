@@ -1,4 +1,4 @@
-"""Nothing here runs without Numba."""
+"""Skip these tests without Numba."""
 
 from pvphong.shading import kernel
 

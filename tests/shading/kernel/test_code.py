@@ -1,4 +1,4 @@
-"""Compiled code is kept on disk where that is possible, and does without where it is not."""
+"""Compiled code is kept on disk if possible, and works without if not."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ try:
 except ValueError as error:
     print(error)
 """
-    assert f"backend must be 'auto' or 'numpy' where Numba {why}" in run_apart(code, **environment)
+    assert f"backend must be 'auto' or 'numpy' because Numba {why}" in run_apart(code, **environment)
 
 
 STAGE = """
@@ -42,7 +42,7 @@ def code():
 
 @pytest.fixture(scope="module")
 def kept(tmp_path_factory):
-    """Where one stage's code is kept."""
+    """Folder with the code of one stage."""
     folder = tmp_path_factory.mktemp("kept")
     assert run_apart(STAGE + "print(code().cache_hits)", NUMBA_CACHE_DIR=str(folder)) == "0\n"
     return folder
@@ -50,7 +50,7 @@ def kept(tmp_path_factory):
 
 @pytest.fixture
 def folder(kept, tmp_path):
-    """As `kept`, for one test alone."""
+    """Copy of `kept` for one test."""
     return shutil.copytree(kept, tmp_path / "kept")
 
 
@@ -101,7 +101,7 @@ for changed in (
 
 
 def test_what_code_was_made_of_counts(folder):
-    """Sources, versions and processor."""
+    """A change of sources, versions or processor invalidates code."""
     assert run_apart(STAGE + CHANGES, NUMBA_CACHE_DIR=str(folder)).split() == ["1", "0"] * 3
 
 
@@ -170,7 +170,7 @@ def test_a_folder_in_the_place_of_a_file_is_passed_over(folder):
     assert [path.name for path in folder.rglob("*.pvphong")] == [file.name]
 
 
-# --- threads, processors and processes that run it ---
+# --- threads, processors and processes ---
 
 
 def test_numbas_setting_is_the_most():

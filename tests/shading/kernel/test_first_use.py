@@ -1,4 +1,4 @@
-"""Nobody who has not asked for compiled code waits for a compiler."""
+"""Calls wait for the compiler only if they request compiled code."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ print(kernel.has_run(), process.pid if process else None)
 
 @pytest.fixture
 def without_code(monkeypatch):
-    """A library that has nothing on disk; gives what is asked for."""
+    """Library without code on disk; return the list of requests."""
     library, asked = kernel_code.Library(), []
     monkeypatch.setattr(kernel_code, "store_of", lambda _: None)
     monkeypatch.setattr(kernel, "_library", lambda: library)
@@ -77,12 +77,12 @@ def test_normals_are_numpys_meanwhile(without_code):
     mesh = pv.Plane(i_resolution=400, j_resolution=400)
     assert np.array_equal(ph.pipeline.vertex_normals(mesh), ph.pipeline.vertex_normals(mesh, backend="numpy"))
     ((_, request, _),) = without_code
-    assert request is None  # they are compiled with all the rest
+    assert request is None  # normals are part of what is always compiled
     assert not kernel.has_run()
 
 
 def test_threads_wait_for_one_that_reads_code_and_not_for_one_that_compiles(monkeypatch):
-    expected = ph.evaluate(POINTS, NORMALS, SCENE, MATERIAL, backend="numba").rgb  # its code is kept from here on
+    expected = ph.evaluate(POINTS, NORMALS, SCENE, MATERIAL, backend="numba").rgb  # its code is on disk from here on
     library, asked, in_numpy = kernel_code.Library(), [], ph.evaluate(POINTS, NORMALS, SCENE, MATERIAL, backend="numpy")
     monkeypatch.setattr(kernel, "_library", lambda: library)
     monkeypatch.setattr(kernel_code, "ask_for", lambda *request: asked.append(request))
@@ -113,7 +113,7 @@ def test_threads_wait_for_one_that_reads_code_and_not_for_one_that_compiles(monk
 
 @pytest.fixture
 def compiler(monkeypatch):
-    """A process that has asked for nothing yet."""
+    """State of a process without requests."""
     monkeypatch.setattr(kernel_code._Compiler, "asked", set())
     monkeypatch.setattr(kernel_code._Compiler, "process", None)
     return kernel_code._Compiler
@@ -149,7 +149,7 @@ def test_a_program_that_only_embeds_python_is_not_started(monkeypatch, tmp_path)
 
 @pytest.mark.skipif(sys.platform == "win32", reason="signals")
 def test_from_an_empty_folder_to_compiled_code(tmp_path):
-    """Several processes at once, the compiler killed, and begun again: at the end the code is there and is used."""
+    """With several processes at once and the compiler killed and restarted, the code is finally there and used."""
     here = {"NUMBA_CACHE_DIR": str(tmp_path)}
     has_run, killed = run_apart(USE, **here).split()
     assert has_run == "False"
@@ -187,8 +187,8 @@ def wait_for(what, seconds=30):
 @pytest.mark.parametrize(
     ("name", "instead", "said"),
     [
-        ("_library", lambda: None, "nothing can be compiled where Numba does not compile"),
-        ("code.store_of", lambda _: None, "there is no folder to keep compiled code in"),
+        ("_library", lambda: None, "nothing can be compiled because Numba does not compile"),
+        ("code.store_of", lambda _: None, "no folder for compiled code is writable"),
     ],
 )
 def test_the_reason_can_be_asked_for(name, instead, said, monkeypatch, capsys):

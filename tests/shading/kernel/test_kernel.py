@@ -1,4 +1,4 @@
-"""The compiled evaluator computes what the readable one does, and declines what it cannot do."""
+"""The compiled evaluator agrees with the readable one, and declines what it does not support."""
 
 from __future__ import annotations
 
@@ -47,10 +47,10 @@ def vertices():
 @pytest.mark.parametrize("precision", ["float32", "float64"])
 @pytest.mark.parametrize(("name", "has_albedo"), [("all", True), ("lamp, dull", False), ("sun, dull", False)])
 def test_a_large_mesh_has_the_bits_of_its_pieces(vertices, precision, name, has_albedo):
-    """So the number of threads changes no bit; the last block is not whole, and nothing is written beside them."""
+    """The number of threads does not change any bit, the last block is partial, and nothing is written outside."""
     count = 5 * 2**14 + 77
     points, normals = (np.resize(array.astype(precision), (count, 3)) for array in vertices)
-    points[[40_000, count - 1]] = 3 * [np.nan], LAMP.position  # these the reference lights
+    points[[40_000, count - 1]] = 3 * [np.nan], LAMP.position  # the reference lights these
     albedo = np.random.default_rng(5).random((count, 3)).astype(precision)
     known = Vertices(points, normals, {"albedo": albedo} if has_albedo else {})
     equation = known.equation(*scene_of(name), None)
@@ -67,7 +67,7 @@ def test_a_large_mesh_has_the_bits_of_its_pieces(vertices, precision, name, has_
 
 @pytest.mark.parametrize("kind", ["float32", "float64", "uint8"])
 def test_vertices_that_it_declines_have_the_references_bits(vertices, kind):
-    """On a light, on the eye, not finite, or too far from a light; the others keep the kernel's."""
+    """Vertices on a light, on the eye, not finite, or too far from a light; the others keep the kernel's bits."""
     points, normals = (array.copy() for array in vertices)
     scene, material = scene_of("all")
     known = Vertices(points, normals, {"albedo": np.random.default_rng(4).random((COUNT, 3))})
@@ -107,7 +107,7 @@ def test_it_declines_what_it_cannot_do_and_writes_nothing(vertices):
 
 @pytest.mark.parametrize(("has_run", "count"), [(False, 150_000), (True, 5_000)])
 def test_what_reaches_the_vertices_does_not_choose_the_evaluator_of_a_window(has_run, count, monkeypatch):
-    """The points are too few for the kernel by the lights that a plan leaves, and enough by those of the scene."""
+    """The work is too little for the kernel with the plan's lights, but enough with the scene's lights."""
     asked = []
     monkeypatch.setattr(kernel, "shade", lambda *given, waits, **_: asked.append((*given, waits)) or True)
     monkeypatch.setattr(kernel._Process, "has_run", has_run)
@@ -128,7 +128,7 @@ def test_what_reaches_the_vertices_does_not_choose_the_evaluator_of_a_window(has
 @pytest.mark.parametrize("precision", ["float32", "float64"])
 @pytest.mark.parametrize("count", [100, 200])
 def test_what_light_grazes_exactly_stays_dark(precision, count):
-    """n·l is 0 in the stored numbers, for their products cancel; with them fused half the vertices had a highlight."""
+    """n·l is 0 because the products cancel exactly. With fused products, half of the vertices had a highlight."""
     a, b = np.random.default_rng(41).normal(size=(2, count)).astype(precision)
     normals = np.stack([a, b, np.zeros_like(a)], axis=1)
     for i in range(count):

@@ -1,4 +1,4 @@
-"""Lights with a size in compiled code: within a bound of the float64 reference, near and far, cut and thin."""
+"""Area lights in compiled code are within a bound of the float64 reference: near, far, cut and thin lights."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ COUNT = 300
 
 
 def thrown(kind, seed):
-    """A light at any distance of vertices, which it may be among."""
+    """Return a random light at any distance of random vertices, possibly among them."""
     dice, random = Dice(f"{kind} {seed}"), np.random.default_rng(seed)
     aim, place = (
         triple(-dice.unit_vector() + 0.5 * dice.vector()),
@@ -37,7 +37,7 @@ def thrown(kind, seed):
 
 
 def left_to_the_reference(monkeypatch, arguments):
-    """How many vertices compiled code declines; COUNT if all of them."""
+    """Return the number of vertices that compiled code declines; COUNT if it declines the equation."""
     rows, original = [], reference.shade
 
     def counted(points, *others):
@@ -65,7 +65,9 @@ def test_it_is_within_the_bound_of_the_reference_and_no_vertex_is_declined(kind,
 
 
 def test_vertices_that_see_all_of_a_light_are_taken_apart_from_those_whose_horizon_cuts_it():
-    """Of 20 and 21, which see all, with 0 to 4 and 27, the last is seven after the first, as of eight side by side."""
+    """Vertices 20 and 21 see the whole light. In one group with 0 to 4 and 27, the last is the first plus seven, as if
+    the eight were consecutive.
+    """
     cosines = np.full(28, -1.0)
     cosines[[20, 21]], cosines[[0, 1, 2, 3, 4, 27]] = np.linspace(0.8, 1.0, 2), np.linspace(-0.1, 0.1, 6)
     normals = np.stack([np.sqrt(1.0 - cosines**2), 0.0 * cosines, cosines], axis=1)

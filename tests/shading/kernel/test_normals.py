@@ -1,6 +1,6 @@
-"""Normals by compiled code: what threads and ranges may not change, and what is left to NumPy.
+"""Normals by compiled code: threads and ranges change no bit, and large faces are left to NumPy.
 
-That they are right is in geometry/test_normals and stability/test_mesh_normals, for both forms.
+geometry/test_normals and stability/test_mesh_normals test that both forms are correct.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ ORDERS = {
 @pytest.mark.parametrize("order", ORDERS.values(), ids=ORDERS)
 @pytest.mark.parametrize("weighting", WEIGHTINGS)
 def test_ranges_and_threads_change_no_bit(order, weighting, monkeypatch):
-    """Nor does it matter which points stand beside each other."""
+    """The order of the points does not matter either."""
     assert len(FACES) > 3 * CHUNK
     mesh = soup(*(order[list(face)] for face in FACES))
     points = np.empty_like(POINTS)

@@ -1,4 +1,4 @@
-"""Compiled code sums components and each light's share in one pass; the readable evaluator says what they are."""
+"""Compiled code sums components and each light's contribution in one pass, as the readable evaluator does."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Stages are compiled once, and what has none the reference lights; that both agree is in optics/reflectances."""
+"""Stages are compiled once, and the reference runs without a stage; optics/reflectances tests that both agree."""
 
 from __future__ import annotations
 

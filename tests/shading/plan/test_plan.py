@@ -1,4 +1,4 @@
-"""The plan: each effect is on where a scene calls for it, off where it does not, and leaving it out costs nothing."""
+"""Plans: each effect is on if a scene needs it, off if not, and removing it does not change the colours."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ BOTH_SIDES = scene(SUN, two_sided=True), DULL
 # The box's diagonal is √3, so its sphere is seen within asin(√¾ / 3) = 16.8°: 180 − 16.8 − 15.
 OUTSIDE = "spot: mesh lies outside the cone by 148°"
 ON_AND_OFF = {
-    # effect: (a call that turns it on, one that turns it off, what the reason for off says)
+    # effect: (a call that turns it on, one that turns it off, the reason for off)
     "emission": ((scene(SUN), replace(DULL, emission=0.1)), MATT_SUN, "black emission"),
     "ambient": (MATT_SUN, (scene(SUN, ambient=0.0), DULL), "black ambient"),
     "ambient/light": ((scene(GLOW, ambient=0.0), DULL), (scene(LAMP, ambient=0.0), DULL), "black ambient"),
@@ -75,9 +75,9 @@ ON_AND_OFF = {
         (scene(replace(LAMP, attenuation=(4, 0, 0))), DULL),
         r"lamp: constant, 0\.25",
     ),
-    "attenuation/one": ((scene(replace(LAMP, attenuation=(1, 0, 1))), DULL), LIT_BY_LAMP, "no light weakens"),
+    "attenuation/one": ((scene(replace(LAMP, attenuation=(1, 0, 1))), DULL), LIT_BY_LAMP, "no light has attenuation"),
     "position": (LIT_BY_LAMP, MATT_SUN, "every light is directional"),
-    "local viewer": ((scene(LAMP), SHINY), LIT_BY_LAMP, "no highlight is left"),
+    "local viewer": ((scene(LAMP), SHINY), LIT_BY_LAMP, "no remaining highlight"),
     "local viewer/infinite": ((scene(LAMP), SHINY), (scene(LAMP, local_viewer=False), SHINY), "at infinity"),
     "diffuse": (GLOSSY_SUN, (scene(SUN), replace(SHINY, diffuse=0.0)), "black diffuse colour"),
     "two-sided": (BOTH_SIDES, MATT_SUN, "one-sided"),
@@ -107,15 +107,15 @@ def test_what_is_off_for_want_of_a_light_says_so(mesh):
             assert plan.effects[effect].why == "no light reaches the mesh"
 
 
-OFF_AXIS = np.arcsin(np.sqrt(0.75) / 3) + np.radians(15 + 0.4)  # the box's sphere, the cone, and so much beside it
+OFF_AXIS = np.arcsin(np.sqrt(0.75) / 3) + np.radians(15 + 0.4)  # the box's sphere, the cone, and a margin
 SLIGHTLY_OUTSIDE = replace(SPOT, direction=(0, np.sin(OFF_AXIS), -np.cos(OFF_AXIS)))
 UNNAMED = [replace(SUN, name=name, on=index != 1) for index, name in enumerate(["sun", "", "", "lamp", "light 2"])]
 BALL = ph.SphereLight((0, 0, 2), name="ball")
 REASONS = [
     (scene(SLIGHTLY_OUTSIDE), DULL, "lights", "spot: mesh lies outside the cone by 0.4°"),
     (scene(*UNNAMED), DULL, "lights", "sun, light 2, lamp, light 4 (left out: light 1: switched off)"),
-    (scene(replace(GLOW, attenuation=(0, 0, 1)), ambient=0.0), DULL, "ambient", "of lamp"),
-    (scene(replace(GLOW, attenuation=(0, 0, 1))), DULL, "ambient", "one constant for all vertices; of lamp"),
+    (scene(replace(GLOW, attenuation=(0, 0, 1)), ambient=0.0), DULL, "ambient", "from lamp"),
+    (scene(replace(GLOW, attenuation=(0, 0, 1))), DULL, "ambient", "one constant for all vertices; from lamp"),
     (scene(LAMP), SHINY, "local viewer", "highlights"),
     (scene(LAMP), ph.Material(reflectance=ph.OrenNayar(25)), "local viewer", "diffuse reflection"),
     (scene(LAMP), ph.Material(specular=0.5, reflectance=ph.GGX(0.3, 0.04)), "local viewer", "highlights"),
@@ -166,12 +166,12 @@ def run(equation, mesh):
 
 
 def bent(angle):
-    """A patch of a sphere around the origin, whose normals lie within an angle in degrees of z."""
+    """Return a patch of a sphere around the origin, with normals within an angle in degrees of z."""
     return pv.Sphere(end_phi=angle)
 
 
 def assert_same_without_turning(patch, some_scene, material, matrix=None):
-    """No vertex of a two-sided patch faces away, so that none need be turned; gives the plan."""
+    """Assert that no vertex of a two-sided patch is turned, because none faces away; return the plan."""
     plan = ph.plan(patch, some_scene, material, matrix=matrix)
     assert "no vertex faces away" in plan.effects["two-sided"].why
     np.testing.assert_array_equal(run(plan.equation, patch), run(assemble(some_scene, material, matrix), patch))
@@ -241,8 +241,13 @@ def test_the_reasons_of_all_lights_are_kept(mesh):
 FAR = [
     (scene(ph.PointLight(position=(0, 0, 1e5), name="far")), SHINY, "position", "far: far away"),
     (scene(ph.PointLight(position=(0, 0, 3), intensity=1e-4, name="weak")), SHINY, "lights", "weak: too weak"),
-    (scene(ph.PointLight(position=(0, 0, 1e3), attenuation=(0, 1e-3, 0))), DULL, "attenuation", "even over the mesh"),
-    (scene(ph.SpotLight(position=(0, 0, 1e3), cone_angle=10, exponent=3)), DULL, "cone", "even to"),
+    (
+        scene(ph.PointLight(position=(0, 0, 1e3), attenuation=(0, 1e-3, 0))),
+        DULL,
+        "attenuation",
+        "constant over the mesh",
+    ),
+    (scene(ph.SpotLight(position=(0, 0, 1e3), cone_angle=10, exponent=3)), DULL, "cone", "constant to within"),
     (replace(scene(SUN), viewer=ph.Viewer(position=(0, -1e5, 0))), SHINY, "local viewer", "far away"),
     (scene(replace(SUN, specular=1e-4)), SHINY, "specular", "at most"),
 ]
@@ -322,7 +327,7 @@ def test_explain_is_a_table_with_sums_and_with_names_as_they_are(mesh):
         "Exact, tolerance 0",
         "off black specular colour",
         "sun (left out: spot: mesh lies outside",
-        "estimates for the compiled evaluator in float32 on one core",
+        "estimated for the compiled evaluator in float32 on one core",
         "It reads normals",
         "do not change",
     ):
@@ -332,7 +337,7 @@ def test_explain_is_a_table_with_sums_and_with_names_as_they_are(mesh):
     assert re.search(r"sum +0 +0\.7\n", text)
     assert text == "".join(f"{line.rstrip()}\n" for line in text.splitlines())
     plan = mesh.phong.plan(FAR[0][0], SHINY, tolerance=0.004)
-    assert f"Off by at most {plan.error_bound:.3g}, tolerance 0.004\n" in plan.explain()
+    assert f"Error at most {plan.error_bound:.3g}, tolerance 0.004\n" in plan.explain()
     costs = [effect.nanoseconds(plan.effects[effect.name]) for effect in EFFECTS]
     assert re.search(rf"sum +{plan.error_bound:.2g} +{sum(costs):.1f}\n", plan.explain())
     assert "[b]lamp :sun:" in mesh.phong.plan(scene(replace(LAMP, name="[b]lamp :sun:")), DULL).explain()
@@ -346,10 +351,10 @@ def test_a_printed_plan_is_a_few_plain_lines_and_a_notebooks_has_all_reasons(mes
         assert len(lines) <= 5
         assert max(map(len, lines)) <= 80
         said = " ".join(str(plan).split())
-        runs, out = re.match(r"Runs: (.*?)\. Left out: (.*?)\. (?:Exact|Off by)", said).groups()
+        runs, out = re.match(r"Runs: (.*?)\. Left out: (.*?)\. (?:Exact|Error at most)", said).groups()
         assert runs.split(", ") == [name for name, choice in plan.effects.items() if choice.on]
         assert out.split(", ") == [name for name, choice in plan.effects.items() if not choice.on]
-        assert (f"Off by at most {plan.error_bound:.3g}" in said) is (plan.error_bound > 0)
+        assert (f"Error at most {plan.error_bound:.3g}" in said) is (plan.error_bound > 0)
         assert re.fullmatch(rf"<Plan: {len(runs.split(', '))} of \d+ effects run, error bound \S+>", repr(plan))
         html = plan._repr_html_()
         assert all(f">{escape(choice.why)}<" in html for choice in plan.effects.values())

@@ -1,4 +1,4 @@
-"""The plan's effect "size": what a point in place of a light with a size is promised not to change."""
+"""The plan's effect "size": error bounds of a point light in place of an area light."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ def direction(random):
 
 
 def thrown(seed):
-    """A light far from or near to a cluster of vertices, whose normals are thrown around the way to it."""
+    """Return a random area light far from or near a cluster of vertices, with normals around its direction."""
     random = np.random.default_rng(seed)
     points = 0.5 * random.uniform(-1, 1, (40, 3)) * random.choice([1.0, 0.1])
     away, size = direction(random), 10.0 ** random.uniform(-4, 0)
@@ -55,7 +55,7 @@ def test_no_scene_exceeds_the_bound():
 
 
 def summed(seed):
-    """As `thrown`, a light of some size at its distance from the vertices that is summed over nodes."""
+    """Return a case like `thrown`, with a light that is large at its distance and summed over nodes."""
     points, normals, scene, material = thrown(seed)
     random = np.random.default_rng(seed)
     (light,) = scene.lights
@@ -74,7 +74,7 @@ RECORDED = {
     197: (16, 0.038), 232: (4, 0.048), 238: (16, 0.046), 247: (16, 0.049), 267: (16, 0.047), 268: (16, 0.043),
     298: (4, 0.046),
 }  # fmt: skip
-"""Seed → how many nodes, and the bound: they are far above the errors, by which a smaller one would not be noticed."""
+"""Seed → number of nodes, and the bound. Errors are far below, so they would not reveal a bound that is too small."""
 
 
 def test_no_scene_exceeds_the_bound_of_fewer_nodes():
@@ -98,7 +98,7 @@ def test_no_scene_exceeds_the_bound_of_fewer_nodes():
     [
         (ph.Material(), 1),
         (ph.Material(specular=0.5, shininess=20), 2),
-        (ph.Material(reflectance=ph.GGX(0.4)), 0),  # nodes are lights like others
+        (ph.Material(reflectance=ph.GGX(0.4)), 0),  # nodes count as lights
         (ph.Material(diffuse=0.0, specular=0.5, shininess=20), 1),
     ],
 )
