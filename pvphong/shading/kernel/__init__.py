@@ -17,7 +17,8 @@ a block of them, from loading to colours; `vertices` is where a block's values a
 puts a loop around the formula of a light or a reflectance; `lanes` is what those of lights with a size run on, eight
 vertices side by side. `records` is the form in which the driver takes an equation, `arithmetic` what compiled code
 calculates with, `code` compiles and keeps the code on disk, `ahead` compiles all there is. `normals` sums the normals
-of meshes, `rays` makes rays and has them tested, and `hits` finds what they meet first.
+of meshes, `edges` splits their sharp edges, `rays` makes rays and has them tested, and `hits` finds what they meet
+first.
 """
 
 from __future__ import annotations
@@ -218,6 +219,38 @@ def point_normals(
     result = of_meshes.point_normals(
         library if waits else library.cached_only, points, connectivity, offsets, weighting
     )
+    _Process.has_run |= result is not None
+    return result
+
+
+def split_points(
+    points: FloatArray, connectivity: NDArray[Any], offsets: NDArray[Any], angle: float, *, waits: bool = True
+) -> tuple[NDArray[np.int64], NDArray[np.int64]] | None:
+    """A mesh's faces with points of their own on either side of a sharp edge, as VTK's filter has them; or None.
+
+    The result is that of the filter, whatever the number of threads. None without Numba, or for faces that VTK is to
+    split or refuse: with more than 384 corners or fewer than three, or with an index that is none of a point's.
+
+    Parameters
+    ----------
+    points, connectivity, offsets, waits
+        As for `point_normals`.
+    angle : float
+        Degrees between the normals of two faces from which the edge between them is sharp.
+
+    Returns
+    -------
+    connectivity : ndarray
+        int64. New points have the numbers after those that there are.
+    added : ndarray
+        int64: for each new point, the point whose place it has.
+    """
+    library = _library()
+    if library is None:
+        return None
+    from pvphong.shading.kernel import edges
+
+    result = edges.split_points(library if waits else library.cached_only, points, connectivity, offsets, angle)
     _Process.has_run |= result is not None
     return result
 
