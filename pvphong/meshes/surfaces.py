@@ -11,6 +11,7 @@ import numpy as np
 import pyvista as pv
 from numpy.typing import NDArray
 from vtkmodules.util.numpy_support import vtk_to_numpy
+from vtkmodules.vtkCommonDataModel import vtkDataSetAttributes
 
 from pvphong.base import check
 from pvphong.base.types import Backend, Float64Array, FloatArray, Weighting
@@ -239,9 +240,6 @@ FeatureAngle = float | Literal["auto"] | None
 ORIGINAL_POINT = "pvphong_original_point"
 """Name of the point array that says which point each one was before edges were split."""
 
-_FILTERS_ORIGINAL = "pyvistaOriginalPointIds"  # PyVista's name of the same
-
-
 _AUTO = 30.0
 
 
@@ -259,7 +257,8 @@ def sharp_angle(mesh: pv.PolyData, feature_angle: FeatureAngle) -> float | None:
 def split_sharp_edges(mesh: pv.PolyData, feature_angle: FeatureAngle) -> tuple[pv.PolyData, NDArray[np.int64] | None]:
     """A surface whose points are duplicated along its sharp edges.
 
-    Source: vtkPolyDataNormals, whose splitting this is, without the orientation that it would give faces.
+    Source: vtkPolyDataNormals, whose splitting this is, without the orientation that it would give faces. Lines along
+    an edge and the cells' own normals have no influence, unlike in the filter.
 
     Parameters
     ----------
@@ -291,56 +290,98 @@ def split_sharp_edges(mesh: pv.PolyData, feature_angle: FeatureAngle) -> tuple[p
     angle, is_auto = sharp_angle(mesh, feature_angle), isinstance(feature_angle, str)
     if angle is None:
         return mesh, None
-    bare = mesh.copy(deep=False)
-    if has_normals(mesh):
-        del bare.point_data[mesh.point_data.active_normals_name]
-    # the filter writes its own in place of these
-    others = {name: bare.point_data[name] for name in ("Normals", _FILTERS_ORIGINAL) if name in bare.point_data}
-    options: dict[str, Any] = dict.fromkeys(
-        ("cell_normals", "consistent_normals", "auto_orient_normals", "non_manifold_traversal", "flip_normals"), False
-    )
+    faces, offsets = unchecked_polygons(mesh)
+    same = np.arange(mesh.n_points)
     if angle == 0.0:
-        split, points = _apart(bare)
+        split, points = _apart(mesh, faces, offsets)
     else:
-        split = bare.compute_normals(point_normals=True, split_vertices=True, feature_angle=angle, **options)
-        points = np.asarray(split.point_data.pop(_FILTERS_ORIGINAL)).astype(np.int64, copy=False)
-        del split.point_data["Normals"]
-    for name, array in others.items():
-        split.point_data[name] = np.asarray(array)[points]
+        faces, added = _split_points(mesh, faces, offsets, angle)
+        if is_auto and not len(added):
+            return mesh, None
+        points = np.concatenate([same, added])
+        is_shared = not (len(added) or mesh.n_strips)
+        split = shallow_copy(mesh) if is_shared else _rebuilt(mesh, points, faces, offsets, same)
+    if has_normals(split):
+        del split.point_data[split.point_data.active_normals_name]
     before = mesh.point_data.get(ORIGINAL_POINT)
     split.point_data[ORIGINAL_POINT] = points if before is None else np.asarray(before)[points]
-    return (mesh, None) if is_auto and split.n_points == mesh.n_points else (split, points)
+    return split, points
 
 
-def _apart(mesh: pv.PolyData) -> tuple[pv.PolyData, NDArray[np.int64]]:
+def _apart(mesh: pv.PolyData, faces: NDArray[Any], offsets: NDArray[Any]) -> tuple[pv.PolyData, NDArray[np.int64]]:
     """Each face with points of its own, also beside faces in its plane, and which of the mesh's points each one was.
 
     Vertices and lines keep one of a face's, or points that no face has.
     """
-    verts, lines, _, strips = cells(mesh)
-    corners, offsets = unchecked_polygons(mesh)
     place = np.full(mesh.n_points, -1)
-    place[corners[::-1]] = np.arange(len(corners))[::-1]
-    others = [each.connectivity for each in (verts, lines)]
-    loose = np.unique(np.concatenate(others))
+    place[faces[::-1]] = np.arange(len(faces))[::-1]
+    loose = np.unique(np.concatenate([each.connectivity for each in cells(mesh)[:2]]))
     loose = loose[place[loose] < 0]
-    place[loose] = len(corners) + np.arange(len(loose))
-    points = np.concatenate([corners, loose]).astype(np.int64, copy=False)
+    place[loose] = len(faces) + np.arange(len(loose))
+    points = np.concatenate([faces, loose]).astype(np.int64, copy=False)
+    return _rebuilt(mesh, points, np.arange(len(faces)), offsets, place), points
+
+
+def _split_points(
+    mesh: pv.PolyData, faces: NDArray[Any], offsets: NDArray[Any], angle: float
+) -> tuple[NDArray[Any], NDArray[np.int64]]:
+    """The points of a mesh's faces with new ones along its sharp edges, and the points that the new ones were."""
+    if len(faces) >= _WORTH_LOADING:
+        found = kernel.split_points(check.array("points", mesh.points), faces, offsets, angle, waits=False)
+        if found is not None:
+            return found
+    bare = pv.PolyData()
+    bare.SetPoints(mesh.GetPoints())
+    bare.faces = pv.CellArray.from_arrays(offsets, faces)
+    options: dict[str, Any] = dict.fromkeys(
+        ("cell_normals", "consistent_normals", "auto_orient_normals", "non_manifold_traversal", "flip_normals"), False
+    )
+    split = bare.compute_normals(point_normals=True, split_vertices=True, feature_angle=angle, **options)
+    points = np.asarray(split.point_data["pyvistaOriginalPointIds"]).astype(np.int64, copy=False)
+    return cells(split)[2].connectivity, points[mesh.n_points :]
+
+
+def _rebuilt(
+    mesh: pv.PolyData,
+    points: NDArray[np.int64],
+    faces: NDArray[Any],
+    offsets: NDArray[Any],
+    place: NDArray[np.int64],
+) -> pv.PolyData:
+    """A mesh with other points and faces, and all else that it has.
+
+    Parameters
+    ----------
+    mesh : pyvista.PolyData
+        Its strips become triangles.
+    points : ndarray
+        Which of its points each of the result's was.
+    faces, offsets : ndarray
+        The result's faces in the order of `polygons`.
+    place : ndarray
+        For each of its points, the one of the result that vertices and lines have instead.
+    """
+    verts, lines, _, strips = cells(mesh)
     split = pv.PolyData()
-    split.points = np.asarray(mesh.points)[points]
+    moved = np.take(np.asarray(mesh.points), points, axis=0)
+    split.SetPoints(pv.vtk_points(moved, deep=False, force_float=False))
     split.verts, split.lines = (
         pv.CellArray.from_arrays(each.offsets, place[each.connectivity]) for each in (verts, lines)
     )
-    split.faces = pv.CellArray.from_arrays(offsets, np.arange(len(corners)))
-    before = np.arange(mesh.n_cells)
+    split.faces = pv.CellArray.from_arrays(offsets, faces)
     triangles = np.maximum(np.diff(strips.offsets) - 2, 0)  # of each strip
-    before = np.repeat(before, np.concatenate([np.ones(mesh.n_cells - strips.count, np.int64), triangles]))
+    copies = np.concatenate([np.ones(mesh.n_cells - strips.count, np.int64), triangles])
+    before = np.repeat(np.arange(mesh.n_cells), copies) if strips.count else None
     for given, kept, rows in ((mesh.point_data, split.point_data, points), (mesh.cell_data, split.cell_data, before)):
         for name, array in given.items():
-            kept[name] = np.asarray(array)[rows]
-    split.point_data.active_texture_coordinates_name = mesh.point_data.active_texture_coordinates_name
+            kept.set_array(array if rows is None else np.take(np.asarray(array), rows, axis=0), name)
+        for kind in range(vtkDataSetAttributes.NUM_ATTRIBUTES):
+            active = given.GetAbstractAttribute(kind)
+            if active is not None:
+                kept.SetActiveAttribute(active.GetName(), kind)
     split.field_data.update(mesh.field_data)
-    return split, points
+    split.copy_meta_from(mesh, deep=True)  # which arrays are of bools
+    return split
 
 
 _Mesh = TypeVar("_Mesh", bound=pv.PolyData)

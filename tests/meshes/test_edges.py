@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 import pyvista as pv
 from pyvista import examples
+from soups import state
 
 import pvphong as ph
 from pvphong.meshes.surfaces import ORIGINAL_POINT, polygons, split_sharp_edges
@@ -110,6 +111,75 @@ def test_strips_lines_and_vertices():
     cloud = pv.PolyData(np.eye(3))
     cloud.point_data.active_normals = np.eye(3)
     assert cloud.phong.shade(SUN, DULL, feature_angle=30).n_points == 3
+
+
+def dressed(mesh):
+    """With an array of every kind, each active for what it can be."""
+    rng, result = np.random.default_rng(1), mesh.copy()
+    result["tint"], result["flag"] = rng.random((mesh.n_points, 3)), rng.random(mesh.n_points) < 0.5
+    result["label"] = [f"p{number}" for number in range(mesh.n_points)]
+    result["wave"] = rng.random(mesh.n_points) + 1j
+    result.point_data.active_texture_coordinates = rng.random((mesh.n_points, 2))
+    result["wind"] = rng.random((mesh.n_points, 3))
+    result.point_data.active_vectors_name = "wind"
+    result.cell_data["Normals"], result.cell_data["fine"] = np.arange(mesh.n_cells), np.arange(mesh.n_cells) % 2 == 0
+    result.field_data["note"] = np.arange(3)
+    result.set_active_scalars("tint")
+    return result
+
+
+@pytest.mark.parametrize(
+    "make", [cube, nut, lambda: bare(pv.Plane()), lambda: nut().strip()], ids=["cube", "nut", "plane", "strips"]
+)
+@pytest.mark.parametrize("worth", [0, 10**9], ids=["compiled", "VTK"])
+@pytest.mark.parametrize("angle", [0, 30])
+def test_every_array_goes_with_its_point_or_face(make, worth, angle, monkeypatch):
+    monkeypatch.setattr("pvphong.meshes.surfaces._WORTH_LOADING", worth)
+    mesh = dressed(make())
+    before = state(mesh)
+    split, points = split_sharp_edges(mesh, angle)
+    assert state(mesh) == before
+    for name in mesh.point_data:
+        np.testing.assert_array_equal(split.point_data[name], mesh.point_data[name][points])
+        assert split.point_data[name].dtype == mesh.point_data[name].dtype
+    faces = np.arange(mesh.n_cells).repeat([cell.n_points - 2 if mesh.n_strips else 1 for cell in mesh.cell])
+    for name in mesh.cell_data:
+        np.testing.assert_array_equal(split.cell_data[name], mesh.cell_data[name][faces])
+        assert split.cell_data[name].dtype == mesh.cell_data[name].dtype
+    np.testing.assert_array_equal(split.field_data["note"], np.arange(3))
+    assert split.active_scalars_name == "tint"
+    assert split.point_data.active_vectors_name == "wind"
+    texture = mesh.point_data.active_texture_coordinates_name
+    assert split.point_data.active_texture_coordinates_name == texture
+
+
+def rounded_box(kind, worth, monkeypatch):
+    monkeypatch.setattr("pvphong.meshes.surfaces._WORTH_LOADING", worth)
+    mesh = pv.ParametricSuperEllipsoid(n1=0.3, n2=0.3, u_res=12, v_res=12)
+    mesh.clear_data()
+    mesh.points = mesh.points.astype(kind)
+    return split_sharp_edges(mesh, 20)
+
+
+@pytest.mark.parametrize("kind", [np.float32, np.float64])
+def test_compiled_code_and_vtk_give_the_same_mesh(kind, monkeypatch):
+    (one, points), (two, others) = (rounded_box(kind, worth, monkeypatch) for worth in (0, 10**9))
+    assert one.n_points > len(np.unique(points))
+    np.testing.assert_array_equal(points, others)
+    np.testing.assert_array_equal(one.points, two.points)
+    np.testing.assert_array_equal(one.faces, two.faces)
+    assert one.points.dtype == two.points.dtype == kind
+
+
+def test_only_faces_decide_where_edges_are_sharp():
+    """VTK's filter would also ask lines along an edge, and normals that the cells brought."""
+    flat = pv.PolyData(np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], float), faces=[3, 0, 1, 2, 3, 0, 2, 3])
+    flat.lines = [2, 0, 2]
+    flat.cell_data.active_normals = np.float32([[1, 0, 0], [0, 1, 0], [0, 0, 1]])
+    split, _ = split_sharp_edges(flat, 30)
+    assert split.n_points == 4
+    np.testing.assert_array_equal(split.lines, flat.lines)
+    np.testing.assert_array_equal(split.cell_data.active_normals, flat.cell_data.active_normals)
 
 
 def test_a_plan_is_that_of_the_split_surface():

@@ -16,8 +16,8 @@ In reading order: `evaluation` runs the driver on ranges of vertices, on several
 vertices, from loading to colours; `vertices` defines the memory of a block and loads it; `stages` puts a loop around
 the formula of a light or a reflectance; `lanes` runs the formulas of area lights on eight vertices at once. `records`
 packs an equation for the driver, `arithmetic` has the operations of compiled code, `code` compiles code and keeps it on
-disk, `ahead` compiles all of it. `normals` computes normals of meshes, `blends` blends vertices inside
-triangles, `rays` generates and tests rays, and `hits` finds their first hits.
+disk, `ahead` compiles all of it. `normals` computes normals of meshes, `edges` splits their sharp edges, `blends`
+blends vertices inside triangles, `rays` generates and tests rays, and `hits` finds their first hits.
 """
 
 from __future__ import annotations
@@ -217,6 +217,38 @@ def point_normals(
     result = of_meshes.point_normals(
         library if waits else library.cached_only, points, connectivity, offsets, weighting
     )
+    _Process.has_run |= result is not None
+    return result
+
+
+def split_points(
+    points: FloatArray, connectivity: NDArray[Any], offsets: NDArray[Any], angle: float, *, waits: bool = True
+) -> tuple[NDArray[np.int64], NDArray[np.int64]] | None:
+    """Split a mesh's points along sharp edges, as VTK's filter does; or return None.
+
+    The result equals the filter's and does not depend on the number of threads. None without Numba, and for faces that
+    VTK splits or refuses: with more than 384 corners or fewer than three, or with an index outside the points.
+
+    Parameters
+    ----------
+    points, connectivity, offsets, waits
+        As for `point_normals`.
+    angle : float
+        Angle in degrees between the normals of two faces from which their common edge is sharp.
+
+    Returns
+    -------
+    connectivity : ndarray
+        int64. New points are numbered after the existing ones.
+    added : ndarray
+        int64: the point from which each new one was copied.
+    """
+    library = _library()
+    if library is None:
+        return None
+    from pvphong.shading.kernel import edges
+
+    result = edges.split_points(library if waits else library.cached_only, points, connectivity, offsets, angle)
     _Process.has_run |= result is not None
     return result
 

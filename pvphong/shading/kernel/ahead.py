@@ -27,7 +27,7 @@ from pvphong.optics.lights import LIGHT_TYPES
 from pvphong.optics.reflectance import LAMBERT
 from pvphong.optics.reflectances import REFLECTANCES
 from pvphong.optics.reflectances.vtk import VtkHeadlight
-from pvphong.shading.kernel import blends, hits, normals, rays, records, stages
+from pvphong.shading.kernel import blends, edges, hits, normals, rays, records, stages
 from pvphong.shading.kernel.code import Library, NotCompiled, Request, code_identity
 from pvphong.shading.kernel.evaluation import driver_code
 
@@ -49,6 +49,9 @@ def pieces(library: Library) -> list[CompilationUnit]:
         *(CompilationUnit(f"normals, {real}", partial(normals.normals_code, library, real)) for real in _REALS),
         CompilationUnit("blends", partial(blends.blend_code, library)),
         CompilationUnit("differences", partial(blends.compare_code, library)),
+        *(CompilationUnit(f"flat normals, {real}", partial(edges.normals_code, library, real)) for real in _REALS),
+        CompilationUnit("corners", partial(edges.count_code, library)),
+        CompilationUnit("edges", partial(edges.fans_code, library)),
         CompilationUnit("rays", partial(rays.test_code, library)),
         CompilationUnit("rays to a point", partial(rays.point_code, library)),
         CompilationUnit("rays to a part", partial(rays.part_code, library)),

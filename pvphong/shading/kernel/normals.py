@@ -13,7 +13,8 @@ edge or an area whose square would leave the range of floats in every unit of le
 from __future__ import annotations
 
 import math
-from typing import Any, get_args
+from collections.abc import Callable
+from typing import Any, NamedTuple, Self, get_args
 
 import numpy as np
 from numba import types
@@ -297,6 +298,63 @@ def normals_code(library: Library, stored: str) -> Any:
     return library.call(find_normals, lambda kind: types.boolean(types.CPointer(kind), *mesh, *own), stored)
 
 
+class FaceArrays(NamedTuple):
+    """The faces of a mesh in the form that compiled code takes, looked over.
+
+    Attributes
+    ----------
+    corners, starts : ndarray
+        int64, C-contiguous: the connectivity and the offsets.
+    spans : ndarray
+        Shape (chunks, 2): the least and the greatest index in each chunk of faces.
+    """
+
+    corners: NDArray[np.int64]
+    starts: NDArray[np.int64]
+    spans: NDArray[np.int64]
+
+    @classmethod
+    def checked(
+        cls, look_over: Callable[..., int], connectivity: NDArray[Any], offsets: NDArray[Any], n_points: int
+    ) -> Self | None:
+        """Look a mesh over with `survey`, compiled; None for faces that compiled code does not take."""
+        if any(array.ndim != 1 or array.dtype.kind not in "iu" for array in (connectivity, offsets)):
+            return None
+        corners, starts = (np.require(array, np.int64, ["C", "A"]) for array in (connectivity, offsets))
+        if len(starts) == 0 or (starts[0], starts[-1]) != (0, len(corners)):
+            return None
+        count, are_good = len(starts) - 1, True
+        spans = np.empty((-(-count // CHUNK), 2), np.int64)
+
+        def look(first: int, last: int) -> None:
+            nonlocal are_good
+            if not look_over(address(corners), address(starts), first, last, len(corners), address(spans)):
+                are_good = False
+
+        threads.run(look, count, _SURVEYED)
+        if not are_good or spans[:, 0].min(initial=0) < 0 or spans[:, 1].max(initial=-1) >= n_points:
+            return None
+        return cls(corners, starts, spans)
+
+    @property
+    def addresses(self) -> tuple[int, int, int, int]:
+        """Of corners and starts, how many faces there are, and the address of the spans."""
+        return address(self.corners), address(self.starts), len(self.starts) - 1, address(self.spans)
+
+    def points_at_once(self, n_points: int, least: int, most: int) -> int:
+        """Points in a range: `least`, or as many that few chunks of faces are looked at more than twice.
+
+        The ranges of all threads together have no more than `most` points, unless they are as short as `least`.
+        """
+        length = least
+        while length * threads.count() < min(n_points, most):
+            looks = (self.spans[:, 1] // length - self.spans[:, 0] // length + 1).sum()
+            if looks <= 2 * len(self.spans):
+                break
+            length *= 2
+        return length
+
+
 def point_normals(
     library: Library, points: FloatArray, connectivity: NDArray[Any], offsets: NDArray[Any], weighting: Weighting
 ) -> Float64Array | None:
@@ -310,37 +368,19 @@ def point_normals(
     except NotCompiled as missing:
         code.ask_for(missing.key, None, library.lock)
         return None
-    if any(array.ndim != 1 or array.dtype.kind not in "iu" for array in (connectivity, offsets)):
+    faces = FaceArrays.checked(look_over, connectivity, offsets, len(points))
+    if faces is None:
         return None
-    corners, starts = (np.require(array, np.int64, ["C", "A"]) for array in (connectivity, offsets))
-    if len(starts) == 0 or (starts[0], starts[-1]) != (0, len(corners)):
-        return None
-    n_faces, n_points = len(starts) - 1, len(points)
-    spans = np.empty((-(-n_faces // CHUNK), 2), np.int64)
-    declined: list[int] = []
-
-    def look(first: int, last: int) -> None:
-        if not look_over(address(corners), address(starts), first, last, len(corners), address(spans)):
-            declined.append(first)
-
-    threads.run(look, n_faces, _SURVEYED)
-    if declined or spans[:, 0].min(initial=0) < 0 or spans[:, 1].max(initial=-1) >= n_points:
-        return None
+    corners, n_points, declined = faces.corners, len(points), list[int]()
     places, result = as_contiguous(points, stored), np.empty((n_points, 3))
-    mesh = *map(address, (places, corners, starts)), n_faces, address(spans), WEIGHTINGS.index(weighting)
+    mesh = address(places), *faces.addresses, WEIGHTINGS.index(weighting)
 
     def sum_up(first: int, last: int) -> None:
         scratch = np.empty(FACES, np.int64), np.empty(ROWS), np.zeros((last - first, SUMS))
         if not declined and not find(*mesh, first, last, *map(address, (*scratch, result[first:]))):
             declined.append(first)
 
-    length = _RANGE  # as many that few chunks of faces are looked at more than twice
-    while length * threads.count() < min(n_points, _MOST_POINTS):
-        looks = (spans[:, 1] // length - spans[:, 0] // length + 1).sum()
-        if looks <= 2 * len(spans):
-            break
-        length *= 2
-    threads.run(sum_up, n_points, length)
+    threads.run(sum_up, n_points, faces.points_at_once(n_points, _RANGE, _MOST_POINTS))
     if not declined:
         return result
     # scaled by a power of two, edges may come into the range of squares; no bit changes if none is lost

@@ -1,0 +1,343 @@
+"""Splitting a mesh's points along its sharp edges, compiled: the splitting of VTK's vtkSplitSharpEdgesPolyData.
+
+The faces around a point are numbered by fan: two neighbours are in one fan if the edge between them is smooth. The
+first fan keeps the point, and each other one gets a new point. Fans, their order and the rounding of normals are those
+of VTK's filter.
+
+Each call of `find_fans` does the points of one range, as `normals.find_normals` does, and writes for these points
+alone. So the result depends neither on the ranges nor on the threads.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+from numba import types
+from numpy.typing import NDArray
+
+from pvphong.base import threads
+from pvphong.base.types import FloatArray
+from pvphong.shading.kernel import code
+from pvphong.shading.kernel.arithmetic import inlined
+from pvphong.shading.kernel.code import Library, NotCompiled
+from pvphong.shading.kernel.evaluation import address, as_contiguous
+from pvphong.shading.kernel.normals import CHUNK, FaceArrays, survey_code
+
+# Entries of a table's slot: a point, or −1 in an empty slot; how many of the faces in a list have it; the sum of their
+# places in the list; and the last of these places.
+KEY, COUNT, SUM, NEWEST, SLOT = range(5)
+
+# Odd, and 2⁶⁴ divided by the golden ratio but for the first bit: products spread numbers that follow one another.
+_SPREAD = 0x1E3779B97F4A7C15
+
+
+# --- what is compiled
+
+
+@inlined
+def _edge(points: Any, origin: int, end: int) -> tuple[float, float, float]:
+    """The vector from one point to another, subtracted in the points' own precision."""
+    a, b = 3 * origin, 3 * end
+    x, y, z = points[b] - points[a], points[b + 1] - points[a + 1], points[b + 2] - points[a + 2]
+    return np.float64(x), np.float64(y), np.float64(z)
+
+
+def find_face_normals(points: Any, corners: Any, offsets: Any, first: int, last: int, normals: Any) -> int:
+    """Compute unit normals of faces in float32, as `vtkPolygon::ComputeNormal` of VTK 9.7 does; zero without an area.
+
+    The result is the largest number of corners, or 0 if a face has fewer than three.
+    """
+    largest = 0
+    for face in range(first, last):
+        start, size = offsets[face], offsets[face + 1] - offsets[face]
+        if size < 3:
+            return 0
+        largest = max(largest, size)
+        # triangles that fan out from the first corner, or from the first that has an edge with a length
+        origin, place = corners[start], start + 1
+        ax, ay, az = _edge(points, origin, corners[place])
+        while not ax * ax + ay * ay + az * az > 0.0 and place < start + size - 1:
+            origin, place = corners[place], place + 1
+            ax, ay, az = _edge(points, origin, corners[place])
+        x, y, z = 0.0, 0.0, 0.0
+        for after in range(place + 1, start + size):
+            bx, by, bz = _edge(points, origin, corners[after])
+            x += ay * bz - az * by
+            y += az * bx - ax * bz
+            z += ax * by - ay * bx
+            ax, ay, az = bx, by, bz
+        length = math.sqrt(x * x + y * y + z * z)
+        divisor = length if length != 0.0 else 1.0
+        normals[3 * face] = np.float32(x / divisor)
+        normals[3 * face + 1] = np.float32(y / divisor)
+        normals[3 * face + 2] = np.float32(z / divisor)
+    return largest
+
+
+@inlined
+def _touches(surveyed: Any, chunk: int, first: int, last: int) -> bool:
+    """True if a chunk of faces may have one of the points from `first` to `last`."""
+    return (surveyed[2 * chunk] < last) & (surveyed[2 * chunk + 1] >= first)
+
+
+def count_corners(
+    corners: Any, offsets: Any, faces: int, surveyed: Any, first: int, last: int, starts: Any, most: Any
+) -> int:
+    """Count the corners at each of the points from `first` to `last`.
+
+    Parameters
+    ----------
+    starts
+        Zeros, one more than there are points; filled in: for each point the sum of the counts before it.
+    most
+        Filled in: the largest count.
+
+    Returns
+    -------
+    int
+        The sum of all counts.
+    """
+    for chunk in range((faces + CHUNK - 1) // CHUNK):
+        if _touches(surveyed, chunk, first, last):
+            for place in range(offsets[chunk * CHUNK], offsets[min((chunk + 1) * CHUNK, faces)]):
+                if first <= corners[place] < last:
+                    starts[corners[place] - first + 1] += 1
+    most[0] = 0
+    for i in range(last - first):
+        most[0] = max(most[0], starts[i + 1])
+        starts[i + 1] += starts[i]
+    return starts[last - first]
+
+
+@inlined
+def _list_faces(
+    corners: Any, offsets: Any, faces: int, surveyed: Any, first: int, last: int, starts: Any, ends: Any, around: Any
+) -> None:
+    """List the faces around each point in their order, each face once; `ends` becomes where the lists end."""
+    for i in range(last - first):
+        ends[i] = starts[i]
+    for chunk in range((faces + CHUNK - 1) // CHUNK):
+        if _touches(surveyed, chunk, first, last):
+            for face in range(chunk * CHUNK, min((chunk + 1) * CHUNK, faces)):
+                for place in range(offsets[face], offsets[face + 1]):
+                    if first <= corners[place] < last:
+                        i = corners[place] - first
+                        if ends[i] == starts[i] or around[ends[i] - 1] != face:  # a face may have a point twice
+                            around[ends[i]] = face
+                            ends[i] += 1
+
+
+@inlined
+def _enter(table: Any, mask: int, point: int, place: int) -> int:
+    """Note in the table that the face at a place in the list has a point; gives the point's slot."""
+    slot = SLOT * (((point * _SPREAD) >> 32) & mask)
+    while table[slot + KEY] != point and table[slot + KEY] >= 0:
+        slot = (slot + SLOT) & (SLOT * mask + SLOT - 1)
+    if table[slot + KEY] < 0:
+        table[slot + KEY], table[slot + COUNT], table[slot + SUM], table[slot + NEWEST] = point, 0, 0, -1
+    if table[slot + NEWEST] != place:
+        table[slot + COUNT] += 1
+        table[slot + SUM] += place
+        table[slot + NEWEST] = place
+    return slot
+
+
+@inlined
+def _look_around(
+    corners: Any, offsets: Any, point: int, around: Any, begin: int, count: int, table: Any, sides: Any
+) -> None:
+    """Fill the table from the list of a point's faces; `sides` become the slots of the points beside it in each."""
+    others = 0
+    for i in range(count):
+        others += offsets[around[begin + i] + 1] - offsets[around[begin + i]] - 1
+    slots = 1
+    while slots <= others:
+        slots *= 2
+    for slot in range(0, SLOT * slots, SLOT):
+        table[slot + KEY] = -1
+    own, mask = SLOT * slots, slots - 1  # the point has a slot of its own, which needs no search: all faces have it
+    table[own + COUNT], table[own + SUM] = count, count * (count - 1) // 2
+    for i in range(count):
+        start, stop = offsets[around[begin + i]], offsets[around[begin + i] + 1]
+        place = start
+        while corners[place] != point:
+            place += 1
+        is_last = place == stop - 1
+        before, after = corners[place - 1 if place > start else stop - 1], corners[start if is_last else place + 1]
+        before = _enter(table, mask, before, i) if before != point else own
+        after = _enter(table, mask, after, i) if after != point else own
+        sides[2 * i], sides[2 * i + 1] = before if is_last else after, after if is_last else before
+        for other in range(start, stop if stop - start > 3 else start):
+            if corners[other] != point:
+                _enter(table, mask, corners[other], i)
+
+
+@inlined
+def _are_alike(normals: Any, one: int, two: int, cosine: Any) -> bool:
+    """True if the edge between two faces is smooth; false also for NaN."""
+    a, b = 3 * one, 3 * two
+    product = normals[a] * normals[b] + normals[a + 1] * normals[b + 1] + normals[a + 2] * normals[b + 2]
+    return product > cosine[0]
+
+
+@inlined
+def _number_fans(
+    normals: Any, cosine: Any, around: Any, begin: int, count: int, table: Any, sides: Any, fans: Any
+) -> int:
+    """Number the fans among the faces in a list: from its first face to both sides, and so on; gives how many."""
+    for i in range(count):
+        fans[i] = -1
+    found = 0
+    for seed in range(count):
+        if fans[seed] >= 0:
+            continue
+        fans[seed] = found
+        for side in range(2 * seed, 2 * seed + 2):
+            here, edge = seed, sides[side]
+            while table[edge + COUNT] == 2:  # just one other face has both points of the edge
+                there = table[edge + SUM] - here
+                if fans[there] >= 0 or not _are_alike(normals, around[begin + here], around[begin + there], cosine):
+                    break
+                fans[there] = found
+                here, edge = there, sides[2 * there + 1] if sides[2 * there] == edge else sides[2 * there]
+        found += 1
+    return found
+
+
+def find_fans(
+    corners: Any,
+    offsets: Any,
+    faces: int,
+    surveyed: Any,
+    normals: Any,
+    cosine: Any,
+    first: int,
+    last: int,
+    starts: Any,
+    ends: Any,
+    around: Any,
+    sides: Any,
+    fans: Any,
+    table: Any,
+    numbers: Any,
+    extra: Any,
+) -> int:
+    """Number the fans of faces around the points from `first` to `last`.
+
+    Parameters
+    ----------
+    normals, cosine
+        Those that `find_face_normals` fills in. An edge is smooth if the cosine between its faces is larger.
+    starts
+        The sums that `count_corners` fills in.
+    ends, around, sides, fans, table
+        Scratch memory: the lists of faces around all points, and where they end; for each face in one point's list two
+        slots and the number of its fan; the slots.
+    numbers
+        For each corner the number of its fan; filled in where that is not 0.
+    extra
+        For each point the number of its fans beyond the first; filled in where that is not 0.
+
+    Returns
+    -------
+    int
+        The sum of the numbers filled in for points.
+    """
+    _list_faces(corners, offsets, faces, surveyed, first, last, starts, ends, around)
+    total = 0
+    for point in range(first, last):
+        begin, count = starts[point - first], ends[point - first] - starts[point - first]
+        if count < 2:
+            continue
+        _look_around(corners, offsets, point, around, begin, count, table, sides)
+        found = _number_fans(normals, cosine, around, begin, count, table, sides, fans)
+        if found < 2:
+            continue
+        extra[point] = found - 1
+        total += found - 1
+        for i in range(count):
+            if fans[i] > 0:
+                for place in range(offsets[around[begin + i]], offsets[around[begin + i] + 1]):
+                    if corners[place] == point:
+                        numbers[place] = np.int32(fans[i])
+    return total
+
+
+# --- shared out to threads
+
+
+# Faces whose normals a thread computes at a time.
+_FACES = 2**15
+
+# Points in a range: few enough that what is known of their faces stays in the second-level cache. Of a mesh in random
+# order ranges are longer, but so short that an interrupt does not wait for one.
+_RANGE, _MOST_POINTS = 2**13, 2**18
+
+_NORMALS, _INDICES = types.CPointer(types.float32), types.CPointer(types.int64)
+_MESH = _INDICES, _INDICES, types.intp, _INDICES
+
+
+def normals_code(library: Library, stored: str) -> Any:
+    """`find_face_normals`, compiled, for points of a type."""
+    faces = _INDICES, _INDICES, types.intp, types.intp, _NORMALS
+    return library.call(find_face_normals, lambda kind: types.intp(types.CPointer(kind), *faces), stored)
+
+
+def count_code(library: Library) -> Any:
+    """`count_corners`, compiled."""
+    return library.call(count_corners, lambda: types.intp(*_MESH, types.intp, types.intp, _INDICES, _INDICES))
+
+
+def fans_code(library: Library) -> Any:
+    """`find_fans`, compiled."""
+    faces = *_MESH, _NORMALS, types.CPointer(types.float64)
+    own = types.intp, types.intp, *[_INDICES] * 6, types.CPointer(types.int32), _INDICES
+    return library.call(find_fans, lambda: types.intp(*faces, *own))
+
+
+def split_points(
+    library: Library, points: FloatArray, connectivity: NDArray[Any], offsets: NDArray[Any], angle: float
+) -> tuple[NDArray[np.int64], NDArray[np.int64]] | None:
+    """As `pvphong.shading.kernel.split_points` has it."""
+    stored = np.dtype(np.float32 if points.dtype == np.float32 else np.float64)
+    try:
+        look_over, find_normals = survey_code(library), normals_code(library, stored.name)
+        count, find = count_code(library), fans_code(library)
+    except NotCompiled as missing:
+        code.ask_for(missing.key, None, library.lock)
+        return None
+    faces = FaceArrays.checked(look_over, connectivity, offsets, len(points))
+    if faces is None:
+        return None
+    corners, places = faces.corners, as_contiguous(points, stored)
+    normals, largest = np.empty((len(faces.starts) - 1, 3), np.float32), list[int]()
+
+    def compute(first: int, last: int) -> None:
+        largest.append(find_normals(*map(address, (places, corners, faces.starts)), first, last, address(normals)))
+
+    threads.run(compute, len(normals), _FACES)
+    if min(largest, default=0) == 0:
+        return None
+    cosine = np.array([math.cos(math.radians(angle))])
+    numbers, extra = np.zeros(len(corners), np.int32), np.zeros(len(points), np.int64)
+    mesh = *faces.addresses, address(normals), address(cosine)
+
+    def split(first: int, last: int) -> None:
+        starts, most = np.zeros(last - first + 1, np.int64), np.empty(1, np.int64)
+        total = count(*faces.addresses, first, last, address(starts), address(most))
+        slots = 2 ** int(most[0] * (max(largest) - 1)).bit_length() + 1
+        lengths = last - first, total, 2 * most[0], most[0], SLOT * slots
+        scratch = [np.empty(length, np.int64) for length in lengths]
+        find(*mesh, first, last, *map(address, (starts, *scratch, numbers, extra)))
+
+    threads.run(split, len(points), faces.points_at_once(len(points), _RANGE, _MOST_POINTS))
+    added = np.repeat(np.arange(len(points)), extra)
+    if not len(added):
+        return corners, added
+    moved = np.flatnonzero(numbers)
+    before = len(points) - 1 + np.cumsum(extra) - extra
+    result = corners.copy()
+    result[moved] = before[corners[moved]] + numbers[moved]
+    return result, added
