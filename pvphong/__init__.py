@@ -18,6 +18,8 @@ if TYPE_CHECKING:  # by the alias a type checker knows that a name is public
     from typing import Any
 
     from pvphong import pipeline as pipeline
+    from pvphong.accessor import BlocksPhong as BlocksPhong
+    from pvphong.accessor import MeshPhong as MeshPhong
     from pvphong.batch.shading import Batch as Batch
     from pvphong.batch.shading import shade_files as shade_files
     from pvphong.chunks import evaluate as evaluate
@@ -48,8 +50,10 @@ if TYPE_CHECKING:  # by the alias a type checker knows that a name is public
     from pvphong.optics.reflectances import Phong as Phong
     from pvphong.optics.reflectances import Retro as Retro
     from pvphong.optics.reflectances import Ward as Ward
+    from pvphong.plotter import PlotterPhong as PlotterPhong
     from pvphong.rays.transport import Transport as Transport
     from pvphong.rays.visibility import Visibility as Visibility
+    from pvphong.report import Report as Report
     from pvphong.scene.light_model import LightModel as LightModel
     from pvphong.scene.presets import three_point as three_point
     from pvphong.scene.scene import Scene as Scene
@@ -77,6 +81,7 @@ def _vtk_lights() -> "Any":
 _host.answered_by(_vtk_lights)
 
 _PLACES = {
+    "accessor": "BlocksPhong MeshPhong",
     "batch.shading": "Batch shade_files",
     "chunks": "evaluate",
     "filter": "PhongFilter",
@@ -91,8 +96,10 @@ _PLACES = {
     "SphereLight SpotLight",
     "optics.material": "Material",
     "optics.reflectances": "GGX PBR BlinnPhong Metal ModifiedPhong OrenNayar Phong Retro Ward",
+    "plotter": "PlotterPhong",
     "rays.transport": "Transport",
     "rays.visibility": "Visibility",
+    "report": "Report",
     "scene.light_model": "LightModel",
     "scene.presets": "three_point",
     "scene.scene": "Scene load_materials",

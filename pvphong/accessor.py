@@ -64,7 +64,6 @@ def _of_mesh(
     return method
 
 
-@pv.register_dataset_accessor("phong", pv.DataSet)
 class MeshPhong(Handle):
     """Lighting of one dataset; results are new datasets and arrays, the dataset is never modified."""
 
@@ -141,7 +140,6 @@ def _options_of(method: Callable[..., Any]) -> Callable[[Method], Method]:
     return with_options
 
 
-@pv.register_dataset_accessor("phong", pv.MultiBlock)
 class BlocksPhong(Handle):
     """Lighting of every dataset in a MultiBlock: structure and names are kept, an empty block stays empty.
 
@@ -350,3 +348,8 @@ class BlocksPhong(Handle):
     def _by_path(self, operation: Callable[[pv.DataSet], Any]) -> dict[str, Any]:
         paths = [path for path, _ in datasets(self._blocks)]
         return dict(zip(paths, of_each(self._blocks, operation), strict=True))
+
+
+# Not as decorators: these return a bare `type`, and type checkers and editors would know no method of the classes.
+pv.register_dataset_accessor("phong", pv.DataSet)(MeshPhong)
+pv.register_dataset_accessor("phong", pv.MultiBlock)(BlocksPhong)

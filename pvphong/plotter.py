@@ -45,7 +45,6 @@ _OUTPUTS = (
 """Methods of a plotter that write what it shows: made of colours that are current, and without gizmos."""
 
 
-@pv.register_plotter_component("phong")
 class PlotterPhong(Handle):
     """Lighting in one plotter: every subplot has its own lights, all share the light model."""
 
@@ -611,3 +610,6 @@ def _as_mesh(given: Any, *, copies: bool) -> Any:
     ):
         mesh = pv.wrap(mesh)
     return mesh.copy(deep=False) if copies else mesh
+
+
+pv.register_plotter_component("phong")(PlotterPhong)  # not as a decorator, as in `accessor`

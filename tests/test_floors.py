@@ -31,7 +31,7 @@ FLOORS = (
     {"studies.validate", "studies.diagnose", "studies.refine"},
     {"studies.accuracy"},
     {"studio"},
-    {"accessor", "plotter", "filter", "chunks", "pipeline", "cli"},
+    {"accessor", "plotter", "filter", "chunks", "pipeline", "report", "cli"},
     {"__init__", "__main__"},
 )
 """Packages, and the faces beside them, from the lowest floor up; a package's `__init__` belongs to it."""
