@@ -38,7 +38,7 @@ plastic = ph.Material(ambient=0.1, diffuse=(0.2, 0.3, 0.8), specular=0.5, shinin
 # ``tradeoff`` measures for the number of seconds that it is given, in turns, so that all candidates meet the same
 # machine. A report prints what to choose, and why.
 
-report = mesh.phong.tradeoff(scene, plastic, tolerance=1 / 255, seconds=2)
+report = mesh.phong.tradeoff(scene, plastic, tolerance=1 / 255, seconds=4)
 print(report)
 
 # %%
@@ -55,8 +55,8 @@ for row in report.rows:
 # The figure
 # ----------
 # ``report.plot`` writes a figure. Its first row has the candidates and their fronts: arithmetic, light model, and
-# interpolation inside triangles. The second row shows where the errors are. The third shows how they are spread, and what
-# each effect costs.
+# interpolation inside triangles. The second row shows where the errors are. The third shows how they are spread, and
+# what each effect costs.
 
 with tempfile.TemporaryDirectory() as folder:
     report.plot(Path(folder) / "report.png")

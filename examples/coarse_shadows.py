@@ -17,8 +17,8 @@ import pvphong as ph
 # %%
 # Two balls with the same triangles
 # ---------------------------------
-# ``coarse`` has 11 × 14 points. ``dense`` has many points inside the same flat faces, with normals blended across them:
-# that is what a renderer sees when it casts a ray for each pixel.
+# ``coarse`` has 11 × 14 points. ``dense`` has many points inside the same flat faces, with normals blended across
+# them: that is what a renderer sees when it casts a ray for each pixel.
 
 SUN = ph.DirectionalLight(direction=(-1, 0.3, -0.45), name="sun")
 CLAY = ph.Material(ambient=(0.9, 0.6, 0.4), diffuse=(0.9, 0.6, 0.4))

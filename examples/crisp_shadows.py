@@ -34,8 +34,8 @@ def floor(cells: int) -> pv.PolyData:
 # %%
 # Three ways to spend the same points
 # -----------------------------------
-# *saw* shades a regular grid at its vertices. *split* halves the edges that the shadow crosses, again and again. *cut*
-# puts vertices on the shadow's edge itself, one on each side.
+# *saw* shades a regular grid at its vertices. *split* halves the edges that the shadow crosses, again and again.
+# *cut* puts vertices on the shadow's edge itself, one on each side.
 
 refined = {"occluders": [ball], "tolerance": 1 / 255}
 
@@ -60,7 +60,7 @@ for pane, (name, mesh) in enumerate(floors.items()):
     plotter.add_mesh(mesh.copy(), scalars="phong", rgb=True, lighting=False)
     plotter.add_mesh(mesh.extract_all_edges(), color="#7090b0", line_width=1, opacity=0.25)
     plotter.add_mesh(clay.copy(), scalars="phong", rgb=True, lighting=False)
-    plotter.add_text(f"{name}: {mesh.n_points:,} points", position=(14, 414), font_size=12, color="white")
+    plotter.add_text(f"{name}: {mesh.n_points:,} points", position=(14, 12), font_size=12, color="black")
     plotter.camera_position = [VIEWER.position, VIEWER.focal_point, VIEWER.up]
     plotter.camera.zoom(1.15)
 plotter.enable_anti_aliasing("ssaa")
@@ -91,10 +91,10 @@ def wrong_area(lit: pv.PolyData) -> float:
 # %%
 # How it falls with the number of points
 # --------------------------------------
-# Where the floor is shaded at its vertices or split, the wrong area falls with the root of the number of points. Where it
-# is cut, it falls nearly with the number itself.
+# Where the floor is shaded at its vertices or split, the wrong area falls with the root of the number of points.
+# Where it is cut, it falls nearly with the number itself.
 
-rows = [floors, three_floors(40), three_floors(64)]
+rows = [floors, three_floors(48), three_floors(96)]
 figure, chart = plt.subplots(figsize=(7, 4.2), layout="constrained")
 for name, color in zip(floors, ("#c8502c", "#b08a1c", "#1c8a68"), strict=True):
     counts = [each[name].n_points for each in rows]

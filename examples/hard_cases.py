@@ -66,8 +66,8 @@ rng = np.random.default_rng(4)
 # 1. A matrix without an inverse
 # ------------------------------
 # Each leaf is a dome under its own singular matrix. Normals need the inverse-transpose, and there is none. The
-# pseudo-inverse lays the normals into the leaf. :func:`pvphong.pipeline.normal_matrix` follows the limit of matrices that
-# are less and less flat: the normals stand on the leaf.
+# pseudo-inverse lays the normals into the leaf. :func:`pvphong.pipeline.normal_matrix` follows the limit of matrices
+# that are less and less flat: the normals stand on the leaf.
 
 warnings.simplefilter("ignore", ph.SingularMatrixWarning)  # the leaves are flat on purpose
 dome = pv.Sphere(radius=1, end_phi=90, theta_resolution=48, phi_resolution=25)
@@ -90,9 +90,9 @@ show(pv.merge(leaves, merge_points=False), np.concatenate(usual), np.concatenate
 # %%
 # 2. A shear of 6,000
 # -------------------
-# A knot is stored in slanted coordinates. Its matrix, a shear between two rotations, sets it upright. Nearly everything
-# cancels where normals meet the inverse-transpose, and float32 has no digits left. pvphong turns normals in float64, by
-# exact cofactors.
+# A knot is stored in slanted coordinates. Its matrix, a shear between two rotations, sets it upright. Nearly
+# everything cancels where normals meet the inverse-transpose, and float32 has no digits left. pvphong turns normals
+# in float64, by exact cofactors.
 
 t = np.linspace(0, 2 * np.pi, 500)
 curve = np.stack([np.sin(t) + 2 * np.sin(2 * t), np.cos(t) - 2 * np.cos(2 * t), -np.sin(3 * t)], axis=1)
@@ -113,8 +113,9 @@ show(knot, usual, ph.evaluate(stored, normals, scene, violet, matrix=matrix).rgb
 # %%
 # 3. Six thousand kilometres from the origin
 # ------------------------------------------
-# In a map's coordinates, float32 has no digits left for the distances between surface, light and eye. pvphong subtracts in
-# float64, and rounds afterwards. The torus is drawn near the origin, where the graphics card can resolve it.
+# In a map's coordinates, float32 has no digits left for the distances between surface, light and eye. pvphong
+# subtracts in float64, and rounds afterwards. The torus is drawn near the origin, where the graphics card can resolve
+# it.
 
 torus = pv.ParametricTorus(ringradius=1.0, crosssectionradius=0.45, u_res=200, v_res=100).rotate_x(35)
 clay = ph.Material(ambient=0.8, diffuse=(0.85, 0.55, 0.35), specular=0.4, shininess=30)
@@ -127,9 +128,9 @@ show(torus, usual, ph.evaluate(points, torus.point_normals, scene, clay).rgb, "f
 # %%
 # 4. A shininess of 100,000
 # -------------------------
-# Close to 1 a float32 cosine moves in steps of 6e-8, and its power in steps of 0.6 %. pvphong takes the power from the
-# chord between the two vectors, which is small and has all its digits. The picture draws contours of the brightness on a
-# patch of six thousandths of a unit, where it mirrors the light to the eye.
+# Close to 1 a float32 cosine moves in steps of 6e-8, and its power in steps of 0.6 %. pvphong takes the power from
+# the chord between the two vectors, which is small and has all its digits. The picture draws contours of the
+# brightness on a patch of six thousandths of a unit, where it mirrors the light to the eye.
 
 patch = pv.Plane(i_size=0.006, j_size=0.006, i_resolution=400, j_resolution=400)
 peak, eye = unit(np.array([0.3, 0.2, 1.0])), np.array([-1.2, 0.7, 5.0])
@@ -150,8 +151,8 @@ show(patch, contours(usual), contours(ours), "power of a cosine")
 # %%
 # 5. Slivers
 # ----------
-# Every other row of triangles is 2e-6 high: two steps of float32. Points that are rounded to float32 first have noise for
-# normals, in whatever precision the cross products are taken. pvphong takes float64 points as they are.
+# Every other row of triangles is 2e-6 high: two steps of float32. Points that are rounded to float32 first have noise
+# for normals, in whatever precision the cross products are taken. pvphong takes float64 points as they are.
 
 x, y = np.meshgrid(np.linspace(-1.3, 1.3, 160), np.repeat(np.linspace(-1.3, 1.3, 50), 2))
 y[1::2] += 2e-6

@@ -31,8 +31,8 @@ def serve(plotter: pv.Plotter) -> None:
 # %%
 # A torus with gizmos
 # -------------------
-# The picture shows what the page shows. Drag a light's position, its target or its cone; Ctrl-Z undoes. When this manual
-# is built, nothing is served: the plotter is off screen.
+# The picture shows what the page shows. Drag a light's position, its target or its cone; Ctrl-Z undoes. When this
+# manual is built, nothing is served: the plotter is off screen.
 
 plotter = pv.Plotter(window_size=(900, 560), lighting="none", off_screen=True)
 plotter.set_background("#242830")
@@ -56,5 +56,5 @@ if not pv.OFF_SCREEN:
     serve(plotter)
 
 # %%
-# In Jupyter, ``plotter.show(jupyter_backend="server")`` does all of this below the cell. A page that also edits lights,
-# materials and the scene is :doc:`the studio <studio>`.
+# In Jupyter, ``plotter.show(jupyter_backend="server")`` does all of this below the cell. A page that also edits
+# lights, materials and the scene is :doc:`the studio <studio>`.

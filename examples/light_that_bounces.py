@@ -77,8 +77,8 @@ for name in room.keys():  # noqa: SIM118 a MultiBlock iterates over its blocks
 # %%
 # Other lights, no new rays between surfaces
 # ------------------------------------------
-# In the evening the lamp is dim and blue, and a small orange sphere glows. Its shadows take rays; how light goes between
-# surfaces does not.
+# In the evening the lamp is dim and blue, and a small orange sphere glows. Its shadows take rays; how light goes
+# between surfaces does not.
 
 sunset = ph.SphereLight(position=(0.45, -0.65, 0.3), radius=0.08, intensity=0.3, diffuse=(1.0, 0.5, 0.2), name="sunset")
 evening = replace(scene, lights=[replace(lamp, intensity=0.12, diffuse=(0.5, 0.7, 1.0)), sunset])
@@ -98,8 +98,8 @@ print(f"the constant with as much light in all: {bounced / reflected:.3f}")
 # %%
 # The shares, and their sum
 # -------------------------
-# Colours are linear, so they are raised to the power 1/2.2 for the display. The constant has no colour from the walls, and
-# leaves the ceiling flat.
+# Colours are linear, so they are raised to the power 1/2.2 for the display. The constant has no colour from the
+# walls, and leaves the ceiling flat.
 
 pictures = {
     "direct light": direct,

@@ -55,8 +55,8 @@ print(f"the shares add up to the lit colour within {difference:.1e}")
 # %%
 # Six mixes
 # ---------
-# The first three pictures show one light each, the fourth their sum. The last two dim and tint the same arrays. Nothing
-# is evaluated again.
+# The first three pictures show one light each, the fourth their sum. The last two dim and tint the same arrays.
+# Nothing is evaluated again.
 
 mixes = {
     "sun": mix(sun=1),

@@ -19,8 +19,8 @@ mesh = pv.examples.load_airplane()
 # %%
 # Lights, a viewer, a material
 # ----------------------------
-# A :class:`pvphong.Scene` holds the lights, the viewer and the light model. The viewer matters for highlights: they move
-# when the viewer moves. All coordinates are those of the mesh.
+# A :class:`pvphong.Scene` holds the lights, the viewer and the light model. The viewer matters for highlights: they
+# move when the viewer moves. All coordinates are those of the mesh.
 
 scene = ph.Scene(
     lights=[

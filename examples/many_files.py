@@ -17,8 +17,8 @@ import pvphong as ph
 # %%
 # Forty files and an index
 # ------------------------
-# Each tile is a tenth of the water at one moment. A ``.pvd`` file names the tiles with their times, as simulations write
-# them.
+# Each tile is a tenth of the water at one moment. A ``.pvd`` file names the tiles with their times, as simulations
+# write them.
 
 TIMES, TILES, SIDE = (0.1, 0.3, 0.5, 0.8), 10, 40
 
@@ -48,9 +48,9 @@ wave.write_text(f'<VTKFile type="Collection">\n<Collection>{"".join(lines)}</Col
 # %%
 # Light them on a cluster
 # -----------------------
-# Any Dask client will do. This one runs two workers in this process; ``Client("tcp://head:8786")`` uses the machines of a
-# cluster, and ``workers=4`` in place of ``client=`` starts processes. Tiles of one moment get the normals of the surface
-# in one piece along their borders. The second call finds everything done.
+# Any Dask client will do. This one runs two workers in this process; ``Client("tcp://head:8786")`` uses the machines
+# of a cluster, and ``workers=4`` in place of ``client=`` starts processes. Tiles of one moment get the normals of the
+# surface in one piece along their borders. The second call finds everything done.
 
 scene = ph.Scene(
     [

@@ -44,8 +44,8 @@ scene = ph.Scene(lights, eye, ph.LightModel(ambient=0.08))
 # %%
 # Four finishes
 # -------------
-# The first two are Phong's. :class:`pvphong.Metal` and :class:`pvphong.GGX` are reflectances: they replace the formula,
-# and bring the colour of the highlight themselves.
+# The first two are Phong's. :class:`pvphong.Metal` and :class:`pvphong.GGX` are reflectances: they replace the
+# formula, and bring the colour of the highlight themselves.
 
 GOLD = (1.0, 0.72, 0.29)
 DIM = tuple(0.2 * channel for channel in GOLD)

@@ -18,8 +18,8 @@ import pvphong as ph
 # %%
 # Shear a sphere
 # --------------
-# :mod:`pvphong.pipeline` has the transformations alone. Vectors, which move along with the surface, give the wrong normals
-# here.
+# :mod:`pvphong.pipeline` has the transformations alone. Vectors, which move along with the surface, give the wrong
+# normals here.
 
 shear = np.array([[1, 1.2, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]])  # x grows with y
 sphere = pv.Sphere(theta_resolution=90, phi_resolution=91)

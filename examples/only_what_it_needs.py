@@ -48,16 +48,16 @@ SCENES = {
 def draw(plotter: pv.Plotter, title: str, lit: pv.PolyData, matrix: np.ndarray, zoom: float) -> None:
     """Draw a lit mesh into the current subplot."""
     plotter.add_mesh(lit, scalars="phong", rgb=True, lighting=False).user_matrix = matrix
-    plotter.add_text(title, position=(8, 212), font_size=7, color="black")
+    plotter.add_text(title, position=(10, 8), font_size=10, color="black")
     plotter.camera_position = [VIEWER.position, VIEWER.focal_point, VIEWER.up]
     plotter.camera.zoom(zoom)
 
 
 mesh = pv.Sphere(theta_resolution=300, phi_resolution=300)
-plotter = pv.Plotter(shape=(1, 6), window_size=(1440, 240), border=False)
+plotter = pv.Plotter(shape=(2, 3), window_size=(1020, 540), border=False)
 for pane, (title, (lights, material, model, matrix)) in enumerate(SCENES.items()):
     scene = ph.Scene(lights, VIEWER, model)
-    plotter.subplot(0, pane)
+    plotter.subplot(*divmod(pane, 3))
     draw(plotter, title, mesh.phong.shade(scene, material, matrix=matrix), matrix, 1.9)
     print(f"{title}: {mesh.phong.plan(scene, material, matrix=matrix).explain()}\n")
 plotter.set_background("white")
@@ -67,8 +67,8 @@ plotter.show()
 # %%
 # What they cost
 # --------------
-# The least of several times, taken in turns so that all scenes meet the same machine. The times are those of the machine
-# that built this page; with the extra ``fast`` the loops are compiled.
+# The least of several times, taken in turns so that all scenes meet the same machine. The times are those of the
+# machine that built this page; with the extra ``fast`` the loops are compiled.
 
 BACKEND = "numba" if find_spec("numba") else "numpy"
 
@@ -88,7 +88,7 @@ def costs_of(calls: dict[str, Callable[[], object]], rounds: int) -> dict[str, f
 
 def chart(costs: dict[str, float], title: str, scale: str) -> None:
     """Draw a bar for each cost, the first on top."""
-    figure, axes = plt.subplots(figsize=(9, 0.45 * len(costs) + 1.0), layout="constrained")
+    _, axes = plt.subplots(figsize=(9, 0.45 * len(costs) + 1.0), layout="constrained")
     colors = ["#6b4c9a" if "rays" in name else "#4c72b0" for name in costs]
     axes.bar_label(axes.barh(list(costs), list(costs.values()), color=colors), fmt="%.3g ms", padding=4)
     axes.invert_yaxis()
@@ -110,8 +110,8 @@ chart(costs_of(calls, 9), f"{mesh.n_points:,} vertices", "linear")
 # %%
 # Size, shadows, occlusion
 # ------------------------
-# A light with a size and rays cost more. Next to each other: a bulb, the bulb as a ball, their shadows, and ambient
-# occlusion.
+# A light with a size and rays cost more. Next to each other: a bulb, the bulb as a ball, their shadows, ambient
+# occlusion, and all of it.
 
 table = pv.Plane(center=(0, 0, -0.6), i_size=3, j_size=3, i_resolution=90, j_resolution=90).triangulate()
 scenery = pv.merge([table, pv.Sphere(theta_resolution=50, phi_resolution=50)], merge_points=False)
@@ -125,14 +125,15 @@ MORE = {
     "shadow of the bulb": ph.Scene([BULB], VIEWER, replace(BRIGHT, shadows=True)),
     "soft shadow of the ball": ph.Scene([BALL], VIEWER, replace(BRIGHT, shadows=True)),
     "ambient occlusion": ph.Scene([BULB], VIEWER, replace(BRIGHT, ambient_occlusion=True)),
+    "soft shadow and occlusion": ph.Scene([BALL], VIEWER, replace(BRIGHT, shadows=True, ambient_occlusion=True)),
 }
 visibilities = {
     title: scenery.phong.visibility(scene, tolerance=TOLERANCE) if scene.light_model.needs_rays else None
     for title, scene in MORE.items()
 }
-plotter = pv.Plotter(shape=(1, 5), window_size=(1440, 240), border=False)
+plotter = pv.Plotter(shape=(2, 3), window_size=(1020, 540), border=False)
 for pane, (title, scene) in enumerate(MORE.items()):
-    plotter.subplot(0, pane)
+    plotter.subplot(*divmod(pane, 3))
     draw(plotter, title, scenery.phong.shade(scene, DULL, visibility=visibilities[title]), UNMOVED, 1.2)
 plotter.set_background("white")
 plotter.enable_anti_aliasing("ssaa")
@@ -141,8 +142,8 @@ plotter.show()
 # %%
 # Rays are cast once and kept
 # ---------------------------
-# Of shadows and of occlusion there are two bars: casting the rays, and lighting again with what they found. The axis is
-# logarithmic.
+# Of shadows and of occlusion there are two bars: casting the rays, and lighting again with what they found. The axis
+# is logarithmic.
 
 
 def cast(scene: ph.Scene) -> None:

@@ -13,9 +13,9 @@ import pvphong as ph
 # %%
 # OpenGL's light
 # --------------
-# :meth:`pvphong.LightModel.opengl` has OpenGL's defaults: ambient light 0.2, a viewer at infinity, half-way reflection.
-# OpenGL gives light positions in homogeneous coordinates, and w = 0 is a direction. The light here is that of the
-# *Programming Guide*: OpenGL's own default, (0, 0, 1, 0), shines from the eye and leaves no shadow side.
+# :meth:`pvphong.LightModel.opengl` has OpenGL's defaults: ambient light 0.2, a viewer at infinity, half-way
+# reflection. OpenGL gives light positions in homogeneous coordinates, and w = 0 is a direction. The light here is
+# that of the *Programming Guide*: OpenGL's own default, (0, 0, 1, 0), shines from the eye and leaves no shadow side.
 
 scene = ph.Scene(
     lights=[ph.pipeline.light_from_homogeneous((0, 3, 3, 0), frame="camera", name="light 0")],

@@ -63,8 +63,8 @@ material = ph.Material(ambient=1.0, diffuse=1.0, specular=0.0, albedo="paint")
 # %%
 # From a constant to all bounces
 # ------------------------------
-# With ``truth=True``, ``tradeoff`` also lights the mesh by shadows, occlusion, and one or more bounces, and compares each
-# with paths of light. The paths are random, so the truth is known up to its noise.
+# With ``truth=True``, ``tradeoff`` also lights the mesh by shadows, occlusion, and one or more bounces, and compares
+# each with paths of light. The paths are random, so the truth is known up to its noise.
 
 physics = room.phong.tradeoff(scene, material, seconds=1, truth=True).physics
 print(physics.sentence())
@@ -75,8 +75,8 @@ print(f"{'paths of light':30} {physics.truth.seconds * 1e3:8.1f} ms, known to {p
 # %%
 # Where each model is wrong
 # -------------------------
-# Above, the room by each model; below, the difference to the truth. Red is too bright, blue too dark. Constant ambient
-# light is too bright under the ball and too dark on the ceiling.
+# Above, the room by each model; below, the difference to the truth. Red is too bright, blue too dark. Constant
+# ambient light is too bright under the ball and too dark on the ceiling.
 
 with tempfile.TemporaryDirectory() as folder:
     physics.plot(Path(folder) / "physics.png")

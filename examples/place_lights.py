@@ -26,7 +26,7 @@ airplane = pv.examples.load_airplane()
 x, y, z = airplane.center
 camera = [(x + 1500, y - 2100, 1500), (x + 80, y - 60, z + 120), (0, 0, 1)]
 viewer = ph.Viewer(position=camera[0], focal_point=camera[1], up=camera[2])
-preset = [replace(light, intensity=0.5 * light.intensity) for light in ph.three_point(airplane, viewer)]
+preset = [replace(light, intensity=0.7 * light.intensity) for light in ph.three_point(airplane, viewer)]
 spot = ph.SpotLight(
     position=(x + 400, y - 900, 1000),
     direction=(-500, 900, -900),
@@ -40,9 +40,10 @@ bulb = ph.PointLight(position=(x - 700, y - 600, 250), attenuation=(1, 0, 4e-6),
 # %%
 # Gizmos in the window
 # --------------------
-# Each light has handles: its position, its target, its cone. Drag one and the meshes follow; Shift keeps to an axis, Ctrl
-# moves in steps, Escape puts it back. ``in_screenshots=True`` draws the gizmos into pictures too. What a hand does with
-# the mouse, code does with values, and either is one step of undo. The spot is selected, so its whole cone is drawn.
+# Each light has handles: its position, its target, its cone. Drag one and the meshes follow; Shift keeps to an axis,
+# Ctrl moves in steps, Escape puts it back. ``in_screenshots=True`` draws the gizmos into pictures too. What a hand
+# does with the mouse, code does with values, and either is one step of undo. The spot is selected, so its whole cone
+# is drawn.
 
 floor = pv.Plane(center=(x, y, -80), i_size=4500, j_size=4500, i_resolution=240, j_resolution=240)
 silver = ph.Material(ambient=0.1, diffuse=(0.75, 0.75, 0.78), specular=0.35, shininess=50)
@@ -71,8 +72,8 @@ plotter.show()
 # %%
 # The rig as a file
 # -----------------
-# ``plotter.phong.scene`` is the rig: lights, viewer and light model. Saved as JSON and loaded again it is the same to the
-# last bit. ``pvphong shade other.stl -o other.png --scene rig.json`` puts another mesh under it.
+# ``plotter.phong.scene`` is the rig: lights, viewer and light model. Saved as JSON and loaded again it is the same to
+# the last bit. ``pvphong shade other.stl -o other.png --scene rig.json`` puts another mesh under it.
 
 with tempfile.TemporaryDirectory() as folder:
     path = Path(folder) / "rig.json"

@@ -53,8 +53,8 @@ families = {
 # %%
 # Tangents
 # --------
-# Brushed steel reflects differently along and across its grooves. ``tangents`` is the direction of the grooves at each
-# point: here around the ball's axis.
+# Brushed steel reflects differently along and across its grooves. ``tangents`` is the direction of the grooves at
+# each point: here around the ball's axis.
 
 ball = pv.Sphere(theta_resolution=150, phi_resolution=150, direction=(0, 1, 0))
 around = np.cross((0.0, 1.0, 0.0), ball.points)

@@ -19,8 +19,8 @@ import pvphong as ph
 # %%
 # A knot under a sun and a glowing sphere
 # ---------------------------------------
-# The sun's shadow is hard, the lamp's is soft. Ambient occlusion darkens what sees little of the sky, up to a distance
-# of 6.
+# The sun's shadow is hard, the lamp's is soft. Ambient occlusion darkens what sees little of the sky, up to a
+# distance of 6.
 
 t = np.linspace(0, 2 * np.pi, 400)
 curve = np.column_stack([np.sin(t) + 2 * np.sin(2 * t), -np.sin(3 * t), np.cos(t) - 2 * np.cos(2 * t)])
@@ -54,14 +54,12 @@ print(f"{time.perf_counter() - start:.2f} s; {sum(block.n_points for block in cr
 # %%
 # Cast rays to the lamp and the sky
 # ---------------------------------
-# ``visibility`` returns, for each block, a row for each light and one for the sky, with their standard errors. The sun's
-# row is there already: ``refine`` left it.
+# ``visibility`` returns, for each block, a row for each light and one for the sky, with their standard errors. The
+# sun's row is there already: ``refine`` left it.
 
 start = time.perf_counter()
 soft = crisp.phong.visibility(replace(scene, lights=[lamp]))
-seen = {
-    name: np.vstack([crisp[name]["phong_visibility_sun"], soft[name].per_light, soft[name].sky]) for name in soft
-}
+seen = {name: np.vstack([crisp[name]["phong_visibility_sun"], soft[name].per_light, soft[name].sky]) for name in soft}
 lit = crisp.phong.shade(scene, materials, visibility=seen)
 print(f"{time.perf_counter() - start:.2f} s with rays")
 penumbra = (seen["ground"][1] > 0) & (seen["ground"][1] < 1)

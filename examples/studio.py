@@ -25,9 +25,7 @@ def stage() -> pv.Plotter:
     torus = pv.ParametricTorus(ringradius=0.6, crosssectionradius=0.25, u_res=240, v_res=120)
     grey = ph.Material(diffuse=(0.55, 0.5, 0.45), reflectance=ph.GGX(roughness=0.35))
     plotter.phong.add_mesh(torus, grey, name="torus")
-    plotter.phong.add_light(
-        ph.DirectionalLight(direction=(1, -0.6, -1), intensity=0.8, frame="camera", name="key")
-    )
+    plotter.phong.add_light(ph.DirectionalLight(direction=(1, -0.6, -1), intensity=0.8, frame="camera", name="key"))
     plotter.phong.add_light(
         ph.RectangleLight((-1.6, -0.6, 0.9), (1.6, 0.6, -0.9), width=0.4, height=1.6, intensity=3, name="softbox")
     )
@@ -39,8 +37,8 @@ def stage() -> pv.Plotter:
 # %%
 # Open the page
 # -------------
-# ``plotter.phong.studio()`` takes the place of ``plotter.show()``: it opens a browser, and returns on Ctrl-C. In Jupyter it
-# shows the page below the cell. For a file, ``pvphong studio part.stl`` does it on the command line.
+# ``plotter.phong.studio()`` takes the place of ``plotter.show()``: it opens a browser, and returns on Ctrl-C. In
+# Jupyter it shows the page below the cell. For a file, ``pvphong studio part.stl`` does it on the command line.
 
 if not pv.OFF_SCREEN:
     stage().phong.studio(file="torus.vtp")

@@ -1,4 +1,4 @@
-"""What the build of the gallery needs beside its configuration: the order of the examples, and a look at each picture."""
+"""The order of the gallery's examples, what keeps them apart, and a look at each picture that they leave."""
 
 from __future__ import annotations
 
@@ -11,12 +11,13 @@ import pyvista as pv
 from PIL import Image, ImageSequence
 from pyvista.plotting.utilities.sphinx_gallery import Scraper as PyVistaScraper
 
-ORDER = """
-lit_airplane lights_as_data lights_with_a_size metal_and_plastic reflectances opengl_defaults
-shadows_as_data crisp_shadows coarse_shadows light_that_bounces phong_and_the_truth
-place_lights live_window moving_light studio in_a_browser
-normals_under_shear hard_cases only_what_it_needs accuracy_costs_time many_files
-""".split()
+ORDER = (
+    *("lit_airplane", "lights_as_data"),
+    *("lights_with_a_size", "metal_and_plastic", "reflectances", "opengl_defaults"),
+    *("shadows_as_data", "crisp_shadows", "coarse_shadows", "light_that_bounces", "phong_and_the_truth"),
+    *("place_lights", "live_window", "moving_light", "studio", "in_a_browser"),
+    *("normals_under_shear", "hard_cases", "only_what_it_needs", "accuracy_costs_time", "many_files"),
+)
 """Examples as the gallery shows them: from what to read first to what to look up."""
 
 

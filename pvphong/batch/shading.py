@@ -105,7 +105,7 @@ def shade_files(
     Parameters
     ----------
     paths : str, path, or sequence of them
-        Files of any format that PyVista reads, or patterns such as "parts/*.vtp"; each holds one mesh, or names others.
+        Files of any format that PyVista reads, or patterns such as `parts/*.vtp`; each holds one mesh, or names others.
         Of a pattern's files those inside `out` are left out, as lit by an earlier call.
     out : path
         A folder; it is made if it is not there. Workers elsewhere must find it, and the files, under the same paths.
