@@ -99,6 +99,7 @@ def test_the_tables_of_viewer_light_model_and_material_have_all_fields_and_their
 def test_the_table_of_extras_names_all_of_them_and_what_they_bring():
     declared = tomllib.loads((README.parent / "pyproject.toml").read_text(encoding="utf-8"))["project"]
     extras = declared["optional-dependencies"]
+    extras.pop("docs")  # the manual's
     rows = {name.strip("`"): brings for name, brings, _ in table("Install")[1:]}
     assert rows.pop("all") == "all six"
     assert set(extras.pop("all")[0].removeprefix("pvphong[").removesuffix("]").split(",")) == set(rows)
