@@ -66,7 +66,16 @@ def _of_mesh(
 
 @pv.register_dataset_accessor("phong", pv.DataSet)
 class MeshPhong(Handle):
-    """Lighting of one dataset; results are new datasets and arrays, the dataset is never modified."""
+    """Lighting of one dataset; results are new datasets and arrays, the dataset is never modified.
+
+    Examples
+    --------
+    >>> import pyvista as pv, pvphong as ph
+    >>> mesh = pv.Sphere()
+    >>> mesh.phong
+    <phong of a PolyData: 842 points, 1680 cells>
+    >>> lit = mesh.phong.shade(ph.DirectionalLight())
+    """
 
     def __init__(self, mesh: pv.DataSet) -> None:
         self._mesh = mesh
@@ -98,7 +107,14 @@ class MeshPhong(Handle):
         feature_angle: FeatureAngle = None,
         backend: Backend = "auto",
     ) -> Comparison:
-        """Compare the lit colours with those of VTK's own shader, vertex by vertex; see `pvphong.validate`."""
+        """Compare the lit colours with those of VTK's own shader, vertex by vertex; see `pvphong.validate`.
+
+        Examples
+        --------
+        >>> import pyvista as pv, pvphong as ph
+        >>> pv.Sphere().phong.validate(ph.DirectionalLight()).passed
+        True
+        """
         from pvphong.studies.validate.validation import validate
 
         return validate(self._mesh, scene, material, matrix=matrix, feature_angle=feature_angle, backend=backend)
@@ -117,7 +133,13 @@ class MeshPhong(Handle):
         visibility: Visibility | None = None,
         truth: bool = False,
     ) -> Tradeoff:
-        """Measure accuracy against time on this mesh; see `pvphong.studies.accuracy.measure.tradeoff`."""
+        """Measure accuracy against time on this mesh; see `pvphong.studies.accuracy.measure.tradeoff`.
+
+        Examples
+        --------
+        >>> import pyvista as pv, pvphong as ph
+        >>> report = pv.Sphere().phong.tradeoff(ph.DirectionalLight(), seconds=0.2)
+        """
         from pvphong.studies.accuracy.measure import tradeoff
 
         how: dict[str, Any] = {"tolerance": tolerance, "seconds": seconds, "matrix": matrix}
@@ -150,6 +172,14 @@ class BlocksPhong(Handle):
     `material` is one for all, or a mapping of a block's name, of a block inside a block the names with "/" between
     them; blocks that are not named have that of the name "default". What is no dataset is given by the path of its
     block's names. Errors name the block.
+
+    Examples
+    --------
+    >>> import pyvista as pv, pvphong as ph
+    >>> blocks = pv.MultiBlock({"ball": pv.Sphere(), "box": pv.Cube()})
+    >>> lit = blocks.phong.shade(ph.DirectionalLight(), {"ball": "gold", "default": "silver"})
+    >>> lit["ball"]["phong"].shape
+    (842, 3)
     """
 
     def __init__(self, blocks: pv.MultiBlock) -> None:
@@ -162,7 +192,15 @@ class BlocksPhong(Handle):
     def shade(
         self, scene: SceneLike | None = None, material: Materials = DEFAULT_MATERIAL, **options: Any
     ) -> pv.MultiBlock:
-        """A new MultiBlock of lit meshes; `visibility` and `transport` are what methods of these names give."""
+        """A new MultiBlock of lit meshes; `visibility` and `transport` are what methods of these names give.
+
+        Examples
+        --------
+        >>> import pyvista as pv, pvphong as ph
+        >>> lit = pv.MultiBlock({"ball": pv.Sphere()}).phong.shade(ph.DirectionalLight())
+        >>> lit.keys()
+        ['ball']
+        """
         scene = self._scene(scene, options)
         if not scene.light_model.bounces:
             return map_blocks(self._blocks, self._each("shade", scene, self._own(scene, material, options)))

@@ -47,7 +47,16 @@ _OUTPUTS = (
 
 @pv.register_plotter_component("phong")
 class PlotterPhong(Handle):
-    """Lighting in one plotter: every subplot has its own lights, all share the light model."""
+    """Lighting in one plotter: every subplot has its own lights, all share the light model.
+
+    Examples
+    --------
+    >>> import pyvista as pv, pvphong as ph
+    >>> plotter = pv.Plotter(off_screen=True, lighting="none")
+    >>> actor = plotter.phong.add_mesh(pv.Sphere(), "gold")
+    >>> lamp = plotter.phong.add_light(ph.PointLight(position=(2, 0, 2)))
+    >>> lamp.intensity = 0.5  # the next frame shows it
+    """
 
     _instead = dict.fromkeys(LightModel.__dataclass_fields__, "light_model")
 
@@ -125,6 +134,14 @@ class PlotterPhong(Handle):
         -----
         NormalsWarning
             As `mesh.phong.shade`.
+
+        Examples
+        --------
+        >>> import pyvista as pv, pvphong as ph
+        >>> plotter = pv.Plotter(off_screen=True, lighting="none")
+        >>> plotter.phong.add_light(ph.DirectionalLight())
+        <LightHandle of a DirectionalLight>
+        >>> actor = plotter.phong.add_mesh(pv.Sphere(), "gold", show_edges=True)
         """
         check.flag("casts_shadows", casts_shadows)
         tolerance = None if refine is None else check.number("refine", refine, above=0.0)
@@ -231,6 +248,13 @@ class PlotterPhong(Handle):
         ------
         ValueError
             If the actor is not one of `add_mesh`, or has been removed.
+
+        Examples
+        --------
+        >>> import pyvista as pv, pvphong as ph
+        >>> plotter = pv.Plotter(off_screen=True, lighting="none")
+        >>> actor = plotter.phong.add_mesh(pv.Sphere(), "gold")
+        >>> plotter.phong.mesh(actor).material = ph.Material.named("silver")
         """
         subplot, lit = self._drawn(actor)
         return MeshHandle(lit, subplot)
@@ -260,6 +284,16 @@ class PlotterPhong(Handle):
         ------
         ValueError
             If there is no lit mesh, its material has maps, or VTK's shader cannot draw the scene.
+
+        Examples
+        --------
+        >>> import pyvista as pv, pvphong as ph
+        >>> plotter = pv.Plotter(off_screen=True, lighting="none")
+        >>> sun = plotter.phong.add_light(ph.DirectionalLight(direction=(0, 0, -1)))
+        >>> actor = plotter.phong.add_mesh(pv.Sphere())
+        >>> plotter.show(auto_close=False)
+        >>> plotter.phong.validate().passed
+        True
         """
         if actor is None:
             subplot = self._subplot
@@ -276,7 +310,16 @@ class PlotterPhong(Handle):
 
     @property
     def lights(self) -> tuple[Light, ...]:
-        """The active subplot's lights as values, the plotter's own `pyvista.Light` objects among them."""
+        """The active subplot's lights as values, the plotter's own `pyvista.Light` objects among them.
+
+        Examples
+        --------
+        >>> import pyvista as pv, pvphong as ph
+        >>> plotter = pv.Plotter(off_screen=True, lighting="none")
+        >>> sun = plotter.phong.add_light(ph.DirectionalLight(name="sun"))
+        >>> [light.name for light in plotter.phong.lights]
+        ['sun']
+        """
         return self._subplot.lights.values
 
     def add_light(self, light: Any) -> LightHandle:
@@ -329,6 +372,15 @@ class PlotterPhong(Handle):
         ValueError
             If there is no such light or field, or `light` is none, or one that VTK has nothing like, or another light
             has its name; and if there is nothing to set.
+
+        Examples
+        --------
+        >>> import pyvista as pv, pvphong as ph
+        >>> plotter = pv.Plotter(off_screen=True, lighting="none")
+        >>> sun = plotter.phong.add_light(ph.DirectionalLight(name="sun"))
+        >>> plotter.phong.set_light("sun", intensity=0.5)
+        >>> sun.intensity
+        0.5
         """
         lights = self._subplot.lights
         if light is None or fields:
@@ -339,7 +391,17 @@ class PlotterPhong(Handle):
             lights.set(which, light)
 
     def remove_light(self, which: Any) -> None:
-        """Take a light out of the active subplot; `which` as for `set_light`."""
+        """Take a light out of the active subplot; `which` as for `set_light`.
+
+        Examples
+        --------
+        >>> import pyvista as pv, pvphong as ph
+        >>> plotter = pv.Plotter(off_screen=True, lighting="none")
+        >>> sun = plotter.phong.add_light(ph.DirectionalLight(name="sun"))
+        >>> plotter.phong.remove_light("sun")
+        >>> plotter.phong.lights
+        ()
+        """
         lights = self._subplot.lights
         with self._history.edit(lights):
             lights.remove(which)
@@ -351,6 +413,15 @@ class PlotterPhong(Handle):
         -------
         bool
             False if there is nothing to take back.
+
+        Examples
+        --------
+        >>> import pyvista as pv, pvphong as ph
+        >>> plotter = pv.Plotter(off_screen=True, lighting="none")
+        >>> sun = plotter.phong.add_light(ph.DirectionalLight(name="sun"))
+        >>> plotter.phong.set_light("sun", intensity=0.5)
+        >>> plotter.phong.undo(), plotter.phong.lights[0].intensity
+        (True, 1.0)
         """
         done = self._history.undo()
         if done:
@@ -358,7 +429,16 @@ class PlotterPhong(Handle):
         return done
 
     def redo(self) -> bool:
-        """Do again what `undo` took back last; False if there is nothing."""
+        """Do again what `undo` took back last; False if there is nothing.
+
+        Examples
+        --------
+        >>> import pyvista as pv, pvphong as ph
+        >>> plotter = pv.Plotter(off_screen=True, lighting="none")
+        >>> sun = plotter.phong.add_light(ph.DirectionalLight(name="sun"))
+        >>> plotter.phong.redo()  # nothing was undone
+        False
+        """
         done = self._history.redo()
         if done:
             self._plotter.render()
@@ -366,7 +446,16 @@ class PlotterPhong(Handle):
 
     @property
     def light_model(self) -> LightModel:
-        """How contributions are put together, in all subplots; can be set."""
+        """How contributions are put together, in all subplots; can be set.
+
+        Examples
+        --------
+        >>> import pyvista as pv, pvphong as ph
+        >>> plotter = pv.Plotter(off_screen=True, lighting="none")
+        >>> plotter.phong.light_model = ph.LightModel(shadows=True)
+        >>> plotter.phong.light_model.shadows
+        True
+        """
         return self._light_model
 
     @light_model.setter
@@ -379,7 +468,16 @@ class PlotterPhong(Handle):
 
     @property
     def scene(self) -> Scene:
-        """A snapshot of what lights the active subplot: its lights, its camera, the light model."""
+        """A snapshot of what lights the active subplot: its lights, its camera, the light model.
+
+        Examples
+        --------
+        >>> import pyvista as pv, pvphong as ph
+        >>> plotter = pv.Plotter(off_screen=True, lighting="none")
+        >>> sun = plotter.phong.add_light(ph.DirectionalLight(name="sun"))
+        >>> plotter.phong.scene.lights[0].name
+        'sun'
+        """
         return self._subplot.scene
 
     # -- gizmos ------------------------------------------------------------------------------------------
@@ -423,6 +521,15 @@ class PlotterPhong(Handle):
         ------
         ValueError
             If an argument is not allowed.
+
+        Examples
+        --------
+        >>> import pyvista as pv, pvphong as ph
+        >>> plotter = pv.Plotter(off_screen=True, lighting="none")
+        >>> sun = plotter.phong.add_light(ph.DirectionalLight(name="sun"))
+        >>> gizmos = plotter.phong.add_gizmos()
+        >>> list(gizmos[0].handles)
+        ['target', 'origin']
         """
         subplot = self._subplot
         if isinstance(lights, str) or not isinstance(lights, Iterable | None):
@@ -451,13 +558,34 @@ class PlotterPhong(Handle):
         return self.gizmos
 
     def remove_gizmos(self) -> None:
-        """Take the active subplot's gizmos down, if there are any."""
+        """Take the active subplot's gizmos down, if there are any.
+
+        Examples
+        --------
+        >>> import pyvista as pv, pvphong as ph
+        >>> plotter = pv.Plotter(off_screen=True, lighting="none")
+        >>> sun = plotter.phong.add_light(ph.DirectionalLight())
+        >>> gizmos = plotter.phong.add_gizmos()
+        >>> plotter.phong.remove_gizmos()
+        >>> plotter.phong.gizmos
+        ()
+        """
         if self._subplot.remove_gizmos():
             self._plotter.render()
 
     @property
     def gizmos(self) -> tuple[Gizmo, ...]:
-        """The active subplot's gizmos: each has `.light`, the current value, and `.handles`, name → position."""
+        """The active subplot's gizmos: each has `.light`, the current value, and `.handles`, name → position.
+
+        Examples
+        --------
+        >>> import pyvista as pv, pvphong as ph
+        >>> plotter = pv.Plotter(off_screen=True, lighting="none")
+        >>> sun = plotter.phong.add_light(ph.DirectionalLight(name="sun"))
+        >>> gizmos = plotter.phong.add_gizmos()
+        >>> plotter.phong.gizmos == gizmos
+        True
+        """
         interaction = self._subplot.interaction
         return () if interaction is None else interaction.gizmos.all
 
@@ -508,6 +636,12 @@ class PlotterPhong(Handle):
         ------
         ValueError
             If an argument is not allowed, or the extra is not installed.
+
+        Examples
+        --------
+        >>> import pyvista as pv, pvphong as ph
+        >>> plotter = pv.Plotter(off_screen=True, lighting="none")
+        >>> plotter.phong.studio()  # doctest: +SKIP
         """
         refuse_missing_extra("plotter.phong.studio")
         from pvphong.studio.web.serving import serve

@@ -53,6 +53,13 @@ class Shading:
     bounced : ndarray or None
         Shape (bounces, n, 3), unclamped: what has bounced once, twice and so on; the rest of the ambient light is in
         the last. Where light bounces, `ambient` and `base` have no ambient light.
+
+    Examples
+    --------
+    >>> import numpy as np, pvphong as ph
+    >>> shading = ph.evaluate(np.zeros((1, 3)), [[0, 0, 1]], ph.DirectionalLight(), ph.Material())
+    >>> shading.rgb.shape
+    (1, 3)
     """
 
     rgb: NDArray[Any]

@@ -53,6 +53,12 @@ def as_light(light: Any, viewer: Any = None) -> Light:
     ------
     ValueError
         If `light` is none of these, or its cone, attenuation or direction is not one that pvphong allows.
+
+    Examples
+    --------
+    >>> import pyvista as pv, pvphong as ph
+    >>> ph.as_light(pv.Light(position=(0, 0, 5), color="red", light_type="scene light")).diffuse
+    (1.0, 0.0, 0.0)
     """
     if viewer is None:
         return from_vtk(light, _camera_distance(light))
@@ -241,6 +247,12 @@ def light_kit() -> tuple[Light, ...]:
     -------
     tuple of Light
         "head", a headlight, and "key", "fill", "back left" and "back right" in the camera's frame.
+
+    Examples
+    --------
+    >>> import pvphong as ph
+    >>> [light.frame for light in ph.light_kit()]
+    ['headlight', 'camera', 'camera', 'camera', 'camera']
     """
     kit, renderer = vtkLightKit(), vtkRenderer()
     kit.AddLightsToRenderer(renderer)

@@ -62,6 +62,12 @@ class PBR(Microfacets):
     `Material.from_property` and `Scene.from_plotter` refuse them by name. Where F₉₀ is below 1, its share in the base
     is taken from the brightest channel, which is within 3e-7 of what VTK draws of a light of 1, and for an albedo of 1,
     which is within 1e-4.
+
+    Examples
+    --------
+    >>> import pyvista as pv, pvphong as ph
+    >>> material = ph.Material(reflectance=ph.PBR(metallic=1.0, roughness=0.3))
+    >>> lit = pv.Sphere().phong.shade(ph.DirectionalLight(), material)
     """
 
     metallic: float = check.field(partial(number_or_map, at_least=0.0, at_most=1.0), 0.0)

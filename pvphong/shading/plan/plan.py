@@ -68,6 +68,13 @@ class Plan:
     whole : Equation
         The equation before anything was left out. It chooses evaluator and types, so that no vertex's bits depend on
         where the others are.
+
+    Examples
+    --------
+    >>> import pyvista as pv, pvphong as ph
+    >>> plan = pv.Sphere().phong.plan(ph.DirectionalLight(), ph.Material())
+    >>> plan.view_dependent
+    False
     """
 
     view_dependent: bool
