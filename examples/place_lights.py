@@ -31,7 +31,7 @@ spot = ph.SpotLight(
     position=(x + 400, y - 900, 1000),
     direction=(-500, 900, -900),
     cone_angle=18,
-    exponent=40,
+    exponent=90,
     diffuse=(0.45, 0.75, 1.0),
     name="spot",
 )
