@@ -176,10 +176,33 @@ class BlocksPhong(Handle):
     Examples
     --------
     >>> import pyvista as pv, pvphong as ph
-    >>> blocks = pv.MultiBlock({"ball": pv.Sphere(), "box": pv.Cube()})
-    >>> lit = blocks.phong.shade(ph.DirectionalLight(), {"ball": "gold", "default": "silver"})
+    >>> blocks = pv.MultiBlock({"ball": pv.Sphere(), "box": pv.Cube().triangulate()})
+    >>> sun = ph.DirectionalLight(direction=(1, 1, -2))
+    >>> lit = blocks.phong.shade(sun, {"ball": "gold", "default": "silver"})
     >>> lit["ball"]["phong"].shape
     (842, 3)
+    >>> lit.phong.color_view("hsv")["ball"]["phong_hsv"].shape
+    (842, 3)
+    >>> lit.phong.save("lit.vtm")
+    >>> lit.phong.plot(off_screen=True)
+    >>> blocks.phong.plan(sun)["ball"].view_dependent
+    False
+    >>> blocks.phong.visibility(sun)["ball"].per_light.shape
+    (1, 842)
+    >>> blocks.phong.truth(sun, samples=4)["box"].rgb.shape
+    (8, 3)
+    >>> transport = blocks.phong.transport(samples=16)
+    >>> [str(found) for found in blocks.phong.diagnose().values()]
+    ['Diagnosis of 842 points and 1680 faces: ok', 'Diagnosis of 8 points and 12 faces: ok']
+    >>> blocks.phong.normals()["box"].n_points
+    8
+    >>> blocks.phong.refine(sun, tolerance=0.1, max_points=2000).keys()
+    ['ball', 'box']
+    >>> blocks.phong.interpolation_error(sun).keys()
+    ['ball', 'box']
+    >>> [each.passed for each in blocks.phong.validate(sun).values()]
+    [True, True]
+    >>> report = blocks.phong.tradeoff(sun, seconds=0.2)
     """
 
     def __init__(self, blocks: pv.MultiBlock) -> None:
@@ -192,15 +215,7 @@ class BlocksPhong(Handle):
     def shade(
         self, scene: SceneLike | None = None, material: Materials = DEFAULT_MATERIAL, **options: Any
     ) -> pv.MultiBlock:
-        """A new MultiBlock of lit meshes; `visibility` and `transport` are what methods of these names give.
-
-        Examples
-        --------
-        >>> import pyvista as pv, pvphong as ph
-        >>> lit = pv.MultiBlock({"ball": pv.Sphere()}).phong.shade(ph.DirectionalLight())
-        >>> lit.keys()
-        ['ball']
-        """
+        """A new MultiBlock of lit meshes; `visibility` and `transport` are what methods of these names give."""
         scene = self._scene(scene, options)
         if not scene.light_model.bounces:
             return map_blocks(self._blocks, self._each("shade", scene, self._own(scene, material, options)))

@@ -53,9 +53,28 @@ class PlotterPhong(Handle):
     --------
     >>> import pyvista as pv, pvphong as ph
     >>> plotter = pv.Plotter(off_screen=True, lighting="none")
-    >>> actor = plotter.phong.add_mesh(pv.Sphere(), "gold")
-    >>> lamp = plotter.phong.add_light(ph.PointLight(position=(2, 0, 2)))
-    >>> lamp.intensity = 0.5  # the next frame shows it
+    >>> sun = plotter.phong.add_light(ph.DirectionalLight(name="sun"))
+    >>> actor = plotter.phong.add_mesh(pv.Sphere(), "gold", show_edges=True)
+    >>> sun.intensity = 0.8  # the next frame shows it
+    >>> plotter.phong.set_light("sun", diffuse="orange")
+    >>> plotter.phong.undo(), plotter.phong.redo()
+    (True, True)
+    >>> plotter.phong.light_model = ph.LightModel(ambient=0.1)
+    >>> plotter.phong.mesh(actor).material = ph.Material.named("silver")
+    >>> gizmos = plotter.phong.add_gizmos()
+    >>> plotter.phong.gizmos == gizmos, list(gizmos[0].handles)
+    (True, ['target', 'origin'])
+    >>> plotter.phong.remove_gizmos()
+    >>> plotter.show(auto_close=False)
+    >>> plotter.phong.validate().passed
+    True
+    >>> plotter.phong.scene.light_model.ambient
+    0.1
+    >>> plotter.phong.remove_light("sun")
+    >>> plotter.phong.lights
+    ()
+    >>> lit = pv.Cube().phong.shade(ph.DirectionalLight())
+    >>> box = plotter.phong.add_lit(lit)
     """
 
     _instead = dict.fromkeys(LightModel.__dataclass_fields__, "light_model")
@@ -134,14 +153,6 @@ class PlotterPhong(Handle):
         -----
         NormalsWarning
             As `mesh.phong.shade`.
-
-        Examples
-        --------
-        >>> import pyvista as pv, pvphong as ph
-        >>> plotter = pv.Plotter(off_screen=True, lighting="none")
-        >>> plotter.phong.add_light(ph.DirectionalLight())
-        <LightHandle of a DirectionalLight>
-        >>> actor = plotter.phong.add_mesh(pv.Sphere(), "gold", show_edges=True)
         """
         check.flag("casts_shadows", casts_shadows)
         tolerance = None if refine is None else check.number("refine", refine, above=0.0)
@@ -248,13 +259,6 @@ class PlotterPhong(Handle):
         ------
         ValueError
             If the actor is not one of `add_mesh`, or has been removed.
-
-        Examples
-        --------
-        >>> import pyvista as pv, pvphong as ph
-        >>> plotter = pv.Plotter(off_screen=True, lighting="none")
-        >>> actor = plotter.phong.add_mesh(pv.Sphere(), "gold")
-        >>> plotter.phong.mesh(actor).material = ph.Material.named("silver")
         """
         subplot, lit = self._drawn(actor)
         return MeshHandle(lit, subplot)
@@ -284,16 +288,6 @@ class PlotterPhong(Handle):
         ------
         ValueError
             If there is no lit mesh, its material has maps, or VTK's shader cannot draw the scene.
-
-        Examples
-        --------
-        >>> import pyvista as pv, pvphong as ph
-        >>> plotter = pv.Plotter(off_screen=True, lighting="none")
-        >>> sun = plotter.phong.add_light(ph.DirectionalLight(direction=(0, 0, -1)))
-        >>> actor = plotter.phong.add_mesh(pv.Sphere())
-        >>> plotter.show(auto_close=False)
-        >>> plotter.phong.validate().passed
-        True
         """
         if actor is None:
             subplot = self._subplot
@@ -310,16 +304,7 @@ class PlotterPhong(Handle):
 
     @property
     def lights(self) -> tuple[Light, ...]:
-        """The active subplot's lights as values, the plotter's own `pyvista.Light` objects among them.
-
-        Examples
-        --------
-        >>> import pyvista as pv, pvphong as ph
-        >>> plotter = pv.Plotter(off_screen=True, lighting="none")
-        >>> sun = plotter.phong.add_light(ph.DirectionalLight(name="sun"))
-        >>> [light.name for light in plotter.phong.lights]
-        ['sun']
-        """
+        """The active subplot's lights as values, the plotter's own `pyvista.Light` objects among them."""
         return self._subplot.lights.values
 
     def add_light(self, light: Any) -> LightHandle:
@@ -372,15 +357,6 @@ class PlotterPhong(Handle):
         ValueError
             If there is no such light or field, or `light` is none, or one that VTK has nothing like, or another light
             has its name; and if there is nothing to set.
-
-        Examples
-        --------
-        >>> import pyvista as pv, pvphong as ph
-        >>> plotter = pv.Plotter(off_screen=True, lighting="none")
-        >>> sun = plotter.phong.add_light(ph.DirectionalLight(name="sun"))
-        >>> plotter.phong.set_light("sun", intensity=0.5)
-        >>> sun.intensity
-        0.5
         """
         lights = self._subplot.lights
         if light is None or fields:
@@ -391,17 +367,7 @@ class PlotterPhong(Handle):
             lights.set(which, light)
 
     def remove_light(self, which: Any) -> None:
-        """Take a light out of the active subplot; `which` as for `set_light`.
-
-        Examples
-        --------
-        >>> import pyvista as pv, pvphong as ph
-        >>> plotter = pv.Plotter(off_screen=True, lighting="none")
-        >>> sun = plotter.phong.add_light(ph.DirectionalLight(name="sun"))
-        >>> plotter.phong.remove_light("sun")
-        >>> plotter.phong.lights
-        ()
-        """
+        """Take a light out of the active subplot; `which` as for `set_light`."""
         lights = self._subplot.lights
         with self._history.edit(lights):
             lights.remove(which)
@@ -413,15 +379,6 @@ class PlotterPhong(Handle):
         -------
         bool
             False if there is nothing to take back.
-
-        Examples
-        --------
-        >>> import pyvista as pv, pvphong as ph
-        >>> plotter = pv.Plotter(off_screen=True, lighting="none")
-        >>> sun = plotter.phong.add_light(ph.DirectionalLight(name="sun"))
-        >>> plotter.phong.set_light("sun", intensity=0.5)
-        >>> plotter.phong.undo(), plotter.phong.lights[0].intensity
-        (True, 1.0)
         """
         done = self._history.undo()
         if done:
@@ -429,16 +386,7 @@ class PlotterPhong(Handle):
         return done
 
     def redo(self) -> bool:
-        """Do again what `undo` took back last; False if there is nothing.
-
-        Examples
-        --------
-        >>> import pyvista as pv, pvphong as ph
-        >>> plotter = pv.Plotter(off_screen=True, lighting="none")
-        >>> sun = plotter.phong.add_light(ph.DirectionalLight(name="sun"))
-        >>> plotter.phong.redo()  # nothing was undone
-        False
-        """
+        """Do again what `undo` took back last; False if there is nothing."""
         done = self._history.redo()
         if done:
             self._plotter.render()
@@ -446,16 +394,7 @@ class PlotterPhong(Handle):
 
     @property
     def light_model(self) -> LightModel:
-        """How contributions are put together, in all subplots; can be set.
-
-        Examples
-        --------
-        >>> import pyvista as pv, pvphong as ph
-        >>> plotter = pv.Plotter(off_screen=True, lighting="none")
-        >>> plotter.phong.light_model = ph.LightModel(shadows=True)
-        >>> plotter.phong.light_model.shadows
-        True
-        """
+        """How contributions are put together, in all subplots; can be set."""
         return self._light_model
 
     @light_model.setter
@@ -468,16 +407,7 @@ class PlotterPhong(Handle):
 
     @property
     def scene(self) -> Scene:
-        """A snapshot of what lights the active subplot: its lights, its camera, the light model.
-
-        Examples
-        --------
-        >>> import pyvista as pv, pvphong as ph
-        >>> plotter = pv.Plotter(off_screen=True, lighting="none")
-        >>> sun = plotter.phong.add_light(ph.DirectionalLight(name="sun"))
-        >>> plotter.phong.scene.lights[0].name
-        'sun'
-        """
+        """A snapshot of what lights the active subplot: its lights, its camera, the light model."""
         return self._subplot.scene
 
     # -- gizmos ------------------------------------------------------------------------------------------
@@ -521,15 +451,6 @@ class PlotterPhong(Handle):
         ------
         ValueError
             If an argument is not allowed.
-
-        Examples
-        --------
-        >>> import pyvista as pv, pvphong as ph
-        >>> plotter = pv.Plotter(off_screen=True, lighting="none")
-        >>> sun = plotter.phong.add_light(ph.DirectionalLight(name="sun"))
-        >>> gizmos = plotter.phong.add_gizmos()
-        >>> list(gizmos[0].handles)
-        ['target', 'origin']
         """
         subplot = self._subplot
         if isinstance(lights, str) or not isinstance(lights, Iterable | None):
@@ -558,34 +479,13 @@ class PlotterPhong(Handle):
         return self.gizmos
 
     def remove_gizmos(self) -> None:
-        """Take the active subplot's gizmos down, if there are any.
-
-        Examples
-        --------
-        >>> import pyvista as pv, pvphong as ph
-        >>> plotter = pv.Plotter(off_screen=True, lighting="none")
-        >>> sun = plotter.phong.add_light(ph.DirectionalLight())
-        >>> gizmos = plotter.phong.add_gizmos()
-        >>> plotter.phong.remove_gizmos()
-        >>> plotter.phong.gizmos
-        ()
-        """
+        """Take the active subplot's gizmos down, if there are any."""
         if self._subplot.remove_gizmos():
             self._plotter.render()
 
     @property
     def gizmos(self) -> tuple[Gizmo, ...]:
-        """The active subplot's gizmos: each has `.light`, the current value, and `.handles`, name → position.
-
-        Examples
-        --------
-        >>> import pyvista as pv, pvphong as ph
-        >>> plotter = pv.Plotter(off_screen=True, lighting="none")
-        >>> sun = plotter.phong.add_light(ph.DirectionalLight(name="sun"))
-        >>> gizmos = plotter.phong.add_gizmos()
-        >>> plotter.phong.gizmos == gizmos
-        True
-        """
+        """The active subplot's gizmos: each has `.light`, the current value, and `.handles`, name → position."""
         interaction = self._subplot.interaction
         return () if interaction is None else interaction.gizmos.all
 

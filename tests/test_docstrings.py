@@ -2,6 +2,7 @@
 
 import doctest
 import inspect
+import re
 import warnings
 
 import pytest
@@ -11,16 +12,12 @@ import pvphong as ph
 from pvphong.accessor import BlocksPhong, MeshPhong
 from pvphong.plotter import PlotterPhong
 
-OF_ACCESSORS = [
-    *((f"{kind.__name__}.{name}", inspect.getattr_static(kind, name)) for kind in (MeshPhong, PlotterPhong)
-      for name in dir(kind) if not name.startswith("_")),
-    *((kind.__name__, kind) for kind in (MeshPhong, BlocksPhong, PlotterPhong)),
-]  # fmt: skip
+ACCESSORS = (MeshPhong, BlocksPhong, PlotterPhong)
 PUBLIC = dict(
     [
         *((name, getattr(ph, name)) for name in ph.__all__ if name != "pipeline"),
         *((f"pipeline.{name}", getattr(ph.pipeline, name)) for name in ph.pipeline.__all__),
-        *OF_ACCESSORS,
+        *((kind.__name__, kind) for kind in ACCESSORS),
     ]
 )
 METHODS = {
@@ -30,14 +27,26 @@ METHODS = {
     for name, member in vars(found).items()
     if not name.startswith("_") and ">>>" in (getattr(member, "__doc__", None) or "")
 }
-SKIPPED = ("PlotterPhong.studio",)
-"""Those whose example would wait for a browser."""
+WAITS = ("PlotterPhong.studio",)
+"""Those whose example is shown and not run: it would wait for a browser."""
 
 
 @pytest.mark.parametrize("name", PUBLIC)
 def test_a_public_name_has_an_example(name):
     assert ">>> " in (PUBLIC[name].__doc__ or "")
-    assert ("+SKIP" in PUBLIC[name].__doc__) == (name in SKIPPED)
+
+
+@pytest.mark.parametrize("kind", ACCESSORS, ids=lambda kind: kind.__name__)
+def test_every_method_of_an_accessor_is_in_an_example(kind):
+    for name in dir(kind):
+        if not name.startswith("_"):
+            own = getattr(kind, name).__doc__ or ""
+            used = re.search(rf"^\s*>>> .*\.{name}\b", kind.__doc__ + own, flags=re.MULTILINE)
+            assert used or ">>> " in own, name
+
+
+def test_no_example_is_skipped_but_those_that_wait():
+    assert {name for name, found in (PUBLIC | METHODS).items() if "+SKIP" in found.__doc__} == set(WAITS)
 
 
 @pytest.mark.parametrize("name", PUBLIC | METHODS)

@@ -41,9 +41,10 @@ extensions = [
     "sphinx.ext.autosummary",
     "numpydoc",
     "sphinx_gallery.gen_gallery",
+    *(path.stem for path in GUIDE.glob("field_tables.py")),  # where the guide has tables of fields
 ]
 exclude_patterns = ["**/sg_execution_times.rst"]
-templates_path = ["reference/templates"]
+templates_path = ["templates"]
 default_role = "name"  # see `Name` below
 nitpicky = False
 suppress_warnings = ["config.cache"]  # sphinx-gallery's configuration has classes
@@ -63,7 +64,13 @@ numpydoc_xref_ignore = "all"  # only the names of this package have pages here
 html_theme = "pydata_sphinx_theme"
 html_title = "pvphong"
 html_show_sourcelink = False
-html_theme_options = {"show_toc_level": 2, "navigation_with_keys": False, "secondary_sidebar_items": ["page-toc"]}
+html_theme_options = {
+    "show_toc_level": 2,
+    "navbar_center": [],  # the sidebar has all pages
+    "navigation_with_keys": False,
+    "secondary_sidebar_items": ["page-toc"],
+}
+html_sidebars = {"**": ["manual-nav"]}
 html_static_path = ["static"]
 html_css_files = ["manual.css"]
 
