@@ -1,15 +1,24 @@
-"""Where light ends to reach a coarse ball: by rays from inside its faces, and by rays from its vertices.
+"""
+Shadows of a coarse ball
+========================
 
-Both balls have the same few corners and the same smooth normals. Rays that begin inside a face, as a renderer casts
-them for every pixel, are blocked by the next faces where the normals still face the sun: a black staircase. Rays from
-vertices, which are on the smooth surface that the corners were taken from, end to reach the sun where the normals say.
+Where does light stop reaching a ball with few triangles? Rays that start inside the faces answer with a black
+staircase. Rays that start at the vertices answer with a smooth edge.
+
+This is the *shadow terminator problem* of renderers. It arises because smooth normals describe a round ball, and the
+triangles are flat: a face that the normals call lit may lie in the shadow of its neighbours.
 """
 
 import numpy as np
 import pyvista as pv
-from arguments import FOLDER, OFF_SCREEN
 
 import pvphong as ph
+
+# %%
+# Two balls with the same triangles
+# ---------------------------------
+# ``coarse`` has 11 × 14 points. ``dense`` has many points inside the same flat faces, with normals blended across
+# them: that is what a renderer sees when it casts a ray for each pixel.
 
 SUN = ph.DirectionalLight(direction=(-1, 0.3, -0.45), name="sun")
 CLAY = ph.Material(ambient=(0.9, 0.6, 0.4), diffuse=(0.9, 0.6, 0.4))
@@ -17,20 +26,29 @@ EARTH = ph.Material(ambient=0.6, diffuse=0.6)
 VIEWER = ph.Viewer(position=(-1.0, -7.0, 2.6), focal_point=(-0.9, 0, -0.15), up=(0, 0, 1))
 SCENE = ph.Scene([SUN], VIEWER, ph.LightModel(ambient=0.15, shadows=True))
 
-ball = pv.Sphere(theta_resolution=14, phi_resolution=11, radius=1.0)
-inside = ball.subdivide(5, "linear")  # points in the same coarse faces, with normals blended across them
-ground = pv.Plane(center=(-1, 0, -1), i_size=9, j_size=7, i_resolution=450, j_resolution=350)
-meshes = {"rays from inside the faces": inside, "rays from the vertices": ball}
-seen = {name: mesh.phong.visibility(SCENE, occluders=[ground]) for name, mesh in meshes.items()}
-balls = {name: mesh.phong.shade(SCENE, CLAY, visibility=seen[name]) for name, mesh in meshes.items()}
-earth = ground.phong.shade(SCENE, EARTH, occluders=[ball])
+coarse = pv.Sphere(theta_resolution=14, phi_resolution=11, radius=1.0)
+dense = coarse.subdivide(5, "linear")
+ground = pv.Plane(center=(-1, 0, -1), i_size=9, j_size=7, i_resolution=360, j_resolution=280)
 
-facing = {name: np.asarray(lit.point_normals) @ -np.array(SUN.direction) > 0.01 for name, lit in balls.items()}
-for name in balls:
-    dark = np.mean(seen[name].per_light[0][facing[name]] == 0)
-    print(f"{name}: {dark:.1%} of what faces the sun is black")
+# %%
+# Visibility, then colours
+# ------------------------
+# ``visibility`` casts the rays and returns, for each light, the part of it that each vertex sees. ``shade`` takes it.
 
-plotter = pv.Plotter(shape=(1, 2), off_screen=OFF_SCREEN, window_size=(1200, 520), border=False)
+balls, facing = {}, {}
+for name, mesh in {"rays from inside the faces": dense, "rays from the vertices": coarse}.items():
+    seen = mesh.phong.visibility(SCENE, occluders=[ground])
+    balls[name] = mesh.phong.shade(SCENE, CLAY, visibility=seen)
+    faces_sun = np.asarray(balls[name].point_normals) @ -np.array(SUN.direction) > 0.01
+    dark = np.mean(seen.per_light[0][faces_sun] == 0)
+    print(f"{name}: {dark:.1%} of the points that face the sun are black")
+earth = ground.phong.shade(SCENE, EARTH, occluders=[coarse])
+
+# %%
+# The staircase, and the smooth edge
+# ----------------------------------
+
+plotter = pv.Plotter(shape=(1, 2), window_size=(1200, 520), border=False)
 for pane, (name, lit) in enumerate(balls.items()):
     plotter.subplot(0, pane)
     plotter.set_background("#20242c")
@@ -40,7 +58,4 @@ for pane, (name, lit) in enumerate(balls.items()):
     plotter.camera_position = [VIEWER.position, VIEWER.focal_point, VIEWER.up]
     plotter.camera.zoom(1.3)
 plotter.enable_anti_aliasing("ssaa")
-
-picture = FOLDER / "coarse_shadows.png"
-plotter.show(screenshot=picture)
-print(f"wrote {picture}")
+plotter.show()

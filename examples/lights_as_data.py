@@ -1,23 +1,27 @@
-"""Lights as data: evaluate once, then switch, dim and tint the lights with plain NumPy.
+"""
+Lights as data
+==============
 
-The lit colour is a sum with one term per light, so `components=True` gives each light's share as an array:
-    colour = clip(base + Σ tint_i · share_i, 0, 1)
-Any other mix of the same lights is that sum again. Nothing is evaluated a second time.
+Evaluate the lights once, then switch, dim and tint them with NumPy.
+
+The lit colour is a sum with one term for each light. ``components=True`` returns each term as an array, so that any
+other mix of the same lights is that sum again: ``colour = clip(base + Σ tint · share, 0, 1)``.
 """
 
 import numpy as np
 import pyvista as pv
-from arguments import FOLDER, OFF_SCREEN
 
 import pvphong as ph
 
+# %%
+# A knot under three lights
+# -------------------------
+# The mesh is a tube along a closed curve, with a few ten thousand points. The names of the lights become the names of
+# their arrays.
 
-def trefoil_knot() -> pv.PolyData:
-    """A tube along a closed curve, a few ten thousand points."""
-    t = np.pi / 6 + np.linspace(0, 2 * np.pi, 600)  # the seam lies under a crossing
-    curve = np.column_stack([np.sin(t) + 2 * np.sin(2 * t), np.cos(t) - 2 * np.cos(2 * t), -np.sin(3 * t)])
-    return pv.Spline(curve, 600).tube(radius=0.55, n_sides=60, capping=False)
-
+t = np.pi / 6 + np.linspace(0, 2 * np.pi, 600)  # the seam lies under a crossing
+curve = np.column_stack([np.sin(t) + 2 * np.sin(2 * t), np.cos(t) - 2 * np.cos(2 * t), -np.sin(3 * t)])
+knot = pv.Spline(curve, 600).tube(radius=0.55, n_sides=60, capping=False)
 
 scene = ph.Scene(
     lights=[
@@ -30,18 +34,29 @@ scene = ph.Scene(
 )
 ivory = ph.Material(ambient=0.9, diffuse=(0.9, 0.87, 0.8), specular=0.4, shininess=30)
 
-lit = trefoil_knot().phong.shade(scene, ivory, components=True)  # the only evaluation
+# %%
+# One evaluation
+# --------------
+# ``phong_light_sun`` is the sun's share, ``phong_base`` what remains when all lights are off.
+
+lit = knot.phong.shade(scene, ivory, components=True)
 share = {name: lit[f"phong_light_{name}"] for name in ("sun", "bulb", "spot")}
 
 
 def mix(**tints: float | tuple[float, float, float]) -> np.ndarray:
-    """The lit colours with these lights on, each multiplied by a factor or an RGB tint."""
+    """Return the colours with these lights on, each multiplied by a factor or an RGB tint."""
     total = lit["phong_base"] + sum(np.asarray(tint, np.float32) * share[name] for name, tint in tints.items())
     return np.clip(total, 0, 1)
 
 
 difference = abs(mix(sun=1, bulb=1, spot=1) - lit["phong"]).max()
-print(f"the lights' shares add up to the lit colour within {difference:.1e}")
+print(f"the shares add up to the lit colour within {difference:.1e}")
+
+# %%
+# Six mixes
+# ---------
+# The first three pictures show one light each, the fourth their sum. The last two dim and tint the same arrays.
+# Nothing is evaluated again.
 
 mixes = {
     "sun": mix(sun=1),
@@ -51,7 +66,7 @@ mixes = {
     "sun at 20 %": mix(sun=0.2, bulb=1, spot=1),
     "tinted": mix(sun=(1.0, 0.55, 0.25), bulb=(0.1, 0.5, 0.9), spot=(0.9, 0.2, 0.7)),
 }
-plotter = pv.Plotter(shape=(2, 3), off_screen=OFF_SCREEN, window_size=(1200, 800), border=False)
+plotter = pv.Plotter(shape=(2, 3), window_size=(1200, 800), border=False)
 for pane, (title, colors) in enumerate(mixes.items()):
     plotter.subplot(*divmod(pane, 3))
     plotter.set_background("#20242c")
@@ -59,7 +74,4 @@ for pane, (title, colors) in enumerate(mixes.items()):
     plotter.add_text(title, position=(12, 12), font_size=12, color="white")
     plotter.camera_position = [scene.viewer.position, scene.viewer.focal_point, scene.viewer.up]
 plotter.enable_anti_aliasing("ssaa")
-
-picture = FOLDER / "lights_as_data.png"
-plotter.show(screenshot=picture)
-print(f"wrote {picture}")
+plotter.show()

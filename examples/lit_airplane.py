@@ -1,11 +1,27 @@
-"""Light a mesh: a sun, a lamp, a plastic airplane. Its colours are an array, and the picture shows just that array."""
+"""
+A lit airplane
+==============
+
+Light a mesh with a sun and a lamp. The colours are an array, one row for each point, and the picture shows that array.
+"""
 
 import pyvista as pv
-from arguments import FOLDER, OFF_SCREEN
 
 import pvphong as ph
 
+# %%
+# The mesh
+# --------
+# pvphong lights any PyVista mesh. It uses the mesh's point normals, or computes them from the faces.
+
 mesh = pv.examples.load_airplane()
+
+# %%
+# Lights, a viewer, a material
+# ----------------------------
+# A :class:`pvphong.Scene` holds the lights, the viewer and the light model. The viewer matters for highlights: they
+# move when the viewer moves. All coordinates are those of the mesh.
+
 scene = ph.Scene(
     lights=[
         ph.DirectionalLight(direction=(-1, -1, -2), diffuse="white", name="sun"),
@@ -24,20 +40,27 @@ scene = ph.Scene(
 )
 plastic = ph.Material(ambient=0.1, diffuse=(0.2, 0.3, 0.8), specular=0.5, shininess=40)
 
+# %%
+# Colours as an array
+# -------------------
+# ``mesh.phong.shade`` returns a new mesh. Its array ``"phong"`` holds red, green and blue in [0, 1], linear, float32.
+
 lit = mesh.phong.shade(scene, plastic)
 colors = lit["phong"]
 print(f"{len(colors)} colours, {colors.dtype}, from {colors.min(axis=0)} to {colors.max(axis=0)}")
 
-plotter = pv.Plotter(off_screen=OFF_SCREEN, window_size=(1000, 560))
-plotter.set_background("#dce6f2")
-plotter.add_mesh(lit, scalars="phong", rgb=True, lighting=False)  # VTK's own light is off: these are our colours
-plotter.camera.position = scene.viewer.position
-plotter.camera.focal_point = scene.viewer.focal_point
-plotter.camera.up = scene.viewer.up
-plotter.camera.view_angle = scene.viewer.view_angle
-plotter.camera.zoom(1.5)  # a narrower picture; nothing moves
-plotter.enable_anti_aliasing("ssaa")
+# %%
+# The picture
+# -----------
+# ``lighting=False`` switches VTK's own light off, so the picture shows the colours of the array and nothing else.
 
-picture = FOLDER / "lit_airplane.png"
-plotter.show(screenshot=picture)
-print(f"wrote {picture}")
+plotter = pv.Plotter(window_size=(1000, 560))
+plotter.set_background("#dce6f2")
+plotter.add_mesh(lit, scalars="phong", rgb=True, lighting=False)
+plotter.camera_position = [scene.viewer.position, scene.viewer.focal_point, scene.viewer.up]
+plotter.camera.zoom(1.5)
+plotter.enable_anti_aliasing("ssaa")
+plotter.show()
+
+# %%
+# ``lit.phong.plot()`` does the same in one call. ``lit.save("lit.vtp")`` keeps the colours in a file.

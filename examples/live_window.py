@@ -1,99 +1,119 @@
-"""Lit meshes in a window follow camera, lights and edits, and are computed again only when they have to be.
-
-Here the window is offscreen and its mouse events are sent by hand. With `--window` it is yours: drag the lights, press
-h for the keys.
 """
+A live window
+=============
+
+Meshes in a plotter follow the lights, the camera and your edits. They are lit again only when something has changed
+that their colours depend on.
+"""
+
+# sphinx_gallery_thumbnail_number = 2
 
 import numpy as np
 import pyvista as pv
-from arguments import FOLDER, OFF_SCREEN, WINDOW
-from PIL import Image
 
 import pvphong as ph
 
-plotter = pv.Plotter(off_screen=OFF_SCREEN, window_size=(640, 400), lighting="none")
-plotter.set_background("#242830")
+# %%
+# A window with gizmos
+# --------------------
+# Drag the lamp, its target or the highlight on the ball. Press h for the keys. The cube is an ordinary PyVista actor
+# that VTK lights; it stands in the same light.
+
 lamp = ph.PointLight(
     position=(0.2, -1.5, 1.4), attenuation=(1, 0, 0.25), diffuse=(1.0, 0.75, 0.45), intensity=1.4, name="lamp"
 )
-plotter.phong.add_light(ph.DirectionalLight(direction=(1, 1, -0.6), diffuse=(0.35, 0.4, 0.55), name="sky"))
-plotter.phong.add_light(lamp)
-
+sky = ph.DirectionalLight(direction=(1, 1, -0.6), diffuse=(0.35, 0.4, 0.55), name="sky")
 glossy = ph.Material(ambient=0.1, diffuse=(0.75, 0.25, 0.2), specular=0.6, shininess=60)
 dull = ph.Material(ambient=0.1, diffuse=(0.3, 0.55, 0.4))
-ball = plotter.phong.add_mesh(pv.Sphere(center=(-0.8, 0, 0), theta_resolution=90, phi_resolution=90), glossy)
-cone = plotter.phong.add_mesh(
-    pv.Cone(center=(0.5, 0, 0), direction=(0, 0, 1), resolution=80).triangulate().subdivide(3), dull
-)
-lit = [plotter.phong.mesh(actor) for actor in (ball, cone)]
-plotter.add_mesh(pv.Cube(center=(1.6, 0, 0), x_length=0.7, y_length=0.7, z_length=0.7), color="tan")  # lit by VTK
-plotter.camera_position = [(0.4, -4.6, 2.0), (0.4, 0, 0.3), (0, 0, 1)]
-plotter.phong.add_gizmos(in_screenshots=True)
-picture = FOLDER / "live_window.png"
-if WINDOW:
-    plotter.show(screenshot=picture)
-    raise SystemExit
-plotter.show(auto_close=False)
 
 
-def report(what: str) -> None:
-    """Draw a frame, and say how many meshes had to be lit again for it."""
-    before = [mesh.evaluations for mesh in lit]
-    plotter.render()
-    evaluated = sum(mesh.evaluations for mesh in lit) - sum(before)
-    print(f"{what:42}{evaluated} evaluated")
+def window(**options: object) -> pv.Plotter:
+    """Return a plotter with a ball, a cone and a cube under two lights."""
+    plotter = pv.Plotter(window_size=(640, 400), lighting="none", **options)
+    plotter.set_background("#242830")
+    plotter.phong.add_light(sky)
+    plotter.phong.add_light(lamp)
+    ball = pv.Sphere(center=(-0.8, 0, 0), theta_resolution=90, phi_resolution=90)
+    cone = pv.Cone(center=(0.5, 0, 0), direction=(0, 0, 1), resolution=80).triangulate().subdivide(3)
+    plotter.phong.add_mesh(ball, glossy, name="ball")
+    plotter.phong.add_mesh(cone, dull, name="cone")
+    plotter.add_mesh(pv.Cube(center=(1.6, 0, 0), x_length=0.7, y_length=0.7, z_length=0.7), color="tan")
+    plotter.camera_position = [(0.4, -4.6, 2.0), (0.4, 0, 0.3), (0, 0, 1)]
+    plotter.phong.add_gizmos(in_screenshots=True)
+    return plotter
 
 
-def drag(start: np.ndarray, by: tuple[int, int]) -> None:
-    """Press, move and release the left button, as a window would report it."""
-    steps = [start, start, start + np.array(by) / 2, start + np.array(by), start + np.array(by)]
-    events = ["MouseMove", "LeftButtonPress", "MouseMove", "MouseMove", "LeftButtonRelease"]
-    for (x, y), event in zip(steps, events, strict=True):
-        plotter.iren.interactor.SetEventInformation(round(float(x)), round(float(y)))
-        plotter.iren.interactor.InvokeEvent(event + "Event")
+window().show()
+
+# %%
+# The same window, by a script
+# ----------------------------
+# Here a script sends the events of the mouse: it drags the lamp to the left, then drags the highlight, for which the
+# lamp moves, and undoes both. Undoing restores the colours to the bit.
 
 
-def pixel(point: tuple[float, float, float]) -> np.ndarray:
-    """Where a point of the world is in the window."""
+def drag(plotter: pv.Plotter, start: np.ndarray, by: tuple[int, int], steps: int = 8) -> None:
+    """Press, move and release the left button, and write a frame for each step."""
+    path = [start + np.array(by) * step / steps for step in range(steps + 1)]
+    events = [(path[0], "MouseMove"), (path[0], "LeftButtonPress")]
+    events += [(place, "MouseMove") for place in path[1:]] + [(path[-1], "LeftButtonRelease")]
+    for place, event in events:
+        plotter.iren.interactor.SetEventInformation(*np.rint(place).astype(int).tolist())
+        plotter.iren.interactor.InvokeEvent(f"{event}Event")
+        if event == "MouseMove" and place is not path[0]:
+            plotter.write_frame()
+
+
+def pixel(plotter: pv.Plotter, point: tuple[float, float, float]) -> np.ndarray:
+    """Return where a point of the world is in the window."""
     plotter.renderer.SetWorldPoint(*point, 1.0)
     plotter.renderer.WorldToDisplay()
     return np.array(plotter.renderer.GetDisplayPoint()[:2])
 
 
-def panel(caption: str) -> np.ndarray:
-    """What is seen now, with a caption."""
-    text = plotter.add_text(caption, position=(12, 370), font_size=11, color="white")
-    image = plotter.screenshot(return_img=True)
-    plotter.remove_actor(text)
-    return image
+plotter = window(off_screen=True)
+plotter.show(auto_close=False)
+plotter.open_gif("dragged_lamp.gif", fps=8)
+gizmo = next(gizmo for gizmo in plotter.phong.gizmos if gizmo.light.name == "lamp")
+ball = plotter.actors["ball"]
+colors = ball.mapper.dataset["phong"].copy()
+drag(plotter, pixel(plotter, gizmo.handles["position"]), (-170, -25))
+print("the lamp was dragged to", np.round(gizmo.light.position, 2))
+drag(plotter, pixel(plotter, gizmo.highlight), (25, -20))
+print("for the highlight to move, the lamp moved to", np.round(gizmo.light.position, 2))
+for _ in range(2):
+    plotter.phong.undo()
+    plotter.write_frame()
+assert gizmo.light == lamp
+assert (ball.mapper.dataset["phong"] == colors).all()
+plotter.close()
+
+# %%
+# Lit again only when needed
+# --------------------------
+# A mesh counts its evaluations. A dull cone does not depend on the camera; a glossy ball does, because a highlight
+# moves with the viewer. Turning an actor, giving it a material or recolouring a light costs one evaluation of what it
+# touches.
+
+plotter = window(off_screen=True)
+lit = {name: plotter.phong.mesh(plotter.actors[name]) for name in ("ball", "cone")}
+plotter.show(auto_close=False)
+
+
+def report(change: str) -> None:
+    """Draw a frame, and print which meshes were lit again for it."""
+    before = {name: mesh.evaluations for name, mesh in lit.items()}
+    plotter.render()
+    again = [name for name, mesh in lit.items() if mesh.evaluations > before[name]]
+    print(f"{change:35} {' and '.join(again) or 'nothing'} lit again")
 
 
 report("nothing has changed:")
-plotter.camera.azimuth = 8
-report("the camera moved, the ball has a highlight:")
-cone.rotate_z(20)
+plotter.camera.azimuth = 12
+report("the camera moved:")
+plotter.actors["cone"].rotate_z(20)
 report("the cone turned:")
-plotter.phong.mesh(cone).material = ph.Material(ambient=0.1, diffuse=(0.3, 0.4, 0.75))
+lit["cone"].material = ph.Material(ambient=0.1, diffuse=(0.3, 0.4, 0.75))
 report("the cone has another material:")
 plotter.phong.set_light("sky", ph.DirectionalLight(direction=(1, 1, -0.6), diffuse=(0.25, 0.35, 0.7), name="sky"))
 report("the sky has another colour:")
-
-gizmo = next(gizmo for gizmo in plotter.phong.gizmos if gizmo.light.name == "lamp")
-colors = ball.mapper.dataset["phong"].copy()
-pictures = [panel("as the script set it up")]
-drag(pixel(gizmo.handles["position"]), (-170, -25))
-print("the lamp was dragged to", np.round(gizmo.light.position, 2))
-pictures.append(panel("the lamp dragged to the left"))
-highlight = gizmo.highlight
-drag(pixel(highlight), (25, -20))
-print("for the highlight to move, the lamp moved to", np.round(gizmo.light.position, 2))
-pictures.append(panel("its highlight dragged: the lamp moved for it"))
-plotter.phong.undo()
-plotter.phong.undo()
-assert gizmo.light == lamp
-assert (ball.mapper.dataset["phong"] == colors).all()
-pictures.append(panel("undone twice: as at first, to the bit"))
-plotter.close()
-
-Image.fromarray(np.vstack([np.hstack(pictures[:2]), np.hstack(pictures[2:])])).save(picture)
-print(f"wrote {picture}")

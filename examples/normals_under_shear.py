@@ -1,36 +1,51 @@
-"""Why normals go through the inverse-transpose: a sheared sphere, lit with right and with wrong normals.
+"""
+Normals under shear
+===================
 
-A normal is not an arrow that moves along with the surface; it is what stays perpendicular to it. Points
-transform by M, normals by the transpose of M's inverse. Left: the inverse-transpose. Right: M itself. The
-light comes from the top left; on the right it seems to come from elsewhere, and the normals lean over.
+Why normals go through the inverse-transpose: a sheared sphere, lit with right and with wrong normals.
+
+A normal is not an arrow that moves along with the surface. It is the direction that stays perpendicular to it. Where
+points transform by a matrix M, normals transform by the transpose of M's inverse.
 """
 
 import warnings
 
 import numpy as np
 import pyvista as pv
-from arguments import FOLDER, OFF_SCREEN
 
 import pvphong as ph
 
-shear = np.array([[1, 1.2, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]])  # x grows with y
-scene = ph.Scene(
-    lights=[ph.DirectionalLight(direction=(1, -1.2, -1), intensity=0.9)],
-    viewer=ph.Viewer(position=(0, 0, 6), parallel=True, parallel_scale=0.95),
-)
-clay = ph.Material(ambient=0.6, diffuse=(0.85, 0.5, 0.35), specular=0.5, shininess=25)
+# %%
+# Shear a sphere
+# --------------
+# :mod:`pvphong.pipeline` has the transformations alone. Vectors, which move along with the surface, give the wrong
+# normals here.
 
+shear = np.array([[1, 1.2, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]])  # x grows with y
 sphere = pv.Sphere(theta_resolution=90, phi_resolution=91)
 normals = np.asarray(sphere.point_normals)
 right = ph.pipeline.transform_normals(normals, shear)
 wrong = ph.pipeline.transform_vectors(normals, shear)
 wrong /= np.linalg.norm(wrong, axis=1, keepdims=True)
-angles = np.degrees(np.arccos(np.clip((right * wrong).sum(axis=1), -1, 1)))
-print(f"transformed by M itself the normals are off by up to {angles.max():.0f}°, {angles.mean():.0f}° on average")
 
-warnings.simplefilter("ignore", ph.NormalsWarning)  # of the wrong ones, which are looked at here
+angles = np.degrees(np.arccos(np.clip((right * wrong).sum(axis=1), -1, 1)))
+print(f"transformed by M itself, normals are off by up to {angles.max():.0f}°, {angles.mean():.0f}° on average")
+
+# %%
+# The light seems to move
+# -----------------------
+# The light comes from the top left. With wrong normals it seems to come from elsewhere, and the arrows lean over.
+# pvphong would warn of such normals; here they are wrong on purpose.
+
+warnings.simplefilter("ignore", ph.NormalsWarning)
+scene = ph.Scene(
+    lights=[ph.DirectionalLight(direction=(1, -1.2, -1), intensity=0.9)],
+    viewer=ph.Viewer(position=(0, 0, 6), parallel=True, parallel_scale=0.95),
+)
+clay = ph.Material(ambient=0.6, diffuse=(0.85, 0.5, 0.35), specular=0.5, shininess=25)
 outline = np.flatnonzero(np.abs(sphere.points[:, 2]) < 1e-6)[::3]
-plotter = pv.Plotter(shape=(1, 2), off_screen=OFF_SCREEN, window_size=(1200, 560), border=False)
+
+plotter = pv.Plotter(shape=(1, 2), window_size=(1200, 560), border=False)
 for pane, (title, turned) in enumerate({"inverse-transpose of M": right, "M itself: wrong": wrong}.items()):
     mesh = sphere.copy()
     mesh.points = ph.pipeline.transform_points(sphere.points, shear)
@@ -44,7 +59,4 @@ for pane, (title, turned) in enumerate({"inverse-transpose of M": right, "M itse
     plotter.camera.parallel_projection = True
     plotter.camera.parallel_scale = scene.viewer.parallel_scale
 plotter.enable_anti_aliasing("ssaa")
-
-picture = FOLDER / "normals_under_shear.png"
-plotter.show(screenshot=picture)
-print(f"wrote {picture}")
+plotter.show()

@@ -1,6 +1,11 @@
-"""Place lights by hand: start from a preset, drag the gizmos, keep the rig as a file.
+"""
+Placing lights
+==============
 
-Here the window is offscreen and the hand is a script. With `--window` it is yours at the end of the script.
+Start from a preset, drag the gizmos, keep the rig as a file.
+
+When this manual is built, the window is off screen and the script moves the lights. On your machine the window is yours
+until you close it.
 """
 
 import tempfile
@@ -8,57 +13,70 @@ from dataclasses import replace
 from pathlib import Path
 
 import pyvista as pv
-from arguments import FOLDER, OFF_SCREEN
 
 import pvphong as ph
 
+# %%
+# A rig from a preset
+# -------------------
+# :func:`pvphong.three_point` returns a key, a fill and a rim light for a mesh, as seen by a viewer. They stand in the
+# world, and each is an ordinary light that :func:`dataclasses.replace` changes.
+
 airplane = pv.examples.load_airplane()
 x, y, z = airplane.center
-floor = pv.Plane(center=(x, y, -80), i_size=4500, j_size=4500, i_resolution=300, j_resolution=300)
-
-plotter = pv.Plotter(off_screen=OFF_SCREEN, window_size=(1100, 640), lighting="none")
-plotter.set_background("#1c1f26")
-plotter.phong.add_mesh(airplane, ph.Material(ambient=0.1, diffuse=(0.75, 0.75, 0.78), specular=0.35, shininess=50))
-plotter.phong.add_mesh(floor, ph.Material(ambient=0.1, diffuse=(0.5, 0.5, 0.52)))
-plotter.camera_position = [(x + 2300, y - 3000, 2300), (x + 50, y, z + 250), (0, 0, 1)]
-
+camera = [(x + 1500, y - 2100, 1500), (x + 80, y - 60, z + 120), (0, 0, 1)]
+viewer = ph.Viewer(position=camera[0], focal_point=camera[1], up=camera[2])
+preset = [replace(light, intensity=0.7 * light.intensity) for light in ph.three_point(airplane, viewer)]
 spot = ph.SpotLight(
     position=(x + 400, y - 900, 1000),
-    direction=(-300, 800, -900),
-    cone_angle=14,
-    exponent=60,
+    direction=(-500, 900, -900),
+    cone_angle=18,
+    exponent=90,
     diffuse=(0.45, 0.75, 1.0),
     name="spot",
 )
-bulb = ph.PointLight(position=(x - 900, y - 700, 350), attenuation=(1, 0, 4e-6), diffuse=(1.0, 0.6, 0.3), name="bulb")
-for light in (*ph.three_point(airplane, plotter.phong.scene.viewer), bulb, spot):
+bulb = ph.PointLight(position=(x - 700, y - 600, 250), attenuation=(1, 0, 4e-6), diffuse=(1.0, 0.6, 0.3), name="bulb")
+
+# %%
+# Gizmos in the window
+# --------------------
+# Each light has handles: its position, its target, its cone. Drag one and the meshes follow; Shift keeps to an axis,
+# Ctrl moves in steps, Escape puts it back. ``in_screenshots=True`` draws the gizmos into pictures too. What a hand
+# does with the mouse, code does with values, and either is one step of undo. The spot is selected, so its whole cone
+# is drawn.
+
+floor = pv.Plane(center=(x, y, -80), i_size=4500, j_size=4500, i_resolution=240, j_resolution=240)
+silver = ph.Material(ambient=0.1, diffuse=(0.75, 0.75, 0.78), specular=0.35, shininess=50)
+plotter = pv.Plotter(window_size=(1100, 640), lighting="none")
+plotter.set_background("#1c1f26")
+plotter.phong.add_mesh(airplane, silver)
+plotter.phong.add_mesh(floor, ph.Material(ambient=0.1, diffuse=(0.5, 0.5, 0.52)), feature_angle=None)
+plotter.camera_position = camera
+for light in (*preset, bulb, replace(spot, cone_angle=10)):
     plotter.phong.add_light(light)
-for light in plotter.phong.lights[:3]:
-    plotter.phong.set_light(light.name, replace(light, intensity=0.6 * light.intensity))
-
 gizmos = plotter.phong.add_gizmos(in_screenshots=True)
-plotter.show(auto_close=False)
 for gizmo in gizmos:
-    names = ", ".join(gizmo.handles)
-    print(f"{gizmo.light.name:5} can be dragged at its {names}")
+    print(f"{gizmo.light.name:5} can be dragged at its {', '.join(gizmo.handles)}")
 
-# What a hand does with the mouse, code does with values; either is one step of undo.
-plotter.phong.set_light("spot", replace(spot, cone_angle=18, direction=(-500, 900, -900)))
+plotter.phong.set_light("spot", spot)
 plotter.phong.undo()
-assert plotter.phong.lights[-1] == spot
+assert plotter.phong.lights[-1].cone_angle == 10
 plotter.phong.redo()
+for _ in gizmos:  # the key n selects the next light
+    plotter.iren.interactor.SetKeySym("n")
+    plotter.iren.interactor.InvokeEvent("KeyPressEvent")
+    plotter.iren.interactor.InvokeEvent("CharEvent")
+rig = plotter.phong.scene
+plotter.show()
 
-plotter.iren.interactor.SetKeySym("n")  # select the last light: its whole cone is shown
-for _ in gizmos:
-    for event in ("KeyPressEvent", "CharEvent"):
-        plotter.iren.interactor.InvokeEvent(event)
+# %%
+# The rig as a file
+# -----------------
+# ``plotter.phong.scene`` is the rig: lights, viewer and light model. Saved as JSON and loaded again it is the same to
+# the last bit. ``pvphong shade other.stl -o other.png --scene rig.json`` puts another mesh under it.
 
-with tempfile.TemporaryDirectory() as kept:
-    rig = Path(kept) / "rig.json"
-    plotter.phong.scene.save(rig)
-    assert ph.Scene.load(rig) == plotter.phong.scene  # to the last bit
-    print(f"the rig is {rig.stat().st_size} bytes of JSON")
-
-picture = FOLDER / "place_lights.png"
-plotter.show(screenshot=picture)
-print(f"wrote {picture}")
+with tempfile.TemporaryDirectory() as folder:
+    path = Path(folder) / "rig.json"
+    rig.save(path)
+    assert ph.Scene.load(path) == rig
+    print(f"the rig is {path.stat().st_size} bytes of JSON")

@@ -65,7 +65,16 @@ def _of_mesh(
 
 
 class MeshPhong(Handle):
-    """Lighting of one dataset; results are new datasets and arrays, the dataset is never modified."""
+    """Lighting of one dataset; results are new datasets and arrays, the dataset is never modified.
+
+    Examples
+    --------
+    >>> import pyvista as pv, pvphong as ph
+    >>> mesh = pv.Sphere()
+    >>> mesh.phong
+    <phong of a PolyData: 842 points, 1680 cells>
+    >>> lit = mesh.phong.shade(ph.DirectionalLight())
+    """
 
     def __init__(self, mesh: pv.DataSet) -> None:
         self._mesh = mesh
@@ -97,7 +106,14 @@ class MeshPhong(Handle):
         feature_angle: FeatureAngle = None,
         backend: Backend = "auto",
     ) -> Comparison:
-        """Compare the lit colours with those of VTK's own shader, vertex by vertex; see `pvphong.validate`."""
+        """Compare the lit colours with those of VTK's own shader, vertex by vertex; see `pvphong.validate`.
+
+        Examples
+        --------
+        >>> import pyvista as pv, pvphong as ph
+        >>> pv.Sphere().phong.validate(ph.DirectionalLight()).passed
+        True
+        """
         from pvphong.studies.validate.validation import validate
 
         return validate(self._mesh, scene, material, matrix=matrix, feature_angle=feature_angle, backend=backend)
@@ -116,7 +132,13 @@ class MeshPhong(Handle):
         visibility: Visibility | None = None,
         truth: bool = False,
     ) -> Tradeoff:
-        """Measure accuracy against time on this mesh; see `pvphong.studies.accuracy.measure.tradeoff`."""
+        """Measure accuracy against time on this mesh; see `pvphong.studies.accuracy.measure.tradeoff`.
+
+        Examples
+        --------
+        >>> import pyvista as pv, pvphong as ph
+        >>> report = pv.Sphere().phong.tradeoff(ph.DirectionalLight(), seconds=0.2)
+        """
         from pvphong.studies.accuracy.measure import tradeoff
 
         how: dict[str, Any] = {"tolerance": tolerance, "seconds": seconds, "matrix": matrix}
@@ -148,6 +170,37 @@ class BlocksPhong(Handle):
     `material` is one for all, or a mapping of a block's name, of a block inside a block the names with "/" between
     them; blocks that are not named have that of the name "default". What is no dataset is given by the path of its
     block's names. Errors name the block.
+
+    Examples
+    --------
+    >>> import pyvista as pv, pvphong as ph
+    >>> blocks = pv.MultiBlock({"ball": pv.Sphere(), "box": pv.Cube().triangulate()})
+    >>> sun = ph.DirectionalLight(direction=(1, 1, -2))
+    >>> lit = blocks.phong.shade(sun, {"ball": "gold", "default": "silver"})
+    >>> lit["ball"]["phong"].shape
+    (842, 3)
+    >>> lit.phong.color_view("hsv")["ball"]["phong_hsv"].shape
+    (842, 3)
+    >>> lit.phong.save("lit.vtm")
+    >>> lit.phong.plot(off_screen=True)
+    >>> blocks.phong.plan(sun)["ball"].view_dependent
+    False
+    >>> blocks.phong.visibility(sun)["ball"].per_light.shape
+    (1, 842)
+    >>> blocks.phong.truth(sun, samples=4)["box"].rgb.shape
+    (8, 3)
+    >>> transport = blocks.phong.transport(samples=16)
+    >>> [str(found) for found in blocks.phong.diagnose().values()]
+    ['Diagnosis of 842 points and 1680 faces: ok', 'Diagnosis of 8 points and 12 faces: ok']
+    >>> blocks.phong.normals()["box"].n_points
+    8
+    >>> blocks.phong.refine(sun, tolerance=0.1, max_points=2000).keys()
+    ['ball', 'box']
+    >>> blocks.phong.interpolation_error(sun).keys()
+    ['ball', 'box']
+    >>> [each.passed for each in blocks.phong.validate(sun).values()]
+    [True, True]
+    >>> report = blocks.phong.tradeoff(sun, seconds=0.2)
     """
 
     def __init__(self, blocks: pv.MultiBlock) -> None:

@@ -46,7 +46,35 @@ _OUTPUTS = (
 
 
 class PlotterPhong(Handle):
-    """Lighting in one plotter: every subplot has its own lights, all share the light model."""
+    """Lighting in one plotter: every subplot has its own lights, all share the light model.
+
+    Examples
+    --------
+    >>> import pyvista as pv, pvphong as ph
+    >>> plotter = pv.Plotter(off_screen=True, lighting="none")
+    >>> sun = plotter.phong.add_light(ph.DirectionalLight(name="sun"))
+    >>> actor = plotter.phong.add_mesh(pv.Sphere(), "gold", show_edges=True)
+    >>> sun.intensity = 0.8  # the next frame shows it
+    >>> plotter.phong.set_light("sun", diffuse="orange")
+    >>> plotter.phong.undo(), plotter.phong.redo()
+    (True, True)
+    >>> plotter.phong.light_model = ph.LightModel(ambient=0.1)
+    >>> plotter.phong.mesh(actor).material = ph.Material.named("silver")
+    >>> gizmos = plotter.phong.add_gizmos()
+    >>> plotter.phong.gizmos == gizmos, list(gizmos[0].handles)
+    (True, ['target', 'origin'])
+    >>> plotter.phong.remove_gizmos()
+    >>> plotter.show(auto_close=False)
+    >>> plotter.phong.validate().passed
+    True
+    >>> plotter.phong.scene.light_model.ambient
+    0.1
+    >>> plotter.phong.remove_light("sun")
+    >>> plotter.phong.lights
+    ()
+    >>> lit = pv.Cube().phong.shade(ph.DirectionalLight())
+    >>> box = plotter.phong.add_lit(lit)
+    """
 
     _instead = dict.fromkeys(LightModel.__dataclass_fields__, "light_model")
 
@@ -507,6 +535,12 @@ class PlotterPhong(Handle):
         ------
         ValueError
             If an argument is not allowed, or the extra is not installed.
+
+        Examples
+        --------
+        >>> import pyvista as pv, pvphong as ph
+        >>> plotter = pv.Plotter(off_screen=True, lighting="none")
+        >>> plotter.phong.studio()  # doctest: +SKIP
         """
         refuse_missing_extra("plotter.phong.studio")
         from pvphong.studio.web.serving import serve

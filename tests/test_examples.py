@@ -1,93 +1,107 @@
-import runpy
-import sys
+"""The gallery's scripts, by their form. The build of the manual runs them and looks at their pictures."""
+
+import ast
+import importlib.util
+import re
 from pathlib import Path
 
 import numpy as np
 import pytest
 from forked import run_script
-from PIL import Image, ImageSequence
+from PIL import Image
+
+import pvphong as ph
+from pvphong.accessor import BlocksPhong, MeshPhong
+from pvphong.plotter import PlotterPhong
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
-SCRIPTS = sorted(script for script in EXAMPLES.glob("*.py") if script.stem != "arguments")
-
-CAPTION = 40
-"""Rows of pixels at the bottom of a panel of `hard_cases` that its caption may take."""
+SCRIPTS = sorted(EXAMPLES.glob("*.py"))
+SHADED = EXAMPLES / "lights_as_data.png"
 
 
-MEASURED = ("accuracy_costs_time", "only_what_it_needs", "phong_and_the_truth")
-"""Those whose pictures show times, which no two runs share."""
+@pytest.fixture(scope="module")
+def support():
+    spec = importlib.util.spec_from_file_location("gallery_support", EXAMPLES / "guide" / "gallery_support.py")
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
 
 
-GIFS = ("moving_light",)
-"""Those whose pictures move."""
-
-
-def picture_of(script):
-    return f"{script.stem}.{'gif' if script.stem in GIFS else 'png'}"
-
-
-def frames(picture):
-    """Pixels of all frames, shape (frames, rows, columns, 3), rows from below to above."""
-    with Image.open(picture) as image:
-        return np.stack([np.asarray(frame.convert("RGB"))[::-1] for frame in ImageSequence.Iterator(image)]).astype(int)
-
-
-def test_the_gallery_shows_every_example_and_links_to_it():
-    gallery = (EXAMPLES / "README.md").read_text(encoding="utf-8")
-    assert len(SCRIPTS) >= 4
-    for script in SCRIPTS:
-        picture = picture_of(script)
-        assert f"![]({picture}) | **[" in gallery
-        assert f"]({script.name})" in gallery
-        assert (EXAMPLES / picture).stat().st_size < (1_500_000 if script.stem in GIFS else 800_000)
-    assert gallery.count(".py)") == len(SCRIPTS)
-
-
-def run(script, *options, folder, off_screen=False):
-    told = run_script(script, folder, *options, folder=folder, off_screen=off_screen)
-    (picture,) = folder.iterdir()
-    assert picture.name == picture_of(script)
-    return picture, told
-
-
-@pytest.mark.parametrize("name", ["lit_airplane", "live_window", "place_lights"])
-def test_its_window_leaves_a_picture_too(name, tmp_path):
-    run(EXAMPLES / f"{name}.py", "--window", folder=tmp_path, off_screen=True)
-
-
-def test_without_what_writes_gifs_one_line_says_so(monkeypatch, tmp_path):
-    monkeypatch.setitem(sys.modules, "imageio", None)
-    monkeypatch.setattr(sys, "argv", ["moving_light.py", str(tmp_path)])
-    monkeypatch.syspath_prepend(EXAMPLES)
-    with pytest.raises(SystemExit, match=r"^A GIF needs imageio: pip install imageio\.$"):
-        runpy.run_path(str(EXAMPLES / "moving_light.py"))
-    assert not list(tmp_path.iterdir())
+def test_the_gallery_orders_every_example(support):
+    assert sorted(support.ORDER) == [script.stem for script in SCRIPTS]
+    assert sorted(SCRIPTS, key=lambda script: support.in_order(str(script)))[0].stem == "lit_airplane"
+    index = (EXAMPLES / "guide" / "index.md").read_text(encoding="utf-8")
+    assert {"gallery/index", "reference/index"} <= set(index.splitlines())
 
 
 @pytest.mark.parametrize("script", SCRIPTS, ids=lambda script: script.stem)
-def test_the_example_runs_and_leaves_a_picture(script, tmp_path):
-    picture, told = run(script, folder=tmp_path)
-    assert f"wrote {picture}" in told
-    image, shown = frames(picture), frames(EXAMPLES / picture.name)
-    assert image.shape == shown.shape, "the gallery's picture is an old one"
-    if script.stem not in MEASURED:
-        assert abs(image - shown).mean() < 2, "the gallery's picture is an old one"  # drivers differ along edges
-    if script.stem in GIFS:
-        assert abs(np.diff(image, axis=0)).mean(axis=(1, 2, 3)).min() > 1, "every frame shows another light"
-    pixels = image.reshape(-1, 3)
-    colors, counts = np.unique(pixels @ (2**16, 2**8, 1), return_counts=True)
-    assert len(colors) > 500, "shaded surfaces have many colours"
-    assert counts.max() < 0.9 * len(pixels), "more than background is seen"
-    assert pixels.max() > 150, "it is not black"
-    if script.stem == "hard_cases":
-        _, height, width, _ = image.shape
-        every_pair_differs(pixels.reshape(2, height // 2, width, 3)[:, CAPTION:], told.count("off by up to"))
+def test_an_example_has_a_title_a_story_and_a_picture(script):
+    text = script.read_text(encoding="utf-8")
+    title, underline, empty, *story = ast.get_docstring(ast.parse(text)).splitlines()
+    assert re.fullmatch("=+", underline)
+    assert len(underline) == len(title)
+    assert not empty
+    assert story
+    for heading, line in re.findall(r"^# %%\n# (.+)\n# (-+)$", text, flags=re.MULTILINE):
+        assert len(line) == len(heading), heading
+    cells = text.split("# %%\n")[1:]
+    assert len(cells) >= 2
+    assert all(cell.startswith("# ") for cell in cells), "a cell begins with text"
+    assert re.search(r"\.show\(|open_gif\(|in_screenshots=True", text), "it draws"
+    assert "argparse" not in text
 
 
-def every_pair_differs(panels, count):
-    """A pair of the same colours differs in no pixel; those of the gallery in 2 % of the surface or more."""
-    assert count >= 5
-    for number, (ours, usual) in enumerate(np.array_split(panels, count, axis=2)):
-        differ = (np.abs(ours - usual) > 10).any(axis=2)
-        drawn = (ours < 250).any(axis=2)
-        assert differ.sum() > 0.02 * drawn.sum() > 0, f"pair {number} is one picture twice"
+@pytest.mark.parametrize("name", ["lit_airplane", "in_a_browser"])
+def test_it_runs_as_a_script_too_and_leaves_no_file(name, tmp_path):
+    run_script(EXAMPLES / f"{name}.py", folder=tmp_path, off_screen=True)
+    assert not list(tmp_path.iterdir())
+
+
+def test_the_build_refuses_pictures_that_show_nothing(support, tmp_path):
+    shaded = np.asarray(Image.open(SHADED).convert("RGB"))
+    noise = np.random.default_rng(1).integers(0, 255, (90, 160, 3), np.uint8)
+    small = np.full_like(shaded, 255)
+    small[:40, :40] = shaded[200:240, 200:240]
+    pictures = {
+        "black": (np.zeros_like(shaded), "black"),
+        "nearly black": (noise // 8, "black"),
+        "one colour": (np.full_like(shaded, 200), "one colour"),
+        "background": (small, "one colour"),
+        "flat": (shaded // 64 * 64, "colours"),
+    }
+    for name, (pixels, fault) in pictures.items():
+        Image.fromarray(pixels).save(tmp_path / f"{name}.png")
+        assert fault in " ".join(support.faults_of(tmp_path / f"{name}.png")), name
+    assert support.faults_of(SHADED) == []
+
+
+@pytest.mark.parametrize(("turns", "faults"), [((0, 4, 8), []), ((0, 0, 0), ["it does not move"])])
+def test_the_build_refuses_animations_that_stand_still(support, tmp_path, turns, faults):
+    picture = Image.open(SHADED).convert("RGB").resize((240, 160))
+    frames = [picture.rotate(turn).quantize(128) for turn in turns]
+    frames[0].save(tmp_path / "moving.gif", save_all=True, append_images=frames[1:], duration=100)
+    assert support.faults_of(tmp_path / "moving.gif") == faults
+
+
+@pytest.mark.parametrize("differ", [True, False])
+def test_the_build_compares_the_halves_of_hard_cases(support, tmp_path, differ):
+    pixels = np.asarray(Image.open(SHADED).convert("RGB"))[:, :400]
+    other = pixels[::-1] if differ else pixels
+    Image.fromarray(np.hstack([other, pixels])).save(tmp_path / "pair.png")
+    assert support.has_two_halves(tmp_path / "pair.png") == differ
+
+
+def test_the_reference_lists_every_public_name_once():
+    text = (EXAMPLES / "guide" / "reference" / "index.rst").read_text(encoding="utf-8")
+    listed, module = [], ""
+    for line in text.splitlines():
+        if line.startswith(".. currentmodule:: "):
+            module = line.removeprefix(".. currentmodule:: ")
+        elif re.fullmatch(r"   [A-Za-z_][\w.]*", line):
+            listed.append(f"{module}.{line.strip()}")
+    public = [f"pvphong.{name}" for name in ph.__all__ if name != "pipeline"]
+    public += [f"pvphong.pipeline.{name}" for name in ph.pipeline.__all__]
+    for kind in (MeshPhong, BlocksPhong, PlotterPhong):
+        of_kind = f"{kind.__module__}.{kind.__name__}"
+        public += [of_kind, *(f"{of_kind}.{name}" for name in dir(kind) if not name.startswith("_"))]
+    assert sorted(listed) == sorted(public)

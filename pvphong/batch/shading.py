@@ -53,6 +53,13 @@ class Batch:
         Those that could not be lit, and why. Nothing was written for them.
     note : str
         What was left as it is, if there is anything to say: seams between files.
+
+    Examples
+    --------
+    >>> import pvphong as ph
+    >>> batch = ph.Batch(done=(), skipped=(), failed={})
+    >>> batch.failed
+    {}
     """
 
     done: tuple[Path, ...]
@@ -105,7 +112,7 @@ def shade_files(
     Parameters
     ----------
     paths : str, path, or sequence of them
-        Files of any format that PyVista reads, or patterns such as "parts/*.vtp"; each holds one mesh, or names others.
+        Files of any format that PyVista reads, or patterns such as `parts/*.vtp`; each holds one mesh, or names others.
         Of a pattern's files those inside `out` are left out, as lit by an earlier call.
     out : path
         A folder; it is made if it is not there. Workers elsewhere must find it, and the files, under the same paths.
@@ -146,6 +153,18 @@ def shade_files(
         If an argument is not allowed: no file, two with one output, a folder that cannot be written to, a scheduler
         that does not answer, workers with other versions. Nothing is written then. What is wrong with a file is no
         error: it is in `.failed`, and the others are lit.
+
+    Examples
+    --------
+    >>> import tempfile, pathlib
+    >>> from distributed import Client
+    >>> import pyvista as pv, pvphong as ph
+    >>> folder = pathlib.Path(tempfile.mkdtemp())
+    >>> pv.Sphere().save(folder / "ball.vtp")
+    >>> with Client(processes=False, dashboard_address=None) as client:
+    ...     batch = ph.shade_files(folder / "*.vtp", folder / "lit", client=client)
+    >>> [path.name for path in batch.done]
+    ['ball.vtp']
     """
     if seams is not None:
         check.choice("seams", seams, get_args(Seams))

@@ -49,6 +49,12 @@ def look_at(eye: VectorLike, target: VectorLike, up: VectorLike) -> Float64Array
     ValueError
         If a vector is not three finite numbers, `eye` equals `target`, or `up` is zero or parallel to
         the view.
+
+    Examples
+    --------
+    >>> import pvphong as ph
+    >>> ph.pipeline.look_at((0, 0, 5), (0, 0, 0), (0, 1, 0))[2]
+    array([ 0.,  0.,  1., -5.])
     """
     origin = np.array(check.vector("eye", eye))
     rotation = _rotation(origin, np.array(check.vector("target", target)), up)
@@ -91,6 +97,15 @@ def frustum(left: float, right: float, bottom: float, top: float, near: float, f
     ------
     ValueError
         If the window has no size, or the planes are not in order.
+
+    Examples
+    --------
+    >>> import pvphong as ph
+    >>> ph.pipeline.frustum(-1, 1, -1, 1, 1, 3)
+    array([[ 1.,  0.,  0.,  0.],
+           [ 0.,  1.,  0.,  0.],
+           [ 0.,  0., -2., -3.],
+           [ 0.,  0., -1.,  0.]])
     """
     left, right, width = _interval("left", left, "right", right)
     bottom, top, height = _interval("bottom", bottom, "top", top)
@@ -124,6 +139,15 @@ def ortho(left: float, right: float, bottom: float, top: float, near: float, far
     ------
     ValueError
         If the window has no size, or the planes are not in order.
+
+    Examples
+    --------
+    >>> import pvphong as ph
+    >>> ph.pipeline.ortho(-1, 1, -1, 1, 1, 3)
+    array([[ 1.,  0.,  0., -0.],
+           [ 0.,  1.,  0., -0.],
+           [ 0.,  0., -1., -2.],
+           [ 0.,  0.,  0.,  1.]])
     """
     left, right, width = _interval("left", left, "right", right)
     bottom, top, height = _interval("bottom", bottom, "top", top)
@@ -159,6 +183,15 @@ def perspective(view_angle: float, aspect: float, near: float, far: float) -> Fl
     ------
     ValueError
         If the angle or the aspect is out of range, or the planes are not in order.
+
+    Examples
+    --------
+    >>> import pvphong as ph
+    >>> ph.pipeline.perspective(90, 1.0, 1.0, 3.0).round(3)
+    array([[ 1.,  0.,  0.,  0.],
+           [ 0.,  1.,  0.,  0.],
+           [ 0.,  0., -2., -3.],
+           [ 0.,  0., -1.,  0.]])
     """
     angle = check.number("view_angle", view_angle, above=0.0)
     if angle >= 180:
@@ -218,6 +251,12 @@ def project(points: Any, viewer: Any, window_size: tuple[int, int]) -> Float64Ar
     ------
     ValueError
         If the points are not (n, 3), the window has no size, or the viewer's up is along its view.
+
+    Examples
+    --------
+    >>> import pvphong as ph
+    >>> ph.pipeline.project([[0.0, 0.0, 0.0]], ph.Viewer(position=(0, 0, 5)), (640, 480))[0, :2]
+    array([320., 240.])
     """
     values = check.array("points", points).astype(np.float64)
     width, height = (
@@ -265,6 +304,12 @@ def plane_normal(*plane: Any) -> Float64Array:
     ------
     ValueError
         If a, b and c are all zero, the points are exactly collinear, or something is not a finite number.
+
+    Examples
+    --------
+    >>> import pvphong as ph
+    >>> ph.pipeline.plane_normal((0, 0, 0), (1, 0, 0), (0, 1, 0))
+    array([0., 0., 1.])
     """
     items = plane[0] if len(plane) == 1 else plane
     is_sequence = isinstance(items, (list, tuple, np.ndarray)) and len(items) in (3, 4)
@@ -312,6 +357,12 @@ def implicit_normals(gradient: Callable[[Float64Array], ArrayLike] | ArrayLike, 
     ------
     ValueError
         If `points` is not (n, 3), or the gradients are not (n, 3) real numbers.
+
+    Examples
+    --------
+    >>> import pvphong as ph
+    >>> ph.pipeline.implicit_normals(lambda points: 2 * points, [[0, 0, 3.0]])  # a sphere
+    array([[0., 0., 1.]])
     """
     rows = check.array("points", points)
     gradients = gradient(rows.astype(np.float64)) if callable(gradient) else gradient

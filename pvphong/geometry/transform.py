@@ -65,7 +65,13 @@ _MOST_W = 2.0**30
 
 
 class SingularMatrixWarning(UserWarning):
-    """A model matrix flattens space onto a plane; normals follow the limit of ever flatter matrices."""
+    """A model matrix flattens space onto a plane; normals follow the limit of ever flatter matrices.
+
+    Examples
+    --------
+    >>> import warnings, pvphong as ph
+    >>> warnings.simplefilter("ignore", ph.SingularMatrixWarning)  # flat on purpose
+    """
 
 
 def normal_matrix(matrix: MatrixLike) -> Float64Array:
@@ -101,6 +107,15 @@ def normal_matrix(matrix: MatrixLike) -> Float64Array:
     -----
     The inverse-transpose of a 3x3 matrix is its cofactor matrix over its determinant; see K. Turkowski,
     "Properties of surface-normal transformations", Graphics Gems (1990), 539-547.
+
+    Examples
+    --------
+    >>> import numpy as np, pvphong as ph
+    >>> normals = ph.pipeline.normal_matrix(np.diag([2.0, 1.0, 1.0, 1.0]))
+    >>> normals / normals[1, 1]
+    array([[0.5, 0. , 0. ],
+           [0. , 1. , 0. ],
+           [0. , 0. , 1. ]])
     """
     return _in_proportion(_cofactors(matrix))
 
@@ -125,6 +140,13 @@ def transform_points(points: ArrayLike, matrix: MatrixLike) -> Float64Array:
     ------
     ValueError
         For a matrix that is not finite or whose last row is projective, or for another shape or type.
+
+    Examples
+    --------
+    >>> import numpy as np, pvphong as ph
+    >>> matrix = np.diag([2.0, 1.0, 1.0, 1.0])
+    >>> ph.pipeline.transform_points([[1.0, 1.0, 0.0]], matrix)
+    array([[2., 1., 0.]])
     """
     affine = affine_matrix(matrix)
     return _product(check.array("points", points), affine[:3], float(affine[3, 3]))
@@ -134,6 +156,13 @@ def transform_vectors(vectors: ArrayLike, matrix: MatrixLike) -> Float64Array:
     """Images of vectors (differences of points) under a model matrix: L v / w, without its translation.
 
     Parameters, result and errors are those of `transform_points`; lengths are kept as they come.
+
+    Examples
+    --------
+    >>> import numpy as np, pvphong as ph
+    >>> matrix = np.diag([2.0, 1.0, 1.0, 1.0])
+    >>> ph.pipeline.transform_vectors([[1.0, 1.0, 0.0]], matrix)
+    array([[2., 1., 0.]])
     """
     affine = affine_matrix(matrix)
     return _product(check.array("vectors", vectors), affine[:3, :3], float(affine[3, 3]))
@@ -164,6 +193,13 @@ def transform_normals(normals: ArrayLike, matrix: MatrixLike) -> Float64Array:
     -----
     SingularMatrixWarning
         As `normal_matrix`.
+
+    Examples
+    --------
+    >>> import numpy as np, pvphong as ph
+    >>> matrix = np.diag([2.0, 1.0, 1.0, 1.0])
+    >>> ph.pipeline.transform_normals([[1.0, 1.0, 0.0]], matrix).round(3)
+    array([[0.447, 0.894, 0.   ]])
     """
     rows = check.array("normals", normals)
     cofactors = _cofactors(matrix)

@@ -55,6 +55,12 @@ def default_scene(
     ------
     ValueError
         If the mesh has no surface, or `matrix` is not a model matrix.
+
+    Examples
+    --------
+    >>> import pyvista as pv, pvphong as ph
+    >>> [light.name for light in ph.default_scene(pv.Sphere()).lights]
+    ['key', 'fill', 'rim']
     """
     parts = leaves(map_blocks(mesh, surface)) if isinstance(mesh, pv.MultiBlock) else [surface(mesh)]
     is_open = any(part.n_open_edges for part in parts)

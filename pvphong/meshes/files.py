@@ -71,6 +71,15 @@ def read(path: str | os.PathLike[str], *, guarded: bool = False) -> pv.DataSet |
     ------
     ValueError
         If the file is not there, is not whole, or holds no mesh; or if its reader crashes, where that is guarded.
+
+    Examples
+    --------
+    >>> import tempfile, pathlib
+    >>> import pyvista as pv, pvphong as ph
+    >>> path = pathlib.Path(tempfile.mkdtemp()) / "ball.vtp"
+    >>> pv.Sphere().save(path)
+    >>> ph.read(path).n_points
+    842
     """
     if not check.flag("guarded", guarded):
         return read_mesh(os.fspath(path))

@@ -59,7 +59,13 @@ _BACKS = (
 
 
 class NormalsWarning(UserWarning):
-    """A mesh's normals or faces look the wrong way, so that it is lit otherwise than it looks."""
+    """A mesh's normals or faces look the wrong way, so that it is lit otherwise than it looks.
+
+    Examples
+    --------
+    >>> import warnings, pvphong as ph
+    >>> warnings.simplefilter("error", ph.NormalsWarning)  # raise it
+    """
 
 
 def warn_of_normals(mesh: pv.DataSet, source: pv.PolyData, scene: Scene, matrix: MatrixLike | None = None) -> None:

@@ -394,6 +394,12 @@ def plan(
     ------
     ValueError
         If an argument has the wrong shape, type or range; the message names it.
+
+    Examples
+    --------
+    >>> import pyvista as pv, pvphong as ph
+    >>> ph.plan(pv.Sphere(), ph.DirectionalLight(), ph.Material(specular=0.5)).view_dependent
+    True
     """
     material = as_material(material)
     if isinstance(mesh_or_points, pv.DataSet):
@@ -542,6 +548,12 @@ def normals(
     ------
     ValueError
         If the mesh has neither normals nor faces, or the matrix or weighting is not allowed.
+
+    Examples
+    --------
+    >>> import pyvista as pv, pvphong as ph
+    >>> pv.Plane().phong.normals()[0]
+    array([0., 0., 1.], dtype=float32)
     """
     source, _ = split_sharp_edges(surface(mesh), feature_angle)
     found = point_normals(source, weighting, backend=backend)

@@ -118,6 +118,12 @@ def plot(mesh: pv.DataSet, /, *, name: str = "phong", **options: Any) -> Any:
     ------
     ValueError
         If the mesh has no point array of that name, or an option colours it.
+
+    Examples
+    --------
+    >>> import pyvista as pv, pvphong as ph
+    >>> lit = pv.Sphere().phong.shade(ph.DirectionalLight())
+    >>> lit.phong.plot(off_screen=True)
     """
     refuse_colouring(options)
     refuse_unlit(mesh, name)
@@ -335,7 +341,7 @@ def color_view(mesh: pv.DataSet, space: ColorSpace, *, name: str = "phong") -> p
     >>> import pyvista as pv, pvphong as ph
     >>> lit = pv.Sphere().phong.shade(ph.DirectionalLight())
     >>> luminance = lit.phong.color_view("xyz")["phong_xyz"][:, 1]
-    >>> float(luminance.min().round(2))
+    >>> round(float(luminance.min()), 2)
     0.04
     """
     check.choice("space", space, get_args(ColorSpace))

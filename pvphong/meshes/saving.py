@@ -93,7 +93,7 @@ def save(
     Examples
     --------
     >>> import pyvista as pv, pvphong as ph
-    >>> pv.Sphere().phong.shade(ph.DirectionalLight()).phong.save("ball.glb")  # doctest: +SKIP
+    >>> pv.Sphere().phong.shade(ph.DirectionalLight()).phong.save("ball.glb")
     """
     target, suffix = Path(path), Path(path).suffix.lower()
     is_blocks = isinstance(lit, pv.MultiBlock)

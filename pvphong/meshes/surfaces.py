@@ -180,6 +180,12 @@ def vertex_normals(mesh: pv.DataSet, weighting: Weighting = "angle", *, backend:
     ------
     ValueError
         As `surface`; also for a mesh without faces, another weighting or backend, or Numba where it is missing.
+
+    Examples
+    --------
+    >>> import pyvista as pv, pvphong as ph
+    >>> ph.pipeline.vertex_normals(pv.Plane(i_resolution=1, j_resolution=1))[0]
+    array([0., 0., 1.])
     """
     check.choice("weighting", weighting, get_args(Weighting))
     kernel.check_backend(backend)
@@ -221,6 +227,12 @@ def face_normals(mesh: pv.DataSet) -> Float64Array:
     ------
     ValueError
         As `surface`; also for a mesh without faces.
+
+    Examples
+    --------
+    >>> import pyvista as pv, pvphong as ph
+    >>> ph.pipeline.face_normals(pv.Plane(i_resolution=1, j_resolution=1))
+    array([[0., 0., 1.]])
     """
     source = _with_faces(mesh)
     return normals.polygon_normals(source.points, *unchecked_polygons(source))

@@ -47,6 +47,13 @@ class Truth:
         How many were cast.
     seconds : float
         How long that took.
+
+    Examples
+    --------
+    >>> import pyvista as pv, pvphong as ph
+    >>> true = pv.Sphere().phong.truth(ph.DirectionalLight(), samples=4)
+    >>> true.rgb.shape, true.standard_error.shape
+    ((842, 3), (842, 3))
     """
 
     rgb: Float64Array

@@ -146,6 +146,13 @@ class Light(metaclass=_Kind):
     ------
     ValueError
         If a field is out of range; the message names the field.
+
+    Examples
+    --------
+    >>> import pvphong as ph
+    >>> sun = ph.DirectionalLight()
+    >>> isinstance(sun, ph.Light), sun.intensity
+    (True, 1.0)
     """
 
     diffuse: ColorLike = check.field(check.color, (1.0, 1.0, 1.0))

@@ -93,6 +93,14 @@ class Material:
     ------
     ValueError
         If a field is out of range; the message names the field.
+
+    Examples
+    --------
+    >>> import pyvista as pv, pvphong as ph
+    >>> paint = ph.Material(diffuse=(0.8, 0.1, 0.1), specular=0.4, shininess=50)
+    >>> lit = pv.Sphere().phong.shade(material=paint)
+    >>> ph.Material.named("gold").shininess
+    51.2
     """
 
     ambient: Any = check.field(partial(_reflected, checked=check.color), 0.2)

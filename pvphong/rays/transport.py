@@ -181,6 +181,14 @@ class Transport:
         Number of vertices of each mesh.
     samples : int
         Number of rays per vertex.
+
+    Examples
+    --------
+    >>> import pyvista as pv, pvphong as ph
+    >>> transport = pv.Sphere().phong.transport(samples=16)
+    >>> model = ph.LightModel(bounces=2)
+    >>> scene = ph.Scene([ph.DirectionalLight()], light_model=model)
+    >>> lit = pv.Sphere().phong.shade(scene, transport=transport)
     """
 
     def __init__(

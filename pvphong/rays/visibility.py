@@ -248,6 +248,13 @@ class Visibility:
         True to include `behind`.
     memory : tuple of ndarray, optional
         Two arrays of shape (lights + 1, n), float32, for visible parts, all 1, and their errors, all 0.
+
+    Examples
+    --------
+    >>> import pyvista as pv, pvphong as ph
+    >>> seen = pv.Sphere().phong.visibility(ph.DirectionalLight())
+    >>> seen.per_light.shape
+    (1, 842)
     """
 
     def __init__(

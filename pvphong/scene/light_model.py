@@ -73,6 +73,12 @@ class LightModel:
     ------
     ValueError
         If a field is out of range, or asks of VTK's convention what VTK does not do.
+
+    Examples
+    --------
+    >>> import pyvista as pv, pvphong as ph
+    >>> model = ph.LightModel(ambient=0.1, shadows=True)
+    >>> lit = pv.Sphere().phong.shade(ph.Scene([ph.DirectionalLight()], light_model=model))
     """
 
     ambient: ColorLike = check.field(check.color, 0.2)

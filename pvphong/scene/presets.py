@@ -39,6 +39,12 @@ def three_point(mesh: Any, viewer: Viewer | None = None, *, ratio: float = 4.0) 
     ------
     ValueError
         If the mesh is empty, or an argument is not allowed.
+
+    Examples
+    --------
+    >>> import pyvista as pv, pvphong as ph
+    >>> [light.name for light in ph.three_point(pv.Sphere())]
+    ['key', 'fill', 'rim']
     """
     bounds = np.array(check.numbers_in("bounds", getattr(mesh, "bounds", mesh), 6))
     ratio = check.number("ratio", ratio, at_least=1.0)

@@ -48,6 +48,12 @@ class Scene:
     ------
     ValueError
         If a field is not of its type, or two lights have one name.
+
+    Examples
+    --------
+    >>> import pyvista as pv, pvphong as ph
+    >>> scene = ph.Scene([ph.DirectionalLight()], ph.Viewer(position=(0, 0, 5)), ph.LightModel(ambient=0.1))
+    >>> lit = pv.Sphere().phong.shade(scene)
     """
 
     lights: Iterable[Any] = ()
@@ -201,6 +207,14 @@ def load_materials(path: str | os.PathLike[str]) -> dict[str, Material]:
     ------
     ValueError
         As for `Scene.load`.
+
+    Examples
+    --------
+    >>> import tempfile, pathlib, pvphong as ph
+    >>> rig = pathlib.Path(tempfile.mkdtemp()) / "rig.json"
+    >>> ph.Scene([ph.DirectionalLight()]).save(rig, materials={"default": ph.Material.named("gold")})
+    >>> ph.load_materials(rig)["default"] == ph.Material.named("gold")
+    True
     """
     kept, folder = documents.entries("materials", _document(path).get("materials", {})), Path(path).parent
     found = {name: _material_of(f"materials.{name}", entry) for name, entry in kept.items()}

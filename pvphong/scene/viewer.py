@@ -51,6 +51,12 @@ class Viewer:
     ------
     ValueError
         If a field is out of range; the message names the field.
+
+    Examples
+    --------
+    >>> import pyvista as pv, pvphong as ph
+    >>> viewer = ph.Viewer(position=(0, -4, 2), up=(0, 0, 1))
+    >>> lit = pv.Sphere().phong.shade(ph.Scene([ph.DirectionalLight()], viewer))
     """
 
     position: VectorLike = check.field(check.vector, (0.0, 0.0, 1.0))

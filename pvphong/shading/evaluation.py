@@ -101,6 +101,14 @@ def evaluate(
     ValueError
         If an argument has the wrong shape, type or range, or `backend` is "numba" and Numba is missing. The
         message names the argument.
+
+    Examples
+    --------
+    >>> import numpy as np, pvphong as ph
+    >>> points, normals = np.zeros((1, 3)), np.array([[0.0, 0.0, 1.0]])
+    >>> sun = ph.DirectionalLight(direction=(0, 0, -1))
+    >>> ph.evaluate(points, normals, sun, ph.Material(diffuse=0.5, ambient=0)).rgb
+    array([[0.5, 0.5, 0.5]], dtype=float32)
     """
     material = as_material(material)
     vertices = Vertices(points, normals, material.maps, tangents=material.tangents)

@@ -54,6 +54,13 @@ class Shading:
     bounced : ndarray or None
         Shape (bounces, n, 3), unclamped: light that has bounced once, twice and so on. The last row includes the
         remaining ambient light. With bounces, `ambient` and `base` contain no ambient light.
+
+    Examples
+    --------
+    >>> import numpy as np, pvphong as ph
+    >>> shading = ph.evaluate(np.zeros((1, 3)), [[0, 0, 1]], ph.DirectionalLight(), ph.Material())
+    >>> shading.rgb.shape
+    (1, 3)
     """
 
     rgb: NDArray[Any]

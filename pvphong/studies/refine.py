@@ -273,6 +273,13 @@ def interpolation_error(
     ------
     ValueError
         As `refine`.
+
+    Examples
+    --------
+    >>> import pyvista as pv, pvphong as ph
+    >>> report = pv.Sphere().phong.interpolation_error(ph.DirectionalLight())
+    >>> len(report.cell_data) > 0
+    True
     """
     setting = Setting(matrix, feature_angle, occluders, tolerance=OF_RAYS / 255.0)
     lit = _lit_triangles(mesh, scene, material, setting, transport)

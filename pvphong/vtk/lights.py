@@ -52,6 +52,12 @@ def as_light(light: Any, viewer: Any = None) -> Light:
     ------
     ValueError
         If `light` is not a light, or pvphong does not allow its cone, attenuation or direction.
+
+    Examples
+    --------
+    >>> import pyvista as pv, pvphong as ph
+    >>> ph.as_light(pv.Light(position=(0, 0, 5), color="red", light_type="scene light")).diffuse
+    (1.0, 0.0, 0.0)
     """
     if viewer is None:
         return from_vtk(light, _camera_distance(light))
@@ -240,6 +246,12 @@ def light_kit() -> tuple[Light, ...]:
     -------
     tuple of Light
         "head", a headlight, and "key", "fill", "back left" and "back right" in the camera frame.
+
+    Examples
+    --------
+    >>> import pvphong as ph
+    >>> [light.frame for light in ph.light_kit()]
+    ['headlight', 'camera', 'camera', 'camera', 'camera']
     """
     kit, renderer = vtkLightKit(), vtkRenderer()
     kit.AddLightsToRenderer(renderer)

@@ -106,6 +106,13 @@ def vtk_shade(
     Points and light positions reach the GPU in float32, with only VTK's own shift and scale, so large world coordinates
     show VTK's loss of precision. The formulas are those of VTK's ``vtkOpenGLPolyDataMapper.cxx``
     (``ReplaceShaderLight``), which simulates headlights, directional and positional lights in three tiers.
+
+    Examples
+    --------
+    >>> import pyvista as pv, pvphong as ph
+    >>> viewer = ph.Viewer(position=(0, 0, 5))
+    >>> ph.vtk_shade(pv.Sphere(), [ph.DirectionalLight()], "gold", viewer).shape
+    (842, 3)
     """
     source = surface(mesh)
     points, normals = check.array("points", source.points), check.array("normals", point_normals(source))

@@ -34,6 +34,12 @@ def light_from_homogeneous(position: Any, **common: Any) -> DirectionalLight | P
     ------
     ValueError
         If `position` is not four finite numbers or is all zero, or if a field is out of range.
+
+    Examples
+    --------
+    >>> import pvphong as ph
+    >>> ph.pipeline.light_from_homogeneous((0, 0, 2, 1)).position
+    (0.0, 0.0, 2.0)
     """
     x, y, z, w = check.numbers_in("position", position, 4)
     if w == 0.0:

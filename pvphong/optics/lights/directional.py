@@ -37,6 +37,12 @@ class DirectionalLight(Light):
     ------
     ValueError
         If a field is out of range; the message names the field.
+
+    Examples
+    --------
+    >>> import pyvista as pv, pvphong as ph
+    >>> sun = ph.DirectionalLight(direction=(1, -1, -2), diffuse="#fff0d0")
+    >>> lit = pv.Sphere().phong.shade(sun)
     """
 
     direction: VectorLike = aim()

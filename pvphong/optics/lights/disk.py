@@ -43,6 +43,12 @@ class DiskLight(Aimed, Flat, Light):
     ------
     ValueError
         If a field is out of range; the message names the field.
+
+    Examples
+    --------
+    >>> import pyvista as pv, pvphong as ph
+    >>> disk = ph.DiskLight(position=(0, 0, 2), direction=(0, 0, -1), radius=0.5, intensity=4)
+    >>> lit = pv.Sphere().phong.shade(disk)
     """
 
     position: VectorLike = place()

@@ -78,6 +78,13 @@ class EnvironmentLight(Light):
     ValueError
         If a field is out of range, or an image has a wrong shape, a NaN, an infinity, a negative number or 8-bit
         numbers; the message names the field.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import pyvista as pv, pvphong as ph
+    >>> sky = np.linspace((0.3, 0.5, 1.0), (0.2, 0.2, 0.2), 16)[:, None] * np.ones((1, 32, 1))
+    >>> lit = pv.Sphere().phong.shade(ph.EnvironmentLight(sky, up=(0, 0, 1)))
     """
 
     image: Any = meaning(Role(image_or_color), 1.0)

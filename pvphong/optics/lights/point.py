@@ -40,6 +40,12 @@ class PointLight(Weakening, Light):
     ------
     ValueError
         If a field is out of range; the message names the field.
+
+    Examples
+    --------
+    >>> import pyvista as pv, pvphong as ph
+    >>> bulb = ph.PointLight(position=(2, -1, 2), attenuation=(1, 0, 0.1))
+    >>> lit = pv.Sphere().phong.shade(bulb)
     """
 
     position: VectorLike = place()

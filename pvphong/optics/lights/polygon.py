@@ -67,6 +67,12 @@ class PolygonLight(Flat, Light):
     ------
     ValueError
         If a field is out of range; the message names the field.
+
+    Examples
+    --------
+    >>> import pyvista as pv, pvphong as ph
+    >>> corners = [(0, 0, 2), (0, 1, 2), (1, 0, 2)]  # its front is below
+    >>> lit = pv.Sphere().phong.shade(ph.PolygonLight(corners, intensity=4))
     """
 
     corners: Any = meaning(Corners(_checked, "position"), _SQUARE)

@@ -50,6 +50,12 @@ class RectangleLight(Aimed, Flat, Light):
     ------
     ValueError
         If a field is out of range; the message names the field.
+
+    Examples
+    --------
+    >>> import pyvista as pv, pvphong as ph
+    >>> softbox = ph.RectangleLight((0, 0, 2), (0, 0, -1), width=1, height=2, intensity=4)
+    >>> lit = pv.Sphere().phong.shade(softbox)
     """
 
     position: VectorLike = place()

@@ -41,6 +41,12 @@ class SphereLight(Light):
     ------
     ValueError
         If a field is out of range; the message names the field.
+
+    Examples
+    --------
+    >>> import pyvista as pv, pvphong as ph
+    >>> lamp = ph.SphereLight(position=(2, -1, 2), radius=0.5, intensity=4)
+    >>> lit = pv.Sphere().phong.shade(lamp)
     """
 
     position: VectorLike = place()

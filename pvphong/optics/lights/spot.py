@@ -58,6 +58,12 @@ class SpotLight(Aimed, Weakening, Light):
     ------
     ValueError
         If a field is out of range; the message names the field.
+
+    Examples
+    --------
+    >>> import pyvista as pv, pvphong as ph
+    >>> spot = ph.SpotLight.at((2, -1, 2), target=(0, 0, 0), cone_angle=12)
+    >>> lit = pv.Sphere().phong.shade(spot)
     """
 
     position: VectorLike = place()

@@ -58,6 +58,12 @@ class BlinnPhong(Shiny):
     ------
     ValueError
         If the shininess is out of range.
+
+    Examples
+    --------
+    >>> import pyvista as pv, pvphong as ph
+    >>> material = ph.Material(specular=0.5, reflectance=ph.BlinnPhong(shininess=160))
+    >>> lit = pv.Sphere().phong.shade(ph.DirectionalLight(), material)
     """
 
     shininess: float | None = own_shininess()

@@ -42,6 +42,12 @@ class GGX(Microfacets):
     ------
     ValueError
         If a field is out of range; the message names the field.
+
+    Examples
+    --------
+    >>> import pyvista as pv, pvphong as ph
+    >>> material = ph.Material(reflectance=ph.GGX(roughness=0.3))
+    >>> lit = pv.Sphere().phong.shade(ph.DirectionalLight(), material)
     """
 
     roughness: float = check.field(ROUGHNESS)

@@ -53,6 +53,12 @@ class Metal(Shiny):
     C. Schlick: An inexpensive BRDF model for physically-based rendering (1994), equation 15. For the shift of a metal's
     colour to white at grazing angles, see R. Cook and K. Torrance: A reflectance model for computer graphics (1982),
     section 5.
+
+    Examples
+    --------
+    >>> import pyvista as pv, pvphong as ph
+    >>> material = ph.Material(reflectance=ph.Metal("gold", shininess=20))
+    >>> lit = pv.Sphere().phong.shade(ph.DirectionalLight(), material)
     """
 
     color: ColorLike = check.field(part_of_light)

@@ -48,6 +48,12 @@ class ModifiedPhong(Shiny):
     -----
     E. Lafortune, Y. Willems: Using the modified Phong reflectance model for physically based rendering (1994),
     equations 3 and 4, times π: a light of intensity 1 that faces a white surface makes it 1.
+
+    Examples
+    --------
+    >>> import pyvista as pv, pvphong as ph
+    >>> material = ph.Material(specular=0.5, reflectance=ph.ModifiedPhong(shininess=40))
+    >>> lit = pv.Sphere().phong.shade(ph.DirectionalLight(), material)
     """
 
     shininess: float | None = own_shininess()

@@ -43,6 +43,12 @@ class OrenNayar(Reflectance):
     ------
     ValueError
         If `sigma` is out of range.
+
+    Examples
+    --------
+    >>> import pyvista as pv, pvphong as ph
+    >>> material = ph.Material(reflectance=ph.OrenNayar(sigma=30))
+    >>> lit = pv.Sphere().phong.shade(ph.DirectionalLight(), material)
     """
 
     sigma: float = check.field(partial(check.number, at_least=0.0, at_most=90.0), unit="°")

@@ -62,6 +62,12 @@ class PBR(Microfacets):
     `Material.from_property` and `Scene.from_plotter` refuse them by name. If F₉₀ is below 1, the base uses the value of
     the brightest channel, which differs from VTK by at most 3e-7 for a light of 1; and of an albedo of 1, which differs
     by at most 1e-4.
+
+    Examples
+    --------
+    >>> import pyvista as pv, pvphong as ph
+    >>> material = ph.Material(reflectance=ph.PBR(metallic=1.0, roughness=0.3))
+    >>> lit = pv.Sphere().phong.shade(ph.DirectionalLight(), material)
     """
 
     metallic: float = check.field(partial(number_or_map, at_least=0.0, at_most=1.0), 0.0)

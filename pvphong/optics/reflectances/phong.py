@@ -52,6 +52,12 @@ class Phong(Shiny):
     ------
     ValueError
         If a field is out of range.
+
+    Examples
+    --------
+    >>> import pyvista as pv, pvphong as ph
+    >>> material = ph.Material(specular=0.5, reflectance=ph.Phong(shininess=40))
+    >>> lit = pv.Sphere().phong.shade(ph.DirectionalLight(), material)
     """
 
     shininess: float | None = own_shininess()

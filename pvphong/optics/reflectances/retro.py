@@ -41,6 +41,12 @@ class Retro(ModifiedPhong):
     -----
     Source of the retroreflective lobe: E. Lafortune, S.-C. Foo, K. Torrance, D. Greenberg: Non-linear approximation of
     reflectance functions (1997), section 4.
+
+    Examples
+    --------
+    >>> import pyvista as pv, pvphong as ph
+    >>> material = ph.Material(specular=0.5, reflectance=ph.Retro(shininess=40))
+    >>> lit = pv.Sphere().phong.shade(ph.DirectionalLight(), material)
     """
 
     peak: ClassVar = BACK

@@ -68,6 +68,13 @@ class Plan:
     whole : Equation
         The equation before simplification. It determines evaluator and types, so that no vertex's bits depend on the
         positions of others.
+
+    Examples
+    --------
+    >>> import pyvista as pv, pvphong as ph
+    >>> plan = pv.Sphere().phong.plan(ph.DirectionalLight(), ph.Material())
+    >>> plan.view_dependent
+    False
     """
 
     view_dependent: bool

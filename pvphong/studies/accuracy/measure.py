@@ -122,6 +122,13 @@ def tradeoff(
     ------
     ValueError
         If an argument has the wrong shape, type or range, or the mesh has nothing that can be lit.
+
+    Examples
+    --------
+    >>> import pyvista as pv, pvphong as ph
+    >>> report = ph.tradeoff(pv.Sphere(), ph.DirectionalLight(), "gold", seconds=0.2)
+    >>> len(report.rows) > 0
+    True
     """
     material, truth = as_material(material), check.flag("truth", truth)
     given: Any = visibility  # which callers may not have checked

@@ -86,6 +86,13 @@ class Tradeoff(Result):
         Shape (n_points, 3): colours of the float64 reference.
     physics : Physics or None
         Models of light beside paths of it, where that was asked for: `.models`, `.truth`, `.sentence()`, `.table()`.
+
+    Examples
+    --------
+    >>> import pyvista as pv, pvphong as ph
+    >>> report = pv.Sphere().phong.tradeoff(ph.DirectionalLight(), seconds=0.2)
+    >>> report.tolerance == 1 / 255
+    True
     """
 
     physics: Physics | None = None

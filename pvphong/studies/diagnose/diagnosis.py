@@ -170,6 +170,12 @@ class Diagnosis:
     offset : tuple of 3 floats or None
         What to subtract from the coordinates to cure `far_faces`; None where there are none, or where no single
         offset helps all of them.
+
+    Examples
+    --------
+    >>> import pyvista as pv, pvphong as ph
+    >>> pv.Sphere().phong.diagnose().non_manifold_edges
+    array([], shape=(0, 2), dtype=int64)
     """
 
     FLAGS: ClassVar[dict[str, int]] = FLAGS
@@ -397,6 +403,12 @@ def diagnose(mesh: pv.DataSet, *, matrix: MatrixLike | None = None) -> Diagnosis
     ValueError
         If `mesh` is no DataSet, its dimensions or arrays do not fit its points, or `matrix` is not an affine
         4x4 matrix of finite numbers.
+
+    Examples
+    --------
+    >>> import pyvista as pv, pvphong as ph
+    >>> print(ph.diagnose(pv.Sphere()))
+    Diagnosis of 842 points and 1680 faces: ok
     """
     if not isinstance(mesh, pv.DataSet):
         remedy = "pyvista.wrap turns VTK's datasets into one; of a MultiBlock diagnose each block."

@@ -263,6 +263,13 @@ class Comparison:
         Reason → points that were not compared for it; a point may have several.
     pvphong, vtk : ndarray
         Shape (n_points, 3): all unclamped colours, VTK's NaN where it has none.
+
+    Examples
+    --------
+    >>> import pyvista as pv, pvphong as ph
+    >>> comparison = pv.Sphere().phong.validate(ph.DirectionalLight())
+    >>> comparison.passed
+    True
     """
 
     tolerance: float
