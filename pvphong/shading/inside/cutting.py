@@ -84,7 +84,7 @@ def uncut_area(surface: LitSurface, tolerance: float) -> float:
         rows = np.flatnonzero(is_lit.any(axis=1) & ~is_lit.all(axis=1))
         steps = steps_at(light, vertices, corners[rows], _INSIDE)
         is_crossed[rows[steps.max(axis=1, initial=0.0) > tolerance]] = True
-    return area(vertices.points[corners[is_crossed]])
+    return area(vertices.points, corners[is_crossed])
 
 
 class _Crossings(NamedTuple):
@@ -108,7 +108,7 @@ class _Edge:
         self._allowed = _DEVIATION * surface.diagonal
         self._is_lit_inside: BoolArray = np.zeros((0, len(_INSIDE)), dtype=bool)
         self._is_hidden: BoolArray = np.zeros(0, dtype=bool)
-        whole = area(surface.vertices.points[surface.triangles.corners])
+        whole = area(surface.vertices.points, surface.triangles.corners)
         self._spacing = max(PIXEL * surface.diagonal, math.sqrt(whole / _MOST_RAYS))
 
     @property
@@ -133,7 +133,7 @@ class _Edge:
     # -- looking at triangles
 
     def _sizes(self, rows: IntArray) -> tuple[Float64Array, Float64Array]:
-        return sizes(self._surface.vertices.points[self._surface.triangles.corners[rows]])
+        return sizes(self._surface.vertices.points, self._surface.triangles.corners[rows])
 
     def _seen(self, rows: IntArray, weights: Float64Array) -> BoolArray:
         surface = self._surface
@@ -284,7 +284,7 @@ class _Edge:
 
     def _part(self, found: _Crossings, is_spent: bool) -> Cuts:
         surface, triangles = self._surface, self._surface.triangles
-        strip = area(surface.vertices.points[triangles.corners[self._is_hidden]])
+        strip = area(surface.vertices.points, triangles.corners[self._is_hidden])
         signs = self._snapped(found)
         is_cut = triangles.with_tied((found.step > 0.0) & (signs[triangles.ends] != 0).all(axis=1))
         is_crossed = signs[triangles.ends].prod(axis=1) < 0

@@ -88,7 +88,7 @@ def more_errors(vertices: LitVertices, corners: IntArray, enough: float | None =
 def all_errors(vertices: LitVertices, corners: IntArray) -> Float64Array:
     """Largest error (m,) at every sample; 0 in triangles without an area, or with a point that is not finite."""
     result = np.zeros(len(corners))
-    rows = np.flatnonzero(sizes(vertices.points[corners])[1] > 0.0)
+    rows = np.flatnonzero(sizes(vertices.points, corners)[1] > 0.0)
     shown = corners[rows]
     errors = np.maximum(first_errors(vertices, shown), more_errors(vertices, shown))
     large = np.flatnonzero(errors >= _LARGE)

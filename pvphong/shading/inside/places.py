@@ -25,16 +25,16 @@ from pvphong.shading.inside.lighting import LitVertices, difference, inside_cone
 _AT_ONCE = 2**13
 
 
-def sizes(points: Float64Array) -> tuple[Float64Array, Float64Array]:
-    """Longest side and least height (m,) of triangles (m, 3, 3).
+def sizes(points: Float64Array, corners: IntArray) -> tuple[Float64Array, Float64Array]:
+    """Longest side and least height (m,) of triangles (m, 3) between points (n, 3).
 
     The height is zero or NaN where a triangle has no area, or a point that is not finite.
     """
-    longest, height = np.empty((2, len(points)))
+    longest, height = np.empty((2, len(corners)))
 
     def measure(first: int, last: int) -> None:
         with np.errstate(invalid="ignore", over="ignore", divide="ignore"):
-            a, b, c = points[first:last].transpose(1, 2, 0)
+            a, b, c = points.take(corners[first:last], axis=0).transpose(1, 2, 0)
             sides = np.stack([b - a, c - b, a - c])
             scale = np.abs(sides).max(axis=(0, 1), initial=0.0)
             sides /= scale
@@ -42,13 +42,13 @@ def sizes(points: Float64Array) -> tuple[Float64Array, Float64Array]:
             vector = cross(sides[0], sides[1])
             longest[first:last], height[first:last] = most * scale, np.sqrt(dot(vector, vector)) / most * scale
 
-    threads.run(measure, len(points), _AT_ONCE)
+    threads.run(measure, len(corners), _AT_ONCE)
     return longest, height
 
 
-def area(points: Float64Array) -> float:
-    """The area of triangles (m, 3, 3) together; those that have none, or a point that is not finite, count as 0."""
-    longest, height = sizes(points)
+def area(points: Float64Array, corners: IntArray) -> float:
+    """The area of triangles (m, 3) together; those that have none, or a point that is not finite, count as 0."""
+    longest, height = sizes(points, corners)
     return float(np.nan_to_num(longest * height).sum()) / 2.0
 
 

@@ -163,9 +163,9 @@ class Refinement:
     def _measure(self, rows: IntArray, tolerance: float) -> None:
         """Take the first samples of triangles that are new or changed."""
         corners = self.surface.triangles.corners[rows]
-        points = self.surface.vertices.points[corners]
-        longest, height = sizes(points)
-        step = np.abs(points).max(axis=(1, 2), initial=0.0) * float(np.finfo(self.surface.real).eps)
+        points = self.surface.vertices.points
+        longest, height = sizes(points, corners)
+        step = np.abs(points).max(axis=1)[corners].max(axis=1, initial=0.0) * float(np.finfo(self.surface.real).eps)
         visible = height > 0.0
         added = len(self.surface.triangles) - len(self._known)
         self._known = np.concatenate([self._known, np.zeros(added, dtype=_KNOWN)])

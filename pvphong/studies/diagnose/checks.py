@@ -207,17 +207,22 @@ def _from_their_lowest(corners: IntArray) -> IntArray:
     return np.take_along_axis(corners, turns, axis=1)
 
 
-def edges_of(faces: Faces) -> tuple[IntArray, IntArray, IntArray]:
-    """Where each edge of each face begins and ends, and the face's number; a face of n corners has n edges."""
+def edges_of(faces: Faces) -> tuple[IntArray, IntArray]:
+    """First and last point of each edge of each face; a face of n corners has n edges."""
     begin = faces.connectivity
     if faces.are_triangles:
         end = np.roll(begin.reshape(-1, 3), -1, axis=1).ravel()
-        return begin, end, np.repeat(np.arange(faces.count), 3)
+        return begin, end
     end = np.empty_like(begin)
     end[:-1] = begin[1:]
     some = faces.sizes > 0
     end[faces.offsets[1:][some] - 1] = begin[faces.offsets[:-1][some]]
-    return begin, end, np.repeat(np.arange(faces.count), faces.sizes)
+    return begin, end
+
+
+def owners_of(faces: Faces) -> IntArray:
+    """Number of the face to which each edge of `edges_of` belongs."""
+    return np.repeat(np.arange(faces.count), faces.sizes)
 
 
 class Edges(NamedTuple):
@@ -240,7 +245,9 @@ class Edges(NamedTuple):
             keys = keys[~is_point]
         keys.sort()
         undirected = keys >> 1
-        starts = np.flatnonzero(np.diff(undirected, prepend=-1))
+        is_first = np.ones(len(keys), bool)
+        np.not_equal(undirected[1:], undirected[:-1], out=is_first[1:])
+        starts = np.flatnonzero(is_first)
         forth = np.add.reduceat(keys & 1, starts) if len(starts) else starts
         once = undirected[starts]
         return cls(once >> bits, once & ((1 << bits) - 1), forth, np.diff(starts, append=len(keys)) - forth)
@@ -276,7 +283,7 @@ def check_edges(faces: Faces, whole: Edges, folded: IntArray, repeated: IntArray
     def without(some: IntArray) -> Edges:
         if not len(some):
             return whole
-        begin, end, owner = edges_of(faces)
+        (begin, end), owner = edges_of(faces), owners_of(faces)
         counted = np.ones(faces.count, dtype=bool)
         counted[some] = False
         return Edges.between(begin[counted[owner]], end[counted[owner]], faces.n_points)

@@ -425,7 +425,7 @@ def diagnose(mesh: pv.DataSet, *, matrix: MatrixLike | None = None) -> Diagnosis
 
     by_face = check_faces(points, faces)
     weightless = np.concatenate([by_face.degenerate, by_face.folded])
-    edges = Edges.between(*edges_of(faces)[:2], len(points))
+    edges = Edges.between(*edges_of(faces), len(points))
     repeated = repeated_faces(faces, edges, weightless)
     non_manifold, inconsistent = check_edges(faces, edges, by_face.folded, repeated)
     used = np.zeros(len(points), dtype=bool)

@@ -8,7 +8,7 @@ import numpy as np
 
 from pvphong.base.types import Float64Array, FloatArray, IntArray
 from pvphong.geometry.normals import Faces
-from pvphong.studies.diagnose.checks import edges_of
+from pvphong.studies.diagnose.checks import edges_of, owners_of
 from pvphong.studies.diagnose.shells import connected, fan
 
 
@@ -47,7 +47,7 @@ def turned_faces(points: FloatArray, faces: Faces, areas: Float64Array, weightle
     weightless : ndarray
         Faces that are passed over.
     """
-    begin, end, owner = edges_of(faces)
+    (begin, end), owner = edges_of(faces), owners_of(faces)
     counted = np.ones(faces.count, dtype=bool)
     counted[weightless] = False
     some = (begin != end) & counted[owner]

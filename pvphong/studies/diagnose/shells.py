@@ -10,7 +10,7 @@ from pvphong.base import threads
 from pvphong.base.types import Float64Array, FloatArray, IntArray
 from pvphong.base.vectors import columns, cross, dot
 from pvphong.geometry.normals import Faces
-from pvphong.studies.diagnose.checks import Edges, edges_of, finite_rows
+from pvphong.studies.diagnose.checks import Edges, edges_of, finite_rows, owners_of
 
 _AT_ONCE = 2**13  # triangles of which a thread takes the volumes together: they stay in its caches
 _ROUNDING = 1e-9  # of the sum of a volume's terms, below which its sign is nobody's
@@ -39,7 +39,7 @@ def inside_out_faces(
     """
     finite, count = finite_rows(points), len(points)
     if edges is None:
-        begin, end, _ = edges_of(faces)
+        begin, end = edges_of(faces)
         edges = Edges.between(first_in_place[begin], first_in_place[end], count)
     parts = connected(count, edges.lower, edges.higher)  # by the number of their first point
     part_of_face = _parts_of(faces, first_in_place, parts)
@@ -96,10 +96,10 @@ def _parts_of(faces: Faces, first_in_place: IntArray, parts: IntArray) -> IntArr
     if faces.are_triangles:
         a, b, c = first_in_place[faces.connectivity.reshape(-1, 3)].T
         return np.where((a == b) & (b == c), -1, parts[a])
-    begin, end, owner = edges_of(faces)
+    begin, end = edges_of(faces)
     begin, end = first_in_place[begin], first_in_place[end]
     found, is_edge = np.full(faces.count, -1), begin != end
-    found[owner[is_edge]] = parts[begin[is_edge]]
+    found[owners_of(faces)[is_edge]] = parts[begin[is_edge]]
     return found
 
 

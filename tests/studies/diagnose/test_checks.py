@@ -9,7 +9,7 @@ import pytest
 
 from pvphong.geometry.normals import Faces
 from pvphong.studies.diagnose import checks
-from pvphong.studies.diagnose.checks import Edges, edges_of, first_alike
+from pvphong.studies.diagnose.checks import Edges, edges_of, first_alike, owners_of
 from pvphong.studies.diagnose.shells import connected
 
 
@@ -42,8 +42,8 @@ def test_edges_are_counted_each_way(sizes):
     polygons = [rng.integers(0, 12, rng.choice(sizes)).tolist() for _ in range(40)]
     faces = Faces(np.zeros((12, 3)), np.concatenate(polygons), np.cumsum([0, *map(len, polygons)]))
     counted = Counter((a, b) for face in polygons for a, b in zip(face, face[1:] + face[:1], strict=True) if a != b)
-    begin, end, owner = edges_of(faces)
-    assert owner.tolist() == [number for number, face in enumerate(polygons) for _ in face]
+    begin, end = edges_of(faces)
+    assert owners_of(faces).tolist() == [number for number, face in enumerate(polygons) for _ in face]
     edges = Edges.between(begin, end, 12)
     got = {(a, b): (forth, back) for a, b, forth, back in zip(*(each.tolist() for each in edges), strict=True)}
     assert got == {(a, b): (counted[a, b], counted[b, a]) for a, b in {tuple(sorted(edge)) for edge in counted}}
