@@ -235,7 +235,7 @@ class Plan:
         running = [name for name, decision in self.effects.items() if decision.on]
         off = [name for name, decision in self.effects.items() if not decision.on]
         runs = f"Runs: {', '.join(running) or 'nothing'}. Left out: {', '.join(off) or 'nothing'}."
-        cost = f"{self._accuracy}; about {sum(self._nanoseconds):.1f} ns per vertex. {self._names}"
+        cost = f"{self._accuracy}; ~{sum(self._nanoseconds):.1f} ns per vertex. {self._names}"
         return "\n".join(line for sentence in (runs, cost.rstrip(), *self._said) for line in wrapped(sentence))
 
     def __repr__(self) -> str:

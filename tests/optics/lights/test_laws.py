@@ -339,7 +339,7 @@ def test_vtk_has_it_or_is_said_not_to(kind, seed):
         lambda: evaluate([[0, 0, 0]], [[0, 0, 1]], Scene([light], Viewer(), LightModel.vtk()), Material()),
     ):
         with pytest.raises(
-            ValueError, match=rf"^lights\[0\] must be .* VTK has.*; got an? {type(light).__name__}\."
+            ValueError, match=rf"^lights\[0\] must be .* VTK supports.*; got an? {type(light).__name__}\."
         ) as told:
             judged()
         shape = ", ".join(f"{field}={getattr(nearest, field)}" for field in nearest.roles)
