@@ -1,12 +1,12 @@
 """What formulas are written with, so that each stands once: NumPy runs it on arrays, compiled code on vertices.
 
 A formula is a function of components that gives components. It is marked by `formula`, calls only the operations of
-this module and other formulas. Most have no branches: `where` chooses, and both sides are computed. Those of lights
+this module and other formulas. Most have no branches: `select` chooses, and both sides are computed. Those of lights
 with a size also have loops, and skip with `if any_of(...)` what no vertex needs. Vectors are anything with three
 entries: a tuple of numbers in compiled code, an array (3, n) in NumPy.
 
 Its numbers may be float32 or float64. A Python float would widen float32 in compiled code; so small constants are
-float32, which every type holds (`ZERO`, `HALF`, `ONE`, `TWO`), and others are written `like(x, 0.3)`: as x is.
+float32, which every type holds (`ZERO`, `HALF`, `ONE`, `TWO`), and others are written `as_type_of(x, 0.3)`: as x is.
 
 The compiled form of each operation for one vertex is in `pvphong.shading.kernel.arithmetic`; formulas of lights with a
 size run on eight vertices at once, by `pvphong.shading.kernel.lanes`.
@@ -67,7 +67,7 @@ def maximum(a: Any, b: Any) -> Any:
     return np.maximum(a, b)
 
 
-def where(condition: Any, a: Any, b: Any) -> Any:
+def select(condition: Any, a: Any, b: Any) -> Any:
     """`a` where the condition holds, else `b`; conditions are combined by `&`, `|` and `~`."""
     return np.where(condition, a, b)
 
@@ -77,7 +77,7 @@ def multiply_add(a: Any, b: Any, c: Any) -> Any:
     return a * b + c
 
 
-def like(x: Any, value: Any) -> Any:
+def as_type_of(x: Any, value: Any) -> Any:
     """A number in the type of x."""
     return x.dtype.type(value)
 

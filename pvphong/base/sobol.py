@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from pvphong.base.formulas import formula, like, single, wrapped
+from pvphong.base.formulas import as_type_of, formula, single, wrapped
 
 MOST = 4096
 """So many points there are; a power of two."""
@@ -111,7 +111,7 @@ def coordinate(digits: Any, seed: Any) -> Any:
     x = wrapped(wrapped(wrapped(x >> _EIGHT) & _OCTETS) | wrapped(wrapped(x & _OCTETS) << _EIGHT))
     x = wrapped(wrapped(x >> _SIXTEEN) | wrapped(x << _SIXTEEN))
     whole = single(wrapped(x >> _EIGHT))
-    return whole * like(whole, 2.0**-24)
+    return whole * as_type_of(whole, 2.0**-24)
 
 
 @formula
@@ -122,4 +122,4 @@ def random(number: Any, seed: Any) -> Any:
     x = wrapped(wrapped(x ^ wrapped(x >> _FIFTEEN)) * _SHUFFLE[1])
     x = wrapped(x ^ wrapped(x >> _SIXTEEN))
     whole = single(wrapped(x >> _EIGHT))
-    return whole * like(whole, 2.0**-24)
+    return whole * as_type_of(whole, 2.0**-24)

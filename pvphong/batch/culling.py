@@ -18,7 +18,7 @@ import numpy as np
 import pyvista as pv
 
 from pvphong.base.types import BoolArray, IntArray
-from pvphong.geometry.extent import Box, Extent
+from pvphong.geometry.extent import Box, MeshBounds
 from pvphong.meshes.visibility import world_faces
 from pvphong.rays.casting import BlockingFaces
 from pvphong.rays.rays import BEGUN_ABOVE, may_block, may_hide
@@ -99,7 +99,7 @@ def outline_of(surface: pv.PolyData) -> Outline:
     """Where a surface is."""
     if not surface.n_points:
         return Outline((np.full(3, np.inf), np.full(3, -np.inf)), None, 0)
-    faces, extent = world_faces(surface), Extent(surface.points, None, None)
+    faces, extent = world_faces(surface), MeshBounds(surface.points, None, None)
     return Outline(extent.box, faces.box, surface.n_points)
 
 

@@ -41,7 +41,7 @@ class Sphere(NamedTuple):
     radius: float
 
 
-class Sight(NamedTuple):
+class BoundingCone(NamedTuple):
     """How a target is seen from the vertices' sphere."""
 
     direction: Vector
@@ -58,7 +58,7 @@ class Sight(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class Extent:
+class MeshBounds:
     """A sphere around all vertices, in world coordinates; computed when an effect first asks.
 
     Parameters
@@ -95,7 +95,7 @@ class Extent:
         found = None if self.box is None else sphere_around(self.box)
         return None if found is None or math.isinf(found.radius) else found
 
-    def sight(self, target: VectorLike) -> Sight | None:
+    def sight(self, target: VectorLike) -> BoundingCone | None:
         """How a target is seen; None where nothing is known of the vertices, or it is in the middle of them."""
         sphere = self.sphere
         if sphere is None:
@@ -105,7 +105,7 @@ class Extent:
         if not 0.0 < distance < math.inf:
             return None
         turn = math.pi if distance <= radius else math.asin(min(radius / distance, 1.0)) * ROUNDED_UP
-        return Sight((x / distance, y / distance, z / distance), distance, radius, turn)
+        return BoundingCone((x / distance, y / distance, z / distance), distance, radius, turn)
 
     @cached_property
     def normal_cone(self) -> tuple[Vector, float] | None:
@@ -125,7 +125,7 @@ class Extent:
         return (x, y, z), angle
 
 
-ANYWHERE = Extent(np.zeros((0, 3)), None, None)
+ANYWHERE = MeshBounds(np.zeros((0, 3)), None, None)
 """The extent of vertices of which nothing is known."""
 
 

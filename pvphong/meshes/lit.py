@@ -35,7 +35,7 @@ from pvphong.scene.options import known_options
 from pvphong.scene.scene import Scene, SceneLike, as_scene, light_labels
 from pvphong.shading import interreflection
 from pvphong.shading.equation import Equation, in_parts
-from pvphong.shading.interreflection import Sent
+from pvphong.shading.interreflection import Radiosity
 from pvphong.shading.plan.plan import Plan, is_worth_loading
 from pvphong.shading.reference import Shading, seen_by_viewer
 from pvphong.shading.vertices import Vertices
@@ -337,7 +337,7 @@ def lit_together(
     count = max((each.plan.equation.bounces for each in prepared), default=0)
     shares: FloatArray | None = None
     if count:
-        shares = interreflection.bounced(Sent.of_all(of_each), together.gather, count, apart=bool(components))
+        shares = interreflection.bounced(Radiosity.of_all(of_each), together.gather, count, apart=bool(components))
     for each, rows in zip(prepared, together.slices, strict=True):
         _refuse_output(name, each.source, components, shares_by_bounce)
         bounced = None if shares is None else shares[:, rows]

@@ -72,7 +72,7 @@ class Integral(NamedTuple):
     numbers: tuple[float, ...]
 
 
-class Placement(NamedTuple):
+class PunctualParameters(NamedTuple):
     """Position and falloff of a light without a size, as `arrival` and compiled code read them."""
 
     position: Vector
@@ -163,7 +163,7 @@ class Light(metaclass=_Kind):
     frame: Frame = check.field(partial(check.choice, allowed=get_args(Frame)), "world")
     name: str = check.field(check.text, "")
 
-    is_even: ClassVar[bool] = False
+    is_uniform: ClassVar[bool] = False
     """True if the light that arrives is independent of the position."""
 
     intensity_unit: ClassVar[str] = ""
@@ -255,10 +255,10 @@ class Light(metaclass=_Kind):
     # -- evaluation
 
     @property
-    def placement(self) -> Placement | None:
+    def placement(self) -> PunctualParameters | None:
         """Position and falloff of a light without a size.
 
-        None if `arrival` is overridden; then only the readable evaluator lights a scene with it, unless `is_even`.
+        None if `arrival` is overridden; then only the readable evaluator lights a scene with it, unless `is_uniform`.
         """
         return None
 
@@ -317,7 +317,7 @@ class Light(metaclass=_Kind):
         """
         return (((1.0, 1.0, 1.0), self),)
 
-    def closed(self, form: CosinePower) -> Integral | None:  # noqa: ARG002 there is none
+    def analytic_integral(self, form: CosinePower) -> Integral | None:  # noqa: ARG002 there is none
         """Return the exact integral of a lobe over the light, or None if `nodes` approximate it."""
         return None
 

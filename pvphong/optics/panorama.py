@@ -95,7 +95,7 @@ class Panorama:
         return np.asarray(np.tensordot(areas, values.mean(axis=1), 1) * (self.width / (4.0 * math.pi)))
 
     @cached_property
-    def is_even(self) -> bool:
+    def is_uniform(self) -> bool:
         """True if all texels have the same colour."""
         return bool((self.image == self.image[0, 0]).all())
 
@@ -103,7 +103,7 @@ class Panorama:
     def harmonics(self) -> Float64Array:
         """Coefficients of each channel from `projected`, divided by the largest number."""
         scaled = self.image.astype(np.float64) / (self.largest or 1.0)
-        return projected(scaled[:1, :1] if self.is_even else scaled, 1 if self.is_even else BANDS)
+        return projected(scaled[:1, :1] if self.is_uniform else scaled, 1 if self.is_uniform else BANDS)
 
 
 def row_areas(height: int, width: int) -> Float64Array:

@@ -50,7 +50,7 @@ class Geometry(NamedTuple):
     """Unit tangent orthogonal to n, for reflectances that need it; zero where there is none."""
 
 
-class Sightline(NamedTuple):
+class AngleBounds(NamedTuple):
     """Bounds on angles between normals, light and viewer over all vertices, in radians."""
 
     theta: float
@@ -61,7 +61,7 @@ class Sightline(NamedTuple):
     """Greatest angle from light to viewer."""
 
 
-ANYWHERE = Sightline(0.0, 0.0, math.pi)
+ANYWHERE = AngleBounds(0.0, 0.0, math.pi)
 """Bounds that hold for any geometry."""
 
 
@@ -72,7 +72,7 @@ class Peak(NamedTuple):
     """Formula of |C|²."""
     chord: Callable[[Any, Any, Any], Any]
     """Function that returns vectors as long as C, for arrays (3, k) or (3, 1) of unit vectors n, l and v."""
-    most: Callable[[Sightline], float]
+    most: Callable[[AngleBounds], float]
     """Function that returns the largest f within bounds on angles."""
     axis: Callable[[Surface], FloatArray] | None
     """Function that returns the unit vectors (3, n), in float64, around which l is sampled; None if h is sampled around
@@ -188,7 +188,7 @@ class Reflectance(ABC):
     def forms(self) -> tuple[CosinePower | None, ...]:
         """Each lobe's factor as a power of a cosine; None for other factors.
 
-        Powers of a cosine have exact integrals over area lights (`Light.closed`).
+        Powers of a cosine have exact integrals over area lights (`Light.analytic_integral`).
         """
         return tuple(CosinePower("normal", 1.0) if lobe is LAMBERT else None for lobe in self.lobes)
 

@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 from pvphong.base import sobol, threads
 from pvphong.base.types import BoolArray, Float64Array, FloatArray, IntArray, Vector
 from pvphong.base.vectors import dot, unit
-from pvphong.geometry.extent import Box, Extent, is_convex
+from pvphong.geometry.extent import Box, MeshBounds, is_convex
 from pvphong.optics.area.sampling import Sampling
 from pvphong.optics.light import NODES, Light
 from pvphong.optics.roles import Place
@@ -39,7 +39,7 @@ BEFORE_LIGHT = 2.0
 def place_of(light: Light) -> Vector | None:
     """Return the end point of rays to a light without a size, or None if only its direction is known."""
     places: list[Vector] = light.values(Place)
-    return places[0] if len(places) == 1 and not light.is_even else None
+    return places[0] if len(places) == 1 and not light.is_uniform else None
 
 
 def place_or_direction(light: Light) -> Float64Array:
@@ -151,10 +151,10 @@ def may_block(light: Light, vertices: Box | None, parts: Box) -> BoolArray:
         Shape (m,), bool.
     """
     all_of_them = np.ones(len(parts[0]), bool)
-    if vertices is None or (light.is_even and light.has_size):  # an environment
+    if vertices is None or (light.is_uniform and light.has_size):  # an environment
         return all_of_them
     low, high = vertices
-    if light.is_even:
+    if light.is_uniform:
         low_step = high_step = place_or_direction(light)
         last = math.inf
     else:
@@ -295,9 +295,9 @@ class Receiver:
         return self.origins[rows] + height * self.unit_normals[rows]
 
     @cached_property
-    def extent(self) -> Extent:
+    def extent(self) -> MeshBounds:
         """Bounds of the vertices."""
-        return Extent(self.points, None, None)
+        return MeshBounds(self.points, None, None)
 
     @cached_property
     def is_convex(self) -> bool:

@@ -115,7 +115,7 @@ class Tracer:
         parts, rays = np.zeros((len(sides), count)), list[int]()
         begin = [side.receiver.origins for side in sides]
         place = place_of(light)
-        if place is None and not light.is_even:  # its direction varies between vertices
+        if place is None and not light.is_uniform:  # its direction varies between vertices
             compiled = None
         known = *place_or_direction(light).tolist(), float(place is not None), float(behind), above
         numbers = np.array([*known, BEFORE_LIGHT * above])
@@ -150,8 +150,8 @@ class Tracer:
             check.refuse("light", light, "a light with `sampling`", remedy)
         margin = BEFORE_LIGHT * self.occluders.resolution(self.receiver.part)
         brightness = light.intensity * max(np.ravel(light.diffuse).tolist())
-        seen = self._look(light.sampling, margin, brightness, _LEAST_OF_ALL_AROUND if light.is_even else _LEAST)
-        return seen if light.is_even else self._with_slivers(seen, light, margin)
+        seen = self._look(light.sampling, margin, brightness, _LEAST_OF_ALL_AROUND if light.is_uniform else _LEAST)
+        return seen if light.is_uniform else self._with_slivers(seen, light, margin)
 
     def _with_slivers(self, seen: Seen, light: Any, margin: float) -> Seen:
         """Test one ray to a light's highest point where no sample hit it, as for a light just above the horizon."""
@@ -637,4 +637,4 @@ def _is_sound(faces: BlockingFaces) -> bool:
 def _geometry_of(light: Light) -> str:
     """Return a key of all that rays to a light depend on: its position, direction, size and nodes."""
     nodes = [(place_or_direction(node).tolist(), light.has_size and node.intensity) for node in light.nodes(4)]
-    return repr((nodes, light.is_even))
+    return repr((nodes, light.is_uniform))

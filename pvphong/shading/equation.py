@@ -292,7 +292,7 @@ class Equation:
     @cached_property
     def needs_points(self) -> bool:
         """True if any contribution depends on the position of the vertex."""
-        return self.needs_eye or any(not term.light.is_even for term in self.terms)
+        return self.needs_eye or any(not term.light.is_uniform for term in self.terms)
 
 
 class Share(NamedTuple):
@@ -428,7 +428,7 @@ def _as_vtk(standard: Equation, scene: Scene, material: Material) -> Equation:
     ambient, diffuse = rgb(material.ambient), rgb(material.diffuse)
     unlit = add(ambient, diffuse)
     if reflectance.is_physical:  # black if a positional light exists, even if it is off
-        unlit = BLACK if terms or any(not light.is_even for light in scene.lights) else unlit
+        unlit = BLACK if terms or any(not light.is_uniform for light in scene.lights) else unlit
     elif terms:
         unlit = ambient
     return replace(
@@ -455,7 +455,7 @@ def vtk_tier(lights: Iterable[Light]) -> int:
             chosen = max(chosen, 1)
         if chosen == 1 and (shine > 1 or light.frame != "headlight"):
             chosen = 2
-        if not light.is_even:
+        if not light.is_uniform:
             chosen = 3
     return chosen if shine else 0
 
@@ -526,7 +526,7 @@ def relative_to_mesh(equation: Equation) -> Equation:
     matrix = equation.matrix
     if matrix is None or matrix[3, :3].any() or not matrix[3, 3] or not matrix[:3, 3].any():
         return equation
-    if not all(term.light.is_even or term.light.places for term in equation.terms):
+    if not all(term.light.is_uniform or term.light.places for term in equation.terms):
         return equation  # their positions are unknown
     places: list[VectorLike] = [place for term in equation.terms for place in term.light.places]
     if equation.eye is not None:
@@ -606,7 +606,7 @@ def _parts(
 def by_closed_form(term: LightTerm, forms: Sequence[CosinePower | None]) -> tuple[tuple[Vector, ...], ...]:
     """Return a term's colours for lobes with a closed form, and for the others; each with black for the rest."""
     _, light = term.light.tints(term.bands)[0]
-    is_exact = [form is not None and light.closed(form) is not None for form in forms]
+    is_exact = [form is not None and light.analytic_integral(form) is not None for form in forms]
     return tuple(
         tuple(color if chosen is exactly else BLACK for color, chosen in zip(term.colors, is_exact, strict=True))
         for exactly in (True, False)

@@ -35,7 +35,7 @@ _ROUNDED, _FITTED = 0.01, 0.03
 _NOTHING = 2.0**-26
 
 
-class Sent(NamedTuple):
+class Radiosity(NamedTuple):
     """Direct and ambient light that n vertices send, and their albedo."""
 
     direct: FloatArray
@@ -46,7 +46,7 @@ class Sent(NamedTuple):
     """Shape (n, 3): ρ."""
 
     @classmethod
-    def of_all(cls, parts: list[Sent]) -> Sent:
+    def of_all(cls, parts: list[Radiosity]) -> Radiosity:
         """Concatenate the arrays of several meshes."""
         return cls(*(np.concatenate(arrays) for arrays in zip(*parts, strict=True)))
 
@@ -111,7 +111,7 @@ def without_gain(scattered: FloatArray, equation: Equation) -> FloatArray:
 # --- the series
 
 
-def bounced(sent: Sent, gather: Gather, count: int, *, apart: bool) -> FloatArray:
+def bounced(sent: Radiosity, gather: Gather, count: int, *, apart: bool) -> FloatArray:
     """Return the light that has bounced up to `count` times.
 
     Parameters

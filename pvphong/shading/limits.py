@@ -16,7 +16,7 @@ from typing import Any
 
 from pvphong.base.formulas import BRIGHTEST
 from pvphong.geometry.extent import ROUNDED_UP
-from pvphong.optics.reflectance import ANYWHERE, LAMBERT, Sightline
+from pvphong.optics.reflectance import ANYWHERE, LAMBERT, AngleBounds
 from pvphong.optics.reflectances import Metal, ModifiedPhong, OrenNayar, Ward
 from pvphong.optics.reflectances.blinn_phong import largest_halfway
 from pvphong.optics.reflectances.highlight import Shiny
@@ -26,7 +26,7 @@ from pvphong.optics.reflectances.ward import LEAST_HEIGHT
 
 
 @singledispatch
-def most(reflectance: Any, lobe: int, sightline: Sightline = ANYWHERE) -> float:  # noqa: ARG001 no bound
+def most(reflectance: Any, lobe: int, sightline: AngleBounds = ANYWHERE) -> float:  # noqa: ARG001 no bound
     """Return the largest factor of a lobe within bounds on angles; infinite if there is no bound."""
     return 1.0 if reflectance.lobes[lobe] is LAMBERT else math.inf
 
@@ -65,7 +65,7 @@ def extremes(reflectance: Any, field: str, low: float, high: float) -> tuple[Any
 # --- highlights by a power of a cosine
 
 
-def _largest_power(reflectance: Shiny, sightline: Sightline) -> float:
+def _largest_power(reflectance: Shiny, sightline: AngleBounds) -> float:
     """Return the largest power of a cosine, on either side of the surface."""
     cosine = min(reflectance.peak.most(sightline) * ROUNDED_UP, 1.0)
     return float(max(cosine, reflectance.floor, 0.0) ** reflectance.sharpness)
@@ -79,7 +79,7 @@ def _steepness(shininess: float) -> float:
 
 
 @most.register
-def _most_of_power(reflectance: Shiny, lobe: int, sightline: Sightline = ANYWHERE) -> float:
+def _most_of_power(reflectance: Shiny, lobe: int, sightline: AngleBounds = ANYWHERE) -> float:
     """Return 1 for the first lobe, else the power at the largest cosine, or 0 if the light is below the horizon."""
     if lobe == 0:
         return 1.0
@@ -99,7 +99,7 @@ def _change_of_power(reflectance: Shiny, lobe: int, turn: float, psi: float, *, 
     result = _steepness(reflectance.sharpness) * turn * reflectance.peak.speed(widest)
     if light_moves:
         theta = max(math.pi / 2 - turn, 0.0)
-        result += _largest_power(reflectance, Sightline(theta, max(theta - psi, 0.0), widest))
+        result += _largest_power(reflectance, AngleBounds(theta, max(theta - psi, 0.0), widest))
     return min(result * ROUNDED_UP, 1.0)
 
 
@@ -112,7 +112,7 @@ def _(reflectance: Shiny, field: str, low: float, high: float) -> tuple[Any, ...
 
 
 @most.register
-def _(reflectance: ModifiedPhong, lobe: int, sightline: Sightline = ANYWHERE) -> float:
+def _(reflectance: ModifiedPhong, lobe: int, sightline: AngleBounds = ANYWHERE) -> float:
     """Return the power's bound times n·l and the normalisation."""
     factor = reflectance.parameters({})[0] * max(math.cos(sightline.theta), 0.0) if lobe else 1.0
     return _most_of_power(reflectance, lobe, sightline) * float(factor)
@@ -128,7 +128,7 @@ def _(reflectance: ModifiedPhong, lobe: int, turn: float, psi: float, *, light_m
 
 
 @most.register
-def _(reflectance: VtkHeadlight, lobe: int, sightline: Sightline = ANYWHERE) -> float:
+def _(reflectance: VtkHeadlight, lobe: int, sightline: AngleBounds = ANYWHERE) -> float:
     """Return the largest power on both sides: this highlight does not end at the horizon."""
     return _largest_power(reflectance, sightline) if lobe else 1.0
 
@@ -145,7 +145,7 @@ def _most_whiteness(psi: float) -> float:
 
 
 @most.register
-def _(reflectance: Metal, lobe: int, sightline: Sightline = ANYWHERE) -> float:
+def _(reflectance: Metal, lobe: int, sightline: AngleBounds = ANYWHERE) -> float:
     """Return Phong's bound times the largest white part."""
     white = _most_whiteness(sightline.psi) if lobe == 2 else 1.0
     return _most_of_power(reflectance, lobe, sightline) * white
@@ -162,7 +162,7 @@ def _(reflectance: Metal, lobe: int, turn: float, psi: float, *, light_moves: bo
 
 
 @most.register
-def _(reflectance: Microfacets, lobe: int, sightline: Sightline = ANYWHERE) -> float:
+def _(reflectance: Microfacets, lobe: int, sightline: AngleBounds = ANYWHERE) -> float:
     """Return the density D at the largest n·h, times the largest K, 1/(2β)."""
     if lobe == 0:
         return 1.0 if reflectance.is_faded else 1.15
@@ -189,7 +189,7 @@ def _(reflectance: Microfacets, lobe: int, turn: float, psi: float, *, light_mov
 
 
 @most.register
-def _(reflectance: OrenNayar, lobe: int, sightline: Sightline = ANYWHERE) -> float:  # noqa: ARG001 one lobe, all angles
+def _(reflectance: OrenNayar, lobe: int, sightline: AngleBounds = ANYWHERE) -> float:  # noqa: ARG001 one lobe, all angles
     """Return a bound on A + B, which is at most 1.125, at a sigma of 22°."""
     return 1.13
 
@@ -202,7 +202,7 @@ def _(reflectance: OrenNayar, lobe: int, turn: float, psi: float, *, light_moves
 
 
 @most.register
-def _(reflectance: Ward, lobe: int, sightline: Sightline = ANYWHERE) -> float:
+def _(reflectance: Ward, lobe: int, sightline: AngleBounds = ANYWHERE) -> float:
     """Return the bound at the largest n·h: x/z² is at most 1/z, and with θ the angle from n to s, |s|²/z² = 1 + tan² θ.
 
     (1 + tan² θ) exp(−E) is at most 1, and decreases with θ if n·v is positive.

@@ -3,7 +3,7 @@
 Symbols: p a vertex, n its unit normal, v the unit vector to the viewer, l the unit vector to a light, and a·s the
 attenuation times spot factor of each light. Arrays hold a block of vertices as columns, (3, block). `Light.arrival`
 computes the light that arrives, `Reflectance.factors` the part that is reflected. For an area light with a closed form,
-`Light.closed` computes both at once.
+`Light.analytic_integral` computes both at once.
 
 Positions are transformed and subtracted in float64, for any precision of the result: the vector from a vertex to a
 light is then exact to the last bit of the stored coordinates, even far from the origin. The rest is computed in the
@@ -145,11 +145,11 @@ def shade(
     channels : ndarray, optional
         Shape (k, n), with rows as in `equation.channels`.
     """
-    is_even = not (equation.needs_points or equation.needs_normals or equation.is_occluded or tints)
+    is_uniform = not (equation.needs_points or equation.needs_normals or equation.is_occluded or tints)
     for start in range(0, len(points), BLOCK):
         part = slice(start, start + BLOCK)
         own_result = result.part(part)
-        if start and is_even:  # all vertices are alike
+        if start and is_uniform:  # all vertices are alike
             for name, view in vars(own_result).items():
                 if view is not None:
                     view[:] = getattr(result, name)[..., : view.shape[-2], :]
@@ -306,7 +306,7 @@ def _integrals(block: Block, reflectance: Reflectance, term: LightTerm) -> Itera
     """
     real = block.surface.raw.dtype.type
     for form, color in zip(reflectance.forms, term.colors, strict=True):
-        integral = term.light.closed(form) if form is not None and any(color) else None
+        integral = term.light.analytic_integral(form) if form is not None and any(color) else None
         if form is None or integral is None:
             yield 0.0
             continue

@@ -12,7 +12,7 @@ import numpy as np
 from pvphong.base import check
 from pvphong.base.types import Float64Array, FloatArray, MatrixLike, rgb
 from pvphong.base.vectors import is_direction, unit
-from pvphong.geometry.extent import Extent
+from pvphong.geometry.extent import MeshBounds
 from pvphong.geometry.transform import transform_vectors
 from pvphong.optics.maps import COLORS, Map, Values, fractions, map_values
 from pvphong.optics.material import Material
@@ -218,10 +218,10 @@ class Vertices:
         found = self.extent(placed).box
         if found is None:
             finite = self.points[np.isfinite(self.points).all(axis=1)]
-            found = Extent(finite, None, placed).box
+            found = MeshBounds(finite, None, placed).box
         return np.full(6, np.nan) if found is None else np.column_stack(found).ravel()
 
-    def extent(self, matrix: Float64Array | None) -> Extent:
+    def extent(self, matrix: Float64Array | None) -> MeshBounds:
         """Return bounds on the positions and normals in the world, computed at the first use."""
         known = None if self._normals is None else lambda: self.normals
-        return Extent(self.points, known, matrix)
+        return MeshBounds(self.points, known, matrix)

@@ -36,7 +36,7 @@ from pvphong.shading.plan.plan import Plan
 from pvphong.shading.vertices import Vertices
 from pvphong.shading.visibility import known_transport
 
-Placement = Literal["linear", "smooth"]
+PunctualParameters = Literal["linear", "smooth"]
 
 
 # Points that are added at most where no limit is given.
@@ -74,7 +74,7 @@ def refine(
     tolerance: float,
     max_points: int | None = None,
     name: str = "phong",
-    placement: Placement = "linear",
+    placement: PunctualParameters = "linear",
     matrix: MatrixLike | None = None,
     precision: Precision = "float32",
     feature_angle: FeatureAngle = None,
@@ -204,7 +204,7 @@ def refine(
        (2001), 159-166.
     """
     tolerance = check.number("tolerance", tolerance, above=0.0)
-    smooth = check.choice("placement", placement, get_args(Placement)) == "smooth"
+    smooth = check.choice("placement", placement, get_args(PunctualParameters)) == "smooth"
     real = check.choice("precision", precision, get_args(Precision))
     cut, rays = check.flag("cut", cut), tolerance * OF_RAYS
     setting = Setting(matrix, feature_angle, occluders, tolerance=rays)

@@ -19,7 +19,7 @@ from pvphong.meshes.transport import Exchanging, transport_of
 from pvphong.rays.transport import Transport
 from pvphong.scene.scene import Scene
 from pvphong.shading import interreflection
-from pvphong.shading.interreflection import Sent
+from pvphong.shading.interreflection import Radiosity
 from pvphong.shading.plan.plan import Plan
 from pvphong.shading.vertices import Vertices
 from pvphong.studio.background import Job
@@ -160,16 +160,16 @@ class Gathering:
             self._job = self._awaited = None
 
 
-def _sent(exchanging: dict[LitMesh, tuple[Plan, Vertices]]) -> tuple[Sent, set[LitMesh]]:
+def _sent(exchanging: dict[LitMesh, tuple[Plan, Vertices]]) -> tuple[Radiosity, set[LitMesh]]:
     """Return the direct light that all meshes reflect, and the meshes for which it cannot be computed."""
-    sent, silent = list[Sent](), set[LitMesh]()
+    sent, silent = list[Radiosity](), set[LitMesh]()
     for mesh, (plan, vertices) in exchanging.items():
         try:
             sent.append(plan.sent(vertices))
         except ValueError:  # `refresh` of the mesh reports why
             silent.add(mesh)
-            sent.append(Sent(*np.zeros((3, len(vertices), 3), np.float32)))
-    return Sent.of_all(sent), silent
+            sent.append(Radiosity(*np.zeros((3, len(vertices), 3), np.float32)))
+    return Radiosity.of_all(sent), silent
 
 
 def _brightness(scene: Scene) -> Float64Array:

@@ -69,7 +69,7 @@ def _is_headlight_tier(scene: Scene) -> bool:
     viewer at infinity, for a single headlight.
     """
     lights = shining(scene)
-    alone = len(lights) == 1 and lights[0].is_even and lights[0].frame == "headlight"
+    alone = len(lights) == 1 and lights[0].is_uniform and lights[0].frame == "headlight"
     return alone and scene.light_model.reflection == "blinn-phong" and seen_from_infinity(scene)
 
 
@@ -140,7 +140,7 @@ def refuse_inexpressible(scene: Scene, material: Material, matrix: Float64Array 
                 what = f"ambient light from lights[{index}] (ambient={light.ambient})"
                 lights[index] = replace(lights[index], ambient=0.0)
                 obstacles[what] = f"lights[{index}] with ambient=0"
-                if light.is_even:  # it is constant, as the light model's ambient, which can include it exactly
+                if light.is_uniform:  # it is constant, as the light model's ambient, which can include it exactly
                     obstacles[what] = f"LightModel.ambient increased by the ambient of lights[{index}]"
                     red, green, blue = np.add(rgb(model.ambient), reflected(1.0, rgb(light.ambient), light)).tolist()
                     model = replace(model, ambient=(red, green, blue))
@@ -154,7 +154,7 @@ def refuse_inexpressible(scene: Scene, material: Material, matrix: Float64Array 
                 phong = material.shininess / LIKENESS
                 obstacles["Blinn-Phong highlights (VTK's are Phong's)"] = f"reflection='phong' with shininess={phong:g}"
                 model, nearest = replace(model, reflection="phong"), replace(nearest, shininess=phong)
-            if seen_from_infinity(scene) and not all(light.is_even for light in shining(scene)):
+            if seen_from_infinity(scene) and not all(light.is_uniform for light in shining(scene)):
                 what = "highlights for a viewer at infinity with positional lights (VTK's viewer is local)"
                 obstacles[what] = "local_viewer=True and parallel=False"
                 model, viewer = replace(model, local_viewer=True), replace(viewer, parallel=False)

@@ -8,7 +8,7 @@ import pytest
 import pyvista as pv
 
 import pvphong as ph
-from pvphong.geometry.extent import Extent, is_convex
+from pvphong.geometry.extent import MeshBounds, is_convex
 from pvphong.geometry.transform import normalize
 
 
@@ -16,26 +16,26 @@ from pvphong.geometry.transform import normalize
 def test_a_target_is_seen_off_its_direction_by_no_more_and_hardly_less_than_is_said(distance):
     """From anywhere in the sphere around the vertices, most from where a ray touches it."""
     corners = np.array([(3.0, 1.0, -2.0), (4.0, 3.0, 0.0)])
-    center, radius = Extent(corners, None, None).sphere
+    center, radius = MeshBounds(corners, None, None).sphere
     assert (center, radius) == ((3.5, 2.0, -1.0), pytest.approx(1.5, rel=1e-8))
     target = np.array(center) + distance * radius * np.array([0.6, 0.0, 0.8])
-    seen = Extent(corners, None, None).sight(target)
+    seen = MeshBounds(corners, None, None).sight(target)
     assert (seen.direction, seen.distance) == (pytest.approx((0.6, 0, 0.8)), pytest.approx(distance * radius))
     u = np.random.default_rng(3).normal(size=(20000, 3))
     places = center + radius * u / np.linalg.norm(u, axis=1, keepdims=True)
     off = np.arccos(normalize(target - places) @ seen.direction)
     assert 0.99 * seen.turn < off.max() <= seen.turn
-    assert Extent(corners, None, None).sight(center) is None
-    assert Extent(np.full((1, 3), 1.7e308), None, None).sphere.center == (1.7e308,) * 3
+    assert MeshBounds(corners, None, None).sight(center) is None
+    assert MeshBounds(np.full((1, 3), 1.7e308), None, None).sphere.center == (1.7e308,) * 3
     for count in (1, 513, 1025):  # rows are searched many at a time
         points = np.random.default_rng(count).normal(size=(count, 3)).cumsum(axis=0)
-        np.testing.assert_array_equal(Extent(points, None, None).box, [points.min(axis=0), points.max(axis=0)])
+        np.testing.assert_array_equal(MeshBounds(points, None, None).box, [points.min(axis=0), points.max(axis=0)])
 
 
 def test_normals_lie_in_a_cone_that_is_hardly_wider_than_they_need():
     for axis, slope in itertools.product(np.eye(3), (1e-3, 0.3, 3.0)):
         normals = 5.0 * axis + 5.0 * slope * (1.0 - axis) * np.array(list(itertools.product((-1, 1), repeat=3)))
-        middle, angle = Extent(normals, lambda normals=normals: normals, None).normal_cone
+        middle, angle = MeshBounds(normals, lambda normals=normals: normals, None).normal_cone
         np.testing.assert_allclose(middle, axis, atol=1e-15)
         assert math.atan(slope * math.sqrt(2.0)) <= angle <= math.atan(slope * math.sqrt(2.0)) + 2e-7
 

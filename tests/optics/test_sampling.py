@@ -54,7 +54,7 @@ def exact(light):
     """Return the colour of a white diffuse surface, by the light's closed form."""
     found = np.zeros(len(POINTS))
     for tint, part in light.tints():
-        integral = part.closed(CosinePower("normal", 1.0))
+        integral = part.analytic_integral(CosinePower("normal", 1.0))
         d = np.array(integral.place)[:, None] - POINTS.T
         numbers = np.array(integral.numbers), np.array(lobe_numbers(1.0))
         with np.errstate(all="ignore"):
@@ -71,14 +71,14 @@ def test_the_mean_of_weights_is_what_arrives(name):
     assert (weight >= 0.0).all()
 
 
-@pytest.mark.parametrize("name", [name for name, light in LIGHTS.items() if not light.is_even])
+@pytest.mark.parametrize("name", [name for name, light in LIGHTS.items() if not light.is_uniform])
 def test_rays_end_on_the_light(name):
     light = LIGHTS[name]
     _, direction, length, weight = sampled(light, 64)
     ends = np.where(
         weight > 0.0, POINTS.T[:, None, :] + direction * length, np.array(light.places).mean(axis=0)[:, None, None]
     )
-    integral = light.closed(CosinePower("normal", 1.0))
+    integral = light.analytic_integral(CosinePower("normal", 1.0))
     off, size = ends - np.array(integral.place)[:, None, None], np.linalg.norm(integral.place) + 1.0
     if hasattr(light, "normal"):
         assert np.abs(np.tensordot(light.normal, off, 1)).max() < 1e-6 * size
@@ -106,7 +106,7 @@ def test_what_is_seen_along_a_direction_is_the_point_that_gave_it(name):
     assert sent.any()
     np.testing.assert_allclose(expected[sent], weight[sent], rtol=1e-5)
     np.testing.assert_allclose(*(np.broadcast_to(each, u.shape)[sent] for each in (found, share)), rtol=1e-6)
-    if not light.is_even:
+    if not light.is_uniform:
         assert not beside[1].any()
 
 

@@ -111,7 +111,7 @@ def test_a_light_that_files_do_not_know_is_refused_by_name(tmp_path):
     class Bulb(Light):
         """Custom kind of light."""
 
-        is_even = True
+        is_uniform = True
 
         def arrival(self, points, real=np.float64):
             return ph.DirectionalLight(direction=(0, 0, -1)).arrival(points, real)

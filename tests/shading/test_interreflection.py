@@ -10,7 +10,7 @@ from rays.rooms import hollow, room, wall
 import pvphong as ph
 from pvphong.optics.reflectances import REFLECTANCES
 from pvphong.shading import interreflection
-from pvphong.shading.interreflection import Sent
+from pvphong.shading.interreflection import Radiosity
 
 
 def model(bounces, **fields):
@@ -304,7 +304,7 @@ def test_the_sum_ends_where_nothing_changes_any_more():
         calls.append(1)
         return 0.5 * colors
 
-    sent = Sent(np.ones((3, 3)), np.zeros((3, 3)), np.full((3, 3), 0.5))
+    sent = Radiosity(np.ones((3, 3)), np.zeros((3, 3)), np.full((3, 3), 0.5))
     found = interreflection.bounced(sent, gather, 10**6, apart=False)
     np.testing.assert_allclose(found, 1 / 3, rtol=1e-6)
     assert len(calls) < 30

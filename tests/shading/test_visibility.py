@@ -9,8 +9,8 @@ import pytest
 
 import pvphong as ph
 from pvphong.shading import kernel
-from pvphong.shading.plan.draft import Decision
 from pvphong.shading.plan.plan import Plan
+from pvphong.shading.plan.state import Decision
 from pvphong.shading.vertices import Vertices
 
 COUNT = 700

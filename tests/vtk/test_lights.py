@@ -236,7 +236,7 @@ def as_vtk_keeps(name, seed):
 def test_lights_come_back_but_for_the_rounding_of_vtks_focal_point_and_its_highest_exponent(kind, seed):
     light = as_vtk_keeps(kind, seed)
     back, kept = as_light(light.to_pyvista()), {}
-    if light.frame == "camera" and not light.is_even:  # the origin of VTK's space is one unit in front of the eye
+    if light.frame == "camera" and not light.is_uniform:  # the origin of VTK's space is one unit in front of the eye
         np.testing.assert_allclose(back.position, light.position, rtol=2.0**-52, atol=2.0**-52)
         kept["position"] = light.position
     if isinstance(light, SpotLight):  # its focal point is farther ahead for larger coordinates

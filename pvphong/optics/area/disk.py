@@ -31,11 +31,11 @@ from pvphong.base.formulas import (
     minimum,
     nearest,
     power_less_one,
+    select,
     sine,
     sqrt,
     subtract,
     times,
-    where,
 )
 from pvphong.optics.area.lobes import (
     COUNT,
@@ -64,13 +64,13 @@ def _upward(n: Any, m: Any, e: Any, r: Any) -> Any:
     steep = sqrt(dot(rise, rise))
     is_level = steep < 1e-14  # any direction across e serves as u
     is_along_x = abs(e[0]) > 0.6
-    x, y = where(is_along_x, 0.0, 1.0), where(is_along_x, 1.0, 0.0)
-    rise = where(is_level, x, rise[0]), where(is_level, y, rise[1]), where(is_level, 0.0, rise[2])
+    x, y = select(is_along_x, 0.0, 1.0), select(is_along_x, 1.0, 0.0)
+    rise = select(is_level, x, rise[0]), select(is_level, y, rise[1]), select(is_level, 0.0, rise[2])
     rise = subtract(rise, times(e, dot(rise, e)))
     u = times(rise, 1.0 / maximum(sqrt(dot(rise, rise)), 1e-300))
     height, slope = dot(n, m), r * steep
     crossing = sqrt(maximum((slope - height) * (slope + height), 0.0))
-    beta = where(height < slope, arctan2(crossing, -height), math.pi)
+    beta = select(height < slope, arctan2(crossing, -height), math.pi)
     return u, cross(e, u), beta, steep
 
 
@@ -103,14 +103,14 @@ def disk_irradiance(own: Any, _lobe: Any, d: Any, n: Any, _w: Any) -> Any:
     m, scale = scaled(d, own[RADIUS])
     r = own[RADIUS] * scale
     is_lit = is_glowing(own, m, n, r)
-    e = times(own, where(dot(own, m) < 0.0, -1.0, 1.0))
+    e = times(own, select(dot(own, m) < 0.0, -1.0, 1.0))
     H, z, height = dot(e, m), dot(n, e), dot(n, m)
     level = subtract(m, times(e, H))
     rho = sqrt(dot(level, level))
     least, most = (rho - r) * (rho - r) + H * H, (rho + r) * (rho + r) + H * H
     K, S = dot(m, m) + r * r, maximum(sqrt(least * most), 1e-300)
     beyond = dot(m, m) - r * r
-    T = where(beyond > 0.0, 4.0 * r * r * H * H / maximum(S + beyond, 1e-300), S - beyond)
+    T = select(beyond > 0.0, 4.0 * r * r * H * H / maximum(S + beyond, 1e-300), S - beyond)
     seen = (z * T + 2.0 * H * height) / ((K + S) * S)
     slope = r * sqrt(maximum((1.0 - z) * (1.0 + z), 0.0))
     is_cut = is_lit & (abs(height) < slope)
@@ -126,8 +126,8 @@ def disk_irradiance(own: Any, _lobe: Any, d: Any, n: Any, _w: Any) -> Any:
         area, middle = _above(m, u, r, beta)
         inverse = 1.0 / maximum(sqrt(dot(middle, middle)), 1e-300)
         as_point = area * maximum(dot(n, middle), 0.0) * abs(dot(e, middle)) * (inverse * inverse) * (inverse * inverse)
-        seen = where(is_cut, where(r * r < 1e-10 * dot(m, m), as_point, arc), seen)  # the sum loses digits far away
-    return where(is_lit & (height > -slope), maximum(seen, 0.0) * scale * scale, 0.0)
+        seen = select(is_cut, select(r * r < 1e-10 * dot(m, m), as_point, arc), seen)  # the sum loses digits far away
+    return select(is_lit & (height > -slope), maximum(seen, 0.0) * scale * scale, 0.0)
 
 
 @formula
@@ -139,7 +139,7 @@ def _elementary(middle: Any, beta: Any, K: Any, M: Any, S: Any, least: Any, most
     even = (2.0 * beta - 2.0 * (lag - before)) / S
     along = (2.0 * K * (per_m - before_per_m) - 2.0 * beta * M / (K + S)) / S
     fall = 2.0 * sine(middle) * sine(beta) / maximum(K + M * cosine(first), 1e-300)  # cos first − cos last
-    across = where(M > 0.0, -log1p(-M * fall) / maximum(M, 1e-300), fall)
+    across = select(M > 0.0, -log1p(-M * fall) / maximum(M, 1e-300), fall)
     return even, along, across
 
 
@@ -149,7 +149,7 @@ def _lag(psi: Any, K: Any, M: Any, most: Any, ratio: Any) -> Any:
     half = 0.5 * psi - math.pi * nearest(psi * (0.5 / math.pi))
     ahead, aside = cosine(half), sine(half)
     lag = arctan2(2.0 * M / (most * (1.0 + ratio)) * aside * ahead, ahead * ahead + ratio * aside * aside)
-    return lag, where(M > 0.0, lag / maximum(M, 1e-300), aside * ahead / K)
+    return lag, select(M > 0.0, lag / maximum(M, 1e-300), aside * ahead / K)
 
 
 # Coefficients of 1/3 − T²/5 + T⁴/7 … = (1 − (atan T)/T) / T², highest power first.
@@ -175,9 +175,9 @@ def sphere_irradiance(own: Any, _lobe: Any, d: Any, n: Any, _w: Any) -> Any:
         series = horner(square, _ARCTAN_REST)
         ratio = W / maximum(s * C, 1e-300)
         large = (arctan2(W, C) - C * W) / maximum(s * s, 1e-300)
-        rest = where(T < 0.1, T * (1.0 - series * ratio * ratio), large)
-        seen = where(is_cut, (c * arctan2(W, -C * c) + rest) / math.pi, seen)
-    return where(is_lit, seen / (distance * distance) * scale * scale, 0.0)
+        rest = select(T < 0.1, T * (1.0 - series * ratio * ratio), large)
+        seen = select(is_cut, (c * arctan2(W, -C * c) + rest) / math.pi, seen)
+    return select(is_lit, seen / (distance * distance) * scale * scale, 0.0)
 
 
 @formula
@@ -197,7 +197,7 @@ def _cap(own: Any, d: Any, n: Any) -> Any:
 def disk_highlight(own: Any, lobe: Any, d: Any, n: Any, w: Any) -> Any:
     """Integrate 1/(π r²) · max(w·u, 0)ᵏ du over the part above the horizon."""
     m, scale = scaled(d, own[RADIUS])
-    e = times(own, where(dot(own, m) < 0.0, -1.0, 1.0))
+    e = times(own, select(dot(own, m) < 0.0, -1.0, 1.0))
     r = own[RADIUS] * scale
     return _within_rim(lobe, w, n, m, e, r, is_glowing(own, m, n, r)) * scale * scale
 
@@ -232,9 +232,9 @@ def _within_rim(lobe: Any, w: Any, n: Any, m: Any, e: Any, r: Any, is_lit: Any) 
             if any_of(is_cut & is_long):
                 x, _ = _rim(m, u, t, r, beta)
                 closing = times(t, -2.0 * r * sine(beta))
-                by_rim = by_rim + where(is_cut, arc_between(lobe, w, x, add(x, closing), closing), 0.0)
-            seen = where(is_point, seen, whole(by_rim) / (lobe[RAISED] * math.pi * r * r))
-    return where(is_lit, seen, 0.0)
+                by_rim = by_rim + select(is_cut, arc_between(lobe, w, x, add(x, closing), closing), 0.0)
+            seen = select(is_point, seen, whole(by_rim) / (lobe[RAISED] * math.pi * r * r))
+    return select(is_lit, seen, 0.0)
 
 
 @formula
@@ -262,7 +262,7 @@ def _along_rim(lobe: Any, w: Any, m: Any, e: Any, u: Any, t: Any, r: Any, beta: 
             first, last = high, beta
         length = last - first
         wanted = minimum(0.5 * length * wide / lobe[PIECE], _MOST_PIECES)
-        count = where(is_long, nearest(wanted + 0.5), 0.0)
+        count = select(is_long, nearest(wanted + 0.5), 0.0)
         half = 0.5 * length / maximum(count, 1.0)
         for k in range(largest(count)):
             is_there, center = count > 1.0 * k, first + half * (2.0 * k + 1.0)
@@ -285,8 +285,8 @@ def _along_rim(lobe: Any, w: Any, m: Any, e: Any, u: Any, t: Any, r: Any, beta: 
                     less = minimum(maximum(0.5 * dot(gap, gap), 1e-300), 1.99)
                     dense = -power_less_one(less, lobe[RAISED]) / (less * (2.0 - less))
                     nodes = nodes + lobe[NODES + 2 * i + 1] * dense * dot(w, cross(x, ahead)) / square
-                turn = where(is_shown, nodes * half, turn)
-            turned = turned + where(is_there, turn, 0.0)
+                turn = select(is_shown, nodes * half, turn)
+            turned = turned + select(is_there, turn, 0.0)
     return turned
 
 

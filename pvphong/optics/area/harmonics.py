@@ -26,9 +26,9 @@ from pvphong.base.formulas import (
     minimum,
     multiply_add,
     power_less_one,
+    select,
     sine,
     sqrt,
-    where,
 )
 from pvphong.base.types import Float64Array
 from pvphong.optics.area.lobes import COUNT, NODES, POWER, WINDOW, lobe_numbers
@@ -181,9 +181,9 @@ def sky(own: Any, lobe: Any, _d: Any, n: Any, a: Any) -> Any:
         above = arctan2(sine_above, sqrt(1.0 - sine_above * sine_above))
         share, is_cut = 0.5 + 0.0 * z, abs(above) < lobe[WINDOW]
         if any_of(is_cut):
-            share = where(is_cut, minimum(own[_PER_WHOLE] * _up_to(lobe, abs(above)), 0.5), 0.5)
-        found = found * (0.5 + where(above < 0.0, -share, share))
-    return where((dot(n, n) > 0.5) & (dot(a, a) > 0.5), found, 0.0)
+            share = select(is_cut, minimum(own[_PER_WHOLE] * _up_to(lobe, abs(above)), 0.5), 0.5)
+        found = found * (0.5 + select(above < 0.0, -share, share))
+    return select((dot(n, n) > 0.5) & (dot(a, a) > 0.5), found, 0.0)
 
 
 @formula

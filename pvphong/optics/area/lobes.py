@@ -29,11 +29,11 @@ from pvphong.base.formulas import (
     minimum,
     nearest,
     power_less_one,
+    select,
     sine,
     sqrt,
     subtract,
     times,
-    where,
 )
 from pvphong.base.types import Float64Array
 
@@ -132,7 +132,7 @@ def great_arc(lobe: Any, along: Any, across: Any, first: Any, length: Any) -> An
     window = 2.0 * arctan2(sqrt(square), sqrt(1.0 - square))
     start, stop = minimum(maximum(first, -window), window), minimum(maximum(last, -window), window)
     is_shown_all = (start <= first) & (stop >= last)
-    shown = where(is_shown_all, length, stop - start)  # the difference of the ends cancels for short arcs
+    shown = select(is_shown_all, length, stop - start)  # the difference of the ends cancels for short arcs
     total = 0.0 * shown
     if any_of(shown > 0.0):
         center, half = 0.5 * (start + stop), 0.5 * shown
@@ -141,12 +141,12 @@ def great_arc(lobe: Any, along: Any, across: Any, first: Any, length: Any) -> An
             total = _by_nodes(lobe, int(lobe[FEW_NODES]), int(lobe[FEW]), pole, across, center, half)
         if any_of(~is_short):
             by_all = _by_nodes(lobe, NODES, int(lobe[COUNT]), pole, across, center, half)
-            total = where(is_short, total, by_all)
+            total = select(is_short, total, by_all)
         total = total * along * half
     if any_of(~is_shown_all):
         rise = abs(along)
         rest = lobe[BEYOND] * (_turn(rise, first, last, length) - _turn(rise, start, stop, shown))
-        total = total + where(is_shown_all, 0.0, where(along < 0.0, -rest, rest))
+        total = total + select(is_shown_all, 0.0, select(along < 0.0, -rest, rest))
     return total
 
 
@@ -220,4 +220,4 @@ def seen_as_point(lobe: Any, e: Any, w: Any, x: Any) -> Any:
 @formula
 def whole(turned: Any) -> Any:
     """Return the integral around a region from the sum along its arcs; a full turn is added if −w is inside."""
-    return maximum(where(turned < -1.0, turned + 2.0 * math.pi, turned), 0.0)
+    return maximum(select(turned < -1.0, turned + 2.0 * math.pi, turned), 0.0)

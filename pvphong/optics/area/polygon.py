@@ -25,10 +25,10 @@ from pvphong.base.formulas import (
     horner,
     maximum,
     over_its_size,
+    select,
     sqrt,
     subtract,
     times,
-    where,
 )
 from pvphong.optics.area.lobes import POINT, RAISED, arc_between, seen_as_point, shows, whole
 
@@ -56,7 +56,7 @@ def _offset(own: Any, k: Any, scale: Any) -> Any:
 def scaled(d: Any, size: float) -> Any:
     """Divide a vector by a power of two; return it and the factor. If it is not finite, NaN, so that it is unlit."""
     far = maximum(maximum(abs(d[0]), abs(d[1])), maximum(abs(d[2]), size))
-    scale = where(far < math.inf, over_its_size(far), math.nan)
+    scale = select(far < math.inf, over_its_size(far), math.nan)
     return times(d, scale), scale
 
 
@@ -82,7 +82,7 @@ def _side(own: Any, scale: Any, n: Any, height: Any, r: Any, is_lit: Any, k: Any
     start, stop, closing_start, closing_stop, pieces = a, b, a, a, 1
     if any_of(is_lit & ((height_a <= 0.0) | (height_b <= 0.0))):
         falls, rises = (height_a > 0.0) & (height_b <= 0.0), (height_a <= 0.0) & (height_b > 0.0)
-        along = height_a / where(falls | rises, height_a - height_b, 1.0)
+        along = height_a / select(falls | rises, height_a - height_b, 1.0)
         crossing = add(a, times(subtract(b, a), along))
         start = _choose(rises, crossing, a)
         stop = _choose(falls, crossing, _choose(height_b > 0.0, b, start))
@@ -94,7 +94,7 @@ def _side(own: Any, scale: Any, n: Any, height: Any, r: Any, is_lit: Any, k: Any
 
 @formula
 def _choose(condition: Any, a: Any, b: Any) -> Any:
-    return where(condition, a[0], b[0]), where(condition, a[1], b[1]), where(condition, a[2], b[2])
+    return select(condition, a[0], b[0]), select(condition, a[1], b[1]), select(condition, a[2], b[2])
 
 
 @formula
@@ -129,7 +129,7 @@ def polygon_irradiance(own: Any, _lobe: Any, d: Any, n: Any, _a: Any) -> Any:
                 total = total + rest * dot(n, across) * per_both
                 area = area + dot(own, cross(start, side))
         total = total + area * dot(own, n) * per_far
-    return where(is_lit, 0.5 * abs(total) / (root * root) * scale * scale, 0.0)
+    return select(is_lit, 0.5 * abs(total) / (root * root) * scale * scale, 0.0)
 
 
 @formula
@@ -140,7 +140,7 @@ def angle_over_sine(square: Any, cosine: Any) -> Any:
     is_wide = (square > 0.5) | (cosine < 0.0)
     if any_of(is_wide):
         sine = sqrt(square)
-        found = where(is_wide, arctan2(sine, cosine) / maximum(sine, 1e-300) - 1.0, found)
+        found = select(is_wide, arctan2(sine, cosine) / maximum(sine, 1e-300) - 1.0, found)
     return found
 
 
@@ -168,7 +168,7 @@ def polygon_highlight(own: Any, lobe: Any, d: Any, n: Any, w: Any) -> Any:
                 area, middle = area + part, add(middle, times(add(start, stop), part))
                 if any_of(is_lit & ~is_point):
                     turned = turned + arc_between(lobe, w, add(m, start), add(m, stop), side)
-    by_sides = whole(where(dot(own, m) > 0.0, turned, -turned)) / lobe[RAISED]
-    x = add(m, times(middle, 1.0 / where(area > 0.0, 3.0 * area, 1.0)))
-    seen = where(is_point, seen_as_point(lobe, own, w, x) * 0.5 * area, by_sides)
-    return where(is_lit, seen / (root * root) * scale * scale, 0.0)
+    by_sides = whole(select(dot(own, m) > 0.0, turned, -turned)) / lobe[RAISED]
+    x = add(m, times(middle, 1.0 / select(area > 0.0, 3.0 * area, 1.0)))
+    seen = select(is_point, seen_as_point(lobe, own, w, x) * 0.5 * area, by_sides)
+    return select(is_lit, seen / (root * root) * scale * scale, 0.0)

@@ -30,22 +30,22 @@ from pvphong.base.formulas import (
     TWO,
     ZERO,
     arctan2,
+    as_type_of,
     cosine,
     cross,
     dot,
     formula,
     index,
-    like,
     maximum,
     minimum,
     multiply_add,
     power_less_one,
+    select,
     sine,
     single,
     sqrt,
     subtract,
     times,
-    where,
 )
 from pvphong.base.types import Float64Array, FloatArray
 
@@ -75,9 +75,9 @@ _SLACK = 1e-6
 @formula
 def _polynomial(q: Any, coefficients: Any) -> Any:
     """Evaluate a polynomial, coefficients highest power first."""
-    total = like(q, coefficients[0])
+    total = as_type_of(q, coefficients[0])
     for k in range(1, len(coefficients)):
-        total = multiply_add(total, q, like(q, coefficients[k]))
+        total = multiply_add(total, q, as_type_of(q, coefficients[k]))
     return total
 
 
@@ -94,10 +94,10 @@ def on_disk(u: Any, v: Any) -> Any:
     """
     a, b = TWO * u - ONE, TWO * v - ONE
     is_wide = a * a > b * b
-    radius = where(is_wide, a, b)
-    t = where(is_wide, b, a) / where(radius == ZERO, ONE, radius)
+    radius = select(is_wide, a, b)
+    t = select(is_wide, b, a) / select(radius == ZERO, ONE, radius)
     c, s = radius * _polynomial(t * t, _COSINE), radius * (t * _polynomial(t * t, _SINE))
-    return where(is_wide, c, s), where(is_wide, s, c)
+    return select(is_wide, c, s), select(is_wide, s, c)
 
 
 @formula
@@ -105,8 +105,8 @@ def length_and_direction(d: Any) -> Any:
     """Return a vector's length and direction; for a zero vector, 0 and the z axis."""
     largest = maximum(maximum(maximum(d[0], -d[0]), maximum(d[1], -d[1])), maximum(d[2], -d[2]))
     is_zero = largest == 0.0
-    over = 1.0 / where(is_zero, 1.0, largest)
-    x, y, z = d[0] * over, d[1] * over, where(is_zero, 1.0, d[2] * over)
+    over = 1.0 / select(is_zero, 1.0, largest)
+    x, y, z = d[0] * over, d[1] * over, select(is_zero, 1.0, d[2] * over)
     length = sqrt(x * x + y * y + z * z)
     return largest * length, (x / length, y / length, z / length)
 
@@ -114,7 +114,7 @@ def length_and_direction(d: Any) -> Any:
 @formula
 def _across(w: Any) -> Any:
     """Complete a unit vector to a basis (T. Duff et al., "Building an orthonormal basis, revisited", 2017)."""
-    sign = where(w[2] < 0.0, -1.0, 1.0)
+    sign = select(w[2] < 0.0, -1.0, 1.0)
     a = -1.0 / (sign + w[2])
     b = w[0] * w[1] * a
     return (1.0 + sign * w[0] * w[0] * a, sign * b, -sign * w[0]), (b, sign + w[1] * w[1] * a, -w[1])
@@ -144,11 +144,11 @@ def sphere_frame(numbers: Any, p: Any, n: Any) -> Any:
     distance, w = length_and_direction((numbers[0] - p[0], numbers[1] - p[1], numbers[2] - p[2]))
     radius = numbers[3]
     is_inside = distance <= radius
-    sine = radius / where(is_inside, radius, distance)
-    less = where(is_inside, 2.0, sine * sine / (1.0 + sqrt(1.0 - sine * sine)))  # 1 − cos of the cone
+    sine = radius / select(is_inside, radius, distance)
+    less = select(is_inside, 2.0, sine * sine / (1.0 + sqrt(1.0 - sine * sine)))  # 1 − cos of the cone
     across, up = _across(w)
     scale = 2.0 * (less / radius / radius)  # the radiance 1/πr² times the cone's 2π (1 − cos)
-    reach, side = where(is_inside, radius, distance), where(is_inside, 1.0, -1.0)
+    reach, side = select(is_inside, radius, distance), select(is_inside, 1.0, -1.0)
     return reach, scale, *w, *across, *up, dot(n, w), dot(n, across), dot(n, up), less, side, distance / reach
 
 
@@ -164,7 +164,7 @@ def sphere_sample(_numbers: Any, frame: Any, u: Any, v: Any) -> Any:
     direction = _combined(along, frame[0:3], x, frame[3:6], y, frame[6:9])
     weight = multiply_add(y, frame[11], multiply_add(x, frame[10], along * frame[9]))
     # squared radius minus the ray's squared distance from the centre, without cancellation at the edge of the cone
-    apart = where(side < ZERO, less * (ONE - inner) * (TWO - less - t), ONE - to_middle * to_middle * t * (TWO - t))
+    apart = select(side < ZERO, less * (ONE - inner) * (TWO - less - t), ONE - to_middle * to_middle * t * (TWO - t))
     return direction, to_middle * along + side * sqrt(maximum(apart, ZERO)), maximum(weight, ZERO)
 
 
@@ -175,7 +175,7 @@ def sphere_seen(_numbers: Any, frame: Any, d: Any) -> Any:
     apart = (less - t) * (TWO - less - t)
     is_met = (t <= less * (ONE + _SLACK)) & (frame[13] < ZERO)
     share = frame[14] * (ONE - t) - sqrt(maximum(apart, ZERO))
-    return share, where(is_met, 1.0 / (2.0 * math.pi * less), 0.0)
+    return share, select(is_met, 1.0 / (2.0 * math.pi * less), 0.0)
 
 
 # --- flat lights: points on them, with a density close to their contribution
@@ -226,7 +226,7 @@ def flat_frame(numbers: Any, p: Any, n: Any) -> Any:
     reach = distance + first + second
     d, first, second = times(w, distance / reach), first / reach, second / reach
     height = -dot(normal, d)
-    shown = where(numbers[12] > 0.0, maximum(height, -height), maximum(height, 0.0))
+    shown = select(numbers[12] > 0.0, maximum(height, -height), maximum(height, 0.0))
     above = maximum(maximum(height, -height), _LEAST_HEIGHT)
     foot, other_foot = -dot(a, d), -dot(b, d)
     along, across = _slope(first, foot, above), _slope(second, other_foot, above)
@@ -263,7 +263,7 @@ def _on_side(u: Any, slope: Any, side: Any, height: Any) -> Any:
     """Return a point on a side, as an offset from its middle, and its density, from the values of `_slope`."""
     delta = (TWO * u - ONE) * slope[2]
     c, s = _polynomial(delta * delta, _COSINE_TO_90), delta * _polynomial(delta * delta, _SINE_TO_90)
-    tangent = (slope[1] * c + slope[0] * s) / maximum(slope[0] * c - slope[1] * s, like(u, 1e-6))
+    tangent = (slope[1] * c + slope[0] * s) / maximum(slope[0] * c - slope[1] * s, as_type_of(u, 1e-6))
     x = minimum(maximum(multiply_add(height, tangent, slope[3]), -side), side)
     off = x - slope[3]
     return x, slope[4] / multiply_add(off, off, height * height)
@@ -296,7 +296,7 @@ def _from_flat(frame: Any, x: Any, y: Any, over_density: Any) -> Any:
     c = _combined(ONE, frame[0:3], x, frame[3:6], y, frame[6:9])
     square = dot(c, c)
     length = sqrt(square)
-    over = ONE / where(square > ZERO, length, ONE)
+    over = ONE / select(square > ZERO, length, ONE)
     weight = maximum(dot(frame[9:12], c), ZERO) * frame[12] * (over * over) * (over * over) * over_density
     return times(c, over), length, weight
 
@@ -315,11 +315,11 @@ def disk_sample(_numbers: Any, frame: Any, u: Any, v: Any) -> Any:
     x, y, density = _warped(u, v, frame[13:17])
     x, y = on_disk(x, y)
     across, up, near_density = _on_rectangle(frame, u, v)
-    is_near = frame[29] < like(u, _NEAR_DISK) * radius
-    x, y = where(is_near, across, radius * x), where(is_near, up, radius * y)
-    is_outside = x * x + y * y > multiply_add(radius, radius * like(u, 1e-6), radius * radius)
-    over_near = where(is_outside, ZERO, like(u, 4.0 / math.pi) / near_density)
-    return _from_flat(frame, x, y, where(is_near, over_near, ONE / density))
+    is_near = frame[29] < as_type_of(u, _NEAR_DISK) * radius
+    x, y = select(is_near, across, radius * x), select(is_near, up, radius * y)
+    is_outside = x * x + y * y > multiply_add(radius, radius * as_type_of(u, 1e-6), radius * radius)
+    over_near = select(is_outside, ZERO, as_type_of(u, 4.0 / math.pi) / near_density)
+    return _from_flat(frame, x, y, select(is_near, over_near, ONE / density))
 
 
 def _on_plane(numbers: Any, frame: Any, d: Any) -> Any:
@@ -332,8 +332,8 @@ def _on_plane(numbers: Any, frame: Any, d: Any) -> Any:
     along = dot(normal, d)
     far = dot(normal, c) / along
     off = subtract(times(d, far), c)
-    is_met = (frame[12] > ZERO) & (far > ZERO) & (far < like(far, math.inf))
-    return dot(frame[3:6], off), dot(frame[6:9], off), far, where(is_met, far * far / abs(along), ZERO)
+    is_met = (frame[12] > ZERO) & (far > ZERO) & (far < as_type_of(far, math.inf))
+    return dot(frame[3:6], off), dot(frame[6:9], off), far, select(is_met, far * far / abs(along), ZERO)
 
 
 def _of_side(x: Any, slope: Any, height: Any) -> Any:
@@ -362,7 +362,7 @@ def rectangle_seen(numbers: Any, frame: Any, d: Any) -> Any:
     x, y, far, factor = _on_plane(numbers, frame, d)
     first, second = frame[27], frame[28]
     is_met = (abs(x) <= first * (ONE + _SLACK)) & (abs(y) <= second * (ONE + _SLACK))
-    return far, where(is_met, _rectangle_density(frame, x, y) * factor / (4.0 * first * second), ZERO)
+    return far, select(is_met, _rectangle_density(frame, x, y) * factor / (4.0 * first * second), ZERO)
 
 
 def disk_seen(numbers: Any, frame: Any, d: Any) -> Any:
@@ -373,11 +373,11 @@ def disk_seen(numbers: Any, frame: Any, d: Any) -> Any:
     # the inverse of `on_disk`
     is_wide = abs(x) > abs(y)
     angle = 4.0 / math.pi * arctan2(minimum(abs(x), abs(y)), maximum(abs(x), abs(y)))
-    a, b = where(is_wide, distance, distance * angle), where(is_wide, distance * angle, distance)
-    u, v = HALF + HALF * where(x < ZERO, -a, a), HALF + HALF * where(y < ZERO, -b, b)
+    a, b = select(is_wide, distance, distance * angle), select(is_wide, distance * angle, distance)
+    u, v = HALF + HALF * select(x < ZERO, -a, a), HALF + HALF * select(y < ZERO, -b, b)
     near = _rectangle_density(frame, x, y) / 4.0
-    density = where(frame[29] < _NEAR_DISK * radius, near, _warped_density(u, v, frame[13:17]) / math.pi)
-    return far, where(distance <= ONE + _SLACK, density * factor / (radius * radius), ZERO)
+    density = select(frame[29] < _NEAR_DISK * radius, near, _warped_density(u, v, frame[13:17]) / math.pi)
+    return far, select(distance <= ONE + _SLACK, density * factor / (radius * radius), ZERO)
 
 
 # Index of a polygon's triangles in its numbers: their count; then for each the cumulative share of the area, its own
@@ -390,7 +390,7 @@ def polygon_sample(numbers: Any, frame: Any, u: Any, v: Any) -> Any:
     """Sample a polygon uniformly, triangle by triangle."""
     which = index(ZERO * u)
     for k in range(int(numbers[TRIANGLES]) - 1):
-        which = which + where(u >= numbers[TRIANGLES + 1 + 8 * k], 1, 0)
+        which = which + select(u >= numbers[TRIANGLES + 1 + 8 * k], 1, 0)
     at = TRIANGLES + 1 + 8 * which
     part = maximum((u - (numbers[at] - numbers[at + 1])) / numbers[at + 1], 0.0)
     far = sqrt(minimum(part, 1.0))
@@ -409,7 +409,7 @@ def polygon_seen(numbers: Any, frame: Any, d: Any) -> Any:
         u, v = ((x - ax) * cy - (y - ay) * cx) / twice, ((y - ay) * bx - (x - ax) * by) / twice
         is_met = is_met | ((u >= -_SLACK) & (v >= -_SLACK) & (u + v <= ONE + _SLACK))
         whole = 0.5 * abs(twice) / share
-    return far, where(is_met, factor / (whole * frame[27] * frame[28]), ZERO)
+    return far, select(is_met, factor / (whole * frame[27] * frame[28]), ZERO)
 
 
 # --- the sky: by the cosine, and by its image
@@ -422,7 +422,7 @@ def sky_frame(numbers: Any, _p: Any, n: Any) -> Any:
     Values for `sample`: 0 to 8 two unit vectors across the normal, and the normal; 9 is 1 if there is a normal, else 0.
     """
     across, up = _across(n)
-    has_normal = where(dot(n, n) > 0.0, 1.0, 0.0)
+    has_normal = select(dot(n, n) > 0.0, 1.0, 0.0)
     return numbers[0], numbers[1], *across, *up, *n, has_normal
 
 
@@ -463,7 +463,7 @@ def _place_in(numbers: Any, start: Any, count: Any, half: Any, share: Any) -> An
     while step > 0:
         after = low + step
         inside = minimum(after, count)
-        low = where((after < count) & (numbers[start + inside] <= share), inside, low)
+        low = select((after < count) & (numbers[start + inside] <= share), inside, low)
         step //= 2
     begin, end = numbers[start + low], numbers[start + low + 1]
     return low, minimum(maximum(share - begin, 0.0) / maximum(end - begin, 1e-30), 1.0)
@@ -491,25 +491,25 @@ def image_sample(numbers: Any, frame: Any, u: Any, v: Any) -> Any:
     ends = _TABLES + rows + 1
     shares = ends + rows + 1
     cells = shares + rows * (columns + 1)
-    by_image, u = u < HALF, where(u < HALF, TWO * u, TWO * u - ONE)
+    by_image, u = u < HALF, select(u < HALF, TWO * u, TWO * u - ONE)
     d = _by_cosine(frame, u, v)
     ahead, right = (numbers[7], numbers[8], numbers[9]), (numbers[10], numbers[11], numbers[12])
     up = numbers[13], numbers[14], numbers[15]
     row, column = _cell(numbers, d)
     chosen, far = _place_in(numbers, ends, rows, numbers[_HALF_ROWS], v)
-    row = where(by_image, chosen, row)
+    row = select(by_image, chosen, row)
     start = shares + row * (columns + 1)
     chosen, along = _place_in(numbers, start, columns, numbers[_HALF_COLUMNS], u)
-    column = where(by_image, chosen, column)
+    column = select(by_image, chosen, column)
     top = numbers[_TABLES + row]
     height = top + far * (numbers[_TABLES + row + 1] - top)
     around = (column + along) * (2.0 * math.pi / columns) - math.pi
     level = sqrt(maximum(1.0 - height * height, 0.0))
     to_image = _combined(level * cosine(around), ahead, level * sine(around), right, height, up)
     direction = (
-        single(where(by_image, to_image[0], d[0])),
-        single(where(by_image, to_image[1], d[1])),
-        single(where(by_image, to_image[2], d[2])),
+        single(select(by_image, to_image[0], d[0])),
+        single(select(by_image, to_image[1], d[1])),
+        single(select(by_image, to_image[2], d[2])),
     )
     cosine_here = maximum(dot(frame[6:9], direction), 0.0)
     radiance = numbers[cells + row * columns + column]

@@ -2,7 +2,7 @@
 
 A new kind is a file in this folder and an entry in `LIGHT_TYPES`; then its name and place in `pvphong/__init__.py`, a
 row in the README, and a strategy in `tests/strategies.py`, which includes it in all tests of laws. An area light
-overrides `nodes`. With a `closed` form it is exact; with `sampling`, rays reach it, for soft shadows and `truth`.
+overrides `nodes`. An `analytic_integral` makes it exact; with `sampling`, rays reach it, for soft shadows and `truth`.
 `tests/rays/test_paths.py` has one light of each kind. `aimed.py` is shared by lights with a direction, `sized.py` by
 area lights. `conversion.py` converts lights to other notations; a kind without `nodes` registers there the light that
 VTK draws in its place. `pvphong/shading/plan/lights.py` defines cheaper replacements.

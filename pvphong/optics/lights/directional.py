@@ -47,7 +47,7 @@ class DirectionalLight(Light):
 
     direction: VectorLike = aim()
 
-    is_even: ClassVar[bool] = True
+    is_uniform: ClassVar[bool] = True
 
     @classmethod
     def at(cls, position: VectorLike, *, target: VectorLike, **fields: Any) -> Self:

@@ -82,7 +82,7 @@ class DiskLight(Aimed, Flat, Light):
         """Importance sampling of points on it."""
         return self.sampled(disk_sample, disk_seen, self.radius * across(self.normal), math.sqrt(0.5))
 
-    def closed(self, form: CosinePower) -> Integral:
+    def analytic_integral(self, form: CosinePower) -> Integral:
         """Return the integral along its rim."""
         formula = disk_irradiance if form.around == "normal" else disk_highlight
         return Integral(formula, self.center, self.radius, (*self.normal, float(self.two_sided), self.radius))

@@ -91,7 +91,7 @@ class EnvironmentLight(Light):
     up: VectorLike = meaning(Up(check.direction), (0.0, 1.0, 0.0))
     rotation: float = meaning(Turn(check.number, "rotation"), 0.0)
 
-    is_even: ClassVar[bool] = True
+    is_uniform: ClassVar[bool] = True
 
     @cached_property
     def panorama(self) -> Panorama:
@@ -137,7 +137,7 @@ class EnvironmentLight(Light):
     def sampling(self) -> Sampling:
         """Importance sampling by its energy and by the cosine; for one colour, by the cosine alone."""
         radiance = self.panorama.image.mean(axis=2, dtype=np.float64)
-        if self.panorama.is_even:
+        if self.panorama.is_uniform:
             return sky_sampling(math.inf, float(radiance[0, 0]))
         cells = _means(_means(radiance, _MOST_ROWS).T, 2 * _MOST_ROWS).T
         return Sampling(sky_frame, image_sample, image_seen, image_numbers(cells, self.axes))
@@ -175,7 +175,7 @@ class EnvironmentLight(Light):
         image, most = self.panorama, min(bands or self.bands, self.bands)
         if (image.image == image.image[..., :1]).all():
             return (((1.0, 1.0, 1.0), SkyChannel(source=self, channel=0, most=most)),)
-        if image.is_even:
+        if image.is_uniform:
             red, green, blue = image.image[0, 0].tolist()
             return (((red, green, blue), SkyChannel(source=replace(self, image=1.0), channel=0, most=1)),)
         return tuple((tint, SkyChannel(source=self, channel=k, most=most)) for k, tint in enumerate(_RED_GREEN_BLUE))
@@ -221,13 +221,13 @@ class SkyChannel(Light):
     channel: int
     most: int
 
-    is_even: ClassVar[bool] = True
+    is_uniform: ClassVar[bool] = True
 
     def nodes(self, count: int) -> tuple[DirectionalLight, ...]:
         """Return the nodes of the environment."""
         return tuple(self.source.nodes(count))
 
-    def closed(self, form: CosinePower) -> Integral:
+    def analytic_integral(self, form: CosinePower) -> Integral:
         """Return the image blurred by the lobe, times the share of the lobe above the horizon."""
         return Integral(sky, (0.0, 0.0, 0.0), math.inf, _sky_of(self, form))
 

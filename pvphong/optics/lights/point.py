@@ -7,7 +7,7 @@ from typing import Any
 
 from pvphong.base.types import VectorLike
 from pvphong.optics.attenuation import COEFFICIENTS, NONE
-from pvphong.optics.light import Light, Placement
+from pvphong.optics.light import Light, PunctualParameters
 from pvphong.optics.roles import meaning, place
 
 
@@ -18,9 +18,9 @@ class Weakening:
     attenuation: Any
 
     @property
-    def placement(self) -> Placement:
+    def placement(self) -> PunctualParameters:
         """Position and attenuation."""
-        return Placement(self.position, self.attenuation)
+        return PunctualParameters(self.position, self.attenuation)
 
 
 @dataclass(frozen=True)

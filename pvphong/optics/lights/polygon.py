@@ -131,7 +131,7 @@ class PolygonLight(Flat, Light):
         of_all = self.sampled(polygon_sample, polygon_seen, sides, 1.0)
         return of_all._replace(numbers=(*of_all.numbers, float(len(rows)), *rows.ravel().tolist()))
 
-    def closed(self, form: CosinePower) -> Integral:
+    def analytic_integral(self, form: CosinePower) -> Integral:
         """Return the integral of the lobe over the polygon, along its sides."""
         offsets = self.outline - np.array(self.center)
         return over_polygon(form, self.center, self.normal, self.two_sided, self.area, offsets)

@@ -105,6 +105,6 @@ class RectangleLight(Aimed, Flat, Light):
         """Importance sampling of points on it."""
         return self.sampled(rectangle_sample, rectangle_seen, self.sides, 1.0)
 
-    def closed(self, form: CosinePower) -> Integral:
+    def analytic_integral(self, form: CosinePower) -> Integral:
         """Return the integral along its sides."""
         return over_polygon(form, self.center, self.normal, self.two_sided, self.area, self.corners)

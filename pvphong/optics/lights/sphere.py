@@ -64,7 +64,7 @@ class SphereLight(Light):
         """
         return _nodes(self.places[0], self.radius, count)
 
-    def closed(self, form: CosinePower) -> Integral:
+    def analytic_integral(self, form: CosinePower) -> Integral:
         """Return the integral over the visible cap."""
         formula = sphere_irradiance if form.around == "normal" else sphere_highlight
         return Integral(formula, self.places[0], self.radius, (self.radius,))

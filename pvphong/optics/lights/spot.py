@@ -8,11 +8,11 @@ from functools import cached_property, partial
 from typing import Any
 
 from pvphong.base import check
-from pvphong.base.formulas import BRIGHTEST, ONE, TWO, ZERO, Power, add, formula, square, times, where
+from pvphong.base.formulas import BRIGHTEST, ONE, TWO, ZERO, Power, add, formula, select, square, times
 from pvphong.base.types import Vector, VectorLike
 from pvphong.base.vectors import moderate_vector
 from pvphong.optics.attenuation import COEFFICIENTS, NONE
-from pvphong.optics.light import Light, Placement
+from pvphong.optics.light import Light, PunctualParameters
 from pvphong.optics.lights.aimed import Aimed
 from pvphong.optics.lights.point import Weakening
 from pvphong.optics.roles import Power as FalloffPower
@@ -28,8 +28,8 @@ def _in_cone(own: Any, l: Any) -> Any:
     A cosine near 1 has lost the digits that narrow cones and high exponents need; the chord keeps them. On the light
     itself cos θ is taken as 0.
     """
-    chord = where(square(l) > ZERO, square(add((own[0], own[1], own[2]), l)), TWO)
-    return where(chord <= own[3], ONE, ZERO), chord
+    chord = select(square(l) > ZERO, square(add((own[0], own[1], own[2]), l)), TWO)
+    return select(chord <= own[3], ONE, ZERO), chord
 
 
 @dataclass(frozen=True)
@@ -78,7 +78,7 @@ class SpotLight(Aimed, Weakening, Light):
         return times(*moderate_vector(self.direction))
 
     @property
-    def placement(self) -> Placement:
+    def placement(self) -> PunctualParameters:
         """Position and attenuation, as of a point light, and the falloff off the axis."""
         # a larger gain would be clamped before the falloff reduces it again
         most_gain = BRIGHTEST * (self.attenuation[0] or 1.0) if self.exponent else math.inf

@@ -6,9 +6,20 @@ import math
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
-from pvphong.base.formulas import LEAST_SQUARE, TWO, add, formula, inverse_length, like, square, subtract, times, where
+from pvphong.base.formulas import (
+    LEAST_SQUARE,
+    TWO,
+    add,
+    as_type_of,
+    formula,
+    inverse_length,
+    select,
+    square,
+    subtract,
+    times,
+)
 from pvphong.base.vectors import unit
-from pvphong.optics.reflectance import Geometry, Peak, Sightline
+from pvphong.optics.reflectance import AngleBounds, Geometry, Peak
 from pvphong.optics.reflectances.highlight import Shiny, own_shininess
 
 _LARGER = 2.0**60
@@ -18,13 +29,13 @@ _LARGER = 2.0**60
 @formula
 def _halfway_square(at: Geometry) -> Any:
     """Compute |C|² for C = h − n, n·h = 1 − ½|C|²; 2 where l = −v and there is no h."""
-    h = times(add(at.l, at.v), like(at.n_l, _LARGER))
+    h = times(add(at.l, at.v), as_type_of(at.n_l, _LARGER))
     length = square(h)
     chord = square(subtract(times(h, inverse_length(length)), times(at.n, at.scale)))
-    return where(length > LEAST_SQUARE, chord, TWO)
+    return select(length > LEAST_SQUARE, chord, TWO)
 
 
-def largest_halfway(line: Sightline) -> float:
+def largest_halfway(line: AngleBounds) -> float:
     """Return the largest n·h = (cos θ + cos φ) / (2 cos ψ/2), which grows with smaller θ and φ and greater ψ.
 
     The direction h is the middle of the arc from l to v, so its angle from n is at least θ − ψ/2 and φ − ψ/2.

@@ -16,7 +16,7 @@ from typing import Any, ClassVar, Self
 import numpy as np
 
 from pvphong.base import check
-from pvphong.base.formulas import HALF, ONE, ZERO, Power, add, formula, maximum, sqrt, square, where
+from pvphong.base.formulas import HALF, ONE, ZERO, Power, add, formula, maximum, select, sqrt, square
 from pvphong.base.types import Color, rgb
 from pvphong.optics.area.sampling import Directions, around, by_halves
 from pvphong.optics.maps import number_or_map
@@ -60,7 +60,7 @@ def part_of_light(name: str, value: Any) -> Color:
 @formula
 def lambert_and_highlight(own: Any, at: Geometry, highlight: Any) -> Any:  # noqa: ARG001 any reflectance's
     """Compute max(n·l, 0), and the highlight where n·l is positive."""
-    return maximum(at.n_l, ZERO), where(at.n_l > ZERO, highlight, ZERO)
+    return maximum(at.n_l, ZERO), select(at.n_l > ZERO, highlight, ZERO)
 
 
 @formula

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Any, ClassVar
 
 from pvphong.base import check
-from pvphong.base.formulas import ZERO, formula, like, where
+from pvphong.base.formulas import ZERO, as_type_of, formula, select
 from pvphong.base.types import ColorLike, rgb
 from pvphong.optics.reflectance import HIGHLIGHT, LAMBERT, Geometry, Lobe
 from pvphong.optics.reflectances.highlight import (
@@ -23,7 +23,7 @@ from pvphong.optics.reflectances.phong import MIRROR
 def _parted_highlight(own: Any, at: Geometry, highlight: Any) -> Any:
     """Compute Phong's factors, with the highlight in two parts: in the metal's colour and in white."""
     n_l, shine = lambert_and_highlight(own, at, highlight)
-    shine = where(shine > like(shine, 2.0**-80), shine, ZERO)  # the parts of a smaller one may be subnormal
+    shine = select(shine > as_type_of(shine, 2.0**-80), shine, ZERO)  # the parts of a smaller one may be subnormal
     white = shine * whiteness(at)
     return n_l, shine - white, white
 

@@ -29,15 +29,15 @@ from pvphong.base.formulas import (
     ONE,
     ZERO,
     add,
+    as_type_of,
     cross,
     formula,
-    like,
     maximum,
     minimum,
     multiply_add,
+    select,
     sqrt,
     square,
-    where,
 )
 from pvphong.optics.area.sampling import Directions, by_halves
 from pvphong.optics.maps import number_or_map
@@ -58,7 +58,7 @@ COUPLED = 28.0 / 23.0
 def _cosines(own: Any, at: Geometry) -> Any:
     """Return the cosines x and y, clamped to the floor; x is 0 where there is no normal or no light."""
     x, y = maximum(at.n_l, own[5]), maximum(at.n_v, own[5])
-    return where((square(at.n) > ZERO) & (square(at.l) > ZERO), x, ZERO), y
+    return select((square(at.n) > ZERO) & (square(at.l) > ZERO), x, ZERO), y
 
 
 @formula
@@ -69,12 +69,12 @@ def _highlight(own: Any, at: Geometry, x: Any, y: Any) -> Any:
     length = square(s)
     across = square(cross(at.n, s)) * (at.scale * at.scale)
     is_above = (length > LEAST_SQUARE) & (at.n_l + at.n_v > ZERO)
-    sine = where(is_above, minimum(across / length, ONE), ONE)  # sin² θ
+    sine = select(is_above, minimum(across / length, ONE), ONE)  # sin² θ
     peak = alpha / maximum(multiply_add(rest, sine, alpha2), least)
     masked = multiply_add(x, sqrt(multiply_add(beyond * y, y, beta2)), y * sqrt(multiply_add(beyond * x, x, beta2)))
     is_lit = x > ZERO
     shine = peak * peak * (HALF * x / masked)
-    shine = where(is_lit, minimum(shine, like(x, BRIGHTEST)), ZERO)
+    shine = select(is_lit, minimum(shine, as_type_of(x, BRIGHTEST)), ZERO)
     white = shine * whiteness(at)
     return shine - white, white
 
@@ -103,7 +103,7 @@ def coupled(own: Any, at: Geometry, highlight: Any) -> Any:  # noqa: ARG001 it i
     """
     x, y = _cosines(own, at)
     tinted, white = _highlight(own, at, x, y)
-    return like(x, COUPLED) * x * _seen(x) * _seen(y), tinted, white
+    return as_type_of(x, COUPLED) * x * _seen(x) * _seen(y), tinted, white
 
 
 ROUGHNESS = partial(number_or_map, above=0.0, at_most=1.0, remedy="0.1 is polished, 0.5 satin, 1 matt.")
@@ -167,4 +167,4 @@ class Microfacets(Reflectance):
 @formula
 def alpha_of(roughness: Any) -> Any:
     """Return the α of a perceptually linear roughness: its square."""
-    return maximum(roughness * roughness, like(roughness, _LEAST_ALPHA))
+    return maximum(roughness * roughness, as_type_of(roughness, _LEAST_ALPHA))

@@ -8,7 +8,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from pvphong.base.formulas import BRIGHTEST, HALF, ONE, ZERO, formula, like, maximum, minimum
+from pvphong.base.formulas import BRIGHTEST, HALF, ONE, ZERO, as_type_of, formula, maximum, minimum
 from pvphong.optics.reflectance import Geometry
 from pvphong.optics.reflectances.highlight import Shiny, own_shininess
 from pvphong.optics.reflectances.phong import MIRROR
@@ -24,7 +24,7 @@ def _normalised_highlight(own: Any, at: Geometry, highlight: Any) -> Any:
 @formula
 def _scale_of(shininess: Any, own: Any) -> Any:  # noqa: ARG001 there are no others
     """Return (s + 2)/2, the scale with which the highlight reflects all light at normal incidence."""
-    return (minimum(HALF * shininess + ONE, like(shininess, BRIGHTEST)),)
+    return (minimum(HALF * shininess + ONE, as_type_of(shininess, BRIGHTEST)),)
 
 
 @dataclass(frozen=True)

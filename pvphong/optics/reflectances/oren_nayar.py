@@ -9,7 +9,7 @@ from functools import partial
 from typing import Any
 
 from pvphong.base import check
-from pvphong.base.formulas import ONE, ZERO, dot, formula, maximum, minimum, where
+from pvphong.base.formulas import ONE, ZERO, dot, formula, maximum, minimum, select
 from pvphong.optics.reflectance import Geometry, Lobe, Reflectance
 
 
@@ -20,7 +20,7 @@ def _rough_diffuse(own: Any, at: Geometry, highlight: Any) -> Any:  # noqa: ARG0
     n_l = maximum(at.n_l, ZERO)
     along = maximum(dot(at.l, at.v) - n_l * at.n_v, ZERO)
     steepest = maximum(n_l, at.n_v)
-    tangent = where(steepest > ZERO, along / steepest, ZERO)
+    tangent = select(steepest > ZERO, along / steepest, ZERO)
     # sin α tan β is unbounded where both are grazing, but its product with n·l is at most 1
     return (n_l * a + b * minimum(n_l * tangent, ONE),)
 

@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
-from pvphong.base.formulas import ZERO, formula, like, maximum, square, subtract, times, where
+from pvphong.base.formulas import ZERO, as_type_of, formula, maximum, select, square, subtract, times
 from pvphong.optics.reflectance import HIGHLIGHT, Geometry, Lobe, Peak, Reflectance
 from pvphong.optics.reflectances.highlight import Shiny, own_shininess
 from pvphong.optics.reflectances.phong import Phong
@@ -28,7 +28,8 @@ def vtk_reflectance(shininess: float, *, is_headlight: bool) -> Reflectance:
 def _headlight(own: Any, at: Geometry, highlight: Any) -> Any:  # noqa: ARG001 any reflectance's
     """Compute max(n·l, floor) and the highlight; both are 0 without a normal, where the floor does not apply."""
     is_there = square(at.n) > ZERO
-    return where(is_there, maximum(at.n_l, like(at.n_l, _HEADLIGHT_FLOOR)), ZERO), where(is_there, highlight, ZERO)
+    cosine = maximum(at.n_l, as_type_of(at.n_l, _HEADLIGHT_FLOOR))
+    return select(is_there, cosine, ZERO), select(is_there, highlight, ZERO)
 
 
 @formula

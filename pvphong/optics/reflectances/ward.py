@@ -16,17 +16,17 @@ from pvphong.base.formulas import (
     ONE,
     ZERO,
     add,
+    as_type_of,
     cross,
     dot,
     exponential,
     formula,
-    like,
     maximum,
     minimum,
     multiply_add,
+    select,
     square,
     times,
-    where,
 )
 from pvphong.optics.area.sampling import Directions, by_halves
 from pvphong.optics.reflectance import HIGHLIGHT, LAMBERT, Geometry, Reflectance
@@ -48,14 +48,14 @@ _WIDTH = partial(check.number, above=0.0, at_most=1.0)
 def _gloss(own: Any, at: Geometry, highlight: Any) -> Any:  # noqa: ARG001 it is no power
     """Compute max(n·l, 0), and the highlight of `Ward`."""
     x, s = maximum(at.n_l, ZERO), add(at.l, at.v)
-    low = ONE / maximum(x + maximum(at.n_v, ZERO), like(x, LEAST_HEIGHT))
+    low = ONE / maximum(x + maximum(at.n_v, ZERO), as_type_of(x, LEAST_HEIGHT))
     along = dot(s, at.t) * low * own[0]
     across = dot(s, cross(times(at.n, at.scale), at.t)) * low * own[1]
     exponent = multiply_add(along, along, across * across)
     height = x * square(s) * (low * low) * (low * low) * own[0] * own[1]
-    shows = (exponent < like(x, _DARK)) & (square(at.t) > ZERO)
-    shine = minimum(height, like(x, BRIGHTEST)) * exponential(-minimum(exponent, like(x, _DARK)))
-    return x, where(shows, shine, ZERO)
+    shows = (exponent < as_type_of(x, _DARK)) & (square(at.t) > ZERO)
+    shine = minimum(height, as_type_of(x, BRIGHTEST)) * exponential(-minimum(exponent, as_type_of(x, _DARK)))
+    return x, select(shows, shine, ZERO)
 
 
 @dataclass(frozen=True)

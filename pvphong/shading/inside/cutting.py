@@ -164,13 +164,13 @@ class _Edge:
         self._is_hidden[rows] = is_odd[triangles.sides[rows]].any(axis=1)
         inside = self._is_lit_inside[rows] = self._seen(rows, _INSIDE)
         at_corners = is_lit[triangles.corners[rows]]
-        is_even = np.ptp(at_corners.astype(np.int8), axis=1) == 0
-        is_other = (inside ^ at_corners[:, :1]) & is_even[:, None]
+        is_uniform = np.ptp(at_corners.astype(np.int8), axis=1) == 0
+        is_other = (inside ^ at_corners[:, :1]) & is_uniform[:, None]
         some = np.flatnonzero(is_other.any(axis=1))
         is_other = np.column_stack([np.zeros((len(some), 3), dtype=bool), is_other[some]])
         places = np.concatenate([np.eye(3), _INSIDE])
         self._is_hidden[rows[some]] |= self._can_jump(triangles.corners[rows[some]], places, is_other)
-        self._look_closely(rows[is_even & ~self._is_hidden[rows]])
+        self._look_closely(rows[is_uniform & ~self._is_hidden[rows]])
 
     def _look_closely(self, rows: IntArray) -> None:
         """Look at places as close to each other as pixels in triangles whose corners, sides and middles are alike."""

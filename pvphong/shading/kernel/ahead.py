@@ -141,9 +141,9 @@ def _of_lights_with_a_size() -> _Named:
     diffuse, highlight = CosinePower("normal", 1.0), CosinePower("mirror", 20.0)
     lights = [(name, part) for name, kind in LIGHT_TYPES.items() for _, part in _sample(kind).tints()]
     return _distinct(
-        (name, stages.integral_stage([form and light.closed(form) for form in forms], forms))
+        (name, stages.integral_stage([form and light.analytic_integral(form) for form in forms], forms))
         for name, light in lights
-        if light.closed(diffuse) is not None
+        if light.analytic_integral(diffuse) is not None
         for forms in ((diffuse, highlight), (diffuse, None), (None, highlight))
     )
 

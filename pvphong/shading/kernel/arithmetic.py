@@ -218,20 +218,20 @@ def arctan2(y: Any, x: Any) -> Any:
     height, width = abs(y), abs(x)
     low, high = formulas.minimum(height, width), formulas.maximum(formulas.maximum(height, width), _TINIEST)
     is_steep = low > _TAN_22_5 * high
-    t = formulas.where(is_steep, low - high, low) / formulas.where(is_steep, low + high, high)
+    t = formulas.select(is_steep, low - high, low) / formulas.select(is_steep, low + high, high)
     square = t * t
     turned = formulas.multiply_add(t * square, horner(square, _ARCTAN), t)
-    turned = formulas.where(is_steep, turned + 0.25 * math.pi, turned)
-    turned = formulas.where(height > width, 0.5 * math.pi - turned, turned)
-    turned = formulas.where(x < 0.0, math.pi - turned, turned)
-    return formulas.where(y < 0.0, -turned, turned)
+    turned = formulas.select(is_steep, turned + 0.25 * math.pi, turned)
+    turned = formulas.select(height > width, 0.5 * math.pi - turned, turned)
+    turned = formulas.select(x < 0.0, math.pi - turned, turned)
+    return formulas.select(y < 0.0, -turned, turned)
 
 
 # --- memory behind plain pointers, and calls through addresses
 
 
 @intrinsic
-def like(_typing: Any, rows: Any, value: Any) -> Any:
+def as_type_of(_typing: Any, rows: Any, value: Any) -> Any:
     """Return a number in the type of rows, or of another number."""
     kind = getattr(rows, "dtype", rows)
 
@@ -290,11 +290,11 @@ _OPERATIONS: dict[Callable[..., Any], Callable[..., Any]] = {
     formulas.sqrt: lambda x: np.sqrt(x),
     formulas.minimum: lambda a, b: min(a, b),
     formulas.maximum: lambda a, b: max(a, b),
-    formulas.where: lambda condition, a, b: a if condition else b,
+    formulas.select: lambda condition, a, b: a if condition else b,
     formulas.multiply_add: lambda a, b, c: multiply_add(a, b, c),
-    formulas.like: lambda x, value: like(x, value),
+    formulas.as_type_of: lambda x, value: as_type_of(x, value),
     formulas.arctan2: arctan2,
-    formulas.exponential: lambda x: exp2(x * like(x, _TO_BASE_2)),
+    formulas.exponential: lambda x: exp2(x * as_type_of(x, _TO_BASE_2)),
     formulas.single: lambda x: np.float32(x),
     formulas.wrapped: lambda x: np.uint32(x),
     formulas.index: lambda x: np.int64(x),

@@ -21,11 +21,11 @@ from pvphong.base.formulas import BRIGHTEST, ONE, ZERO, dot, inverse_length, squ
 from pvphong.shading.kernel import vertices as at
 from pvphong.shading.kernel.arithmetic import (
     WHOLE32,
+    as_type_of,
     call_stage,
     compiled,
     inlined,
     inlined_early,
-    like,
     multiply_add,
     nowhere,
     shifted,
@@ -87,7 +87,7 @@ def shade(
     good = True
     for first in range(0, count, BLOCK):
         size = min(count - first, BLOCK)
-        if s.is_sunlit and size == BLOCK and _shine(normals, first, s, lights[0], rgb):
+        if s.single_lambert_light and size == BLOCK and _shine(normals, first, s, lights[0], rgb):
             continue
         if first == 0 or not is_uniform:  # else all blocks have the first one's colours
             good = _load(first, size, points, normals, channels, s, rows, wide, places)
@@ -132,12 +132,12 @@ def _shine(normals: Any, first: int, s: Any, t: Any, rgb: Any) -> bool:
 
     Return True if all normals can be used as they are; otherwise the colours are invalid.
     """
-    low, high, to_light = like(rgb, s.low), like(rgb, s.high), in_type(t.to_light, rgb)
+    low, high, to_light = as_type_of(rgb, s.low), as_type_of(rgb, s.high), in_type(t.to_light, rgb)
     base, color, inverse = in_type(s.base, rgb), in_type(t.colors[0], rgb), inverse_length(square(to_light))
     own, part, lit = in_type(s.own, rgb), shifted(normals, 3 * first), shifted(rgb, 3 * first)
     good = True
     for i in range(BLOCK):
-        n = like(rgb, part[3 * i]), like(rgb, part[3 * i + 1]), like(rgb, part[3 * i + 2])
+        n = as_type_of(rgb, part[3 * i]), as_type_of(rgb, part[3 * i + 1]), as_type_of(rgb, part[3 * i + 2])
         squared = square(n)
         factor = max(dot(n, to_light) * (inverse * inverse_length(squared)), ZERO)
         lit[3 * i] = _clipped(multiply_add(color[0], factor, base[0] + own[0]), low, high)
@@ -255,12 +255,12 @@ def _add_two(rows: Any, varies: bool, color: Any, other: Any) -> None:
 
 
 @compiled
-def _add_lambert(rows: Any, varies: bool, color: Any, is_even: bool, to_light: Any) -> None:
-    """Add a colour times max(n·l, 0) and the light's strength; l is `to_light` if `is_even`, else in rows."""
+def _add_lambert(rows: Any, varies: bool, color: Any, is_uniform: bool, to_light: Any) -> None:
+    """Add a colour times max(n·l, 0) and the light's strength; l is `to_light` if `is_uniform`, else in rows."""
     inverse = inverse_length(square(to_light))
     for i in range(BLOCK):
-        d = to_light if is_even else vector(shifted(rows, at.DX), i)
-        scale = (inverse if is_even else rows[at.INVERSE_DISTANCE + i]) * rows[at.INVERSE_NORMAL + i]
+        d = to_light if is_uniform else vector(shifted(rows, at.DX), i)
+        scale = (inverse if is_uniform else rows[at.INVERSE_DISTANCE + i]) * rows[at.INVERSE_NORMAL + i]
         factor = max(dot(vector(shifted(rows, at.NX), i), d) * scale, ZERO) * _strength(rows, i, varies)
         rows[at.R + i] = multiply_add(color[0], factor, rows[at.R + i])
         rows[at.G + i] = multiply_add(color[1], factor, rows[at.G + i])
@@ -283,11 +283,11 @@ def _add_light(
     """Add one light; return True if no vertex is declined."""
     good = True
     to_light = in_type(t.to_light, rows)
-    if not t.is_even:
+    if not t.is_uniform:
         good = call_stage(t.arrives, own, rows, points) != 0
     varies = t.varies
     if varies:
-        _settle_strength(rows, like(rows, t.gain))
+        _settle_strength(rows, as_type_of(rows, t.gain))
     if t.has_ambient:
         _add(rows, at.AMBIENT_R if s.has_diffuse else at.R, at.SKY, varies, in_type(t.ambient, rows))
     if not t.wanted:
@@ -297,9 +297,9 @@ def _add_light(
         _hide(rows, varies)
         varies = True
     if not t.reflects:
-        _add_lambert(rows, varies, in_type(t.colors[0], rows), t.is_even, to_light)
+        _add_lambert(rows, varies, in_type(t.colors[0], rows), t.is_uniform, to_light)
         return good
-    if t.is_even:
+    if t.is_uniform:
         _arrive_evenly(rows, to_light)
     reflected = t.wanted & call_stage(t.reflects, numbers, rows, points)
     if reflected & 3 == 3 and not s.is_split:
@@ -370,9 +370,9 @@ def _tint(first: int, count: int, albedo: Any, diffuse: Any, specular: Any, s: A
     if s.has_albedo:
         _multiply_by_albedo(first, count, albedo, rows, s.has_diffuse)
     if s.has_diffuse:
-        _multiply_by_diffuse(first, count, diffuse, rows, like(rows, s.over_diffuse))
+        _multiply_by_diffuse(first, count, diffuse, rows, as_type_of(rows, s.over_diffuse))
     if s.has_specular:
-        _add_times_map(first, count, specular, rows, at.OTHER_R, like(rows, s.over_specular))
+        _add_times_map(first, count, specular, rows, at.OTHER_R, as_type_of(rows, s.over_specular))
     elif s.is_split:
         _add_rows(rows, at.OTHER_R)
     if s.unmapped:
@@ -385,7 +385,7 @@ def _add_emission(first: int, count: int, emission: Any, s: Any, rows: Any) -> N
     if s.has_emission or s.is_split:
         fill(rows, at.OTHER_R, in_type(s.emission, rows))
         if s.has_emission:
-            _add_times_map(first, count, emission, rows, at.OTHER_R, like(rows, s.over_emission))
+            _add_times_map(first, count, emission, rows, at.OTHER_R, as_type_of(rows, s.over_emission))
         else:
             _add_rows(rows, at.OTHER_R)
 
@@ -437,7 +437,7 @@ def _end_shares(first: int, count: int, rgb: Any, s: Any, rows: Any) -> None:
 def _finish(s: Any, rows: Any) -> None:
     """Raise the colour to a power."""
     if s.exponent != 1.0:
-        exponent = like(rows, s.exponent)
+        exponent = as_type_of(rows, s.exponent)
         for i in range(3 * BLOCK):
             rows[at.R + i] = max(rows[at.R + i], ZERO) ** exponent
 
@@ -454,7 +454,7 @@ def _put_rows(first: int, count: int, out: Any, rows: Any, start: int) -> None:
 
 @compiled
 def _store_floats(first: int, count: int, rgb: Any, s: Any, rows: Any) -> None:
-    low, high = like(rows, s.low), like(rows, s.high)
+    low, high = as_type_of(rows, s.low), as_type_of(rows, s.high)
     part = shifted(rgb, 3 * first)
     for i in range(count):
         part[3 * i] = _clipped(rows[at.R + i], low, high)

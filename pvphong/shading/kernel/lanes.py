@@ -156,7 +156,8 @@ _operation(formulas.nearest, _ONE, LANES, _call("rint"))
 _operation(formulas.multiply_add, (_NUMBERS,) * 3, LANES, _call("fma"))
 _operation(formulas.minimum, _TWO, LANES, lambda builder, a, b: builder.select(builder.fcmp_ordered("<", a, b), a, b))
 _operation(formulas.maximum, _TWO, LANES, lambda builder, a, b: builder.select(builder.fcmp_ordered(">", a, b), a, b))
-_operation(formulas.where, ((Conditions,), _NUMBERS, _NUMBERS), LANES, lambda builder, c, a, b: builder.select(c, a, b))
+_OF_THREE = (Conditions,), _NUMBERS, _NUMBERS
+_operation(formulas.select, _OF_THREE, LANES, lambda builder, c, a, b: builder.select(c, a, b))
 
 
 def _any(builder: Any, conditions: Any) -> Any:
@@ -326,7 +327,7 @@ def _cosine(x: Any) -> Any:
 def _log2_above_one(x: Any) -> Any:
     """Return log₂(1 + x) for x >= −1, to full precision near x = 0; −1023 at −1."""
     k, m = _parted(1.0 + x)
-    t = formulas.where(abs(k) > 0.0, m - 1.0, x)
+    t = formulas.select(abs(k) > 0.0, m - 1.0, x)
     z = t / (2.0 + t)
     return formulas.multiply_add(z, horner(z * z, LOG64), k)
 

@@ -34,7 +34,7 @@ from pvphong.shading.vertices import Tint
 
 TERM = np.dtype(
     [
-        ("is_even", "?"),
+        ("is_uniform", "?"),
         ("varies", "?"),
         ("has_ambient", "?"),
         ("wanted", "i8"),
@@ -51,7 +51,7 @@ TERM = np.dtype(
     ],
     align=True,
 )
-"""Record of a light. `is_even`: uniform, from the direction `to_light`. `varies`: its strength is computed per vertex;
+"""Record of a light. `is_uniform`: light from the direction `to_light`. `varies`: its strength is computed per vertex;
 constant factors are in the colours, and `gain`, a power of two, multiplies the strength. `wanted`: lobes other than
 black, as the sum of 1, 2 and 4. `visible`: channel of its visible part, or -1. `arrives`, `reflects`: addresses of the
 stages, 0 for those built into the driver. For an area light, `arrives` is `integral_stage`, which writes the
@@ -105,13 +105,13 @@ _BY_DRIVER = TermCode(None)
 
 def _code_of(term: LightTerm, equation: Equation, real: str) -> TermCode | None:
     light = term.light
-    if light.is_even and not light.has_size:
+    if light.is_uniform and not light.has_size:
         return _BY_DRIVER
     if light.has_size:
         forms = [
             form if any(color) else None for form, color in zip(equation.reflectance.forms, term.colors, strict=True)
         ]
-        integrals = [form and light.closed(form) for form in forms]
+        integrals = [form and light.analytic_integral(form) for form in forms]
         if any(each is not None and each.formula not in FORMULAS for each in integrals):
             return None
         code = TermCode(integral_stage(integrals, forms), integral_numbers(term.gain, integrals, forms, real))
@@ -171,7 +171,7 @@ SETTINGS = np.dtype(
         ("has_specular", "?"),
         ("has_emission", "?"),
         ("is_display", "?"),
-        ("is_sunlit", "?"),
+        ("single_lambert_light", "?"),
         ("is_apart", "?"),
         ("count", "i8"),
         ("stride", "i8"),
@@ -201,7 +201,7 @@ SETTINGS = np.dtype(
     align=True,
 )
 """Record of the settings that all lights share: numbers, then vectors. `has_tints`: any of the four maps of colours
-exists. `is_sunlit`: there is a single light, uniform and with Lambert's factor only. `is_apart`: shares are separate;
+exists. `single_lambert_light`: one light, uniform and with Lambert's factor only. `is_apart`: shares are separate;
 `components_at`: offsets of the components' arrays from the colours. `is_split`: lobes with and without albedo have
 separate sums. `count`: number of lights. `stride`: number of numbers per stage. `behind`: offset from a visibility
 channel to the other side's, or 0 if normals are not turned. `sky`, `tangents`, `field`: channel of the open part of
@@ -336,7 +336,7 @@ def records_of(
     stride = max(LEAST_NUMBERS, *map(len, numbers))
     matrix = _IDENTITY if equation.matrix is None else equation.matrix
     turns_normals = equation.matrix is not None and equation.needs_normals and equation.turns_normals
-    is_sunlit = lambert_alone == [True] and not (
+    single_lambert_light = lambert_alone == [True] and not (
         turns_normals
         or equation.is_flipped
         or equation.is_occluded
@@ -360,7 +360,7 @@ def records_of(
         "is_split": bool(tints.keys() - {"emission"}) or is_blend,
         **{f"has_{name}": name in tints or (is_blend and name in ("diffuse", "specular")) for name in COLORS},
         "is_display": is_display,
-        "is_sunlit": is_sunlit,
+        "single_lambert_light": single_lambert_light,
         "is_apart": apart is not None,
         "count": len(terms),
         "stride": stride,

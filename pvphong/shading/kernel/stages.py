@@ -23,16 +23,16 @@ from pvphong.base.formulas import (
     formula,
     maximum,
     minimum,
+    select,
     sqrt,
     subtract,
     times,
-    where,
 )
 from pvphong.optics.area.lobes import POWER, CosinePower, is_whole, lobe_numbers, may_rise, shows
 from pvphong.optics.attenuation import divisor
-from pvphong.optics.light import Integral, Placement
+from pvphong.optics.light import Integral, PunctualParameters
 from pvphong.optics.reflectance import Geometry, Reflectance
-from pvphong.shading.kernel.arithmetic import compiled, exp2, inlined, like, log2_power, shifted
+from pvphong.shading.kernel.arithmetic import as_type_of, compiled, exp2, inlined, log2_power, shifted
 from pvphong.shading.kernel.lanes import WIDTH, load_listed, store, store_listed
 from pvphong.shading.kernel.vertices import (
     BLOCK,
@@ -111,14 +111,14 @@ def _geometry(rows: Any, i: int, n_l: Any) -> Geometry:
 def _parameters(rows: Any, numbers: Any) -> Any:
     """Return a formula's eight parameters in the type of rows; it may use only some."""
     return (
-        like(rows, numbers[0]),
-        like(rows, numbers[1]),
-        like(rows, numbers[2]),
-        like(rows, numbers[3]),
-        like(rows, numbers[4]),
-        like(rows, numbers[5]),
-        like(rows, numbers[6]),
-        like(rows, numbers[7]),
+        as_type_of(rows, numbers[0]),
+        as_type_of(rows, numbers[1]),
+        as_type_of(rows, numbers[2]),
+        as_type_of(rows, numbers[3]),
+        as_type_of(rows, numbers[4]),
+        as_type_of(rows, numbers[5]),
+        as_type_of(rows, numbers[6]),
+        as_type_of(rows, numbers[7]),
     )
 
 
@@ -138,7 +138,7 @@ def _take_logarithms(rows: Any, exponent: float, log_floor: float, end: float) -
     `_raised` is the other half, in a separate loop. A processor looks only some hundred instructions ahead, and each
     step of a polynomial depends on the one before. Two loops take a third less time than one.
     """
-    n, least, dark = like(rows, exponent), like(rows, log_floor), like(rows, end)
+    n, least, dark = as_type_of(rows, exponent), as_type_of(rows, log_floor), as_type_of(rows, end)
     for i in range(BLOCK):
         square = rows[SECOND + i]
         raised = log2_power(square, n, least)
@@ -148,7 +148,7 @@ def _take_logarithms(rows: Any, exponent: float, log_floor: float, end: float) -
 @inlined
 def _end_of(exponent: Any) -> Any:
     """Return the squared chord from which on a power with this exponent is 0, as in `Power.numbers`."""
-    return TWO if exponent > ZERO else like(exponent, np.inf)
+    return TWO if exponent > ZERO else as_type_of(exponent, np.inf)
 
 
 @compiled
@@ -156,8 +156,8 @@ def _take_logarithms_of_each(rows: Any) -> None:
     """Do the same as `_take_logarithms`, with an exponent per vertex and without a floor."""
     for i in range(BLOCK):
         n, square = rows[FIELD + i], rows[SECOND + i]
-        n = min(max(n, like(n, FAINTEST)), like(n, BRIGHTEST)) if n > ZERO else n
-        raised = log2_power(square, n, like(n, -np.inf))
+        n = min(max(n, as_type_of(n, FAINTEST)), as_type_of(n, BRIGHTEST)) if n > ZERO else n
+        raised = log2_power(square, n, as_type_of(n, -np.inf))
         rows[SECOND + i] = raised if square < _end_of(n) else _NEVER
 
 
@@ -203,7 +203,7 @@ def reflectance_stage(
     square = peak.square
 
     def reflect_with_power(numbers: Any, rows: Any, _points: Any) -> int:
-        dark, shines = like(rows, numbers[2]), False
+        dark, shines = as_type_of(rows, numbers[2]), False
         for i in range(BLOCK):
             n_l = _cosine(rows, i)
             chord = square(_geometry(rows, i, n_l))
@@ -280,7 +280,8 @@ def light_stage(falloff: Callable[..., Any] | None, weakens: bool) -> Callable[.
 @compiled
 def _weaken(rows: Any, numbers: Any) -> None:
     """Replace distances by strengths."""
-    constant, linear, quadratic = like(rows, numbers[3]), like(rows, numbers[4]), like(rows, numbers[5])
+    constant, linear = as_type_of(rows, numbers[3]), as_type_of(rows, numbers[4])
+    quadratic = as_type_of(rows, numbers[5])
     for i in range(BLOCK):
         rows[STRENGTH + i] = minimum(ONE / divisor(constant, linear, quadratic, rows[STRENGTH + i]), _STRONGEST)
 
@@ -316,15 +317,15 @@ def integral_stage(integrals: Sequence[Integral | None], forms: Sequence[CosineP
         lobe, second_lobe = shifted(own, int(numbers[6])), shifted(second, int(numbers[7]))
         place, radius = (numbers[0], numbers[1], numbers[2]), numbers[4]
         for i in range(BLOCK):
-            rows[LIST + i] = like(rows, i)
+            rows[LIST + i] = as_type_of(rows, i)
         for i in range(0, BLOCK, WIDTH):
             d, n = _towards(place, rows, points, i)
-            is_lit, flag = may_rise(n, d, radius), where(is_whole(n, d, radius), _WHOLE, _CUT)
+            is_lit, flag = may_rise(n, d, radius), select(is_whole(n, d, radius), _WHOLE, _CUT)
             if normal_row >= 0:
-                store(rows, normal_row + i, where(is_lit, flag, 0.0))
+                store(rows, normal_row + i, select(is_lit, flag, 0.0))
             if mirror_row >= 0:
                 reaches = is_lit & shows(second_lobe, _axis(second_lobe, rows, i, n), d, sqrt(dot(d, d)), radius)
-                store(rows, mirror_row + i, where(reaches, flag, 0.0))
+                store(rows, mirror_row + i, select(reaches, flag, 0.0))
         if normal_row >= 0:
             for k in range(0, _list(rows, normal_row), WIDTH):
                 d, n = _towards(place, rows, points, k)
@@ -376,7 +377,7 @@ def _list(rows: Any, flags: int) -> int:
     count = 0
     for flag in (_WHOLE, _CUT):
         for i in range(BLOCK):
-            rows[LIST + count] = like(rows, i)
+            rows[LIST + count] = as_type_of(rows, i)
             count += 1 if rows[flags + i] == flag else 0
         for _ in range(-count % WIDTH):
             rows[LIST + count] = rows[LIST + count // WIDTH * WIDTH]
@@ -410,7 +411,7 @@ def integral_numbers(
     return (*place, gain, radius, *starts, *own, *lobe, *second, *second_lobe)
 
 
-def light_numbers(light: Placement) -> tuple[float, ...]:
+def light_numbers(light: PunctualParameters) -> tuple[float, ...]:
     """Return the numbers that `light_stage` reads."""
     power = light.power or Power(0.0)
     return *light.position, *light.attenuation, *power.numbers, *light.parameters

@@ -17,7 +17,7 @@ from numba import types
 from numba.extending import intrinsic
 
 from pvphong.base.formulas import LEAST_SQUARE, ONE, ZERO, cross, dot, inverse_length, square, times
-from pvphong.shading.kernel.arithmetic import compiled, inlined, is_nowhere, like, shifted
+from pvphong.shading.kernel.arithmetic import as_type_of, compiled, inlined, is_nowhere, shifted
 
 # --- rows
 
@@ -108,7 +108,7 @@ _NEAREST, _FARTHEST = np.float32(2.0**-110), np.float32(2.0**120)
 @inlined
 def in_type(vector: Any, rows: Any) -> tuple[Any, Any, Any]:
     """Return a vector or colour of a record in the type of rows."""
-    return like(rows, vector[0]), like(rows, vector[1]), like(rows, vector[2])
+    return as_type_of(rows, vector[0]), as_type_of(rows, vector[1]), as_type_of(rows, vector[2])
 
 
 @inlined
@@ -220,8 +220,8 @@ def load_points(array: Any, first: int, count: int, s: Any, rows: Any, points: A
 @inlined
 def _in_two(rows: Any, x: float) -> tuple[Any, Any]:
     """Return a number rounded to the type of rows, and the remainder."""
-    rounded = like(rows, x)
-    return rounded, like(rows, x - np.float64(rounded))
+    rounded = as_type_of(rows, x)
+    return rounded, as_type_of(rows, x - np.float64(rounded))
 
 
 @compiled
@@ -303,7 +303,8 @@ def approach(rows: Any, points: Any, x: float, y: float, z: float, measures: boo
         if is_in_rows:
             d = (x0 - rows[PX + i]) + x1, (y0 - rows[PY + i]) + y1, (z0 - rows[PZ + i]) + z1
         else:
-            d = like(rows, x - points[i]), like(rows, y - points[BLOCK + i]), like(rows, z - points[2 * BLOCK + i])
+            dx, dy, dz = x - points[i], y - points[BLOCK + i], z - points[2 * BLOCK + i]
+            d = as_type_of(rows, dx), as_type_of(rows, dy), as_type_of(rows, dz)
         squared = square(d)
         distance = np.sqrt(max(squared, LEAST_SQUARE))
         put(offsets, i, d)
@@ -323,7 +324,7 @@ def approach(rows: Any, points: Any, x: float, y: float, z: float, measures: boo
         dx, dy, dz = scaled(dx, dy, dz, exponent)
         put(offsets, i, (dx, dy, dz))
         squared = square(vector(offsets, i))
-        distance = like(rows, math.ldexp(np.float64(np.sqrt(squared)), exponent))
+        distance = as_type_of(rows, math.ldexp(np.float64(np.sqrt(squared)), exponent))
         rows[INVERSE_DISTANCE + i] = inverse_length(squared)
         is_there = is_moderate(squared)
         if measures:

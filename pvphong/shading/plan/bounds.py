@@ -8,31 +8,31 @@ import math
 from pvphong.base.types import Vector
 from pvphong.base.vectors import angle_between
 from pvphong.geometry.extent import ROUNDED_UP, TURN_SLACK
-from pvphong.optics.reflectance import LAMBERT, Sightline
+from pvphong.optics.reflectance import LAMBERT, AngleBounds
 from pvphong.shading.equation import Equation, LightTerm
 from pvphong.shading.limits import change
-from pvphong.shading.plan.draft import Draft
-from pvphong.shading.plan.lights import StandIn
+from pvphong.shading.plan.lights import Approximation
+from pvphong.shading.plan.state import PlanState
 
 Cone = tuple[Vector, float]
 """Cone of directions: a unit vector, and the largest angle to it over all vertices in radians."""
 
 
-def most_color(draft: Draft, term: LightTerm) -> float:
+def most_color(state: PlanState, term: LightTerm) -> float:
     """Return the largest sum of a term's colours, for strength 1."""
     red, green, blue = term.ambient
-    for color, largest in zip(term.colors, draft.equation.largest, strict=True):
+    for color, largest in zip(term.colors, state.equation.largest, strict=True):
         red += color[0] * largest
         green += color[1] * largest
         blue += color[2] * largest
     return max(red, green, blue)
 
 
-def most_sent(draft: Draft) -> float:
+def most_sent(state: PlanState) -> float:
     """Return a bound on the direct light that a vertex reflects diffusely, plus its emission."""
-    equation = draft.equation
+    equation = state.equation
     sent = [
-        term.gain * draft.reach(term).strongest * max(term.colors[k]) * equation.largest[k]
+        term.gain * state.reach(term).strongest * max(term.colors[k]) * equation.largest[k]
         for term in equation.terms
         for k in equation.lobes_of["diffuse"]
         if any(term.colors[k])
@@ -40,11 +40,11 @@ def most_sent(draft: Draft) -> float:
     return (math.fsum(sent) + max(equation.emission)) * ROUNDED_UP
 
 
-def most_ambient(draft: Draft) -> float:
+def most_ambient(state: PlanState) -> float:
     """Return a bound on the ambient light that a vertex reflects."""
-    terms = [term for term in draft.equation.terms if any(term.ambient)]
-    lights = math.fsum(term.gain * draft.reach(term).strongest * max(term.ambient) for term in terms)
-    return (lights + max(draft.equation.ambient)) * ROUNDED_UP
+    terms = [term for term in state.equation.terms if any(term.ambient)]
+    lights = math.fsum(term.gain * state.reach(term).strongest * max(term.ambient) for term in terms)
+    return (lights + max(state.equation.ambient)) * ROUNDED_UP
 
 
 def most_scattered(equation: Equation) -> float:
@@ -80,20 +80,20 @@ def most_left(ratio: float, kept: int, count: int, sent: float, ambient: float) 
     return math.inf
 
 
-def stand_in_error(draft: Draft, term: LightTerm, choice: StandIn) -> float:
+def stand_in_error(state: PlanState, term: LightTerm, choice: Approximation) -> float:
     """Return the largest colour error if a cheaper light replaces a term's light."""
-    bound = most_color(draft, term) * choice.spread
+    bound = most_color(state, term) * choice.spread
     if choice.turn is not None:
-        bound += largest_change(draft, term, choice.turn, light_moves=True) * choice.strongest
+        bound += largest_change(state, term, choice.turn, light_moves=True) * choice.strongest
     return bound * term.gain * ROUNDED_UP if bound else 0.0
 
 
-def largest_change(draft: Draft, term: LightTerm, turn: float, *, light_moves: bool) -> float:
+def largest_change(state: PlanState, term: LightTerm, turn: float, *, light_moves: bool) -> float:
     """Return the largest change of a term's colour, for strength 1, when light or viewer turns by an angle.
 
     Parameters
     ----------
-    draft : Draft
+    state : PlanState
         The equation, and bounds on the vertices.
     term : LightTerm
         The term.
@@ -102,40 +102,40 @@ def largest_change(draft: Draft, term: LightTerm, turn: float, *, light_moves: b
     light_moves : bool
         True if the light turns, False if the viewer turns.
     """
-    reach = draft.reach(term)
+    reach = state.reach(term)
     if reach.direction is None:
         return math.inf
-    psi = widest_to_viewer(draft, (reach.direction, max(reach.turn, turn) if light_moves else reach.turn))
+    psi = widest_to_viewer(state, (reach.direction, max(reach.turn, turn) if light_moves else reach.turn))
     return sum(
-        max(color) * sum([change(each, k, turn, psi, light_moves=light_moves) for each in draft.equation.extremes])
+        max(color) * sum([change(each, k, turn, psi, light_moves=light_moves) for each in state.equation.extremes])
         for k, color in enumerate(term.colors)
         if any(color)
     )
 
 
-def viewer_seen(draft: Draft, eye: Vector | None) -> Cone | None:
+def viewer_seen(state: PlanState, eye: Vector | None) -> Cone | None:
     """Return the cone of directions to the viewer, at infinity if there is no eye; None if there is no bound."""
     if eye is None:
-        return draft.equation.to_eye, TURN_SLACK
-    seen = draft.extent.sight(eye)
+        return state.equation.to_eye, TURN_SLACK
+    seen = state.extent.sight(eye)
     return None if seen is None else (seen.direction, seen.turn + TURN_SLACK)
 
 
-def widest_to_viewer(draft: Draft, light: Cone) -> float:
+def widest_to_viewer(state: PlanState, light: Cone) -> float:
     """Return the greatest angle from light to viewer over all vertices, in radians."""
-    viewer = viewer_seen(draft, draft.equation.eye)
+    viewer = viewer_seen(state, state.equation.eye)
     if viewer is None:
         return math.pi
     (to_viewer, viewer_spread), (to_light, light_spread) = viewer, light
     return min(angle_between(to_viewer, to_light) + (light_spread + viewer_spread) * ROUNDED_UP, math.pi)
 
 
-def sightline(draft: Draft, term: LightTerm) -> Sightline | None:
+def sightline(state: PlanState, term: LightTerm) -> AngleBounds | None:
     """Return bounds on the angles between normals, a light and the viewer; None if a cone is unknown."""
-    reach, normals = draft.reach(term), draft.extent.normal_cone
-    viewer = viewer_seen(draft, draft.equation.eye) if normals and reach.direction else None
+    reach, normals = state.reach(term), state.extent.normal_cone
+    viewer = viewer_seen(state, state.equation.eye) if normals and reach.direction else None
     if normals is None or reach.direction is None or viewer is None:
         return None
     (axis, opening), light = normals, (reach.direction, reach.turn)
     theta, phi = (max(angle_between(axis, d) - opening - spread, 0.0) for d, spread in (light, viewer))
-    return Sightline(theta, phi, widest_to_viewer(draft, light))
+    return AngleBounds(theta, phi, widest_to_viewer(state, light))

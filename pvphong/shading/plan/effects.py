@@ -41,15 +41,15 @@ from pvphong.shading.plan.bounds import (
     stand_in_error,
     viewer_seen,
 )
-from pvphong.shading.plan.draft import BOUNCES, Decision, Draft, Note
 from pvphong.shading.plan.lights import ATTENUATION, CONE, POSITION, SIZE, SKY, effects, merged_nodes, simpler, without
+from pvphong.shading.plan.state import BOUNCES, Decision, PlanState, Simplification
 
 _LIGHTS = "lights"
 _NO_LIGHT = "no light reaches the mesh"
 
 
-Change = tuple[tuple[LightTerm, ...], tuple[Note, ...]]
-"""Terms that replace a light's term, none if the light contributes nothing; and notes with reasons and bounds."""
+Change = tuple[tuple[LightTerm, ...], tuple[Simplification, ...]]
+"""Terms that replace a light's term, none if the light contributes nothing; and simplifications with their bounds."""
 
 
 @dataclass(frozen=True)
@@ -80,28 +80,28 @@ class Effect:
     once: float = 0.0
     each: float = 0.0
 
-    def simplify(self, draft: Draft) -> Draft:
-        """Return the draft without the effect where it can be removed; each light accounts for earlier bounds."""
-        if type(self).leave_out is Effect.leave_out:
-            return draft
+    def simplify(self, state: PlanState) -> PlanState:
+        """Return the state without the effect where it can be removed; each light accounts for earlier bounds."""
+        if type(self).try_remove is Effect.try_remove:
+            return state
         terms: list[LightTerm] = []
-        exact: list[Note] = []
+        exact: list[Simplification] = []
         changes = False
-        for term in draft.equation.terms:
-            change = self.leave_out(draft, term)
+        for term in state.equation.terms:
+            change = self.try_remove(state, term)
             if change is None:
                 terms.append(term)
                 continue
             changes = True
-            left, notes = change
+            left, simplifications = change
             terms += left
-            exact += notes
-            if any(note.bound for note in notes):
-                # exact notes are added later, because a new draft for each of many lights is slow
-                draft, exact = draft.rewritten(draft.equation, *exact), []
-        return draft.rewritten(replace(draft.equation, terms=tuple(terms)), *exact) if changes else draft
+            exact += simplifications
+            if any(note.bound for note in simplifications):
+                # exact simplifications are added later, because a new state for each of many lights is slow
+                state, exact = state.rewritten(state.equation, *exact), []
+        return state.rewritten(replace(state.equation, terms=tuple(terms)), *exact) if changes else state
 
-    def leave_out(self, draft: Draft, term: LightTerm) -> Change | None:
+    def try_remove(self, state: PlanState, term: LightTerm) -> Change | None:
         """Return one light's term without the effect; None if it cannot be removed."""
         return None
 
@@ -109,17 +109,17 @@ class Effect:
         """Return True if the effect runs for a light."""
         return False
 
-    def decide(self, draft: Draft) -> Decision:
-        """Return the decision for a finished draft.
+    def decide(self, state: PlanState) -> Decision:
+        """Return the decision for a finished state.
 
-        The reasons for being off are the notes, or that no light remains, or that no light has the effect.
+        The reasons for being off are the simplifications, or that no light remains, or that no light has the effect.
         """
-        noted, bound = draft.why_without(self.name), draft.bound_of(self.name)
-        having = [term for term in draft.equation.terms if self.has(draft.equation, term)]
+        noted, bound = state.why_without(self.name), state.bound_of(self.name)
+        having = [term for term in state.equation.terms if self.has(state.equation, term)]
         if having:
             why = ", ".join(term.label for term in having) + (f" (left out: {noted})" if noted else "")
-            return Decision(True, why, bound, _evaluated(draft.equation, having))
-        return Decision(False, noted or (self.absent if draft.equation.terms else _NO_LIGHT), bound)
+            return Decision(True, why, bound, _evaluated(state.equation, having))
+        return Decision(False, noted or (self.absent if state.equation.terms else _NO_LIGHT), bound)
 
     def without(self, equation: Equation, point: Vector) -> Equation:
         """Return the equation without the effect, regardless of the error; varying values are taken at the point.
@@ -150,16 +150,16 @@ def _evaluated(equation: Equation, terms: list[LightTerm]) -> int:
 class NormalTransform(Effect):
     """Model matrix. The identity is removed, and some matrices do not change normals."""
 
-    def simplify(self, draft: Draft) -> Draft:
-        equation = draft.equation
+    def simplify(self, state: PlanState) -> PlanState:
+        equation = state.equation
         if equation.matrix is None:
-            return draft
+            return state
         if np.array_equal(equation.matrix, np.eye(4)):
-            return replace(draft, equation=replace(equation, matrix=None, turns_normals=False))
-        return replace(draft, equation=replace(equation, turns_normals=not class_of(equation.matrix).keeps_normals))
+            return replace(state, equation=replace(equation, matrix=None, turns_normals=False))
+        return replace(state, equation=replace(equation, turns_normals=not class_of(equation.matrix).keeps_normals))
 
-    def decide(self, draft: Draft) -> Decision:
-        equation = draft.equation
+    def decide(self, state: PlanState) -> Decision:
+        equation = state.equation
         if equation.matrix is None:
             return Decision(False, self.absent)
         if not equation.needs_normals:
@@ -172,8 +172,8 @@ class NormalTransform(Effect):
 class Emission(Effect):
     """Emission of the surface."""
 
-    def decide(self, draft: Draft) -> Decision:
-        if any(draft.equation.emission):
+    def decide(self, state: PlanState) -> Decision:
+        if any(state.equation.emission):
             return Decision(True, "one constant for all vertices")
         return Decision(False, self.absent)
 
@@ -181,12 +181,12 @@ class Emission(Effect):
 class Ambient(Effect):
     """Ambient light of the light model and of the lights; the latter is constant too for lights without a position."""
 
-    def decide(self, draft: Draft) -> Decision:
-        equation = draft.equation
+    def decide(self, state: PlanState) -> Decision:
+        equation = state.equation
         sources = ["one constant for all vertices"] * any(equation.ambient)
         if lights := [term for term in equation.terms if any(term.ambient)]:
             sources.append(f"from {', '.join(term.label for term in lights)}")
-        varying = [term for term in lights if not term.light.is_even]
+        varying = [term for term in lights if not term.light.is_uniform]
         if not sources:
             return Decision(False, self.absent)
         return Decision(True, "; ".join(sources), lights=_evaluated(equation, varying))
@@ -204,43 +204,43 @@ class Bounces(Effect):
     1 + n, the number of terms of the series, and r is at most 1. So at most half the tolerance arrives here.
     """
 
-    def simplify(self, draft: Draft) -> Draft:
-        equation = draft.equation
+    def simplify(self, state: PlanState) -> PlanState:
+        equation = state.equation
         if not equation.bounces:
-            return draft
-        count, transport = equation.bounces, draft.transport
+            return state
+        count, transport = equation.bounces, state.transport
         is_shared = transport is not None and transport.is_shared
-        sent, ambient = most_sent(draft), most_ambient(draft)
+        sent, ambient = most_sent(state), most_ambient(state)
         why = "" if transport is None else transport.why_nothing()
         if not (sent or ambient or is_shared):
             why = "nothing sends light"
         if not any(map(any, diffuse_white(equation))):
             why = "the surface reflects no light diffusely"
         if why:
-            return draft.rewritten(replace(without_ambient(equation), bounces=0), Note(self.name, "", why))
+            return state.rewritten(replace(without_ambient(equation), bounces=0), Simplification(self.name, "", why))
         if is_shared:
-            bound = draft.tolerance / 2.0
+            bound = state.tolerance / 2.0
             said = f"; simplifications of others contribute at most {bound:.2g}" if bound else ""
-            note = Note(self.name, "", f"all {count}, among meshes that light each other{said}", bound)
-            return replace(draft.rewritten(equation, note), gain=1.0 + count)
+            note = Simplification(self.name, "", f"all {count}, among meshes that light each other{said}", bound)
+            return replace(state.rewritten(equation, note), gain=1.0 + count)
         ratio = most_scattered(equation) * (1.0 if transport is None else transport.most()) * ROUNDED_UP
         held = [ratio**k * sent for k in range(1, min(count, _BOUNCES_SAID) + 1)]
         said = f"at most {', '.join(f'{each:.2g}' for each in held)}{', …' if count > len(held) else ''}"
         bounds = (
-            (fewer, most_left(ratio, fewer, count, sent, ambient)) for fewer in range(count if draft.tolerance else 0)
+            (fewer, most_left(ratio, fewer, count, sent, ambient)) for fewer in range(count if state.tolerance else 0)
         )
-        enough = ((fewer, bound) for fewer, bound in bounds if bound <= draft.tolerance / 2.0)
+        enough = ((fewer, bound) for fewer, bound in bounds if bound <= state.tolerance / 2.0)
         kept, bound = next(enough, (count, 0.0))
         why = f"each holds {said}"
         if kept < count:
             equation, why = without_ambient(equation), f"{kept} of {count}, the others at most {bound:.2g}; {why}"
         gain = 1.0 + most_left(ratio, 0, kept, 1.0, 0.0)
-        rewritten = draft.rewritten(replace(equation, bounces=kept), Note(self.name, "", why, bound))
+        rewritten = state.rewritten(replace(equation, bounces=kept), Simplification(self.name, "", why, bound))
         return replace(rewritten, gain=min(gain, BRIGHTEST))
 
-    def decide(self, draft: Draft) -> Decision:
-        why = draft.why_without(self.name) or self.absent
-        return Decision(draft.equation.bounces > 0, why, draft.bound_of(self.name))
+    def decide(self, state: PlanState) -> Decision:
+        why = state.why_without(self.name) or self.absent
+        return Decision(state.equation.bounces > 0, why, state.bound_of(self.name))
 
 
 _BOUNCES_SAID = 3
@@ -252,16 +252,16 @@ _BOUNCES_SAID = 3
 class Lights(Effect):
     """Contribution of a light: black lights are removed, and lights that are too weak for the tolerance."""
 
-    def leave_out(self, draft: Draft, term: LightTerm) -> Change | None:
+    def try_remove(self, state: PlanState, term: LightTerm) -> Change | None:
         if term.is_black:
             why = "adds black: its colour, intensity or the material's is 0"
-            return (), (Note(self.name, term.label, why),)
-        if not draft.allowance:
+            return (), (Simplification(self.name, term.label, why),)
+        if not state.allowance:
             return None
-        bound = term.gain * draft.reach(term).strongest * most_color(draft, term)
-        if bound <= draft.allowance:
+        bound = term.gain * state.reach(term).strongest * most_color(state, term)
+        if bound <= state.allowance:
             why = f"too weak to be seen, at most {bound:.2g}"
-            return (), (Note(self.name, term.label, why, bound),)
+            return (), (Simplification(self.name, term.label, why, bound),)
         return None
 
     def has(self, equation: Equation, term: LightTerm) -> bool:
@@ -273,18 +273,18 @@ class LightEffect(Effect):
     errors with the tolerance.
     """
 
-    def leave_out(self, draft: Draft, term: LightTerm) -> Change | None:
+    def try_remove(self, state: PlanState, term: LightTerm) -> Change | None:
         if self.name not in effects(term.light):
             return None
-        choice = simpler(term.light, self.name, draft.extent, exactly=not draft.allowance)
+        choice = simpler(term.light, self.name, state.extent, exactly=not state.allowance)
         if choice is None:
             return None
         if choice.make is None:  # the light does not reach the mesh
-            return (), (Note(self.name, term.label, choice.why), Note(_LIGHTS, term.label, choice.why))
-        bound, gain = stand_in_error(draft, term, choice), term.gain * choice.factor
-        if not bound <= draft.allowance or not 1.0 / BRIGHTEST < gain < BRIGHTEST:
+            return (), tuple(Simplification(name, term.label, choice.why) for name in (self.name, _LIGHTS))
+        bound, gain = stand_in_error(state, term, choice), term.gain * choice.factor
+        if not bound <= state.allowance or not 1.0 / BRIGHTEST < gain < BRIGHTEST:
             return None
-        note = Note(self.name, term.label, choice.why.format(bound=bound), bound)
+        note = Simplification(self.name, term.label, choice.why.format(bound=bound), bound)
         return (replace(term, light=choice.make()[0], gain=gain),), (note,)
 
     def has(self, equation: Equation, term: LightTerm) -> bool:
@@ -298,27 +298,27 @@ class LightEffect(Effect):
 class Size(LightEffect):
     """Size of an area light: replaced by a point, or by fewer nodes for lobes without a closed form."""
 
-    def leave_out(self, draft: Draft, term: LightTerm) -> Change | None:
-        change = super().leave_out(draft, term)
-        if change is not None or not (draft.allowance and term.light.has_size):
+    def try_remove(self, state: PlanState, term: LightTerm) -> Change | None:
+        change = super().try_remove(state, term)
+        if change is not None or not (state.allowance and term.light.has_size):
             return change
-        _, summed = by_closed_form(term, draft.equation.forms)
+        _, summed = by_closed_form(term, state.equation.forms)
         part = replace(term, ambient=BLACK, colors=summed)
         for count in () if part.is_black else (1, 4, 16):
-            choice = merged_nodes(term.light, count, draft.extent)
-            bound = math.inf if choice is None else stand_in_error(draft, part, choice)
-            if choice is not None and choice.make is not None and bound <= draft.allowance:
+            choice = merged_nodes(term.light, count, state.extent)
+            bound = math.inf if choice is None else stand_in_error(state, part, choice)
+            if choice is not None and choice.make is not None and bound <= state.allowance:
                 why = f"{NODES - count} of {NODES} nodes, at most {bound:.2g}"
-                note = Note(self.name, term.label, why, bound)
+                note = Simplification(self.name, term.label, why, bound)
                 return (replace(term, nodes=choice.make()),), (note,)
         return None
 
-    def decide(self, draft: Draft) -> Decision:
+    def decide(self, state: PlanState) -> Decision:
         """Return the decision; its reason includes how lobes are integrated over the lights: exactly or by nodes.
 
         The cost counts integrals. Nodes count as lights of other effects.
         """
-        decision, equation, integrals = super().decide(draft), draft.equation, 0
+        decision, equation, integrals = super().decide(state), state.equation, 0
         by_method: dict[str, list[str]] = {}
         for component, lobes in equation.lobes_of.items():
             for term in equation.terms:
@@ -335,27 +335,27 @@ class Size(LightEffect):
 class Sky(Effect):
     """Resolution of an environment light: its number of bands of spherical harmonics."""
 
-    def leave_out(self, draft: Draft, term: LightTerm) -> Change | None:
+    def try_remove(self, state: PlanState, term: LightTerm) -> Change | None:
         """Return the term with the fewest bands within the tolerance."""
-        for bands in range(1, _bands(term)) if draft.allowance else ():
-            bound = _error_without_bands(draft.equation, term, bands)
-            if bound <= draft.allowance:
-                note = Note(self.name, term.label, f"bands from {bands} on, at most {bound:.2g}", bound)
+        for bands in range(1, _bands(term)) if state.allowance else ():
+            bound = _error_without_bands(state.equation, term, bands)
+            if bound <= state.allowance:
+                note = Simplification(self.name, term.label, f"bands from {bands} on, at most {bound:.2g}", bound)
                 return (replace(term, bands=bands),), (note,)
         return None
 
     def has(self, equation: Equation, term: LightTerm) -> bool:
         return _bands(term) > 1
 
-    def decide(self, draft: Draft) -> Decision:
+    def decide(self, state: PlanState) -> Decision:
         """Return the decision; its reason includes a bound on the contribution of the omitted bands."""
-        decision, equation = super().decide(draft), draft.equation
+        decision, equation = super().decide(state), state.equation
         terms = [term for term in equation.terms if self.has(equation, term)]
         if not terms:
             return decision
         count = max(map(_bands, terms))
         beyond = max(_error_without_bands(equation, term, term.light.bands) for term in terms)
-        labels, noted = ", ".join(term.label for term in terms), draft.why_without(self.name)
+        labels, noted = ", ".join(term.label for term in terms), state.why_without(self.name)
         why = f"{labels}: {count} bands, those beyond {BANDS} hold at most {beyond:.2g}"
         return replace(decision, why=f"{why} (left out: {noted})" if noted else why)
 
@@ -398,23 +398,23 @@ class Reflection(Effect):
 class Specular(Reflection):
     """Highlight of a light, removed if it is too weak for the tolerance or hardly reaches a vertex."""
 
-    def leave_out(self, draft: Draft, term: LightTerm) -> Change | None:
-        equation = draft.equation
-        lobes = [k for k in equation.lobes_of["specular"] if any(term.colors[k])] if draft.allowance else []
+    def try_remove(self, state: PlanState, term: LightTerm) -> Change | None:
+        equation = state.equation
+        lobes = [k for k in equation.lobes_of["specular"] if any(term.colors[k])] if state.allowance else []
         if not lobes:
             return None
         peak = sum(max(term.colors[k]) * equation.largest[k] for k in lobes)
-        bound = term.gain * draft.reach(term).strongest * peak * ROUNDED_UP
-        is_weak = bound <= draft.allowance
+        bound = term.gain * state.reach(term).strongest * peak * ROUNDED_UP
+        is_weak = bound <= state.allowance
         if not is_weak and not (equation.is_flipped or equation.maps):
-            known, reflectance = sightline(draft, term), equation.reflectance
+            known, reflectance = sightline(state, term), equation.reflectance
             if known is not None:  # part of a lobe that normals and directions can reach
                 reached = max(most(reflectance, k, known) / most(reflectance, k) for k in lobes)
                 bound *= reached * ROUNDED_UP
-        if not bound <= draft.allowance:
+        if not bound <= state.allowance:
             return None
         why = f"its highlight {'is too weak to be seen' if is_weak else 'hardly reaches a vertex'}, at most {bound:.2g}"
-        note = Note(self.name, term.label, why, bound, only_for_this_viewer=not is_weak)
+        note = Simplification(self.name, term.label, why, bound, only_for_this_viewer=not is_weak)
         return (equation.without(term, "specular"),), (note,)
 
 
@@ -430,57 +430,57 @@ class TwoSided(Effect):
     A closed mesh seen from outside hides its back, but the colours there are data too.
     """
 
-    def simplify(self, draft: Draft) -> Draft:
-        equation = draft.equation
-        normals = draft.extent.normal_cone if equation.is_flipped else None
-        viewer = viewer_seen(draft, equation.eye if equation.local_facing else None) if normals else None
+    def simplify(self, state: PlanState) -> PlanState:
+        equation = state.equation
+        normals = state.extent.normal_cone if equation.is_flipped else None
+        viewer = viewer_seen(state, equation.eye if equation.local_facing else None) if normals else None
         if normals is None or viewer is None:
-            return draft
+            return state
         (axis, opening), (to_viewer, spread) = normals, viewer
         if angle_between(axis, to_viewer) + opening + spread > math.pi / 2 - _EDGE_ON:
-            return draft
-        note = Note(self.name, "", "no vertex faces away from the viewer", only_for_this_viewer=True)
-        return draft.rewritten(replace(equation, two_sided=False), note)
+            return state
+        note = Simplification(self.name, "", "no vertex faces away from the viewer", only_for_this_viewer=True)
+        return state.rewritten(replace(equation, two_sided=False), note)
 
-    def decide(self, draft: Draft) -> Decision:
-        if draft.equation.is_flipped:
+    def decide(self, state: PlanState) -> Decision:
+        if state.equation.is_flipped:
             return Decision(True, "vertices that face away are lit with the opposite normal")
-        unused = "nothing depends on the normal" if draft.equation.two_sided else self.absent
-        return Decision(False, draft.why_without(self.name) or unused)
+        unused = "nothing depends on the normal" if state.equation.two_sided else self.absent
+        return Decision(False, state.why_without(self.name) or unused)
 
 
 class LocalViewer(Effect):
     """Position of the viewer, replaced by a viewer at infinity if it is far away."""
 
-    def simplify(self, draft: Draft) -> Draft:
-        equation = draft.equation
-        if equation.eye is None or not equation.has_highlights or equation.is_flipped or not draft.allowance:
-            return draft
+    def simplify(self, state: PlanState) -> PlanState:
+        equation = state.equation
+        if equation.eye is None or not equation.has_highlights or equation.is_flipped or not state.allowance:
+            return state
         if equation.bounces and equation.diffuse_needs_viewer:
-            return draft  # bounced light depends on the viewer too, without a bound
-        seen = draft.extent.sight(equation.eye)
+            return state  # bounced light depends on the viewer too, without a bound
+        seen = state.extent.sight(equation.eye)
         if seen is None or seen.distance < 2 * seen.radius:
-            return draft
+            return state
         changes = [
-            term.gain * draft.reach(term).strongest * change
+            term.gain * state.reach(term).strongest * change
             for term in equation.terms
-            if equation.needs_viewer(term) and (change := largest_change(draft, term, seen.turn, light_moves=False))
+            if equation.needs_viewer(term) and (change := largest_change(state, term, seen.turn, light_moves=False))
         ]
         bound = math.fsum(changes) * ROUNDED_UP
-        if not bound <= draft.allowance:
-            return draft
+        if not bound <= state.allowance:
+            return state
         why = f"far away: its direction is constant to within {bound:.2g}"
         far = replace(equation, eye=None, to_eye=seen.direction, local_facing=False)
-        return draft.rewritten(far, Note(self.name, "", why, bound, only_for_this_viewer=True))
+        return state.rewritten(far, Simplification(self.name, "", why, bound, only_for_this_viewer=True))
 
-    def decide(self, draft: Draft) -> Decision:
-        equation = draft.equation
+    def decide(self, state: PlanState) -> Decision:
+        equation = state.equation
         if equation.needs_eye:
             mirrors = any(equation.has(term, "specular") for term in equation.terms)
             read_by = "highlights" if mirrors else "diffuse reflection"
             return Decision(True, read_by if equation.has_highlights else "normals are turned to it")
         unused = "the viewer is at infinity" if equation.has_highlights else self.absent
-        return Decision(False, draft.why_without(self.name) or unused, draft.bound_of(self.name))
+        return Decision(False, state.why_without(self.name) or unused, state.bound_of(self.name))
 
 
 # --- visibility
@@ -494,20 +494,20 @@ class Shadow(Effect):
     brightness; `tradeoff` measures it.
     """
 
-    def leave_out(self, draft: Draft, term: LightTerm) -> Change | None:
+    def try_remove(self, state: PlanState, term: LightTerm) -> Change | None:
         if not term.is_shadowed:
             return None
-        why = "" if draft.visibility is None else draft.visibility.why_clear(term.index)
+        why = "" if state.visibility is None else state.visibility.why_clear(term.index)
         if not term.needs_normals:
             why = "adds ambient light alone"
-        return ((replace(term, is_shadowed=False),), (Note(self.name, term.label, why),)) if why else None
+        return ((replace(term, is_shadowed=False),), (Simplification(self.name, term.label, why),)) if why else None
 
     def has(self, equation: Equation, term: LightTerm) -> bool:
         return term.is_shadowed
 
-    def decide(self, draft: Draft) -> Decision:
+    def decide(self, state: PlanState) -> Decision:
         """Return the decision; its reason includes lights whose partly hidden highlights are approximate."""
-        decision, equation = super().decide(draft), draft.equation
+        decision, equation = super().decide(state), state.equation
         terms = [term for term in equation.terms if self.has(equation, term) and equation.has(term, "specular")]
         labels = [term.label for term in terms if term.light.has_size]
         if not labels:
@@ -524,21 +524,21 @@ class Shadow(Effect):
 class Occlusion(Effect):
     """Ambient occlusion, removed if nothing can hide the sky."""
 
-    def simplify(self, draft: Draft) -> Draft:
-        equation = draft.equation
+    def simplify(self, state: PlanState) -> PlanState:
+        equation = state.equation
         if not equation.is_occluded:
-            return draft
-        why = "" if draft.visibility is None else draft.visibility.why_open()
+            return state
+        why = "" if state.visibility is None else state.visibility.why_open()
         if not (any(equation.ambient) or any(any(term.ambient) for term in equation.terms)):
             why = "there is no ambient light"
         if not why:
-            return draft
-        return draft.rewritten(replace(equation, is_occluded=False), Note(self.name, "", why))
+            return state
+        return state.rewritten(replace(equation, is_occluded=False), Simplification(self.name, "", why))
 
-    def decide(self, draft: Draft) -> Decision:
-        if draft.equation.is_occluded:
+    def decide(self, state: PlanState) -> Decision:
+        if state.equation.is_occluded:
             return Decision(True, "ambient light, times the open part of the sky")
-        return Decision(False, draft.why_without(self.name) or self.absent)
+        return Decision(False, state.why_without(self.name) or self.absent)
 
 
 _FAR_AWAY, _OPEN_SKY = {"eye": None, "local_facing": False}, {"is_occluded": False}

@@ -19,7 +19,7 @@ import numpy as np
 
 from pvphong.base.types import Float64Array, Vector, VectorLike
 from pvphong.base.vectors import angle_between, unit_vector
-from pvphong.geometry.extent import ROUNDED_UP, TURN_SLACK, Extent, Sight
+from pvphong.geometry.extent import ROUNDED_UP, TURN_SLACK, BoundingCone, MeshBounds
 from pvphong.optics.attenuation import INVERSE_SQUARE, NONE, attenuate, strength_at
 from pvphong.optics.light import NODES, Light
 from pvphong.optics.lights import DirectionalLight, EnvironmentLight, PointLight, SphereLight, SpotLight
@@ -37,7 +37,7 @@ _SLACK = 1e-6
 _OVERSHOOT = 2.0
 
 
-class Reach(NamedTuple):
+class LightBounds(NamedTuple):
     """Bounds on a light's contribution to the vertices inside a sphere. The defaults are no bounds."""
 
     strongest: float = math.inf
@@ -50,7 +50,7 @@ class Reach(NamedTuple):
     """Largest angle in radians between this direction and the direction at a vertex."""
 
 
-class StandIn(NamedTuple):
+class Approximation(NamedTuple):
     """Cheaper lights that may replace a light, and bounds on the error."""
 
     make: Callable[[], tuple[Light, ...]] | None
@@ -79,19 +79,19 @@ class StandIn(NamedTuple):
 @singledispatch
 def effects(light: Any) -> frozenset[str]:
     """Return the effects of a light: by default, position unless it is uniform, and size if it has one."""
-    if light.is_even:
+    if light.is_uniform:
         return frozenset()
     return frozenset({POSITION, SIZE} if light.has_size else {POSITION})
 
 
 @singledispatch
-def reach(light: Any, extent: Extent) -> Reach:  # noqa: ARG001 no bounds
+def reach(light: Any, extent: MeshBounds) -> LightBounds:  # noqa: ARG001 no bounds
     """Return bounds on a light's contribution to the vertices."""
-    return Reach()
+    return LightBounds()
 
 
 @singledispatch
-def simpler(light: Any, effect: str, extent: Extent, *, exactly: bool) -> StandIn | None:  # noqa: ARG001 there is none
+def simpler(light: Any, effect: str, extent: MeshBounds, *, exactly: bool) -> Approximation | None:  # noqa: ARG001 there is none
     """Return a cheaper light that could replace a light for the vertices; None if there is none.
 
     Parameters
@@ -130,10 +130,10 @@ def _parallel_at(light: Any, point: Vector) -> tuple[Light, float]:
 
 
 @reach.register
-def _(light: DirectionalLight, extent: Extent) -> Reach:  # noqa: ARG001 the same everywhere
+def _(light: DirectionalLight, extent: MeshBounds) -> LightBounds:  # noqa: ARG001 the same everywhere
     """Return strength 1 from one direction."""
     x, y, z = unit_vector(light.direction)
-    return Reach(1.0, (-x, -y, -z), TURN_SLACK)
+    return LightBounds(1.0, (-x, -y, -z), TURN_SLACK)
 
 
 @effects.register
@@ -143,20 +143,20 @@ def _(light: Weakening) -> frozenset[str]:
 
 
 @reach.register
-def _(light: Weakening, extent: Extent) -> Reach:
+def _(light: Weakening, extent: MeshBounds) -> LightBounds:
     """Return the strength at the nearest possible vertex, and the cone of directions to its position."""
     seen = extent.sight(light.position)
     if seen is None:
-        return Reach()
-    return Reach(_strongest(seen, light.attenuation), seen.direction, seen.turn + TURN_SLACK)
+        return LightBounds()
+    return LightBounds(_strongest(seen, light.attenuation), seen.direction, seen.turn + TURN_SLACK)
 
 
-def _strongest(seen: Sight, attenuation: VectorLike) -> float:
+def _strongest(seen: BoundingCone, attenuation: VectorLike) -> float:
     """Return the largest strength of a light at a position relative to the vertices' sphere."""
     return strength_at(max(seen.distance - seen.radius, 0.0) / ROUNDED_UP, attenuation) * ROUNDED_UP
 
 
-def _evenly_strong(light: Any, extent: Extent, *, exactly: bool) -> StandIn | None:
+def _evenly_strong(light: Any, extent: MeshBounds, *, exactly: bool) -> Approximation | None:
     """Return the light without attenuation, if the error allows it."""
     constant, linear, quadratic = light.attenuation
 
@@ -164,17 +164,17 @@ def _evenly_strong(light: Any, extent: Extent, *, exactly: bool) -> StandIn | No
         return (replace(light, attenuation=NONE),)
 
     if not linear and not quadratic:
-        return StandIn(even, f"constant, {1.0 / constant:g}", 1.0 / constant)
+        return Approximation(even, f"constant, {1.0 / constant:g}", 1.0 / constant)
     seen = None if exactly else extent.sight(light.position)
     if seen is None or seen.distance <= seen.radius:
         return None
     radius, why = seen.radius * ROUNDED_UP, "constant over the mesh to within {bound:.2g}"
     near, far = (strength_at(seen.distance + offset, light.attenuation) for offset in (-radius, radius))
-    return StandIn(even, why, (near + far) / 2, (near - far) / 2)
+    return Approximation(even, why, (near + far) / 2, (near - far) / 2)
 
 
 @simpler.register
-def _(light: PointLight, effect: str, extent: Extent, *, exactly: bool) -> StandIn | None:
+def _(light: PointLight, effect: str, extent: MeshBounds, *, exactly: bool) -> Approximation | None:
     """Return a point light without attenuation, or parallel light if it has no attenuation."""
     if effect == ATTENUATION:
         return _evenly_strong(light, extent, exactly=exactly)
@@ -185,7 +185,7 @@ def _(light: PointLight, effect: str, extent: Extent, *, exactly: bool) -> Stand
         return None
     x, y, z = seen.direction
     why = "far away: its direction is constant to within {bound:.2g}"
-    return StandIn(lambda: (DirectionalLight(direction=(-x, -y, -z)),), why, turn=seen.turn)
+    return Approximation(lambda: (DirectionalLight(direction=(-x, -y, -z)),), why, turn=seen.turn)
 
 
 @without.register
@@ -205,7 +205,7 @@ def _(light: SpotLight) -> frozenset[str]:
 
 
 @simpler.register
-def _(light: SpotLight, effect: str, extent: Extent, *, exactly: bool) -> StandIn | None:
+def _(light: SpotLight, effect: str, extent: MeshBounds, *, exactly: bool) -> Approximation | None:
     """Return no light if the mesh is outside the cone, a point light if inside; or a light without attenuation."""
     if effect == ATTENUATION:
         return _evenly_strong(light, extent, exactly=exactly)
@@ -217,10 +217,10 @@ def _(light: SpotLight, effect: str, extent: Extent, *, exactly: bool) -> StandI
     if least > edge + _SLACK:
         margin = math.degrees(least - edge)
         shown = f"{margin:.0f}" if margin >= 1.0 else f"{margin:.1g}"
-        return StandIn(None, f"mesh lies outside the cone by {shown}°")
+        return Approximation(None, f"mesh lies outside the cone by {shown}°")
     if most >= edge - _SLACK or (exactly and light.exponent):
         return None
-    found = StandIn(lambda: (_without_cone(light),), "mesh lies inside the cone")
+    found = Approximation(lambda: (_without_cone(light),), "mesh lies inside the cone")
     if light.exponent == 0.0:
         return found
     angles = max(least - _SLACK, 0.0), most + _SLACK
@@ -244,29 +244,29 @@ def _without_cone(light: SpotLight) -> PointLight:
 
 
 @reach.register
-def _(light: SphereLight, extent: Extent) -> Reach:
+def _(light: SphereLight, extent: MeshBounds) -> LightBounds:
     """Return bounds for its surface."""
     return _reach_within(light.places[0], light.radius, extent)
 
 
 @reach.register
-def _(light: Flat, extent: Extent) -> Reach:
+def _(light: Flat, extent: MeshBounds) -> LightBounds:
     """Return bounds for the sphere that encloses it."""
     return _reach_within(light.center, light.reach_radius, extent)
 
 
-def _reach_within(center: Vector, radius: float, extent: Extent) -> Reach:
+def _reach_within(center: Vector, radius: float, extent: MeshBounds) -> LightBounds:
     """Return bounds for a light within a sphere: the sphere's nearest point and edge bound distance and direction."""
     seen = extent.sight(center)
     if seen is None:
-        return Reach()
+        return LightBounds()
     nearest, wide = max(seen.distance - seen.radius - radius, 0.0) / ROUNDED_UP, seen.radius + radius
     turn = math.asin(wide / seen.distance) * ROUNDED_UP if wide < seen.distance else math.pi
-    return Reach(strength_at(nearest, INVERSE_SQUARE) * ROUNDED_UP, seen.direction, turn)
+    return LightBounds(strength_at(nearest, INVERSE_SQUARE) * ROUNDED_UP, seen.direction, turn)
 
 
 @simpler.register
-def _(light: SphereLight, effect: str, extent: Extent, *, exactly: bool) -> StandIn | None:
+def _(light: SphereLight, effect: str, extent: MeshBounds, *, exactly: bool) -> Approximation | None:
     """Return a point light at its centre.
 
     Its image is a uniform disk. With s the sine of its angular radius, its strength is 2 / (1 + √(1 − s²)) times 1/d².
@@ -277,7 +277,7 @@ def _(light: SphereLight, effect: str, extent: Extent, *, exactly: bool) -> Stan
 
 
 @simpler.register
-def _(light: Flat, effect: str, extent: Extent, *, exactly: bool) -> StandIn | None:
+def _(light: Flat, effect: str, extent: MeshBounds, *, exactly: bool) -> Approximation | None:
     """Return a spot light at its centre, or no light if the mesh is behind it.
 
     At height h above its plane, a part has the strength h/d³. The mean over the light differs from the value at its
@@ -291,14 +291,14 @@ def _(light: Flat, effect: str, extent: Extent, *, exactly: bool) -> StandIn | N
     height = -seen.distance * sum(a * b for a, b in zip(seen.direction, light.normal, strict=True))
     clear = seen.radius * ROUNDED_UP + 1e-9 * (seen.distance + radius)
     if height <= -clear and not light.two_sided:
-        return StandIn(None, "mesh lies behind it")
+        return Approximation(None, "mesh lies behind it")
     if exactly or (light.two_sided and abs(height) < clear):
         return None
     part = light.part(light.center, math.copysign(1.0, height) if light.two_sided else 1.0, 1.0)
     return _as_point(seen, radius, part, lambda s: 6.0 * s * s / (1.0 - s) ** 5)
 
 
-def _as_point(seen: Sight | None, radius: float, light: Light, spread: Any) -> StandIn | None:
+def _as_point(seen: BoundingCone | None, radius: float, light: Light, spread: Any) -> Approximation | None:
     """Return a light without a size that replaces a light within a sphere.
 
     Parameters
@@ -319,7 +319,7 @@ def _as_point(seen: Sight | None, radius: float, light: Light, spread: Any) -> S
     sine, middle = radius / nearest, strength_at(nearest, INVERSE_SQUARE) * ROUNDED_UP
     why = "small: equal to a point light to within {bound:.2g}"
     off, turn = middle * spread(sine), math.asin(sine) * ROUNDED_UP
-    return StandIn(lambda: (light,), why, spread=off, turn=turn, strongest=middle + off)
+    return Approximation(lambda: (light,), why, spread=off, turn=turn, strongest=middle + off)
 
 
 @without.register
@@ -337,7 +337,7 @@ def _(light: Flat, effect: str, point: Vector) -> tuple[Light, float]:
     return light.part(light.center, -1.0 if light.two_sided and height < 0.0 else 1.0, 1.0), 1.0
 
 
-def merged_nodes(light: Light, count: int, extent: Extent) -> StandIn | None:
+def merged_nodes(light: Light, count: int, extent: MeshBounds) -> Approximation | None:
     """Return at most `count` nodes that may replace the `NODES`; None if there is no bound.
 
     Nodes that are close together are merged at their mean position. At distance d, 1/d² changes by at most 2/d³ per
@@ -375,7 +375,7 @@ def merged_nodes(light: Light, count: int, extent: Extent) -> StandIn | None:
         return None
     strongest = strength_at(nearest, INVERSE_SQUARE) * ROUNDED_UP
     spread, turn = 2.0 * farthest / nearest * strongest, math.asin(farthest / nearest)
-    return StandIn(lambda: tuple(found), spread=spread, turn=turn, strongest=strongest)
+    return Approximation(lambda: tuple(found), spread=spread, turn=turn, strongest=strongest)
 
 
 def _halved(places: Float64Array, count: int) -> Sequence[Float64Array]:
@@ -396,7 +396,7 @@ def _(light: EnvironmentLight) -> frozenset[str]:
 
 
 @reach.register
-def _(light: EnvironmentLight, extent: Extent) -> Reach:  # noqa: ARG001 the same everywhere
+def _(light: EnvironmentLight, extent: MeshBounds) -> LightBounds:  # noqa: ARG001 the same everywhere
     """Return a bound on the strength, without a direction; no lobe reflects more than a factor of 1 does."""
     strongest = max(1.0, _OVERSHOOT * float(light.panorama.total.max())) * ROUNDED_UP
-    return Reach(strongest, None, 0.0)
+    return LightBounds(strongest, None, 0.0)

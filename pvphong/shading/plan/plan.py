@@ -23,9 +23,9 @@ from pvphong.optics.material import Material
 from pvphong.scene.scene import Scene
 from pvphong.shading import interreflection, kernel, reference
 from pvphong.shading.equation import Equation, in_parts, relative_to_mesh
-from pvphong.shading.interreflection import Sent
-from pvphong.shading.plan.draft import Decision, Draft
+from pvphong.shading.interreflection import Radiosity
 from pvphong.shading.plan.effects import EFFECTS
+from pvphong.shading.plan.state import Decision, PlanState
 from pvphong.shading.reference import Shading
 from pvphong.shading.vertices import Vertices
 from pvphong.shading.visibility import known_transport
@@ -82,19 +82,19 @@ class Plan:
     error_bound: float
     equation: Equation
     whole: Equation
-    _draft: Draft
+    _state: PlanState
     faces_away: bool = False
     maps: Mapping[str, str] = field(default_factory=dict)
 
     @cached_property
     def effects(self) -> Mapping[str, Decision]:
         """Decision on every effect, computed at the first use because running a plan does not need it."""
-        return MappingProxyType({effect.name: effect.decide(self._draft) for effect in EFFECTS})
+        return MappingProxyType({effect.name: effect.decide(self._state) for effect in EFFECTS})
 
     @cached_property
     def needs(self) -> frozenset[str]:
         """Inputs that will be read."""
-        equation = self._draft.equation
+        equation = self._state.equation
         read = {
             "points": equation.needs_points or equation.needs_visibility or equation.bounces > 0,
             "normals": equation.needs_normals or equation.needs_visibility or equation.bounces > 0,
@@ -131,20 +131,20 @@ class Plan:
     @classmethod
     def of_equation(cls, whole: Equation, vertices: Vertices, tolerance: float = 0.0) -> Plan:
         """Return the plan for the equation of a scene, or for one rewritten from it."""
-        draft = Draft.first(whole, tolerance, vertices)
+        state = PlanState.first(whole, tolerance, vertices)
         for effect in EFFECTS:
-            draft = effect.simplify(draft)
-        left = draft.equation
+            state = effect.simplify(state)
+        left = state.equation
         may_move = any(term.follows_viewer and not term.is_black for term in whole.terms)  # and may then reach the mesh
-        may_return = any(note.only_for_this_viewer for note in draft.notes)
+        may_return = any(note.only_for_this_viewer for note in state.simplifications)
         return cls(
             view_dependent=left.has_highlights or left.is_flipped or may_move or may_return,
             tolerance=tolerance,
-            error_bound=min(draft.error_bound ** (1.0 / whole.gamma), tolerance),
+            error_bound=min(state.error_bound ** (1.0 / whole.gamma), tolerance),
             equation=in_parts(left),
             whole=in_parts(whole),
             # a plan must not keep the vertices alive
-            _draft=replace(draft, extent=ANYWHERE, visibility=None, transport=None, _reaches={}),
+            _state=replace(state, extent=ANYWHERE, visibility=None, transport=None, _reaches={}),
         )
 
     def run(
@@ -195,7 +195,7 @@ class Plan:
             reference.shade(*arrays, channels)
         return result
 
-    def sent(self, vertices: Vertices, *, precision: Precision = "float32", backend: Backend = "auto") -> Sent:
+    def sent(self, vertices: Vertices, *, precision: Precision = "float32", backend: Backend = "auto") -> Radiosity:
         """Return the light that the vertices send before any bounce, and their albedo.
 
         Raises
@@ -209,7 +209,7 @@ class Plan:
 
         rewritten = interreflection.directly_lit, interreflection.ambient_alone, interreflection.under_white_sky
         direct, ambient, white = (lit(each(self.equation)) for each in rewritten)
-        return Sent(direct, ambient, interreflection.without_gain(white, self.equation))
+        return Radiosity(direct, ambient, interreflection.without_gain(white, self.equation))
 
     def run_for_display(self, vertices: Vertices, out: ByteArray, bounced: FloatArray | None = None) -> None:
         """Compute lit colours in float32 and write them as 0-255 into `out`, shape (n, 3), uint8.

@@ -21,8 +21,8 @@ from pvphong.optics.material import Material, as_material
 from pvphong.rays.visibility import Visibility
 from pvphong.scene.scene import SceneLike, light_labels
 from pvphong.shading import kernel
-from pvphong.shading.plan.draft import Draft
 from pvphong.shading.plan.effects import EFFECTS
+from pvphong.shading.plan.state import PlanState
 from pvphong.studies.accuracy import physics
 from pvphong.studies.accuracy.interpolation import (
     AS_IT_IS,
@@ -367,12 +367,12 @@ class _Measurement:
 
 def predicted_bounds(subject: Subject, tolerance: float) -> tuple[PredictedBound, ...]:
     """Each approximation of the plan at a tolerance: the bound that it took, the largest difference that it makes."""
-    draft, found = Draft.first(subject.assembled, tolerance, subject.vertices), []
+    state, found = PlanState.first(subject.assembled, tolerance, subject.vertices), []
     for effect in EFFECTS:
-        before, draft = draft, effect.simplify(draft)
-        notes = [note for note in draft.notes[len(before.notes) :] if note.bound]
+        before, state = state, effect.simplify(state)
+        notes = [note for note in state.simplifications[len(before.simplifications) :] if note.bound]
         if notes:
-            measured = Errors.at_vertices(subject.exact(draft.equation), subject.exact(before.equation)).largest
+            measured = Errors.at_vertices(subject.exact(state.equation), subject.exact(before.equation)).largest
             why = "; ".join(f"{note.light}: {note.why}".removeprefix(": ") for note in notes)
             bound = sum(note.bound for note in notes) ** (1.0 / subject.assembled.gamma)  # of colours, not of light
             found.append(PredictedBound(effect.name, why, bound, measured))

@@ -121,7 +121,7 @@ class Case:
         lights = []
         for name in self.lights:
             light: Any = _LIGHTS[name]
-            if not light.is_even:
+            if not light.is_uniform:
                 constant, linear, quadratic = light.attenuation
                 around = center if light.frame == "world" else np.zeros(3)
                 position = tuple((around + size * np.array(light.position)).tolist())

@@ -224,7 +224,7 @@ class LightInScene:
     def arriving(self) -> str:
         """Text with the light that arrives, as a multiple of its colour, and its luminance."""
         light, where, point = self.light, "at the scene's centre", np.array(self.scenery.center)
-        if light.is_even:
+        if light.is_uniform:
             where = "everywhere"
         elif light.values(Place) and light.values(Aim):
             where, point = "at the target", self.target(light.values(Aim)[0])

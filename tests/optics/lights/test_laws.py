@@ -12,7 +12,7 @@ import pytest
 from strategies import LIGHT_SHAPES, Dice, triple, unit
 
 from pvphong import LightModel, Material, Scene, SphereLight, Viewer, as_light, evaluate, plan
-from pvphong.geometry.extent import Extent
+from pvphong.geometry.extent import MeshBounds
 from pvphong.optics.light import NODES
 from pvphong.optics.lights import LIGHT_TYPES, is_in_vtk, nearest_in_vtk, vtk_values
 from pvphong.optics.roles import Aim, Corners, Place, Role, Turn, Up
@@ -37,7 +37,7 @@ def thrown(kind, seed, **fields):
 
 
 def extent_of(points):
-    return Extent(points, None, None)
+    return MeshBounds(points, None, None)
 
 
 def arriving(light, points):
@@ -144,7 +144,7 @@ def test_what_arrives_is_finite_everywhere(kind, seed):
         assert np.isfinite(strength).all()
         assert (strength >= 0).all()
         lost = ~np.isfinite(points).all(axis=1)
-        assert light.is_even or not (strength[lost].any() or direction[:, lost].any())
+        assert light.is_uniform or not (strength[lost].any() or direction[:, lost].any())
         lengths = np.linalg.norm(direction, axis=0)
         assert ((np.abs(lengths - 1) < 1e-12) | (lengths == 0)).all()
 
@@ -206,7 +206,7 @@ def test_no_vertex_gets_more_or_from_elsewhere_than_its_reach_says(kind, seed):
             for l, s in zip(direction.T, strength, strict=True):
                 assert s == 0.0 or angle(l, reach.direction) <= reach.turn
     nothing = plans.reach(light, extent_of(every[:0]))
-    assert light.is_even or (nothing.strongest == math.inf and nothing.direction is None)
+    assert light.is_uniform or (nothing.strongest == math.inf and nothing.direction is None)
 
 
 @every_light
@@ -292,7 +292,7 @@ def test_fewer_nodes_are_no_further_off_than_is_said(kind, seed, farther):
 def test_its_effects_are_some_of_the_plans_and_its_position_is_one_unless_it_is_even(kind, seed):
     light, _, _ = thrown(kind, seed)
     assert plans.effects(light) <= {effect.name for effect in EFFECTS}
-    assert ("position" in plans.effects(light)) != light.is_even
+    assert ("position" in plans.effects(light)) != light.is_uniform
 
 
 @every_light

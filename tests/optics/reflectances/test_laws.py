@@ -14,7 +14,7 @@ from strategies import REFLECTANCE_SHAPES, Dice, unit
 
 from pvphong import LightModel, Material, PointLight, Scene, Viewer, evaluate
 from pvphong.optics.light import Arrival
-from pvphong.optics.reflectance import Sightline
+from pvphong.optics.reflectance import AngleBounds
 from pvphong.optics.reflectances import PBR, REFLECTANCES, BlinnPhong, Phong
 from pvphong.optics.reflectances.likeness import counterpart_of, stand_in
 from pvphong.optics.reflectances.vtk import VtkHeadlight
@@ -107,7 +107,7 @@ def test_no_factor_is_more_than_what_is_known_of_the_angles_allows(name, seed):
     theta, phi, psi = angles(case.n, case.l), angles(case.n, case.v), angles(case.l, case.v)
     for k, factor in enumerate(case.factors()):
         bounds = [
-            most(case.reflectance, k, Sightline(*line))
+            most(case.reflectance, k, AngleBounds(*line))
             for line in zip(theta - 1e-7, phi - 1e-7, psi + 1e-7, strict=True)
         ]
         assert (factor <= np.array(bounds) * (1 + 1e-6) + 1e-9).all()

@@ -30,7 +30,7 @@ def thrown(kind, seed):
     power, specular = dice.choice((0.0, 0.5, 4.0, 5.5, 20.0, 300.0, 1e4, 1e6)), dice.choice((0.0, 0.5))
     material = ph.Material(ambient=0.0, diffuse=0.5, specular=specular, shininess=power)
     scene = ph.Scene([light], ph.Viewer(triple(3 * dice.unit_vector())), ph.LightModel(ambient=0, clamp=False))
-    square = 1.0 if light.is_even else np.maximum(((points - place) ** 2).sum(axis=1), 1e-9)
+    square = 1.0 if light.is_uniform else np.maximum(((points - place) ** 2).sum(axis=1), 1e-9)
     brightest = np.maximum(1.0, light.intensity / square * np.ones(COUNT))
     bound = (4 * math.sqrt(power if specular else 0.0) + 16) * 2.0**-24 * 2 * brightest
     return (points, normals, scene, material), bound[:, None]

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from pvphong.base import check
-from pvphong.optics.light import Light, Placement
+from pvphong.optics.light import Light, PunctualParameters
 from pvphong.optics.lights import LIGHT_TYPES, EnvironmentLight, PointLight
 from pvphong.optics.material import Material
 from pvphong.optics.reflectances import PBR, REFLECTANCES
@@ -42,11 +42,11 @@ class Torch(Light):
     spread: float = angle(20.0, "cone", above=0.0, at_most=90.0)
     smokes: bool = check.field(check.flag, False)
 
-    is_even: ClassVar[bool] = False
+    is_uniform: ClassVar[bool] = False
 
     @property
     def placement(self):
-        return Placement(self.position, (1.0, 0.0, 0.0))
+        return PunctualParameters(self.position, (1.0, 0.0, 0.0))
 
 
 def inputs(value, middles=None):
@@ -68,7 +68,7 @@ def test_units_are_those_of_the_formulas():
     forms = {name: inputs(kind()) for name, kind in LIGHT_TYPES.items()}
     units = {name: {field: entry["unit"] for field, entry in form.items()} for name, form in forms.items()}
     sized = {name for name, of in units.items() if of["intensity"] == "mesh unit²"}  # divided by the squared distance
-    assert sized == {name for name, kind in LIGHT_TYPES.items() if kind().has_size and not kind().is_even}
+    assert sized == {name for name, kind in LIGHT_TYPES.items() if kind().has_size and not kind().is_uniform}
     assert units["directional"]["intensity"] == units["spot"]["exponent"] == ""
     assert units["spot"]["attenuation"] == units["point"]["attenuation"] == "1, 1/mesh unit, 1/mesh unit²"
     assert [field.unit for field in fields_of(Accuracy)] == ["of 1", "of 1"]

@@ -1,4 +1,4 @@
-"""The state of a plan: an equation that effects rewrite, bounds on the vertices, and notes on each rewriting.
+"""The state of a plan: an equation that effects rewrite, bounds on the vertices, and the simplifications.
 
 An effect that a scene does not need is removed by rewriting the equation into a cheaper one: a black term is deleted,
 and a spot light whose cone contains the whole mesh becomes a point light. Evaluators run the resulting equation and do
@@ -13,11 +13,11 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import NamedTuple
 
-from pvphong.geometry.extent import ROUNDED_UP, Extent
+from pvphong.geometry.extent import ROUNDED_UP, MeshBounds
 from pvphong.optics.light import Light
 from pvphong.shading.equation import Equation, LightTerm
 from pvphong.shading.plan import lights
-from pvphong.shading.plan.lights import Reach
+from pvphong.shading.plan.lights import LightBounds
 from pvphong.shading.vertices import Vertices
 from pvphong.shading.visibility import TransportLike, VisibilityLike
 
@@ -47,7 +47,7 @@ class Decision:
     lights: int = 0
 
 
-class Note(NamedTuple):
+class Simplification(NamedTuple):
     """One rewriting of the equation: the effect that was omitted, its light, the reason and the error bound.
 
     `only_for_this_viewer`: the effect may have to run for another viewer.
@@ -61,7 +61,7 @@ class Note(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Draft:
+class PlanState:
     """An equation while effects rewrite it.
 
     Parameters
@@ -74,7 +74,7 @@ class Draft:
         Bounds on positions and normals of the vertices.
     tolerance : float
         Total error that is allowed, before the sum of light is raised to 1/gamma.
-    notes : tuple of Note
+    simplifications : tuple of Simplification
         Rewritings so far.
     visibility : VisibilityLike or None
         Visibility from the vertices, if known.
@@ -86,26 +86,26 @@ class Draft:
 
     equation: Equation
     shining: int
-    extent: Extent
+    extent: MeshBounds
     tolerance: float
-    notes: tuple[Note, ...] = ()
+    simplifications: tuple[Simplification, ...] = ()
     visibility: VisibilityLike | None = None
     transport: TransportLike | None = None
     gain: float = 1.0
-    _reaches: dict[int, tuple[Light, Reach]] = field(default_factory=dict)
+    _reaches: dict[int, tuple[Light, LightBounds]] = field(default_factory=dict)
 
     @classmethod
-    def first(cls, equation: Equation, tolerance: float, vertices: Vertices) -> Draft:
-        """Return the draft of an assembled equation, with the colour tolerance converted to one for sums of light."""
+    def first(cls, equation: Equation, tolerance: float, vertices: Vertices) -> PlanState:
+        """Return the state of an assembled equation, with the colour tolerance converted to one for sums of light."""
         # sums of light that differ by x differ by at most x^(1/gamma) when they are raised to 1/gamma
         allowed, extent = tolerance**equation.gamma, vertices.extent(equation.matrix)
         shining = sum(not term.is_black for term in equation.terms)
-        notes = tuple(Note("lights", label, "switched off") for label in equation.off)
-        return cls(equation, shining, extent, allowed, notes, vertices.visibility, vertices.transport)
+        simplifications = tuple(Simplification("lights", label, "switched off") for label in equation.off)
+        return cls(equation, shining, extent, allowed, simplifications, vertices.visibility, vertices.transport)
 
-    def reach(self, term: LightTerm) -> Reach:
+    def reach(self, term: LightTerm) -> LightBounds:
         """Return the bounds on a light's contribution; cached because several effects need it."""
-        light, reach = self._reaches.get(term.index, (None, Reach()))
+        light, reach = self._reaches.get(term.index, (None, LightBounds()))
         if light is not term.light:
             reach = lights.reach(term.light, self.extent)
             self._reaches[term.index] = term.light, reach
@@ -114,9 +114,9 @@ class Draft:
     @cached_property
     def error_bound(self) -> float:
         """Sum of the bounds so far."""
-        return math.fsum(map(self._of_colors, self.notes)) * ROUNDED_UP
+        return math.fsum(map(self._of_colors, self.simplifications)) * ROUNDED_UP
 
-    def _of_colors(self, note: Note) -> float:
+    def _of_colors(self, note: Simplification) -> float:
         """Return a note's colour error; errors of direct light are amplified by bounces."""
         return note.bound if note.effect == BOUNCES else note.bound * self.gain
 
@@ -128,14 +128,14 @@ class Draft:
         share = self.tolerance / (2 * max(self.shining, 1))
         return min(share, max(self.tolerance - self.error_bound, 0.0) / ROUNDED_UP**2) / self.gain
 
-    def rewritten(self, equation: Equation, *notes: Note) -> Draft:
-        """Return the draft with another equation and more notes."""
-        return replace(self, equation=equation, notes=(*self.notes, *notes))
+    def rewritten(self, equation: Equation, *simplifications: Simplification) -> PlanState:
+        """Return the state with another equation and more simplifications."""
+        return replace(self, equation=equation, simplifications=(*self.simplifications, *simplifications))
 
     def why_without(self, effect: str) -> str:
         """Return the noted reasons for omitting an effect, each with its lights; "" if there are none."""
         lights_by_reason = defaultdict[str, list[str]](list)
-        for note in self.notes:
+        for note in self.simplifications:
             if note.effect == effect:
                 lights_by_reason[note.why].append(note.light)
         return "; ".join(
@@ -144,4 +144,4 @@ class Draft:
 
     def bound_of(self, effect: str) -> float:
         """Return the sum of the bounds for omitting an effect."""
-        return math.fsum(self._of_colors(note) for note in self.notes if note.effect == effect)
+        return math.fsum(self._of_colors(note) for note in self.simplifications if note.effect == effect)
