@@ -160,7 +160,7 @@ def test_any_soup_gives_unit_normals_or_zero(evaluator, points, faces):
     assert np.all((lengths == 0.0) | (np.abs(lengths - 1.0) <= 4 * U))
 
 
-FACE, RISES = [0, 1, 2], r"^offsets must be indices that rise from 0 to the connectivity's length, 3; got \[.*\]\. One"
+FACE, RISES = [0, 1, 2], r"^offsets must be indices that rise from 0 to the connectivity's length, 3; got \[.*\]\. Give"
 
 
 @pytest.mark.parametrize(

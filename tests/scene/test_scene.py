@@ -59,9 +59,9 @@ def camera_light():
         (LightModel, {"convention": "opengl"}, "convention must be one of 'standard', 'vtk'; got opengl"),
         (LightModel, IN_VTK | {"local_viewer": False}, "local_viewer must be True in VTK's .*; .*always local"),
         (LightModel, IN_VTK | {"reflection": "blinn-phong"}, "reflection must be 'phong' in VTK's .*; .*no other"),
-        (Scene, {"viewer": (0, 0, 1)}, "viewer must be a Viewer, a camera, or None for one that frames what is lit"),
+        (Scene, {"viewer": (0, 0, 1)}, "viewer must be a Viewer, a camera, or None for a viewer that frames the mesh"),
         (Scene, {"lights": [PointLight(name="a"), SpotLight(name="a")]}, "lights must be .*differ; got 2 lights named"),
-        (Scene, {"lights": [camera_light()]}, "viewer must be a Viewer where a camera light of VTK's has a place"),
+        (Scene, {"lights": [camera_light()]}, "viewer must be a Viewer if a VTK camera light has a position"),
         (Scene, {"light_model": "vtk"}, "light_model must be a LightModel"),
         (Scene, {"lights": DirectionalLight()}, LISTED + "; .*into a list"),
         *((Scene, {"lights": bad}, LISTED) for bad in ("headlight", None, {"sun": DirectionalLight()})),
@@ -166,7 +166,7 @@ def point(**fields):
         ({"format": "glTF", "version": 1}, "format must be a JSON object"),
         ({"format": "pvphong scene"}, "version must be 1; got null"),
         (head(version=3), r"version must be 1; got 3\. A newer pvphong"),
-        (head(version="1"), 'version must be 1; got "1". It is a number'),
+        (head(version="1"), 'version must be 1; got "1". Give a number'),
         (head(version=True), "version must be 1; got true"),
         (head(camera={}), "field of scene must be one of .*viewer.*; got camera"),
         (head(lights={}), "lights must be a list"),
@@ -315,7 +315,7 @@ def test_a_notebooks_table_has_every_light_and_what_is_not_at_its_default():
         "&lt;b&gt;lamp", "PointLight", "position (1.0, 2.0, 3.0)",
         "light 1", "DirectionalLight", "on False",
         "light model", "LightModel", "ambient 0.5",
-        "viewer", "Viewer", "framing what is lit",
+        "viewer", "Viewer", "frames the mesh",
     ]  # fmt: skip
     assert "position (0.0, 0.0, 5.0)" in Scene(viewer=Viewer(position=(0, 0, 5)))._repr_html_()
 

@@ -30,7 +30,7 @@ NO_VECTORS = [(0, 1), (0, math.nan, 0), (math.inf, 0, 1), "here", None, 1.0]
 REFUSED = [(field, bad, f"{field}.* must be ") for field in ("position", "focal_point", "up") for bad in NO_VECTORS]
 REFUSED += [
     ("up", (0, 0, 0), "up must be a direction"),
-    ("focal_point", (0, 0, 1), "focal_point must be different from position; got .*look somewhere"),
+    ("focal_point", (0, 0, 1), "focal_point must be different from position; got .*needs a direction"),
     ("parallel", 1, "parallel must be True or False"),
     ("view_angle", 0, "view_angle must be a finite number > 0 and <= 179"),
     ("view_angle", 180, "view_angle must be a finite number > 0 and <= 179"),
@@ -105,7 +105,7 @@ def test_the_least_and_the_largest_distance():
 def test_up_along_the_view_axis_is_refused_where_it_is_needed(position, factor):
     viewer = Viewer(position=position, up=np.multiply(position, factor))
     assert viewer.distance > 0
-    with pytest.raises(ValueError, match=r"^up must be off the view axis; got "):
+    with pytest.raises(ValueError, match=r"^up must be a direction not parallel to the view axis; got "):
         _ = viewer.axes
 
 
