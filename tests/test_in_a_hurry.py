@@ -170,7 +170,8 @@ def test_lit_meshes_are_drawn_in_their_colours():
     with pytest.raises(ValueError, match=r"^name must be one of"):
         lit.phong.plot(name="fong")
     for what in (pv.Plane(), pv.MultiBlock([lit, pv.Plane()])):
-        with pytest.raises(ValueError, match=r"no colours yet\. mesh\.phong\.shade\(\.\.\.\)\.phong\.plot\(\)"):
+        remedy = r"mesh\.phong\.shade\(\.\.\.\)\.phong\.plot\(\)"
+        with pytest.raises(ValueError, match=rf"a mesh without colours\. Light it first: {remedy}"):
             what.phong.plot()
 
 

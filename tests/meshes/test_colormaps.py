@@ -173,7 +173,7 @@ def test_points_alone_have_colormaps_of_arrays():
     material = ph.Material(albedo=ph.Colormap(mesh["a"], "terrain"), **UNLIT)
     found = ph.evaluate(mesh.points, mesh.phong.normals(), SCENE, material, precision="float64").rgb
     assert np.array_equal(np.rint(255 * found), unlit(mesh, ph.Colormap("a", "terrain")))
-    with pytest.raises(ValueError, match=r"^albedo must be a Colormap of an array where there is no mesh"):
+    with pytest.raises(ValueError, match=r"^albedo must be a Colormap of an array if there is no mesh"):
         ph.evaluate(mesh.points, mesh.points, SCENE, replace(material, albedo=ph.Colormap("a")))
 
 

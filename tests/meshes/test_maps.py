@@ -122,7 +122,7 @@ def test_textures_arrays_and_files_are_the_same(tmp_path):
     first, *others = [sheet.phong.shade(SCENE, material)["phong"] for material in materials]
     for other in others:
         np.testing.assert_allclose(other, first, atol=1e-5)
-    with pytest.raises(ValueError, match=r"^shininess must be a texture of one channel.* Take the channel"):
+    with pytest.raises(ValueError, match=r"^shininess must be a texture with one channel.* Select a channel"):
         sheet.phong.shade(SCENE, ph.Material(shininess=pv.Texture(np.dstack([grey, grey, 255 - grey]))))
 
 

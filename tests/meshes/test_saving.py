@@ -157,7 +157,7 @@ def test_with_lights_viewers_are_given_those_and_colours_before_light():
         ph.PointLight(position=(1, 2, 3), name="one that does not weaken"),
         ph.PointLight(position=(9, 9, 9), attenuation=(0, 0, 1), on=False),
     ]
-    with pytest.warns(LightsWarning, match=r"^window, one that does not weaken cannot be kept in glTF"):
+    with pytest.warns(LightsWarning, match=r"^window, one that does not weaken cannot be stored in glTF"):
         pv.Sphere().phong.save("ball.glb", lights=lights, material=ph.Material(diffuse=(0.5, 0.25, 1.0)))
     document = pygltflib.GLTF2().load("ball.glb")
     assert document.extensionsUsed == ["KHR_lights_punctual"]

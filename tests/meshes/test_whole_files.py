@@ -145,7 +145,7 @@ def test_an_array_with_fewer_bytes_than_it_says_is_refused(tmp_path, compressor)
     middle = whole.index(b"<AppendedData") + 3000
     for removed in (2, 400):
         path.write_bytes(whole[:middle] + whole[middle + removed :])
-        with pytest.raises(ValueError, match="fewer bytes than it says"):
+        with pytest.raises(ValueError, match="fewer bytes than it declares"):
             refuse_incomplete(path)
 
 
