@@ -91,7 +91,7 @@ def test_lights_are_a_scene_everywhere():
 
 
 def test_what_rides_along_needs_a_viewer():
-    with pytest.raises(ValueError, match=r"^viewer must be a Viewer where lights ride along with it; .*framed"):
+    with pytest.raises(ValueError, match=r"^viewer must be a Viewer if lights move with it; .*framed"):
         _ = ph.Scene([HEAD]).world_lights
     scene = ph.Scene([HEAD]).framed(MESH.bounds)
     assert scene.world_lights[0].direction == pytest.approx(scene.viewer.view_direction)

@@ -209,9 +209,7 @@ def real_array(name: str, value: Any, allowed: str) -> Any:
     Ragged lists, strings, objects, complex numbers and masked entries are refused.
     """
     if isinstance(value, np.ma.MaskedArray) and np.ma.is_masked(value):
-        refuse(
-            name, "an array with masked entries", allowed, "Fill them, for example with array.filled(0.0)."
-        )
+        refuse(name, "an array with masked entries", allowed, "Fill them, for example with array.filled(0.0).")
     try:
         result = np.asarray(value)
     except ValueError:

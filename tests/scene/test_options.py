@@ -1,4 +1,4 @@
-"""Options that calls do not take: where each belongs, or what comes close."""
+"""Errors for unknown options: where the option belongs, or the nearest option."""
 
 import re
 

@@ -1,4 +1,4 @@
-"""Ready-made lights, against the plotters that have them."""
+"""Ready-made lights, compared with PyVista's and VTK's."""
 
 import numpy as np
 import pytest
