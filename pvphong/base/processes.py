@@ -129,7 +129,7 @@ def begin_work(end: int) -> None:
 
 @contextmanager
 def reading(path: "str | os.PathLike[str]") -> "Iterator[None]":
-    """Announce to the watcher that a file is being read, and limit memory to what is free meanwhile.
+    """Announce to the watcher that a file is being read, and limit memory to the free memory within the block.
 
     A corrupt file may request huge allocations; with the limit they fail before the system stalls. Nested blocks have
     no effect, and neither have blocks in a process without a watcher.

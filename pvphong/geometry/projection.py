@@ -62,7 +62,7 @@ def _rotation(eye: Float64Array, target: Float64Array, up: VectorLike) -> Float6
     """Return the rotation from world to eye space, with rows right, up and backward."""
     backward = normalize([eye * 0.5 - target * 0.5])[0]  # halved, because the difference of huge numbers overflows
     if not backward.any():
-        check.refuse("target", target.tolist(), "another point than eye", "A view needs a direction.")
+        check.refuse("target", target.tolist(), "different from eye", "The view needs a direction.")
     upward = unit_vector(check.direction("up", up))
     right = np.cross(upward, backward)
     if math.hypot(*right) <= _PARALLEL:

@@ -238,7 +238,7 @@ def _found_range(name: str, span: Span, log_scale: bool) -> tuple[float, float]:
     """Return the range of numbers for a table."""
     if span.low > span.high:
         remedy = "With clim=(0, 1), all are drawn in the colour of NaN."
-        check.refuse(f"{name}'s scalars", "an array without any", "an array with finite numbers, or with clim", remedy)
+        check.refuse(f"{name}'s scalars", "only NaN or infinity", "an array with finite numbers, or with clim", remedy)
     if not log_scale or span.low >= 0.0:
         return span.low, span.high
     if not span.high > 0.0:

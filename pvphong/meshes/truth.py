@@ -93,7 +93,7 @@ def _reflector(
     """Convert a mesh and its material for the path tracer."""
     if scene.light_model.convention != "standard":
         remedy = "VTK's shader has no bounces; use LightModel()."
-        check.refuse("light_model", f"one in the convention {scene.light_model.convention!r}", "a standard one", remedy)
+        check.refuse("light_model", f"{scene.light_model.convention!r}", "in the standard convention", remedy)
     source, maps, tangents = surface_and_maps(mesh, material, feature_angle)
     normals = functools.cache(lambda: point_normals(source))
     tangents = tangents_from(source, normals) if tangents is None else tangents
