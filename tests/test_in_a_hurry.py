@@ -91,7 +91,7 @@ def test_lights_are_a_scene_everywhere():
 
 
 def test_what_rides_along_needs_a_viewer():
-    with pytest.raises(ValueError, match=r"^viewer must be a Viewer where lights ride along with it; .*framed"):
+    with pytest.raises(ValueError, match=r"^viewer must be a Viewer if lights move with it; .*framed"):
         _ = ph.Scene([HEAD]).world_lights
     scene = ph.Scene([HEAD]).framed(MESH.bounds)
     assert scene.world_lights[0].direction == pytest.approx(scene.viewer.view_direction)
@@ -170,7 +170,8 @@ def test_lit_meshes_are_drawn_in_their_colours():
     with pytest.raises(ValueError, match=r"^name must be one of"):
         lit.phong.plot(name="fong")
     for what in (pv.Plane(), pv.MultiBlock([lit, pv.Plane()])):
-        with pytest.raises(ValueError, match=r"no colours yet\. mesh\.phong\.shade\(\.\.\.\)\.phong\.plot\(\)"):
+        remedy = r"mesh\.phong\.shade\(\.\.\.\)\.phong\.plot\(\)"
+        with pytest.raises(ValueError, match=rf"a mesh without colours\. Light it first: {remedy}"):
             what.phong.plot()
 
 

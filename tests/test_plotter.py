@@ -213,7 +213,7 @@ def test_what_is_lit_already_is_drawn_as_it_is_and_stays_so(plotter):
     [
         (ball(), {}, r"^name must be one of 'Normals'; got phong"),
         (ball(), {"name": "Normal"}, r"^name must be one of 'Normals'; got Normal\. Did you mean 'Normals'"),
-        (ball(), {"rgb": False}, r"^option must be .*; got rgb\. The colours are those of the array `name`"),
+        (ball(), {"rgb": False}, r"^option must be .*; got rgb\. The colours come from the array `name`"),
         ("ball.vtp", {}, r"^lit must be a pyvista\.DataSet or a pyvista\.MultiBlock; got str"),
         (pv.MultiBlock(), {}, r"^lit must be a MultiBlock with a mesh in it"),
     ],
@@ -723,7 +723,7 @@ def test_what_is_lit_already_may_have_opacities(plotter):
     [
         (
             "glas",
-            r"^opacity must be a number, an array, or the name of one \(.*glass.*\); got 'glas'\. Did you mean 'glass'",
+            r"^opacity must be a number, an array, or an array's name \(.*glass.*\); got 'glas'\. Did you mean 'glass'",
         ),
         (
             np.ones(7),

@@ -1,8 +1,8 @@
-"""What every other package stands on, in the order in which to read it.
+"""Shared helpers that every other package uses, in reading order.
 
-`types` and `check` (types of arguments, and the one form of their error messages), `handles` (objects whose unknown
-attributes raise), `vectors` (arithmetic over the whole range of floats), `formulas` (operations for arrays and for
-compiled numbers alike), `sobol` (points spread evenly), `color`, `threads` (ranges of vertices on all cores), `files`
-and `documents` (files that are whole or not at all, and JSON), `processes` (one that watches another), `text` (reports
-and progress), and `host` (what the core asks of PyVista and VTK without importing them).
+`types` and `check` (types of arguments, checks and their error messages), `handles` (objects whose unknown attributes
+raise), `vectors` (arithmetic over the whole range of floats), `formulas` (operations for NumPy arrays and compiled
+code), `sobol` (evenly distributed points), `color`, `threads` (ranges of vertices on all cores), `files` and
+`documents` (atomic writes, and JSON), `processes` (a process that monitors a worker), `text` (reports and progress),
+and `host` (functions of PyVista and VTK that the core calls without importing them).
 """

@@ -1,7 +1,7 @@
-"""Checks of arguments, and the one form of their error messages.
+"""Checks of arguments, and the common form of their error messages.
 
-Every check takes the argument's name first, returns the value in its canonical form and raises
-``ValueError`` with four parts: the name, what came, what is allowed, and the remedy where there is one.
+Every check takes the argument's name first and returns the value in its canonical form. It raises ``ValueError`` with
+the name, the allowed values, the given value and, if there is one, the remedy.
 """
 
 from __future__ import annotations
@@ -21,23 +21,24 @@ from pvphong.base import host
 from pvphong.base.types import Color, Float64Array, FloatArray, Vector
 
 _LONGEST_SHOWN = 80
-_MANY = 9  # options: of more, the nearest are listed first
+_MANY = 9  # a longer list of options starts with the nearest ones
 _ROWS = "an (n, 3) array of real numbers"
 
 
 def refuse(name: str, got: object, allowed: str, remedy: str = "") -> NoReturn:
-    """Raise the ``ValueError`` that all of pvphong raises for a bad argument.
+    """Raise pvphong's ``ValueError`` for an invalid argument.
 
     Parameters
     ----------
     name : str
         The argument or field.
     got : object
-        What came; a path is shown whole, a string as it is, anything else by its ``repr``, the last two cut short.
+        The given value. A path is shown in full. A string is shown without quotes, any other value by its ``repr``;
+        both are truncated.
     allowed : str
-        What is allowed, completing the phrase "<name> must be …".
+        The allowed values, completing the phrase "<name> must be …".
     remedy : str
-        A sentence that says how to put it right.
+        A sentence with the remedy.
     """
     shown = " ".join((str(got) if isinstance(got, (str, PurePath)) else repr(got)).split())
     if len(shown) > _LONGEST_SHOWN and not isinstance(got, PurePath):
@@ -55,9 +56,9 @@ def number(
     at_most: float = math.inf,
     remedy: str = "",
 ) -> float:
-    """One finite real number within its bounds, as a float."""
+    """Return a finite real number within its bounds, as a float."""
     if type(value) is float and math.isfinite(value) and at_least <= value <= at_most and value > above:
-        return value  # as nearly always: files of many lights have many numbers
+        return value  # the usual case, kept fast for files with many lights
     bounds = [f"> {above:g}"] * (above > -math.inf) + [f">= {at_least:g}"] * (at_least > -math.inf)
     bounds += [f"<= {at_most:g}"] * (at_most < math.inf)
     allowed = " ".join(["a finite number", *" and ".join(bounds).split()])
@@ -73,14 +74,14 @@ def number(
 
 
 def flag(name: str, value: Any) -> bool:
-    """A bool; no other type is taken for one."""
+    """Return a bool; other types are refused."""
     if not isinstance(value, (bool, np.bool_)):
         refuse(name, value, "True or False")
     return bool(value)
 
 
 def choice(name: str, value: Any, allowed: Iterable[str]) -> str:
-    """One of a few strings; the message lists them and suggests the nearest."""
+    """Return one of the allowed strings; the message lists them and suggests the nearest."""
     options = list(allowed)
     if isinstance(value, str) and value in options:
         return value
@@ -88,30 +89,30 @@ def choice(name: str, value: Any, allowed: Iterable[str]) -> str:
     if len(options) > _MANY:
         options.sort(key=lambda option: repr(option) not in remedy)
     listed = "one of " + ", ".join(repr(o) for o in options)
-    refuse(name, value, listed if options else "the name of one, and there is none", remedy)
+    refuse(name, value, listed if options else "an existing name, but there are none", remedy)
 
 
 def meant(value: Any, options: Iterable[str]) -> str:
-    """A remedy that suggests the nearest of several strings; "" where none is near."""
+    """Return a remedy that suggests the nearest of several strings; "" if none is near."""
     close = difflib.get_close_matches(value.lower(), options) if isinstance(value, str) else ()
     return f"Did you mean {' or '.join(repr(c) for c in close)}?" if close else ""
 
 
 def text(name: str, value: Any) -> str:
-    """A string."""
+    """Return a string."""
     if not isinstance(value, str):
         refuse(name, value, "a string")
     return value
 
 
 def vector(name: str, value: Any) -> Vector:
-    """Three finite numbers, as a tuple of floats."""
+    """Return three finite numbers, as a tuple of floats."""
     x, y, z = numbers_in(name, value, 3)
     return x, y, z
 
 
 def direction(name: str, value: Any) -> Vector:
-    """Three finite numbers that are not all zero; the length is free and kept."""
+    """Return three finite numbers that are not all zero; any length is allowed, and kept."""
     result = vector(name, value)
     if not any(result):
         refuse(name, value, "a direction, three finite numbers that are not all zero")
@@ -119,7 +120,7 @@ def direction(name: str, value: Any) -> Vector:
 
 
 def numbers_in(name: str, value: Any, count: int) -> tuple[float, ...]:
-    """A sequence of `count` finite numbers, as a tuple of floats."""
+    """Return a sequence of `count` finite numbers, as a tuple of floats."""
     if _are_floats(value, count):
         return tuple(value)
     allowed = f"{count} finite numbers"
@@ -132,15 +133,15 @@ def numbers_in(name: str, value: Any, count: int) -> tuple[float, ...]:
 
 
 def _are_floats(value: Any, count: int) -> bool:
-    """Whether it is a tuple of so many finite floats, which needs no more checks."""
+    """Return True if the value is a tuple of `count` finite floats, which needs no more checks."""
     return type(value) is tuple and len(value) == count and all(type(v) is float and math.isfinite(v) for v in value)
 
 
 def color(name: str, value: Any) -> Color:
-    """A linear colour: a float for grey, three floats, or one of PyVista's colour names or hex strings.
+    """Return a linear colour: a float for grey, three floats, or one of PyVista's colour names or hex strings.
 
-    Floats are kept to the bit and may exceed 1 (a bright light). Integer triples with an entry above 1
-    are refused: they would be 0-255 values.
+    Floats are kept bit for bit and may exceed 1 (a bright light). Integer triples with an entry above 1 are refused,
+    because they are probably 0-255 values.
     """
     if _are_floats(value, 3) and min(value) >= 0.0:
         red, green, blue = value
@@ -169,19 +170,19 @@ def color(name: str, value: Any) -> Color:
 
 
 def array(name: str, value: Any, *, count: int | None = None, allowed: str = _ROWS) -> FloatArray:
-    """An (n, 3) array of float32 or float64; other real types are widened to float64.
+    """Return an (n, 3) array of float32 or float64; other real types are converted to float64.
 
     Parameters
     ----------
     name : str
         The argument's name.
     value : array_like
-        Shape (n, 3). float32 and float64 are passed on without a copy, in another byte order with one; float16,
-        integers and long doubles become float64.
+        Shape (n, 3). float32 and float64 are copied only if their byte order is not native. float16, integers and
+        long doubles become float64.
     count : int, optional
-        The number of rows that it must have.
+        The required number of rows.
     allowed : str
-        What the message says is allowed, where that is more than an array.
+        The allowed values in the message, if they are not only arrays.
 
     Raises
     ------
@@ -193,7 +194,7 @@ def array(name: str, value: Any, *, count: int | None = None, allowed: str = _RO
         refuse(name, f"an array of shape {result.shape}", allowed)
     if count is not None and len(result) != count:
         refuse(name, f"{len(result)} rows", f"an array with one row per point, {count} rows")
-    if result.dtype in (np.float32, np.float64):  # of this machine's byte order
+    if result.dtype in (np.float32, np.float64):  # in native byte order
         return result
     native = result.dtype.newbyteorder("=")
     if native not in (np.float32, np.float64):
@@ -203,14 +204,12 @@ def array(name: str, value: Any, *, count: int | None = None, allowed: str = _RO
 
 
 def real_array(name: str, value: Any, allowed: str) -> Any:
-    """An array of integers or floats of any shape.
+    """Return an array of integers or floats of any shape.
 
     Ragged lists, strings, objects, complex numbers and masked entries are refused.
     """
     if isinstance(value, np.ma.MaskedArray) and np.ma.is_masked(value):
-        refuse(
-            name, "an array with masked entries", allowed, "Fill them, as with array.filled(0.0), or leave them out."
-        )
+        refuse(name, "an array with masked entries", allowed, "Fill them, for example with array.filled(0.0).")
     try:
         result = np.asarray(value)
     except ValueError:
@@ -221,16 +220,16 @@ def real_array(name: str, value: Any, allowed: str) -> Any:
 
 
 def matrix4(name: str, value: Any) -> Float64Array:
-    """A finite (4, 4) float64 copy of an array_like, a ``vtkMatrix4x4`` or a transform that has one.
+    """Return a finite (4, 4) float64 copy of an array_like, a ``vtkMatrix4x4`` or a transform that has one.
 
     Raises
     ------
     ValueError
-        For another shape, another kind of number, or a NaN or infinity.
+        For another shape, numbers that are not real, NaN or infinity.
     """
     if hasattr(value, "GetMatrix"):  # a pyvista.Transform or vtkTransform
         value = value.GetMatrix()
-    if hasattr(value, "GetElement"):  # vtkMatrix4x4, taken without importing VTK
+    if hasattr(value, "GetElement"):  # a vtkMatrix4x4, recognized without importing VTK
         value = [[value.GetElement(row, column) for column in range(4)] for row in range(4)]
     result = real_array(name, value, "a 4x4 matrix of real numbers")
     if result.shape != (4, 4):
@@ -241,26 +240,26 @@ def matrix4(name: str, value: Any) -> Float64Array:
     return result
 
 
-# --- fields of frozen dataclasses, whose checks stand beside them
+# --- fields of frozen dataclasses, declared with their checks
 
 Check = Callable[[str, Any], Any]
-"""From a field's name and what was given for it to its canonical value; ValueError that names the field."""
+"""Function of a field's name and given value that returns the canonical value, or raises ValueError with the name."""
 
 
 def field(checked: Check, default: Any = dataclasses.MISSING, **more: Any) -> Any:
-    """A dataclass's field whose values `fields` checks; `more` is kept in its metadata."""
+    """Return a dataclass field whose values `fields` checks; `more` is added to its metadata."""
     return dataclasses.field(default=default, metadata={"check": checked, **more})
 
 
 def fields(instance: Any) -> None:
-    """Put the fields of a new frozen dataclass that were declared with `field` into canonical form."""
+    """Check the fields of a new frozen dataclass that are declared with `field`, and set their canonical values."""
     kind: Any = type(instance)
     for name, checked in _checks(kind):
         object.__setattr__(instance, name, checked(name, getattr(instance, name)))
 
 
 def keywords(kind: Any, given: Iterable[str]) -> None:
-    """Raise ``TypeError`` for an argument that a dataclass has no field for, which suggests the nearest."""
+    """Raise ``TypeError`` for an argument that is not a field of a dataclass; the message suggests the nearest."""
     known = [each.name for each in dataclasses.fields(kind)]
     for name in given:
         if name not in known:
@@ -269,7 +268,7 @@ def keywords(kind: Any, given: Iterable[str]) -> None:
 
 
 def refuse_color(kind: Any, given: Mapping[str, Any]) -> None:
-    """Raise ``ValueError`` for a colour by PyVista's name for it, where a dataclass has `diffuse`."""
+    """Raise ``ValueError`` for PyVista's argument `color` if a dataclass has `diffuse` instead."""
     for name in ("color", "colour"):
         if name in given and name not in kind.__dataclass_fields__:
             refuse(name, given[name], "given as diffuse=", f"{kind.__name__}(diffuse={given[name]!r}).")

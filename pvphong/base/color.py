@@ -1,6 +1,6 @@
-"""Colour spaces: linear RGB from sRGB, and CIE XYZ from linear RGB; primaries of ITU-R BT.709, white point D65.
+"""Colour spaces: sRGB to and from linear RGB, and linear RGB to CIE XYZ; primaries of ITU-R BT.709, white point D65.
 
-Source: IEC 61966-2-1:1999, the matrix with the four digits that the standard gives it.
+Source: IEC 61966-2-1:1999, with the matrix to four digits as in the standard.
 """
 
 from __future__ import annotations
@@ -20,20 +20,20 @@ XYZ_OF_RGB = np.array(
 
 
 def linear_from_srgb(encoded: Float64Array) -> Float64Array:
-    """Linear light of sRGB values, of any shape; values outside [0, 1] follow the same curve."""
+    """Convert sRGB values of any shape to linear light; values outside [0, 1] follow the same curve."""
     with np.errstate(invalid="ignore"):
         curve = np.maximum((encoded + 0.055) / 1.055, 0.0) ** 2.4
     return np.where(encoded <= 0.04045, encoded / 12.92, curve)
 
 
 def srgb_from_linear(linear: FloatArray) -> Float64Array:
-    """Values of sRGB for linear light, of any shape; those of negative numbers are negative."""
+    """Convert linear light of any shape to sRGB values; negative numbers stay negative."""
     with np.errstate(invalid="ignore"):
         curve = 1.055 * np.maximum(linear, 0.0) ** (1.0 / 2.4) - 0.055
     return np.where(linear <= 0.0031308, 12.92 * linear, curve)
 
 
 def xyz_from_rgb(rgb: FloatArray) -> FloatArray:
-    """CIE XYZ, shape (n, 3), of linear colours of shape (n, 3), of the same type; values above 1 are allowed."""
+    """Convert linear colours, shape (n, 3), to CIE XYZ of the same shape and type; values above 1 are allowed."""
     result: FloatArray = (rgb @ XYZ_OF_RGB.T).astype(rgb.dtype)
     return result

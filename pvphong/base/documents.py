@@ -1,4 +1,4 @@
-"""JSON files, and values from them, where an error says at which place of the file it is."""
+"""JSON files and the values in them. Error messages give the place in the file."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ Kind = TypeVar("Kind")
 
 
 def read(path: str | os.PathLike[str], what: str) -> Any:
-    """What a JSON file holds.
+    """Return the content of a JSON file.
 
     Raises
     ------
     ValueError
-        If it cannot be read, or is not JSON; `what` says what it should have been.
+        If the file cannot be read or is not JSON. The message says that `what`, such as "a scene file", was expected.
     """
     try:
         return json.loads(Path(path).read_text(encoding="utf-8"))
@@ -33,7 +33,7 @@ def read(path: str | os.PathLike[str], what: str) -> Any:
 
 
 def entries(place: str, given: Any) -> dict[str, Any]:
-    """A JSON object; ValueError that names the place if it is something else."""
+    """Return a JSON object as a dict; raise ValueError with the place for any other value."""
     return dict(given) if isinstance(given, Mapping) else check.refuse(place, given, "a JSON object")
 
 
@@ -45,12 +45,12 @@ def check_keys(place: str, given: Mapping[str, Any], allowed: set[str]) -> None:
 
 
 def value(place: str, kind: type[Kind], given: Any) -> Kind:
-    """A dataclass from a JSON object of its fields; fields that are not there have their defaults.
+    """Create a dataclass from a JSON object of its fields; missing fields have their defaults.
 
     Raises
     ------
     ValueError
-        If it is no object, or a field is unknown or not allowed; the message begins with the place.
+        If `given` is not an object, or a field is unknown or invalid. The message begins with the place.
     """
     found = entries(place, given)
     check_keys(place, found, {field.name for field in fields(kind)})  # type: ignore[arg-type] # any dataclass
@@ -61,16 +61,16 @@ def value(place: str, kind: type[Kind], given: Any) -> Kind:
 
 
 def with_type(argument: str, given: Any, kinds: Mapping[str, Any]) -> dict[str, Any]:
-    """The fields of a dataclass and its name among some kinds, as "type"; ValueError for one without a name."""
+    """Return the fields of a dataclass and its name in `kinds` as "type"; raise ValueError if it has no name there."""
     for name, kind in kinds.items():
         if type(given) is kind:
             return {"type": name} | asdict(given)
-    remedy = "A kind of your own can be evaluated and planned; files do not know it."
+    remedy = "Files store built-in types only; a user-defined type can be evaluated and planned, but not saved."
     return check.refuse(argument, given, f"one of {', '.join(kinds)} in a file", remedy)
 
 
 def value_of_type(place: str, given: Any, kinds: Mapping[str, type[Kind]]) -> Kind:
-    """As `value`, of the kind that the object names by its "type"."""
+    """Create a dataclass as `value` does; the object's "type" gives its kind."""
     found = entries(place, given)
     kind = kinds[check.choice(f"{place}.type", found.pop("type", None), kinds)]
     return value(place, kind, found)

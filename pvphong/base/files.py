@@ -1,7 +1,7 @@
-"""Files that are there whole or not at all, and locks between processes.
+"""Atomic writes of files, and locks between processes.
 
-A file is written in a folder of its own beside its place, `.pvphong-` and eight letters, and renamed. The folder holds
-a file that is locked while its writer lives, so that whoever writes there next can clear what a killed process left.
+A file is written in a temporary folder next to its destination, named `.pvphong-` and eight letters, and then renamed.
+The folder holds a lock file, locked while the writer runs. The next writer removes the folders of killed processes.
 """
 
 from __future__ import annotations
@@ -33,36 +33,36 @@ else:
 
 
 PREFIX = ".pvphong-"
-"""Beginning of the name of a folder that is written in."""
+"""Prefix of the names of temporary folders."""
 
 _LOCK = "owner.lock"
-_TRIES = 10  # where files cannot be locked, nothing is ever cleared, and no lock is needed
+_TRIES = 10  # if files cannot be locked, no folder is ever cleared, and no lock is needed
 _NO_ROOM = (errno.EFBIG, errno.ENOSPC, errno.EDQUOT)
 
 announce: list[Callable[[Path], None]] = []
-"""Called with each folder that is about to be written in, by whoever clears it should this process be killed."""
+"""Functions called with each new temporary folder, so that a watcher can remove it if this process is killed."""
 
 
 @contextmanager
 def written_aside(path: str | os.PathLike[str]) -> Iterator[Path]:
-    """A temporary path beside `path` to write to; moved there at the end, removed if anything fails.
+    """Yield a temporary path next to `path`; the file is moved to `path` at the end, or removed if anything fails.
 
-    The temporary name keeps the suffix, in small letters, because writers choose their format by it. A file that was
-    there before is replaced in one step, when the new one is on the disk; its mode and owner are kept, and links that
-    lead to it. A pipe or a character device is written into.
+    The temporary name has the suffix in lower case, because writers choose their format by it. An existing file is
+    replaced atomically once the new file is on the disk. Its mode and owner are kept, and so are links to it. If
+    `path` is a pipe or a character device, the content is copied into it.
 
     Raises
     ------
     ValueError
-        If the folder does not exist or cannot be written to, if what is there can be neither replaced nor written
-        into, or if writing fails.
+        If the folder does not exist or is not writable, if the existing file can be neither replaced nor written to,
+        or if writing fails.
     """
     target = Path(os.path.realpath(path))  # a link keeps pointing to the file
     try:
         old = os.stat(path)
     except (FileNotFoundError, NotADirectoryError):
         old = None
-    except OSError as error:  # a loop of links, a name that is too long, a folder that may not be searched
+    except OSError as error:  # a loop of links, a name that is too long, a folder without search permission
         raise ValueError(
             f"path must be a file that can be written; got {os.fspath(path)} ({error.strerror})."
         ) from error
@@ -70,7 +70,7 @@ def written_aside(path: str | os.PathLike[str]) -> Iterator[Path]:
     if not is_stream:
         _refuse_target(target, old)
     with folder_aside(Path(tempfile.gettempdir()) if is_stream else target.parent) as folder:
-        written = folder / f"written{target.suffix.lower()}"  # a name that every writer can take
+        written = folder / f"written{target.suffix.lower()}"  # ASCII, for writers that accept nothing else
         try:
             yield written
             if is_stream:
@@ -79,7 +79,7 @@ def written_aside(path: str | os.PathLike[str]) -> Iterator[Path]:
                 return
             sync(written)
             if old is not None:
-                with suppress(OSError):  # only the system's administrator gives files away
+                with suppress(OSError):  # only an administrator can change the owner
                     if (old.st_uid, old.st_gid) != (written.stat().st_uid, written.stat().st_gid):
                         os.chown(written, old.st_uid, old.st_gid)
                 written.chmod(stat.S_IMODE(old.st_mode))
@@ -89,7 +89,7 @@ def written_aside(path: str | os.PathLike[str]) -> Iterator[Path]:
 
 
 def _refuse_target(target: Path, old: os.stat_result | None) -> None:
-    """Raise ``ValueError`` where no file can be, or where the one that is there may not be replaced."""
+    """Raise ``ValueError`` if no file can be created here, or if the existing file must not be replaced."""
     if not target.parent.is_dir():
         check.refuse("path", target, "in a folder that exists", f"Create {target.parent} first.")
     if old is None:
@@ -104,12 +104,12 @@ def _refuse_target(target: Path, old: os.stat_result | None) -> None:
 
 @contextmanager
 def folder_aside(place: Path) -> Iterator[Path]:
-    """A new folder in another, which is removed at the end; what killed processes left of such is cleared first.
+    """Yield a new temporary folder in `place`, removed at the end. Folders of killed processes are removed first.
 
     Raises
     ------
     ValueError
-        If no folder can be made there.
+        If the folder cannot be created.
     """
     _clear_abandoned(place)
     with ExitStack() as owned:
@@ -127,7 +127,7 @@ def folder_aside(place: Path) -> Iterator[Path]:
         try:
             yield folder
         finally:
-            owned.close()  # a locked file cannot be removed everywhere
+            owned.close()  # some systems cannot remove a locked file
             _remove(folder)
 
 
@@ -139,14 +139,14 @@ def _clear_abandoned(place: Path) -> None:
                 with locked(folder / _LOCK, makes=False) as is_abandoned:
                     if is_abandoned:
                         _remove(folder)
-                if is_abandoned:  # but for the locked file itself, where that cannot be removed
+                if is_abandoned:  # some systems could not remove the lock file while it was locked
                     _remove(folder)
             else:
-                folder.rmdir()  # if it is empty: one who has just made it makes another
+                folder.rmdir()  # only if empty; a writer that has just created it creates another
 
 
 def _remove(folder: Path) -> None:
-    """Remove a folder with what is in it, its lock last: if this process is killed meanwhile, the next goes on."""
+    """Remove a folder and its content, its lock last, so that another process can finish if this one is killed."""
     with suppress(OSError):
         for entry in folder.iterdir():
             if entry.is_dir():
@@ -157,12 +157,12 @@ def _remove(folder: Path) -> None:
 
 
 def reserve(aside: Path, size: int) -> None:
-    """Find out whether there is room for a file of `size` bytes, where a writer would not notice that there is none.
+    """Check that a file of `size` bytes fits on the disk, for writers that do not report a full disk.
 
     Raises
     ------
     OSError
-        If the disk, a quota or a limit on the size of files does not allow it.
+        If the disk, a quota or the limit on file sizes does not allow it.
     """
     free = shutil.disk_usage(aside.parent).free
     if free < size:
@@ -181,23 +181,23 @@ def reserve(aside: Path, size: int) -> None:
 
 
 def sync(written: Path) -> None:
-    """Bring a file to the disk: some disks and quotas say only now that they are full, by an ``OSError``."""
+    """Flush a file to the disk; some file systems report a full disk or quota only here, with an ``OSError``."""
     with written.open("rb+") as file:
         os.fsync(file.fileno())
 
 
 def write_json(document: Any, path: str | os.PathLike[str]) -> None:
-    """Write plain values to a JSON file; ``ValueError`` if it cannot be written."""
+    """Write plain values to a JSON file; raise ``ValueError`` if it cannot be written."""
     with written_aside(path) as aside:
         aside.write_text(json.dumps(document, indent=2) + "\n", encoding="utf-8")
 
 
 @contextmanager
 def locked(path: Path, *, makes: bool = True) -> Iterator[bool]:
-    """Whether no other process is within such a block for the same path; none gets into one until the end of this.
+    """Lock a file for the duration of the block; yield True if this process has the lock, and else False.
 
-    The system takes the lock away when the process that holds it ends. The file is made unless `makes` is false, and
-    stays. Where it is missing, cannot be made or locked, or is removed meanwhile, the result is False.
+    The system releases the lock when the process that holds it ends. The file is created unless `makes` is false, and
+    is not removed. If it is missing, cannot be created or locked, or is removed meanwhile, the result is False.
     """
     try:
         file = path.open("ab" if makes else "r+b")
@@ -207,7 +207,7 @@ def locked(path: Path, *, makes: bool = True) -> Iterator[bool]:
     with file:
         try:
             _take(file.fileno())
-            # whoever had it before may have removed the file, and others may have made another one
+            # the previous owner may have removed the file, and another process may have created a new one
             is_taken = os.path.samestat(os.fstat(file.fileno()), path.stat())
         except OSError:
             is_taken = False

@@ -1,4 +1,4 @@
-"""Handles: live objects whose attributes users set. A misspelt attribute raises, and names the close match."""
+"""Handles: live objects whose attributes users set. A misspelt attribute raises an error that suggests the nearest."""
 
 from __future__ import annotations
 
@@ -10,14 +10,14 @@ from pvphong.base import check
 
 
 class Handle:
-    """An object that has the attributes its class declares: setting any other raises AttributeError.
+    """An object with the attributes that its class declares; setting any other raises AttributeError.
 
-    Private names (with an underscore) are free, and so are users' own subclasses of handles. Attributes that are set
-    in `__init__` are declared by an annotation in the class.
+    Private names (with an underscore) are not checked, and neither are subclasses of handles by users. Attributes that
+    are set in `__init__` are declared by an annotation in the class.
     """
 
     _instead: ClassVar[Mapping[str, str]] = {}
-    """Name that users try → name of the attribute that they mean, where spelling does not tell."""
+    """Common wrong name → attribute that is meant, where the spelling is too different to suggest it."""
 
     def __setattr__(self, name: str, value: Any) -> None:
         kind: Any = type(self)
@@ -28,7 +28,7 @@ class Handle:
 
 @cache
 def declared(kind: Any) -> frozenset[str]:
-    """The public attributes that a class declares."""
+    """Return the public attributes that a class declares."""
     annotated = {name for base in kind.__mro__ for name in vars(base).get("__annotations__", ())}
     return frozenset(name for name in {*dir(kind), *annotated} if not name.startswith("_"))
 
@@ -36,7 +36,7 @@ def declared(kind: Any) -> frozenset[str]:
 def unknown_attribute(
     owner: str, name: str, known: Iterable[str], instead: Mapping[str, str] | None = None
 ) -> AttributeError:
-    """The error for an attribute that an object does not have, to be raised.
+    """Return the error for an attribute that an object does not have; the caller raises it.
 
     Parameters
     ----------
@@ -45,9 +45,9 @@ def unknown_attribute(
     name : str
         The attribute.
     known : iterable of str
-        The attributes that it has.
+        The existing attributes.
     instead : mapping, optional
-        Name that users try → name that they mean.
+        Common wrong name → attribute that is meant.
     """
     known = sorted(known)
     meant = (instead or {}).get(name)

@@ -1,6 +1,6 @@
-"""What the core asks of PyVista and VTK, and `pvphong.vtk.lights` answers: the core itself imports neither.
+"""Functions of PyVista and VTK that the core calls through `pvphong.vtk.lights`; the core itself imports neither.
 
-`pvphong/__init__.py` says who answers. It loads this module each time, so nothing heavy is imported here.
+`pvphong/__init__.py` registers the module. It always imports this one, so nothing heavy is imported here.
 """
 
 from __future__ import annotations
@@ -14,15 +14,16 @@ _load: list[Callable[[], Any]] = []
 
 
 def answered_by(load: Callable[[], Any]) -> None:
-    """Say what gives the module that answers; it is called at the first question."""
+    """Register a function that returns the module; it is called at the first use."""
     _load[:] = [load]
 
 
 def answers() -> Any:
-    """The module that answers: `pvphong.vtk.lights`.
+    """Return the registered module, `pvphong.vtk.lights`.
 
-    The core asks it for `color_by_name`, `color_names` and `colormap_names`; for the colours of a colormap's array
-    (`mapped_colors`) or of a mapper (`mapper_colors`); for a light as a `pyvista.Light` (`to_pyvista`), and for any
-    light as one of pvphong's: as it is (`from_vtk`), or where a viewer has it in the world (`as_light`).
+    The core calls its functions `color_by_name`, `color_names` and `colormap_names`; `mapped_colors` and
+    `mapper_colors`, for the colours of an array through a colormap, or of a mapper; `to_pyvista`, which converts a
+    light to a `pyvista.Light`; and `from_vtk` and `as_light`, which convert any light to pvphong's: unchanged, or
+    placed in the world for a viewer.
     """
     return _load[0]()

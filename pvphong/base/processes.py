@@ -1,7 +1,7 @@
-"""A process that watches another, which may crash, hang or run out of memory while it reads a stranger's file.
+"""A watcher for a worker process, which may crash, hang or run out of memory while it reads an untrusted file.
 
-The worker says over a pipe what it is about to do; messages end with a zero byte. The watcher has to start fast, so
-this module imports nothing that takes time.
+The worker announces its next action over a pipe; messages end with a zero byte. The watcher must start fast, so this
+module imports nothing slow.
 """
 
 import math
@@ -17,36 +17,35 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
 SECONDS, BYTES_PER_SECOND = 60.0, 1e6
-"""Seconds that reading a file may take, and a second more for each megabyte; counted from when it last got anything
-from a disk."""
+"""Time limit for reading a file: seconds, and bytes per additional second; it restarts while the disk returns data."""
 
 VERBOSE = "--verbose"
-"""The word with which the worker shows what libraries print, and where an error that should not happen comes from."""
+"""Option with which the worker shows the output of libraries, and the traceback of an unexpected error."""
 
 watcher: int | None = None
-"""Descriptor of the pipe to the process that watches this one, if one does."""
+"""Descriptor of the pipe to the watcher of this process, if it has one."""
 
 _is_reading = False
 
 
 def say(what: str, more: object = "") -> None:
-    """Tell the process that watches this one, if one does, what this one is about to do.
+    """Send a message about the next action to the watcher of this process, if it has one.
 
-    That is a "folder" that is written in, to be removed should this process be killed; that "reading" begins, with its
-    seconds and the file, and is "done", or has failed; or the exit "status": the work is over, whatever libraries do
-    when they are unloaded.
+    "folder": a temporary folder, to be removed if this process is killed. "reading": reading begins, with the seconds
+    allowed and the file. "done": reading has ended or failed. "status": the exit status; the work is complete, even
+    if libraries crash when they are unloaded.
     """
     if watcher is not None:
         os.write(watcher, os.fsencode(f"{what} {more}") + b"\0")
 
 
 def environment() -> "dict[str, str]":
-    """This process's environment for another Python that is to find the same modules."""
+    """Return an environment in which another Python finds the same modules."""
     return os.environ | {"PYTHONPATH": os.pathsep.join(entry or os.getcwd() for entry in sys.path)}
 
 
 class Watch:
-    """The process that watches: it takes a worker's messages, and kills it when reading takes too long.
+    """The watcher: receives a worker's messages, and kills the worker when reading takes too long.
 
     Parameters
     ----------
@@ -65,7 +64,7 @@ class Watch:
         self.overdue = False
 
     def until_it_ends(self) -> None:
-        """Listen until the worker has closed its end of the pipe, which it does when it ends."""
+        """Receive messages until the worker closes its end of the pipe by exiting."""
         rest, deadline, bytes_read = b"", math.inf, 0
         while True:
             wait = None if deadline == math.inf else max(deadline - time.monotonic(), 0.0)
@@ -94,7 +93,7 @@ class Watch:
                     deadline = time.monotonic() + self.limit
 
     def _count_bytes_read(self) -> int:
-        """Bytes that the worker has read so far; 0 where the system does not report it."""
+        """Return the number of bytes that the worker has read; 0 if the system does not report it."""
         try:
             with open(f"/proc/{self._process}/io") as counts:
                 return int(counts.readline().split()[1])
@@ -102,23 +101,23 @@ class Watch:
             return 0
 
     def failure(self, code: int, advice: str = "") -> str:
-        """One line about the violent end of the worker, by the negative number of the signal."""
+        """Return one line about the worker's crash; `code` is its exit status, or minus the number of the signal."""
         if self.overdue:
-            what = f"Reading it has come to no end, {self.limit:.0f} s after it last got anything from the disk."
+            what = f"Reading timed out: no data from the disk for {self.limit:.0f} s."
         elif code == -signal.SIGKILL:
-            what = "The process was killed, as the system does where memory runs out."
+            what = "The process was killed, probably because memory ran out."
         else:
             try:
                 name = signal.Signals(-code).name
             except ValueError:
                 name = f"signal {-code}" if code < 0 else f"status {code}"
-            what = f"A library has ended the process ({name}), as damaged files make them."
+            what = f"A library crashed ({name}); an input file may be corrupt."
         line = f"mesh must be a mesh file that PyVista can read; got {self.file}. {what}" if self.file else what
         return f"{line} {advice}".rstrip()
 
 
 def begin_work(end: int) -> None:
-    """Make this process a worker, which ends with the one that watches it; `end` is its end of the pipe."""
+    """Make this process a worker, which ends when its watcher ends; `end` is its end of the pipe."""
     global watcher
     os.set_inheritable(end, False)
     watcher = end
@@ -130,10 +129,10 @@ def begin_work(end: int) -> None:
 
 @contextmanager
 def reading(path: "str | os.PathLike[str]") -> "Iterator[None]":
-    """While a file is read: the watching process knows which one, and no more memory can be had than is free.
+    """Announce to the watcher that a file is being read, and limit memory to the free memory within the block.
 
-    So what a damaged file makes this process allocate is refused before the system stalls. Within another such block,
-    and in a process that nobody watches, nothing changes.
+    A corrupt file may request huge allocations; with the limit they fail before the system stalls. Nested blocks have
+    no effect, and neither have blocks in a process without a watcher.
     """
     global _is_reading
     if watcher is None or _is_reading:
@@ -162,7 +161,7 @@ def reading(path: "str | os.PathLike[str]") -> "Iterator[None]":
 
 
 def available_memory() -> int | None:
-    """Bytes that can be had without swapping; None where the system does not say."""
+    """Return the bytes that can be allocated without swapping; None if the system does not report it."""
     return _bytes_in("/proc/meminfo", "MemAvailable:") if sys.platform == "linux" else None
 
 

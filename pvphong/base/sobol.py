@@ -1,14 +1,14 @@
-"""Points spread evenly over the unit square: the first two dimensions of Sobol's sequence, scrambled as Owen does it.
+"""Evenly distributed points in the unit square: the first two dimensions of Sobol's sequence, with Owen scrambling.
 
-The first 2ᵐ points, and any 2ᵐ that follow a multiple of as many, are one in each of the 2ᵐ rectangles of equal size
-and any shape into which the square is halved again and again: a (0, 2)-sequence in base 2 (I. M. Sobol', "On the
-distribution of points in a cube and the approximate evaluation of integrals", 1967). Scrambling keeps that and makes
-each point evenly distributed (A. B. Owen, "Randomly permuted (t,m,s)-nets and (t,s)-sequences", 1995); it is done by a
-hash of the digits (S. Laine and T. Karras, "Stratified sampling for stochastic transparency", 2011; B. Burley,
-"Practical hash-based Owen scrambling", 2020; constants by N. Vegdahl). So a point depends on its number and a seed
-alone. Digits are kept last one first, in the form in which the hash takes them.
+The sequence is a (0, 2)-sequence in base 2: of any 2ᵐ points from a multiple of 2ᵐ on, one is in each of the 2ᵐ
+elementary rectangles of any shape (I. M. Sobol', "On the distribution of points in a cube and the approximate
+evaluation of integrals", 1967). Scrambling keeps this property and makes each point uniformly distributed (A. B. Owen,
+"Randomly permuted (t,m,s)-nets and (t,s)-sequences", 1995). It is a hash of the digits (S. Laine and T. Karras,
+"Stratified sampling for stochastic transparency", 2011; B. Burley, "Practical hash-based Owen scrambling", 2020;
+constants by N. Vegdahl). So a point depends only on its number and a seed. Digits are stored in reverse order, as the
+hash takes them.
 
-(SciPy has the sequence too; but it is an optional extra, and nodes are to be the same without it.)
+(SciPy has the sequence too, but it is an optional dependency, and nodes must be the same without it.)
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from pvphong.base.formulas import as_type_of, formula, single, wrapped
 
 MOST = 4096
-"""So many points there are; a power of two."""
+"""Number of points; a power of two."""
 
 _ONE, _TWO, _FOUR, _EIGHT, _SIXTEEN = (np.uint32(1 << k) for k in range(5))
 _ODD, _PAIRS, _NIBBLES, _OCTETS = map(np.uint32, (0x55555555, 0x33333333, 0x0F0F0F0F, 0x00FF00FF))
@@ -32,7 +32,10 @@ _MIXERS = tuple(map(np.uint32, (0x3D20ADEA, 0x05526C56, 0x53A22864)))
 
 
 def _second_coordinates() -> NDArray[np.uint32]:
-    """Each digit of a point's number adds a row of Pascal's triangle modulo 2. (The first coordinate is the number.)"""
+    """Compute the second coordinates: each digit of a point's number adds a row of Pascal's triangle modulo 2.
+
+    The first coordinate is the number itself.
+    """
     numbers, row = np.arange(MOST, dtype=np.uint32), 1
     result = np.zeros(MOST, np.uint32)
     for bit in range(MOST.bit_length() - 1):
@@ -53,22 +56,22 @@ def _apart(exponent: int) -> int:
 
 
 NEIGHBOURS = (0, *(_apart(exponent) for exponent in range(1, MOST.bit_length())))
-"""By m: of 2ᵐ points, the k-th and that with the number k xor this are alone in a square, or in half of one."""
+"""Entry m: of 2ᵐ points, points k and (k xor entry) are the only two in a square, or in half of one."""
 
 
 @functools.lru_cache(maxsize=64)
 def in_squares(begin: int, end: int, size: int) -> NDArray[np.uint32]:
-    """Digits of the first and second coordinates of points, from one number to another, ordered by where they are.
+    """Return the digits of both coordinates of points `begin` to `end`, ordered along a Morton curve.
 
-    Points that follow each other, 2ᵐ after a multiple of as many, are together in a square, or in half of one, and
-    remain so when they are scrambled, for that exchanges halves of squares.
+    In this order, any 2ᵐ points from a multiple of 2ᵐ on share a square, or half of one. Scrambling keeps this,
+    because it only swaps halves of squares.
 
     Parameters
     ----------
     begin, end : int
         Numbers of points, up to `MOST`.
     size : int
-        The last point is repeated, until there are a multiple of so many.
+        The last point is repeated until the count is a multiple of `size`.
 
     Returns
     -------
@@ -85,9 +88,9 @@ def in_squares(begin: int, end: int, size: int) -> NDArray[np.uint32]:
 
 
 def seeds(numbers: NDArray[np.integer[Any]], stream: int = 0) -> NDArray[np.uint32]:
-    """Two for each number, shape (2, n), without any pattern (splitmix64; G. L. Steele et al. 2014).
+    """Return two pseudo-random seeds per number, shape (2, n) (splitmix64; G. L. Steele et al. 2014).
 
-    Those of other streams, from 0 to 2³¹, have nothing to do with them.
+    Seeds of different streams, from 0 to 2³¹, are independent.
     """
     z = (numbers.astype(np.uint64) + np.uint64((stream << 32) + 1)) * np.uint64(0x9E3779B97F4A7C15)
     z = (z ^ (z >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
@@ -98,13 +101,13 @@ def seeds(numbers: NDArray[np.integer[Any]], stream: int = 0) -> NDArray[np.uint
 
 @formula
 def coordinate(digits: Any, seed: Any) -> Any:
-    """A coordinate in [0, 1), float32, of its digits as uint32, scrambled by a seed."""
+    """Return a coordinate in [0, 1), float32, from its digits, uint32, scrambled by a seed."""
     x = wrapped(digits ^ wrapped(digits * _MIXERS[0]))
     x = wrapped(x + seed)
     x = wrapped(x * wrapped(wrapped(seed >> _SIXTEEN) | _ONE))
     x = wrapped(x ^ wrapped(x * _MIXERS[1]))
     x = wrapped(x ^ wrapped(x * _MIXERS[2]))
-    # the first digit first
+    # reverse the digits
     x = wrapped(wrapped(wrapped(x >> _ONE) & _ODD) | wrapped(wrapped(x & _ODD) << _ONE))
     x = wrapped(wrapped(wrapped(x >> _TWO) & _PAIRS) | wrapped(wrapped(x & _PAIRS) << _TWO))
     x = wrapped(wrapped(wrapped(x >> _FOUR) & _NIBBLES) | wrapped(wrapped(x & _NIBBLES) << _FOUR))
@@ -116,7 +119,7 @@ def coordinate(digits: Any, seed: Any) -> Any:
 
 @formula
 def random(number: Any, seed: Any) -> Any:
-    """A number in [0, 1), float32, of two as uint32, without any pattern (C. Wellons, "Hash prospector", 2018)."""
+    """Hash two uint32 to a pseudo-random float32 in [0, 1) (C. Wellons, "Hash prospector", 2018)."""
     x = wrapped(wrapped(number * _SPREAD) ^ seed)
     x = wrapped(wrapped(x ^ wrapped(x >> _SIXTEEN)) * _SHUFFLE[0])
     x = wrapped(wrapped(x ^ wrapped(x >> _FIFTEEN)) * _SHUFFLE[1])

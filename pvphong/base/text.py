@@ -1,7 +1,7 @@
-"""What people read: lines and tables that fit a terminal, tables for notebooks, and the progress of long work.
+"""Text output: lines and tables that fit a terminal, tables for notebooks, and the progress of long work.
 
-Progress has three parties that do not know each other: the caller that names the work (`about`), the code that divides
-it and counts (`counting`), and the listener (`listening`). Without a listener nothing is counted.
+Progress has three independent parts: the caller names the work (`about`), the code that divides it counts
+(`counting`), and a listener receives the progress (`listening`). Without a listener nothing is counted.
 """
 
 from __future__ import annotations
@@ -17,11 +17,11 @@ from html import escape
 from typing import Any
 
 WIDTH = 80
-"""Columns that reports keep to."""
+"""Width of reports in columns."""
 
 
 def wrapped(sentence: str) -> list[str]:
-    """A sentence in lines that fit, those after the first indented by two more than it is; no word is broken."""
+    """Wrap a sentence to lines of `WIDTH`; lines after the first are indented by two more. Words are not broken."""
     indent = sentence[: len(sentence) - len(sentence.lstrip())]
     return textwrap.wrap(
         sentence, WIDTH, subsequent_indent=f"{indent}  ", break_long_words=False, break_on_hyphens=False
@@ -29,7 +29,7 @@ def wrapped(sentence: str) -> list[str]:
 
 
 def rendered(parts: Iterable[Any]) -> str:
-    """Sentences and `rich` tables as lines that fit; a table is followed by an empty line."""
+    """Render sentences and `rich` tables to lines of `WIDTH`; an empty line follows each table."""
     from rich.console import Console
 
     lines: list[str] = []
@@ -45,7 +45,7 @@ def rendered(parts: Iterable[Any]) -> str:
 
 
 def changed_fields(value: Any, without: Sequence[str] = ()) -> str:
-    """Names and values of the fields of a dataclass that differ from their defaults, as one line."""
+    """Return one line with the names and values of a dataclass's fields that differ from their defaults."""
     shown = {field.name: (getattr(value, field.name), field.default) for field in fields(value)}
     return ", ".join(
         f"{name} {entry}" for name, (entry, default) in shown.items() if entry != default and name not in without
@@ -53,7 +53,7 @@ def changed_fields(value: Any, without: Sequence[str] = ()) -> str:
 
 
 def html_table(title: str, headings: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
-    """A small table for a notebook; all text is escaped. Without headings it has no head."""
+    """Return a small HTML table for a notebook; all text is escaped. Without headings it has no header row."""
     body = ""
     for kind, cells in [("th", headings)] * bool(headings) + [("td", row) for row in rows]:
         inner = "".join(f'<{kind} style="text-align: left">{escape(cell)}</{kind}>' for cell in cells)
@@ -62,7 +62,7 @@ def html_table(title: str, headings: Sequence[str], rows: Iterable[Sequence[str]
 
 
 Listener = Callable[[str, float], object]
-"""Called with the name of the work and the part of it that is done, in [0, 1]; by any thread, but one at a time."""
+"""Function called with the name of the work and the fraction done, in [0, 1]; by any thread, but one at a time."""
 
 _listener: ContextVar[Listener | None] = ContextVar("listener", default=None)
 _subject: ContextVar[str] = ContextVar("subject", default="")
@@ -70,7 +70,7 @@ _subject: ContextVar[str] = ContextVar("subject", default="")
 
 @contextmanager
 def listening(listener: Listener | None) -> Iterator[None]:
-    """Report the progress of all work within the block to a listener, or to nobody."""
+    """Report the progress of all work in the block to a listener, or to none."""
     token = _listener.set(listener)
     try:
         yield
@@ -80,7 +80,7 @@ def listening(listener: Listener | None) -> Iterator[None]:
 
 @contextmanager
 def about(what: str) -> Iterator[None]:
-    """Name the work within the block; work without a name is not reported."""
+    """Name the work in the block; work without a name is not reported."""
     token = _subject.set(what)
     try:
         yield
@@ -89,7 +89,7 @@ def about(what: str) -> Iterator[None]:
 
 
 def counting(whole: int) -> Callable[[int], None]:
-    """A function that any thread calls with the number of pieces that it has just done, of `whole` pieces in all."""
+    """Return a function that any thread calls with the number of pieces it has just done, of `whole` in total."""
     listener, what = _listener.get(), _subject.get()
     if listener is None or not what:
         return lambda _: None

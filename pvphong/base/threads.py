@@ -1,7 +1,7 @@
-"""Threads for work that holds no lock of the interpreter's: compiled code, rays, NumPy on large arrays.
+"""Threads for work that releases the interpreter lock: compiled code, rays, NumPy on large arrays.
 
-Work comes in ranges, more and smaller ones than there are threads, and each thread takes the next when it is done
-with one: where other programs keep the cores busy, none waits for another for long. The calling thread takes part.
+Work is divided into more ranges than threads, and each thread takes the next range when it is done with one. So no
+thread waits long for another, even when other programs use the cores. The calling thread takes part.
 """
 
 from __future__ import annotations
@@ -24,12 +24,12 @@ _stop: ContextVar[threading.Event | None] = ContextVar("stop", default=None)
 
 
 class StoppedError(Exception):
-    """Work was told to stop, for nobody wants its result any more."""
+    """Raised when the work is cancelled."""
 
 
 @contextlib.contextmanager
 def stopped_by(event: threading.Event) -> Iterator[None]:
-    """While it lasts, `run` and `go_on` raise `StoppedError` in the calling thread as soon as the event is set."""
+    """Within the block, `run` and `go_on` raise `StoppedError` in the calling thread once the event is set."""
     token = _stop.set(event)
     try:
         yield
@@ -38,28 +38,28 @@ def stopped_by(event: threading.Event) -> Iterator[None]:
 
 
 def go_on() -> None:
-    """Raise `StoppedError` if the calling thread was told to stop, or helps with ranges of which one has failed."""
+    """Raise `StoppedError` if the calling thread's work is cancelled."""
     event = _stop.get()
     if event is not None and event.is_set():
         raise StoppedError
 
 
 def count() -> int:
-    """Threads that work at once: Numba's setting, but no more than the processors that this process may use now."""
-    config = getattr(sys.modules.get("numba"), "config", None)  # rays are cast without it; or it is being imported
+    """Return the number of threads to use: Numba's setting, at most the processors available to this process."""
+    config = getattr(sys.modules.get("numba"), "config", None)  # None if Numba is not loaded, or only partly yet
     setting = os.environ.get("NUMBA_NUM_THREADS", sys.maxsize) if config is None else config.NUMBA_NUM_THREADS
     return max(1, min(int(setting), _processors(os.getpid(), int(time.monotonic())), _limit.get()))
 
 
 @functools.lru_cache(maxsize=1)
 def _processors(_process: int, _second: int) -> int:
-    """Those that this process may use; read once a second, for that takes some 40 µs."""
+    """Return the number of processors available to this process; read once a second, because it takes about 40 µs."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 @contextlib.contextmanager
 def limited(threads: int) -> Iterator[None]:
-    """While it lasts, no more threads work at once for the calling thread: 1 where others share out the work."""
+    """Within the block, limit the threads used by the calling thread; 1 if its caller already runs in parallel."""
     token = _limit.set(threads)
     try:
         yield
@@ -69,32 +69,32 @@ def limited(threads: int) -> Iterator[None]:
 
 @functools.lru_cache(maxsize=1)
 def _executor(_process: int) -> ThreadPoolExecutor:
-    """A process has its own, for threads do not survive a fork. It starts threads as it needs them, and keeps them."""
+    """Return the thread pool of a process: threads do not survive a fork. Threads start when needed, and are kept."""
     return ThreadPoolExecutor(max_workers=2 * (os.cpu_count() or 1), thread_name_prefix="pvphong")
 
 
-# Seconds of work for which another thread is woken: that takes 0.05 to 0.2 ms, and its end is waited for.
+# Seconds of work that justify another thread: waking it and waiting for its end take 0.05 to 0.2 ms.
 _WORTH_WAKING = 3e-4
 
 
 def run(work: Callable[[int, int], Any], stop: int, step: int, longest: int = 0) -> None:
-    """Call `work(first, last)` for all ranges of a length from 0 to `stop`, on no more than `count()` threads at once.
+    """Call `work(first, last)` for ranges of equal length from 0 to `stop`, on at most `count()` threads.
 
-    After an exception in any of them, or where the calling thread is interrupted or told to stop, no other range is
-    begun, nor one of work that is divided inside of a range; it is raised when all are done. The progress of that is
-    not reported.
+    After an exception, an interrupt or a cancellation in the calling thread, no more ranges start. The exception is
+    raised when all running ranges have ended.
 
     Parameters
     ----------
     work : callable
-        What is done for a range.
+        Function called for each range.
     stop, step : int
-        Where the last range ends, and how long they are.
+        End of the last range, and the length of the ranges.
     longest : int, optional
-        If more than a step, work may be shorter than waking a thread. Unless there is so much for each, the calling
-        thread begins with a quarter of a step, and others help if the time that it took says that the rest is worth
-        it. Then a thread takes its even share of what is left, a step at least and so much at most: ranges are few,
-        and the last are short, so that threads end together (guided self-scheduling, Polychronopoulos and Kuck 1987).
+        Greatest length of a range. If longer than `step`, the work may take less time than waking a thread. Unless
+        each thread gets `longest`, the calling thread first does a quarter of a step, and others join only if its time
+        shows that the rest is worth it. Each thread then takes its even share of the rest, from `step` to `longest`:
+        ranges are few, and the last are short, so that threads end together (guided self-scheduling, Polychronopoulos
+        and Kuck 1987).
     """
     go_on()
     begun, lock, note, has_failed = 0, threading.Lock(), text.counting(stop), threading.Event()
@@ -134,5 +134,5 @@ def run(work: Callable[[int, int], Any], stop: int, step: int, longest: int = 0)
             take_ranges()
     finally:
         for helper in helpers:
-            if not helper.cancel():  # one that has not begun has nothing left to do
+            if not helper.cancel():  # a helper that has not started has nothing left to do
                 helper.result()

@@ -1,4 +1,4 @@
-"""Types of arrays, vectors and options in pvphong's signatures."""
+"""Type aliases for arrays, vectors and options in pvphong's signatures."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ Color = float | Vector
 ColorLike = float | str | Sequence[float] | NDArray[Any]
 
 MatrixLike = ArrayLike
-"""Anything that `check.matrix4` turns into a (4, 4) float64 array."""
+"""Anything that `check.matrix4` converts to a (4, 4) float64 array."""
 
 Frame = Literal["world", "camera", "headlight"]
 Reflection = Literal["phong", "blinn-phong"]
@@ -37,7 +37,7 @@ Weighting = Literal["angle", "area", "max"]
 
 
 def rgb(color: ColorLike) -> Vector:
-    """Red, green and blue of a checked colour; a single float is grey."""
+    """Return red, green and blue of a checked colour; a single float is grey."""
     if isinstance(color, float):
         return color, color, color
     red, green, blue = cast("Vector", color)
@@ -45,7 +45,7 @@ def rgb(color: ColorLike) -> Vector:
 
 
 class InitSignature:
-    """A class attribute `__signature__`: of a class with `__new__`, `inspect` shows that of `__init__`."""
+    """A class attribute `__signature__`, with which `inspect` shows `__init__` for a class that has `__new__`."""
 
     def __get__(self, _instance: object, kind: type) -> inspect.Signature:
         whole = inspect.signature(getattr(kind, "__init__"))  # noqa: B009 a class's own, as mypy would not have it

@@ -1,8 +1,8 @@
 """Vectors as the columns of (3, n) float64 arrays: the layout of the evaluator's inner blocks.
 
-Each column's result depends on that column alone, never on its neighbours: a column is rescued from
-overflow or underflow by an exact power of two, chosen per column, and keeps the bits that it would have
-had in a comfortable range. (A matrix product by BLAS would not give that, so none is used.)
+Each column's result depends only on that column. A column that would overflow or underflow is scaled by its own exact
+power of two, so that its result has the same bits as in a safe range. (A matrix product by BLAS does not guarantee
+this, so none is used.)
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from pvphong.base.types import BoolArray, Float64Array, FloatArray, Vector, Vect
 
 Real = TypeVar("Real", bound=np.floating[Any])
 
-# Squared lengths inside this range carry no underflow into their last bit and fit float32 as well.
+# Squared lengths in this range have no underflow in their last bit, and fit float32 too.
 _LEAST, _MOST = 2.0**-60, 2.0**60
 
 
@@ -31,8 +31,8 @@ def dot(a: FloatArray, b: FloatArray) -> Any:
 
 
 def is_direction(vectors: FloatArray) -> BoolArray:
-    """Shape (n,): which columns of a (3, n) array are directions, finite and not zero."""
-    x, y, z = vectors  # row by row it takes a tenth of the time
+    """Return a mask, shape (n,), of the columns of a (3, n) array that are directions: finite and not zero."""
+    x, y, z = vectors  # row by row, which is ten times faster
     return np.asarray(np.isfinite(x) & np.isfinite(y) & np.isfinite(z) & ((x != 0.0) | (y != 0.0) | (z != 0.0)))
 
 
@@ -46,31 +46,31 @@ def cross(a: NDArray[Real], b: NDArray[Real]) -> NDArray[Real]:
 
 
 def columns(rows: FloatArray) -> Float64Array:
-    """A (3, n) float64 contiguous copy of an (n, 3) array."""
+    """Return a contiguous (3, n) float64 copy of an (n, 3) array."""
     return rows.T.astype(np.float64, order="C")
 
 
 def unit_vector(vector: VectorLike) -> Vector:
-    """A single vector, finite and not zero, made as long as 1: the bits of `unit` without the cost of arrays."""
+    """Normalize a single finite vector that is not zero: same bits as `unit`, without the cost of arrays."""
     (x, y, z), _ = moderate_vector(vector)
     length = math.sqrt(x * x + y * y + z * z)
     return x / length, y / length, z / length
 
 
 def moderate_vector(vector: VectorLike) -> tuple[Vector, float]:
-    """A single vector, finite and not zero, times a power of two that makes its length moderate; and 1/length."""
+    """Scale a finite nonzero vector by a power of two to a moderate length; return it and 1 over its length."""
     scale = -math.frexp(max(map(abs, vector)))[1]
     x, y, z = (math.ldexp(component, scale) for component in vector)
     return (x, y, z), 1.0 / math.sqrt(x * x + y * y + z * z)
 
 
 def angle_between(a: VectorLike, b: VectorLike) -> float:
-    """Between two unit vectors, in radians; right to 1e-7, for arc cosines lose half the digits near 0 and π."""
+    """Return the angle between two unit vectors in radians, to 1e-7: arc cosines lose half the digits near 0 and π."""
     return math.acos(max(-1.0, min(1.0, a[0] * b[0] + a[1] * b[1] + a[2] * b[2])))
 
 
 def unit(w: NDArray[Real]) -> tuple[NDArray[Real], NDArray[Real]]:
-    """Unit vectors and lengths of the columns; a zero or non-finite column gives zero and length 0.
+    """Return unit vectors and lengths of the columns; a zero or non-finite column gives zero and length 0.
 
     Float64 unit vectors are within 4 roundings (4 * 2**-53) of the exact ones.
     """
@@ -87,11 +87,10 @@ def unit(w: NDArray[Real]) -> tuple[NDArray[Real], NDArray[Real]]:
 
 
 def moderate(w: FloatArray, real: Any = np.float64) -> tuple[Any, Any]:
-    """Columns of the same directions and moderate lengths, and the inverses of those lengths.
+    """Return columns of the same directions with moderate lengths, and the inverses of these lengths.
 
-    Both are new arrays of the float type `real`. A column in the comfortable range is only rounded to that type;
-    any other is first scaled by a power of two. A zero or non-finite column gives zero, and 0 for the inverse of
-    its length.
+    Both are new arrays of the float type `real`. A column in the safe range is only rounded to that type; any other is
+    first scaled by a power of two. A zero or non-finite column gives zero, with 0 for its inverse length.
     """
     with np.errstate(all="ignore"):
         result = w.astype(real, order="C")
@@ -104,7 +103,7 @@ def moderate(w: FloatArray, real: Any = np.float64) -> tuple[Any, Any]:
 
 
 def _squares(w: NDArray[Real]) -> tuple[NDArray[Real], BoolArray | None]:
-    """Squared lengths, and which of them cannot be used as they are; None if all can."""
+    """Return squared lengths, and a mask of those outside the safe range; None if there are none."""
     square = dot(w, w)
     if square.min(initial=1.0) >= _LEAST and square.max(initial=1.0) <= _MOST:  # a NaN fails both
         return square, None
@@ -112,7 +111,7 @@ def _squares(w: NDArray[Real]) -> tuple[NDArray[Real], BoolArray | None]:
 
 
 def _rescaled(w: NDArray[Real]) -> tuple[NDArray[Real], NDArray[np.int32]]:
-    """Columns with their largest entry in [0.5, 1), zero where not finite, and the powers of two taken out."""
+    """Scale columns so that their largest entry is in [0.5, 1), zero if not finite; return them and the exponents."""
     finite = np.where(np.isfinite(w).all(axis=0), w, 0.0)
     exponents = np.frexp(np.abs(finite).max(axis=0))[1]
     return np.ldexp(finite, -exponents), exponents
@@ -123,17 +122,17 @@ def _inverse(length: NDArray[Real]) -> NDArray[Real]:
 
 
 def towards(target: Vector, points: Float64Array, real: Any = np.float64) -> tuple[Any, Float64Array]:
-    """Unit vectors from points to a target, and the distances; see `directions_to`."""
+    """Return unit vectors from points to a target, and the distances; see `directions_to`."""
     directions, inverse, distance = directions_to(target, points, real)
     directions *= inverse
     return directions, distance
 
 
 def directions_to(target: Vector, points: Float64Array, real: Any = np.float64) -> tuple[Any, Any, Float64Array]:
-    """Vectors of moderate lengths from points to a target, the inverses of those lengths, and the distances.
+    """Return vectors of moderate length from points to a target, their inverse lengths, and the distances.
 
-    The difference of two positions is taken in float64, however near each other and far from the origin they are.
-    What follows is computed in the float type `real`; float32 rounds each component to 2⁻¹¹⁹ of the distance too.
+    The differences of positions are computed in float64, so that positions near each other and far from the origin
+    keep their digits. The rest is in the float type `real`; float32 also rounds components to 2⁻¹¹⁹ of the distance.
 
     Parameters
     ----------
@@ -147,10 +146,10 @@ def directions_to(target: Vector, points: Float64Array, real: Any = np.float64) 
     Returns
     -------
     directions : ndarray
-        Shape (3, n), the differences, times a power of two where these are very long or short; zero where the point
-        is the target or is not finite.
+        Shape (3, n), the differences, scaled by a power of two if very long or short; zero where the point is the
+        target or is not finite.
     inverse : ndarray
-        Shape (n,), 1 over their lengths; 0 where they are zero.
+        Shape (n,), 1 over the lengths of `directions`; 0 where they are zero.
     distance : ndarray
         Shape (n,), float64; NaN where the point is not finite, and at most the largest float.
     """

@@ -1,7 +1,7 @@
-"""What is known of meshes as plain arrays, before any light.
+"""Geometry of meshes as plain arrays, without lights.
 
 `transform.py`: points, vectors and normals under model matrices, and exact arithmetic; `normals.py`: normals and
-tangents of meshes; `fit.py`: how stored normals fit the faces; `projection.py`: the viewing pipeline, and normals of
-planes and of implicit surfaces; `extent.py`: where vertices are and where they look, for plans, and whether they bound
-a convex body; `rays.py`: rays from far away.
+tangents of meshes; `fit.py`: comparison of stored normals with the faces; `projection.py`: the viewing pipeline, and
+normals of planes and implicit surfaces; `extent.py`: bounds of vertices and normals, for plans, and a test for convex
+bodies; `rays.py`: rays that start far away.
 """

@@ -1,6 +1,6 @@
-"""Where vertices are, where their normals point, and how far off a target is seen; whether they bound a convex body.
+"""Bounds of a mesh for plans: a box and a sphere around the vertices, a cone around the normals; and a convexity test.
 
-What plans ask of a mesh before they look at any vertex by itself.
+Plans use these bounds before they examine single vertices.
 """
 
 from __future__ import annotations
@@ -20,18 +20,18 @@ from pvphong.base.formulas import subtract
 from pvphong.base.types import Float64Array, FloatArray, Vector, VectorLike
 from pvphong.geometry.transform import MatrixClass, class_of, transform_normals, transform_points
 
-# Bounds are computed in float64 and rounded up by this factor.
+# Factor by which bounds are rounded up; they are computed in float64.
 ROUNDED_UP = 1.0 + 1e-9
-# Radians by which a direction may be off in float64.
+# Largest error in radians of a direction in float64.
 TURN_SLACK = 1e-7
-# Rows that a thread searches for extremes at once: they stay in its caches; and that are laid side by side for it.
+# Rows that a thread reduces at once, which fit its caches; and rows that are joined into one long row.
 _CHUNK, _FOLD = 2**17, 512
-# Normals that are looked at first.
+# Number of normals that are tested first.
 _SOME = 64
 
 
 Box = tuple[Float64Array, Float64Array]
-"""Least and greatest coordinates, in world coordinates."""
+"""Smallest and largest world coordinates."""
 
 
 class Sphere(NamedTuple):
@@ -42,31 +42,31 @@ class Sphere(NamedTuple):
 
 
 class BoundingCone(NamedTuple):
-    """How a target is seen from the vertices' sphere."""
+    """Direction and distance of a target, seen from the sphere around the vertices."""
 
     direction: Vector
-    """Unit vector from the centre."""
+    """Unit vector from the centre to the target."""
 
     distance: float
-    """The distance from the centre."""
+    """Distance from the centre to the target."""
 
     radius: float
-    """The radius of the sphere."""
+    """Radius of the sphere."""
 
     turn: float
-    """The largest angle in radians between the directions to the target from the centre and from the sphere."""
+    """Largest angle in radians between the directions to the target from the centre and from anywhere in the sphere."""
 
 
 @dataclass(frozen=True, eq=False)
 class MeshBounds:
-    """A sphere around all vertices, in world coordinates; computed when an effect first asks.
+    """Bounds of all vertices, in world coordinates; computed at the first use.
 
     Parameters
     ----------
     points : ndarray
         Shape (n, 3).
     normals : callable or None
-        Gives them, shape (n, 3), where they are known.
+        Returns the normals, shape (n, 3); None if they are unknown.
     matrix : ndarray or None
         (4, 4) model matrix.
     """
@@ -77,9 +77,9 @@ class MeshBounds:
 
     @cached_property
     def box(self) -> Box | None:
-        """Least and greatest coordinates in the world; None where there is no point, or one is not finite.
+        """Smallest and largest world coordinates; None without points, or if a point is not finite.
 
-        With a matrix it is the box around the transformed box, as VTK has an actor's bounds.
+        With a matrix it is the box around the transformed box, as for the bounds of a VTK actor.
         """
         if not len(self.points):
             return None
@@ -91,12 +91,12 @@ class MeshBounds:
 
     @cached_property
     def sphere(self) -> Sphere | None:
-        """Around all vertices; None where there is no point, or one is not finite."""
+        """Sphere around all vertices; None without points, or if a point is not finite."""
         found = None if self.box is None else sphere_around(self.box)
         return None if found is None or math.isinf(found.radius) else found
 
     def sight(self, target: VectorLike) -> BoundingCone | None:
-        """How a target is seen; None where nothing is known of the vertices, or it is in the middle of them."""
+        """Return the view of a target from the sphere; None if the sphere is unknown or the target is its centre."""
         sphere = self.sphere
         if sphere is None:
             return None
@@ -109,14 +109,14 @@ class MeshBounds:
 
     @cached_property
     def normal_cone(self) -> tuple[Vector, float] | None:
-        """A unit axis, and an angle in radians within which all normals lie from it; None if unknown."""
+        """Unit axis of a cone around all normals, and its half-angle in radians; None if unknown."""
         if self.normals is None or not len(self.points):
             return None
         kind = MatrixClass.TRANSLATION if self.matrix is None else class_of(self.matrix)
         if kind is MatrixClass.GENERAL:
             return None
         normals = self.normals()
-        some = normals[:: max(len(normals) // _SOME, 1)]  # where these have no cone, all hardly have one
+        some = normals[:: max(len(normals) // _SOME, 1)]  # without a cone around these, there is none around all
         stored = None if _cone(*box_of(some)) is None else _cone(*box_of(normals))
         if stored is None or self.matrix is None or kind.keeps_normals:
             return stored
@@ -126,15 +126,15 @@ class MeshBounds:
 
 
 ANYWHERE = MeshBounds(np.zeros((0, 3)), None, None)
-"""The extent of vertices of which nothing is known."""
+"""Extent of unknown vertices."""
 
 
 def _cone(low: Float64Array, high: Float64Array) -> tuple[Vector, float] | None:
-    """A cone around all normals between two: n·axis is least, and |n| greatest, at one of the corners."""
+    """Return a cone around all normals in a box: n·axis is smallest, and |n| largest, at one of its corners."""
     largest = max(np.abs(low).max(), np.abs(high).max())
     if not 0.0 < largest < math.inf:
         return None
-    low, high = (np.ldexp(bound, -np.frexp(largest)[1]) for bound in (low, high))  # so that squares can be taken
+    low, high = (np.ldexp(bound, -np.frexp(largest)[1]) for bound in (low, high))  # squares must not overflow
     corners = corners_of(low, high)
     axis = (low + high) / 2
     length, longest = math.hypot(*axis), float(np.sqrt((corners**2).sum(axis=1)).max())
@@ -146,12 +146,12 @@ def _cone(low: Float64Array, high: Float64Array) -> tuple[Vector, float] | None:
 
 
 def corners_of(low: Float64Array, high: Float64Array) -> Float64Array:
-    """The corners of the box between two, shape (8, 3)."""
+    """Return the corners of a box, shape (8, 3)."""
     return np.array(list(itertools.product(*zip(low.tolist(), high.tolist(), strict=True))))
 
 
 def sphere_around(box: Box) -> Sphere:
-    """Around a box; its radius is infinite where that is beyond the floats."""
+    """Return the sphere around a box; its radius is infinite if it overflows."""
     low, high = (end.tolist() for end in box)
     x, y, z = centre = [a / 2 + b / 2 for a, b in zip(low, high, strict=True)]
     reach = (max(b - c, c - a) for a, b, c in zip(low, high, centre, strict=True))
@@ -159,11 +159,11 @@ def sphere_around(box: Box) -> Sphere:
 
 
 def box_of(rows: FloatArray) -> Box:
-    """Least and greatest entry of each column, of at least one row of three; NaN where any is."""
+    """Return the smallest and largest entry of each column of (n, 3) rows, n > 0; NaN if a column has a NaN."""
     lows: list[FloatArray] = []
     highs: list[FloatArray] = []
 
-    def look(first: int, last: int) -> None:  # NumPy reduces long rows many times as fast as triples
+    def look(first: int, last: int) -> None:  # NumPy reduces long rows many times faster than triples
         folded = rows[first:last].reshape(-1, 3 * _FOLD)
         lows.append(folded.min(axis=0))
         highs.append(folded.max(axis=0))
@@ -179,27 +179,27 @@ def box_of(rows: FloatArray) -> Box:
 # --- convex
 
 
-# Angles in radians by which faces may be bent inwards: the rounding of coordinates bends flat ones by as much.
+# Largest angle in radians by which neighbouring faces may be concave: rounded coordinates bend flat surfaces as much.
 _BENT = 1e-5
-# Faces against which points are tried first: where the body is not convex, hardly any is in front of no point.
+# Faces and points that are tested first: if the body is not convex, nearly every face has points in front of it.
 _TRIED, _POINTS_TRIED = 16, 4096
 
 
 def is_convex(points: FloatArray, normals: FloatArray, triangles: NDArray[np.int64]) -> bool:
-    """Whether triangles are the whole surface of a convex body, and normals point out of it.
+    """Return True if triangles are the whole surface of a convex body, and normals point outwards.
 
-    Rays that begin at a point, on that side of it to which its normal points, then leave the body.
+    Rays that start at a point, on the side to which its normal points, then leave the body.
 
     Source: K. Mehlhorn et al., "Checking geometric programs or verification of geometric structures" (1999): a closed
-    surface that is convex at each edge bounds a convex body if a point is behind all faces, and a ray from there meets
-    one face only.
+    surface that is convex at each edge bounds a convex body if some point is behind all faces, and a ray from this
+    point hits only one face.
 
     Parameters
     ----------
     points, normals : ndarray
-        Shape (n, 3). Points at one place are taken as one.
+        Shape (n, 3). Points with equal coordinates are merged.
     triangles : ndarray
-        Shape (m, 3), the points at their corners, counter-clockwise as seen from outside.
+        Shape (m, 3), indices of the corners, counter-clockwise as seen from outside.
     """
     if len(triangles) < 4 or not np.isfinite(points).all():
         return False
@@ -220,16 +220,16 @@ def is_convex(points: FloatArray, normals: FloatArray, triangles: NDArray[np.int
         return False
     with np.errstate(invalid="ignore"):
         n = normals[triangles] / np.linalg.norm(normals[triangles].astype(np.float64), axis=2, keepdims=True)
-    if not ((n * across[:, None]).sum(axis=2) > 0.0).all():  # one that points inward, or is none
+    if not ((n * across[:, None]).sum(axis=2) > 0.0).all():  # inward, zero or not finite
         return False
-    for k in range(3):  # at each corner the edges of the face fall off from the tangent plane
+    for k in range(3):  # at each corner the edges of the face lie below the tangent plane
         for neighbour in (corners[:, k - 1], corners[:, k - 2]):
             edges = neighbour - corners[:, k]
             rise = (n[:, k] * edges).sum(axis=1)
             if not (rise <= _BENT * np.linalg.norm(edges, axis=1)).all():
                 return False
     # each edge has two faces, in opposite orders, and neither rises above the other
-    rows = np.ascontiguousarray(p + 0.0).view(np.dtype((np.void, 3 * p.itemsize))).ravel()  # sorted at once; no -0.0
+    rows = np.ascontiguousarray(p + 0.0).view(np.dtype((np.void, 3 * p.itemsize))).ravel()  # sorts whole rows; no -0.0
     _, first, merged = np.unique(rows, return_index=True, return_inverse=True)
     places, indices = p[first], merged.ravel()[triangles]
     begins, ends = indices.ravel(), np.roll(indices, -1, axis=1).ravel()
@@ -243,7 +243,7 @@ def is_convex(points: FloatArray, normals: FloatArray, triangles: NDArray[np.int
     rise = (across[owners[order]] * to_apex).sum(axis=1)
     if not (rise <= _BENT * np.linalg.norm(to_apex, axis=1)).all():
         return False
-    # a ray from the middle through that of a face meets no other
+    # a ray from the centre through the centre of a face hits no other face
     ray = corners[0].mean(axis=0)
     along = across @ ray
     with np.errstate(divide="ignore", invalid="ignore"):

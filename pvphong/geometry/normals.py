@@ -1,10 +1,10 @@
-"""Unit normals of a mesh's polygons and of its points, and tangents of its points.
+"""Unit normals of polygons and points of a mesh, and tangents of points.
 
-Meshes come as plain arrays here, in VTK's form: `connectivity` lists the point indices of all faces one after
-the other, and `offsets` says where each face starts. What has no normal gets the zero vector, which is unlit.
+Meshes are plain arrays here, in VTK's form: `connectivity` lists the point indices of all faces one after the other,
+and `offsets` gives the start of each face in it. A point or face without a normal gets the zero vector, which is unlit.
 
-In order: the faces, checked, and their edges in blocks of equal size, scaled into a safe range; normals of faces; of
-points; tangents.
+In order: checked faces and their edges, in blocks with the same number of corners, scaled into a safe range; normals
+of faces; normals of points; tangents.
 """
 
 from __future__ import annotations
@@ -22,31 +22,30 @@ from pvphong.base import check, threads
 from pvphong.base.types import Float64Array, IntArray, Weighting
 from pvphong.base.vectors import columns, cross, dot, unit
 
-# Corners in a block: its arrays then stay in a core's cache.
+# Corners per block, so that its arrays stay in a core's cache.
 _BLOCK_CORNERS = 3 * 8192
 
-# Faces whose longest edge lies between these are used as they are: edges to the fourth power stay in range
-# even in slivers.
+# Faces whose longest edge is in this range are not scaled: fourth powers of edges stay in range even in slivers.
 LEAST_SPAN, MOST_SPAN = 2.0**-100, 2.0**100
 
-# Points beyond this are quartered before they are subtracted, so that no edge overflows.
+# Coordinates beyond this are divided by 4 before subtraction, so that no edge overflows.
 _FAR = 2.0**1000
 
-# A component of an area vector whose magnitude is at most this many times its terms' is made of rounding alone:
-# each product of two rounded edges carries 3 roundings of 2**-53, their difference one more.
+# A component of an area vector may be rounding error only: each product of two rounded edges has 3 roundings of
+# 2**-53, and their difference one more. So a component up to this factor times the sum of its terms counts as 0.
 NOISE_OF_AREA = 4 * 2.0**-53
 
-# A sum of weighted normals is made of rounding alone where it is at most this many times the sum of the weights;
-# tangents carry the rounding of texture coordinates too.
+# A sum of weighted normals up to this factor times the sum of the weights is rounding error; tangents also have the
+# rounding errors of texture coordinates.
 NOISE_OF_SUM, _NOISE_OF_TANGENTS = 16 * 2.0**-53, 2.0**-40
 
-# How a weight grows with the size of its face: as length to this power.
+# A weight scales with the size of its face as length to this power.
 _POWER: dict[str, int] = {"angle": 0, "area": 2, "max": -2}
 
-# The level of a point that no face touches: below every other, and far from the integers' end.
+# Level of a point without faces: below every other level, and far from integer overflow.
 _NO_LEVEL = -(2**20)
 
-# Points whose sums are made unit vectors at once.
+# Points whose sums are normalized at once.
 _POINTS_AT_ONCE = 2**14
 
 
@@ -57,16 +56,16 @@ class FaceBlock:
     Attributes
     ----------
     faces : ndarray
-        Shape (m,), which faces of the mesh these are.
+        Shape (m,), indices of the faces in the mesh.
     corners : ndarray
-        Shape (m, k), the indices of their points.
+        Shape (m, k), point indices of the corners.
     edges : ndarray
-        Shape (3, k, m): from each corner to the next, in units of 2**exponents; zero in a face with a point
+        Shape (3, k, m): vectors from each corner to the next, in units of 2**exponents; zero in a face with a point
         that is not finite.
     spokes : ndarray
-        Shape (3, k - 2, m): from corner 0 to corners 1 … k - 2, in the same units.
+        Shape (3, k - 2, m): vectors from corner 0 to corners 1 … k - 2, in the same units.
     exponents : ndarray
-        Shape (m,): 0 for every face of comfortable size.
+        Shape (m,): 0 for faces of usual size.
     """
 
     faces: IntArray
@@ -76,11 +75,11 @@ class FaceBlock:
     exponents: NDArray[np.int32]
 
     def area_vectors(self) -> Float64Array:
-        """(3, m) normals of twice the faces' area, in units of 2**(2 * exponents); zero for a degenerate face.
+        """Return normals of twice the faces' area, (3, m), in units of 2**(2 * exponents); zero for degenerate faces.
 
-        The fan from corner 0: the sum of spoke × edge. Unlike Newell's sum over the points themselves it
-        subtracts first, so a world offset costs nothing (M. E. Newell, in Sutherland et al. 1974). The last
-        triangle takes the edge back to corner 0, so that a triangle's own two edges there are used.
+        Sums spoke × edge over the fan from corner 0. Newell's sum over the points (M. E. Newell, in Sutherland et al.
+        1974) loses digits far from the origin; this one subtracts first. The last triangle of the fan uses the edge
+        back to corner 0, so that a triangle uses its own two edges there.
         """
         count = self.spokes.shape[1]
         total = np.zeros((3, len(self.faces)))
@@ -100,32 +99,32 @@ class FaceBlock:
 
 
 class Faces:
-    """Polygons over points, checked: every index is one of a point's.
+    """Polygons of a mesh, with checked indices.
 
     Parameters
     ----------
     points : array_like
         Shape (n, 3).
     connectivity : array_like of int
-        All faces' point indices, one face after the other.
+        Point indices of all faces, one face after the other.
     offsets : array_like of int
-        Shape (n_faces + 1,): where each face starts in `connectivity`, and the end.
+        Shape (n_faces + 1,): the start of each face in `connectivity`, and the end of the last.
 
     Raises
     ------
     ValueError
-        For an index that no point has (the message names the face), or for arrays that do not fit together.
+        For an index out of range (the message names the face), or for arrays that do not fit together.
     """
 
     def __init__(self, points: ArrayLike, connectivity: ArrayLike, offsets: ArrayLike) -> None:
         rows = check.array("points", points)
         self.connectivity, self.offsets = _integers("connectivity", connectivity), _integers("offsets", offsets)
         self.count, self.n_points, end = len(self.offsets) - 1, len(rows), len(self.connectivity)
-        self.sizes = np.diff(self.offsets)  # how many corners each has
+        self.sizes = np.diff(self.offsets)  # number of corners per face
         if not len(self.offsets) or self.offsets[0] or self.offsets[-1] != end or self.sizes.min(initial=0) < 0:
             allowed = f"indices that rise from 0 to the connectivity's length, {end}"
             got = np.array2string(self.offsets, threshold=9)
-            check.refuse("offsets", got, allowed, "One starts each face, and one more ends the last.")
+            check.refuse("offsets", got, allowed, "Give the start of each face, and the end of the last.")
         if end and not (self.connectivity.min() >= 0 and self.connectivity.max() < self.n_points):
             first = int(np.flatnonzero((self.connectivity < 0) | (self.connectivity >= self.n_points))[0])
             face = int(np.searchsorted(self.offsets, first, side="right")) - 1
@@ -134,18 +133,18 @@ class Faces:
                 "connectivity",
                 f"index {self.connectivity[first]} in face {face}",
                 allowed if self.n_points else "empty without points",
-                "The file or the code that made the faces counts its points differently.",
+                "The file or the code that made the faces numbers the points differently.",
             )
-        self._rows = np.ascontiguousarray(rows)  # or each block would have them copied
+        self._rows = np.ascontiguousarray(rows)  # otherwise each block would copy them
 
     def blocks(self) -> Iterator[FaceBlock]:
-        """Blocks of faces with equally many corners; faces with fewer than 3 are in none."""
+        """Yield blocks of faces with the same number of corners; faces with fewer than 3 are skipped."""
         for size, alike, step in self._of_equal_size():
             for start in range(0, len(alike), step):
                 yield self._block(alike[start : start + step], size)
 
     def in_blocks(self, work: Callable[[FaceBlock], object]) -> None:
-        """Call `work` with each of the blocks, on all cores and in any order."""
+        """Call `work` with each block, on all cores and in any order."""
         for size, alike, step in self._of_equal_size():
             threads.run(lambda first, last: work(self._block(alike[first:last], size)), len(alike), step)  # noqa: B023 it ends before the next size
 
@@ -155,7 +154,7 @@ class Faces:
         return bool((self.sizes == 3).all())
 
     def _of_equal_size(self) -> Iterator[tuple[int, IntArray, int]]:
-        """A number of corners from 3, the faces that have it, and how many of them are looked at together."""
+        """Yield each number of corners from 3, the faces that have it, and the number of faces per block."""
         are_alike = self.count > 0 and bool((self.sizes == self.sizes[0]).all())
         for size in self.sizes[:1].tolist() if are_alike else np.unique(self.sizes).tolist():
             if size >= 3:
@@ -163,18 +162,18 @@ class Faces:
                 yield size, alike, max(_BLOCK_CORNERS // size, 1)
 
     def _block(self, faces: IntArray, size: int) -> FaceBlock:
-        if faces[-1] - faces[0] == len(faces) - 1:  # they follow one another
+        if faces[-1] - faces[0] == len(faces) - 1:  # consecutive faces
             corners = self.connectivity[self.offsets[faces[0]] : self.offsets[faces[-1] + 1]].reshape(-1, size)
         else:
             corners = self.connectivity[self.offsets[faces][:, None] + np.arange(size)]
-        gathered = np.take(self._rows, corners, axis=0)  # several times as fast as an index
+        gathered = np.take(self._rows, corners, axis=0)  # several times faster than indexing
         points = np.ascontiguousarray(gathered.transpose(2, 1, 0), dtype=np.float64)
         with np.errstate(over="ignore", invalid="ignore"):
             edges, spokes = _edges_and_spokes(points)
             span = np.abs(edges).reshape(-1, len(corners)).max(axis=0)
         exponents = np.zeros(len(faces), dtype=np.int32)
         rare = ~((span >= LEAST_SPAN) & (span <= MOST_SPAN))  # NaN is rare too
-        if rare.any():  # the longest edge's largest component is brought into [0.5, 1)
+        if rare.any():  # scale the largest component of the edges into [0.5, 1)
             odd = np.where(np.isfinite(points[:, :, rare]).all(axis=(0, 1)), points[:, :, rare], 0.0)
             quarters = -2 * (np.abs(odd).max(axis=(0, 1)) > _FAR).astype(np.int32)
             odd_edges, odd_spokes = _edges_and_spokes(np.ldexp(odd, quarters))
@@ -202,33 +201,33 @@ def _integers(name: str, value: ArrayLike) -> IntArray:
 
 
 def polygon_normals(points: ArrayLike, connectivity: ArrayLike, offsets: ArrayLike) -> Float64Array:
-    """Unit normals of the polygons of a mesh; the order of the corners, counter-clockwise, gives the front.
+    """Compute unit normals of the polygons of a mesh. Corners run counter-clockwise as seen from the front.
 
-    Edges are subtracted in float64 before they are multiplied, and scaled by a power of two where their
-    products would leave its range. For a triangle with longest edge L and least height h the error is within
-    8 * 2**-53 * L / h wherever the mesh lies in the world.
+    Edges are computed in float64 before they are multiplied, and scaled by a power of two if their products would
+    overflow or underflow. For a triangle with longest edge L and smallest height h the error is within
+    8 * 2**-53 * L / h, at any distance from the origin.
 
     Parameters
     ----------
     points : array_like
         Shape (n, 3), any real type.
     connectivity : array_like of int
-        The point indices of all faces, one face after the other.
+        Point indices of all faces, one face after the other.
     offsets : array_like of int
-        Shape (n_faces + 1,): where each face starts in `connectivity`, and the end. Faces may have any number
-        of corners; a polygon that is not flat has the normal of its projected areas (Newell's).
+        Shape (n_faces + 1,): the start of each face in `connectivity`, and the end of the last. Faces may have any
+        number of corners; a polygon that is not flat has the normal of its projected areas (Newell's).
 
     Returns
     -------
     ndarray
-        Shape (n_faces, 3), float64. A face without an area (fewer than 3 corners, duplicate or collinear
-        points, an area that is lost in the rounding of its own edges) or with a point that is not finite has
-        the zero vector.
+        Shape (n_faces, 3), float64. The vector is zero for a face with a point that is not finite, and for a face
+        without area: fewer than 3 corners, duplicate or collinear points, or an area within the rounding errors of
+        its edges.
 
     Raises
     ------
     ValueError
-        If an index is none of a point's, with the face and the index, or if the arrays do not fit together.
+        If an index is out of range (the message gives the face and the index), or the arrays do not fit together.
     """
     faces = Faces(points, connectivity, offsets)
     result = np.zeros((faces.count, 3))
@@ -243,23 +242,23 @@ def polygon_normals(points: ArrayLike, connectivity: ArrayLike, offsets: ArrayLi
 def point_normals(
     points: ArrayLike, connectivity: ArrayLike, offsets: ArrayLike, weighting: Weighting = "angle"
 ) -> Float64Array:
-    """Unit normals of the points of a mesh: weighted means of the normals of the faces around each.
+    """Compute unit normals of the points of a mesh: weighted means of the normals of the faces around each point.
 
     Parameters
     ----------
     points, connectivity, offsets : array_like
         As for `polygon_normals`.
     weighting : {"angle", "area", "max"}
-        A face's weight at a corner: its angle there [1]_, which no other division of the same surface into
-        faces can change, 180° at a point that is where the one before or after it is; its area; or sine of the
-        angle / product of the two edges' lengths [2]_, which is exact on a sphere.
+        Weight of a face at a corner. "angle": the face's angle there [1]_, which does not depend on the division of
+        the surface into faces; 180° if the point coincides with the previous or next one. "area": the face's area.
+        "max": the sine of the angle over the product of the two edges' lengths [2]_, which is exact on a sphere.
 
     Returns
     -------
     ndarray
-        Shape (n, 3), float64, one row per point. A point has the zero vector if no face with a normal touches
-        it or if its weighted normals cancel. A face without a normal has no weight, so that a NaN spoils
-        no neighbour. Renumbering the points changes no bit; another order of the faces may change the last.
+        Shape (n, 3), float64, one row per point. A point has the zero vector if it belongs to no face with a normal,
+        or if its weighted normals cancel. A face without a normal has no weight, so that a NaN does not affect its
+        neighbours. Renumbering the points changes no bit; reordering the faces may change the last bit.
 
     Raises
     ------
@@ -284,7 +283,7 @@ def point_normals(
         if levels is not None:
             weights = np.ldexp(weights, power * block.exponents - levels[block.corners].T)
         normals = unit(areas)[0]
-        index, terms = block.corners.ravel(), np.empty(block.corners.shape)  # face by face, as they are added
+        index, terms = block.corners.ravel(), np.empty(block.corners.shape)  # face by face, the order of summation
         np.abs(weights, out=terms.T)
         np.add.at(total, index, terms.ravel())
         for axis in range(3):
@@ -298,17 +297,17 @@ def point_normals(
 
 
 def _weights(block: FaceBlock, areas: Float64Array, weighting: Weighting) -> Float64Array:
-    """(k, m) weights of a block's corners, in units of 2**(power * exponents); zero in a face without a normal."""
+    """Return weights of a block's corners, (k, m), in units of 2**(power * exponents); zero without a normal."""
     if weighting == "area":
         return np.broadcast_to(np.sqrt(dot(areas, areas)), block.corners.T.shape)
     before = np.roll(block.edges, 1, axis=1)
     crosses = cross(before, block.edges)
-    sines = np.sqrt(dot(crosses, crosses))  # times the two edges' lengths, as are the cosines
-    if len(sines) > 3:  # a reflex corner turns against the face's normal; a triangle has none
+    sines = np.sqrt(dot(crosses, crosses))  # times the two edges' lengths, as the cosines below
+    if len(sines) > 3:  # at a reflex corner the cross product opposes the normal; triangles have none
         np.negative(sines, out=sines, where=dot(crosses, areas[:, None]) < 0.0)
     if weighting == "angle":
         cosines = dot(before, block.edges)
-        cosines += 0.0  # no -0, or a corner on a doubled point would turn by 0° or 180° as its axes' signs have it
+        cosines += 0.0  # turns -0 into 0: at a duplicate point the sign of zero would select 0° or 180°
         weights = np.arctan2(sines, np.negative(cosines, out=cosines))
         if len(sines) > 3:
             weights[weights < 0.0] += 2.0 * math.pi
@@ -323,7 +322,7 @@ def _weights(block: FaceBlock, areas: Float64Array, weighting: Weighting) -> Flo
 
 
 def _levels(faces: Faces, power: int) -> NDArray[np.int32] | None:
-    """Exponents (n,) that keep every point's sum of weights in range; None where none is needed, as nearly always."""
+    """Return exponents (n,) that keep each point's sum of weights in range; None, as usual, if none are needed."""
     if power == 0 or not any(block.exponents.any() for block in faces.blocks()):
         return None
     levels = np.full(faces.n_points, _NO_LEVEL, dtype=np.int32)
@@ -339,25 +338,26 @@ def _levels(faces: Faces, power: int) -> NDArray[np.int32] | None:
 def point_tangents(
     points: ArrayLike, connectivity: ArrayLike, offsets: ArrayLike, coordinates: ArrayLike, normals: ArrayLike
 ) -> Float64Array:
-    """Unit tangents of the points of a mesh, as MikkTSpace has them.
+    """Compute unit tangents of the points of a mesh, as MikkTSpace does.
 
-    Around each corner of a face, ∂p/∂u comes from the edges to its two neighbours; across the point's normal, it is
-    weighted by the angle that the edges have there. Unlike MikkTSpace, no point is split in two where faces around it
-    are mirrored in the texture: there their tangents may cancel.
+    At each corner of a face, ∂p/∂u follows from the edges to the two neighbours. It is projected onto the tangent
+    plane and weighted by the angle between the edges there. Unlike MikkTSpace, points are not split at mirrored
+    texture seams, where the tangents of the faces may cancel.
 
     Parameters
     ----------
     points, connectivity, offsets : array_like
         As for `polygon_normals`.
     coordinates : array_like
-        Shape (n, 2): texture coordinates u and v.
+        Shape (n, 2), texture coordinates u and v.
     normals : array_like
         Shape (n, 3), of any length.
 
     Returns
     -------
     ndarray
-        Shape (n, 3), float64. Zero where no face has an area, on the surface and in the texture, or tangents cancel.
+        Shape (n, 3), float64. Zero if no face at the point has area both in space and in the texture, or if the
+        tangents cancel.
 
     References
     ----------

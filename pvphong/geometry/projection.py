@@ -29,15 +29,15 @@ _PARALLEL = 8 * np.finfo(np.float64).eps  # a sine below this is rounding, not a
 
 
 def look_at(eye: VectorLike, target: VectorLike, up: VectorLike) -> Float64Array:
-    """The view matrix of an eye that looks at a target, as ``gluLookAt`` gives it.
+    """Return the view matrix of an eye that looks at a target, like ``gluLookAt``.
 
     Parameters
     ----------
     eye, target : sequence of 3 floats
         Two different positions, in world coordinates.
     up : sequence of 3 floats
-        A direction of any length that is not parallel to the view; its part across the view points up
-        in the picture.
+        A direction of any length that is not parallel to the view; its component across the view points up in the
+        image.
 
     Returns
     -------
@@ -60,31 +60,31 @@ def look_at(eye: VectorLike, target: VectorLike, up: VectorLike) -> Float64Array
     rotation = _rotation(origin, np.array(check.vector("target", target)), up)
     result = np.eye(4)
     result[:3, :3] = rotation
-    result[:3, 3] = [-math.fsum(row * origin) for row in rotation]  # for an eye far away its terms may cancel
+    result[:3, 3] = [-math.fsum(row * origin) for row in rotation]  # the terms may cancel for an eye far away
     return result
 
 
 def _rotation(eye: Float64Array, target: Float64Array, up: VectorLike) -> Float64Array:
-    """The rows right, up and backward: the rotation from world to eye space."""
-    backward = normalize([eye * 0.5 - target * 0.5])[0]  # halved first: the difference of two huge numbers overflows
+    """Return the rotation from world to eye space, with rows right, up and backward."""
+    backward = normalize([eye * 0.5 - target * 0.5])[0]  # halved, because the difference of huge numbers overflows
     if not backward.any():
-        check.refuse("target", target.tolist(), "another point than eye", "A view needs a direction.")
+        check.refuse("target", target.tolist(), "different from eye", "The view needs a direction.")
     upward = unit_vector(check.direction("up", up))
     right = np.cross(upward, backward)
     if math.hypot(*right) <= _PARALLEL:
-        check.refuse("up", list(up), "a direction across the view, not along it", f"The view is along {-backward}.")
+        check.refuse("up", list(up), "a direction not parallel to the view", f"The view direction is {-backward}.")
     right = np.array(unit_vector(right.tolist()))
     return np.stack([right, np.cross(backward, right), backward])
 
 
 def frustum(left: float, right: float, bottom: float, top: float, near: float, far: float) -> Float64Array:
-    """The perspective projection of a window on the near plane, as ``glFrustum`` gives it.
+    """Return the perspective projection of a window on the near plane, like ``glFrustum``.
 
     Parameters
     ----------
     left, right, bottom, top : float
-        The window's edges on the near plane, in eye coordinates; left and right, bottom and top differ.
-        Swapped edges mirror the picture, as in OpenGL.
+        The window's edges on the near plane, in eye coordinates; left and right, bottom and top must differ.
+        Swapped edges mirror the image, as in OpenGL.
     near, far : float
         Distances of the clipping planes from the eye, 0 < near < far.
 
@@ -121,12 +121,12 @@ def frustum(left: float, right: float, bottom: float, top: float, near: float, f
 
 
 def ortho(left: float, right: float, bottom: float, top: float, near: float, far: float) -> Float64Array:
-    """The parallel projection of a box, as ``glOrtho`` gives it.
+    """Return the parallel projection of a box, like ``glOrtho``.
 
     Parameters
     ----------
     left, right, bottom, top : float
-        The window's edges, in eye coordinates; left and right, bottom and top differ.
+        The window's edges, in eye coordinates; left and right, bottom and top must differ.
     near, far : float
         Distances of the clipping planes from the eye, near < far; a negative one lies behind the eye.
 
@@ -163,7 +163,7 @@ def ortho(left: float, right: float, bottom: float, top: float, near: float, far
 
 
 def perspective(view_angle: float, aspect: float, near: float, far: float) -> Float64Array:
-    """The perspective projection of a view angle, as ``gluPerspective`` gives it.
+    """Return the perspective projection of a view angle, like ``gluPerspective``.
 
     Parameters
     ----------
@@ -203,7 +203,7 @@ def perspective(view_angle: float, aspect: float, near: float, far: float) -> Fl
 
 
 def _interval(first: str, begin: Any, last: str, end: Any) -> tuple[float, float, float]:
-    """Two edges of the window, checked, and the size between them."""
+    """Check two edges of the window, and return them and the size between them."""
     begin, end = check.number(first, begin), check.number(last, end)
     if begin == end or math.isinf(end - begin):
         check.refuse(last, end, f"different from {first}, {begin:g}, at a finite distance")
@@ -225,12 +225,11 @@ def _finite_matrix(rows: list[list[float]]) -> Float64Array:
 
 
 def project(points: Any, viewer: Any, window_size: tuple[int, int]) -> Float64Array:
-    """Where points appear in the window: pixels and pseudo-depth.
+    """Project points to window coordinates: pixels and pseudo-depth.
 
-    The depth is OpenGL's: 0 on the near plane, 1 on the far plane, and in perspective not linear between
-    them. Points outside the clipping planes or beside the window keep the coordinates that they have
-    there, outside [0, 1] or outside the window. A point that is not finite, or in perspective lies on or
-    behind the plane through the eye, has no place in the picture: its row is NaN.
+    The depth is OpenGL's: 0 on the near plane, 1 on the far plane, and in perspective not linear between them. Points
+    outside the clipping planes or the window are not clipped: their coordinates are outside [0, 1] or the window. The
+    row is NaN for a point that is not finite, and in perspective for a point on or behind the plane through the eye.
 
     Parameters
     ----------
@@ -244,13 +243,13 @@ def project(points: Any, viewer: Any, window_size: tuple[int, int]) -> Float64Ar
     Returns
     -------
     ndarray
-        (n, 3) float64. x and y in pixels with the origin at the window's lower left corner (pixel i
-        covers i to i + 1), and the depth; VTK's display coordinates of a renderer that fills the window.
+        (n, 3) float64. x and y in pixels from the window's lower left corner (pixel i covers i to i + 1), and the
+        depth; VTK's display coordinates of a renderer that fills the window.
 
     Raises
     ------
     ValueError
-        If the points are not (n, 3), the window has no size, or the viewer's up is along its view.
+        If the points are not (n, 3), the window has no size, or the viewer's up is parallel to the view.
 
     Examples
     --------
@@ -271,7 +270,7 @@ def project(points: Any, viewer: Any, window_size: tuple[int, int]) -> Float64Ar
     else:
         projection = perspective(viewer.view_angle, width / height, *viewer.clipping_range)
     with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
-        # the eye is subtracted first: the view matrix rounds far from the origin
+        # the view matrix would lose digits far from the origin, so subtract the eye first
         seen = (values - eye) @ rotation.T
         clip = seen @ projection[:, :3].T + projection[:, 3]
         device = clip[:, :3] / clip[:, 3:]
@@ -280,14 +279,14 @@ def project(points: Any, viewer: Any, window_size: tuple[int, int]) -> Float64Ar
     return result
 
 
-# --- normals of what is given by a formula
+# --- normals from formulas
 
 
 def plane_normal(*plane: Any) -> Float64Array:
-    """Unit normal of a plane from its coefficients, or from three of its points.
+    """Compute the unit normal of a plane from its coefficients, or from three of its points.
 
     ``plane_normal(a, b, c)`` and ``plane_normal(a, b, c, d)`` take the plane ax + by + cz + d = 0;
-    ``plane_normal(p, q, r)`` takes points, three numbers each. Either also comes as one sequence or array.
+    ``plane_normal(p, q, r)`` takes points, three numbers each. The arguments may also be one sequence or array.
 
     Parameters
     ----------
@@ -297,13 +296,13 @@ def plane_normal(*plane: Any) -> Float64Array:
     Returns
     -------
     ndarray
-        Shape (3,), float64: computed exactly from the given numbers and rounded once, so that points that are
-        only nearly collinear give the right normal too.
+        Shape (3,), float64, computed exactly from the given numbers and rounded once, so that it is right for nearly
+        collinear points too.
 
     Raises
     ------
     ValueError
-        If a, b and c are all zero, the points are exactly collinear, or something is not a finite number.
+        If a, b and c are all zero, the points are exactly collinear, or a number is not finite.
 
     Examples
     --------
@@ -332,19 +331,19 @@ def plane_normal(*plane: Any) -> Float64Array:
         check.refuse("plane", items, "(a, b, c), (a, b, c, d) or three points", "Each point has three numbers.")
     if not any(normal):
         check.refuse("plane", got, allowed)
-    guard = 64  # bits of the root beyond the integers' own, so that its truncation does not show
+    guard = 64  # extra bits of the root, so that its truncation does not affect the result
     root = math.isqrt(sum(entry * entry for entry in normal) << 2 * guard)
     return np.array([(entry << guard) / root for entry in normal])
 
 
 def implicit_normals(gradient: Callable[[Float64Array], ArrayLike] | ArrayLike, points: ArrayLike) -> Float64Array:
-    """Unit normals of an implicit surface f(x, y, z) = 0 at points on it: the direction of its gradient.
+    """Compute unit normals of an implicit surface f(x, y, z) = 0 at points on it, from its gradient.
 
     Parameters
     ----------
     gradient : callable or array_like
-        Takes (n, 3) float64 points and gives the (n, 3) gradients of f there; or those gradients themselves.
-        For the unit sphere, f = x² + y² + z² - 1, that is ``lambda p: p`` up to a factor.
+        Function of (n, 3) float64 points that returns the (n, 3) gradients of f; or the gradients themselves. For the
+        unit sphere, f = x² + y² + z² - 1, ``lambda p: p`` is right up to a factor.
     points : array_like
         Shape (n, 3), any real type. The callable gets a copy.
 

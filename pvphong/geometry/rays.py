@@ -1,4 +1,4 @@
-"""Rays in coordinates where all triangles are from −1 to 1, as single precision has them with the same resolution."""
+"""Rays in coordinates in which all triangles lie in [−1, 1], so that float32 resolves them evenly."""
 
 from __future__ import annotations
 
@@ -7,15 +7,15 @@ from typing import Any
 from pvphong.base.formulas import dot, formula, maximum
 
 NEAR = 4.0
-"""Rays begin at most so far from the middle, along each axis; those from further away where they come as near."""
+"""Largest distance of a ray's start from the origin, along each axis; rays from further away are moved ahead."""
 
 LONGEST = 4.0 * NEAR
-"""No ray that begins there meets anything further on."""
+"""Distance beyond which no ray from such a start hits anything."""
 
 
 @formula
 def begun_near(start: Any, direction: Any, length: Any) -> Any:
-    """A ray's start moved on to where it is nearest to the middle, less what triangles reach, and the length left."""
+    """Move a ray's start ahead to just before the triangles; return it and the remaining length."""
     ahead = maximum(-dot(start, direction) - NEAR / 2, 0.0)
     x, y, z = (start[0] + ahead * direction[0], start[1] + ahead * direction[1], start[2] + ahead * direction[2])
     return (x, y, z), length - ahead
@@ -23,6 +23,6 @@ def begun_near(start: Any, direction: Any, length: Any) -> Any:
 
 @formula
 def is_near(start: Any, most: Any) -> Any:
-    """Whether no coordinate is more than so much; not where one is none."""
+    """Return True if no coordinate exceeds `most` in magnitude; False for NaN."""
     x, y, z = start
     return (x <= most) & (x >= -most) & (y <= most) & (y >= -most) & (z <= most) & (z >= -most)

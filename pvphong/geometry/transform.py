@@ -1,12 +1,12 @@
-"""Points, vectors and normals under a 4x4 affine model matrix, and the normalising of vectors.
+"""Transforms of points, vectors and normals by a 4x4 affine model matrix, and normalization of vectors.
 
-A model matrix M = [[L, t], [0, 0, 0, w]] takes a point p to (L p + t) / w and a vector v to L v / w. A normal n
-goes by the inverse-transpose of L / w, which is its cofactor matrix up to a positive factor and the sign of
-its determinant. The three transforms are side by side so that nobody takes the wrong one.
+A model matrix M = [[L, t], [0, 0, 0, w]] maps a point p to (L p + t) / w and a vector v to L v / w. A normal n is
+multiplied by the inverse-transpose of L / w, which is its cofactor matrix up to a positive factor and the sign of its
+determinant.
 
-Every row of a result depends on that row of the input and on the matrix alone: not on the other rows, nor
-on the memory layout. Rows that float64's exponent range would spoil are computed again with exponents kept
-apart, which gives the same bits wherever both are possible.
+Each row of a result depends only on the same row of the input and on the matrix, not on other rows or the memory
+layout. Rows that would overflow or underflow are computed again with separate exponents, which gives the same bits
+wherever both ways are possible.
 """
 
 from __future__ import annotations
@@ -24,48 +24,48 @@ from pvphong.base.vectors import columns, unit
 
 
 class MatrixClass(Enum):
-    """What a matrix does to the directions of normals; the value says it to people."""
+    """Effect of a matrix on the directions of normals; the value describes it in reports."""
 
     TRANSLATION = "a translation"
     UNIFORM_SCALE = "a uniform scale"
-    SIMILAR = "rigid or similar: the inverse-transpose is the matrix itself, but for its scale"
+    SIMILAR = "rigid or similar: the inverse-transpose is the matrix itself, up to scale"
     GENERAL = "general: normals need the inverse-transpose"
 
     @property
     def keeps_normals(self) -> bool:
-        """Whether normals point where they did."""
+        """True if normals keep their directions."""
         return self in {MatrixClass.TRANSLATION, MatrixClass.UNIFORM_SCALE}
 
 
 def class_of(matrix: Float64Array) -> MatrixClass:
-    """The class of a (4, 4) affine matrix; what keeps normals is exact, what is similar is so to 1e-12."""
+    """Return the class of a (4, 4) affine matrix; a translation or uniform scale exactly, a similarity to 1e-12."""
     linear, w = matrix[:3, :3], matrix[3, 3]
     if np.array_equal(linear, np.eye(3) * linear[0, 0]) and np.sign(linear[0, 0]) == np.sign(w):
         return MatrixClass.TRANSLATION if linear[0, 0] == w else MatrixClass.UNIFORM_SCALE
-    scaled = np.ldexp(linear, -np.frexp(np.abs(linear).max())[1])  # so that no product overflows
+    scaled = np.ldexp(linear, -np.frexp(np.abs(linear).max())[1])  # products must not overflow
     gram = scaled.T @ scaled
     if np.allclose(gram, np.eye(3) * gram[0, 0], rtol=0.0, atol=1e-12):
         return MatrixClass.SIMILAR
     return MatrixClass.GENERAL
 
 
-# Where squared lengths carry no underflow and no overflow into their last bit, lengths lie between these.
+# Range of lengths whose squares neither overflow nor underflow in their last bit.
 _LEAST_LENGTH, _MOST_LENGTH = 2.0**-450, 2.0**450
 
-# The exponent given to a product that is zero: below every other, and far from the int32 range's end.
+# Exponent of a zero product: below every other exponent, and far from int32 overflow.
 _NO_EXPONENT = -(2**20)
 
 _ROWS_AT_ONCE = 2**12
 
-# Cofactors more powers of two apart could lose bits in a long normal that comes out short.
+# If cofactors differ by more powers of two, a long normal that is mapped to a short one could lose bits.
 _WIDEST_COFACTORS = 500
 
-# Dividing by a w further from 1 could take a sum that underflowed back into the range.
+# Dividing an underflowed sum by a w further from 1 could bring it back into the range, without its lost bits.
 _MOST_W = 2.0**30
 
 
 class SingularMatrixWarning(UserWarning):
-    """A model matrix flattens space onto a plane; normals follow the limit of ever flatter matrices.
+    """Warning about a model matrix that flattens space onto a plane; normals are the limit of ever flatter matrices.
 
     Examples
     --------
@@ -75,10 +75,10 @@ class SingularMatrixWarning(UserWarning):
 
 
 def normal_matrix(matrix: MatrixLike) -> Float64Array:
-    """Matrix that takes normals where `matrix` takes points: the inverse-transpose, up to a positive factor.
+    """Return the matrix for normals of points transformed by `matrix`: the inverse-transpose, up to a positive factor.
 
-    It is computed in exact arithmetic from the stored numbers and rounded once, so that it is right for every
-    condition number, and its sign is right for mirrors (det < 0) and for a negative last entry (w < 0).
+    It is computed in exact arithmetic from the stored numbers and rounded once. So it is accurate for any condition
+    number, and its sign is right for mirrors (det < 0) and for a negative last entry (w < 0).
 
     Parameters
     ----------
@@ -88,20 +88,20 @@ def normal_matrix(matrix: MatrixLike) -> Float64Array:
     Returns
     -------
     ndarray
-        Shape (3, 3), float64; its largest entry lies between 0.5 and 1 in magnitude. Entries less than 5e-324
-        of the largest are zero; `transform_normals` keeps those too.
+        Shape (3, 3), float64; the magnitude of its largest entry is between 0.5 and 1. Entries smaller than 5e-324
+        of the largest are zero, but `transform_normals` includes them.
 
     Raises
     ------
     ValueError
         If the matrix is not finite, its last row is projective, or it flattens space onto a line or a point
-        (rank <= 1), where no normal has an image.
+        (rank <= 1), so that normals are undefined.
 
     Warns
     -----
     SingularMatrixWarning
         If the matrix flattens space onto a plane (rank 2). The result is then the cofactor matrix with its own
-        sign: the limit of matrices that flatten ever more without mirroring.
+        sign: the limit of ever flatter matrices that do not mirror.
 
     Notes
     -----
@@ -121,7 +121,7 @@ def normal_matrix(matrix: MatrixLike) -> Float64Array:
 
 
 def transform_points(points: ArrayLike, matrix: MatrixLike) -> Float64Array:
-    """Images of points under a model matrix: (L p + t) / w.
+    """Transform points by a model matrix: (L p + t) / w.
 
     Parameters
     ----------
@@ -133,8 +133,7 @@ def transform_points(points: ArrayLike, matrix: MatrixLike) -> Float64Array:
     Returns
     -------
     ndarray
-        Shape (n, 3), float64. Coordinates beyond float64's range are infinite; a point that is not finite has
-        an image that is not finite.
+        Shape (n, 3), float64. Coordinates that overflow are infinite; a point that is not finite stays not finite.
 
     Raises
     ------
@@ -153,9 +152,9 @@ def transform_points(points: ArrayLike, matrix: MatrixLike) -> Float64Array:
 
 
 def transform_vectors(vectors: ArrayLike, matrix: MatrixLike) -> Float64Array:
-    """Images of vectors (differences of points) under a model matrix: L v / w, without its translation.
+    """Transform vectors (differences of points) by a model matrix: L v / w, without its translation.
 
-    Parameters, result and errors are those of `transform_points`; lengths are kept as they come.
+    Parameters, result and errors are as for `transform_points`. The vectors are not normalized.
 
     Examples
     --------
@@ -169,7 +168,7 @@ def transform_vectors(vectors: ArrayLike, matrix: MatrixLike) -> Float64Array:
 
 
 def transform_normals(normals: ArrayLike, matrix: MatrixLike) -> Float64Array:
-    """Images of normals under a model matrix, by its inverse-transpose, made unit length.
+    """Transform normals by the inverse-transpose of a model matrix, and normalize them.
 
     Parameters
     ----------
@@ -181,18 +180,18 @@ def transform_normals(normals: ArrayLike, matrix: MatrixLike) -> Float64Array:
     Returns
     -------
     ndarray
-        Shape (n, 3), float64, unit length. A zero normal is unlit: it comes back as zero, and so do a normal
-        with a NaN or infinity and a normal that a flattening matrix takes to zero.
+        Shape (n, 3), float64, unit length. The result is zero, which is unlit, for a zero normal, a normal with a NaN
+        or infinity, and a normal that a flattening matrix maps to zero.
 
     Raises
     ------
     ValueError
-        As `normal_matrix`, or for another shape or type of `normals`.
+        As for `normal_matrix`, or for another shape or type of `normals`.
 
     Warns
     -----
     SingularMatrixWarning
-        As `normal_matrix`.
+        As for `normal_matrix`.
 
     Examples
     --------
@@ -218,7 +217,7 @@ def transform_normals(normals: ArrayLike, matrix: MatrixLike) -> Float64Array:
 
 
 def normalize(vectors: ArrayLike) -> Float64Array:
-    """Unit vectors of the same directions, for every length that float32 or float64 can hold.
+    """Normalize vectors of any length that float32 or float64 can represent.
 
     Parameters
     ----------
@@ -228,14 +227,14 @@ def normalize(vectors: ArrayLike) -> Float64Array:
     Returns
     -------
     ndarray
-        Shape (n, 3), float64, C-contiguous, within 4 roundings (4 * 2**-53) of the exact unit vector. A row
-        of zeros, or with a NaN or infinity, comes back as zero.
+        Shape (n, 3), float64, C-contiguous, within 4 roundings (4 * 2**-53) of the exact unit vector. A row of zeros,
+        or with a NaN or infinity, gives zero.
     """
     return _unit_rows(check.array("vectors", vectors))[0]
 
 
 def _unit_rows(rows: FloatArray, coefficients: Float64Array | None = None) -> tuple[Float64Array, Float64Array]:
-    """`unit` of rows, or of coefficients times each; a few at once, for which a core's cache has room."""
+    """Apply `unit` to rows, or to coefficients times each row; in chunks that fit a core's cache."""
     result, lengths = np.empty(rows.shape), np.empty(len(rows))
     for start in range(0, len(rows), _ROWS_AT_ONCE):
         part = slice(start, start + _ROWS_AT_ONCE)
@@ -246,7 +245,7 @@ def _unit_rows(rows: FloatArray, coefficients: Float64Array | None = None) -> tu
 
 
 def affine_matrix(matrix: MatrixLike) -> Float64Array:
-    """A model matrix, checked, shape (4, 4).
+    """Check a model matrix, and return it with shape (4, 4).
 
     Raises
     ------
@@ -256,13 +255,13 @@ def affine_matrix(matrix: MatrixLike) -> Float64Array:
     result = check.matrix4("matrix", matrix)
     if result[3, :3].any() or result[3, 3] == 0.0:
         allowed = "an affine 4x4 matrix, with last row (0, 0, 0, w) and w != 0"
-        remedy = "A projection belongs to the camera: pass the model matrix alone, with last row (0, 0, 0, 1)."
+        remedy = "Pass only the model matrix, with last row (0, 0, 0, 1); the projection belongs to the camera."
         check.refuse("matrix", f"last row {tuple(result[3].tolist())}", allowed, remedy)
     return result
 
 
 def _cofactors(matrix: MatrixLike) -> list[int]:
-    """Nine integers in the exact proportions of the inverse-transpose of L / w, row by row; warns at rank 2."""
+    """Return nine integers exactly proportional to the inverse-transpose of L / w, row by row; warn at rank 2."""
     affine = affine_matrix(matrix)
     a, b, c, d, e, f, g, h, i = common_integers(affine[:3, :3].ravel().tolist())
     cofactors = [
@@ -277,8 +276,8 @@ def _cofactors(matrix: MatrixLike) -> list[int]:
     determinant = a * cofactors[0] + b * cofactors[1] + c * cofactors[2]
     if determinant == 0:
         message = (
-            "The matrix flattens space onto a plane (determinant exactly 0): every normal becomes the plane's or zero. "
-            "Use a small scale in place of 0 to keep the surface's own normals."
+            "The matrix flattens space onto a plane (determinant exactly 0): all normals become the plane's or zero. "
+            "Use a small scale instead of 0 to keep the surface's own normals."
         )
         warnings.warn(message, SingularMatrixWarning, stacklevel=3)
         return cofactors
@@ -286,7 +285,7 @@ def _cofactors(matrix: MatrixLike) -> list[int]:
 
 
 def _product(rows: FloatArray, coefficients: Float64Array, w: float) -> Float64Array:
-    """(coefficients @ row) / w for every row; a fourth column of coefficients is added as it is."""
+    """Return (coefficients @ row) / w for each row; a fourth column of coefficients is added unchanged."""
     with np.errstate(all="ignore"):
         result = _sums(rows.astype(np.float64, copy=False), coefficients)
         if w != 1.0:
@@ -302,7 +301,7 @@ def _product(rows: FloatArray, coefficients: Float64Array, w: float) -> Float64A
 
 
 def _sums(rows: Float64Array, coefficients: Float64Array) -> Float64Array:
-    """Coefficients times every row, always summed in the order x, y, z, 1 (a BLAS product's order may vary)."""
+    """Return coefficients times each row, summed in the order x, y, z, 1 (the order in a BLAS product may vary)."""
     x, y, z = rows[:, 0], rows[:, 1], rows[:, 2]
     result = np.empty(rows.shape)
     for axis, factors in enumerate(coefficients.tolist()):
@@ -319,16 +318,16 @@ def _sums(rows: Float64Array, coefficients: Float64Array) -> Float64Array:
 
 
 def common_integers(values: Sequence[float]) -> list[int]:
-    """Integers in exactly the proportions of some finite floats: each float times one common power of two."""
+    """Return integers exactly proportional to finite floats: the floats times a common power of two."""
     ratios = [value.as_integer_ratio() for value in values]
     shift = max(below for _, below in ratios).bit_length()
     return [above << (shift - below.bit_length()) for above, below in ratios]
 
 
 def _in_proportion(integers: Sequence[int]) -> Float64Array:
-    """Nine integers as a (3, 3) matrix of floats, the largest between 0.5 and 1, each rounded once.
+    """Scale nine integers to a (3, 3) matrix of floats, the largest between 0.5 and 1, each rounded once.
 
-    Python divides integers with one correct rounding; what is less than 5e-324 of the largest becomes zero.
+    Python divides integers with one correct rounding; entries smaller than 5e-324 of the largest become zero.
     """
     whole = 1 << max(abs(entry) for entry in integers).bit_length()
     return np.array([entry / whole for entry in integers]).reshape(3, 3)
@@ -337,12 +336,12 @@ def _in_proportion(integers: Sequence[int]) -> Float64Array:
 def _wide_sums(
     rows: FloatArray, mantissas: Float64Array, exponents: NDArray[np.int32]
 ) -> tuple[Float64Array, NDArray[np.int32]]:
-    """Linear images of rows, in which nothing overflows, and nothing underflows that counts.
+    """Return coefficients times each row, with separate exponents: no overflow, and no underflow that matters.
 
     Products and sums are rounded as in plain float64 arithmetic, in the order of the columns.
 
     Rows have the shape (n, 3). The coefficients, mantissas * 2**exponents, have the shape (k, 3), or (k, 4) with a last
-    column that is added as it is. The images, sums * 2**exponents of what is given, have the shape (n, k).
+    column that is added unchanged. The result is a pair of sums and exponents, for (n, k) values sums * 2**exponents.
     """
     if mantissas.shape[1] == 4:
         rows = np.column_stack([rows, np.ones(len(rows))])

@@ -1,10 +1,10 @@
-"""PyVista data in and out. In reading order:
+"""Conversion of PyVista data to inputs of lighting, and of results to PyVista data. In reading order:
 
-`lit` is what `mesh.phong.shade`, `plan`, `visibility` and `normals` run. It takes a mesh's surface, its faces and their
-normals, and splits its sharp edges, by `surfaces` (with `cells`, which reads cell arrays and refuses what would crash
-VTK); what is given for each point, textures too, by `point_data`, and scalars through `colormaps`; a scene where none
-is given by `default_scene`; what blocks the light by `visibility`, and how it goes on between vertices by `transport`.
-`glance` warns of normals that look the wrong way. `truth` makes meshes and materials what paths of light meet. `blocks`
-does things to meshes of several blocks, `files` reads and writes them (`whole_files` says whether a file is whole),
-`pictures` draws lit meshes, and `saving` writes them for other programs (`gltf` for those that read that).
+`lit` implements `mesh.phong.shade`, `plan`, `visibility` and `normals`. `surfaces` extracts a mesh's surface, faces and
+normals, and splits sharp edges (with `cells`, which reads cell arrays and refuses meshes that would crash VTK).
+`point_data` reads data per point, including textures, and `colormaps` maps scalars to colours. `default_scene` makes a
+scene if none is given. `visibility` finds what blocks the light, and `transport` how light travels between vertices.
+`glance` warns of normals that point the wrong way. `truth` converts meshes and materials for the path tracer. `blocks`
+applies operations to meshes of several blocks. `files` reads and writes meshes (`whole_files` checks for truncated
+files), `pictures` draws lit meshes, and `saving` exports them for other programs (`gltf` as glTF).
 """

@@ -1,4 +1,4 @@
-"""Meshes of several blocks: an operation on each, and each by its name."""
+"""Meshes of several blocks: operations on each block, and names of blocks."""
 
 from __future__ import annotations
 
@@ -12,18 +12,18 @@ import pyvista as pv
 from pvphong.base import check
 
 Surface = TypeVar("Surface")
-"""A material, or what replaces one."""
+"""A material, or a value used in place of one."""
 
 Result = TypeVar("Result")
 
 DEFAULT = "default"
-"""Name of the material of those that have none of their own name."""
+"""Name of the material for blocks without a material of their own name."""
 
 
 def map_blocks(blocks: pv.MultiBlock, operation: Callable[[Any], Any], place: str = "") -> pv.MultiBlock:
-    """A new MultiBlock of the same structure and names, with `operation` applied to each dataset.
+    """Return a new MultiBlock of the same structure and names, with `operation` applied to each dataset.
 
-    None stays None; a table or an empty dataset is copied as it is. An error names the block.
+    None stays None; tables and empty datasets are copied unchanged. Errors name the block.
     """
     result = pv.MultiBlock()
     for key, array in blocks.field_data.items():
@@ -43,7 +43,7 @@ def map_blocks(blocks: pv.MultiBlock, operation: Callable[[Any], Any], place: st
 
 
 def of_each(blocks: pv.MultiBlock, operation: Callable[[pv.DataSet], Result], place: str = "") -> list[Result]:
-    """The results of an operation on the datasets that `datasets` gives; an error names the block."""
+    """Return the results of an operation on each dataset of `datasets`; errors name the block."""
     found: list[Result] = []
     for index, block in enumerate(blocks):
         if isinstance(block, pv.MultiBlock):
@@ -64,10 +64,10 @@ def _named(blocks: pv.MultiBlock, index: int, place: str) -> Iterator[None]:
 
 
 def datasets(blocks: pv.MultiBlock) -> Iterator[tuple[str, pv.DataSet]]:
-    """The path of names and the dataset of each block that is not empty.
+    """Yield the path of names and the dataset of each nonempty block.
 
-    A path that several blocks share has their indices appended: "wheel [2]" is blocks[2], "car/wheel [0][2]" is
-    blocks[0][2]. A block without a name goes by its index.
+    Indices are appended to a path that several blocks share: "wheel [2]" is blocks[2], "car/wheel [0][2]" is
+    blocks[0][2]. The name of an unnamed block is its index.
     """
 
     def paths_in(blocks: pv.MultiBlock, names: tuple[str, ...], place: str) -> Iterator[tuple[str, str, Any]]:
@@ -85,19 +85,19 @@ def datasets(blocks: pv.MultiBlock) -> Iterator[tuple[str, pv.DataSet]]:
 
 
 def materials_of(paths: Sequence[str], materials: Mapping[str, Surface]) -> list[Surface]:
-    """The materials of all blocks, in their order.
+    """Return the materials of all blocks, in their order.
 
     Parameters
     ----------
     paths : sequence of str
-        The blocks' paths of names, as `datasets` gives them.
+        The blocks' paths of names, from `datasets`.
     materials : mapping
-        One for each path; the blocks not named have that of "default".
+        Path → material; "default" is for blocks that are not named.
 
     Raises
     ------
     ValueError
-        If a block has none, or a name is no block's.
+        If a block has no material, or a name is not a block's.
     """
     allowed = "a mapping with the names of all blocks, or with 'default' for those not named"
     for name in materials:
@@ -110,18 +110,18 @@ def materials_of(paths: Sequence[str], materials: Mapping[str, Surface]) -> list
 
 
 def common_or_named(materials: Mapping[str, Surface]) -> dict[str, Surface]:
-    """The materials of all blocks by their names as one of "default" where they are alike, else as they are."""
+    """Return the materials of all blocks by name, or only "default" if all are equal."""
     found = list(materials.values())
     return {DEFAULT: found[0]} if found and all(each == found[0] for each in found) else dict(materials)
 
 
 def single_material(materials: Mapping[str, Surface]) -> Surface:
-    """The material of a mesh without blocks: that of "default", or the only one.
+    """Return the material of a mesh without blocks: the one named "default", or the only one.
 
     Raises
     ------
     ValueError
-        If there are several, and none of that name.
+        If there are several, and none is named "default".
     """
     if DEFAULT not in materials and len(materials) != 1:
         check.refuse("material", f"those of {', '.join(materials)}", "one, or one of them named 'default'")
@@ -129,5 +129,5 @@ def single_material(materials: Mapping[str, Surface]) -> Surface:
 
 
 def leaves(mesh: Any) -> list[Any]:
-    """The mesh itself, or the datasets in all blocks that are not empty; a table is none."""
+    """Return the datasets in all nonempty blocks, without tables; for a mesh without blocks, the mesh itself."""
     return of_each(mesh, lambda block: block) if isinstance(mesh, pv.MultiBlock) else [mesh]

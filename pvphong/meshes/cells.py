@@ -1,8 +1,7 @@
-"""Reading the cells of a PyVista dataset, and refusing what would crash VTK.
+"""Access to the cells of a PyVista dataset, and refusal of meshes that would crash VTK.
 
-VTK's algorithms trust a mesh: an index beyond the points, a cell with too few points, a dimension or an
-array that does not fit ends the process. Everything here reads memory that is certainly there, and nothing
-else, so it may be called on any mesh.
+VTK's algorithms trust a mesh. An index beyond the points, a cell with too few points, or dimensions or an array that do
+not fit crash the process. The functions here read only memory that is known to exist, so they are safe for any mesh.
 """
 
 from __future__ import annotations
@@ -22,7 +21,7 @@ from vtkmodules.vtkCommonDataModel import vtkGenericCell
 from pvphong.base import check
 from pvphong.base.types import IntArray
 
-# Cell arrays in order that are remembered, and offsets that are compared at once.
+# Number of valid cell arrays that are remembered, and of offsets that are compared at once.
 _REMEMBERED, _AT_ONCE = 1024, 2**20
 
 _in_order: dict[tuple[int, ...], None] = {}
@@ -30,7 +29,7 @@ _lock = threading.Lock()
 
 
 def _remember(version: tuple[int, ...] | None) -> None:
-    """Remember that an array in this state is in order; the oldest one goes where there are too many."""
+    """Remember that an array in this state is valid; forget the oldest entry if there are too many."""
     if version is not None:
         with _lock:
             _in_order[version] = None
@@ -40,21 +39,20 @@ def _remember(version: tuple[int, ...] | None) -> None:
 
 @dataclass(frozen=True)
 class Cells:
-    """One of a mesh's cell arrays, as views of VTK's memory.
+    """A cell array of a mesh, as views of VTK's memory.
 
     Attributes
     ----------
     label : str
-        What an error calls one of them.
+        Name of such a cell in error messages.
     first : int
-        The mesh's number of the first of them: in a PolyData vertices come first, then lines, faces, strips.
+        Index of the first cell in the mesh: in a PolyData vertices come first, then lines, faces, strips.
     count : int
-        How many cells there are.
+        Number of cells.
     connectivity : ndarray
-        Their point indices, one cell after the other.
+        Point indices of all cells, one cell after the other.
     version : tuple or None
-        A stamp of this state of the array, so that it is checked once only; None if it is
-        to be checked each time.
+        Stamp of the array's state, with which it is checked only once; None if it is checked each time.
     """
 
     label: str
@@ -66,14 +64,14 @@ class Cells:
 
     @cached_property
     def offsets(self) -> NDArray[Any]:
-        """Shape (count + 1,): where each cell starts in `connectivity`, and the end.
+        """Shape (count + 1,): the start of each cell in `connectivity`, and the end of the last.
 
-        Cells of one size have none that are stored: they are made when they are first read.
+        VTK does not store offsets of cells of equal size; they are created at the first access.
         """
         return vtk_to_numpy(self._array.GetOffsetsArray()) if self.count else np.zeros(1, dtype=np.int64)
 
     def out_of_range(self, n_points: int) -> IntArray:
-        """Which of the cells have an index that is none of the points'."""
+        """Return the cells that have a point index out of range."""
         version = self.version and (*self.version, n_points)
         unsigned = self.connectivity.view(f"u{self.connectivity.itemsize}")  # a negative index becomes a large one
         if version in _in_order or not len(unsigned) or unsigned.max() < n_points:
@@ -83,27 +81,27 @@ class Cells:
         return np.unique(np.searchsorted(self.offsets, bad, side="right") - 1)
 
     def refuse_out_of_range(self, n_points: int) -> None:
-        """Raise ``ValueError`` with the first cell that has such an index, and the index."""
+        """Raise ``ValueError`` with the first point index out of range, and its cell."""
         bad = self.out_of_range(n_points)
         if len(bad):
             corners = self.connectivity[self.offsets[bad[0]] : self.offsets[bad[0] + 1]]
             index = corners[(corners < 0) | (corners >= n_points)][0]
             allowed = f"a mesh whose cells refer to its {n_points} points" + (f", 0 to {n_points - 1}" * (n_points > 0))
-            remedy = "The file or the code that made the cells counts its points differently; see pvphong.diagnose."
+            remedy = "The file or the code that made the cells numbers the points differently; see pvphong.diagnose."
             check.refuse("mesh", f"index {index} in {self.label} {bad[0]}", allowed, remedy)
 
 
 def cells(mesh: pv.DataSet) -> list[Cells]:
-    """The cell arrays of a mesh; none of a dataset whose cells are implied by its dimensions.
+    """Return the cell arrays of a mesh; empty for a dataset whose cells are implied by its dimensions.
 
-    Those of a PolyData are checked once for each version of theirs, for VTK counts all objects' modifications by one
-    counter. Code that writes into their memory must call ``Modified()``, as for drawing them. A grid's are checked
-    each time: VTK reads them next, to cut out the surface, and one wrong index would end the process.
+    Arrays of a PolyData are checked once per modification, which VTK counts. Code that writes into their memory must
+    call ``Modified()``, as for drawing. Arrays of a grid are checked each time, because VTK reads them next to extract
+    the surface, and a wrong index would crash the process.
 
     Raises
     ------
     ValueError
-        If an array's offsets reach beyond its connectivity.
+        If an array's offsets exceed its connectivity.
     """
     if isinstance(mesh, pv.PolyData):
         arrays = {
@@ -140,7 +138,7 @@ def _read(label: str, array: Any, first: int = 0, *, once: bool = False) -> Cell
     if version in _in_order:
         return result
     start, end = array.GetOffset(0), array.GetOffset(count)
-    # a few at a time, for there may be more offsets than memory
+    # in chunks, because the offsets may be larger than memory
     stretches = (result.offsets[at : at + _AT_ONCE + 1] for at in range(0, count + 1, _AT_ONCE))
     rises = array.IsStorageFixedSize() or all((part[1:] >= part[:-1]).all() for part in stretches)
     if start != 0 or not 0 <= end <= len(connectivity) or not rises:
@@ -151,7 +149,7 @@ def _read(label: str, array: Any, first: int = 0, *, once: bool = False) -> Cell
 
 
 def _polyhedron_faces(mesh: pv.DataSet) -> tuple[Cells, Cells] | None:
-    """The faces of a mesh's polyhedra, and for every cell which of them are its own; None where there are none."""
+    """Return the faces of a mesh's polyhedra, and the faces of each cell; None if there are no polyhedra."""
     if not isinstance(mesh, pv.UnstructuredGrid) or mesh.GetPolyhedronFaces() is None:
         return None
     faces = _read("polyhedron face", mesh.GetPolyhedronFaces())
@@ -159,7 +157,7 @@ def _polyhedron_faces(mesh: pv.DataSet) -> tuple[Cells, Cells] | None:
 
 
 def _bad_types(mesh: pv.DataSet) -> list[tuple[IntArray, Callable[[int], str], str, str]]:
-    """Cells that VTK cannot take for what their type is: their numbers, a phrase for one, what is allowed, a remedy."""
+    """Return groups of invalid cells by kind of error: indices, a function that describes a cell, allowed, remedy."""
     if not isinstance(mesh, pv.UnstructuredGrid) or mesh.n_cells == 0:
         return []
     types, sizes = mesh.celltypes, np.diff(cells(mesh)[0].offsets)
@@ -176,7 +174,7 @@ def _bad_types(mesh: pv.DataSet) -> list[tuple[IntArray, Callable[[int], str], s
             "",
         ),
         (
-            np.flatnonzero(~is_known[types]),  # VTK would leave them out
+            np.flatnonzero(~is_known[types]),  # VTK would skip them
             lambda cell: f"cell {cell} of type {types[cell]}",
             "a mesh with cells of VTK's types",
             "",
@@ -184,17 +182,17 @@ def _bad_types(mesh: pv.DataSet) -> list[tuple[IntArray, Callable[[int], str], s
         (
             np.flatnonzero(types == pv.CellType.CONVEX_POINT_SET),
             lambda cell: f"cell {cell}, a convex point set",
-            "a mesh without convex point sets, because VTK's triangulation of some ends the process",
-            "pv.PolyData(points).delaunay_3d() makes tetrahedra of its points.",
+            "a mesh without convex point sets, because VTK crashes when it triangulates some of them",
+            "Convert its points to tetrahedra with pv.PolyData(points).delaunay_3d().",
         ),
     ]
 
 
 def invalid_cells(mesh: pv.DataSet) -> IntArray:
-    """The mesh's numbers of the cells that would crash VTK, in rising order.
+    """Return the indices of the cells that would crash VTK, in ascending order.
 
-    They refer to points that do not exist, have fewer points than their type, are of a type that VTK has not, or are
-    convex point sets.
+    These refer to points that do not exist, have fewer points than their type, have a type that VTK does not know, or
+    are convex point sets.
     """
     n_points = mesh.n_points
     found = [array.first + array.out_of_range(n_points) for array in cells(mesh)]
@@ -209,7 +207,7 @@ def invalid_cells(mesh: pv.DataSet) -> IntArray:
 
 
 def refuse_invalid(mesh: pv.DataSet) -> None:
-    """Raise ``ValueError`` for a mesh that would crash VTK, with the cell, the dimensions or the array to blame."""
+    """Raise ``ValueError`` for a mesh that would crash VTK, with the invalid cell, dimensions or array."""
     n_points = mesh.n_points
     for array in cells(mesh):
         array.refuse_out_of_range(n_points)
@@ -224,16 +222,16 @@ def refuse_invalid(mesh: pv.DataSet) -> None:
 
 
 def refuse_wrong_sizes(mesh: pv.DataSet) -> None:
-    """Raise ``ValueError`` for dimensions or an array of another length than the points or cells."""
+    """Raise ``ValueError`` for dimensions or an array that do not match the number of points or cells."""
     if isinstance(mesh, pv.StructuredGrid) and np.prod(mesh.dimensions) != mesh.n_points:
         got = f"{mesh.n_points} points in dimensions {tuple(mesh.dimensions)}"
-        check.refuse("mesh", got, "a grid with a point for each place in its dimensions")
+        check.refuse("mesh", got, "a grid with as many points as the product of its dimensions")
     if isinstance(mesh, pv.RectilinearGrid):
         axes = (mesh.GetXCoordinates(), mesh.GetYCoordinates(), mesh.GetZCoordinates())
         counts = tuple(0 if axis is None else axis.GetNumberOfTuples() for axis in axes)
         if counts != tuple(mesh.dimensions):
             got = f"{counts} coordinates in dimensions {tuple(mesh.dimensions)}"
-            check.refuse("mesh", got, "a grid with a coordinate for each place along its axes")
+            check.refuse("mesh", got, "a grid with as many coordinates along each axis as its dimensions")
     for of, data, count in (("point", mesh.GetPointData(), mesh.n_points), ("cell", mesh.GetCellData(), mesh.n_cells)):
         for number in range(data.GetNumberOfArrays()):
             array = data.GetAbstractArray(number)

@@ -1,4 +1,4 @@
-"""Scalars as colours: a `Colormap` of a mesh's array through VTK's lookup table, set up as PyVista sets it up."""
+"""Scalars to colours: a `Colormap` maps a mesh's array through VTK's lookup table, configured as in PyVista."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ from pvphong.base.types import ByteArray
 from pvphong.optics.colormap import Colormap, numbers_of
 from pvphong.optics.material import Material
 
-_MAP_SCALARS = 1  # vtkScalarsToColors' colour mode: bytes are numbers to be mapped, not colours
+_MAP_SCALARS = 1  # vtkScalarsToColors' colour mode in which bytes are mapped too, not taken as colours
 
 
 def names() -> list[str]:
-    """Names of colormaps that PyVista finds: matplotlib's, and those of other packages that are installed."""
+    """Return the names of colormaps that PyVista finds: Matplotlib's, and those of other installed packages."""
     import matplotlib as mpl
     from pyvista.plotting import colors
 
@@ -44,13 +44,13 @@ class Scalars(NamedTuple):
 
 
 def scalars_of(name: str, colormap: Colormap, mesh: pv.DataSet) -> Scalars:
-    """A colormap's numbers at all points or cells of a mesh.
+    """Return a colormap's numbers at all points or cells of a mesh.
 
     Raises
     ------
     ValueError
-        If the mesh has no such array, or both its points and its cells have, or the array has another length, or no
-        numbers in it; the message begins with the name, which is a field's.
+        If the array does not exist, exists for both points and cells, has the wrong length or is not numeric. The
+        message begins with `name`, a field's name.
     """
     given, preference = colormap.scalars, colormap.preference
     if isinstance(given, str):
@@ -61,7 +61,7 @@ def scalars_of(name: str, colormap: Colormap, mesh: pv.DataSet) -> Scalars:
             allowed = f"the name of a point or cell array ({', '.join(arrays) or 'there is none'})"
             check.refuse(f"{name}'s scalars", repr(given), allowed, check.meant(given, arrays))
         if len(having) == 2 and preference is None:
-            remedy = 'Colormap(..., preference="point") or preference="cell" says which.'
+            remedy = 'Pass Colormap(..., preference="point") or preference="cell".'
             check.refuse(f"{name}'s scalars", f"{given!r}, a point and a cell array", "one array", remedy)
         where = preference if preference in having else having[0]
         values, label = np.asarray(data[where][given]), f"{name}'s scalars {given!r}"
@@ -77,13 +77,13 @@ def scalars_of(name: str, colormap: Colormap, mesh: pv.DataSet) -> Scalars:
 
 
 def _reduced(label: str, colormap: Colormap, values: Any) -> Any:
-    """One real number or bool for each row."""
+    """Reduce each row to one real number or bool: the colormap's component, or else the norm."""
     values = numbers_of(label, values)
     if values.dtype.kind == "c":
         values = values.real
     if values.ndim == 2 and colormap.component is not None:
         if colormap.component >= values.shape[1]:
-            allowed = f"less than {values.shape[1]}, as many columns as there are"
+            allowed = f"less than {values.shape[1]}, the number of columns"
             check.refuse(f"{label}: component", colormap.component, allowed)
         values = values[:, colormap.component]
     elif values.ndim == 2:
@@ -95,16 +95,16 @@ class Span(NamedTuple):
     """The range of some numbers."""
 
     low: float
-    """The least finite one; infinite where there is none."""
+    """Smallest finite number; infinite if there is none."""
     high: float
     positive: float
-    """The least finite one above 0; infinite where there is none."""
+    """Smallest finite number above 0; infinite if there is none."""
     different: tuple[float, ...]
-    """Each of them once, where a colormap asks how many there are."""
+    """The distinct numbers, if the colormap has `categories=True`."""
 
 
 def span_of(colormap: Colormap, numbers: Any) -> Span:
-    """The range of a colormap's numbers."""
+    """Return the range of a colormap's numbers."""
     finite = numbers[np.isfinite(numbers)] if numbers.dtype.kind == "f" else numbers
     different = np.unique(numbers).tolist() if colormap.categories is True else ()
     if not len(finite):
@@ -119,29 +119,29 @@ def _highest(kind: np.dtype[Any]) -> Any:
 
 
 def joined(spans: Iterable[Span]) -> Span:
-    """The range of several arrays together."""
+    """Return the common range of several arrays."""
     found = [*spans, Span(math.inf, -math.inf, math.inf, ())]
     low, high, positive, different = zip(*found, strict=True)
     return Span(min(low), max(high), min(positive), tuple(np.unique(np.concatenate(different)).tolist()))
 
 
 def over_all(material: Material, meshes: Sequence[pv.DataSet]) -> Material:
-    """A material whose colormaps have the range of all meshes that have their array, where they have none.
+    """Return a material whose colormaps without a range get the common range of all meshes that have their array.
 
-    What is wrong with an array is told when a mesh is lit: such a colormap is left as it is.
+    Colormaps with an invalid array are unchanged; the error is raised when a mesh is lit.
     """
     return spanned(material, {name: spans_in(each, meshes) for name, each in unspanned(material).items()})
 
 
 def unspanned(material: Material) -> dict[str, Colormap]:
-    """The fields whose colormaps depend on the numbers of a mesh beside its points' own."""
+    """Return the fields whose colormaps need the range, or the distinct numbers, of the whole mesh."""
     maps = {name: each for name, each in material.maps.items() if isinstance(each, Colormap)}
     own = {name: each for name, each in maps.items() if not hasattr(each.cmap, "MapScalars")}
     return {name: each for name, each in own.items() if each.clim is None or each.categories is True}
 
 
 def spans_in(colormap: Colormap, meshes: Sequence[pv.DataSet]) -> Span:
-    """The range of a colormap's array over several meshes; those that have it not, or not as numbers, do not count."""
+    """Return the range of a colormap's array over several meshes; meshes without it, or not as numbers, are ignored."""
     spans = []
     for mesh in meshes if isinstance(colormap.scalars, str) else ():
         with contextlib.suppress(ValueError):
@@ -152,7 +152,7 @@ def spans_in(colormap: Colormap, meshes: Sequence[pv.DataSet]) -> Span:
 
 
 def spanned(material: Material, spans: Mapping[str, Span]) -> Material:
-    """A material whose colormaps, by their fields, have given ranges, where they have none."""
+    """Return a material whose colormaps without a range get the given ones, by field."""
     found = {}
     for name, span in spans.items():
         colormap = material.maps[name]
@@ -168,20 +168,20 @@ def spanned(material: Material, spans: Mapping[str, Span]) -> Material:
 
 
 def lookup_table(name: str, colormap: Colormap, numbers: Any, span: Span | None = None) -> pv.LookupTable:
-    """The table that maps some numbers.
+    """Return the lookup table of a colormap for some numbers.
 
-    Source: `pyvista.DataSetMapper.set_scalars`, whose order of steps this is.
+    Source: `pyvista.DataSetMapper.set_scalars`, with the same order of steps.
 
     Parameters
     ----------
     name : str
-        Of a field.
+        Name of a field, for errors.
     colormap : Colormap
-        What maps them.
+        The colormap.
     numbers : ndarray
         Shape (n,).
     span : Span, optional
-        Their range together with others', where the colormap has none; their own if not given.
+        Range to use if the colormap has none; by default the range of `numbers`.
 
     Raises
     ------
@@ -194,7 +194,7 @@ def lookup_table(name: str, colormap: Colormap, numbers: Any, span: Span | None 
     is_bool = numbers.dtype == np.bool_
     if is_bool or colormap.clim is not None:
         low, high = (-0.5, 1.5) if is_bool else colormap.clim
-        if colormap.log_scale and low <= 0.0:  # as PyVista; VTK itself sees to a range that it finds
+        if colormap.log_scale and low <= 0.0:  # as in PyVista; a range found from the numbers is handled below
             low = sys.float_info.min
     else:
         is_known = span is not None or len(numbers)
@@ -223,32 +223,32 @@ def lookup_table(name: str, colormap: Colormap, numbers: Any, span: Span | None 
         table.annotations = {0.0: "False", 1.0: "True"}
     if colormap.annotations is not None:
         table.annotations = dict(colormap.annotations)
-    table.Build()  # else colours of NaN and of what is outside are those before, as in PyVista's `LookupTable.__call__`
+    table.Build()  # without it, colours of NaN and outside the range are outdated, as in `LookupTable.__call__`
     return table
 
 
 def _listed(colors: tuple[Any, ...]) -> Any:
-    """A colormap of some colours. Names are matplotlib's first, as PyVista takes them: its "g" is not PyVista's."""
+    """Return a colormap of colours. As in PyVista, Matplotlib's names come first: its "g" differs from PyVista's."""
     from matplotlib.colors import ListedColormap, is_color_like
 
     return ListedColormap([each if is_color_like(each) else pv.Color(each).float_rgb for each in colors])
 
 
 def _found_range(name: str, span: Span, log_scale: bool) -> tuple[float, float]:
-    """The range of numbers as a table takes it."""
+    """Return the range of numbers for a table."""
     if span.low > span.high:
-        remedy = "clim=(0, 1) draws them all in the colour of NaN."
-        check.refuse(f"{name}'s scalars", "an array without any", "an array with finite numbers, or with clim", remedy)
+        remedy = "With clim=(0, 1), all are drawn in the colour of NaN."
+        check.refuse(f"{name}'s scalars", "only NaN or infinity", "an array with finite numbers, or with clim", remedy)
     if not log_scale or span.low >= 0.0:
         return span.low, span.high
     if not span.high > 0.0:
-        allowed, remedy = "an array with numbers > 0 for log_scale", "Leave log_scale out, or give clim."
+        allowed, remedy = "an array with numbers > 0 for log_scale", "Omit log_scale, or pass clim."
         check.refuse(f"{name}'s scalars", f"numbers up to {span.high:g}", allowed, remedy)
-    return span.positive, span.high  # a range of both signs VTK refuses: it prints an error and goes on
+    return span.positive, span.high  # for a range with both signs, VTK prints an error
 
 
 def colors_by(table: Any, numbers: Any) -> ByteArray:
-    """The 8-bit colours, shape (n, 3), that VTK draws some numbers in."""
+    """Return the 8-bit colours, shape (n, 3), in which VTK draws numbers."""
     if numbers.dtype == np.bool_ or numbers.dtype == np.float16 or numbers.dtype.itemsize > 8:
         numbers = numbers.astype(np.float64)
     if not len(numbers):
@@ -259,22 +259,22 @@ def colors_by(table: Any, numbers: Any) -> ByteArray:
 
 
 _SCALE = "_colormap"
-"""What the field array is called, after the lit colours' name, that says what their unlit colours mean."""
+"""Suffix of the field array that describes the scalar bar of the unlit colours; it follows the lit colours' name."""
 
 
 def put_scale(lit: pv.DataSet, name: str, material: Material, mesh: pv.DataSet) -> None:
-    """Have a lit mesh say what its unlit colours mean, for a scalar bar; or say nothing, where there is no colormap.
+    """Store the scalar bar of a lit mesh's unlit colours in it; remove an old one if there is no colormap.
 
     Parameters
     ----------
     lit : pyvista.DataSet
-        It gets the field array `<name>_colormap`, a text in JSON, which files keep; or loses it.
+        Gets or loses the field array ``NAME_colormap``, a JSON text, which files keep.
     name : str
-        Of its colours.
+        Name of the array of lit colours.
     material : Material
-        Of its colormaps the first one counts, albedo's before others.
+        Its first colormap is used, albedo's before others.
     mesh : pyvista.DataSet
-        What was lit.
+        The mesh before lighting.
     """
     lit.GetFieldData().RemoveArray(f"{name}{_SCALE}")
     maps = sorted(material.maps.items(), key=lambda item: item[0] != "albedo")
@@ -296,7 +296,7 @@ def put_scale(lit: pv.DataSet, name: str, material: Material, mesh: pv.DataSet) 
 
 
 def scale_of(lit: pv.DataSet, name: str) -> tuple[str, pv.LookupTable] | None:
-    """What a lit mesh says of its unlit colours: a title, and a table for a scalar bar; None where it says nothing."""
+    """Return the title and lookup table for the scalar bar of a lit mesh; None if it has none."""
     kept = lit.field_data.get(f"{name}{_SCALE}")
     if kept is None:
         return None
@@ -309,19 +309,19 @@ def scale_of(lit: pv.DataSet, name: str) -> tuple[str, pv.LookupTable] | None:
             setattr(table, f"{which}_range_color", found.get(f"{which}_color"))
         table.Build()
         return str(found["title"]), table
-    except (ValueError, TypeError, KeyError, AttributeError):  # an array of that name that somebody else has put there
+    except (ValueError, TypeError, KeyError, AttributeError):  # an array of this name from elsewhere
         return None
 
 
 def mapped(name: str, colormap: Colormap) -> ByteArray:
-    """The colours of a colormap whose scalars are an array, shape (n, 3); an error begins with the name of a field."""
+    """Return the colours, shape (n, 3), of a colormap whose scalars are an array; `name` is a field's, for errors."""
     if isinstance(colormap.scalars, str):
-        allowed = "a Colormap of an array where there is no mesh"
-        check.refuse(name, repr(colormap), allowed, "Colormap(array, ...) has the numbers themselves.")
+        allowed = "a Colormap of an array if there is no mesh"
+        check.refuse(name, repr(colormap), allowed, "Array names need a mesh; pass Colormap(array, ...).")
     numbers = numbers_in(name, colormap, np.asarray(colormap.scalars))
     return colors_by(lookup_table(name, colormap, numbers), numbers)
 
 
 def numbers_in(name: str, colormap: Colormap, values: Any) -> Any:
-    """The numbers, shape (n,), that a colormap takes of an array that it was given, or of a part of that."""
+    """Return the numbers, shape (n,), that a colormap reads from an array, or from a part of it."""
     return _reduced(f"{name}'s scalars", colormap, values)

@@ -1,4 +1,4 @@
-"""The scene in which a mesh is lit where none, or only lights, are given: three lights and a viewer that suit it."""
+"""The scene of a mesh if none is given, or only lights: three lights and a viewer that suit the mesh."""
 
 from __future__ import annotations
 
@@ -29,27 +29,26 @@ _UP = np.cross(_BACK, _RIGHT)
 def default_scene(
     mesh: pv.DataSet | pv.MultiBlock, aspect: float = 4 / 3, *, matrix: MatrixLike | None = None
 ) -> Scene:
-    """Key, fill and rim light, and PyVista's first view of the mesh.
+    """Return a scene with key, fill and rim light, and PyVista's default view of the mesh.
 
-    The viewer looks at the centre from where PyVista puts its camera, from the direction (1, 1, 1) with z up,
-    as near as the bounding box allows. The lights ride along with it: a warm
-    key from the upper left, a weaker cool fill from right of the viewer, on all that faces it, a rim light from behind.
-    A mesh with open edges
-    shows its backs and is lit two-sided.
+    The viewer looks at the centre from PyVista's default direction (1, 1, 1) with z up, as near as the bounding box
+    allows. The lights move with it: a warm key from the upper left, a weaker cool fill from the right of the viewer, on
+    all surfaces that face the viewer, and a rim light from behind. A mesh with open edges shows its back faces, so it
+    is lit two-sided.
 
     Parameters
     ----------
     mesh : pyvista.DataSet or pyvista.MultiBlock
         A dataset with a surface, or several.
     aspect : float, default 4/3
-        Width over height of the picture into which the bounding box fits.
+        Width over height of the image that the bounding box must fit into.
     matrix : array_like, optional
-        (4, 4) model matrix: the scene is that of the mesh where it puts it.
+        (4, 4) model matrix; the scene is for the transformed mesh.
 
     Returns
     -------
     Scene
-        To be used as it is, or saved and edited.
+        The scene, to use directly, or to save and edit.
 
     Raises
     ------
@@ -66,23 +65,23 @@ def default_scene(
     is_open = any(part.n_open_edges for part in parts)
     if matrix is not None:
         parts = [_moved(part, matrix) for part in parts]
-    # of all as one block, without tables: PyVista knows no bounds of those
+    # all parts in one block, without tables, for which PyVista has no bounds
     bounds = parts[0].bounds if len(parts) == 1 else pv.MultiBlock(parts).bounds
     return default_scene_of(bounds, is_open=is_open, aspect=aspect)
 
 
 def _moved(part: pv.PolyData, matrix: MatrixLike) -> pv.PolyData:
-    """A surface's points and faces where a matrix puts them, in float64."""
+    """Return a surface with its points transformed by a matrix, in float64."""
     moved = shallow_copy(part)
     moved.points = transform_points(part.points, matrix)
     return moved
 
 
 def default_scene_of(bounds: VectorLike, *, is_open: bool, aspect: float = 4 / 3) -> Scene:
-    """The default scene of meshes of which the box around them is known, and whether one has open edges."""
+    """Return the default scene of meshes from their bounds; `is_open` is True if one has open edges."""
     far, (low, high) = Viewer.framing(bounds), finite_box(bounds)
     center, radius = np.array(far.focal_point), far.parallel_scale
-    # from how far away the corners of the box fit into the picture, with a margin
+    # the distance at which the corners of the box fit into the image, with a margin
     half = 0.5 * (high - low)
     corners = corners_of(-half, half)
     right, up, back = (corners @ axis for axis in (_RIGHT, _UP, _BACK))
@@ -95,21 +94,21 @@ def default_scene_of(bounds: VectorLike, *, is_open: bool, aspect: float = 4 / 3
 
 
 def scene_for(mesh: Any, given: SceneLike | None, matrix: MatrixLike | None = None) -> Scene:
-    """The scene in which a mesh is lit, with a viewer: as given, or `default_scene` where none is.
+    """Return the scene in which a mesh is lit, with a viewer: the given scene, or else `default_scene`.
 
     Parameters
     ----------
     mesh : pyvista.DataSet or pyvista.MultiBlock
         Checked surfaces.
     given : Scene, light, or sequence of lights, optional
-        Without a viewer it gets the one of `Viewer.framing`.
+        If it has no viewer, it gets that of `Viewer.framing`.
     matrix : array_like, optional
-        (4, 4) model matrix, which moves the mesh for the viewer and the default lights too.
+        (4, 4) model matrix; the viewer and the default lights are for the transformed mesh.
 
     Raises
     ------
     ValueError
-        If `given` or `matrix` is no such thing.
+        If `given` or `matrix` is invalid.
     """
     if given is None:
         return default_scene(mesh, matrix=matrix)
@@ -118,7 +117,7 @@ def scene_for(mesh: Any, given: SceneLike | None, matrix: MatrixLike | None = No
         parts = [Vertices(part.points, None).bounds(matrix) for part in leaves(mesh)]
         if not parts:
             return pv.MultiBlock().bounds
-        low, high = np.fmin.reduce(parts)[::2], np.fmax.reduce(parts)[1::2]  # whatever part has none is NaN
+        low, high = np.fmin.reduce(parts)[::2], np.fmax.reduce(parts)[1::2]  # parts without bounds have NaN
         return np.stack([low, high], axis=1).ravel()
 
     return as_scene(given, bounds)

@@ -1,7 +1,7 @@
-"""Meshes and textures from files, and lit meshes to files: whole or not at all; no reader's crash ends the caller.
+"""Reading of meshes and textures, and atomic writing of lit meshes.
 
-`read` reads in a process of its own with `guarded=True`, `read_mesh` in this one; whatever a reader or writer
-complains about becomes one `ValueError`.
+`read` with `guarded=True` reads in another process, so that a reader's crash does not end the caller; `read_mesh` reads
+in this process. All errors and warnings of readers and writers become a single `ValueError`.
 """
 
 from __future__ import annotations
@@ -31,37 +31,37 @@ from pvphong.meshes.whole_files import refuse_incomplete
 from pvphong.scene.scene import is_scene_file
 
 MESH_FORMATS = (".vtp", ".vtk", ".vtkhdf", ".ply")
-"""What a lit mesh can be saved as. PyVista's other formats (.stl, .obj, …) have no room for its colours."""
+"""Formats of a lit mesh. PyVista's other formats (.stl, .obj, …) cannot hold its colours."""
 
 BLOCK_FORMATS = (".vtm", ".vtmb", ".vtkhdf")
-"""What a lit MultiBlock can be saved as."""
+"""Formats of a lit MultiBlock."""
 
 Compression = Literal["lz4", "zlib", "none"]
-"""How arrays in VTK's XML files are compressed. Of a million points, LZ4 writes ten times as fast as zlib and reads
-more than twice as fast; its files are twice as large."""
+"""Compression of arrays in VTK's XML files. For a million points, LZ4 writes ten times faster than zlib and reads more
+than twice as fast; its files are twice as large."""
 
 _CHILD = "import sys; from pvphong.meshes.files import _read_for_parent; _read_for_parent(*sys.argv[1:])"
 
 _one_at_a_time = threading.RLock()
-"""Held while VTK reads or writes: what is changed to hear its complaints, and put back, is the whole process's."""
+"""Lock held while VTK reads or writes, because catching its errors changes settings of the whole process."""
 
 
 # --- reading ---
 
 
 def read(path: str | os.PathLike[str], *, guarded: bool = False) -> pv.DataSet | pv.MultiBlock:
-    """The mesh in a file of any format that PyVista reads, if the file is whole.
+    """Read a mesh from a complete file of any format that PyVista reads.
 
-    `pyvista.read` takes what it can get of a damaged file, and prints what it thinks of it; this takes all or nothing.
+    `pyvista.read` returns a part of a damaged file and prints warnings. This function raises an error instead.
 
     Parameters
     ----------
     path : path
         The file.
     guarded : bool, default False
-        Read it in another process and hand the mesh over: some of VTK's readers crash, or come to no end, with files
-        that are damaged. It takes about a second longer. The other process is killed when it has not got anything
-        from a disk for a minute, and a second more for each megabyte of the file.
+        Read the file in another process, because some of VTK's readers crash or hang on damaged files. This takes about
+        a second longer. The other process is killed if it gets no data from the disk for a minute, plus a second for
+        each megabyte of the file.
 
     Returns
     -------
@@ -70,7 +70,7 @@ def read(path: str | os.PathLike[str], *, guarded: bool = False) -> pv.DataSet |
     Raises
     ------
     ValueError
-        If the file is not there, is not whole, or holds no mesh; or if its reader crashes, where that is guarded.
+        If the file does not exist, is incomplete or holds no mesh; with `guarded=True` also if its reader crashes.
 
     Examples
     --------
@@ -88,7 +88,7 @@ def read(path: str | os.PathLike[str], *, guarded: bool = False) -> pv.DataSet |
     with tempfile.TemporaryDirectory() as folder:
         result = Path(folder, "mesh")
         listening, speaking = os.pipe()
-        # not by multiprocessing, which would run the caller's main module again, and reports no signal and no progress
+        # multiprocessing would run the caller's main module again, and reports neither signals nor progress
         child = subprocess.Popen(
             [sys.executable, "-W", "ignore", "-c", _CHILD, os.fspath(path), str(result), str(speaking)],
             stdin=subprocess.DEVNULL,
@@ -110,7 +110,7 @@ def read(path: str | os.PathLike[str], *, guarded: bool = False) -> pv.DataSet |
 
 
 def _read_for_parent(path: str, result: str, end: str) -> None:
-    """What the other process does: put the mesh, or why it cannot be read, into a file."""
+    """Read a mesh in the other process, and write it, or the error, to a file."""
     begin_work(int(end))
     found: Any
     with reading(path):
@@ -122,15 +122,15 @@ def _read_for_parent(path: str, result: str, end: str) -> None:
 
 
 def read_mesh(path: str) -> pv.DataSet | pv.MultiBlock:
-    """The mesh in a file of any format that PyVista reads.
+    """Read a mesh from a file of any format that PyVista reads.
 
-    Where another process watches this one, it does so while the file is read.
+    If this process has a watcher, it is told about the file.
 
     Raises
     ------
     ValueError
-        If the file is not there, cannot be read to its end, or holds no mesh. A file that VTK's readers
-        complain about is refused, because what they make of it is often only its first part.
+        If the file does not exist, cannot be read to its end, or holds no mesh. A file for which VTK reports an error
+        is refused, because the result is often only its first part.
     """
     _refuse_missing("mesh", Path(path), "a file that exists")
     complaints: list[str] = []
@@ -139,11 +139,11 @@ def read_mesh(path: str) -> pv.DataSet | pv.MultiBlock:
         try:
             refuse_incomplete(Path(path))
             mesh = pv.read(path)
-        except Exception as error:  # readers, VTK's and others', may raise anything
+        except Exception as error:  # readers of VTK and others may raise anything
             complaints.insert(0, str(error) or type(error).__name__)
     if complaints:
         is_scene = Path(path).suffix.lower() == ".json" and is_scene_file(path)
-        reason = "It is a scene file: use it with --scene." if is_scene else _first_line(complaints)
+        reason = "It is a scene file; pass it as --scene." if is_scene else _first_line(complaints)
         readable = "a mesh file that PyVista can read (.vtp, .vtu, .vtk, .ply, .stl, .obj, .vtm and many more)"
         check.refuse("mesh", Path(path), readable, reason)
     if not isinstance(mesh, (pv.DataSet, pv.MultiBlock)):
@@ -152,12 +152,12 @@ def read_mesh(path: str) -> pv.DataSet | pv.MultiBlock:
 
 
 def read_texture(path: str, name: str = "albedo") -> Any:
-    """The texture in an image file of any format that Pillow reads; VTK's readers would crash on damaged ones.
+    """Read a texture from an image file of any format that Pillow reads; VTK's readers crash on damaged files.
 
     Raises
     ------
     ValueError
-        If the file is not there, or cannot be read to its end.
+        If the file does not exist, or cannot be read to its end.
     """
     from PIL import Image
 
@@ -165,7 +165,7 @@ def read_texture(path: str, name: str = "albedo") -> Any:
     try:
         with Image.open(path) as image:
             values = np.asarray(image if image.mode[0] in "IF" else image.convert("RGB"))
-    except Exception as error:  # its readers may raise anything
+    except Exception as error:  # Pillow's readers may raise anything
         check.refuse(name, Path(path), "an image file that Pillow can read", _first_line([str(error)]))
     return pv.Texture(values)
 
@@ -177,11 +177,11 @@ def _refuse_missing(name: str, path: Path, allowed: str) -> None:
         remedy = f"There is no folder {path.parent}."
         if path.parent.is_dir():
             beside: list[str] = []
-            with suppress(OSError):  # who may open a folder's files may not see which there are
+            with suppress(OSError):  # the folder may not be listable
                 beside = os.listdir(path.parent)
             remedy = check.meant(path.name, beside)
         check.refuse(name, path, allowed, remedy)
-    except OSError as error:  # a name that is too long, a loop of links, a folder that may not be searched
+    except OSError as error:  # a name that is too long, a loop of links, a folder without search permission
         check.refuse(name, path, allowed, f"{error.strerror}.")
 
 
@@ -189,22 +189,22 @@ def _refuse_missing(name: str, path: Path, allowed: str) -> None:
 
 
 def save_lit(lit: pv.PolyData | pv.MultiBlock, path: Path, name: str, compress: Compression = "lz4") -> None:
-    """Write a lit mesh in the format that the suffix says, whole or not at all.
+    """Write a lit mesh atomically, in the format given by the suffix.
 
-    A ``.ply`` file gets the colours as 8-bit ``red green blue`` of its vertices, which is where programs
-    look for them; the other formats get all arrays as they are. A ``.vtm`` file has a folder of the same
-    name beside it, with the blocks: the file itself is written last.
+    A ``.ply`` file gets the colours as 8-bit ``red green blue`` of its vertices, the usual place in this format. The
+    other formats get all arrays unchanged. A ``.vtm`` file has a folder of the same name next to it, with the blocks;
+    the file itself is written last.
 
     Parameters
     ----------
     lit : pyvista.PolyData or pyvista.MultiBlock
-        Lit colours as a point array.
+        A mesh with lit colours as a point array.
     path : Path
-        One of `MESH_FORMATS`, or of `BLOCK_FORMATS` for a MultiBlock.
+        A path with a suffix in `MESH_FORMATS`, or in `BLOCK_FORMATS` for a MultiBlock.
     name : str
         Name of the array with the colours.
     compress : {"lz4", "zlib", "none"}, default "lz4"
-        How the arrays of .vtp, .vtm and .vtmb files are compressed; the other formats are not.
+        Compression of the arrays in .vtp, .vtm and .vtmb files; other formats are not compressed.
 
     Raises
     ------
@@ -225,17 +225,17 @@ def save_lit(lit: pv.PolyData | pv.MultiBlock, path: Path, name: str, compress: 
         options |= {"texture": eight_bit(lit.point_data[name]), "recompute_normals": False}
         lit = lit.copy(deep=False)  # PyVista adds the colours
         coordinates = lit.active_texture_coordinates
-        if coordinates is not None and coordinates.dtype != np.float32:  # which VTK's writer crashes at
+        if coordinates is not None and coordinates.dtype != np.float32:  # VTK's writer would crash
             lit.active_texture_coordinates = coordinates.astype(np.float32)
     with written_aside(path) as aside:
-        if suffix == ".vtkhdf":  # its writer does not notice that a disk is full, nor does the file's length show it
+        if suffix == ".vtkhdf":  # its writer does not report a full disk, and the file's length does not show it
             chunks = sum(len(part.array_names) + 12 for part in leaves(lit))
             reserve(aside, sum(map(_data_size, leaves(lit))) + 2**20 * chunks)
         _save(lit, aside, options)
 
 
 def refuse_suffix(path: Path, what: str, allowed: tuple[str, ...]) -> None:
-    """Raise ``ValueError`` for a path whose suffix is not among those that hold the colours of `what`."""
+    """Raise ``ValueError`` for a path whose suffix is not among the formats that hold the colours of `what`."""
     if path.suffix.lower() not in allowed:
         *others, last = allowed
         listed = ", ".join([*others, f"or {last} for a picture" if others and last == ".png" else last])
@@ -243,12 +243,12 @@ def refuse_suffix(path: Path, what: str, allowed: tuple[str, ...]) -> None:
 
 
 def eight_bit(colors: Any) -> np.ndarray[Any, np.dtype[np.uint8]]:
-    """Colours in [0, 1] as 0 to 255, rounded; anything outside is clipped first."""
+    """Convert colours in [0, 1] to integers from 0 to 255, rounded; values outside are clipped."""
     return np.rint(np.clip(np.asarray(colors), 0.0, 1.0) * 255.0).astype(np.uint8)
 
 
 def _data_size(part: Any) -> int:
-    """Bytes of a mesh's points, arrays and cells, with indices of 8 bytes whatever they are stored in."""
+    """Return the size in bytes of a mesh's points, arrays and cells, with 8 bytes per index."""
     arrays = (part.GetPointData(), part.GetCellData(), part.GetFieldData())
     cells = (
         (part.GetVerts(), part.GetLines(), part.GetPolys(), part.GetStrips()) if isinstance(part, pv.PolyData) else ()
@@ -258,7 +258,7 @@ def _data_size(part: Any) -> int:
 
 
 def _save(lit: Any, aside: Path, options: dict[str, Any]) -> None:
-    """Write a file, and look whether all of it is there: some of VTK's writers do not."""
+    """Write a file, and check that it is complete, because some of VTK's writers do not."""
     complaints: list[str] = []
     with _complaints_in(complaints):
         try:
@@ -271,7 +271,7 @@ def _save(lit: Any, aside: Path, options: dict[str, Any]) -> None:
     if not complaints and not (aside.is_file() and aside.stat().st_size):
         complaints.append("there is no file.")
     if complaints:
-        raise ValueError(f"output could not be written: {_first_line(complaints)} There may be no room for it.")
+        raise ValueError(f"output could not be written: {_first_line(complaints)} The disk may be full.")
     try:
         refuse_incomplete(aside)
     except ValueError as error:
@@ -279,18 +279,18 @@ def _save(lit: Any, aside: Path, options: dict[str, Any]) -> None:
 
 
 def _write_polydata(lit: pv.PolyData, aside: Path, compression: Any) -> None:
-    """Write a .vtp file, its arrays as bytes behind the text: base64 takes three times as long, and a third more room.
+    """Write a .vtp file with appended binary arrays; base64 would take three times as long and a third more space.
 
-    Where there may be no room for it, VTK's writer would end the process. So the file is then made in memory, twice its
-    length, and written from here.
+    VTK's writer crashes the process on a full disk. So if the space may not be enough, the file is written to memory,
+    which takes twice its length, and from there to the disk.
     """
-    lit._store_metadata()  # as PyVista's `save` does, for arrays of bools and complex numbers
+    lit._store_metadata()  # as in PyVista's `save`, for arrays of bools and complex numbers
     writer = pv.XMLPolyDataWriter(aside, lit)
     writer.compression = compression
     writer.writer.SetDataModeToAppended()
     writer.writer.EncodeAppendedDataOff()
     try:
-        reserve(aside, int(1.1 * _data_size(lit)) + 2**16)  # if nothing is compressed; most files are much smaller
+        reserve(aside, int(1.1 * _data_size(lit)) + 2**16)  # the size without compression; most files are much smaller
     except OSError:
         writer.writer.WriteToOutputStringOn()
         writer.write()
@@ -300,15 +300,15 @@ def _write_polydata(lit: pv.PolyData, aside: Path, compression: Any) -> None:
 
 
 def _save_with_folder(blocks: pv.MultiBlock, path: Path, options: dict[str, Any]) -> None:
-    """Write a file that names others in a folder: these are brought to their place first, under names that are new.
+    """Write a file that refers to block files in a folder; the blocks are moved there first, under new names.
 
-    So the old file and its blocks are whole until the new one takes its place. A name is that of the folder that is
-    written in, behind the stem. VTK's writer of blocks ends the process where there is no room for one: it writes the
-    file with a point in place of each mesh, and each mesh is then written by itself.
+    So the old file and its blocks stay valid until the new file replaces it. A block's name is the stem and the suffix
+    of the temporary folder. VTK's writer of blocks crashes the process on a full disk. So it writes the file with a
+    point in place of each mesh, and each mesh is then written separately.
     """
     target = Path(os.path.realpath(path))
     if target.exists() and not target.is_file():
-        check.refuse("path", target, "a file: the blocks need a folder beside it")
+        check.refuse("path", target, "a file; the blocks need a folder next to it")
     try:
         with written_aside(path) as aside:
             mark = "-" + aside.parent.name.removeprefix(PREFIX)
@@ -335,23 +335,23 @@ def _save_with_folder(blocks: pv.MultiBlock, path: Path, options: dict[str, Any]
 
 
 def _clear_old_blocks(target: Path) -> None:
-    """Remove the blocks of earlier files of this name, but for those of writers that are still at it."""
+    """Remove the blocks of earlier files of this name, except those of writers that are still running."""
     marked = re.compile(re.escape(target.stem) + r"-([a-z0-9_]{8})_\d+(_\d+)*\.\w+")
     old = [(block, found[1]) for block in target.with_suffix("").glob("*") if (found := marked.fullmatch(block.name))]
     left = [(block, mark) for block, mark in old if not target.with_name(PREFIX + mark).exists()]
     with suppress(OSError):
-        kept = target.read_text(encoding="utf-8")  # read last: a writer that has just ended is in it, or is replaced
+        kept = target.read_text(encoding="utf-8")  # read last, so that it includes a writer that has just finished
         for block, mark in left:
             if f"-{mark}_" not in kept:
                 block.unlink(missing_ok=True)
 
 
-# --- what VTK complains about ---
+# --- errors and warnings of VTK ---
 
 
 @contextmanager
 def _complaints_in(complaints: list[str]) -> Iterator[None]:
-    """Collects VTK's errors, and PyVista's warnings of such errors, instead of letting them be printed."""
+    """Collect VTK's errors, and PyVista's warnings of such errors, instead of printing them."""
     with _one_at_a_time:
         logged = logging.root.manager.disable
         logging.disable(logging.CRITICAL)
@@ -370,6 +370,6 @@ def _complaints_in(complaints: list[str]) -> Iterator[None]:
 
 
 def _first_line(complaints: list[str]) -> str:
-    """The first complaint's first line, without VTK's addresses."""
+    """Return the first line of the first complaint, without VTK's addresses."""
     line = complaints[0].strip().splitlines()[0]
     return re.sub(r" ?\(0x[0-9a-f]+\)", "", line)

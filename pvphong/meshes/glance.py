@@ -1,8 +1,7 @@
-"""A glance at some faces before a mesh is lit: whether stored normals fit them, and whether they look inwards.
+"""A quick check of some faces before a mesh is lit: stored normals that do not fit, and faces that look inwards.
 
-It costs the same for every mesh, about 100 microseconds, and is not repeated while the mesh stays as it is. Where most
-of these faces are at odds with the stored normals, all are looked at before a warning is given, as by
-`pvphong.diagnose`.
+It takes about 100 microseconds for any mesh, and is not repeated while the mesh is unchanged. If most of these faces do
+not fit the stored normals, all faces are checked before a warning is given, as in `pvphong.diagnose`.
 """
 
 from __future__ import annotations
@@ -29,37 +28,37 @@ from pvphong.shading.evaluation import evaluate
 from pvphong.shading.vertices import Vertices
 
 _FACES = 256
-# Parts of the way through the faces, spread evenly and in step with no row of a grid: by the golden ratio
+# Positions in the list of faces as fractions: multiples of the golden ratio are even, and never align with grid rows
 _PLACES = np.arange(_FACES) * (5.0**0.5 - 1.0) / 2.0 % 1.0
 _CORNERS = np.arange(3)[:, None]
 
-# The cosine of 30 degrees, from which stored normals seem not to fit a face. At sharp edges they may fit all faces
-# around and none of them: in a cube of triangles with a normal at each corner of the cube they are off by 25.
+# Cosine of 30 degrees: stored normals at a larger angle do not seem to fit a face. At sharp edges, correct normals may
+# fit no single face: in a cube of triangles with one normal per corner of the cube they are off by 25 degrees.
 _FITS = 0.866
-# A closed surface has as much area that looks one way along an axis as the other, and the sum of its faces' distances
-# from the middle, along their fronts, is its volume. Shares of the sums of the magnitudes, with some room for a sample
-# of the faces: of rough bodies that look outwards, the ant of PyVista's examples has 0.34.
+# In a closed surface, the area vectors add up to zero, and the sum of area vector times distance from the centre is the
+# volume. Thresholds as fractions of the sums of the magnitudes, with a margin because only some faces are sampled: of
+# rough bodies that look outwards, the ant of PyVista's examples has 0.34.
 _BALANCED, _INWARD = 0.3, -0.3
 
 _WHITE = Material(ambient=0.0, diffuse=1.0)
 
-# States of meshes that need no second look: all is well, or the warning was given.
+# States of meshes that need no second check: no problem was found, or the warning was given.
 _seen: dict[tuple[int, ...], None] = {}
 _REMEMBERED = 1024
 
 _MISFIT = (
-    "Most of the mesh's stored normals do not fit its faces, and it is lit by them: it was changed after they were "
-    'computed. mesh.point_data.active_normals = mesh.phong.normals("angle") computes them anew; where the faces were '
-    "turned, mesh.flip_faces() turns them back. mesh.phong.diagnose() says more."
+    "Most of the mesh's stored normals do not fit its faces, but the lighting uses them; the mesh was changed after "
+    'they were computed. Compute them again with mesh.point_data.active_normals = mesh.phong.normals("angle"), or turn '
+    "reversed faces back with mesh.flip_faces(). mesh.phong.diagnose() gives details."
 )
 _BACKS = (
-    "The mesh's faces look inwards, so that light from outside falls on their backs, which stay dark. "
-    "mesh.flip_faces() turns them; LightModel(two_sided=True) lights both sides. mesh.phong.diagnose() says more."
+    "The mesh's faces look inwards, so light from outside hits their backs, which stay dark. Turn them with "
+    "mesh.flip_faces(), or light both sides with LightModel(two_sided=True). mesh.phong.diagnose() gives details."
 )
 
 
 class NormalsWarning(UserWarning):
-    """A mesh's normals or faces look the wrong way, so that it is lit otherwise than it looks.
+    """Warning about normals or faces of a mesh that point the wrong way, so that its lighting looks wrong.
 
     Examples
     --------
@@ -69,12 +68,12 @@ class NormalsWarning(UserWarning):
 
 
 def warn_of_normals(mesh: pv.DataSet, source: pv.PolyData, scene: Scene, matrix: MatrixLike | None = None) -> None:
-    """Warn where most normals of a surface look the wrong way; parameters are those of `complaint`.
+    """Warn if most normals of a surface point the wrong way; parameters are as for `complaint`.
 
     Warns
     -----
     NormalsWarning
-        At the line outside of this package that called it.
+        Reported at the calling line outside this package.
     """
     text = complaint(mesh, source, scene, matrix)
     if text:
@@ -82,19 +81,19 @@ def warn_of_normals(mesh: pv.DataSet, source: pv.PolyData, scene: Scene, matrix:
 
 
 def complaint(mesh: pv.DataSet, source: pv.PolyData, scene: Scene, matrix: MatrixLike | None = None) -> str:
-    """What is wrong with most normals of a surface, and the remedy; once for each state of a PolyData, then "".
+    """Return the problem with most normals of a surface, and its remedy; "" if there is none, or on repeated calls.
 
-    Faces that look inwards are a fault of a PolyData without stored normals alone, as isosurfaces are. It is none where
-    both sides are lit, or where the viewer or a light is inside, as in a room.
+    Inward faces are reported only for a PolyData without stored normals, such as an isosurface. They are no problem if
+    both sides are lit, or if the viewer or a light is inside, as in a room.
 
     Parameters
     ----------
     mesh : pyvista.DataSet
-        What was given.
+        The user's mesh.
     source : pyvista.PolyData
         Its checked surface.
     scene : Scene
-        With a viewer.
+        A scene with a viewer.
     matrix : array_like, optional
         (4, 4) model matrix.
     """
@@ -120,18 +119,18 @@ def complaint(mesh: pv.DataSet, source: pv.PolyData, scene: Scene, matrix: Matri
 
 
 def faces_away(source: pv.PolyData, scene: Scene, vertices: Vertices, matrix: MatrixLike | None = None) -> bool:
-    """Whether every vertex faces away from every light, and would be lit from behind.
+    """Return True if every vertex faces away from every light, but most faces would be lit from behind.
 
-    Some faces are looked at first: mostly one of them faces a light, and that is the end of it.
+    Some faces are tested first: usually one of them faces a light, which decides it.
 
     Parameters
     ----------
     source : pyvista.PolyData
         A checked surface.
     scene : Scene
-        With a viewer.
+        A scene with a viewer.
     vertices : Vertices
-        Of the surface.
+        The surface's vertices.
     matrix : array_like, optional
         (4, 4) model matrix.
     """
@@ -155,13 +154,13 @@ def faces_away(source: pv.PolyData, scene: Scene, vertices: Vertices, matrix: Ma
 
 
 def _corners_of_some(source: pv.PolyData) -> NDArray[np.int64]:
-    """Three corners of each of some faces, shape (3, m); far apart where a face has many."""
+    """Return three corners of each sampled face, shape (3, m); far apart if a face has many."""
     faces = source.GetPolys()
     count, corners = faces.GetNumberOfCells(), vtk_to_numpy(faces.GetConnectivityArray())
     if not count:
         return np.empty((3, 0), np.int64)
     chosen = (_PLACES * count).astype(np.int64) if count > _FACES else np.arange(count)
-    if faces.IsStorageFixedSize():  # its offsets would be made, all of them
+    if faces.IsStorageFixedSize():  # VTK would create all offsets
         sizes = np.int64(len(corners) // count)
         first = chosen * sizes
     else:
@@ -174,13 +173,13 @@ def _corners_of_some(source: pv.PolyData) -> NDArray[np.int64]:
 
 
 def _places_and_areas(source: pv.PolyData, corners: NDArray[np.int64]) -> tuple[Float64Array, Float64Array]:
-    """The middles of faces, three times, and their area vectors, four times, each a column a face."""
+    """Return three times the faces' centres, and twice their area vectors, one column per face."""
     p, q, r = np.take(np.asarray(source.points), corners, axis=0).transpose(0, 2, 1).astype(np.float64)
     return p + q + r, cross(q - p, r - p)
 
 
 def _seem_misfits(source: pv.PolyData) -> bool:
-    """Whether stored normals are off most of some faces, by area."""
+    """Return True if stored normals do not fit most of the sampled faces, by area."""
     corners = _corners_of_some(source)
     stored = np.take(np.asarray(source.point_data.active_normals), corners, axis=0).sum(axis=0, dtype=np.float64).T
     with np.errstate(all="ignore"):
@@ -191,7 +190,7 @@ def _seem_misfits(source: pv.PolyData) -> bool:
 
 
 def _are_misfits(source: pv.PolyData) -> bool:
-    """Whether stored normals are off those that all faces give, on average."""
+    """Return True if stored normals do not fit all faces, on average."""
     faces = Faces(source.points, *unchecked_polygons(source))
     weights = weights_of(faces, areas_of(faces))
     fit, _ = fit_of(np.asarray(source.point_data.active_normals), vertex_normals(source), weights)
@@ -199,7 +198,7 @@ def _are_misfits(source: pv.PolyData) -> bool:
 
 
 def _looks_inwards(source: pv.PolyData) -> bool:
-    """Whether a surface is closed, or nearly, and its fronts are inside, as far as some faces tell."""
+    """Return True if a surface is nearly closed with its fronts inside, judged by the sampled faces."""
     with np.errstate(all="ignore"):
         places, areas = _places_and_areas(source, _corners_of_some(source))
         sizes = np.sqrt(dot(areas, areas))
@@ -209,7 +208,7 @@ def _looks_inwards(source: pv.PolyData) -> bool:
 
 
 def _holds_viewer_or_light(source: pv.PolyData, scene: Scene, matrix: MatrixLike | None) -> bool:
-    """Whether the viewer or a light is within the box around a surface."""
+    """Return True if the viewer or a light is inside the bounding box of a surface."""
     bounds = Vertices(source.points, None).bounds(matrix)
     low, high = np.asarray(bounds)[::2], np.asarray(bounds)[1::2]
     viewer: Any = scene.viewer
@@ -218,7 +217,7 @@ def _holds_viewer_or_light(source: pv.PolyData, scene: Scene, matrix: MatrixLike
 
 
 def _levels_to_caller() -> int:
-    """How far up the stack the first function is that is not this package's, as `warnings.warn` counts."""
+    """Return the `stacklevel` for `warnings.warn` of the first caller outside this package."""
     frame, levels = sys._getframe(1), 1
     while frame.f_back is not None and frame.f_globals.get("__name__", "").partition(".")[0] == "pvphong":
         frame, levels = frame.f_back, levels + 1

@@ -1,7 +1,7 @@
-"""glTF 2.0 files of lit meshes, which other programs show as they are, or light themselves.
+"""glTF 2.0 files of lit meshes, which other programs show unchanged, or light themselves.
 
-Source: Khronos, "glTF 2.0 Specification", with the extensions KHR_materials_unlit, whose colours are not lit a second
-time, and KHR_lights_punctual.
+Source: Khronos, "glTF 2.0 Specification", with the extensions KHR_materials_unlit, for colours that must not be lit
+again, and KHR_lights_punctual.
 """
 
 from __future__ import annotations
@@ -27,18 +27,18 @@ from pvphong.optics.lights import nearest_in_vtk, vtk_values
 from pvphong.optics.material import Material
 from pvphong.scene.scene import Scene
 
-_FLOAT, _SHORT, _INT = 5126, 5123, 5125  # types of numbers, as OpenGL has them
-_VERTICES, _INDICES = 34962, 34963  # what they are for
+_FLOAT, _SHORT, _INT = 5126, 5123, 5125  # OpenGL's constants for types of numbers
+_VERTICES, _INDICES = 34962, 34963  # OpenGL's constants for types of buffers
 _FULL = 65535.0
 _ALL_AROUND = math.pi
-"""Of a white surface that reflects as Lambert has it, light of π lux gives a luminance of 1."""
+"""Illuminance in lux that gives a white Lambertian surface a luminance of 1."""
 
 _Z_UP = (-math.sqrt(0.5), 0.0, 0.0, math.sqrt(0.5))
-"""The rotation, as a quaternion, after which z is up as glTF's y is."""
+"""Rotation, as a quaternion, from z up to glTF's y up."""
 
 
 class LightsWarning(UserWarning):
-    """Some of a scene's lights have no counterpart in a file."""
+    """Warning about lights that a file format cannot represent."""
 
 
 class Part(NamedTuple):
@@ -50,21 +50,21 @@ class Part(NamedTuple):
 
 
 def write(path: Path, parts: Sequence[Part], scene: Scene | None = None, materials: Sequence[Material] = ()) -> None:
-    """Write meshes with vertex colours, as text for .gltf and as bytes for .glb.
+    """Write meshes with vertex colours, as text for .gltf and as binary data for .glb.
 
-    Positions are float32 from the middle of each mesh, which is a node's translation: so a mesh far from the origin
-    keeps its digits. A node above all turns z up.
+    Positions are float32, relative to the centre of each mesh, which is a node's translation. So a mesh far from the
+    origin keeps its digits. The root node rotates z up.
 
     Parameters
     ----------
     path : Path
-        Ends with .gltf or .glb.
+        A path with suffix .gltf or .glb.
     parts : sequence of Part
-        Faces of any number of corners, which become triangles.
+        The meshes; their faces are triangulated.
     scene : Scene, optional
-        Lights to go with them; the colours are those before light, then, and the materials are lit.
+        Lights to write too. The colours are then unlit, and viewers light the materials.
     materials : sequence of Material, optional
-        Of each part, for its highlight in those lights.
+        Material of each part, for its highlight in these lights.
 
     Raises
     ------
@@ -74,7 +74,7 @@ def write(path: Path, parts: Sequence[Part], scene: Scene | None = None, materia
     Warns
     -----
     LightsWarning
-        Of lights that glTF has not, and of what it has not of others.
+        If glTF cannot represent a light.
     """
     file = _File()
     nodes = [file.part(part, materials[k] if scene is not None else None) for k, part in enumerate(parts)]
@@ -84,7 +84,7 @@ def write(path: Path, parts: Sequence[Part], scene: Scene | None = None, materia
 
 
 class _File:
-    """A file's objects, as JSON has them, and its bytes."""
+    """A file's JSON objects, and its binary data."""
 
     def __init__(self) -> None:
         self.bytes = bytearray()
@@ -93,12 +93,12 @@ class _File:
         self.used: set[str] = set()
 
     def add(self, kind: str, what: dict[str, Any]) -> int:
-        """Add an object to a list of its kind, and give its place there."""
+        """Append an object to the list of its kind, and return its index there."""
         self.lists.setdefault(kind, []).append(what)
         return len(self.lists[kind]) - 1
 
     def array(self, rows: NDArray[Any], kind: int, shape: str, target: int, **more: Any) -> int:
-        """Add numbers, and give the place of what describes them."""
+        """Append numbers, and return the index of their accessor."""
         self.bytes += b"\0" * (-len(self.bytes) % 4)
         data = np.ascontiguousarray(rows).tobytes()
         view = {"buffer": 0, "byteOffset": len(self.bytes), "byteLength": len(data), "target": target}
@@ -108,7 +108,7 @@ class _File:
         return self.add("accessors", count | more)
 
     def part(self, part: Part, material: Material | None) -> int:
-        """Add a mesh, and give the place of its node."""
+        """Append a mesh, and return the index of its node."""
         mesh = part.mesh
         if not has_faces(mesh):
             check.refuse("mesh", f"{mesh.n_points} points and no faces", "a mesh with faces, in a .gltf or .glb")
@@ -146,7 +146,7 @@ class _File:
             return shared | {"pbrMetallicRoughness": plain, "extensions": {"KHR_materials_unlit": {}}}
         reflectance, shininess = material.reflectance, material.shininess
         roughness = getattr(reflectance, "roughness", None)
-        if not isinstance(roughness, float):  # by Blinn-Phong's width: α² = 2 / (n + 2), and α is a square too
+        if not isinstance(roughness, float):  # from Blinn-Phong's width: α² = 2 / (n + 2), with α = roughness²
             roughness = (2.0 / (shininess + 2.0)) ** 0.25 if isinstance(shininess, float) else 0.5
             shows = "specular" in material.maps or any(rgb(material.specular))
             roughness = roughness if shows else 1.0
@@ -155,7 +155,7 @@ class _File:
         return shared | {"pbrMetallicRoughness": {"baseColorFactor": [1.0, 1.0, 1.0, 1.0]} | numbers}
 
     def lights(self, scene: Scene) -> list[int]:
-        """Add the lights that glTF has, and give the places of their nodes."""
+        """Append the lights that glTF can represent, and return the indices of their nodes."""
         nodes, lights, left_out = list[int](), list[dict[str, Any]](), list[str]()
         for light in scene.world_lights:
             if not light.on:
@@ -171,13 +171,13 @@ class _File:
             self.used.add("KHR_lights_punctual")
             self.extensions["KHR_lights_punctual"] = {"lights": lights}
         if left_out:
-            allowed = "directional, point and spot lights, which weaken with the square of the distance"
-            text = f"{', '.join(left_out)} cannot be kept in glTF as given; it has {allowed}."
+            allowed = "directional lights, and point and spot lights with inverse-square attenuation"
+            text = f"{', '.join(left_out)} cannot be stored in glTF, which has only {allowed}."
             warnings.warn(text, LightsWarning, stacklevel=4)
         return nodes
 
     def write(self, path: Path, nodes: list[int]) -> None:
-        """Write all of it."""
+        """Write the file."""
         root = self.add("nodes", {"name": "z up", "rotation": _Z_UP, "children": nodes})
         self.bytes += b"\0" * (-len(self.bytes) % 4)
         buffer: dict[str, Any] = {"byteLength": len(self.bytes)}
@@ -199,7 +199,7 @@ class _File:
 
 
 def _triangles(mesh: pv.PolyData, is_finite: NDArray[Any]) -> NDArray[Any]:
-    """Corners of the faces as triangles, shape (m, 3), without those that have a point that is not finite."""
+    """Return the faces as triangles, shape (m, 3), without those that have a point that is not finite."""
     if not (mesh.is_all_triangles and not mesh.n_strips):
         bare = pv.PolyData()
         bare.points = np.asarray(mesh.points)
@@ -211,7 +211,7 @@ def _triangles(mesh: pv.PolyData, is_finite: NDArray[Any]) -> NDArray[Any]:
 
 
 def _punctual(light: Light) -> tuple[dict[str, Any], dict[str, Any]] | None:
-    """A light as KHR_lights_punctual has it, and where its node is; None where it has no such light."""
+    """Convert a light to KHR_lights_punctual, with the transform of its node; None if that is not possible."""
     if light.has_size or nearest_in_vtk(light) is not light:
         return None
     values = vtk_values(light)
@@ -235,7 +235,7 @@ def _punctual(light: Light) -> tuple[dict[str, Any], dict[str, Any]] | None:
 
 
 def _turned(direction: Any) -> list[float]:
-    """The rotation, as a quaternion (x, y, z, w), that turns −z into a direction."""
+    """Return the rotation, as a quaternion (x, y, z, w), that turns −z into a direction."""
     d = np.array(direction, np.float64)
     x, y, z = d / np.linalg.norm(d)
     if z > 1.0 - 1e-12:

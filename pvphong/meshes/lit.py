@@ -1,7 +1,7 @@
-"""What `mesh.phong` does with light, from top to bottom: colours, a plan, visibility and normals of a mesh's points.
+"""Lighting functions of `mesh.phong`: colours, plan, visibility and normals of a mesh's points.
 
-A mesh gives a surface (`surfaces.py`), with what is given for each of its points (`point_data.py`), and a scene with a
-viewer (`default_scene.py`); these give vertices, a plan is made for them, and `Plan.run` computes their colours.
+From a mesh come a surface (`surfaces.py`), data at its points (`point_data.py`), and a scene with a viewer
+(`default_scene.py`). From these come vertices and a plan, and `Plan.run` computes the colours.
 """
 
 from __future__ import annotations
@@ -59,62 +59,59 @@ def shade_mesh(
     transport: Transport | None = None,
     shares_by_bounce: bool = False,
 ) -> pv.PolyData:
-    """A new mesh with its lit colours as a point array.
+    """Compute lit colours, and return them as a point array of a new mesh.
 
-    The mesh's active point normals are used as they are; if it has none they are computed from its
-    faces, weighted by angle. A dataset that is not a PolyData gives its extracted surface, with its
-    arrays carried along.
+    The mesh's active point normals are used unchanged. If it has none, normals are computed from its faces, weighted
+    by angle. If the dataset is not a PolyData, the result is its extracted surface, with its arrays.
 
     Parameters
     ----------
     mesh : pyvista.DataSet
         A dataset with a surface; it is not modified.
     scene : Scene, light, or sequence of lights, optional
-        Lights, viewer and light model, in world coordinates; the scene of `pvphong.default_scene` if not given.
-        Without a viewer, it is seen as PyVista's camera frames the mesh.
+        Lights, viewer and light model, in world coordinates; by default `pvphong.default_scene`. A scene without a
+        viewer is seen as PyVista's camera frames the mesh.
     material : Material or str, optional
-        The surface's reflectances, numbers or maps, or the name of a material; OpenGL's default material if not given.
+        The surface's reflectances, numbers or maps, or the name of a material; by default OpenGL's default material.
     name : str, default "phong"
         Name of the array, shape (n_points, 3), linear RGB in [0, 1]; it becomes the active scalars.
     matrix : array_like, optional
-        (4, 4) model matrix, as on an actor. It takes part in the lighting; the points stay as they are.
+        (4, 4) model matrix, as on an actor. It affects the lighting only; the points are not moved.
     components : bool, default False
-        Adds `<name>_ambient`, `<name>_diffuse`, `<name>_specular`, `<name>_emission`, which add up to
-        the unclamped colour, `<name>_base` (emission and the light model's ambient) and one
-        `<name>_light_<name or index>` per light, which together add up to it too. Where light bounces,
-        `<name>_bounced` belongs to either sum.
+        If True, add the arrays ``NAME_ambient``, ``NAME_diffuse``, ``NAME_specular`` and ``NAME_emission``, which sum
+        to the unclamped colour, where ``NAME`` is `name`. Also add ``NAME_base`` (emission and the light model's
+        ambient) and ``NAME_light_LIGHT`` for each light, by its name or index; these sum to the same colour. With
+        bounces, ``NAME_bounced`` belongs to both sums.
     tolerance : float, default 0
         Largest absolute colour error that may be traded for time; 0 allows no approximation.
     precision : {"float32", "float64"}
-        Of the arrays and the arithmetic. float32 errs by at most (4√n + 16) · 2⁻²⁴ · (1 + number of lights) for
-        colours of size 1, n the largest of the shininess and the spot lights' exponents; see `pvphong.evaluate`.
-        Light that bounces is gathered in float32 with either, which errs by some 3e-6.
+        Precision of the arrays and the arithmetic. The error of float32 is at most
+        (4√n + 16) · 2⁻²⁴ · (1 + number of lights) for colours of size 1, n the largest of the shininess and the spot
+        lights' exponents; see `pvphong.evaluate`. Bounces are always gathered in float32, with an error of about 3e-6.
     backend : {"auto", "numpy", "numba"}
-        Which evaluator computes, see `pvphong.evaluate`; and normals, see `pvphong.pipeline.vertex_normals`.
+        The evaluator, see `pvphong.evaluate`; also for normals, see `pvphong.pipeline.vertex_normals`.
     feature_angle : float, "auto" or None, default None
-        Degrees between two faces from which their common edge is sharp: points are duplicated along it, and
-        `pvphong_original_point` says which each one was. 0 is flat shading; "auto" takes 30 where the mesh has no
-        point normals of its own. None splits nothing.
+        Angle in degrees between two faces from which their common edge is sharp. Points are duplicated along it, and
+        `pvphong_original_point` gives the original index of each. 0 is flat shading; "auto" is 30 if the mesh has no
+        point normals; None splits nothing.
     occluders : sequence, optional
-        Meshes, or pairs of a mesh and a 4x4 matrix, that shadow this one, where the scene's light model has shadows
-        or ambient occlusion; it always shadows itself.
+        Meshes, or pairs of a mesh and a 4x4 matrix, that shadow this mesh if the light model has shadows or ambient
+        occlusion; the mesh always shadows itself.
     visibility : Visibility, optional
-        What `visibility` gave for this mesh and these lights, in place of new rays; or its numbers, as for
-        `pvphong.evaluate`. With `components=True` the
-        result has it as arrays, `<name>_visibility_<name or index>` and `<name>_sky`, where it was needed: that of the
-        side that the viewer sees.
+        Result of `visibility` for this mesh and these lights, to use instead of casting rays; or its numbers, as for
+        `pvphong.evaluate`. With `components=True` the visibility that was used, of the side that the viewer sees, is
+        added as ``NAME_visibility_LIGHT`` and ``NAME_sky``.
     transport : Transport, optional
-        What `transport` gave for this mesh, where the light model has bounces, in place of new rays.
+        Result of `transport` for this mesh, to use for bounces instead of casting rays.
     shares_by_bounce : bool, default False
-        With `components=True`, `<name>_bounce_1` and so on too, which add up to `<name>_bounced`; what is left of the
+        With `components=True`, also add ``NAME_bounce_1`` and so on, which sum to ``NAME_bounced``; the remaining
         ambient light is in the last.
 
     Returns
     -------
     pyvista.PolyData
-        The surface with the arrays. It shares points, cells and all other arrays with this dataset, as outputs of
-        VTK's filters do: what is written into them in place, on either side, is seen on both. Its ``.copy()``
-        shares nothing.
+        The surface with the arrays. It shares points, cells and all other arrays with this dataset, like outputs of
+        VTK's filters: changes in place, on either mesh, affect both. Its ``.copy()`` shares nothing.
 
     Raises
     ------
@@ -144,7 +141,7 @@ def shade_mesh(
 
 @dataclass(frozen=True)
 class Setting:
-    """Options that all calls which light a mesh have in common; each field is as for `shade_mesh`."""
+    """Common options of all calls that light a mesh; the fields are as for `shade_mesh`."""
 
     matrix: MatrixLike | None = None
     feature_angle: FeatureAngle = None
@@ -159,9 +156,9 @@ class Prepared(NamedTuple):
     """A mesh that is ready to be lit."""
 
     mesh: pv.DataSet
-    """As it was given, or a copy that shares its arrays."""
+    """The given mesh, or a copy that shares its arrays."""
     source: pv.PolyData
-    """Its surface."""
+    """The mesh's surface."""
     scene: Scene
     vertices: Vertices
     material: Material
@@ -187,7 +184,7 @@ def prepare(mesh: pv.DataSet, scene: SceneLike | None, material: Material | str,
 
 def ready(mesh: pv.DataSet, scene: SceneLike | None, material: Material | str, setting: Setting) -> Ready:
     """Prepare a mesh to be planned for: its surface, its vertices, and a scene with a viewer."""
-    # shared first, and then read: what another thread replaces meanwhile is not half seen
+    # another thread may replace arrays meanwhile, so take a copy that shares them first, and read only that
     now = shallow_copy(mesh) if isinstance(mesh, pv.PolyData) else mesh
     material = as_material(material)
     source, maps, tangents = surface_and_maps(now, material, setting.feature_angle)
@@ -202,7 +199,7 @@ def _refuse_output(name: str, source: pv.PolyData, components: bool, shares_by_b
 
 
 def refuse_name(name: Any, source: pv.PolyData) -> None:
-    """Raise ``ValueError`` for a name that lit colours cannot have, or that is one of what a surface is lit by."""
+    """Raise ``ValueError`` for an invalid name of lit colours, or the name of an array that the lighting reads."""
     if not isinstance(name, str) or not name:
         check.refuse("name", name, "a string that is not empty")
     data = source.GetPointData()
@@ -213,7 +210,7 @@ def refuse_name(name: Any, source: pv.PolyData) -> None:
 
 
 def _lit_mesh(prepared: Prepared, shading: Shading, name: str, shares_by_bounce: bool) -> pv.PolyData:
-    """A new mesh with its lit colours, and their parts where these are known."""
+    """Return a new mesh with its lit colours, and their components if these were computed."""
     now, source, scene, vertices, material, planned = prepared
     lit = source if source is now else shallow_copy(source)
     if shading.per_light is not None:
@@ -324,14 +321,14 @@ def lit_together(
     shares_by_bounce: bool = False,
     **how: Any,
 ) -> Iterator[pv.PolyData]:
-    """New meshes that light each other by what they reflect, in their order; options are those of `shade_mesh`.
+    """Yield new lit meshes that reflect light to each other, in order; options are as for `shade_mesh`.
 
     Parameters
     ----------
     prepared : sequence of Prepared
-        Whose vertices' transports are the parts of one.
+        The meshes; the transports of their vertices are the parts of `together`.
     together : Transport
-        That one.
+        The transport between all meshes.
     """
     of_each = [each.plan.sent(each.vertices, **how) for each in prepared]
     count = max((each.plan.equation.bounces for each in prepared), default=0)
@@ -358,32 +355,31 @@ def plan(
     visibility: Visibility | None = None,
     transport: Transport | None = None,
 ) -> Plan:
-    """Which effects will run for a scene, which are left out, and why.
+    """Plan the effects of a scene: those that will run, those that are skipped, and the reasons.
 
-    What adds nothing is left out exactly. Within `tolerance`, far lights are taken as directional, a far
-    viewer as infinitely far, nearly even attenuation and spot falloff as constant, and lights and highlights
-    too weak to be seen are left out; each by a bound that is computed before anything runs.
+    Effects that add nothing are skipped exactly. Within `tolerance`, far lights become directional, a far viewer
+    infinitely far, and nearly uniform attenuation and spot falloff constant; weak lights and highlights are skipped.
+    Each error is bounded before anything runs.
 
     Parameters
     ----------
     mesh_or_points : pyvista.DataSet or array_like
-        A mesh, or points of shape (n, 3). Of a mesh the normals are known too, and may rule out highlights.
-        `evaluate` may leave out more of bare points than the plan says; where that could cost more than the
-        plan's own bound, `error_bound` is the whole tolerance.
+        A mesh, or points of shape (n, 3). Normals of a mesh are known, and may exclude highlights. For points,
+        `evaluate` may skip more than the plan; if that could exceed the plan's own bound, `error_bound` is the whole
+        tolerance.
     scene : Scene, light, sequence of lights, or None
-        What lights it; without a viewer, seen as PyVista's camera frames it. Of a mesh, None is the scene of
+        The scene; without a viewer, it is seen as PyVista's camera frames the mesh or points. For a mesh, None means
         `default_scene`.
     material : Material or str, optional
-        As for `mesh.phong.shade`; for points its maps are arrays.
+        As for `mesh.phong.shade`; for points, its maps must be arrays.
     matrix : array_like, optional
         (4, 4) model matrix.
     tolerance : float, default 0
-        Largest absolute colour error that may be taken; 1/255 is one step of a display.
+        Largest allowed absolute colour error; 1/255 is one step of a display.
     feature_angle
-        Of a mesh, as for `mesh.phong.shade`.
+        For a mesh only, as for `mesh.phong.shade`.
     occluders, visibility, transport
-        Of a mesh, as for `mesh.phong.shade`. No ray is cast: of bare points, what they see is not known, and these
-        are refused, as `feature_angle` is.
+        For a mesh only, as for `mesh.phong.shade`. No rays are cast.
 
     Returns
     -------
@@ -429,20 +425,20 @@ def plan(
 
 
 def put_visibility(lit: pv.PolyData, name: str, labels: Sequence[str], equation: Equation, seen: FloatArray) -> None:
-    """Give a mesh what its points see of the lights that something may block, and of the sky if that counts.
+    """Add the visibility of shadowed lights, and of the sky if it is used, to a mesh as point arrays.
 
     Parameters
     ----------
     lit : pyvista.PolyData
-        It gets the arrays `<name>_visibility_<label>` and `<name>_sky`.
+        Gets the arrays ``NAME_visibility_LABEL`` and ``NAME_sky``.
     name : str
-        Of its colours.
+        Name of the colours.
     labels : sequence of str
-        Of all lights.
+        Labels of all lights.
     equation : Equation
-        Says which lights those are.
+        The equation, which knows the shadowed lights.
     seen : ndarray
-        Shape (lights + 1, n).
+        Shape (lights + 1, n), visibility of the lights and the sky.
     """
     for index in equation.shadowed:
         lit.point_data[f"{name}_visibility_{labels[index]}"] = seen[index].copy()
@@ -460,31 +456,30 @@ def visibility(
     matrix: MatrixLike | None = None,
     feature_angle: FeatureAngle = None,
 ) -> Visibility:
-    """What each vertex sees of each light, and of the sky: arrays to keep, which `shade` takes again.
+    """Compute the visibility of each light, and of the sky, from each vertex; `shade` accepts the result.
 
-    Rays are cast when an array is first read. A point, spot or directional light takes one ray for each vertex
-    that faces it. A light with a size, and the sky, take 16 where these agree, and more where a shadow's edge is.
-    Their nodes are chosen by the vertex's number alone, so that equal calls give equal bits.
+    Rays are cast when an array is first read. A point, spot or directional light needs one ray for each vertex that
+    faces it. A light with a size, and the sky, need 16 if these agree, and more at the edges of shadows. The directions
+    depend only on the vertex's index, so that equal calls give equal bits.
 
-    With the extra `rays`, Intel's Embree casts them; without, VTK does, which takes some ten to fifty times as
-    long. Faces without an area, or with a corner that is not finite, block nothing. What is nearer to a vertex
-    than 2⁻¹⁸ of the size of all meshes of its size together may be missed.
+    With the extra `rays`, Intel's Embree casts the rays; without it VTK does, 10 to 50 times slower. Faces without
+    area, or with a corner that is not finite, block nothing. Geometry nearer to a vertex than 2⁻¹⁸ of the total size of
+    all meshes of its size may be missed.
 
     Parameters
     ----------
     mesh : pyvista.DataSet
         A dataset with a surface.
     scene : Scene, light, or sequence of lights, optional
-        As for `shade`. Its light model need not ask for shadows; its `ambient_occlusion` says up to which distance
-        something hides the sky.
+        As for `shade`. Its light model need not have shadows; `ambient_occlusion` is the distance up to which geometry
+        occludes the sky.
     occluders : sequence, optional
         Meshes, or pairs of a mesh and a 4x4 matrix, that block light like this mesh itself.
     samples : int, optional
-        So many rays for every vertex to each light with a size, and into the sky: the next power of two, at most
-        4096.
+        Number of rays per vertex to each light with a size, and to the sky, rounded up to a power of two; at most 4096.
     tolerance : float, default 1/255
-        Else, rays are cast until the standard error of the colour that the light, or the scene's ambient light,
-        gives a white surface is at most that; 0 is the default. So what is dim is known less exactly.
+        Without `samples`, rays are cast until the standard error of the colour of a white surface under the light, or
+        under the scene's ambient light, is at most this; 0 means the default. So dim lights have larger errors.
     matrix : array_like, optional
         (4, 4) model matrix, as for `shade`.
     feature_angle : float, "auto" or None, default None
@@ -493,13 +488,13 @@ def visibility(
     Returns
     -------
     Visibility
-        `.per_light` (lights, n), `.sky` (n,), `.standard_error` of both, `.rays` and `.seconds`; `.behind`, the same of
-        the vertices' other sides, where the light model is two-sided; `.save(path)`, for `Visibility.load`.
+        `.per_light` (lights, n), `.sky` (n,), `.standard_error` of both, `.rays` and `.seconds`; for a two-sided light
+        model `.behind`, the same for the other side of the vertices; `.save(path)`, for `Visibility.load`.
 
     Raises
     ------
     ValueError
-        If an argument is not allowed, or the mesh has nothing that can be lit.
+        If an argument is invalid, or the mesh has nothing that can be lit.
 
     Examples
     --------
@@ -523,31 +518,31 @@ def normals(
     feature_angle: FeatureAngle = None,
     backend: Backend = "auto",
 ) -> FloatArray:
-    """The point normals that `shade` lights the surface with.
+    """Return the point normals with which `shade` lights the surface.
 
     Parameters
     ----------
     mesh : pyvista.DataSet
         A dataset with a surface.
     weighting : {"angle", "area", "max"}, optional
-        Computes them from the faces with this weighting. Without, the mesh's active point normals as
-        they are, if it has any, else weighting by angle.
+        Weighting with which to compute normals from the faces. By default, return the mesh's active point normals
+        unchanged; if it has none, weight by angle.
     matrix : array_like, optional
-        (4, 4) model matrix: the normals are transformed by its inverse-transpose and made unit length.
+        (4, 4) model matrix: the normals are transformed by its inverse-transpose and normalized.
     feature_angle : float, "auto" or None, default None
-        As for `shade`; the normals are those of the points after edges are split.
+        As for `shade`; the normals are for the points after edges are split.
     backend : {"auto", "numpy", "numba"}
-        What computes them, where they are computed; see `pvphong.pipeline.vertex_normals`.
+        Backend that computes them from the faces; see `pvphong.pipeline.vertex_normals`.
 
     Returns
     -------
     ndarray
-        Shape (n_points, 3), of the surface's points.
+        Shape (n_points, 3), for the surface's points.
 
     Raises
     ------
     ValueError
-        If the mesh has neither normals nor faces, or the matrix or weighting is not allowed.
+        If the mesh has neither normals nor faces, or the matrix or weighting is invalid.
 
     Examples
     --------
@@ -563,7 +558,7 @@ def normals(
 def vertices_of(
     source: pv.PolyData, maps: Mapping[str, Any], tangents: Any, scene: Scene, setting: Setting
 ) -> Vertices:
-    """A surface's vertices for a scene; normals, tangents and rays are found when they are first used."""
+    """Return a surface's vertices for a scene; normals, tangents and visibility are computed at their first use."""
     normals = functools.cache(lambda: point_normals(source, backend=setting.backend))
     matrix, occluders, among = setting.matrix, setting.occluders, None
     if isinstance(setting.transport, TransportPart):
@@ -583,15 +578,15 @@ def vertices_of(
 
 
 def one_surface(blocks: pv.MultiBlock, feature_angle: FeatureAngle = None) -> pv.PolyData:
-    """The surfaces of all blocks as one, each with the normals that it is lit with, and no other array.
+    """Join the surfaces of all blocks to one, with the normals for lighting as its only array.
 
-    No points are merged: where blocks touch there are edges, as between the blocks. Sharp edges are split in each, as
-    by `split_sharp_edges`.
+    Points are not merged, so blocks that touch still have separate edges. Sharp edges are split in each block, as by
+    `split_sharp_edges`.
 
     Raises
     ------
     ValueError
-        If no block, or one of them, has nothing that can be lit; the message names it.
+        If there is no mesh, or a block cannot be lit; the message names the block.
     """
     # before normals are put down, for "auto" splits nothing where there are some
     split = map_blocks(blocks, lambda block: split_sharp_edges(surface(block), feature_angle)[0])

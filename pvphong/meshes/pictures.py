@@ -1,4 +1,4 @@
-"""Lit colours to look at: pictures drawn offscreen with VTK's own lighting off, and colours in other colour spaces."""
+"""Images of lit meshes, drawn offscreen with VTK's lighting off, and conversion of colours to other colour spaces."""
 
 from __future__ import annotations
 
@@ -25,13 +25,13 @@ from pvphong.meshes.surfaces import drawable, shallow_copy, surface
 from pvphong.scene.viewer import Viewer
 
 HEADLESS_PACKAGES = "libegl1 libgl1-mesa-dri libx11-6"
-"""What VTK needs on a Debian or Ubuntu without a display."""
+"""Packages that VTK needs on Debian or Ubuntu without a display."""
 
 WITHOUT_DISPLAY = ("vtkEGLRenderWindow", "vtkOSOpenGLRenderWindow")
-"""VTK's windows that nobody sees."""
+"""VTK's windows that need no display."""
 
-_AT_ONCE = 2**14  # colours that are converted at once: they stay in the caches
-_LARGEST = 8192  # pixels; drivers end at 8192 or 16384
+_AT_ONCE = 2**14  # colours that are converted at once, so that they stay in the caches
+_LARGEST = 8192  # pixels; the limit of drivers is 8192 or 16384
 _CHOICE = "VTK_DEFAULT_OPENGL_WINDOW"
 
 _TRIAL = """
@@ -57,14 +57,14 @@ def draw(
     size: tuple[int, int] = (1024, 768),
     background: str = "white",
 ) -> np.ndarray[Any, np.dtype[np.uint8]]:
-    """The lit mesh as the viewer sees it.
+    """Draw a lit mesh as the viewer sees it.
 
     Parameters
     ----------
     lit : pyvista.PolyData or pyvista.MultiBlock
-        Lit colours as a point array.
+        A mesh with lit colours as a point array.
     viewer : Viewer
-        Where it is seen from. Its clipping range is not used: all that lies ahead is drawn.
+        The viewer. Its clipping range is ignored: everything in front of the eye is drawn.
     name : str, default "phong"
         Name of the array with the colours.
     size : tuple of int, default (1024, 768)
@@ -75,13 +75,13 @@ def draw(
     Returns
     -------
     ndarray
-        Shape (height, width, 3), uint8. A mesh out of view leaves only the background.
+        Shape (height, width, 3), uint8. If the mesh is out of view, only the background is drawn.
 
     Raises
     ------
     ValueError
-        If the machine cannot draw; the message names what is missing. Also for a size or a background
-        that is not allowed.
+        If VTK cannot draw on this machine (the message names the missing packages), or for an invalid size or
+        background.
     """
     window = drawing_window()
     refuse_size(size)
@@ -101,18 +101,18 @@ def draw(
 
 
 def plot(mesh: pv.DataSet, /, *, name: str = "phong", **options: Any) -> Any:
-    """Show a lit mesh: the colours as they are, clipped to [0, 1], by PyVista's `plot` and with its options.
+    """Show a lit mesh with PyVista's `plot` and its options; colours are clipped to [0, 1].
 
     Parameters
     ----------
     mesh : pyvista.DataSet
-        With lit colours.
+        A mesh with lit colours.
     name : str, default "phong"
         Name of the array with the colours.
     **options
-        As for `pyvista.plot`, such as `screenshot`, `cpos`, `show_edges` or `opacity`, without those that colour a
-        mesh. Where the colours before light were those of a `Colormap`, its scalar bar is shown: `show_scalar_bar` and
-        `scalar_bar_args` are about that.
+        As for `pyvista.plot`, such as `screenshot`, `cpos`, `show_edges` or `opacity`, except options that colour a
+        mesh. If the unlit colours come from a `Colormap`, its scalar bar is shown; `show_scalar_bar` and
+        `scalar_bar_args` control it.
 
     Raises
     ------
@@ -140,9 +140,9 @@ def plot(mesh: pv.DataSet, /, *, name: str = "phong", **options: Any) -> Any:
 
 
 def _plotter(options: dict[str, Any]) -> tuple[pv.Plotter, Callable[[pv.Plotter], Any]]:
-    """A plotter as `pyvista.plot` makes it, and what shows it; these take their options out of the others.
+    """Create a plotter like `pyvista.plot`, and a function that shows it; both remove their options from `options`.
 
-    `pyvista.plot` itself has no way to add a scalar bar to a mesh that is coloured by RGB.
+    `pyvista.plot` itself cannot add a scalar bar to a mesh that is coloured by RGB.
     """
 
     def taken(*names: str) -> dict[str, Any]:
@@ -192,7 +192,7 @@ _OF_SHOWING = (
     *("auto_close", "interactive", "full_screen", "screenshot", "return_img", "return_viewer", "return_cpos"),
     *("before_close_callback", "jupyter_backend", "jupyter_kwargs"),
 )
-"""Options of `pyvista.plot` that are not `add_mesh`'s."""
+"""Options of `pyvista.plot` that `add_mesh` does not have."""
 
 _COLOURING = (
     *("scalars", "rgb", "rgba", "lighting", "color", "smooth_shading", "texture", "pbr", "cmap", "copy_mesh"),
@@ -202,29 +202,29 @@ _COLOURING = (
 """PyVista's options that colour a mesh."""
 
 
-def refuse_colouring(options: Mapping[str, Any], remedy: str = "The colours are those of the array `name`.") -> None:
-    """Raise ``ValueError`` for options of `pyvista.Plotter.add_mesh` that colour a mesh; all others are PyVista's."""
+def refuse_colouring(options: Mapping[str, Any], remedy: str = "The colours come from the array `name`.") -> None:
+    """Raise ``ValueError`` for options of `pyvista.Plotter.add_mesh` that colour a mesh; others are left to PyVista."""
     for option in options:
         if option in _COLOURING:
             if option == "smooth_shading":
-                remedy = "Colours are blended between vertices; shade(feature_angle=0) gives each face its own."
+                remedy = "Colours are interpolated between vertices; for flat faces, use shade(feature_angle=0)."
             check.refuse("option", option, f"an option of add_mesh other than {', '.join(_COLOURING)}", remedy)
 
 
 def vertex_opacity(options: dict[str, Any]) -> Any:
-    """Take an opacity for each vertex, or its name, out of `add_mesh`'s options; None where there is but one number.
+    """Remove an opacity per vertex, or its name, from `add_mesh`'s options and return it; None for a single number.
 
-    PyVista has none for meshes that are coloured by RGB.
+    PyVista has no opacity per vertex for meshes that are coloured by RGB.
     """
     if isinstance(options.get("opacity"), Real | np.number | None):
         return None
     if options.pop("use_transparency", False):
-        check.refuse("use_transparency", True, "False where opacity is not one number", "Give 1 - opacity.")
+        check.refuse("use_transparency", True, "False unless opacity is a single number", "Pass 1 - opacity.")
     return options.pop("opacity")
 
 
 def with_opacity(mesh: pv.DataSet, name: str, opacity: Any) -> pv.DataSet:
-    """`drawable` with an opacity for each vertex as the fourth channel; `opacity` as `vertex_opacity` gives it."""
+    """Return `drawable` with an opacity per vertex as the fourth channel; `opacity` is from `vertex_opacity`."""
     if opacity is None:
         return drawable(mesh, name)
     source = surface(mesh)
@@ -239,19 +239,19 @@ def refuse_unlit(mesh: pv.DataSet, name: str) -> None:
     """Raise ``ValueError`` for a mesh that has no array of lit colours."""
     if name == "phong" and name not in mesh.point_data:
         allowed = "lit, with colours in its point array 'phong' or that of `name`"
-        remedy = "mesh.phong.shade(...).phong.plot() lights it first."
-        check.refuse("mesh", "one that has no colours yet", allowed, remedy)
+        remedy = "Light it first: mesh.phong.shade(...).phong.plot()."
+        check.refuse("mesh", "a mesh without colours", allowed, remedy)
     check.choice("name", name, mesh.point_data.keys())
 
 
 def refuse_size(size: tuple[int, int]) -> None:
-    """Raise ``ValueError`` for a picture's size that cannot be drawn."""
+    """Raise ``ValueError`` for an image size that cannot be drawn."""
     for label, pixels in zip(("width", "height"), size, strict=True):
         check.number(label, pixels, at_least=1, at_most=_LARGEST)
 
 
 def save_picture(image: np.ndarray[Any, np.dtype[np.uint8]], path: Path) -> None:
-    """Write a picture as a .png file, whole or not at all."""
+    """Write an image as a .png file, atomically."""
     from PIL import Image
 
     with written_aside(path) as aside:
@@ -260,14 +260,14 @@ def save_picture(image: np.ndarray[Any, np.dtype[np.uint8]], path: Path) -> None
 
 @cache
 def drawing_window() -> str:
-    """The class of window with which VTK can draw on this machine.
+    """Return the class of window with which VTK can draw on this machine.
 
-    A child process tries it, once: where a library is missing VTK ends the process it runs in.
+    A child process tries it, once, because VTK crashes the process if a library is missing.
 
     Raises
     ------
     ValueError
-        If VTK cannot draw; the message names the packages that it needs.
+        If VTK cannot draw; the message names the required packages.
     """
     trial = subprocess.run([sys.executable, "-c", _TRIAL], capture_output=True, text=True, check=False)
     name, _, brightness = trial.stdout.strip().partition(" ")
@@ -281,7 +281,7 @@ def drawing_window() -> str:
 
 @contextmanager
 def preferring(window: str) -> Iterator[None]:
-    """Lets VTK make this window at once, where it would first look for a display, and complain."""
+    """Make VTK use this class of window, instead of first searching for a display and printing errors."""
     if window not in WITHOUT_DISPLAY or _CHOICE in os.environ:
         yield
         return
@@ -293,7 +293,7 @@ def preferring(window: str) -> Iterator[None]:
 
 
 def aim(plotter: pv.Plotter, viewer: Viewer) -> None:
-    """Put a plotter's camera where the viewer is, and have it stay there when meshes are added."""
+    """Set a plotter's camera to the viewer, and keep it there when meshes are added."""
     camera = plotter.camera
     camera.SetPosition(viewer.position)
     camera.SetFocalPoint(viewer.focal_point)
@@ -308,18 +308,18 @@ ColorSpace = Literal["hsv", "xyz"]
 
 
 def color_view(mesh: pv.DataSet, space: ColorSpace, *, name: str = "phong") -> pv.PolyData:
-    """A new mesh with its lit colours in other terms, as the point array ``<name>_<space>``.
+    """Convert lit colours to another colour space, as the point array ``NAME_SPACE`` of a new mesh.
 
-    Colours are taken as what pvphong's are: linear red, green and blue, of sRGB's primaries.
+    The colours are linear red, green and blue with sRGB's primaries, as from `mesh.phong.shade`.
 
     Parameters
     ----------
     mesh : pyvista.DataSet
-        A lit mesh, as from `mesh.phong.shade`; it is not modified. Of other than PolyData the surface is taken.
+        A lit mesh, as from `mesh.phong.shade`; it is not modified. If it is not a PolyData, its surface is used.
     space : {"hsv", "xyz"}
-        "hsv": hue, from 0 for red by 1/3 for green and 2/3 for blue to 1 for red again, 0 for greys; saturation, from
-        0 for grey to 1; and value, the largest channel. Value is above 1 where the colour is; hue and saturation do
-        not depend on how bright it is. Source: Matplotlib's `rgb_to_hsv`, at each colour's own brightness.
+        "hsv": hue, from 0 for red over 1/3 for green and 2/3 for blue to 1 for red again, 0 for greys; saturation, from
+        0 for grey to 1; and value, the largest channel. Value exceeds 1 for bright colours; hue and saturation do not
+        depend on brightness. Source: Matplotlib's `rgb_to_hsv`, at each colour's own brightness.
         "xyz": CIE X, Y and Z for a white of luminance 1, D65; Y is the relative luminance. Source: IEC 61966-2-1.
     name : str, default "phong"
         The point array of colours, shape (n_points, 3), floats >= 0.
@@ -327,13 +327,13 @@ def color_view(mesh: pv.DataSet, space: ColorSpace, *, name: str = "phong") -> p
     Returns
     -------
     pyvista.PolyData
-        With the new array, of the colours' own type, as its active scalars. It shares everything else with the mesh,
-        as results of `shade` do.
+        A mesh with the new array, of the same type as the colours, as active scalars. It shares everything else with
+        the mesh, like results of `shade`.
 
     Raises
     ------
     ValueError
-        If there is no such array or space, the array holds no colours as above, or Matplotlib, which "hsv" needs, is
+        If the array or the space does not exist, the array holds no such colours, or Matplotlib, which "hsv" needs, is
         not installed.
 
     Examples
@@ -354,7 +354,7 @@ def color_view(mesh: pv.DataSet, space: ColorSpace, *, name: str = "phong") -> p
         check.refuse("name", f"{name}, an array with a negative number, NaN or infinity", allowed)
     if space == "xyz":
         converted = xyz_from_rgb(colors)
-    else:  # hue and saturation of colours above 1 are those of the same colour at full brightness
+    else:  # Matplotlib needs colours up to 1: hue and saturation do not change when a brighter colour is scaled down
         from matplotlib.colors import rgb_to_hsv
 
         converted = np.empty_like(colors)

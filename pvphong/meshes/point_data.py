@@ -1,4 +1,4 @@
-"""A material's maps, given as arrays, names or textures, at the points of the surface that is lit."""
+"""Values of a material's maps (arrays, array names or textures) at the points of the lit surface."""
 
 from __future__ import annotations
 
@@ -21,21 +21,21 @@ from pvphong.optics.colormap import Colormap
 from pvphong.optics.maps import COLORS, SHINIEST, AnyMap, Map, NamedColor, is_image_path, is_texture
 from pvphong.optics.material import Material
 
-_TO_POINTS = "mesh.cell_data_to_point_data() turns cell arrays into point arrays."
-_TO_FACES = f"feature_angle=0 (--feature-angle 0) gives each face points of its own; {_TO_POINTS}"
+_TO_POINTS = "mesh.cell_data_to_point_data() converts cell arrays to point arrays."
+_TO_FACES = f"feature_angle=0 (--feature-angle 0) gives each face its own points; {_TO_POINTS}"
 
 
 def surface_and_maps(
     mesh: pv.DataSet, material: Material, feature_angle: FeatureAngle = None
 ) -> tuple[pv.PolyData, dict[str, Any], Any]:
-    """The surface, split along its sharp edges, and a material's maps and tangents at its points.
+    """Extract the surface, split it along sharp edges, and return a material's maps and tangents at its points.
 
     Parameters
     ----------
     mesh : pyvista.DataSet
-        It is not modified.
+        The mesh; it is not modified.
     material : Material
-        Arrays in it have a row for each point of the mesh; names are those of point arrays.
+        The material; its arrays have a row for each point of the mesh, and its names refer to point arrays.
     feature_angle : float, "auto" or None
         As for `split_sharp_edges`.
 
@@ -44,15 +44,15 @@ def surface_and_maps(
     source : pyvista.PolyData
         The surface.
     maps : dict
-        Field → array with a row for each of its points.
+        Field → array with a row for each point of the surface.
     tangents : ndarray or None
-        The same of the material's tangents; None if it has none.
+        Array with a row for each point, or None if the material has no tangents.
 
     Raises
     ------
     ValueError
-        If the mesh has no surface, or no array of a name, or an array has not a row for each point; or for a texture
-        without texture coordinates.
+        If the mesh has no surface, an array does not exist or has the wrong length, or texture coordinates for a
+        texture are missing.
     """
     given: dict[str, Any] = given_maps(material, mesh)
     mapped = {name: given.pop(name) for name in list(given) if isinstance(given[name], Colormap)}
@@ -61,7 +61,7 @@ def surface_and_maps(
     }
     if isinstance(mesh, pv.PolyData) or not arrays:
         whole = surface(mesh)
-    else:  # a mesh with points inside: its arrays are carried along to its surface
+    else:  # the mesh may have points inside: VTK passes the arrays to the surface
         carrier = mesh.copy(deep=False)
         for name, value in arrays.items():
             carrier.point_data[f"_pvphong_{name}"] = _checked(name, value, mesh)
@@ -74,7 +74,7 @@ def surface_and_maps(
 
 
 def given_maps(material: Material, mesh: pv.DataSet | None = None) -> dict[str, AnyMap]:
-    """A material's maps, and its tangents as one of them; a colour's name that a mesh has as an array's is that."""
+    """Return a material's maps, including its tangents; if a mesh has an array with a colour's name, it takes it."""
     named: dict[str, AnyMap] = {}
     for field in COLORS if mesh is not None else ():
         color = getattr(material, field)
@@ -84,7 +84,7 @@ def given_maps(material: Material, mesh: pv.DataSet | None = None) -> dict[str, 
 
 
 def names_taken(material: Material, mesh: pv.DataSet) -> dict[str, str]:
-    """For each of a material's colours that was given by a name, in words, what the name is on a mesh."""
+    """Describe each colour of a material that is given by a name: as a colour, an array, an image or a colormap."""
     maps = given_maps(material, mesh)
     given: dict[str, Any] = {name: maps.get(name, getattr(material, name)) for name in COLORS}
     kinds = ((Colormap, "a"), (NamedColor, "the colour"), (str, "the array"))
@@ -97,29 +97,29 @@ def names_taken(material: Material, mesh: pv.DataSet) -> dict[str, str]:
 
 
 def _has_numbers(mesh: Any, name: str) -> bool:
-    """Whether a mesh's points or cells have an array of numbers of a name."""
+    """Return True if a mesh has a point or cell array of numbers with a name."""
     arrays = [data.GetArray(name) for data in (mesh.GetPointData(), mesh.GetCellData())]
-    return any(array is not None for array in arrays)  # of texts it is no vtkDataArray
+    return any(array is not None for array in arrays)  # None for texts, which are no vtkDataArray
 
 
 def values_at(name: str, given: Any, whole: pv.PolyData, source: pv.PolyData, points: NDArray[Any] | None) -> Any:
-    """A map's values at a surface's points.
+    """Return a map's values at a surface's points.
 
     Parameters
     ----------
     name : str
-        Of the field.
+        Name of the field.
     given : Map, array_like, texture or str
-        What it is.
+        The map.
     whole, source : pyvista.PolyData
-        The surface before its edges were split, and after that.
+        The surface before its edges were split, and after.
     points : ndarray or None
-        For each of its points the one of the whole; None where they are the same.
+        For each point of `source` its index in `whole`; None if they are the same.
     """
     value = given.source if isinstance(given, Map) else given
     if isinstance(value, str) and value not in source.point_data:
         if is_image_path(value):
-            from pvphong.meshes.files import read_texture  # what reads files is not loaded to light a mesh
+            from pvphong.meshes.files import read_texture  # loaded only if a file is read
 
             with reading(value):
                 value = read_texture(value, name)
@@ -139,13 +139,13 @@ def values_at(name: str, given: Any, whole: pv.PolyData, source: pv.PolyData, po
 def opacity_at(
     given: Any, mesh: pv.DataSet, whole: pv.PolyData, source: pv.PolyData, points: NDArray[Any] | None
 ) -> FloatArray:
-    """Opacities at a surface's points, from 0 for transparent to 1.
+    """Return opacities at a surface's points, from 0 for transparent to 1.
 
     Parameters
     ----------
     given : Map, array_like or str
-        A number from 0 to 1 for each of the mesh's points or cells, or the name of such an array; uint8 counts as
-        0-255. Cells are taken where each face has points of its own.
+        A number from 0 to 1 for each point or cell of the mesh, or the name of such an array; uint8 is divided by 255.
+        One per cell is allowed only if each face has its own points.
     mesh : pyvista.DataSet
         The user's mesh.
     whole, source, points
@@ -155,7 +155,7 @@ def opacity_at(
     if isinstance(value, str):
         names = [*mesh.point_data.keys(), *mesh.cell_data.keys()]
         if value not in names:
-            allowed = f"a number, an array, or the name of one ({', '.join(names) or 'there is none'})"
+            allowed = f"a number, an array, or an array's name ({', '.join(names) or 'there are none'})"
             check.refuse("opacity", repr(value), allowed, check.meant(value, names))
         value = mesh.point_data[value] if value in mesh.point_data else mesh.cell_data[value]
     rows = check.real_array("opacity", value, "a number, or one for each point or cell")
@@ -163,8 +163,8 @@ def opacity_at(
         allowed = f"a number, or one for each point ({mesh.n_points}) or cell ({mesh.n_cells})"
         check.refuse("opacity", f"an array of shape {rows.shape}", allowed)
     found: Any = rows.ravel() / 255.0 if rows.dtype == np.uint8 else rows.ravel()
-    if not (found.min(initial=0.0) >= 0.0 and found.max(initial=0.0) <= 1.0):  # nor if there is a NaN
-        remedy = "Divide 0-255 by 255, or convert it to uint8."
+    if not (found.min(initial=0.0) >= 0.0 and found.max(initial=0.0) <= 1.0):  # true for NaN too
+        remedy = "Divide 0-255 values by 255, or convert them to uint8."
         check.refuse("opacity", f"numbers from {found.min():g} to {found.max():g}", "numbers from 0 to 1", remedy)
     of_cells = rows.size != mesh.n_points
     return np.asarray(_carried("opacity", found, mesh, whole, source, points, of_cells=of_cells), np.float64)
@@ -178,18 +178,18 @@ def colors_at(
     source: pv.PolyData,
     points: NDArray[Any] | None,
 ) -> ByteArray:
-    """The colours of a mesh's scalars at its surface's points, shape (n, 3).
+    """Return the colours of a mesh's scalars at its surface's points, shape (n, 3).
 
     Parameters
     ----------
     name : str
-        Of the field.
+        Name of the field.
     colormap : Colormap
-        What maps them; its range is that of the whole mesh, where it has none.
+        The colormap; without a range, it gets the range of the whole mesh.
     mesh : pyvista.DataSet
-        What has them.
+        The mesh with the scalars.
     whole, source : pyvista.PolyData
-        Its surface before edges were split, and after that.
+        Its surface before edges were split, and after.
     points : ndarray or None
         As for `values_at`.
     """
@@ -208,8 +208,8 @@ def _carried(
     *,
     of_cells: bool,
 ) -> Any:
-    """Rows for a mesh's points or cells, at its surface's points."""
-    if not isinstance(mesh, pv.PolyData | pv.PointSet):  # the surface is only a part of it
+    """Take rows for a mesh's points or cells to its surface's points."""
+    if not isinstance(mesh, pv.PolyData | pv.PointSet):  # the surface is only a part of the mesh
         data, of = (whole.cell_data, "Cell") if of_cells else (whole.point_data, "Point")
         rows = rows[np.asarray(data[f"vtkOriginal{of}Ids"])]
     if of_cells:
@@ -218,7 +218,7 @@ def _carried(
 
 
 def _of_faces(name: str, values: Any, source: pv.PolyData) -> Any:
-    """An array with a row for each cell, at points of which each is one face's alone."""
+    """Take an array with a row for each cell to the points of faces that share no points."""
     connectivity, offsets = polygons(source)
     faces = np.asarray(values)
     if len(faces) == source.n_cells:
@@ -231,27 +231,27 @@ def _of_faces(name: str, values: Any, source: pv.PolyData) -> Any:
 
 
 def _refuse_unknown(name: str, value: str, source: pv.PolyData) -> NoReturn:
-    """Raise ValueError for a name that no point array has, nor a colour."""
+    """Raise ValueError for a name that is neither a point array's nor a colour's."""
     names = list(source.point_data.keys())
     remedy = check.meant(value, [*names, *(host.answers().color_names() if name in COLORS else ())])
-    check.refuse(name, repr(value), f"the name of a point array ({', '.join(names) or 'there is none'})", remedy)
+    check.refuse(name, repr(value), f"the name of a point array ({', '.join(names) or 'there are none'})", remedy)
 
 
 def _of_texture(name: str, texture: Any, source: pv.PolyData) -> FloatArray:
-    """A texture's colours; of a field that is a number, its grey, for shininess as parts of `SHINIEST`."""
+    """Return a texture's colours; for a field that is a number its grey, for shininess as a fraction of `SHINIEST`."""
     if name == "tangents":
         check.refuse(name, "a texture", "a point array, or its name")
     colors = texture_colors(texture, source, name)
     if name in COLORS:
         return colors
     if not (colors == colors[:, :1]).all():
-        remedy = "Take the channel that holds it, as in pv.Texture(image[:, :, 1])."
-        check.refuse(name, "a texture of colours", "a texture of one channel, or a grey one", remedy)
+        remedy = "Select a channel, for example with pv.Texture(image[:, :, 1])."
+        check.refuse(name, "a texture of colours", "a texture with one channel, or a grey texture", remedy)
     return colors[:, 0] * (SHINIEST if name == "shininess" else 1.0)
 
 
 def _checked(name: str, given: Any, mesh: pv.DataSet) -> Any:
-    """An array with a row for each of the mesh's points."""
+    """Return an array with a row for each point of the mesh."""
     if len(given) == mesh.n_cells != mesh.n_points:
         check.refuse(name, f"{len(given)} rows, one per cell", f"one per point, {mesh.n_points} rows", _TO_FACES)
     count = mesh.n_points
@@ -260,38 +260,38 @@ def _checked(name: str, given: Any, mesh: pv.DataSet) -> Any:
     rows = check.real_array(name, given, "an array of real numbers")
     if len(np.atleast_1d(rows)) != count:
         is_grid = rows.ndim == 3 and rows.shape[0] * rows.shape[1] == count
-        remedy = "array.reshape(-1, 3, order='F') has a StructuredGrid's points in their order." if is_grid else ""
+        remedy = "Reorder it to a StructuredGrid's points with array.reshape(-1, 3, order='F')." if is_grid else ""
         got = f"an array of shape {rows.shape}" if is_grid else f"{len(np.atleast_1d(rows))} rows"
         check.refuse(name, got, f"an array with one row per point, {count} rows", remedy)
     return rows
 
 
-# vtkTexture's numbers for what is beyond the picture; 3 is its border colour.
+# vtkTexture's wrap modes, for coordinates outside the image; 3 is the border colour.
 _EDGE, _REPEAT, _MIRROR, _BORDER = range(4)
-_BEYOND: tuple[Any, ...] = ("edge", "wrap", "symmetric", "constant")  # the same, of `numpy.pad`
-_MAPPED = 1  # its colour mode with a lookup table
+_BEYOND: tuple[Any, ...] = ("edge", "wrap", "symmetric", "constant")  # the corresponding modes of `numpy.pad`
+_MAPPED = 1  # vtkTexture's colour mode with a lookup table
 
-# Points that are looked up at once: their texels stay in the caches.
+# Points that are looked up at once, so that their texels stay in the caches.
 _AT_ONCE = 2**14
 
-_TO_COORDINATES = "mesh.texture_map_to_plane() and mesh.texture_map_to_sphere() give texture coordinates."
+_TO_COORDINATES = "mesh.texture_map_to_plane() and mesh.texture_map_to_sphere() compute texture coordinates."
 
 
 def texture_colors(texture: Any, source: pv.PolyData, name: str = "albedo") -> Float64Array:
-    """A texture's colours at a surface's points, bilinear between the centres of texels.
+    """Return a texture's colours at a surface's points, bilinear between the centres of texels.
 
-    The texture's `wrap` is honoured, `interpolate` and `mipmap` are not: vertices are no pixels. Where it says that its
-    colours are sRGB (`texture.UseSRGBColorSpaceOn()`), texels become linear light before they are interpolated, as
-    OpenGL 4.6 has it (specification, 8.24); else their numbers are taken as they are. Opacity is left out.
+    `wrap` is used; `interpolate` and `mipmap` are ignored, because vertices are not pixels. If the texture
+    is marked as sRGB (`texture.UseSRGBColorSpaceOn()`), texels are converted to linear before interpolation, as in
+    OpenGL 4.6 (specification, 8.24); otherwise they are used unchanged. Opacity is ignored.
 
     Parameters
     ----------
     texture : pyvista.Texture or vtkTexture
-        An image of 1 to 4 channels, uint8 or floats from 0 to 1.
+        An image with 1 to 4 channels, uint8 or floats from 0 to 1.
     source : pyvista.PolyData
-        With texture coordinates; a point whose coordinates are not finite is black.
+        A surface with texture coordinates; a point whose coordinates are not finite is black.
     name : str, default "albedo"
-        What an error calls it.
+        Name in error messages.
 
     Returns
     -------
@@ -301,12 +301,12 @@ def texture_colors(texture: Any, source: pv.PolyData, name: str = "albedo") -> F
     Raises
     ------
     ValueError
-        If the surface has no texture coordinates, or the texture no such image.
+        If the surface has no texture coordinates, or the image is missing or invalid.
     """
     coordinates = _coordinates(source)
     if coordinates is None:
         allowed = "an array, its name, or a texture for a mesh with texture coordinates"
-        check.refuse(name, "a texture for a mesh without them", allowed, _TO_COORDINATES)
+        check.refuse(name, "a texture for a mesh without texture coordinates", allowed, _TO_COORDINATES)
     planes, wrap = _planes(texture, name), int(texture.GetWrap())
     border, is_encoded = texture.GetBorderColor(), bool(texture.GetUseSRGBColorSpace())
     (_, height, width), is_bytes = planes.shape, planes.dtype == np.uint8
@@ -342,28 +342,28 @@ def texture_colors(texture: Any, source: pv.PolyData, name: str = "albedo") -> F
 
 
 def texture_version(texture: Any) -> Any:
-    """A stamp of a texture and its image that changes with them; cheap to compare."""
+    """Return a stamp that changes when a texture or its image changes; cheap to compare."""
     return tuple((part, part.GetMTime()) for part in (texture, texture.GetInput()) if part is not None)
 
 
 def _coordinates(source: pv.PolyData) -> FloatArray | None:
-    """Shape (n_points, 2); None where there are none, or but one for each point."""
+    """Return texture coordinates, shape (n_points, 2); None if there are none, or only one per point."""
     found = source.GetPointData().GetTCoords()
     return None if found is None or found.GetNumberOfComponents() < 2 else vtk_to_numpy(found)[:, :2]
 
 
 def _planes(texture: Any, name: str) -> NDArray[Any]:
-    """A texture's texels, shape (1 or 3, height, width): from below to above."""
+    """Return a texture's texels, shape (1 or 3, height, width), from the bottom row up."""
     image = texture.GetInput()
     scalars = None if image is None else image.GetPointData().GetScalars()
     if texture.GetCubeMap() or scalars is None or image.GetDimensions()[2] != 1:
-        check.refuse(name, "a texture without one", "a texture with a flat image", "pv.read_texture reads one.")
+        check.refuse(name, "a texture without one", "a texture with a flat image", "Read it with pv.read_texture.")
     if texture.GetColorMode() == _MAPPED:
-        remedy = 'texture.color_mode = "direct" takes its numbers as colours.'
+        remedy = 'To use its numbers as colours, set texture.color_mode = "direct".'
         check.refuse(name, "a texture with a lookup table", "a texture of colours", remedy)
     values = vtk_to_numpy(scalars)
     if values.dtype != np.uint8 and values.dtype.kind != "f":
-        remedy = "Convert 0-255 to uint8, or divide it by 255."
+        remedy = "Convert 0-255 values to uint8, or divide them by 255."
         check.refuse(name, f"a texture of {values.dtype}", "a texture of uint8 or floats", remedy)
     width, height, _ = image.GetDimensions()
     texels = values.reshape(height, width, -1)
@@ -371,12 +371,12 @@ def _planes(texture: Any, name: str) -> NDArray[Any]:
 
 
 def _texel_numbers(size: int, wrap: int) -> IntArray:
-    """The texels along an axis by their numbers, with one before and two behind it; −1 is the border."""
-    return np.pad(np.arange(1, size + 1), (1, 2), _BEYOND[wrap]) - 1  # it pads with 0
+    """Return the indices of the texels along an axis, with one more before and two after; −1 is the border."""
+    return np.pad(np.arange(1, size + 1), (1, 2), _BEYOND[wrap]) - 1  # "constant" pads with 0
 
 
 def _neighbours(place: Float64Array, numbers: IntArray, wrap: int) -> list[tuple[IntArray, Float64Array]]:
-    """The texels before and behind places along an axis, by their numbers, and weights."""
+    """Return indices and weights of the texels before and after places along an axis."""
     size = len(numbers) - 3
     if wrap == _REPEAT:
         place = place % 1.0
@@ -389,14 +389,14 @@ def _neighbours(place: Float64Array, numbers: IntArray, wrap: int) -> list[tuple
 
 
 def tangents_from(source: pv.PolyData, normals: Callable[[], FloatArray]) -> Callable[[], FloatArray] | None:
-    """What gives the tangents of a surface's points, by its texture coordinates; None where it has none.
+    """Return a function that computes tangents from texture coordinates; None if the surface has none.
 
     Parameters
     ----------
     source : pyvista.PolyData
         A checked surface.
     normals : callable
-        Gives the points' normals.
+        Returns the points' normals.
     """
     coordinates = _coordinates(source)
     if coordinates is None or not has_faces(source):

@@ -1,4 +1,4 @@
-"""Lit meshes into files, by `lit.phong.save`: in VTK's formats with all arrays, in others' with their colours."""
+"""Export of lit meshes by `lit.phong.save`: with all arrays in VTK's formats, with colours only in others."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ from pvphong.scene.scene import SceneLike, as_scene
 from pvphong.scene.viewer import Viewer
 
 Encoding = Literal["linear", "srgb"]
-"""How colours are kept in a format that does not say it."""
+"""Encoding of colours in a format that does not define it."""
 
 SAVED_MESHES = (*MESH_FORMATS, ".glb", ".gltf", ".obj", ".png")
 SAVED_BLOCKS = (*BLOCK_FORMATS, ".glb", ".gltf", ".png")
@@ -50,45 +50,45 @@ def save(
     size: tuple[int, int] | None = None,
     background: str | None = None,
 ) -> None:
-    """Write a lit mesh for other programs, in the format that the suffix says, whole or not at all.
+    """Write a lit mesh for other programs, in the format given by the suffix. An existing file is replaced atomically.
 
-    .vtp, .vtk and .vtkhdf have all arrays as they are; so have .vtm, .vtmb and .vtkhdf of a MultiBlock, where .vtm and
-    .vtmb keep the blocks in a folder beside them. .ply has the colours as 8-bit red, green and blue of its vertices,
-    .obj as three numbers behind each position. .glb and .gltf have positions, normals and linear 16-bit colours as
-    `COLOR_0`, and say `KHR_materials_unlit`, so that viewers do not light them again. .png is a picture.
-    Colours are clipped to [0, 1] where a format has no others.
+    .vtp, .vtk and .vtkhdf hold all arrays unchanged; for a MultiBlock .vtm, .vtmb and .vtkhdf, with the blocks of .vtm
+    and .vtmb in a folder next to them. .ply holds the colours as 8-bit red, green and blue of its vertices, .obj as
+    three numbers after each position. .glb and .gltf hold positions, normals and linear 16-bit colours as `COLOR_0`,
+    marked `KHR_materials_unlit` so that viewers do not light them again. .png is an image. Colours are clipped to
+    [0, 1] in formats that cannot hold others.
 
     Parameters
     ----------
     lit : pyvista.DataSet or pyvista.MultiBlock
-        What `mesh.phong.shade` or `refine` gave; it is not modified. With `lights` any mesh.
+        A mesh from `mesh.phong.shade` or `refine`; it is not modified. With `lights` any mesh.
     path : path
-        The file; one that is there is replaced when the new one is complete.
+        The file; an existing file is replaced when the new one is complete.
     name : str, default "phong"
         Name of the point array with the colours.
     encoding : {"linear", "srgb"}, default "linear"
-        Of the colours in .ply and .obj, whose formats do not say which: programs that show them as they are, as
-        MeshLab does, want "linear" for the colours that `plot` shows; those that take them for sRGB and make them
-        linear, as Blender does of byte colours, want "srgb".
+        Encoding of the colours in .ply and .obj, which these formats do not define. Use "linear" for programs that
+        show the numbers unchanged, such as MeshLab: they then match `plot`. Use "srgb" for programs that convert from
+        sRGB to linear, as Blender does for byte colours.
     compress : {"lz4", "zlib", "none"}, optional
-        How arrays in .vtp, .vtm and .vtmb are compressed; LZ4 if not given.
+        Compression of arrays in .vtp, .vtm and .vtmb; by default LZ4.
     lights : Scene, light or sequence of lights, optional
-        Write .glb or .gltf with these lights, by `KHR_lights_punctual`, for viewers to light: then the colours are the
-        diffuse ones of `material`, and nothing needs to be lit here.
+        Lights to write into .glb or .gltf, with `KHR_lights_punctual`, for viewers to light. The colours are then the
+        diffuse colours of `material`, and the mesh need not be lit.
     material : Material, str or mapping, optional
-        The material for `lights`; OpenGL's default if not given.
+        The material for `lights`; by default OpenGL's.
     viewer : Viewer, optional
-        Where a .png is seen from; as PyVista frames the mesh if not given.
+        Viewer of a .png; by default as PyVista frames the mesh.
     size : (int, int), optional
-        Width and height of a .png in pixels; 1024 by 768 if not given.
+        Width and height of a .png in pixels; by default 1024 by 768.
     background : color, optional
-        Of a .png; white if not given.
+        Background of a .png; by default white.
 
     Raises
     ------
     ValueError
-        If no format has the suffix, an option is not of its format, there are no such colours, or the file cannot be
-        written.
+        If the suffix is unknown, an option does not apply to the format, the colours do not exist, or the file cannot
+        be written.
 
     Examples
     --------
@@ -100,7 +100,7 @@ def save(
     allowed = SAVED_BLOCKS if is_blocks else SAVED_MESHES
     if suffix not in allowed:
         what = "a MultiBlock" if is_blocks else "a single mesh"
-        remedy = "blocks.combine() makes one mesh of them." if suffix in SAVED_MESHES and is_blocks else ""
+        remedy = "Merge the blocks with blocks.combine()." if suffix in SAVED_MESHES and is_blocks else ""
         check.refuse("path", target, f"a file that holds the colours of {what}: {', '.join(allowed)}", remedy)
     check.choice("encoding", encoding, get_args(Encoding))
     for option, given, formats in (
@@ -112,7 +112,7 @@ def save(
         ("background", background, (".png",)),
     ):
         if given is not None and suffix not in formats:
-            check.refuse(option, given, f"left out for {suffix}", f"{' and '.join(formats)} have it.")
+            check.refuse(option, given, f"left out for {suffix}", f"It applies to {' and '.join(formats)}.")
     if lights is not None:
         _save_with_lights(lit, target, lights, material)
         return
@@ -138,9 +138,9 @@ def save(
 
 
 def _drawn(mesh: pv.DataSet) -> pv.PolyData:
-    """The mesh itself: what is lit is a surface."""
+    """Return the mesh if it is a surface, as lit meshes are."""
     if not isinstance(mesh, pv.PolyData):
-        check.refuse("lit", f"a {type(mesh).__name__}", "a lit surface, as mesh.phong.shade gives it")
+        check.refuse("lit", f"a {type(mesh).__name__}", "a lit surface, as mesh.phong.shade returns it")
     return mesh
 
 
@@ -163,7 +163,7 @@ def _write_obj(path: Path, mesh: pv.PolyData, colors: FloatArray) -> None:
 
 
 def _save_with_lights(mesh: Any, target: Path, lights: SceneLike, material: Any) -> None:
-    """Write surfaces in their diffuse colours, and lights."""
+    """Write surfaces with their diffuse colours, and lights."""
     is_blocks = isinstance(mesh, pv.MultiBlock)
     meshes = dict(datasets(mesh)) if is_blocks else {"": mesh}
     given = material if isinstance(material, Mapping) else {DEFAULT: material}

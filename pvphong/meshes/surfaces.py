@@ -1,6 +1,6 @@
-"""The surface of a dataset, its faces as plain arrays, the normals that they give, and its points split at sharp edges.
+"""Surfaces of datasets: extraction, faces as plain arrays, normals from faces, and splitting at sharp edges.
 
-A surface shares points, cells and arrays with the mesh that it comes from, as the outputs of VTK's filters do.
+A surface shares points, cells and arrays with its mesh, like the outputs of VTK's filters.
 """
 
 from __future__ import annotations
@@ -25,27 +25,25 @@ _WORTH_LOADING = 2**19
 
 
 def surface(mesh: pv.DataSet) -> pv.PolyData:
-    """The surface of a dataset, on which lighting works.
+    """Return the surface of a dataset, for lighting.
 
     Parameters
     ----------
     mesh : pyvista.DataSet
-        Any dataset with faces, or with active point normals: the points of a cloud with normals are lit too.
+        Any dataset with faces or with active point normals, such as a point cloud with normals.
 
     Returns
     -------
     pyvista.PolyData
-        A PolyData is given back itself. Of any other dataset it is a new mesh, the outer faces as
-        `extract_surface` finds them, with the point and cell arrays carried along; the arrays
-        ``vtkOriginalPointIds`` and ``vtkOriginalCellIds`` say where each point and face comes from, so that
-        colours can be taken back to the whole.
+        For a PolyData the mesh itself. For any other dataset a new mesh with the outer faces from `extract_surface`
+        and with the point and cell arrays. The arrays ``vtkOriginalPointIds`` and ``vtkOriginalCellIds`` give the
+        index of each point and face in the dataset, so that colours can be transferred back.
 
     Raises
     ------
     ValueError
-        If `mesh` is no DataSet, has nothing that can be lit, or is so broken that it would crash VTK
-        (a cell's index out of range or with too few points, dimensions or an array of the wrong length);
-        the message names the cell.
+        If `mesh` is not a DataSet, has nothing that can be lit, or would crash VTK (an index out of range, a cell with
+        too few points, dimensions or an array of the wrong length); the message names the cell.
     """
     if not isinstance(mesh, pv.DataSet):
         remedy = "pyvista.wrap turns VTK's datasets into one."
@@ -67,7 +65,7 @@ def surface(mesh: pv.DataSet) -> pv.PolyData:
 
 
 def outer_surface(mesh: pv.DataSet) -> pv.PolyData:
-    """The surface of a checked mesh, which may turn out to be empty."""
+    """Return the surface of a checked mesh, which may be empty."""
     if isinstance(mesh, pv.PolyData):
         return mesh
     if isinstance(mesh, pv.PointSet):
@@ -94,40 +92,40 @@ def outer_surface(mesh: pv.DataSet) -> pv.PolyData:
 
 
 def has_faces(mesh: pv.PolyData) -> bool:
-    """Whether there is a polygon or a triangle strip."""
+    """Return True if there is a polygon or a triangle strip."""
     return bool(mesh.GetPolys().GetNumberOfCells() or mesh.GetStrips().GetNumberOfCells())
 
 
 def has_only_triangles(mesh: pv.PolyData) -> bool:
-    """Whether all cells are triangles that are polygons; PyVista's `is_all_triangles` passes over strips."""
+    """Return True if all cells are triangular polygons; PyVista's `is_all_triangles` ignores strips."""
     return not mesh.n_strips and mesh.is_all_triangles
 
 
 def has_normals(mesh: pv.PolyData) -> bool:
-    """Whether the points have active normals."""
+    """Return True if the points have active normals."""
     return mesh.GetPointData().GetNormals() is not None
 
 
 def polygons(mesh: pv.PolyData) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """The faces of a mesh as plain arrays: its polygons, then its triangle strips, cut into triangles.
+    """Return the faces of a mesh as plain arrays: its polygons, then its triangle strips, split into triangles.
 
     Parameters
     ----------
     mesh : pyvista.PolyData
-        Vertices and lines are passed over. No VTK algorithm touches it.
+        The mesh; vertices and lines are ignored. No VTK algorithm runs on it.
 
     Returns
     -------
     connectivity : ndarray
-        int64, the point indices of all faces, one face after the other. A strip's triangles all have the
-        orientation of its first, as ``vtkTriangleStrip`` cuts them.
+        int64, the point indices of all faces, one face after the other. A strip's triangles all have the orientation
+        of its first, as in ``vtkTriangleStrip``.
     offsets : ndarray
-        int64, shape (n_faces + 1,): where each face starts in `connectivity`, and the end.
+        int64, shape (n_faces + 1,): the start of each face in `connectivity`, and the end of the last.
 
     Raises
     ------
     ValueError
-        If `mesh` is no PolyData, or a face has an index that no point has; the message names both.
+        If `mesh` is not a PolyData, or a face has an index out of range; the message names both.
     """
     if not isinstance(mesh, pv.PolyData):
         check.refuse("mesh", type(mesh).__name__, "a pyvista.PolyData", "Take its surface first: mesh.extract_surface.")
@@ -138,7 +136,7 @@ def polygons(mesh: pv.PolyData) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
 
 
 def unchecked_polygons(mesh: pv.PolyData) -> tuple[NDArray[Any], NDArray[Any]]:
-    """`polygons` with whatever indices they have, to be read only: without strips they are VTK's own memory."""
+    """Return `polygons` without checks, read-only: without strips the arrays are VTK's own memory."""
     _, _, faces, strips = cells(mesh)
     if not strips.count:
         return faces.connectivity, faces.offsets
@@ -152,34 +150,33 @@ def unchecked_polygons(mesh: pv.PolyData) -> tuple[NDArray[Any], NDArray[Any]]:
 
 
 def vertex_normals(mesh: pv.DataSet, weighting: Weighting = "angle", *, backend: Backend = "auto") -> Float64Array:
-    """Unit normals of a mesh's points: weighted means of the normals of the faces around each.
+    """Compute unit normals of a mesh's points: weighted means of the normals of the faces around each point.
 
-    They are computed from the faces whether the mesh stores normals or not. Points are neither split nor
-    merged: there is one row per point.
+    Normals that the mesh stores are ignored. Points are neither split nor merged: there is one row per point.
 
     Parameters
     ----------
     mesh : pyvista.DataSet
-        A dataset with faces. Of another than PolyData they are the normals of its extracted surface.
+        A dataset with faces. If it is not a PolyData, the normals are for its extracted surface.
     weighting : {"angle", "area", "max"}, default "angle"
-        A face's weight at a corner; see `pvphong.geometry.normals.point_normals`.
+        Weight of a face at a corner; see `pvphong.geometry.normals.point_normals`.
     backend : {"auto", "numpy", "numba"}
-        What computes them: the readable form in NumPy, or the compiled one, which needs the extra `fast` and is several
-        times as fast. They differ by a few roundings. "auto" takes the compiled one for large meshes where its
-        code is there, and waits for no compiler, so equal calls may differ by those roundings. With a name, equal calls
-        give equal bits, and "numba" waits a few seconds for the compiler once per installation; what the compiled form
-        cannot do (faces of more than 384 corners, or smaller than 2⁻¹⁰⁰ or larger than 2¹⁰⁰) NumPy does.
+        NumPy code, or compiled code, which needs the extra `fast` and is several times faster. They differ by a few
+        roundings. "auto" uses compiled code for large meshes if it is already compiled, so equal calls may differ by
+        these roundings. With "numpy" or "numba", equal calls give equal bits; "numba" waits a few seconds for the
+        compiler once per installation. NumPy is used where compiled code cannot be: for faces with more than 384
+        corners, or smaller than 2⁻¹⁰⁰ or larger than 2¹⁰⁰.
 
     Returns
     -------
     ndarray
-        Shape (n_points, 3), float64. A point that no face with an area touches, or whose faces' normals
-        cancel, has the zero vector.
+        Shape (n_points, 3), float64. The vector is zero for a point without a face that has area, or if the normals of
+        its faces cancel.
 
     Raises
     ------
     ValueError
-        As `surface`; also for a mesh without faces, another weighting or backend, or Numba where it is missing.
+        As for `surface`; also for a mesh without faces, an unknown weighting or backend, or if Numba is missing.
 
     Examples
     --------
@@ -200,7 +197,7 @@ def weighted_normals(
     weighting: Weighting = "angle",
     backend: Backend = "auto",
 ) -> Float64Array:
-    """`pvphong.geometry.normals.point_normals`, by compiled code where `vertex_normals` says so."""
+    """Compute `pvphong.geometry.normals.point_normals`, with compiled code under the conditions of `vertex_normals`."""
     waits = backend == "numba"
     if waits or (backend == "auto" and len(connectivity) >= _WORTH_LOADING):
         found = kernel.point_normals(points, connectivity, offsets, weighting, waits=waits)
@@ -210,23 +207,23 @@ def weighted_normals(
 
 
 def face_normals(mesh: pv.DataSet) -> Float64Array:
-    """Unit normals of a mesh's faces; counter-clockwise corners are seen from the front.
+    """Compute unit normals of a mesh's faces. Corners run counter-clockwise as seen from the front.
 
     Parameters
     ----------
     mesh : pyvista.DataSet
-        A dataset with faces. Of another than PolyData they are the normals of its extracted surface.
+        A dataset with faces. If it is not a PolyData, the normals are for its extracted surface.
 
     Returns
     -------
     ndarray
-        Shape (n_faces, 3), float64, in the order of `polygons`: a strip has one face per triangle. A face
-        without an area, or with a point that is not finite, has the zero vector.
+        Shape (n_faces, 3), float64, in the order of `polygons`: a strip has one face per triangle. The vector is zero
+        for a face without area, or with a point that is not finite.
 
     Raises
     ------
     ValueError
-        As `surface`; also for a mesh without faces.
+        As for `surface`; also for a mesh without faces.
 
     Examples
     --------
@@ -247,16 +244,16 @@ def _with_faces(mesh: pv.DataSet) -> pv.PolyData:
 
 
 FeatureAngle = float | Literal["auto"] | None
-"""Degrees between the normals of two faces from which their common edge is sharp; see `split_sharp_edges`."""
+"""Angle in degrees between the normals of two faces from which their edge is sharp; see `split_sharp_edges`."""
 
 ORIGINAL_POINT = "pvphong_original_point"
-"""Name of the point array that says which point each one was before edges were split."""
+"""Name of the point array with each point's index before edges were split."""
 
 _AUTO = 30.0
 
 
 def sharp_angle(mesh: pv.PolyData, feature_angle: FeatureAngle) -> float | None:
-    """The angle in degrees from which a surface's edges are sharp, as "auto" has it for it; None where none is."""
+    """Return the angle in degrees from which edges are sharp, resolving "auto"; None if no edge is."""
     if isinstance(feature_angle, str):
         if feature_angle != "auto":
             check.refuse("feature_angle", feature_angle, 'degrees from 0 to 180, "auto" or None')
@@ -267,35 +264,33 @@ def sharp_angle(mesh: pv.PolyData, feature_angle: FeatureAngle) -> float | None:
 
 
 def split_sharp_edges(mesh: pv.PolyData, feature_angle: FeatureAngle) -> tuple[pv.PolyData, NDArray[np.int64] | None]:
-    """A surface whose points are duplicated along its sharp edges.
+    """Duplicate the points of a surface along its sharp edges.
 
-    Source: vtkPolyDataNormals, whose splitting this is, without the orientation that it would give faces. Lines along
-    an edge and the cells' own normals have no influence, unlike in the filter.
+    Source: vtkPolyDataNormals, whose splitting this uses, without its reorientation of faces.
 
     Parameters
     ----------
     mesh : pyvista.PolyData
         A checked surface; it is not modified.
     feature_angle : float, "auto" or None
-        Edges whose faces' normals are further apart than that, in degrees, 0 to 180, are split; 0 is flat shading: each
-        face has points of its own.
-        Point normals that the mesh has are then left out, for they are those of points that are not split. "auto"
-        takes 30, as Blender's "smooth by angle" and PyVista do, where the mesh has no point normals of its own, and
-        splits nothing where it has. None splits nothing.
+        Edges are split if the normals of their faces differ by more than this angle, in degrees from 0 to 180. 0 is
+        flat shading: each face has its own points. The mesh's point normals are then removed, because they belong to
+        the points before splitting. "auto" is 30, as in Blender's "smooth by angle" and PyVista, if the mesh has no
+        point normals, and otherwise splits nothing. None splits nothing.
 
     Returns
     -------
     surface : pyvista.PolyData
-        The mesh itself where nothing is to be split; else a new one with all arrays carried along, and the point array
-        ``pvphong_original_point``, int64: which point each was, also if the mesh had been split before. Triangle
-        strips become triangles.
+        The mesh itself if nothing is split; otherwise a new mesh with all arrays, and the point array
+        ``pvphong_original_point``, int64, with the original index of each point, also if the mesh had been split
+        before. Triangle strips become triangles.
     points : ndarray or None
-        Shape (n_points,): which of the mesh's points each one was; None for the mesh itself.
+        Shape (n_points,), index of each point in `mesh`; None for the mesh itself.
 
     Raises
     ------
     ValueError
-        If the angle is not allowed.
+        If the angle is invalid.
     """
     if feature_angle is None or not has_faces(mesh):
         return mesh, None
@@ -321,9 +316,9 @@ def split_sharp_edges(mesh: pv.PolyData, feature_angle: FeatureAngle) -> tuple[p
 
 
 def _apart(mesh: pv.PolyData, faces: NDArray[Any], offsets: NDArray[Any]) -> tuple[pv.PolyData, NDArray[np.int64]]:
-    """Each face with points of its own, also beside faces in its plane, and which of the mesh's points each one was.
+    """Give each face its own points, also next to coplanar faces; return the mesh and the points' original indices.
 
-    Vertices and lines keep one of a face's, or points that no face has.
+    Vertices and lines use a point of a face, or points without faces.
     """
     place = np.full(mesh.n_points, -1)
     place[faces[::-1]] = np.arange(len(faces))[::-1]
@@ -400,14 +395,14 @@ _Mesh = TypeVar("_Mesh", bound=pv.PolyData)
 
 
 def drawable(mesh: pv.DataSet, name: str) -> pv.DataSet:
-    """A mesh whose colours can be drawn: VTK draws what is above 1 as something else altogether, so that is clipped.
+    """Return a mesh whose colours can be drawn: clipped to [0, 1], because VTK draws larger values wrongly.
 
     Parameters
     ----------
     mesh : pyvista.DataSet
-        It has colours as the point array `name`; it is not modified, and shares all else with the result.
+        A mesh with colours as the point array `name`; it is not modified, and shares everything else with the result.
     name : str
-        Of floats, or of uint8, which stay as they are.
+        Name of an array of floats, or of uint8, which are not changed.
     """
     result, colors = mesh.copy(deep=False), np.asarray(mesh.point_data[name])
     if colors.dtype != np.uint8:
@@ -416,10 +411,10 @@ def drawable(mesh: pv.DataSet, name: str) -> pv.DataSet:
 
 
 def shallow_copy(mesh: _Mesh) -> _Mesh:
-    """A new mesh with the points, cells and arrays of another, none of them copied.
+    """Return a new mesh that shares points, cells and arrays with another.
 
-    Arrays that are added, replaced or removed, and points, cells and active arrays that are set, are the one mesh's
-    alone. What is written into an array that both have is seen in both, and so is its name.
+    Adding, replacing or removing arrays, and setting points, cells or active arrays, affects only one mesh. Changing a
+    shared array in place, or its name, affects both.
     """
     result = type(mesh)()
     result.shallow_copy(mesh)
@@ -431,10 +426,10 @@ def shallow_copy(mesh: _Mesh) -> _Mesh:
 
 
 def point_normals(mesh: pv.PolyData, weighting: Weighting | None = None, *, backend: Backend = "auto") -> FloatArray:
-    """The normals that a surface is lit with.
+    """Return the normals for lighting a surface.
 
-    Its active point normals as they are, if it has any; else, or where a weighting is given, they are
-    computed from its faces. Cell normals are not read: a vertex is lit, not a face.
+    These are its active point normals, unchanged. If it has none, or a weighting is given, they are computed from its
+    faces. Cell normals are ignored, because vertices are lit, not faces.
     """
     if weighting is None and has_normals(mesh):
         stored: FloatArray = vtk_to_numpy(mesh.GetPointData().GetNormals())

@@ -1,4 +1,4 @@
-"""How light goes from vertices to vertices: meshes become those that exchange light, and what blocks it."""
+"""Transport of light between vertices: converts meshes to surfaces that exchange light, and to occluders."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from pvphong.rays.sampling import MOST_RAYS
 from pvphong.rays.transport import MEMORY, HemisphereTracer, Transport, checksum_of, refuse_too_large
 
 SAMPLES = 256
-"""Rays of each vertex, if nobody says how many."""
+"""Default number of rays per vertex."""
 
 _MULTIPLE = 16
 
@@ -32,7 +32,7 @@ class Exchanging(NamedTuple):
 
     @classmethod
     def of(cls, mesh: pv.DataSet, matrix: MatrixLike | None, feature_angle: FeatureAngle) -> Self:
-        """A dataset's; its normals are found when they are first used."""
+        """Convert a dataset; its normals are computed when they are first used."""
         source, _ = split_sharp_edges(surface(mesh), feature_angle)
         return cls(source, functools.cache(lambda: point_normals(source)), matrix)
 
@@ -46,39 +46,39 @@ def transport(
     feature_angle: FeatureAngle = None,
     memory: float = MEMORY,
 ) -> Transport:
-    """How light goes from each vertex to each other: made once, for any lights, materials and numbers of bounces.
+    """Compute the transport of light between vertices, once for any lights, materials and numbers of bounces.
 
-    Rays with the density of the cosine are cast from each vertex that sees anything, when it is first used. They meet
-    the fronts of this mesh, which are on the side of its normals; from behind it blocks light and is black, as
-    occluders are. With the extra `rays`, Intel's Embree casts them; without, VTK does, which takes long.
+    When it is first used, cosine-distributed rays are cast from each vertex that sees anything. This mesh reflects
+    light on the side of its normals; from behind it is black and blocks light, like occluders. With the extra `rays`,
+    Intel's Embree casts the rays; without it VTK does, which takes much longer.
 
     Parameters
     ----------
     mesh : pyvista.DataSet
         A dataset with a surface.
     occluders : sequence, optional
-        Meshes, or pairs of a mesh and a 4x4 matrix, that block light and send none.
+        Meshes, or pairs of a mesh and a 4x4 matrix, that block light and reflect none.
     samples : int, default 256
-        Rays of each vertex, rounded up to a multiple of 16; at most 4096. The error falls a little faster than with
-        the square root of their number.
+        Rays per vertex, rounded up to a multiple of 16; at most 4096. The error falls a little faster than with the
+        square root of their number.
     matrix : array_like, optional
         (4, 4) model matrix, as for `shade`.
     feature_angle : float, "auto" or None, default None
         As for `shade`.
     memory : float, default 2e9
-        Bytes that what rays meet may take. Where it would take more, 4 bytes times vertices times samples, it is not
-        kept, and rays are cast for each bounce.
+        Memory limit in bytes for the hits of the rays, which take 4 bytes times vertices times samples. If they take
+        more, they are not kept, and rays are cast for each bounce.
 
     Returns
     -------
     Transport
-        `.gather(colors)` gives the mean colour that each vertex sees, `.matrix` is of `scipy.sparse`;
+        `.gather(colors)` returns the mean colour that each vertex sees, and `.matrix` a `scipy.sparse` matrix; also
         `.expected_cost()`, `.save(path)`, and `pvphong.Transport.load(path)`.
 
     Raises
     ------
     ValueError
-        If an argument is not allowed, or the mesh has nothing that can be lit.
+        If an argument is invalid, or the mesh has nothing that can be lit.
 
     Examples
     --------
@@ -92,7 +92,7 @@ def transport(
 def transport_of(
     surfaces: Sequence[Exchanging], occluders: Any = (), samples: int = SAMPLES, memory: float = MEMORY
 ) -> Transport:
-    """How light goes between the vertices of several surfaces; see `transport`."""
+    """Return the transport of light between the vertices of several surfaces; see `transport`."""
     count = int(check.number("samples", samples, at_least=1.0, at_most=float(MOST_RAYS)))
     count = -(-count // _MULTIPLE) * _MULTIPLE
     memory = check.number("memory", memory, at_least=0.0)
@@ -102,17 +102,17 @@ def transport_of(
 
 
 def checked_transport(given: Any, surfaces: Sequence[Exchanging], occluders: Any = ()) -> Transport:
-    """What a user gives as the transport of some surfaces; where that is None, by rays when it is first used.
+    """Check a user's transport for some surfaces; if it is None, return one that casts rays when it is first used.
 
     Raises
     ------
     ValueError
-        If it is none, or was made for other surfaces or occluders.
+        If it is not a Transport, or was made for other surfaces or occluders.
     """
     if given is None:
         return transport_of(surfaces, occluders)
     if not isinstance(given, Transport):
-        check.refuse("transport", type(given).__name__, "what mesh.phong.transport() gives")
+        check.refuse("transport", type(given).__name__, "a Transport from mesh.phong.transport()")
     given.refuse_other(checksum_of(_tracer(surfaces, occluders, _MULTIPLE)))
     return given
 

@@ -1,4 +1,4 @@
-"""`mesh.phong.truth`: meshes and materials become what paths of light meet."""
+"""`mesh.phong.truth`: path tracing; converts meshes and materials to the path tracer's surfaces."""
 
 from __future__ import annotations
 
@@ -27,26 +27,26 @@ from pvphong.rays.rays import Receiver
 from pvphong.scene.scene import Scene, SceneLike
 from pvphong.shading.vertices import Vertices
 
-# From so many paths on VTK's rays are worth a warning.
+# Number of paths from which slow rays by VTK give a warning.
 _WORTH_A_WARNING = 2**18
-# Products of colours in float64 may be above 1 by so much.
+# Products of colours may exceed 1 by this much, due to rounding.
 _ROUNDED = 1e-6
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Truth:
-    """Colours of n vertices by the rendering equation, linear and not clamped.
+    """Colours of n vertices from the rendering equation, linear and not clamped.
 
     Attributes
     ----------
     rgb : ndarray
         Shape (n, 3), float64.
     standard_error : ndarray
-        Shape (n, 3), float64: of each colour, by what independent rounds of its paths differ.
+        Shape (n, 3), float64: standard error of each colour, from the differences between independent sets of paths.
     rays : int
-        How many were cast.
+        Number of rays cast.
     seconds : float
-        How long that took.
+        Time in seconds.
 
     Examples
     --------
@@ -63,16 +63,16 @@ class Truth:
 
     def __repr__(self) -> str:
         error = self.standard_error.max(initial=0.0)
-        seen = f"{len(self.rgb)} vertices, known to {error:.2g}"
+        seen = f"{len(self.rgb)} vertices, standard error {error:.2g}"
         return f"<Truth of {seen}: {self.rays} rays in {self.seconds:.3g} s>"
 
 
 class ReflectingSurfaces(NamedTuple):
-    """Surfaces that exchange light, and which of them a mesh is."""
+    """Surfaces that exchange light, and the index of a mesh among them."""
 
     reflectors: Sequence[Reflector]
     occluders: Occluders
-    """Their triangles, and after them those of what reflects nothing."""
+    """Triangles of the reflectors, followed by those of other occluders."""
     own_index: int
 
 
@@ -85,7 +85,7 @@ def reflecting_blocks(
     matrix: MatrixLike | None = None,
     feature_angle: FeatureAngle = None,
 ) -> Iterator[ReflectingSurfaces]:
-    """For each dataset that is not empty, in their order: all of them, other occluders, and which it is."""
+    """Return, for each nonempty dataset in order, the surfaces of all datasets, with occluders and its own index."""
     of_blocks = iter(materials)
     reflectors = of_each(
         blocks, lambda block: _reflector(block, scene, as_material(next(of_blocks)), matrix, feature_angle)
@@ -97,10 +97,10 @@ def reflecting_blocks(
 def _reflector(
     mesh: pv.DataSet, scene: Scene, material: Material, matrix: MatrixLike | None, feature_angle: FeatureAngle
 ) -> Reflector:
-    """A mesh and its material as paths meet them."""
+    """Convert a mesh and its material for the path tracer."""
     if scene.light_model.convention != "standard":
-        remedy = "VTK's shader knows no light that bounces: LightModel()."
-        check.refuse("light_model", f"one in the convention {scene.light_model.convention!r}", "a standard one", remedy)
+        remedy = "VTK's shader has no bounces; use LightModel()."
+        check.refuse("light_model", f"{scene.light_model.convention!r}", "in the standard convention", remedy)
     source, maps, tangents = surface_and_maps(mesh, material, feature_angle)
     normals = functools.cache(lambda: point_normals(source))
     tangents = tangents_from(source, normals) if tangents is None else tangents
@@ -130,34 +130,34 @@ def truth(
     matrix: MatrixLike | None = None,
     feature_angle: FeatureAngle = None,
 ) -> Truth:
-    """What the colours are by the rendering equation: all light that bounces, shadows, and lights with their sizes.
+    """Compute colours from the rendering equation: with all bounces, shadows, and lights with their sizes.
 
-    It is a path tracer at the vertices (see `pvphong.rays.paths`), to judge by what is faster. The scene's constant
-    ambient light and that of its lights is left out: it stands for light that bounces. Emission lights what is around,
-    but only what meets it by chance: a small bright surface is better a light. Light is linear, in the units of
-    `shade` without `clamp`; without bounces and shadows it is what `pvphong.evaluate` computes.
+    This is a path tracer at the vertices (see `pvphong.rays.paths`), a reference for faster methods. The constant
+    ambient light of the scene and of its lights is ignored, because it stands for bounced light. Emissive surfaces
+    light others, but paths hit them only by chance; replace a small bright surface by a light. Colours are linear, in
+    the units of `shade` without `clamp`; without bounces and shadows they equal those of `pvphong.evaluate`.
 
-    Light is reflected on the side that the normals are on, and on both where the light model is two-sided. The other
-    side blocks light and is black, and so is all of `occluders`. Blocks of a `MultiBlock` reflect each other's light.
-    Where paths meet a surface, normals and maps are interpolated between vertices.
+    Surfaces reflect light on the side of their normals, or on both sides if the light model is two-sided. The other
+    side is black and blocks light, and so do `occluders`. Blocks of a `MultiBlock` reflect each other's light. At hits,
+    normals and maps are interpolated between vertices.
 
     Parameters
     ----------
     mesh : pyvista.DataSet
         A dataset with a surface.
     scene : Scene, light, or sequence of lights, optional
-        As for `shade`, in the standard convention; whether its light model has shadows does not count.
+        As for `shade`, in the standard convention; `shadows` of its light model is ignored.
     material : Material or str, optional
-        As for `shade`. What it scatters may be at most all light in each channel, unless `max_bounces` is 0.
+        As for `shade`. Its diffuse reflectance must be at most 1 in each channel, unless `max_bounces` is 0.
     occluders : sequence, optional
         Meshes, or pairs of a mesh and a 4x4 matrix, that block light and reflect none.
     samples : int, default 256
-        Paths for each vertex: the next power of two, from 16 to 65536. The error falls as one over its square root.
+        Paths per vertex, rounded up to a power of two, from 16 to 65536. The error falls as one over its square root.
     max_bounces : int, optional
-        How many other surfaces may reflect light on its way to a vertex: with 0 there is only the light of lights, with
-        1 also what surfaces reflect of that, and what they emit. Any number, if not given.
+        Number of reflections by other surfaces before light reaches a vertex: with 0 only light from lights, with 1
+        also light that surfaces reflect once or emit. By default any number.
     seed : int, default 0
-        From 0 to 2³¹ − 1; another gives other paths. Equal calls give equal bits.
+        Seed of the paths, from 0 to 2³¹ − 1. Equal calls give equal bits.
     matrix : array_like, optional
         (4, 4) model matrix, as for `shade`.
     feature_angle : float, "auto" or None, default None
@@ -171,7 +171,7 @@ def truth(
     Raises
     ------
     ValueError
-        If an argument is not allowed, or the mesh has nothing that can be lit.
+        If an argument is invalid, or the mesh has nothing that can be lit.
 
     Examples
     --------
@@ -197,7 +197,7 @@ def truth(
     tracer = PathTracer(known.reflectors, known.occluders, max_bounces, samples, seed)
     start = time.perf_counter()
     receiver = Receiver(reflector.faces, lambda: reflector.values["normal"], index)
-    receiver.turned.origins, known.occluders.casters  # noqa: B018  found now: threads share them
+    receiver.turned.origins, known.occluders.casters  # noqa: B018  computed now, because threads share them
     if known.occluders.are_slow and samples * len(reflector.faces.points) >= _WORTH_A_WARNING:
         warn_of_slow_rays()
     with text.about("paths of light"):
@@ -206,12 +206,12 @@ def truth(
 
 
 def _refuse_more_than_all(reflector: Reflector) -> None:
-    """Raise ValueError for what scatters more light than arrives: bounced on and on, it would be without end."""
+    """Raise ValueError for a surface that reflects more light than arrives: the sum over bounces would diverge."""
     equation = reflector.equation
     tints = reflector.values.get("diffuse", np.ones((1, 3)))
     for k in equation.lobes_of["diffuse"]:
         color = np.array(equation.colors[k]) * (tints if equation.reflectance.lobes[k].takes_albedo else 1.0)
         if np.nanmax(color, initial=0.0) > 1.0 + _ROUNDED:
             got = f"up to {np.nanmax(color):.4g} of the light"
-            remedy = "More than that would be light without end, as it bounces; max_bounces=0 takes it."
+            remedy = "The sum over bounces would diverge; reduce it, or pass max_bounces=0."
             check.refuse("diffuse", got, "at most 1 in each channel, times the albedo", remedy)

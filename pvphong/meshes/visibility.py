@@ -1,4 +1,4 @@
-"""What vertices see of lights and sky: meshes become triangles that block rays, and vertices that look."""
+"""Visibility of lights and sky: converts meshes to triangles that block rays, and to vertices that receive light."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ _AS_FINE_AS_A_DISPLAY = 1.0 / 255.0
 
 
 def triangles_of(mesh: pv.PolyData) -> NDArray[np.int64]:
-    """The corners of a surface's faces cut into triangles, shape (m, 3); hidden cells have none."""
+    """Triangulate a surface's faces, and return their corners, shape (m, 3); hidden cells are skipped."""
     connectivity, offsets = polygons(mesh)
     sizes, shown = np.diff(offsets), _shown(mesh)
     if not shown.all():
@@ -36,7 +36,7 @@ def triangles_of(mesh: pv.PolyData) -> NDArray[np.int64]:
         offsets = np.concatenate([[0], np.cumsum(sizes)])
     if (sizes == 3).all():
         return connectivity.reshape(-1, 3)
-    if sizes.max(initial=0) > 4:  # only these may be so far from convex that a fan is not inside of them
+    if sizes.max(initial=0) > 4:  # only these may be so concave that a fan is not inside of them
         bare = pv.PolyData()
         bare.points, bare.faces = mesh.points, pv.CellArray.from_arrays(offsets, connectivity)
         return polygons(bare.triangulate())[0].reshape(-1, 3)
@@ -46,7 +46,7 @@ def triangles_of(mesh: pv.PolyData) -> NDArray[np.int64]:
 
 
 def _shown(mesh: pv.PolyData) -> BoolArray:
-    """Which of its `polygons` are of cells that are not hidden by the array in which VTK marks such."""
+    """Return a mask of the mesh's `polygons` whose cells are not marked as hidden in VTK's ghost array."""
     ghosts = mesh.cell_data.get("vtkGhostType")
     if ghosts is None:
         return np.ones(1, bool)
@@ -57,17 +57,17 @@ def _shown(mesh: pv.PolyData) -> BoolArray:
 
 
 class KnownOccluders(NamedTuple):
-    """Occluders that are built already, and a mesh's own place among them."""
+    """Existing occluders, and the index of a mesh among them."""
 
     occluders: Occluders
     own_index: int | None
-    """Which of them the mesh itself is, if it is one."""
+    """Index of the mesh among the occluders; None if it is not one."""
     first: int = 0
-    """Number of its first vertex, where it is a piece of a larger mesh."""
+    """Index of its first vertex, if it is a piece of a larger mesh."""
 
 
 def world_faces(source: pv.PolyData, matrix: MatrixLike | None = None) -> BlockingFaces:
-    """A surface's triangles in the world; its points are copied."""
+    """Return a surface's triangles in world coordinates; its points are copied."""
     points = source.points.astype(np.float64) if matrix is None else transform_points(source.points, matrix)
     return BlockingFaces(points, triangles_of(source))
 
@@ -75,32 +75,32 @@ def world_faces(source: pv.PolyData, matrix: MatrixLike | None = None) -> Blocki
 def receiver_of(
     source: pv.PolyData, normals: Callable[[], FloatArray], matrix: MatrixLike | None, part: int
 ) -> Receiver:
-    """The vertices of a surface, in the world; its faces are so many of the parts that block light, if it has any."""
+    """Return the vertices of a surface in world coordinates; its faces, if any, are number `part` of the occluders."""
     faces = world_faces(source, matrix)
     world_normals = normals if matrix is None else lambda: transform_normals(normals(), matrix)
     return Receiver(faces, world_normals, part if len(faces) else None)
 
 
 def checked_occluders(given: Any) -> list[BlockingFaces]:
-    """The triangles of what a user names as occluders: meshes, or pairs of a mesh and a matrix.
+    """Return the triangles of a user's occluders: meshes, or pairs of a mesh and a matrix.
 
     Raises
     ------
     ValueError
-        If one is neither, or broken.
+        If an occluder is neither, or its mesh is invalid.
     """
     allowed = "a sequence of meshes, or of pairs of a mesh and a 4x4 matrix"
     if isinstance(given, (pv.DataSet, pv.MultiBlock)):
-        check.refuse("occluders", f"a {type(given).__name__}", allowed, "Put a single one into a list.")
-    # what can be read once only is none, for it is read as often as rays are cast
+        check.refuse("occluders", f"a {type(given).__name__}", allowed, "Put a single mesh into a list.")
+    # an iterator can be read only once, but the occluders are read each time rays are cast
     if isinstance(given, str) or not isinstance(given, Sequence):
-        check.refuse("occluders", given, allowed, "list(...) makes a sequence of what can be iterated over.")
+        check.refuse("occluders", given, allowed, "Convert an iterable with list(...).")
     parts: list[BlockingFaces] = []
     for index, one in enumerate(given):
         name = f"occluders[{index}]"
         mesh, matrix = one if isinstance(one, tuple) and len(one) == 2 else (one, None)
         if not isinstance(mesh, (pv.DataSet, pv.MultiBlock)):
-            remedy = "pyvista.wrap makes a mesh of VTK's."
+            remedy = "Convert VTK's datasets with pyvista.wrap."
             check.refuse(name, one, "a mesh, or a pair of a mesh and a 4x4 matrix", remedy)
         if matrix is not None:
             matrix = check.matrix4(f"{name}[1]", matrix)
@@ -110,7 +110,7 @@ def checked_occluders(given: Any) -> list[BlockingFaces]:
             except ValueError as error:
                 raise ValueError(f"{name}: {error}") from error
             source = outer_surface(each) if each.n_points else pv.PolyData()
-            if has_faces(source):  # what has no faces blocks nothing
+            if has_faces(source):
                 parts.append(world_faces(source, matrix))
     return parts
 
@@ -118,19 +118,19 @@ def checked_occluders(given: Any) -> list[BlockingFaces]:
 def occluders_of_blocks(
     blocks: pv.MultiBlock, matrix: MatrixLike | None = None, occluders: Any = ()
 ) -> Iterator[KnownOccluders]:
-    """Each dataset that is not empty, in their order, among all of them and other occluders."""
+    """Return, for each nonempty dataset in order, all of them and other occluders, with its own index."""
     parts = [world_faces(surface(block), matrix) for _, block in datasets(blocks)]
     together = Occluders([*parts, *checked_occluders(occluders)])
     return (KnownOccluders(together, index) for index in range(len(parts)))
 
 
 def visibility_options(blocks: pv.MultiBlock, scene: Scene, options: dict[str, Any]) -> Iterator[dict[str, Any]]:
-    """Options for each dataset that is not empty: occluders or visibility are its own.
+    """Return options for each nonempty dataset, with its own occluders or visibility.
 
     Raises
     ------
     ValueError
-        If the visibility is none for each of them.
+        If `visibility` is not a mapping with an entry for each dataset.
     """
     given = options.get("visibility")
     if given is None:
@@ -140,7 +140,7 @@ def visibility_options(blocks: pv.MultiBlock, scene: Scene, options: dict[str, A
         return (options | {"occluders": each} for each in among)
     paths = [path for path, _ in datasets(blocks)]
     if not isinstance(given, Mapping) or not given.keys() >= set(paths):
-        remedy = "blocks.phong.visibility(scene) makes one."
+        remedy = "Compute it with blocks.phong.visibility(scene)."
         check.refuse("visibility", type(given).__name__, f"a mapping with {', '.join(paths)}", remedy)
     return (options | {"visibility": given[path]} for path in paths)
 
@@ -155,7 +155,7 @@ def visibility_of(
     tolerance: float = _AS_FINE_AS_A_DISPLAY,
     matrix: MatrixLike | None = None,
 ) -> Visibility:
-    """What the vertices of a surface see; see `mesh.phong.visibility`."""
+    """Return the visibility of lights and sky from a surface's vertices; see `mesh.phong.visibility`."""
     if samples is not None:
         samples = int(check.number("samples", samples, at_least=1.0, at_most=float(MOST_RAYS)))
     tolerance = check.number("tolerance", tolerance, at_least=0.0) or _AS_FINE_AS_A_DISPLAY

@@ -1,10 +1,10 @@
-"""Whether a mesh file is whole, by what it says of its own length, before VTK reads it and after VTK wrote it.
+"""Detection of truncated mesh files by their declared length, before VTK reads them and after VTK wrote them.
 
-VTK's readers take what is left of many files that were cut short, and some of its writers do not notice that a disk is
-full. Only what a header declares, or how a file has to end, is looked at: the rest is left to VTK, and a file that is
-cut where a shorter one could end, as between the lines of an .obj file, is a whole one as far as anybody can know.
+VTK's readers accept many truncated files, and some of its writers do not report a full disk. Only the declared length,
+or the required end of a file, is checked; VTK checks the rest. A truncation at a point where a shorter file could end,
+as between the lines of an .obj file, cannot be detected.
 
-In order: XML files of VTK's, HDF5, .stl, .ply, legacy .vtk. Contents are a `mmap.mmap`, whose slices are bytes.
+In order: VTK's XML files, HDF5, .stl, .ply, legacy .vtk. Contents are a `mmap.mmap`, whose slices are bytes.
 """
 
 from __future__ import annotations
@@ -19,15 +19,15 @@ from typing import Any
 
 import numpy as np
 
-_BEGINNING = _END = 4096  # bytes in which the tags at an XML file's beginning and end are looked for
+_BEGINNING = _END = 4096  # bytes to search for the tags at the beginning and end of an XML file
 _WITH_BLOCKS = (".vtm", ".vtmb")
 _BLOCK = re.compile(rb"""<DataSet\b[^>]*?\bfile\s*=\s*["']([^"']+)["']""")
 
 
 def refuse_incomplete(path: Path) -> None:
-    """Raise ``ValueError`` for a file that was cut short; formats that do not show it are passed over.
+    """Raise ``ValueError`` for a truncated file; formats without a declared length or end are not checked.
 
-    A file that names others is whole if they are; one that is not there is left to the reader.
+    Files that a file refers to are checked too. A missing file is left to the reader.
     """
     suffix = path.suffix.lower()
     check = _CHECKS.get(suffix)
@@ -39,13 +39,13 @@ def refuse_incomplete(path: Path) -> None:
     for block in blocks:
         other = path.parent / html.unescape(block.decode(errors="replace"))
         try:
-            if other.suffix.lower() not in _WITH_BLOCKS:  # else a file could name itself
+            if other.suffix.lower() not in _WITH_BLOCKS:  # otherwise a file could refer to itself without end
                 refuse_incomplete(other)
         except ValueError as error:
             raise ValueError(f"Its block {other.name}: {error}") from error
 
 
-# --- VTK's XML files, as of "VTK XML Formats" in VTK's documentation ---
+# --- VTK's XML files ("VTK XML Formats" in VTK's documentation) ---
 
 _FILE = re.compile(rb"<VTKFile\b[^>]*>")
 _ARRAY = re.compile(rb"<(?:Data)?Array\b[^>]*>")
@@ -54,15 +54,15 @@ _FORMAT, _OFFSET = (re.compile(rb"\b" + name + rb"""\s*=\s*["']([^"']*)["']""") 
 
 
 def _check_xml(contents: Any) -> None:
-    """It ends with its tag, and arrays that are appended as bytes have all that they declare.
+    """Check for the end tag, and the declared lengths of arrays that are appended as bytes.
 
-    What compressed bytes hold is not looked at: VTK checks their checksum.
+    The content of compressed bytes is not checked: VTK verifies their checksum.
     """
     if b"</VTKFile>" not in contents[-_END:]:
         raise ValueError("It is cut short: the end tag </VTKFile> is missing.")
     head = _FILE.search(contents, 0, _BEGINNING)
     if head is None:
-        raise ValueError("It does not begin as an XML file of VTK's does.")
+        raise ValueError("It does not begin like a VTK XML file.")
     appended = _APPENDED.search(contents)
     if appended is None or b"raw" not in appended[0]:
         return
@@ -72,16 +72,16 @@ def _check_xml(contents: Any) -> None:
         if kind is None or kind[1] != b"appended":
             continue
         if offset is None or not offset[1].isdigit():
-            raise ValueError("An array has no place in its appended data.")
+            raise ValueError("It is damaged: an array has no offset in the appended data.")
         if _end_of_array(contents, appended.end() + int(offset[1]), head[0]) > end:
-            raise ValueError("It is damaged: an array has fewer bytes than it says.")
+            raise ValueError("It is damaged: an array has fewer bytes than it declares.")
 
 
 def _end_of_array(data: Any, place: int, head: bytes) -> int:
-    """Where an array ends whose header is at a place, by what that declares; `head` is the file's first tag.
+    """Return the declared end of an array whose header is at `place`; `head` is the file's first tag.
 
-    The header is the number of bytes; or, where they are compressed, the number of blocks, two sizes of blocks, and
-    each block's compressed size.
+    The header is the number of bytes; for compressed arrays it is the number of blocks, two sizes of blocks, and the
+    compressed size of each block.
     """
     order: Any = "big" if b"BigEndian" in head else "little"
     width = 8 if b"UInt64" in head else 4
@@ -98,28 +98,28 @@ def _end_of_array(data: Any, place: int, head: bytes) -> int:
 
 # --- HDF5 and .stl ---
 
-_HDF_END = {0: 40, 1: 44, 2: 28, 3: 28}  # where the superblock of each version has the address of the file's end
+_HDF_END = {0: 40, 1: 44, 2: 28, 3: 28}  # offset of the file's end address in the superblock, by version
 
 
 def _check_hdf(contents: Any) -> None:
     """Check the length by the "end of file address" of the superblock (HDF5 File Format Specification 3.0, II.A)."""
     is_hdf = contents[:8] == b"\x89HDF\r\n\x1a\n" and len(contents) > 52
     if not is_hdf or contents[8] not in _HDF_END:
-        raise ValueError("It does not begin as an HDF5 file does.")
+        raise ValueError("It does not begin like an HDF5 file.")
     (end,) = struct.unpack_from("<Q", contents, _HDF_END[contents[8]])
     if end != len(contents):
-        raise ValueError(f"It has {len(contents)} bytes, and says {end}.")
+        raise ValueError(f"It has {len(contents)} bytes, but declares {end}.")
 
 
 def _check_stl(contents: Any) -> None:
-    """A binary file has 50 bytes per triangle after its header of 84; text, in any case, its last word."""
+    """Check the size of a binary file (84 bytes and 50 per triangle), or the last word of a text file."""
     if contents[:5].lower() == b"solid" and b"facet" in contents[:_BEGINNING].lower():
         if b"endsolid" not in contents[-_END:].lower():
             raise ValueError("It is cut short: the word endsolid is missing.")
         return
     count = struct.unpack_from("<I", contents, 80)[0] if len(contents) >= 84 else 0
     if len(contents) < 84 + 50 * count:
-        raise ValueError(f"It is cut short: {count} triangles take {84 + 50 * count} bytes, it has {len(contents)}.")
+        raise ValueError(f"It is cut short: {count} triangles need {84 + 50 * count} bytes, it has {len(contents)}.")
 
 
 # --- .ply (Turk, The PLY Polygon File Format, 1994) ---
@@ -130,13 +130,13 @@ _PLY_ORDERS = {"binary_little_endian": "<", "binary_big_endian": ">"}
 
 
 def _check_ply(contents: Any) -> None:
-    """It has the lines of text, or the bytes, that its header declares."""
+    """Check that the file has the lines of text, or the bytes, that its header declares."""
     end = contents.find(b"end_header", 0, 2**16)
     at = contents.find(b"\n", end) + 1
     if not contents[:3] == b"ply" or end < 0 or not at:
-        raise ValueError("It has no header of a .ply file.")
+        raise ValueError("It has no .ply header.")
     order = None
-    elements: list[tuple[int, list[list[int]]]] = []  # how often each comes, and its properties' sizes, of a list two
+    elements: list[tuple[int, list[list[int]]]] = []  # count, and sizes of the properties; lists have two
     for line in contents[:end].decode("ascii", "replace").splitlines():
         match line.split():
             case ["format", kind, *_]:
@@ -150,21 +150,21 @@ def _check_ply(contents: Any) -> None:
             case ["ply"] | ["comment" | "obj_info", *_] | []:
                 pass
             case _:
-                raise ValueError(f"The line {line!r} of its header says nothing.")
+                raise ValueError(f"The line {line!r} of its header is unknown.")
     if order is None:
         declared, text = sum(count for count, _ in elements), contents[at:]
-        is_by_vtk = b"VTK generated" in contents[:end]  # whose lines of text all have an end
+        is_by_vtk = b"VTK generated" in contents[:end]  # VTK ends all lines with a line break
         if text.count(b"\n") + (not text.endswith(b"\n") and not is_by_vtk) < declared:
             raise ValueError(f"It is cut short: its header declares {declared} lines.")
         return
     for count, properties in elements:
         at = _end_of_element(contents, at, order, count, properties)
         if at > len(contents):
-            raise ValueError("It is cut short: its header declares more.")
+            raise ValueError("It is cut short: its header declares more bytes.")
 
 
 def _end_of_element(contents: Any, at: int, order: str, count: int, properties: list[list[int]]) -> int:
-    """Where an element ends that comes `count` times from a place on; beyond the file's end if it is cut short."""
+    """Return the end of `count` elements that start at `at`; beyond the file's end if it is truncated."""
     if all(len(sizes) == 1 for sizes in properties):
         return at + count * sum(size for (size,) in properties)
 
@@ -174,7 +174,7 @@ def _end_of_element(contents: Any, at: int, order: str, count: int, properties: 
         entries = int.from_bytes(contents[place : place + sizes[0]], "little" if order == "<" else "big")
         return sizes[0] + entries * sizes[1]
 
-    if len(properties) == 1 and count and at < len(contents):  # one list, as the faces: most often of equal lengths
+    if len(properties) == 1 and count and at < len(contents):  # one list, as for faces: usually of equal lengths
         stride, width = size_at(at, properties[0]), properties[0][0]
         there = min(count, (len(contents) - at) // stride)
         form: Any = {"names": ["n"], "formats": [f"{order}u{width}"], "offsets": [0], "itemsize": stride}
@@ -189,18 +189,18 @@ def _end_of_element(contents: Any, at: int, order: str, count: int, properties: 
     return at
 
 
-# --- legacy .vtk, as of "VTK File Formats" in The VTK User's Guide, 11th edition ---
+# --- legacy .vtk ("VTK File Formats" in The VTK User's Guide, 11th edition) ---
 
 _HEADER = re.compile(rb"# vtk DataFile Version \d+\.\d+\s*\n([^\n]*)\n\s*(?:ASCII|BINARY)\s", re.IGNORECASE)
 
 
 def _check_legacy(contents: Any) -> None:
-    """What VTK wrote, whose title is its own, ends with the end of a line."""
+    """Check that a file with VTK's own title ends with a line break."""
     header = _HEADER.match(contents)
     if header is None:
-        raise ValueError("It does not begin as a legacy .vtk file does.")
+        raise ValueError("It does not begin like a legacy .vtk file.")
     if header[1].strip() == b"vtk output" and contents[-1:] != b"\n":
-        raise ValueError("It is cut short: its last line has no end.")
+        raise ValueError("It is cut short: its last line has no line break.")
 
 
 _CHECKS: dict[str, Callable[[Any], None]] = {

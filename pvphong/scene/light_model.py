@@ -1,4 +1,4 @@
-"""How the lights' contributions are put together: a standard model, OpenGL's, VTK's."""
+"""Light models, which combine the contributions of lights: a standard model, OpenGL's and VTK's."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ def _flag_or_distance(name: str, value: Any) -> bool | float:
     if isinstance(value, (bool, np.bool_)):
         return bool(value)
     if isinstance(value, (int, float, np.number)):
-        return check.number(name, value, above=0.0, remedy="True is any distance.")
+        return check.number(name, value, above=0.0, remedy="True means any distance.")
     return check.refuse(name, value, "True, False, or a distance > 0")
 
 
-# More are not told apart from so many: what is left after n bounces falls as rⁿ.
+# More bounces make no difference: the light that is left after n bounces falls as rⁿ.
 _MOST_BOUNCES = 2.0**16
 
 
@@ -32,47 +32,47 @@ def _count(name: str, value: Any) -> int:
 
 @dataclass(frozen=True)
 class LightModel:
-    """How the lights' contributions are put together.
+    """Model that combines the contributions of lights.
 
     Parameters
     ----------
     ambient : color, default 0.2
-        Light that comes from everywhere, A. OpenGL's default.
+        Ambient light from all directions, A; the default is OpenGL's.
     local_viewer : bool, default True
-        The direction to the viewer is taken at each vertex; False: the same everywhere, towards the eye
-        along the view axis (OpenGL's default).
+        If True, compute the direction to the viewer at each vertex. If False, it is the same everywhere: towards the
+        eye along the view axis (OpenGL's default).
     two_sided : bool, default False
-        A vertex whose normal points away from the viewer is lit with the opposite normal, and shadows and occlusion are
-        those of that side.
+        If True, a vertex whose normal points away from the viewer is lit with the opposite normal, with the shadows
+        and occlusion of that side.
     reflection : {"phong", "blinn-phong"}
-        Highlight by the mirror direction, (r·v)ⁿ (Phong 1975), or by the half-way direction,
-        (n·h)ⁿ (Blinn 1977), which OpenGL uses.
+        Highlight from the mirror direction, (r·v)ⁿ (Phong 1975), or from the half-way direction, (n·h)ⁿ (Blinn 1977),
+        which OpenGL uses.
     clamp : bool, default True
-        The summed colour is clamped to [0, 1] at the end.
+        If True, clamp the summed colour to [0, 1].
     convention : {"standard", "vtk"}
-        "vtk" follows VTK's shader to the letter: three tiers of lighting code, a floor of 1e-5 under the
-        highlight's cosine, material ambient not multiplied by any light, ambient and specular colours of
-        lights ignored, a local viewer even in parallel projection, exponents of at most 128, and a scene
-        without any light drawn unlit. `ambient` has no effect in it. A material with the reflectance `PBR` is
-        shaded as VTK shades `pbr=True`, its last power included.
+        "vtk" reproduces VTK's shader: three tiers of lighting code, a floor of 1e-5 under the highlight's cosine,
+        material ambient not multiplied by any light, ambient and specular colours of lights ignored, a local viewer
+        even in parallel projection, exponents of at most 128, and scenes without lights drawn unlit. `ambient` has no
+        effect in it. A material with the reflectance `PBR` is shaded as with VTK's `pbr=True`, including its final
+        power.
     shadows : bool, default False
-        What a light adds by diffuse and specular reflection is multiplied by the part of it that a vertex sees past
-        the mesh itself and other meshes. Of a light without a size that is 0 or 1; of one with a size it is the part
-        that reaches a matt surface, also for highlights, which are off where something hides what they mirror:
-        `tradeoff` measures by how much, `truth` is without that.
+        If True, multiply the diffuse and specular light of each light by its visibility from the vertex, past the mesh
+        itself and other meshes. Visibility is 0 or 1 for a light without a size. For a light with a size it is the
+        fraction that reaches a matt surface, also for highlights, which are therefore wrong where something hides what
+        they mirror. `tradeoff` measures the error; `truth` does not have it.
     ambient_occlusion : bool or float, default False
-        Ambient light, `ambient` above and that of lights, is multiplied by the open part of the sky: of the hemisphere
-        around the normal, weighted with the cosine. A number > 0 is the distance, in the mesh's unit, up to which
-        something blocks it; True is any distance.
+        If not False, multiply ambient light (`ambient` and that of lights) by the visible fraction of the sky: of the
+        hemisphere around the normal, weighted by the cosine. A number > 0 is the distance, in the mesh's unit, up to
+        which geometry occludes the sky; True means any distance.
     bounces : int, default 0
-        How often, up to 65,536, light is followed from surface to surface, as diffuse reflection of what each vertex
-        sees. The constant ambient light then counts only for what is left after the last bounce. Sides are as the
-        normals point: what is seen from behind is black.
+        Number of diffuse reflections between surfaces, up to 65,536. The constant ambient light then replaces only the
+        light that is left after the last bounce. Surfaces reflect on the side of their normals; from behind they are
+        black.
 
     Raises
     ------
     ValueError
-        If a field is out of range, or asks of VTK's convention what VTK does not do.
+        If a field is out of range, or VTK does not support it in VTK's convention.
 
     Examples
     --------
@@ -94,7 +94,7 @@ class LightModel:
     __signature__ = InitSignature()
 
     def __new__(cls, *_given: Any, **fields: Any) -> Self:
-        """Refuse fields that it has not, and suggest one that it has."""
+        """Refuse unknown fields, and suggest the nearest."""
         check.keywords(cls, fields)
         return super().__new__(cls)
 
@@ -103,35 +103,35 @@ class LightModel:
         if self.convention == "vtk" and not self.local_viewer:
             check.refuse("local_viewer", False, "True in VTK's convention", "VTK's viewer is always local.")
         if self.convention == "vtk" and self.reflection != "phong":
-            check.refuse("reflection", self.reflection, "'phong' in VTK's convention", "VTK knows no other.")
+            check.refuse("reflection", self.reflection, "'phong' in VTK's convention", "VTK has no other.")
         if self.bounces and self.convention == "vtk":
             check.refuse("bounces", self.bounces, "0 in VTK's convention", "VTK's light does not bounce.")
         if self.bounces and self.two_sided:
-            remedy = "A surface's two sides would send different light; LightModel(two_sided=False) has one."
+            remedy = "The two sides of a surface would reflect different light; set two_sided=False."
             check.refuse("bounces", self.bounces, "0 where the light model is two-sided", remedy)
 
     @property
     def needs_rays(self) -> bool:
-        """Whether it needs to know what is between vertices and lights, or the sky."""
+        """True if shadows or ambient occlusion are on, which need the visibility of lights or the sky."""
         return self.shadows or self.ambient_occlusion is not False
 
     @property
     def occlusion_distance(self) -> float:
-        """Up to where something hides the sky."""
+        """Distance beyond which geometry does not occlude the sky."""
         return math.inf if isinstance(self.ambient_occlusion, bool) else self.ambient_occlusion
 
     @property
     def is_global(self) -> bool:
-        """Whether other surfaces change the light at a vertex (global illumination): shadows, occlusion, bounces."""
+        """True if other surfaces affect the light at a vertex (global illumination): shadows, occlusion, bounces."""
         return self.needs_rays or self.bounces > 0
 
     def without_rays(self) -> Self:
-        """The same without shadows, occlusion and bounces."""
+        """Return the same model without shadows, occlusion and bounces."""
         return replace(self, shadows=False, ambient_occlusion=False, bounces=0)
 
     @classmethod
     def opengl(cls) -> Self:
-        """OpenGL's own defaults: ambient 0.2, infinite viewer, one-sided, half-way reflection.
+        """Return OpenGL's defaults: ambient 0.2, infinite viewer, one-sided, half-way reflection.
 
         Source: OpenGL 2.1 specification, table 2.10 (LIGHT_MODEL_AMBIENT and following).
         """
@@ -139,7 +139,7 @@ class LightModel:
 
     @classmethod
     def vtk(cls, two_sided: bool = True) -> Self:
-        """VTK's shader: two-sided as it draws surfaces, or one-sided as it draws points.
+        """Return the model of VTK's shader: two-sided as for surfaces, or one-sided as for points.
 
         Source: VTK's vtkOpenGLPolyDataMapper.cxx (ReplaceShaderLight).
         """

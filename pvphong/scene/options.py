@@ -1,4 +1,4 @@
-"""Options that a call does not take: its error says where they are given instead, or what comes close."""
+"""Errors for unknown options of a call, which suggest where the option belongs or the nearest option."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from pvphong.scene.scene import Scene
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
-# Later ones win: both a material and a light model have `ambient`, and the material's is meant.
+# Later entries win: material and light model both have `ambient`, and the material's is suggested.
 _PLACES = {
     **{each.name: f"Scene(..., {each.name}=...)" for each in fields(Scene)},
     **{each.name: f"Scene(..., light_model=LightModel({each.name}=...))" for each in fields(LightModel)},
@@ -32,7 +32,7 @@ _PLACES = {
 
 
 def known_options(function: Function) -> Function:
-    """Have a function's callers told where an option belongs that it does not take."""
+    """Decorate a function so that an unknown option raises an error that says where the option belongs."""
     refuse = refusal_of(function)
 
     @functools.wraps(function)
@@ -44,7 +44,7 @@ def known_options(function: Function) -> Function:
 
 
 def refusal_of(function: Callable[..., Any]) -> Callable[[Iterable[str]], None]:
-    """A function that raises ``TypeError`` for an option that another does not take, nor passes on."""
+    """Return a function that raises ``TypeError`` for options that `function` neither takes nor passes on."""
     parameters = inspect.signature(function).parameters
     known = frozenset(parameters)
     passes_on = any(each.kind is each.VAR_KEYWORD for each in parameters.values())
@@ -58,9 +58,9 @@ def refusal_of(function: Callable[..., Any]) -> Callable[[Iterable[str]], None]:
 
 def _unknown(call: str, name: str, known: Iterable[str]) -> TypeError:
     if name in _PLACES:
-        return TypeError(f"{call} takes no {name!r}. {_PLACES[name]} has it.")
+        return TypeError(f"{call} takes no {name!r}. Use {_PLACES[name]}.")
     options = sorted(set(known) - {"self", "mesh"})
     remedy = check.meant(name, options)
     if not remedy and (near := difflib.get_close_matches(name, _PLACES, 1)):
-        remedy = f"Did you mean {near[0]!r}? {_PLACES[near[0]]} has it."
+        remedy = f"Did you mean {near[0]!r}? Use {_PLACES[near[0]]}."
     return TypeError(f"{call} takes no {name!r}. {remedy or 'It takes ' + ', '.join(options) + '.'}")

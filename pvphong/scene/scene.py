@@ -1,6 +1,6 @@
-"""A scene: lights, viewer and light model, as one value; and the files that keep it, with materials beside it.
+"""Scenes: lights, viewer and light model as one value, and their files, which may hold materials too.
 
-Nothing else reads or writes such files, which users call rigs.
+Only this module reads and writes these files, which users call rigs.
 """
 
 from __future__ import annotations
@@ -31,23 +31,23 @@ _VERSION = 1
 
 @dataclass(frozen=True)
 class Scene:
-    """Everything but the mesh and its material.
+    """Lights, viewer and light model: all inputs except the mesh and its material.
 
     Parameters
     ----------
     lights : iterable of lights
-        pvphong's own, or `pyvista.Light` and `vtkLight` objects, which are converted by `as_light`; their
-        camera lights keep riding along with the viewer.
+        pvphong's lights, or `pyvista.Light` and `vtkLight` objects, which `as_light` converts. Camera lights still move
+        with the viewer.
     viewer : Viewer or camera, optional
-        Where it is seen from; a `pyvista.Camera` or `vtkCamera` is converted. None, the default: from where PyVista's
-        camera looks by itself at what is lit; see `framed`.
+        The viewer; a `pyvista.Camera` or `vtkCamera` is converted. If None, the default, the viewer is where PyVista
+        places its camera to frame the mesh; see `framed`.
     light_model : LightModel
-        How contributions are put together.
+        The model that combines the contributions of the lights.
 
     Raises
     ------
     ValueError
-        If a field is not of its type, or two lights have one name.
+        If a field has the wrong type, or two lights have the same name.
 
     Examples
     --------
@@ -64,7 +64,7 @@ class Scene:
         if hasattr(self.viewer, "GetParallelProjection"):
             object.__setattr__(self, "viewer", Viewer.from_camera(self.viewer))
         if not isinstance(self.viewer, Viewer | None):
-            check.refuse("viewer", self.viewer, "a Viewer, a camera, or None for one that frames what is lit")
+            check.refuse("viewer", self.viewer, "a Viewer, a camera, or None for a viewer that frames the mesh")
         if not isinstance(self.light_model, LightModel):
             check.refuse("light_model", self.light_model, "a LightModel")
         if not isinstance(self.lights, Iterable) or isinstance(self.lights, (str, dict)):
@@ -77,29 +77,30 @@ class Scene:
                 check.refuse("lights", f"{count} lights named {name!r}", "lights whose names differ", "Rename one.")
 
     def _converted(self, light: Any) -> Light:
-        """A light of VTK's; the places of its camera lights are in units of the distance to the focal point."""
+        """Convert a VTK light; VTK gives the positions of camera lights in units of the distance to the focal point."""
         if self.viewer is not None:
             return host.answers().from_vtk(light, self.viewer.distance)
         converted = host.answers().from_vtk(light, 1.0)
         if converted != host.answers().from_vtk(light, 2.0):
-            check.refuse("viewer", None, "a Viewer where a camera light of VTK's has a place", "viewer=plotter.camera.")
+            remedy = "Pass viewer=plotter.camera."
+            check.refuse("viewer", None, "a Viewer if a VTK camera light has a position", remedy)
         return converted
 
     @cached_property
     def world_lights(self) -> tuple[Light, ...]:
-        """The lights with world coordinates, as the viewer makes them: the order of `lights`, the off ones too.
+        """The lights in world coordinates, placed by the viewer, in the order of `lights`; lights that are off too.
 
         Raises
         ------
         ValueError
-            If a light moves with the viewer, and there is none.
+            If a light moves with the viewer, and the scene has no viewer.
         """
         if self.viewer is None and any(light.frame != "world" for light in self.lights):
-            check.refuse("viewer", None, "a Viewer where lights ride along with it", "scene.framed(mesh.bounds).")
+            check.refuse("viewer", None, "a Viewer if lights move with it", "Use scene.framed(mesh.bounds).")
         return tuple(light.in_world(self.viewer) for light in self.lights)
 
     def framed(self, bounds: VectorLike) -> Self:
-        """This scene, with a viewer that sees a box where it has none.
+        """Return this scene; if it has no viewer, with one that frames a box.
 
         Parameters
         ----------
@@ -110,9 +111,9 @@ class Scene:
 
     @classmethod
     def from_plotter(cls, plotter: Any) -> Self:
-        """A snapshot of a plotter's active renderer: its lights at their true world positions, its camera.
+        """Take a snapshot of a plotter's active renderer: its camera, and its lights at their positions in the world.
 
-        Camera lights are placed where the camera has them now. The light model is pvphong's standard one;
+        Camera lights are placed at their current positions. The light model is pvphong's standard one;
         `dataclasses.replace(scene, light_model=LightModel.vtk())` follows VTK's shader.
 
         Parameters
@@ -123,7 +124,7 @@ class Scene:
         Raises
         ------
         ValueError
-            If `plotter` is not a plotter, or lights meshes with `pbr=True` by an environment texture too.
+            If `plotter` is not a plotter, or an environment texture also lights meshes with `pbr=True`.
         """
         renderer = getattr(plotter, "renderer", None)
         if renderer is None or not hasattr(renderer, "GetLights"):
@@ -131,9 +132,9 @@ class Scene:
         if renderer.GetUseImageBasedLighting() and any(
             is_physical(actor.GetProperty()) for actor in renderer.GetActors()
         ):
-            remedy = "It has no lights for that: plotter.remove_environment_texture()."
+            remedy = "No light matches an environment texture; call plotter.remove_environment_texture()."
             check.refuse("plotter", "image-based light on meshes with pbr=True", "lit by its lights alone", remedy)
-        # plotter.camera would count as a choice of view, and keep PyVista from fitting it to the meshes.
+        # Reading plotter.camera would count as setting the view, and PyVista would not fit it to the meshes.
         viewer = Viewer.from_camera(renderer.camera)
         lights = tuple(host.answers().as_light(light, viewer) for light in renderer.GetLights())
         return cls(lights=lights, viewer=viewer)
@@ -141,27 +142,26 @@ class Scene:
     def _repr_html_(self) -> str:
         parts = [*zip(light_labels(self, "light "), self.lights, strict=True), ("light model", self.light_model)]
         rows = [(name, type(part).__name__, changed_fields(part, without=("name",))) for name, part in parts]
-        viewer = "framing what is lit" if self.viewer is None else changed_fields(self.viewer)
-        title = f"Scene of {len(rows) - 1} lights: what is not at its default"
+        viewer = "frames the mesh" if self.viewer is None else changed_fields(self.viewer)
+        title = f"Scene of {len(rows) - 1} lights: values that differ from the defaults"
         return html_table(title, (), [*rows, ("viewer", "Viewer", viewer)])
 
     def save(self, path: str | os.PathLike[str], *, materials: Mapping[str, Material | str] | None = None) -> None:
-        """Write the scene to a JSON file; `Scene.load` gives it back to the last bit.
+        """Write the scene to a JSON file, from which `Scene.load` restores it bit for bit.
 
         Parameters
         ----------
         path : path
             The file.
         materials : mapping, optional
-            Materials to be kept with it, by name: `load_materials` gives them back, and `pvphong shade --scene` takes
-            that of a block's name, or else "default". Maps in them are names of point arrays or paths of image files;
-            these are kept as they are seen from the file's folder.
+            Materials to store with it, by name. `load_materials` returns them, and `pvphong shade --scene` uses the
+            material named as the block, or else "default". Maps in them are names of point arrays or paths of image
+            files; paths are stored relative to the file's folder.
 
         Raises
         ------
         ValueError
-            If the file cannot be written, or a light is of a kind that files do not know. A file that was there
-            before is then still there.
+            If the file cannot be written, or a light has a user-defined type. An existing file is then kept.
         """
         lights = [documents.with_type(f"lights[{k}]", light, LIGHT_TYPES) for k, light in enumerate(self.lights)]
         document = {
@@ -186,7 +186,7 @@ class Scene:
         Raises
         ------
         ValueError
-            If the file cannot be read, is not JSON, is of a newer version, or has an unknown field.
+            If the file cannot be read, is not JSON, has a newer version, or has an unknown field.
         """
         document = _document(path)
         lights = document.get("lights", [])
@@ -201,7 +201,7 @@ class Scene:
 
 
 def load_materials(path: str | os.PathLike[str]) -> dict[str, Material]:
-    """The materials that `Scene.save` has kept with a scene: name → material; none if there are none.
+    """Return the materials that `Scene.save` stored with a scene, as name → material; empty if there are none.
 
     Raises
     ------
@@ -226,7 +226,7 @@ def load_materials(path: str | os.PathLike[str]) -> dict[str, Material]:
 
 
 def _material_of(place: str, entry: Any) -> Material:
-    """A material from its fields or, where the file was written by hand, its name."""
+    """Return a material from its fields or, in files written by hand, from its name."""
     if isinstance(entry, str):
         return Material.named(check.choice(place, entry.lower(), Material.names()))
     return Material.from_dict(entry, place)
@@ -240,13 +240,13 @@ def _seen_from(folder: Path, image: str) -> str:
 
 
 def _with_paths(material: Material, change: Callable[[str], str]) -> Material:
-    """A material with other paths of its image files: a rig has them as they are seen from its folder."""
+    """Return a material with changed paths of its image files; in a rig they are relative to its folder."""
     maps = {name: value for name, value in material.maps.items() if is_image_path(value)}
     return material.with_values({name: change(str(value)) for name, value in maps.items()})
 
 
 def is_scene_file(path: str | os.PathLike[str]) -> bool:
-    """Whether a file is one that `Scene.save` wrote."""
+    """Return True if `Scene.save` wrote a file."""
     try:
         _document(path)
     except ValueError:
@@ -255,37 +255,37 @@ def is_scene_file(path: str | os.PathLike[str]) -> bool:
 
 
 def _document(path: str | os.PathLike[str]) -> dict[str, Any]:
-    """What is in a scene file, of which format, version and keys are known to be right."""
+    """Return the content of a scene file, with checked format, version and keys."""
     document = documents.read(path, "a scene file")
     if not isinstance(document, dict) or document.get("format") != _FORMAT:
         check.refuse("format", document, f'a JSON object with "format": "{_FORMAT}"', "Scene.save writes one.")
     version = document.get("version")
     if type(version) is not int or version != _VERSION:
         is_number = isinstance(version, int)
-        remedy = "A newer pvphong may have written it." if is_number else "It is a number, without quotes."
+        remedy = "A newer pvphong may have written it." if is_number else "Give a number, without quotes."
         check.refuse("version", json.dumps(version), str(_VERSION), remedy)
     documents.check_keys("scene", document, {"format", "version", "materials", *(f.name for f in fields(Scene))})
     return document
 
 
 SceneLike = Scene | Light | Iterable[Any]
-"""A scene, or its lights alone: one, or several."""
+"""A scene, a single light, or a sequence of lights."""
 
 
 def as_scene(given: SceneLike | None, bounds: Callable[[], VectorLike] | None = None) -> Scene:
-    """A scene itself, or that of some lights, by the standard light model.
+    """Return a scene unchanged, or the scene of some lights, with the standard light model.
 
     Parameters
     ----------
     given : Scene, light, or sequence of lights
-        What was given as a scene.
+        The argument that was passed as a scene.
     bounds : callable, optional
-        Gives what `Scene.framed` takes, where there is no viewer yet; without it, none is added.
+        Returns bounds for `Scene.framed`; called if the scene has no viewer. By default no viewer is added.
 
     Raises
     ------
     ValueError
-        If it is no such thing.
+        If `given` is none of these.
     """
     if isinstance(given, Scene):
         scene = given
@@ -296,9 +296,9 @@ def as_scene(given: SceneLike | None, bounds: Callable[[], VectorLike] | None = 
     else:
         remedy = "Did you mean material=?" if isinstance(given, Material) else ""
         if hasattr(given, "renderer"):
-            remedy = "Scene.from_plotter(plotter) has its lights and its camera."
+            remedy = "Use Scene.from_plotter(plotter)."
         if hasattr(given, "GetParallelProjection"):
-            remedy = "Scene(lights, viewer=camera) is seen from there."
+            remedy = "Use Scene(lights, viewer=camera)."
         if isinstance(given, str):
             remedy = "Did you mean material=Material.named(...), or Scene.load(...)?"
         check.refuse("scene", given, "a Scene, a light, or a sequence of lights", remedy)
@@ -306,14 +306,14 @@ def as_scene(given: SceneLike | None, bounds: Callable[[], VectorLike] | None = 
 
 
 def light_labels(scene: Scene, numbered: str = "") -> tuple[str, ...]:
-    """What names each of a scene's lights, no two alike: its name, or its index where it has none or another's.
+    """Return a unique label for each light: its name, or its index if it has no name or one that equals an index.
 
     Parameters
     ----------
     scene : Scene
-        Its lights are named in their order, the off ones too.
+        The scene; labels are in the order of its lights, including lights that are off.
     numbered : str, default ""
-        Comes before an index.
+        Prefix of an index.
     """
     names = [light.name for light in scene.lights]
     indices = [f"{numbered}{index}" for index in range(len(names))]

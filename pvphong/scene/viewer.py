@@ -1,4 +1,4 @@
-"""Where the scene is seen from."""
+"""The viewer of a scene."""
 
 from __future__ import annotations
 
@@ -15,35 +15,35 @@ from pvphong.base.types import Float64Array, InitSignature, Vector, VectorLike
 from pvphong.base.vectors import towards, unit_vector
 from pvphong.geometry.extent import Box, corners_of
 
-# The sine of the angle between up and the view axis below which rounding has decided its direction.
+# Below this sine of the angle between up and the view axis, rounding errors dominate their cross product.
 _PARALLEL = 2.0**-48
 
-# What vtkRenderer::ResetCamera takes for the radius of a single point; and the least radius in units of the distance
-# from the origin, so that the eye does not fall on the point.
+# Radius of a single point in vtkRenderer::ResetCamera; and the smallest radius in units of the distance from the
+# origin, so that rounding does not move the eye onto the point.
 _POINT_RADIUS, _LEAST_RADIUS = 0.5, 1e-9
 
 
 @dataclass(frozen=True)
 class Viewer:
-    """An eye and what it looks at.
+    """Position and direction of the eye.
 
-    Colours depend on `position`, `focal_point` and `parallel` alone, and on `up` where a light is in
-    the camera's frame; the other fields are for `pvphong.pipeline.project`.
+    Colours depend only on `position`, `focal_point` and `parallel`, and on `up` if a light is in the camera's frame.
+    The other fields are for `pvphong.pipeline.project`.
 
     Parameters
     ----------
     position : sequence of float, default (0, 0, 1)
         The eye, in world coordinates.
     focal_point : sequence of float, default (0, 0, 0)
-        What it looks at; not the eye itself.
+        The point that the eye looks at; different from `position`.
     up : sequence of float, default (0, 1, 0)
-        The direction that is up in the picture. It must not lie along the view axis where it is needed.
+        The direction that is up in the image. It must not be parallel to the view axis if it is used.
     parallel : bool, default False
         Parallel projection: the direction to the viewer is the same everywhere.
     view_angle : float, default 30
         Full vertical opening angle of the perspective, in degrees.
     parallel_scale : float, default 1
-        Half the height of a parallel projection's picture, in the mesh's unit.
+        Half the height of the image in parallel projection, in the mesh's unit.
     clipping_range : sequence of float, default (0.01, 1000.01)
         Distances of the near and the far plane. All defaults are vtkCamera's.
 
@@ -70,23 +70,23 @@ class Viewer:
     __signature__ = InitSignature()
 
     def __new__(cls, *_given: Any, **fields: Any) -> Self:
-        """Refuse fields that it has not, and suggest one that it has."""
+        """Refuse unknown fields, and suggest the nearest."""
         check.keywords(cls, fields)
         return super().__new__(cls)
 
     def __post_init__(self) -> None:
         check.fields(self)
         if self.position == self.focal_point:
-            check.refuse("focal_point", self.focal_point, "different from position", "The eye must look somewhere.")
+            check.refuse("focal_point", self.focal_point, "different from position", "The view needs a direction.")
 
     @classmethod
     def from_camera(cls, camera: Any) -> Self:
-        """The viewer of a `pyvista.Camera` or `vtkCamera`.
+        """Convert a `pyvista.Camera` or `vtkCamera`.
 
         Raises
         ------
         ValueError
-            If `camera` is not such an object.
+            If `camera` is neither.
         """
         if not hasattr(camera, "GetParallelProjection"):
             check.refuse("camera", camera, "a pyvista.Camera or a vtkCamera")
@@ -102,12 +102,12 @@ class Viewer:
 
     @classmethod
     def framing(cls, bounds: VectorLike) -> Self:
-        """The view of a box that PyVista's camera takes by itself: from the direction (1, 1, 1), z up, all of it seen.
+        """Return PyVista's default view of a box: from the direction (1, 1, 1), z up, with the whole box in view.
 
         Parameters
         ----------
         bounds : sequence of float
-            x_min, x_max, y_min, y_max, z_min, z_max, as a mesh's; a box that is no box counts as the unit cube.
+            x_min, x_max, y_min, y_max, z_min, z_max, as from a mesh; an invalid box is replaced by the unit cube.
 
         Raises
         ------
@@ -117,7 +117,7 @@ class Viewer:
         return cls(position=(1.0, 1.0, 1.0), up=(0.0, 0.0, 1.0)).moved_to_see(bounds)
 
     def moved_to_see(self, bounds: VectorLike) -> Self:
-        """This viewer, moved so that it sees all of a box, in the same direction.
+        """Return this viewer moved so that the whole box is in view, with the same view direction.
 
         Parameters
         ----------
@@ -137,14 +137,14 @@ class Viewer:
         )
 
     def sees(self, bounds: VectorLike, aspect: float) -> bool:
-        """Whether something of a box may be in a picture: its corners are not all behind, or all beyond one edge.
+        """Return True if part of a box may be in the image: not all corners are behind the eye or beyond one edge.
 
         Parameters
         ----------
         bounds : sequence of float
             As for `framing`.
         aspect : float
-            Width of the picture over its height.
+            Width of the image over its height.
         """
         low, high = finite_box(bounds)
         x, y, back = self.axes @ (corners_of(low, high) - self.position).T
@@ -160,47 +160,47 @@ class Viewer:
 
     @cached_property
     def distance(self) -> float:
-        """The distance from the eye to the focal point; at most the largest float."""
+        """Distance from the eye to the focal point; at most the largest float."""
         return min(math.dist(self.position, self.focal_point), sys.float_info.max)
 
     @cached_property
     def axes(self) -> Float64Array:
-        """Eye space's x (right), y (up) and z (back) as the rows of a (3, 3) rotation.
+        """Axes of eye space, x (right), y (up) and z (back), as the rows of a (3, 3) rotation.
 
         Raises
         ------
         ValueError
-            If `up` lies along the view axis.
+            If `up` is parallel to the view axis.
         """
         back = -np.array(self.view_direction)
         up = np.array(unit_vector(self.up))
         right = np.cross(up, back)
         if np.abs(right).max() < _PARALLEL:
-            check.refuse("up", self.up, "off the view axis", "Any other direction will do.")
+            check.refuse("up", self.up, "a direction not parallel to the view axis")
         right = np.array(unit_vector(right.tolist()))
         return np.array([right, np.cross(back, right), back])
 
     def vector_to_world(self, vector: Vector) -> Vector:
-        """A vector of eye space in world coordinates."""
+        """Convert a vector from eye space to world coordinates."""
         with np.errstate(over="ignore", invalid="ignore"):
             return _vector(self.axes.T @ np.array(vector))
 
     def point_to_world(self, point: Vector) -> Vector:
-        """A point of eye space in world coordinates."""
+        """Convert a point from eye space to world coordinates."""
         with np.errstate(over="ignore", invalid="ignore"):
             return _vector(np.array(self.position) + self.axes.T @ np.array(point))
 
     def vector_to_eye(self, vector: Vector) -> Vector:
-        """A vector of the world in eye space."""
+        """Convert a vector from world coordinates to eye space."""
         return _vector(self.axes @ np.array(vector))
 
     def point_to_eye(self, point: Vector) -> Vector:
-        """A point of the world in eye space."""
+        """Convert a point from world coordinates to eye space."""
         return _vector(self.axes @ (np.array(point) - np.array(self.position)))
 
 
 def finite_box(bounds: VectorLike) -> Box:
-    """The least and greatest coordinates of x_min, x_max, …; those of the unit cube where that is no box.
+    """Return the smallest and largest coordinates from x_min, x_max, …; the unit cube's if the box is invalid.
 
     Raises
     ------

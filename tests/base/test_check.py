@@ -1,4 +1,4 @@
-"""Every check gives the canonical value, or a ValueError that says what, what is allowed, and how to put it right."""
+"""Checks return the canonical value, or raise ValueError with the name, value, allowed values and remedy."""
 
 import math
 import re
@@ -31,7 +31,7 @@ CALLS = {
 
 
 def every(table):
-    """Parametrised over the single values of a table: what is called, the values, and what comes of them."""
+    """Parametrize over the single values of a table with rows of check, values and outcome."""
     rows = [(name, value, outcome) for name, values, outcome in table for value in values]
     return pytest.mark.parametrize(("name", "value", "outcome"), rows)
 
@@ -54,7 +54,7 @@ def test_a_refusal_names_argument_value_allowed_and_remedy(arguments, message):
         check.refuse(*arguments)
 
 
-# --- what is taken ---
+# --- accepted values ---
 
 TAKEN = [
     ("number", [2, 2.5, Fraction(5, 2), np.float16(2.5), np.float32(0.1), np.longdouble(2), np.uint8(7), -0.0], float),
@@ -77,7 +77,7 @@ TAKEN = [
 
 
 def is_just(found, expected):
-    """Equal to the last bit and the sign of zero, in Python's own types."""
+    """Return True if values are equal bit for bit, including the sign of zero, with Python's own types."""
     assert repr(found) == repr(expected)
     assert type(found) is type(expected)
     if isinstance(found, tuple):
@@ -115,7 +115,7 @@ def test_bounds_of_a_number_are_exact_and_told(bounds, inside, outside, said):
         check.number("angle", outside, **bounds, remedy="Turn it.")
 
 
-# --- what is refused ---
+# --- refused values ---
 
 NO_NUMBERS = [np.float32("nan"), 10**400, True, np.True_, "1", b"1", None, 1j, np.complex128(1), [1], np.array(1.0)]
 NO_NUMBERS += [NAN, INF, -INF, np.timedelta64(5, "s"), object()]

@@ -1,4 +1,4 @@
-"""A file is there whole or not at all."""
+"""Atomic writes of files, and locks."""
 
 import os
 import socket
@@ -19,13 +19,13 @@ from pvphong.base.files import locked, written_aside
 
 @pytest.fixture
 def target(tmp_path, monkeypatch):
-    """A file to be written in the working folder, which has nothing else in it."""
+    """A file to be written in the working folder, which is otherwise empty."""
     monkeypatch.chdir(tmp_path)
     return tmp_path / "scene.json"
 
 
 def test_the_suffix_is_in_small_letters_while_it_is_written(target):
-    """Some writers know their own suffix in no other way."""
+    """Some writers recognize their suffix only in lower case."""
     with written_aside("PICTURE.SVG") as aside:
         assert aside.suffix == ".svg"
         aside.write_text("whole")
@@ -35,7 +35,7 @@ def test_the_suffix_is_in_small_letters_while_it_is_written(target):
 @pytest.mark.parametrize("old", [None, "old"])
 @pytest.mark.parametrize("named", [lambda path: path, str, lambda path: path.name], ids=["path", "string", "bare name"])
 def test_the_written_file_itself_takes_the_place_and_leaves_nothing_beside_it(target, named, old):
-    """It is moved there in one step; a copy could be seen, or left, half written."""
+    """The file is moved atomically; a copy could be seen, or left, half written."""
     if old:
         target.write_text(old)
     with written_aside(named(target)) as aside:
@@ -74,7 +74,7 @@ def test_a_failure_leaves_what_was_there(target, old, error, seen, message):
     assert not old or target.read_text() == old
 
 
-# --- what is kept ---
+# --- attributes that are kept ---
 
 
 def test_mode_and_links_are_kept_and_a_new_file_has_the_mode_of_any(target):
@@ -150,7 +150,7 @@ def test_a_device_is_written_into_and_stays():
         assert os.stat(device).st_rdev == before
 
 
-# --- what killed processes leave ---
+# --- folders of killed processes ---
 
 WRITER = """
 import signal, sys
@@ -190,7 +190,7 @@ def test_what_a_killed_writer_left_is_cleared_by_the_next_and_a_living_writers_f
 
 @pytest.mark.parametrize("removed", range(5))
 def test_who_is_killed_while_removing_a_folder_leaves_what_the_next_can_clear(target, monkeypatch, removed):
-    """The lock goes last; without one, a folder with something in it is another's."""
+    """The lock is removed last, because a nonempty folder without a lock belongs to someone else."""
     unlink, count = os.unlink, 0
 
     def killed(*path, **how):
@@ -216,7 +216,7 @@ def test_who_is_killed_while_removing_a_folder_leaves_what_the_next_can_clear(ta
 
 
 def test_a_folder_with_something_in_it_is_left_alone_and_an_empty_one_is_cleared(target):
-    """Empty is what is left by one who is killed before he locks it, or when only it is left to be removed."""
+    """A folder is left empty by a process that is killed before it locks it, or just before it removes it."""
     for name in ("keepsake", "12345678"):
         Path(f".pvphong-{name}").mkdir()
     Path(".pvphong-keepsake/mine").write_text("mine")
@@ -226,7 +226,7 @@ def test_a_folder_with_something_in_it_is_left_alone_and_an_empty_one_is_cleared
 
 
 def test_a_writer_whose_new_folder_is_cleared_makes_the_next(target, monkeypatch):
-    """Another clears it before the first has made its lock."""
+    """Another writer removes the folder before the first has created its lock."""
 
     @contextmanager
     def late(path, **how):
@@ -245,7 +245,7 @@ def test_a_writer_whose_new_folder_is_cleared_makes_the_next(target, monkeypatch
 
 @pytest.mark.parametrize("lost", [5, 1000], ids=["by turns", "no file can be locked"])
 def test_a_writer_whose_folder_another_is_clearing_makes_the_next(target, monkeypatch, lost):
-    """The other takes the lock of a new folder before its maker does, and removes what is in it."""
+    """Another writer takes the lock of a new folder before its owner does, and removes its content."""
 
     @contextmanager
     def late(path, *, makes=True):
@@ -270,7 +270,7 @@ def test_a_writer_whose_folder_another_is_clearing_makes_the_next(target, monkey
 
 
 def test_many_writers_at_once_each_write_a_whole_file(target):
-    """Threads here; the lock is the same between processes."""
+    """The writers are threads here; the lock works the same between processes."""
 
     def write(letter):
         with written_aside(target) as aside:
@@ -283,7 +283,7 @@ def test_many_writers_at_once_each_write_a_whole_file(target):
     assert os.listdir() == ["scene.json"]
 
 
-# --- locks: one of many gets one, and what was taken of a file that has gone is none ---
+# --- locks: only one of many gets the lock, and a lock on a removed file does not count ---
 
 
 @pytest.fixture

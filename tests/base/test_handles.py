@@ -1,4 +1,4 @@
-"""Handles: what a class declares can be set, and nothing else."""
+"""Handles: only attributes that a class declares can be set."""
 
 from typing import ClassVar
 

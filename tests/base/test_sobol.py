@@ -1,4 +1,4 @@
-"""Points of Sobol's sequence: those of SciPy, and evenly spread in each of the ways that its nets are."""
+"""Sobol's sequence: equality with SciPy, and the properties of its nets."""
 
 import itertools
 
@@ -12,14 +12,14 @@ EXPONENTS = range(1, 9)
 
 
 def coordinates(count, numbers):
-    """Scrambled for each number, shape (count, numbers)."""
+    """Return coordinates, scrambled for each number, shape (count, numbers)."""
     points = np.arange(count, dtype=np.uint32)[:, None]
     first, second = sobol.seeds(np.asarray(numbers))
     return sobol.coordinate(points, first), sobol.coordinate(sobol.SECOND[:count, None], second)
 
 
 def test_digits_are_those_of_scipy():
-    """In another order of points, and last digit first."""
+    """The order of the points differs, and digits are reversed."""
     mirrored = [
         [int(f"{digits:032b}"[::-1], 2) / 2**32 for digits in column.tolist()]
         for column in (np.arange(256), sobol.SECOND[:256])
@@ -33,7 +33,7 @@ def test_points_are_alone_in_rectangles_of_equal_size_and_any_shape(exponent):
     count = 2**exponent
     u, v = coordinates(2 * count, range(20))
     assert u.dtype == v.dtype == np.float32
-    for begin in (0, count):  # and so are those that follow
+    for begin in (0, count):  # the following points too
         for across in range(exponent + 1):
             columns, rows = 2**across, 2 ** (exponent - across)
             square = np.floor(u[begin:][:count] * columns) * rows + np.floor(v[begin:][:count] * rows)
@@ -86,7 +86,7 @@ def test_streams_have_nothing_to_do_with_each_other():
 
 
 def test_random_numbers_are_even_and_do_not_depend_on_each_other():
-    """By each of both: the share in 16 parts is as of chance, and so is that of pairs."""
+    """Frequencies in 16 bins, by each argument, are those of random numbers, and so are those of pairs."""
     numbers, seeds = np.meshgrid(np.arange(256, dtype=np.uint32), sobol.seeds(np.arange(256))[0])
     found = sobol.random(numbers, seeds)
     assert found.dtype == np.float32

@@ -1,4 +1,4 @@
-"""Threads of one process: few are kept, and a limit holds for the thread that asked for it."""
+"""Threads: the number that a process keeps, limits per calling thread, and cancellation."""
 
 import threading
 import time
@@ -84,7 +84,7 @@ def test_little_work_stays_with_the_caller():
 @needs_two
 @pytest.mark.parametrize(("seconds", "is_shared"), [(0.0, True), (1e9, False)])
 def test_work_that_may_be_short_is_shared_where_that_is_worth_it(monkeypatch, seconds, is_shared):
-    """In ranges that get shorter towards the end."""
+    """Ranges get shorter towards the end."""
     monkeypatch.setattr(threads, "_WORTH_WAKING", seconds)
     taken = []
 
@@ -103,7 +103,7 @@ def test_work_that_may_be_short_is_shared_where_that_is_worth_it(monkeypatch, se
     assert (len({thread for *_, thread in taken}) > 1) == is_shared
 
     taken.clear()
-    threads.run(work, 1003, 60, 1003 // threads.count())  # each has one of the longest ranges: none is timed first
+    threads.run(work, 1003, 60, 1003 // threads.count())  # each thread gets a longest range: none is timed first
     assert max(last - first for first, last, _ in taken) == 1003 // threads.count()
     assert len({thread for *_, thread in taken}) > 1
 

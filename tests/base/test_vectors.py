@@ -1,4 +1,4 @@
-"""Columns as vectors: right over the whole exponent range, and each column for itself."""
+"""Vectors as columns: accuracy over the whole exponent range, and independence of the columns."""
 
 import math
 from fractions import Fraction
@@ -24,7 +24,7 @@ def column(vector):
 
 
 def spread():
-    """Columns whose exponents are even over the range, some zero, some not finite."""
+    """Return columns with uniformly distributed exponents, some zero, some not finite."""
     rng = np.random.default_rng(0)
     w = np.ldexp(rng.normal(size=(3, 200)), rng.integers(-1070, 1020, 200))
     w[:, ::17] = 0.0
@@ -33,7 +33,7 @@ def spread():
 
 
 def exact(parts):
-    """The unit vector of fractions, and their length, at most the largest float."""
+    """Return the unit vector of fractions, and their length, at most the largest float."""
     with mpmath.workdps(60):
         parts = [mpmath.mpf(part.numerator) / part.denominator for part in parts]
         length = mpmath.sqrt(mpmath.fsum(part * part for part in parts))
@@ -85,10 +85,10 @@ def test_moderate_scales_by_powers_of_two():
 
 @both_types
 @given(target=vectors, point=vectors)
-@example((1e12, 1e12, -1e12), (1e12 + 0.25, 1e12, -1e12))  # float32 does not hold these apart
-@example((0.0, 0.0, 0.0), (1e200, -1e200, 0.0))  # nor these at all
+@example((1e12, 1e12, -1e12), (1e12 + 0.25, 1e12, -1e12))  # float32 cannot distinguish these
+@example((0.0, 0.0, 0.0), (1e200, -1e200, 0.0))  # nor represent these
 @example((0.0, 0.0, 0.0), (1e-200, 0.0, 0.0))
-@example((-1e308, 0.0, 0.0), (1e308, 0.0, 0.0))  # nor float64 their difference
+@example((-1e308, 0.0, 0.0), (1e308, 0.0, 0.0))  # float64 cannot represent their difference
 @QUICK
 def test_towards_over_the_whole_range(real, step, target, point):
     direction, distance = towards(target, column(point), real)
@@ -98,7 +98,7 @@ def test_towards_over_the_whole_range(real, step, target, point):
         assert (direction.tolist(), distance.tolist()) == ([[0.0]] * 3, [0.0])
         return
     expected, far = exact(difference)
-    # each component of the difference is rounded once more than in `unit`
+    # each component of the difference has one more rounding than in `unit`
     np.testing.assert_allclose(direction[:, 0], expected, rtol=0, atol=6 * step)
     assert distance[0] == pytest.approx(far, rel=6 * step, abs=1e-323)
     assert distance[0] <= LARGEST

@@ -24,7 +24,7 @@ REFUSED = {
     f"{SHADE} --size ten 10": "--size",
     "shade missing.vtp -o o.vtp": "mesh must be a file that exists; got missing.vtp.",
     "shade spere.vtp -o o.vtp": "got spere.vtp. Did you mean 'sphere.vtp'?",
-    "shade parts.json -o o.vtp": "got parts.json. It is a scene file: use it with --scene.",
+    "shade parts.json -o o.vtp": "got parts.json. It is a scene file; pass it as --scene.",
     "shade half.ply -o o.vtp": NO_MESH,  # VTK's reader would end the process
     "shade beyond.vtp -o o.vtp": "index 9 in face 0",
     "shade faulty.vtm -o o.vtm": f"block ['cloud']: {NO_FACES}",

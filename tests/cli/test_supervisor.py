@@ -80,17 +80,17 @@ def test_the_works_output_and_status_are_the_commands(forks, status):
     assert run(work, forks=forks, status=status) == (status, "out\n", "err\n")
 
 
-KILLED = "A library has ended the process ({}), as damaged files make them. --verbose shows what it says."
+KILLED = "A library crashed ({}); an input file may be corrupt. --verbose shows what it says."
 MESH = "mesh must be a mesh file that PyVista can read; got mesh.vtk. "
 CRASHES = {
     **{
         f"os.kill(os.getpid(), signal.{name})": KILLED.format(name)
         for name in ("SIGSEGV", "SIGABRT", "SIGBUS", "SIGFPE", "SIGILL", "SIGXCPU")
     },
-    "os.kill(os.getpid(), 9)": "The process was killed, as the system does where memory runs out.",
+    "os.kill(os.getpid(), 9)": "The process was killed, probably because memory ran out.",
     READING + "os.abort()": MESH + KILLED.format("SIGABRT"),
     READING + "\n with reading('block.vtp'): pass\n time.sleep(60)": MESH
-    + "Reading it has come to no end, 0 s after it last got anything from the disk.",
+    + "Reading timed out: no data from the disk for 0 s.",
 }
 
 

@@ -1,4 +1,4 @@
-"""Where vertices are and how far off a target is seen; which meshes bound a convex body."""
+"""Bounds of vertices, views of targets, and the convexity test."""
 
 import itertools
 import math
@@ -14,7 +14,7 @@ from pvphong.geometry.transform import normalize
 
 @pytest.mark.parametrize("distance", [1.001, 1.5, 30.0])
 def test_a_target_is_seen_off_its_direction_by_no_more_and_hardly_less_than_is_said(distance):
-    """From anywhere in the sphere around the vertices, most from where a ray touches it."""
+    """The bound holds for any point in the sphere around the vertices; a tangent ray has the largest angle."""
     corners = np.array([(3.0, 1.0, -2.0), (4.0, 3.0, 0.0)])
     center, radius = MeshBounds(corners, None, None).sphere
     assert (center, radius) == ((3.5, 2.0, -1.0), pytest.approx(1.5, rel=1e-8))
@@ -27,7 +27,7 @@ def test_a_target_is_seen_off_its_direction_by_no_more_and_hardly_less_than_is_s
     assert 0.99 * seen.turn < off.max() <= seen.turn
     assert MeshBounds(corners, None, None).sight(center) is None
     assert MeshBounds(np.full((1, 3), 1.7e308), None, None).sphere.center == (1.7e308,) * 3
-    for count in (1, 513, 1025):  # rows are searched many at a time
+    for count in (1, 513, 1025):  # rows are reduced in blocks
         points = np.random.default_rng(count).normal(size=(count, 3)).cumsum(axis=0)
         np.testing.assert_array_equal(MeshBounds(points, None, None).box, [points.min(axis=0), points.max(axis=0)])
 
@@ -53,7 +53,7 @@ def dented():
 
 
 def great_dodecahedron():
-    """Twelve pentagons that go through each other."""
+    """Twelve pentagons that intersect each other."""
     body = pv.PlatonicSolid("icosahedron").triangulate()
     triangles, pentagons = body.faces.reshape(-1, 4)[:, 1:], []
     for apex in range(12):
@@ -66,7 +66,7 @@ def great_dodecahedron():
 
 
 def wound_twice(count=4001):
-    """A double cone, each edge of which is convex, whose rim goes around twice before it closes."""
+    """A double cone with convex edges, whose rim winds around twice before it closes."""
     angles = 2.0 * np.pi * np.arange(count) / count
     rim = np.column_stack([np.cos(angles), np.sin(angles), 0.0 * angles])
     here = np.arange(count)

@@ -1,4 +1,4 @@
-"""Normals of polygons, points, planes and implicit surfaces; how near they come is in stability/test_mesh_normals."""
+"""Normals of polygons, points, planes and implicit surfaces; their accuracy is in stability/test_mesh_normals."""
 
 from __future__ import annotations
 
@@ -72,7 +72,7 @@ def test_a_polygon_has_the_normal_of_newells_exact_sum(points, faces):
             assert not normal.any()
 
 
-# --- points; the definition of the weightings is in stability/test_mesh_normals ---
+# --- points; the definitions of the weightings are tested in stability/test_mesh_normals ---
 
 
 @pytest.mark.parametrize("tops", [[(6, 7, 8, 9, 10, 11)], [(9, 6, 7), (9, 7, 8), (9, 11, 6), (9, 10, 11)]])
@@ -91,7 +91,7 @@ def test_angle_weights_ignore_how_a_concave_side_is_cut(form, tops):
 
 @every_form
 def test_a_midpoint_collapsed_onto_an_edge_does_not_bend_the_normals_around_it(form):
-    """A sliver of rounding alone, with 180° at its middle corner, would otherwise outweigh the real faces."""
+    """A sliver that is only rounding error, with 180° at its middle corner, would outweigh the real faces."""
     rng = np.random.default_rng(5)
     bent = 0
     for a, b, c in rng.normal(size=(50, 3, 3)) * np.array([1e-3, 1.0, 1.0])[:, None]:
@@ -109,7 +109,7 @@ TURNS = list(product([1.0, -1.0], repeat=3))
 @every_form
 @pytest.mark.parametrize("weighting", WEIGHTINGS)
 def test_a_mirrored_mesh_has_mirrored_normals(form, weighting):
-    """Also at a pole, where quads have two points in one place, and so an edge without a direction."""
+    """This also holds at a pole, where two points of each quad coincide and their edge has no direction."""
     pole = np.array([(1.0, 2.0, 3.0), (1.0, 2.0, 3.0), (0.5, 1.0, 4.0), (0.25, 1.5, 3.5), (2.0, 1.0, 1.0)])
     faces = soup((0, 1, 2, 3), (0, 4, 1))
     upright = form(pole, *faces, weighting)
@@ -118,7 +118,7 @@ def test_a_mirrored_mesh_has_mirrored_normals(form, weighting):
     assert weighting == "max" or upright[:2].any(axis=1).all()
 
 
-# --- what both hold to ---
+# --- common properties of both ---
 
 
 @every_evaluator
@@ -160,7 +160,7 @@ def test_any_soup_gives_unit_normals_or_zero(evaluator, points, faces):
     assert np.all((lengths == 0.0) | (np.abs(lengths - 1.0) <= 4 * U))
 
 
-FACE, RISES = [0, 1, 2], r"^offsets must be indices that rise from 0 to the connectivity's length, 3; got \[.*\]\. One"
+FACE, RISES = [0, 1, 2], r"^offsets must be indices that rise from 0 to the connectivity's length, 3; got \[.*\]\. Give"
 
 
 @pytest.mark.parametrize(
@@ -189,7 +189,7 @@ def test_arrays_that_do_not_fit_together_are_refused(evaluator, points, connecti
 # --- planes ---
 
 P, Q, R = (1, 0, 0), (0, 1, 0), (0, 0, 1)
-# The third is 2⁻⁵³ off the line through the others, and a million away from the origin the cross product is exact.
+# The third point is 2⁻⁵³ off the line through the others; the cross product is exact a million away from the origin.
 BARELY = (1e6, 1e6, 0.0), (1e6 + 1, 1e6 + 1, 0.0), (1e6 + 2, np.nextafter(1e6 + 2, np.inf), 0.0)
 
 
@@ -233,7 +233,7 @@ def test_what_is_no_plane_is_refused(call, message):
         plane_normal(*call)
 
 
-# --- implicit surfaces; that gradients of every length give unit normals is in stability/test_normalising ---
+# --- implicit surfaces; gradients of any length are tested in stability/test_normalising ---
 
 
 def test_gradients_come_from_a_function_or_as_an_array_and_without_a_direction_give_zero():

@@ -49,7 +49,7 @@ def test_project_is_vtks_world_to_display(seed, window_size):
     rng = np.random.default_rng(seed + 2000)
     focal, eye = np.array(view.focal_point), np.array(view.position)
     ahead = (focal - eye) / np.linalg.norm(focal - eye)
-    # a box of points in front of the eye, some of them beside the window and outside the clipping planes
+    # a box of points in front of the eye, some of them outside the window and the clipping planes
     points = eye + ahead * rng.uniform(0.05, 150, (50, 1)) + rng.normal(size=(50, 3)) * 0.02
     expected = vtk_display(camera, points, window_size)
     scale = np.maximum(np.abs(expected), (*window_size, 1))
@@ -65,13 +65,13 @@ def test_rows_without_a_place_in_the_picture_are_nan():
 def test_project_keeps_its_precision_far_from_the_origin():
     view = Viewer(position=(1e9, 1e9, 1e9 + 1), focal_point=(1e9, 1e9, 1e9), clipping_range=(0.5, 2))
     near = replace(view, position=(0, 0, 1), focal_point=(0, 0, 0))
-    offsets = np.array([(0.125, 0.25, 0), (-0.25, 0.0625, 0.25)])  # exact at 1e9: its step is 2⁻²³
+    offsets = np.array([(0.125, 0.25, 0), (-0.25, 0.0625, 0.25)])  # exact at 1e9, where floats have a step of 2⁻²³
     found, expected = project(1e9 + offsets, view, (1000, 1000)), project(offsets, near, (1000, 1000))
     np.testing.assert_allclose(found, expected, rtol=1e-13)
     matrix = perspective(30, 1, 0.5, 2) @ look_at(view.position, view.focal_point, view.up)
     clip = np.c_[1e9 + offsets, np.ones(2)] @ matrix.T
     naive = (clip[:, :2] / clip[:, 3:] + 1) / 2 * 1000
-    assert np.abs(naive - expected[:, :2]).max() > 1e-6  # the plain matrix product loses it
+    assert np.abs(naive - expected[:, :2]).max() > 1e-6  # the plain matrix product loses these digits
 
 
 # --- matrices of every size ---
@@ -99,9 +99,9 @@ EYE, HERE = (0, 0, 1), (0, 0, 0)
 @pytest.mark.parametrize(
     ("function", "arguments", "message"),
     [
-        (look_at, (EYE, EYE, (0, 1, 0)), "target must be another point than eye"),
-        (look_at, (EYE, HERE, (0, 0, -2)), r"up must be a direction across the view.*\[-0*\.? *-0"),
-        (look_at, ((3, 6, 9), HERE, (1e100, 2e100, 3e100)), "up must be a direction across the view"),
+        (look_at, (EYE, EYE, (0, 1, 0)), "target must be different from eye"),
+        (look_at, (EYE, HERE, (0, 0, -2)), r"up must be a direction not parallel to the view.*\[-0*\.? *-0"),
+        (look_at, ((3, 6, 9), HERE, (1e100, 2e100, 3e100)), "up must be a direction not parallel to the view"),
         (look_at, (EYE, HERE, (0, 0, 0)), "up must be a direction, three finite numbers"),
         (look_at, ((0, 0, np.nan), HERE, (0, 1, 0)), r"eye\[2\] must be a finite number"),
         (frustum, (-1, 1, -1, 1, 0, 5), "near must be a finite number > 0; got 0"),
@@ -117,7 +117,7 @@ EYE, HERE = (0, 0, 1), (0, 0, 0)
         (project, ([(0, 0)], Viewer(), (10, 10)), r"points must be an \(n, 3\) array"),
         (project, ([HERE], Viewer(), (10, 0)), r"window_size\[1\] must be a finite number > 0"),
         (project, ([HERE], Viewer(), 10), "window_size must be 2 finite numbers"),
-        (project, ([HERE], Viewer(up=EYE), (10, 10)), "up must be a direction across the view"),
+        (project, ([HERE], Viewer(up=EYE), (10, 10)), "up must be a direction not parallel to the view"),
     ],
 )
 def test_bad_arguments_are_refused(function, arguments, message):

@@ -1,4 +1,4 @@
-"""Tangents of points by texture coordinates, against the same written out for triangles one by one."""
+"""Tangents from texture coordinates, compared with a plain loop over triangles."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from pvphong.geometry.normals import point_normals, point_tangents
 
 
 def one_by_one(points, triangles, uv, normals):
-    """M. S. Mikkelsen's weights, in plain Python; ∂p/∂u by solving for it."""
+    """Compute tangents with M. S. Mikkelsen's weights in plain Python, solving for ∂p/∂u."""
 
     def across(w, n):
         w = w - (w @ n) * n
@@ -50,7 +50,7 @@ def test_it_is_mikkelsens_in_any_unit_and_for_mirrored_pictures(bumpy, unit, way
 
 
 def test_where_there_is_none_it_is_zero():
-    """A fan around a pole, whose tangents cancel; a face without an area in the texture; a point without faces."""
+    """A fan around a pole, whose tangents cancel; a face without area in the texture; a point without faces."""
     ring = [(math.cos(a), math.sin(a), 0.0) for a in np.linspace(0, 2 * np.pi, 8, endpoint=False)]
     points = np.array([(0.0, 0.0, 0.0), *ring, (5, 5, 5)])
     around = np.arange(8) / 8

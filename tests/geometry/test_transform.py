@@ -1,4 +1,4 @@
-"""Points, vectors and normals under model matrices. Sections A, B and F of the catalogue are in tests/stability."""
+"""Transforms of points, vectors and normals. Sections A, B and F of the catalogue are in tests/stability."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ every_evaluator = pytest.mark.parametrize("evaluator", EVALUATORS.values(), ids=
 
 @st.composite
 def wide_floats(draw, lowest=-1074, highest=1023):
-    """Floats whose exponents are spread evenly over float64's whole range, and zeros."""
+    """Draw floats with exponents uniform over float64's whole range, and zeros."""
     mantissa = draw(st.floats(0.5, 1.0, exclude_max=True))
     sign = draw(st.sampled_from([-1.0, 1.0, 0.0]))
     return float(np.ldexp(sign * mantissa, draw(st.integers(lowest, highest + 1))))
@@ -84,7 +84,7 @@ every_taker = pytest.mark.parametrize("taker", TAKERS, ids=["points", "vectors",
     [
         (np.eye(3), "a 4x4 matrix of real numbers"),
         (affine(np.diag([1.0, np.nan, 1.0])), "a 4x4 matrix of finite numbers"),
-        (np.eye(4)[[0, 1, 3, 2]], r"an affine 4x4 matrix, .* last row \(0.0, 0.0, 1.0, 0.0\)\. .* pass the model"),
+        (np.eye(4)[[0, 1, 3, 2]], r"an affine 4x4 matrix, .* last row \(0.0, 0.0, 1.0, 0.0\)\. Pass only the model"),
         (np.diag([1.0, 1.0, 1.0, 0.0]), "an affine 4x4 matrix, .* w != 0"),
         (np.eye(4) + np.outer(np.eye(4)[3], [1e-3, 0.0, 0.0, 0.0]), "an affine 4x4 matrix"),
     ],
@@ -109,7 +109,7 @@ def test_normals_need_two_dimensions(taker, linear):
 
 @pytest.mark.parametrize("linear", [LINEAR, np.diag([2.0, 4.0, 8.0]), np.diag([-3.0, 1.0, 7.0])])
 def test_the_entries_of_a_normal_matrix_are_exact_cofactors_rounded_once(linear):
-    """Times one power of two and the determinant's sign; a translation and a positive w change nothing."""
+    """They are scaled by a power of two and the determinant's sign; a translation and a positive w change nothing."""
     observed = normal_matrix(affine(linear))
     assert 0.5 <= np.abs(observed).max() <= 1.0
     assert np.array_equal(normal_matrix(affine(linear, (1e9, -1e300, 7.0), w=8.0)), observed)
@@ -153,7 +153,7 @@ def test_normals_come_back_unit_or_zero_or_the_matrix_is_refused(rows, entries, 
     w=wide_floats(-1000, 1000).filter(bool),
 )
 def test_points_and_vectors_against_fractions_over_the_whole_range(rows, entries, w):
-    """Within 5 roundings of the terms' magnitudes: 3 for the sums, 1 for the product, 1 for the division."""
+    """The error is at most 5 roundings of the terms' magnitudes: 3 for sums, 1 for products, 1 for the division."""
     matrix = affine(np.reshape(entries[:9], (3, 3)), entries[9:], w)
     coefficients = [[Fraction(entry) / Fraction(w) for entry in row] for row in matrix[:3].tolist()]
     for call, last in ((transform_points, 1), (transform_vectors, 0)):
@@ -177,7 +177,7 @@ def test_normals_through_any_stretch_have_the_bits_of_the_stretched_normal(sprea
     normals = np.ldexp(ROWS, np.array([spread // 2, 0, -(spread // 2)]))
     expected = normalize(np.ldexp(normals, np.array([-spread, 0, spread])))
     assert np.array_equal(transform_normals(normals, matrix), expected)
-    long = np.diag([2.0**-535, 2.0**535 * 1.1, 2.0**535 * 1.3, 1.0])  # two small cofactors would have few bits
+    long = np.diag([2.0**-535, 2.0**535 * 1.1, 2.0**535 * 1.3, 1.0])  # two small cofactors would lose bits
     assert np.array_equal(transform_normals([(0.0, 2.0**900, 2.0**900)], long), normalize([(0.0, 1.3, 1.1)]))
 
 

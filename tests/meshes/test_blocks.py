@@ -1,4 +1,4 @@
-"""Blocks: which are meshes, and their materials, as rigs keep them."""
+"""Blocks: datasets in them, and their materials, as stored in rigs."""
 
 import numpy as np
 import pytest

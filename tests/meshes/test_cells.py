@@ -1,4 +1,4 @@
-"""Cell arrays: what is refused, and that a PolyData's are checked once for each edition, in bounded memory."""
+"""Cell arrays: refusals, and one check per modification of a PolyData, in bounded memory."""
 
 from concurrent.futures import ThreadPoolExecutor
 
@@ -54,14 +54,14 @@ def test_an_edition_is_checked_once_and_the_next_one_anew(storage):
     grid = pv.ImageData(dimensions=(3, 3, 3)).cast_to_unstructured_grid()
     refuse_invalid(grid)
     vtk_to_numpy(grid.GetCells().GetConnectivityArray())[1] = 99
-    with pytest.raises(ValueError, match="index 99 in cell 0"):  # a grid's are checked each time
+    with pytest.raises(ValueError, match="index 99 in cell 0"):  # cells of a grid are checked each time
         refuse_invalid(grid)
     mesh = surface_of(faces(storage, (0, 1, 2), (1, 2, 3)))
     refuse_invalid(mesh)
     vtk_to_numpy(mesh.GetPolys().GetConnectivityArray())[1] = 9
-    refuse_invalid(mesh)  # nobody has been told
+    refuse_invalid(mesh)  # the change was not announced with Modified()
     mesh.GetPolys().GetConnectivityArray().Modified()
-    for _ in range(2):  # what is wrong is not remembered
+    for _ in range(2):  # errors are not remembered
         with pytest.raises(ValueError, match="index 9 in face 0"):
             refuse_invalid(mesh)
     vtk_to_numpy(mesh.GetPolys().GetConnectivityArray())[1] = 1
@@ -77,7 +77,7 @@ def test_fewer_points_other_arrays_and_more_cells_are_checked_anew(storage):
     with pytest.raises(ValueError, match="index 3 in face 1"):
         refuse_invalid(mesh)
     mesh.points = np.zeros((4, 3))
-    array.InsertNextCell(3, (0, 1, 7))  # which VTK does not count as a modification
+    array.InsertNextCell(3, (0, 1, 7))  # VTK does not count this as a modification
     with pytest.raises(ValueError, match="index 7 in face 2"):
         refuse_invalid(mesh)
     with pytest.raises(ValueError, match="index 5 in face 0"):
@@ -120,7 +120,7 @@ def test_what_is_remembered_is_bounded_and_shared_by_threads():
 
     with ThreadPoolExecutor(4) as threads:
         sizes = list(threads.map(checked, range(2 * cells_module._REMEMBERED)))
-    assert max(sizes) <= cells_module._REMEMBERED + 4  # one for each that is just adding its own
+    assert max(sizes) <= cells_module._REMEMBERED + 4  # one more for each thread that is adding its entry
     assert len(cells_module._in_order) == cells_module._REMEMBERED
 
 
@@ -129,7 +129,7 @@ def test_what_is_remembered_is_bounded_and_shared_by_threads():
     [
         ([3, 6], np.arange(6) % 4, r"face offsets rise from 0 to 6.* got offsets from 3 to 6"),
         ([0, 5, 10**9], np.arange(6) % 4, "face offsets rise from 0 to 6"),
-        ([0, 3], np.array([0.0, 1.0, 2.0]), "face indices of type float64"),  # as VTK makes them of a damaged file
+        ([0, 3], np.array([0.0, 1.0, 2.0]), "face indices of type float64"),  # VTK reads these from a damaged file
     ],
 )
 def test_offsets_that_do_not_begin_at_0_or_reach_too_far_and_indices_that_are_no_integers_are_refused(

@@ -1,4 +1,4 @@
-"""Scalars through colormaps: the colours that PyVista draws, of points and of cells, whatever the mesh is."""
+"""Colormaps: equality with PyVista's colours, for points and cells of any mesh."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def ball():
 
 
 def unlit(mesh, colormap, **options):
-    """The colours themselves, 0-255."""
+    """Return the colours without light, 0-255."""
     lit = mesh.phong.shade(SCENE, ph.Material(albedo=colormap, **UNLIT), precision="float64", **options)
     return np.rint(255.0 * lit["phong"]).astype(np.uint8)
 
@@ -62,7 +62,7 @@ OPTIONS = {
 
 @pytest.mark.parametrize("options", OPTIONS)
 def test_colours_are_those_that_add_mesh_draws(options, new_plotter):
-    """A row of squares for each array, a square for each number, without light."""
+    """Compare a row of squares for each array, one square per number, without light."""
     plotter, count, expected = new_plotter((4 * 32, 4 * len(SCALARS))), 32, []
     for row, (scalars, values) in enumerate(SCALARS.items()):
         numbers, how = values(count), OPTIONS[options]
@@ -111,10 +111,10 @@ def test_one_column_of_several():
 
 
 def test_names_and_arrays_are_the_same_on_every_mesh():
-    """Also of a volume, whose range is that of the points inside too."""
+    """This includes a volume, whose range includes the points inside."""
     grid = pv.ImageData(dimensions=(4, 4, 4))
     grid["a"] = RANDOM.random(grid.n_points)
-    inside = 21  # a point that its surface has not
+    inside = 21  # a point that is not on the surface
     grid["a"][inside] = 9.0
     grid.cell_data["b"] = RANDOM.random(grid.n_cells)
     for name, angle in (("a", None), ("b", 0)):
@@ -139,7 +139,7 @@ def test_sharp_edges_keep_the_colours_of_their_points():
 
 @pytest.mark.parametrize("options", [{}, {"categories": True}, {"log_scale": True}, {"clim": (1, 3)}], ids=str)
 def test_blocks_have_the_range_of_all(options):
-    """A block of one number, one with another range, one without any; and beside them a block that has no array."""
+    """One block has a single number, one another range, one no finite number, and one no such array."""
     low, high, none = ball(), ball(), ball()
     low["a"], high["a"], none["a"] = (
         np.full(low.n_points, 2.0),
@@ -173,7 +173,7 @@ def test_points_alone_have_colormaps_of_arrays():
     material = ph.Material(albedo=ph.Colormap(mesh["a"], "terrain"), **UNLIT)
     found = ph.evaluate(mesh.points, mesh.phong.normals(), SCENE, material, precision="float64").rgb
     assert np.array_equal(np.rint(255 * found), unlit(mesh, ph.Colormap("a", "terrain")))
-    with pytest.raises(ValueError, match=r"^albedo must be a Colormap of an array where there is no mesh"):
+    with pytest.raises(ValueError, match=r"^albedo must be a Colormap of an array if there is no mesh"):
         ph.evaluate(mesh.points, mesh.points, SCENE, replace(material, albedo=ph.Colormap("a")))
 
 
@@ -225,7 +225,7 @@ def test_a_lit_mesh_shows_the_scalar_bar_of_its_unlit_colours(tmp_path):
 
 
 def test_options_of_plot_are_known_where_a_bar_is_shown():
-    """They are dealt out by name; others are `add_mesh`'s."""
+    """Options are distributed by name; all others go to `add_mesh`."""
     known = {*pictures._OF_PLOTTER, *pictures._OF_VIEW, *pictures._OF_SHOWING}
     assert set(inspect.signature(pv.plot).parameters) - {"var_item", "volume", "kwargs"} <= known
     lit = ball()

@@ -20,14 +20,14 @@ MESHES = {
 @pytest.mark.parametrize("mesh", MESHES.values(), ids=MESHES)
 @pytest.mark.parametrize("aspect", [0.5, 1.0, 4 / 3, 3.0])
 def test_the_mesh_fills_the_picture_and_lies_within_it_and_the_clipping_range(mesh, aspect):
-    """From where PyVista's camera looks at first: test_in_a_hurry has it that `framing` is there."""
+    """The view direction is PyVista's default; test_in_a_hurry tests `framing`."""
     viewer, framing = default_scene(mesh, aspect).viewer, Viewer.framing(mesh.bounds)
     assert viewer.view_direction == pytest.approx(framing.view_direction)
     assert (viewer.focal_point, viewer.up) == (pytest.approx(framing.focal_point), framing.up)
     x, y, depth = project(mesh.points, viewer, (2 * aspect, 2)).T - [[aspect], [1], [0]]
     extent = max(np.abs(x).max() / aspect, np.abs(y).max())
     is_round = mesh is MESHES["round"]
-    assert (0.4 if is_round else 0.9) < extent < 1.0  # the bounding box fills it
+    assert (0.4 if is_round else 0.9) < extent < 1.0  # the bounding box fills the image
     slack = 0.0 if is_round else 1e-9  # two of a box's corners lie on the clipping planes
     assert depth.min() >= -slack
     assert depth.max() <= 1.0 + slack
@@ -45,7 +45,7 @@ def test_blocks_have_the_scene_of_their_meshes_and_tables_change_nothing():
     [
         ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0)),
         ((1e12, 0.0, -3e15), (1e12, 0.0, -3e15)),
-        ((np.inf, 0.0, 0.0), (0.5, 0.5, 0.5)),  # the middle of a unit box
+        ((np.inf, 0.0, 0.0), (0.5, 0.5, 0.5)),  # the centre of a unit box
         ((0.0, -np.inf, 0.0), (0.5, 0.5, 0.5)),
     ],
 )
@@ -59,7 +59,7 @@ def test_key_is_brightest_and_nothing_is_lost_in_white():
     scene = default_scene(pv.Sphere())
     lit = shade_mesh(pv.Sphere(), scene, Material(), components=True)
     assert not scene.light_model.two_sided
-    assert default_scene(pv.MultiBlock([pv.Sphere(), None, pv.Plane()])).light_model.two_sided  # for it is open
+    assert default_scene(pv.MultiBlock([pv.Sphere(), None, pv.Plane()])).light_model.two_sided  # the plane is open
     brightness = {light.name: lit[f"phong_light_{light.name}"].max() for light in scene.lights}
     assert max(brightness, key=brightness.get) == "key"
     assert 0.7 < lit["phong"].max() < 1.0

@@ -1,4 +1,4 @@
-"""Sharp edges: against what a cube and a prism are known to be."""
+"""Sharp edges: splitting of a cube and a prism, with known results."""
 
 import numpy as np
 import pytest
@@ -29,11 +29,11 @@ def cube():
 
 
 def nut():
-    """A prism of six sides, as a first CAD model is, one point a corner."""
+    """A prism with six sides and one point per corner."""
     return bare(pv.Cylinder(resolution=6, height=0.5, direction=(0, 0, 1)).triangulate())
 
 
-# --- what is split ---
+# --- splitting ---
 
 
 @pytest.mark.parametrize(
@@ -54,14 +54,14 @@ def test_a_cubes_edges_are_sharp_below_90_degrees(angle, count):
     ids=["poles", "one plane", "caps", "strips", "airplane"],
 )
 def test_each_face_has_points_of_its_own_at_angle_0(mesh):
-    """Also beside faces in its plane, which no angle separates."""
+    """This includes coplanar neighbours, which no angle separates."""
     mesh.cell_data["number"] = np.arange(mesh.n_cells)
     split, points = split_sharp_edges(mesh, 0)
     assert sorted(np.concatenate([cell.point_ids for cell in split.cell])) == list(range(split.n_points))
     np.testing.assert_array_equal(split.points, mesh.points[points])
     np.testing.assert_array_equal(polygons(split)[1], polygons(mesh)[1])
     np.testing.assert_array_equal(points[polygons(split)[0]], polygons(mesh)[0])
-    assert list(np.unique(split.cell_data["number"])) == list(range(mesh.n_cells))  # of strips each triangle has one
+    assert list(np.unique(split.cell_data["number"])) == list(range(mesh.n_cells))  # also for triangles of strips
     mesh.cell_data["paint"] = np.random.default_rng(3).integers(0, 256, (mesh.n_cells, 3)).astype(np.uint8)
     lit = mesh.phong.shade(SUN, ph.Material(albedo="paint"), feature_angle=0)
     assert lit.n_points == split.n_points
@@ -70,11 +70,11 @@ def test_each_face_has_points_of_its_own_at_angle_0(mesh):
 @pytest.mark.parametrize("albedo", ["tint", TINT], ids=["name", "array"])
 def test_arrays_are_carried_and_points_know_which_they_were(albedo):
     mesh = cube()
-    mesh["Normals"] = np.arange(8)  # called so, and none
-    mesh["pyvistaOriginalPointIds"] = np.arange(8)  # of something before
+    mesh["Normals"] = np.arange(8)  # an array with this name that holds no normals
+    mesh["pyvistaOriginalPointIds"] = np.arange(8)  # from an earlier operation
     mesh.cell_data["face"] = np.arange(6)
     lit = mesh.phong.shade(SUN, ph.Material(ambient=1, diffuse=0, albedo=albedo), feature_angle="auto")
-    again = lit.phong.shade(SUN, DULL, feature_angle=10)  # what was split before still knows its first points
+    again = lit.phong.shade(SUN, DULL, feature_angle=10)  # a mesh that was split before keeps its original points
     for split in (lit, again):
         np.testing.assert_array_equal(split[ORIGINAL_POINT], split["number"])
     for name in ("Normals", "pyvistaOriginalPointIds"):
@@ -82,7 +82,7 @@ def test_arrays_are_carried_and_points_know_which_they_were(albedo):
     np.testing.assert_array_equal(lit.points, mesh.points[lit[ORIGINAL_POINT]])
     np.testing.assert_array_equal(lit.cell_data["face"], np.arange(6))
     np.testing.assert_allclose(lit["phong"], 0.2 * TINT[lit[ORIGINAL_POINT]], atol=1e-6)
-    # and the input is as it was
+    # the input is not modified
     assert mesh.array_names == ["number", "tint", "Normals", "pyvistaOriginalPointIds", "face"]
     assert mesh.n_points == 8
 
@@ -92,11 +92,11 @@ def test_auto_leaves_the_normals_that_a_mesh_brings():
     assert split_sharp_edges(mesh, "auto")[0] is mesh
     named = mesh.phong.shade(SUN, DULL, feature_angle=30)
     assert named.n_points == 24
-    assert "Normals" not in named.point_data  # those of the points that were not split
+    assert "Normals" not in named.point_data  # they belong to the points before splitting
 
 
 def test_faces_keep_their_sides():
-    """VTK's filter would turn a face round so that it agrees with its neighbours."""
+    """By default VTK's filter reverses a face to agree with its neighbours."""
     mesh = nut()
     mesh.regular_faces = np.vstack([mesh.regular_faces[:1, ::-1], mesh.regular_faces[1:]])
     split, _ = split_sharp_edges(mesh, "auto")
@@ -183,7 +183,7 @@ def test_only_faces_decide_where_edges_are_sharp():
 
 
 def test_a_plan_is_that_of_the_split_surface():
-    """Whose normals are computed, where those that the mesh has face away from the light."""
+    """The split surface has computed normals; the mesh's own face away from the light."""
     mesh = cube()
     mesh.point_data.active_normals = np.tile((0.0, 0.0, -1.0), (8, 1))
     lit, shiny = mesh.phong.shade(SUN, DULL, feature_angle=30), ph.Material(specular=0.5, shininess=20)

@@ -45,7 +45,7 @@ def names():
 
 @pytest.mark.parametrize("suffix", [*MESH_FORMATS, *map(str.upper, MESH_FORMATS)])
 def test_what_is_saved_comes_back_and_the_mesh_is_left_alone(lit, suffix):
-    """All arrays bit for bit; in a .ply file the colours alone, as 8-bit vertex colours in the usual place."""
+    """All arrays are equal bit for bit; a .ply file has only the colours, as 8-bit vertex colours."""
     lit.active_texture_coordinates = np.zeros((lit.n_points, 2))  # VTK's .ply writer crashes at float64
     before = lit.copy()
     save(lit, f"lit{suffix}")
@@ -184,7 +184,7 @@ def test_a_mishap_leaves_the_old_file(lit, monkeypatch, suffix, mishap, message)
 
 @contextmanager
 def files_of_at_most(size):
-    """A limit on the size of files, as of a disk that is nearly full."""
+    """Limit the size of files, as on a nearly full disk."""
     old = resource.getrlimit(resource.RLIMIT_FSIZE)
     resource.setrlimit(resource.RLIMIT_FSIZE, (size, old[1]))
     try:
@@ -196,7 +196,7 @@ def files_of_at_most(size):
 @pytest.mark.parametrize("suffix", [".vtp", ".vtk", ".ply", ".vtm"])
 @pytest.mark.usefixtures("lit")
 def test_a_file_needs_no_more_room_than_it_takes_and_without_it_the_old_one_stays(suffix):
-    """Of this mesh much less than its memory."""
+    """The file of this mesh is much smaller than its memory."""
     plane = pv.Plane(i_resolution=200, j_resolution=200)
     plane["phong"], plane["flag"] = np.full((plane.n_points, 3), 0.5), np.ones(plane.n_points, bool)
     mesh = pv.MultiBlock({"one": plane, "two": plane.copy()}) if suffix == ".vtm" else plane
@@ -261,7 +261,7 @@ def test_a_name_that_no_file_can_have_is_refused():
 
 
 def test_where_the_process_is_watched_it_is_while_a_mesh_is_read(lit, monkeypatch):
-    """Whoever reads it: an occluder of the command line's, say."""
+    """This holds for any reader, for example of an occluder on the command line."""
     heard = []
     monkeypatch.setattr(processes, "watcher", -1)
     monkeypatch.setattr(processes, "say", lambda what, more="": heard.append([what, *more.split()[1:]]))
@@ -294,7 +294,7 @@ def test_threads_that_read_and_write_at_once_leave_logging_and_warnings_as_they_
     assert names() == sorted(f"{number}.vtp" for number in range(100))
 
 
-# --- through another process, whose end is one error ---
+# --- reading in another process, whose crash is a single error ---
 
 DIES = "import os, sys; from pvphong.base import processes as p; p.begin_work(int(sys.argv[3])); {}"
 READING = "p.say('reading', '0.3 ' + sys.argv[1]); "
@@ -332,10 +332,10 @@ def test_what_the_other_process_refuses_is_refused_in_the_same_words(lit):
 @pytest.mark.parametrize(
     ("work", "message"),
     [
-        (READING + "os.abort()", r"^mesh must be .*; got some\.vtk\. A library has ended the process \(SIGABRT\)"),
-        ("os.kill(os.getpid(), 9)", r"^The process was killed, as the system does where memory runs out\."),
-        (READING + "import time; time.sleep(60)", r"got some\.vtk\. Reading it has come to no end"),
-        ("sys.exit(3)", r"^A library has ended the process \(status 3\)"),
+        (READING + "os.abort()", r"^mesh must be .*; got some\.vtk\. A library crashed \(SIGABRT\)"),
+        ("os.kill(os.getpid(), 9)", r"^The process was killed, probably because memory ran out\."),
+        (READING + "import time; time.sleep(60)", r"got some\.vtk\. Reading timed out"),
+        ("sys.exit(3)", r"^A library crashed \(status 3\)"),
     ],
 )
 def test_the_end_of_the_other_process_is_an_error(monkeypatch, work, message):
@@ -352,7 +352,7 @@ def test_guarded_is_a_flag_and_needs_a_python_that_can_be_started(monkeypatch):
         ph.read("some.vtk", guarded=True)
 
 
-# --- whole or not at all, though the writer is killed or meets a limit ---
+# --- atomic writes, even if the writer is killed or exceeds a limit ---
 
 
 @pytest.mark.parametrize(

@@ -1,4 +1,4 @@
-"""The glance at some faces: it warns of what looks the wrong way, and of no mesh that PyVista makes."""
+"""The quick check of some faces: warnings for wrong normals, and none for PyVista's own meshes."""
 
 import inspect
 import os
@@ -27,7 +27,7 @@ ARGUMENTS = {
 
 
 def sources():
-    """What PyVista makes by a function with a capital letter."""
+    """Yield the meshes of PyVista's functions with a capital letter."""
     for module in (geometric_objects, parametric_objects):
         for name, make in vars(module).items():
             if name[0].isupper() and inspect.isfunction(make) and make.__module__ == module.__name__:
@@ -35,7 +35,7 @@ def sources():
 
 
 def bundled():
-    """What comes with PyVista, without the largest volumes and what needs more packages."""
+    """Yield the meshes bundled with PyVista, except the largest volumes and those that need more packages."""
     for name in dir(examples):
         if name.startswith("load_") and name not in ("load_frog_tissues", "load_logo", "load_hydrogen_orbital"):
             yield name, getattr(examples, name)
@@ -56,7 +56,7 @@ def test_no_mesh_that_pyvista_makes_or_bundles_is_warned_of(name):
     mesh = ALL[name]()
     for part in mesh.recursive_iterator() if isinstance(mesh, pv.MultiBlock) else [mesh]:
         if isinstance(part, pv.DataSet) and part.n_points:
-            for scene in (None, SUN):  # as any warning it would be an error
+            for scene in (None, SUN):  # any warning would be an error
                 with suppress(ValueError):  # lines cannot be lit
                     part.phong.shade(scene)
 
@@ -220,7 +220,7 @@ def test_what_is_remembered_has_an_end(monkeypatch):
 
 
 def test_it_looks_at_some_faces_only(monkeypatch):
-    """Its cost does not grow with the mesh."""
+    """The cost does not depend on the size of the mesh."""
     looked = []
     places = glance._places_and_areas
     monkeypatch.setattr(glance, "_places_and_areas", lambda *args: looked.append(args[1].shape) or places(*args))
@@ -253,7 +253,7 @@ AWAY = "Every vertex faces away from every light"
         (pv.Plane(), [UP], {}, False),
         (pv.Plane(), [replace(UP, direction=(0, 0, 1))], {}, True),
         (pv.Plane(), [replace(UP, direction=(0, 0, 1))], {"feature_angle": 0}, True),
-        (pv.Plane(), [ph.SpotLight(position=(9, 0, 9), direction=(1, 0, 0))], {}, False),  # its cone is elsewhere
+        (pv.Plane(), [ph.SpotLight(position=(9, 0, 9), direction=(1, 0, 0))], {}, False),  # its cone points elsewhere
         (SPHERE, [UP], {}, False),
         (CLOUD, [UP], {}, False),
     ],

@@ -1,4 +1,4 @@
-"""three.js, which trimesh brings along, shows a .glb as `plot` does: nothing is lit a second time."""
+"""three.js, which trimesh includes, shows a .glb like `plot`: colours are not lit again."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ new THREE.GLTFLoader().load("data:application/octet-stream;base64,%s", (file) =>
 
 
 def three():
-    """The code of three.js and its reader of glTF."""
+    """Return the code of three.js and of its glTF reader."""
     folder = Path(importlib.util.find_spec("trimesh").origin).parent / "resources" / "templates"
     page = zipfile.ZipFile(folder / "viewer.zip").read("viewer.html.template").decode()
     return page[page.index("<script>") + len("<script>") : page.index("var camera,controls")]
@@ -68,7 +68,7 @@ def test_three_js_shows_a_glb_as_plot_does(tmp_path):
     inside = (expected < 250).any(axis=2)
     steps = [(axis, step) for axis in (0, 1) for step in (-2, -1, 1, 2)]
     steep = np.max([np.abs(expected - np.roll(expected, step, axis)).max(axis=2) for axis, step in steps], axis=0) > 16
-    for axis, step in steps:  # not beside edges, which one of the two smooths
+    for axis, step in steps:  # not near edges, which only one of the two smooths
         steep |= np.roll(steep, step, axis)
     inside &= ~steep
     assert inside.sum() > SIZE * SIZE / 8

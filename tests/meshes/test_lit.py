@@ -1,7 +1,7 @@
-"""Lit meshes: which points, normals and albedo are read, which arrays are written, and that inputs stay as they are.
+"""Lit meshes: the points, normals and albedo that are read, the arrays that are written, and unmodified inputs.
 
-That arrays of other types and layouts are taken or refused is section F of the catalogue; what the surface of a dataset
-carries is in test_surfaces, that every dataset is lit in test_accessor, and with maps in test_maps.
+Array types and layouts are section F of the catalogue. Surfaces of datasets are tested in test_surfaces, lighting of
+every kind of dataset in test_accessor, and maps in test_maps.
 """
 
 import sys
@@ -66,7 +66,7 @@ def test_maps_of_a_volume_go_to_its_surface():
         assert (found.active_scalars_name, found["phong"].dtype) == ("phong", np.float32)
 
 
-# --- what is refused ---
+# --- refusals ---
 
 GRIDS = [getattr(grid(), f"cast_to_{kind}_grid")() for kind in ("structured", "rectilinear", "unstructured")]
 NO_ALBEDOS = [np.array([["a"] * 3] * 120), [[1, 2, 3], [4]], np.ones((120, 3, 3)), np.ones((120, 2))]
@@ -162,7 +162,7 @@ def test_the_matrix_lights_as_a_transformed_mesh_would_be():
 
 
 def family():
-    """Blocks of all kinds; two have the same name, some none of their own, and a table has nothing to light."""
+    """Blocks of all kinds: two with the same name, some without a name, and a table, which cannot be lit."""
     inner, blocks = pv.MultiBlock({"deep": ball(), "gap": None, "void": pv.PolyData()}), pv.MultiBlock()
     parts = [bare(), None, inner, pv.MultiBlock(), grid(), pv.UnstructuredGrid(), pv.Table({"a": np.zeros(3)}), ball()]
     for part, name in zip(
@@ -175,7 +175,7 @@ def family():
 
 
 def shape(blocks):
-    """Names and kinds of blocks, nested as they are."""
+    """Return the names and kinds of blocks, nested like the blocks."""
     kinds = [shape(b) if isinstance(b, pv.MultiBlock) else type(b).__name__ if b else None for b in blocks]
     return [(blocks.get_block_name(index), kind) for index, kind in enumerate(kinds)]
 
@@ -209,7 +209,7 @@ def test_an_error_names_the_block():
 
 
 def test_a_mesh_that_another_thread_edits_meanwhile_is_lit_as_it_was_or_refused():
-    """What is edited between any two of the steps is as what is edited within them: so it is edited at all of them."""
+    """Edits happen between all pairs of steps, which stands for edits within the steps too."""
     small, large = pv.Sphere(theta_resolution=8, phi_resolution=8), pv.Sphere(theta_resolution=30, phi_resolution=30)
     mesh, lit = large.copy(), []
 
@@ -263,7 +263,7 @@ def test_all_surfaces_are_one_with_the_normals_that_they_are_lit_with_and_a_brok
 
 @pytest.mark.parametrize("angle", [None, 30.0, "auto"])
 def test_sharp_edges_of_blocks_that_are_one_surface_are_split_as_when_each_is_lit(angle):
-    """The angle "auto" finds no normals but the blocks' own."""
+    """The angle "auto" must see only the blocks' own normals."""
     box = pv.Cube().clean()
     box.clear_data()
     blocks = pv.MultiBlock({"box": box, "ball": ball()})

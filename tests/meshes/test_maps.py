@@ -1,4 +1,4 @@
-"""A material's maps through every call: names, arrays, textures and files are the same numbers at the same points."""
+"""A material's maps in every call: names, arrays, textures and files give the same numbers at the same points."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def ball():
 
 
 def with_arrays(material, mesh):
-    """The same material with the arrays themselves."""
+    """Return the same material with arrays in place of names."""
 
     def array(given):
         if isinstance(given, ph.Colormap):
@@ -122,7 +122,7 @@ def test_textures_arrays_and_files_are_the_same(tmp_path):
     first, *others = [sheet.phong.shade(SCENE, material)["phong"] for material in materials]
     for other in others:
         np.testing.assert_allclose(other, first, atol=1e-5)
-    with pytest.raises(ValueError, match=r"^shininess must be a texture of one channel.* Take the channel"):
+    with pytest.raises(ValueError, match=r"^shininess must be a texture with one channel.* Select a channel"):
         sheet.phong.shade(SCENE, ph.Material(shininess=pv.Texture(np.dstack([grey, grey, 255 - grey]))))
 
 
@@ -143,7 +143,7 @@ def test_a_colour_for_each_face():
 
 
 def test_a_colour_for_each_face_beside_vertex_and_line_cells():
-    """Vertices and lines come first among a mesh's cells, and nothing of them is lit."""
+    """Vertices and lines come first among a mesh's cells, and are not lit."""
     cube = pv.Cube().clean()
     cube.point_data.clear()
     paint = np.random.default_rng(1).random((6, 3))
@@ -160,7 +160,7 @@ def test_a_colour_for_each_face_beside_vertex_and_line_cells():
 
 
 def test_windows_follow_colours_of_faces(new_plotter):
-    """Arrays of points are in test_plotter, textures in test_textures, and what cannot be lit in studio."""
+    """Point arrays are tested in test_plotter, textures in test_textures, and refusals in studio."""
     mesh, plotter = pv.Cube(), new_plotter(lighting="light kit")
     mesh.cell_data["paint"] = np.full((mesh.n_cells, 3), 250, np.uint8)
     actor = plotter.phong.add_mesh(mesh, ph.Material(albedo="paint"), feature_angle=0)
@@ -174,7 +174,7 @@ def test_windows_follow_colours_of_faces(new_plotter):
 @pytest.mark.parametrize("field", ["albedo", "diffuse", "specular", "emission"])
 @pytest.mark.parametrize("name", ["c", "red", "tan"])
 def test_a_string_names_an_array_first_and_a_colour_second(field, name, new_plotter):
-    """In files, copies and arithmetic it stays the colour that it is where no array has its name."""
+    """In files, copies and arithmetic the string stays a colour, unless an array has its name."""
     ball = pv.Sphere()
     as_color = ph.Material(**{field: name})
     assert getattr(as_color, field) == pv.Color(name).float_rgb

@@ -1,4 +1,4 @@
-"""Pictures of lit meshes; and their colours as hue, saturation and value, and as CIE XYZ."""
+"""Images of lit meshes, and conversion of their colours to HSV and CIE XYZ."""
 
 import colorsys
 import os
@@ -49,11 +49,11 @@ def test_pixels_are_the_array_and_not_lit_again_on_the_background():
 @pytest.mark.parametrize(
     ("viewer", "center", "rows", "columns"),
     [
-        (FACING, (0, 0, 0), (50, 150), (50, 150)),  # parallel scale is half the picture's height: an edge of 1 in 2
+        (FACING, (0, 0, 0), (50, 150), (50, 150)),  # parallel scale is half the image's height: an edge of 1 in 2
         (Viewer(position=(0, 0, 5), view_angle=2 * np.degrees(np.arctan(1 / 5))), (0, 0, 0), (50, 150), (50, 150)),
         (FACING, (0, 0.75, 0), (0, 75), (50, 150)),  # up is up
         (replace(FACING, clipping_range=(0.1, 0.2)), (0, 0, 0), (50, 150), (50, 150)),  # beyond it is drawn too
-        (replace(FACING, position=(0, 0, 5000)), (0, 0, 0), (50, 150), (50, 150)),  # and beyond VTK's first one
+        (replace(FACING, position=(0, 0, 5000)), (0, 0, 0), (50, 150), (50, 150)),  # and beyond VTK's initial range
         (Viewer(position=(0, 0, 5), focal_point=(0, 0, 6)), (0, 0, 0), (), ()),  # out of view
     ],
 )
@@ -103,7 +103,7 @@ def test_a_picture_is_saved_to_the_last_pixel_in_a_folder_that_exists(tmp_path):
     image = np.arange(4 * 5 * 3, dtype=np.uint8).reshape(4, 5, 3)
     save_picture(image, tmp_path / "small.png")
     saved = pv.read(tmp_path / "small.png")
-    np.testing.assert_array_equal(saved.active_scalars.reshape(4, 5, 3)[::-1], image)  # VTK's rows start below
+    np.testing.assert_array_equal(saved.active_scalars.reshape(4, 5, 3)[::-1], image)  # VTK's rows start at the bottom
     assert [path.name for path in tmp_path.iterdir()] == ["small.png"]
     with pytest.raises(ValueError, match="path must be in a folder that exists"):
         save_picture(image, tmp_path / "no" / "small.png")
@@ -128,7 +128,7 @@ def test_hsv_is_that_of_the_standard_library(lit):
 
 
 def test_xyz_is_vtks_once_its_curve_is_undone(lit):
-    """VTK decodes sRGB's curve first, so it is given encoded colours."""
+    """VTK decodes sRGB first, so it gets encoded colours."""
     linear = lit["phong"].astype(float)
     encoded = np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * linear ** (1 / 2.4) - 0.055)
     expected = np.empty_like(linear)
@@ -152,7 +152,7 @@ def test_other_datasets_give_their_surface_and_blocks_a_view_each():
     grid = pv.ImageData(dimensions=(3, 3, 3)).cast_to_unstructured_grid()
     grid["glow"] = np.tile((0.2, 0.4, 0.1), (grid.n_points, 1))
     view = grid.phong.color_view("hsv", name="glow")
-    assert view.n_points == grid.n_points - 1  # but the one in the middle
+    assert view.n_points == grid.n_points - 1  # without the point in the middle
     blocks = pv.MultiBlock({"a": grid, "gap": None, "in": pv.MultiBlock({"b": view})})
     found = blocks.phong.color_view("hsv", name="glow")
     assert (found.keys(), found["gap"]) == (["a", "gap", "in"], None)

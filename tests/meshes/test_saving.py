@@ -1,4 +1,4 @@
-"""Lit meshes that other programs read: what trimesh, pygltflib and meshio find in them."""
+"""Exported lit meshes, read by trimesh, pygltflib and meshio."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def blocks():
 
 
 def accessor(document, at):
-    """The rows of a glTF file's array, by the specification."""
+    """Return the rows of an array in a glTF file, as specified."""
     found = document.accessors[at]
     view, kinds = document.bufferViews[found.bufferView], {5126: np.float32, 5123: np.uint16, 5125: np.uint32}
     data = document.binary_blob() or document.get_data_from_buffer_uri(document.buffers[0].uri)
@@ -80,7 +80,7 @@ def test_blocks_are_named_parts_of_a_gltf_file():
     shaded.phong.save("both.glb")
     found = trimesh.load("both.glb")
     assert sorted(found.geometry) == ["ball", "box"]
-    x_y_z = np.array(found.bounds)  # with z up as y is
+    x_y_z = np.array(found.bounds)  # with z rotated to y
     np.testing.assert_allclose(x_y_z[:, 0], np.array(shaded.bounds)[:2], atol=1e-5)
     np.testing.assert_allclose(x_y_z[:, 1], np.array(shaded.bounds)[4:], atol=1e-5)
 
@@ -157,7 +157,7 @@ def test_with_lights_viewers_are_given_those_and_colours_before_light():
         ph.PointLight(position=(1, 2, 3), name="one that does not weaken"),
         ph.PointLight(position=(9, 9, 9), attenuation=(0, 0, 1), on=False),
     ]
-    with pytest.warns(LightsWarning, match=r"^window, one that does not weaken cannot be kept in glTF"):
+    with pytest.warns(LightsWarning, match=r"^window, one that does not weaken cannot be stored in glTF"):
         pv.Sphere().phong.save("ball.glb", lights=lights, material=ph.Material(diffuse=(0.5, 0.25, 1.0)))
     document = pygltflib.GLTF2().load("ball.glb")
     assert document.extensionsUsed == ["KHR_lights_punctual"]
@@ -179,7 +179,10 @@ def test_with_lights_viewers_are_given_those_and_colours_before_light():
 
 BAD = {
     "suffix": (lambda: lit().phong.save("ball.stl"), r"^path must be .*\.vtp, .*\.png; got ball\.stl"),
-    "blocks": (lambda: blocks().phong.save("ball.ply"), r"^path must be .*; got ball\.ply\. blocks\.combine\(\)"),
+    "blocks": (
+        lambda: blocks().phong.save("ball.ply"),
+        r"^path must be .*; got ball\.ply\. Merge .* blocks\.combine\(\)",
+    ),
     "unlit": (lambda: pv.Sphere().phong.save("ball.glb"), r"^mesh must be lit, .*mesh\.phong\.shade"),
     "array": (lambda: lit().phong.save("ball.glb", name="phng"), r"^name must be one of .*Did you mean 'phong'"),
     "encoding": (lambda: lit().phong.save("ball.ply", encoding="gamma"), r"^encoding must be one of 'linear', 'srgb'"),

@@ -1,4 +1,4 @@
-"""Shadows of meshes, judged by scenes whose shadows are known, and by what must not break them."""
+"""Shadows of meshes, in scenes with known shadows and in difficult ones."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ NOWHERE = pv.PolyData(np.full((3, 3), np.nan), [3, 0, 1, 2])
 
 
 def patch(*points, normal=(0.0, 0.0, 1.0)):
-    """Points with a normal and no faces."""
+    """Return points with a common normal and no faces."""
     cloud = pv.PolyData(np.array(points, float))
     cloud.point_data.active_normals = np.tile(normal, (len(points), 1))
     return cloud
@@ -60,7 +60,7 @@ def backend(request, monkeypatch):
 @pytest.mark.usefixtures("backend")
 @pytest.mark.parametrize(("light", "edge"), [(SUN, 1.0), (LAMP, 2.0), (replace(LAMP, position=(0, 0, 3)), 3.0)])
 def test_a_disk_casts_a_round_shadow(light, edge):
-    """At height 2; a lamp at height h throws its edge to h / (h − 2)."""
+    """The disk is at height 2; a lamp at height h casts its edge to h / (h − 2)."""
     ground = floor(size=8.0)
     seen = ground.phong.visibility([light], occluders=[disk(2.0)])
     distance = np.hypot(*ground.points[:, :2].T)
@@ -72,14 +72,14 @@ def test_a_disk_casts_a_round_shadow(light, edge):
 
 
 def test_a_corner_sees_what_is_seen_from_there():
-    """Its rays begin a little inside of its face, no more."""
+    """Rays of a corner start only slightly inside its face."""
     hat = disk(2.0, radius=0.02).translate((2, 2, 0))
     seen = floor(cells=1).phong.visibility([SUN], occluders=[hat]).per_light[0]
     np.testing.assert_array_equal(seen, [1, 1, 1, 0])
 
 
 def test_lights_at_one_place_cast_one_shadow():
-    """A point, a spot, a light that moves with the viewer, and one that is very small."""
+    """The lights are a point, a spot, a light that moves with the viewer, and a very small one."""
     ground = floor()
     spot = ph.SpotLight(position=LAMP.position, cone_angle=60)
     head = ph.PointLight(frame="headlight")
@@ -91,7 +91,7 @@ def test_lights_at_one_place_cast_one_shadow():
 
 @pytest.mark.parametrize("height", [0.5, 1.0, 3.0])
 def test_a_wall_hides_the_part_of_the_sky_that_is_known(height):
-    """½ (1 − 1/√(1 + k²)) of it, k the wall's height over the distance."""
+    """The wall hides ½ (1 − 1/√(1 + k²)) of the sky, with k the wall's height over the distance."""
     distances = np.array([0.25, 0.5, 1.0, 2.0, 4.0])
     wall = pv.Box((0, 0, -100, 100, 0, height))
     seen = patch(*[(x, 0, 0) for x in distances]).phong.visibility([], occluders=[wall], samples=4096)
@@ -100,7 +100,7 @@ def test_a_wall_hides_the_part_of_the_sky_that_is_known(height):
 
 
 def test_a_ball_hides_the_part_of_the_sky_that_is_known():
-    """Of a ball over the point, sin² of its angular radius."""
+    """A ball above the point hides sin² of its angular radius."""
     for distance, normal in ((3.0, (0.48, 0.6, 0.64)), (1.5, (-0.36, 0.8, -0.48))):
         center = distance * np.array(normal)
         ball = pv.Sphere(radius=1.0, center=center, theta_resolution=200, phi_resolution=200)
@@ -112,12 +112,12 @@ def test_what_is_further_away_than_the_length_hides_no_sky():
     ground, near = floor(), scene(ambient_occlusion=1.9)
     assert (ground.phong.visibility(near, occluders=[disk(2.0)]).sky == 1.0).all()
     assert ground.phong.visibility(scene(ambient_occlusion=2.5), occluders=[disk(2.0)]).sky.min() < 0.9
-    assert ground.phong.plan(near, WHITE, occluders=[disk(2.0)]).effects["occlusion"].on  # the floor may hide itself
+    assert ground.phong.plan(near, WHITE, occluders=[disk(2.0)]).effects["occlusion"].on  # the floor may occlude itself
 
 
 @pytest.mark.parametrize("offset", [-0.4, -0.2, 0.0, 0.1, 0.3])
 def test_a_half_plane_hides_a_part_of_a_ball_by_its_area(offset):
-    """Half way up: its edge cuts the disk that is seen at twice the offset from the middle, in units of its radius."""
+    """The half-plane is half way up, so its edge cuts the visible disk at twice the offset, in units of its radius."""
     ball, x = replace(BALL, radius=0.05), offset
     edge = x * ball.radius / 2
     screen = pv.PolyData(np.array([[edge, -9, 2], [9, -9, 2], [9, 9, 2], [edge, 9, 2.0]]), [4, 0, 1, 2, 3])
@@ -127,7 +127,7 @@ def test_a_half_plane_hides_a_part_of_a_ball_by_its_area(offset):
 
 
 def test_umbra_and_penumbra_of_a_ball_before_a_ball():
-    """Of radius ½ half way to one of radius 1 at distance 8: the rims' lines cross the axis there, and 1½ and ½ out."""
+    """A ball of radius ¾ is half way to one of radius 1 at distance 8: the umbra ends near ½, the penumbra near 2½."""
     light = ph.SphereLight(position=(0, 0, 8), radius=1.0, intensity=64)
     blocker = pv.Sphere(radius=0.75, center=(0, 0, 4), theta_resolution=120, phi_resolution=120)
     ground = floor(size=8.0, cells=64)
@@ -161,9 +161,9 @@ def test_equal_calls_give_equal_bits_whatever_the_chunks_and_threads(monkeypatch
 
 
 def test_its_standard_error_is_honest():
-    """Off the truth by it on the average, over many vertices of one fraction: where a screen hides a third."""
+    """It equals the average error over many vertices with the same visibility, where a screen hides a third."""
     screen = pv.PolyData(np.array([[0.02, -99, 2], [99, -99, 2], [99, 99, 2], [0.02, 99, 2.0]]), [4, 0, 1, 2, 3])
-    screen = screen.rotate_z(28)  # of an edge along an axis even fewer rays are wrong than is stated
+    screen = screen.rotate_z(28)  # an edge along an axis has smaller errors than stated
     same = patch(*[(0, 0, 0)] * 400)
     whole = same.phong.visibility([BALL], occluders=[screen], samples=4096)
     for count in (16, 64, 256):
@@ -175,13 +175,13 @@ def test_its_standard_error_is_honest():
             assert 0.4 < np.sqrt((off**2).mean() / (stated**2).mean()) < 1.1
             assert np.mean(np.abs(off) < 3 * stated) > 0.9
             scores = np.abs(off) / np.sqrt((stated**2).mean())
-            assert (np.quantile(scores, [0.68, 0.95]) < [1.2, 2.2]).all()  # a normal variable's, or nearer
+            assert (np.quantile(scores, [0.68, 0.95]) < [1.2, 2.2]).all()  # normal distribution, or narrower
 
 
 @pytest.mark.skipif(FASTEST == "vtk", reason="too many rays for VTK")
 @pytest.mark.parametrize("load", [examples.load_ant, examples.load_airplane])
 def test_the_tolerance_is_kept_on_meshes_of_others(load):
-    """Against all 4096 rays from some of the vertices, of the colours of a white surface."""
+    """The colours of a white surface are compared with those of all 4096 rays, at some of the vertices."""
     mesh = load()
     ball = ph.SphereLight(mesh.center + 0.7 * mesh.length * np.array([1, -1, 2.0]), radius=mesh.length / 8)
     rig = scene(replace(ball, intensity=2.0 * mesh.length**2), ambient=0.3, clamp=False)
@@ -273,7 +273,7 @@ def test_occluders_of_wrong_types_are_refused(given):
 
 @pytest.mark.parametrize("strips", [False, True])
 def test_hidden_cells_block_nothing(strips):
-    """Those that VTK's array of ghosts hides, as a grid's surface is without its blanked ones; others block."""
+    """VTK's ghost array marks hidden cells, like blanked cells of a grid; other ghost cells block light."""
     roof = floor(size=2.0, cells=4).translate((0, 0, 1)).triangulate()
     roof.clear_data()
     roof = roof.strip() if strips else roof
@@ -329,7 +329,7 @@ def test_plans_leave_out_what_nothing_can_block_without_a_ray():
     assert plan_of(ball, SUN).effects["occlusion"].why == "the mesh is convex, and alone"
     seen = floor().phong.visibility(scene(SUN))
     assert floor().phong.plan(scene(SUN), WHITE, visibility=seen).effects["shadow"].on
-    assert seen.rays == 0  # none is cast for a plan
+    assert seen.rays == 0  # a plan casts no rays
     above, below = disk(4.0), disk(-4.0)
     behind = plan_of(ball, SUN, LAMP, occluders=[below])
     assert behind.effects["shadow"].why == "sun, lamp: nothing stands between, and the mesh is convex"
@@ -362,7 +362,7 @@ def test_what_nothing_can_block_is_seen_by_all():
     assert 350 < clear < 430
 
 
-# --- what is hard
+# --- difficult scenes
 
 
 def spoiled(mesh):
@@ -397,7 +397,7 @@ def test_what_has_no_faces_blocks_nothing(nothing):
 
 @pytest.mark.usefixtures("backend")
 def test_touching_coplanar_and_thin_meshes():
-    """A cube on the floor, which is dark below it and lit beside it; of the cube, all that faces the sun is lit."""
+    """A cube stands on the floor, which is dark below it and lit next to it; all its sides towards the sun are lit."""
     assert not floor().phong.visibility([SUN, LAMP], occluders=[floor(center=(0, 0, 1e-3))]).per_light.any()
     ground, cube = floor(cells=36), pv.Cube(center=(0, 0, 0.5), clean=False)
     seen = ground.phong.visibility([SUN], occluders=[cube]).per_light[0]
@@ -412,7 +412,7 @@ def test_touching_coplanar_and_thin_meshes():
 
 @pytest.mark.usefixtures("backend")
 def test_a_closed_room_has_no_leaks():
-    """Also at its edges, where vertices of the floor are in the plane of the walls."""
+    """This includes its edges, where vertices of the floor are in the plane of the walls."""
     room = pv.Box(bounds=(-1, 1, -1, 1, 0, 2), level=6).flip_faces()
     for angle in (None, 30):
         seen = room.phong.visibility([SUN, ph.DirectionalLight(direction=(1, 2, -3)), LAMP], feature_angle=angle)
@@ -442,7 +442,7 @@ def test_two_sided_models_look_from_the_side_of_the_light():
 
 
 def test_a_small_mesh_on_a_wide_plain():
-    """A million times as wide: what blocks is told apart as finely as on the small mesh alone."""
+    """The plain is a million times as wide; occlusion is resolved as finely as on the small mesh alone."""
     bumpy, sun = pv.ParametricTorus(ringradius=1.0, crosssectionradius=0.4), replace(SUN, direction=(1, 0, -1))
     plain = floor(size=3_000_000.0, cells=1, center=(0, 0, -0.5))
     alone, beside = (bumpy.phong.visibility([sun], occluders=given, samples=16) for given in ([], [plain]))
@@ -482,7 +482,7 @@ def test_what_blocks_see_is_kept_by_their_names():
     assert plans["ground"].effects["shadow"].on
     assert blocks().phong.plan(rig, WHITE, visibility=seen)["ground"].effects["shadow"].on
     balls = pv.MultiBlock({"one": pv.Sphere(), "other": pv.Sphere(center=(3, 0, 0))})
-    for plan in balls.phong.plan(scene(SUN), WHITE).values():  # each knows which of them it is
+    for plan in balls.phong.plan(scene(SUN), WHITE).values():  # each knows its own index
         assert plan.effects["shadow"].why == "sun: nothing stands between, and the mesh is convex"
     with pytest.raises(ValueError, match="visibility must be a mapping with ground, more/hat"):
         blocks().phong.shade(rig, WHITE, visibility=seen["ground"])

@@ -1,4 +1,4 @@
-"""Results share memory with what they were made of, and nothing of pvphong writes into what is shared."""
+"""Results share memory with their inputs, and pvphong does not write into shared memory."""
 
 from dataclasses import replace
 
@@ -17,12 +17,12 @@ MATERIAL = Material(ambient=0.1, specular=0.4, shininess=12)
 
 
 def ball(*, stored=True):
-    """A sphere with arrays of every kind; those named as results are among them."""
+    """A sphere with arrays of every kind, including arrays with the names of results."""
     return with_arrays(pv.Sphere(theta_resolution=10, phi_resolution=8), stored=stored)
 
 
 def quads():
-    """A sheet of polygons that have to be cut for some operations, with lines beside them."""
+    """A sheet of polygons, which some operations triangulate, and lines."""
     sheet = pv.Plane(i_resolution=4, j_resolution=3).compute_normals(cell_normals=False)
     sheet.lines = [2, 0, 7]
     return with_arrays(sheet, stored=True)
@@ -85,12 +85,12 @@ OPERATIONS = {
 @pytest.mark.parametrize("kind", MESHES)
 def test_no_operation_writes_into_its_input(operation, kind):
     mesh = MESHES[kind]()
-    lit = mesh.phong.shade(SCENE, MATERIAL, name="before")  # shares with it, and is lit again below
+    lit = mesh.phong.shade(SCENE, MATERIAL, name="before")  # shares memory with the mesh, and is lit again below
     states = state(mesh), state(lit)
     first, second = OPERATIONS[operation](mesh), OPERATIONS[operation](lit)
     assert states == (state(mesh), state(lit))
     del first, second
-    assert mesh["phong"].dtype == bool  # that of the results' name too
+    assert mesh["phong"].dtype == bool  # also for the array with the result's name
 
 
 def test_points_cells_and_arrays_are_shared_and_written_into_for_both():
@@ -98,7 +98,7 @@ def test_points_cells_and_arrays_are_shared_and_written_into_for_both():
     lit = pv.MultiBlock([mesh]).phong.shade(SCENE, MATERIAL)[0]  # as mesh.phong.shade does
     assert dict(lit.user_dict) == {"author": "me"}
     lit.user_dict["author"] = "you"
-    assert dict(mesh.user_dict) == {"author": "me"}  # a result's notes are its own
+    assert dict(mesh.user_dict) == {"author": "me"}  # a result has its own user_dict
     stand_alone = lit.copy()
     for here, there in ((mesh.points, lit.points), (mesh["tint"], lit["tint"]), (mesh["patch"], lit["patch"])):
         assert np.shares_memory(here, there)

@@ -1,4 +1,4 @@
-"""The surface of any dataset, its faces as arrays, and their normals."""
+"""Surfaces of datasets, their faces as arrays, and their normals."""
 
 import numpy as np
 import pytest
@@ -16,7 +16,7 @@ CORNERS = np.array([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0.5, 0.5, 1)], 
 
 
 def full_mesh(*, faces=(), strips=(), verts=(), lines=()):
-    """Over `CORNERS`, with cells of all the kinds that a PolyData may have."""
+    """Return a mesh over `CORNERS`, with any kinds of cells that a PolyData may have."""
     mesh = mesh_of(CORNERS, *faces)
     for setter, cells in ((mesh.SetStrips, strips), (mesh.SetVerts, verts), (mesh.SetLines, lines)):
         connectivity, offsets = soup(*cells)
@@ -38,7 +38,7 @@ def test_strips_are_cut_as_vtk_cuts_them():
         expected.append([triangle.GetId(corner) for corner in range(3)])
 
     def from_the_least(face):
-        """The same triangle with the same orientation, whichever corner comes first."""
+        """Rotate a triangle to a canonical first corner, with the same orientation."""
         return face[face.index(min(face)) :] + face[: face.index(min(face))]
 
     found = faces_of(full_mesh(faces=[[0, 1, 2]], strips=strips))
@@ -53,7 +53,7 @@ def test_broken_strips_and_other_datasets_are_refused():
 
 
 def test_a_mesh_of_triangles_and_strips_has_not_only_triangles():
-    """PyVista says that it has."""
+    """PyVista's `is_all_triangles` is True for it."""
     assert has_only_triangles(full_mesh(faces=[[0, 1, 2]]))
     assert not has_only_triangles(full_mesh(faces=[[0, 1, 2]], strips=[[0, 2, 3, 4]]))
     assert not has_only_triangles(full_mesh(faces=[[0, 1, 2, 3]]))
@@ -93,13 +93,13 @@ def test_every_dataset_gives_its_surface_with_its_arrays_and_active_normals(mesh
     assert mesh.array_names == names
 
 
-FAR = np.array([500_000.37, 5_400_000.77, 100.13])  # metres, as UTM has them
+FAR = np.array([500_000.37, 5_400_000.77, 100.13])  # metres, as in UTM
 X, Y = np.meshgrid(np.arange(12.0) * 30, np.arange(9.0) * 30, indexing="ij")
 TERRAIN = pv.StructuredGrid(X, Y, 40 * np.sin(X / 90) * np.cos(Y / 70))
 
 
 def moved(mesh, offset):
-    """Its points in float64, where it has points of its own."""
+    """Return a moved mesh, with points in float64 if it stores points."""
     mesh = mesh.copy()
     if isinstance(mesh, pv.ImageData):
         mesh.origin = np.add(mesh.origin, offset)
@@ -112,7 +112,7 @@ def moved(mesh, offset):
 
 @pytest.mark.parametrize("mesh", [*DATASETS, TERRAIN, examples.cells.BezierHexahedron()])
 def test_far_from_the_origin_a_surface_has_the_points_that_it_has_there(mesh):
-    """To a rounding of float64; VTK's filter gives float32, up to a quarter of a metre off."""
+    """The points agree to a rounding of float64; VTK's filter uses float32, up to a quarter of a metre off."""
     near, far = surface(moved(mesh, np.zeros(3))), surface(moved(mesh, FAR))
     assert far.points.dtype == np.float64
     assert "points" not in far.point_data
@@ -169,7 +169,7 @@ BACKENDS = {"numpy": point_normals} | ({"numba": kernel.point_normals} if kernel
 
 @pytest.mark.parametrize("mesh", [pv.Sphere(), pv.Sphere().strip(), examples.load_airplane(), *DATASETS])
 def test_normals_are_those_of_the_surfaces_stored_points_and_faces_and_the_mesh_is_left_alone(mesh):
-    """A named backend has its bits; without a name a small mesh is NumPy's."""
+    """A named backend gives its own bits; by default a small mesh uses NumPy."""
     before, source = mesh.copy(), surface(mesh)
     stored = np.asarray(source.points), *polygons(source)
     for weighting in ("angle", "area", "max"):

@@ -1,4 +1,4 @@
-"""Textures as albedo: against tents over a picture that is laid out again and again, and against VTK's own drawing."""
+"""Textures as albedo: compared with tent filters over a repeated image, and with VTK's rendering."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def decoded(x):
 
 
 def by_tents(image, uv, wrap, srgb):
-    """Every texel within one of the place, by its tent; the picture goes on for three of its sizes on all sides."""
+    """Sum the texels within one of the place with tent weights; the image is extended by three sizes on all sides."""
     texels = image[::-1].astype(float) / (255.0 if image.dtype == np.uint8 else 1.0)  # v goes up, rows go down
     texels = texels[..., :3] if texels.shape[2] > 2 else np.repeat(texels[..., :1], 3, axis=2)
     texels = np.vectorize(decoded)(texels) if srgb else texels
@@ -69,7 +69,7 @@ def test_it_is_a_sum_of_tents(channels, kind, wrap, srgb):
     uv[:6] = [(0, 0), (1, 1), (-1, 2), (0.5 / 7, 0.5 / 5), (-1e-20, 1.0), (2.0, -1e-20)]
     none = [(np.nan, 0.5), (0.5, np.inf), (1e300, -1e300), (-(2.0**52), 0.1)]
     found = texture_colors(texture_of(image, wrap, srgb), with_coordinates([*uv, *none]))
-    assert np.isnan(found[-4:-2]).all()  # which counts as 0, as in any albedo
+    assert np.isnan(found[-4:-2]).all()  # NaN counts as 0, as in any albedo
     assert np.isfinite(found[-2:]).all()
     found = found[:-4]
     np.testing.assert_allclose(found, by_tents(image, uv, WRAPS[wrap], srgb), atol=1e-13)
@@ -78,7 +78,7 @@ def test_it_is_a_sum_of_tents(channels, kind, wrap, srgb):
 @pytest.mark.parametrize("srgb", [False, True])
 @pytest.mark.parametrize("wrap", WRAPS)
 def test_vtk_draws_the_same(wrap, srgb):
-    """A rectangle seen straight on, whose pixels are compared; cards interpolate with 8 bits or so between texels."""
+    """Compare the pixels of a rectangle seen from the front; GPUs interpolate with about 8 bits between texels."""
     texture = texture_of(picture(), wrap, srgb)
     texture.interpolate = True
     plane = pv.Plane(i_resolution=1, j_resolution=1)
@@ -143,7 +143,7 @@ def test_what_is_no_texture_of_colours_and_a_mesh_without_coordinates_are_refuse
         (sheet, pv.Texture(), "a texture with a flat image; got a texture without one"),
         (sheet, texture_of(picture(3, np.uint16)), "a texture of uint8 or floats; got a texture of uint16. Convert"),
         (sheet, texture_of(255.0 * picture(3, np.float64)), "floats from 0 to 1; .* Divide 0-255 values by 255"),
-        (sheet, mapped, 'a texture of colours; got a texture with a lookup table. texture.color_mode = "direct"'),
+        (sheet, mapped, 'a texture of colours; got a texture with a lookup table.*, set texture.color_mode = "direct"'),
         (pv.Sphere(), texture_of(picture()), r"an array, .*; .* mesh.texture_map_to_plane\(\)"),
         (lines, texture_of(picture()), r"an array, .*; .* mesh.texture_map_to_plane\(\)"),
     ):

@@ -1,4 +1,4 @@
-"""Files that are cut short or contradict themselves are refused before VTK sees them; whole ones are not."""
+"""Truncated or inconsistent files are refused before VTK reads them; complete files are not."""
 
 import random
 import shutil
@@ -41,7 +41,7 @@ def refused(path):
 
 
 def test_files_that_are_cut_anywhere_are_refused(folder, tmp_path):
-    """But for blanks at the end; each format at hundreds of places."""
+    """Each format is cut at hundreds of places, except within trailing white space."""
     for path in sorted(folder.iterdir()):
         if path.suffix in ENDS:
             contents = path.read_bytes().rstrip() if "text" in path.stem or path.suffix != ".ply" else path.read_bytes()
@@ -68,10 +68,10 @@ TRIANGLE = HEAD + b"0 0 0 1 0 0\n0 1 0\nPOLYGONS 1 4\n3 0 1 2"
 @pytest.mark.parametrize(
     ("contents", "message"),
     [
-        (TRIANGLE, None),  # hands leave out the last end of a line
+        (TRIANGLE, None),  # files written by hand may lack the last line break
         (TRIANGLE + b"\nPOINT_DATA 3\nSCALARS a float\nLOOKUP_TABLE default\n1 2 3\n", None),
         (TRIANGLE.replace(b"3.0", b"x.0"), "does not begin"),
-        (TRIANGLE.replace(b"by hand", b"vtk output"), "last line has no end"),
+        (TRIANGLE.replace(b"by hand", b"vtk output"), "last line has no line break"),
     ],
 )
 def test_legacy_files_by_hand(tmp_path, contents, message):
@@ -137,7 +137,7 @@ def test_xml_files_of_every_layout_pass(tmp_path, mode, compressor, header):
 
 @pytest.mark.parametrize("compressor", ["None", "ZLib"])
 def test_an_array_with_fewer_bytes_than_it_says_is_refused(tmp_path, compressor):
-    """VTK's reader would leave the rest as it was in memory."""
+    """VTK's reader would leave the rest of the memory uninitialized."""
     path = tmp_path / "short.vtp"
     written(pv.Sphere(), path, mode="Appended", compressor=compressor, header="UInt32")
     whole = path.read_bytes()
@@ -145,7 +145,7 @@ def test_an_array_with_fewer_bytes_than_it_says_is_refused(tmp_path, compressor)
     middle = whole.index(b"<AppendedData") + 3000
     for removed in (2, 400):
         path.write_bytes(whole[:middle] + whole[middle + removed :])
-        with pytest.raises(ValueError, match="fewer bytes than it says"):
+        with pytest.raises(ValueError, match="fewer bytes than it declares"):
             refuse_incomplete(path)
 
 

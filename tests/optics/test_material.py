@@ -270,6 +270,8 @@ def test_an_array_like_a_grid_is_answered_with_its_order():
     x, y = np.meshgrid(np.linspace(0, 1, 4), np.linspace(0, 1, 5), indexing="ij")
     colors = np.stack([x, y, 0 * x], axis=-1)
     grid = pv.StructuredGrid(x, y, 0 * x)
-    with pytest.raises(ValueError, match=r"got an array of shape \(4, 5, 3\)\. array\.reshape\(-1, 3, order='F'\)"):
+    with pytest.raises(
+        ValueError, match=r"got an array of shape \(4, 5, 3\)\. Reorder .* array\.reshape\(-1, 3, order='F'\)"
+    ):
         grid.phong.shade(None, Material(albedo=colors))
     assert colors.reshape(-1, 3, order="F")[:, :2] == pytest.approx(grid.points[:, :2])

@@ -413,7 +413,7 @@ def test_equal_calls_give_equal_bits_whatever_the_number_of_threads(monkeypatch)
         np.testing.assert_array_equal(getattr(again, name), getattr(truth, name))
     other = mesh.phong.truth(lights, material, samples=64, seed=1)
     assert (other.rgb != truth.rgb).all()
-    assert repr(truth).startswith("<Truth of 96 vertices, known to 0.")
+    assert repr(truth).startswith("<Truth of 96 vertices, standard error 0.")
 
 
 def test_an_interrupted_call_is_over_at_once():
@@ -465,10 +465,10 @@ def test_a_vertex_inside_of_a_sphere_that_glows_gets_nothing_of_it():
         ({"samples": 1e9}, r"^samples must be a finite number >= 1"),
         ({"max_bounces": -1}, r"^max_bounces must be a finite number >= 0; got -1\.$"),
         ({"seed": -1}, r"^seed must be a finite number >= 0"),
-        ({"occluders": pv.Sphere()}, r"^occluders must be a sequence of meshes.*Put a single one into a list"),
+        ({"occluders": pv.Sphere()}, r"^occluders must be a sequence of meshes.*Put a single mesh into a list"),
         ({"material": ph.Material(diffuse=1.2)}, r"^diffuse must be at most 1 in each channel.*got up to 1\.2 of"),
         ({"material": ph.Material(reflectance=ph.Ward(0.1, 0.2))}, r"^tangents must be known for this reflectance"),
-        ({"scene": ph.Scene(light_model=ph.LightModel.vtk())}, r"^light_model must be a standard one; got one in.*vtk"),
+        ({"scene": ph.Scene(light_model=ph.LightModel.vtk())}, r"^light_model must be in the standard .*vtk"),
     ],
 )
 def test_bad_input_is_refused(options, message):

@@ -1,4 +1,4 @@
-"""Options that calls do not take: where each belongs, or what comes close."""
+"""Errors for unknown options: where the option belongs, or the nearest option."""
 
 import re
 
@@ -27,13 +27,13 @@ CALLS = {
 @pytest.mark.parametrize(
     ("name", "remedy"),
     [
-        ("specular", "Material(specular=...) has it."),
-        ("ambient", "Material(ambient=...) has it."),
-        ("color", "Material(albedo=...) has it."),
-        ("cmap", "Material(albedo=Colormap(...)) has it."),
-        ("roughness", "Material(reflectance=GGX(roughness=...)) has it."),
-        ("two_sided", "Scene(..., light_model=LightModel(two_sided=...)) has it."),
-        ("viewer", "Scene(..., viewer=...) has it."),
+        ("specular", "Use Material(specular=...)."),
+        ("ambient", "Use Material(ambient=...)."),
+        ("color", "Use Material(albedo=...)."),
+        ("cmap", "Use Material(albedo=Colormap(...))."),
+        ("roughness", "Use Material(reflectance=GGX(roughness=...))."),
+        ("two_sided", "Use Scene(..., light_model=LightModel(two_sided=...))."),
+        ("viewer", "Use Scene(..., viewer=...)."),
     ],
 )
 def test_it_is_said_where_an_option_belongs(call, name, remedy):

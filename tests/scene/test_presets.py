@@ -1,4 +1,4 @@
-"""Ready-made lights, against the plotters that have them."""
+"""Ready-made lights, compared with PyVista's and VTK's."""
 
 import numpy as np
 import pytest
@@ -43,7 +43,7 @@ def test_three_point_stands_as_a_photographer_puts_it():
     ("arguments", "message"),
     [
         ({"mesh": pv.PolyData()}, "bounds must be"),
-        ({"mesh": (0, 0, 1, 1, 2, 2)}, "bounds must be those of a mesh with points in more than one place"),
+        ({"mesh": (0, 0, 1, 1, 2, 2)}, "bounds must be the bounds of a mesh with at least two different points"),
         ({"mesh": (1, 0, 0, 1, 0, 1)}, "bounds must be"),
         ({"mesh": "sphere"}, "bounds must be 6 finite numbers"),
         ({"viewer": (0, 0, 1)}, "viewer must be a Viewer"),

@@ -1,4 +1,4 @@
-"""Scenes: fields, files that give back every bit, and snapshots of plotters."""
+"""Scenes: fields, files, and snapshots of plotters."""
 
 import dataclasses
 import json
@@ -59,9 +59,9 @@ def camera_light():
         (LightModel, {"convention": "opengl"}, "convention must be one of 'standard', 'vtk'; got opengl"),
         (LightModel, IN_VTK | {"local_viewer": False}, "local_viewer must be True in VTK's .*; .*always local"),
         (LightModel, IN_VTK | {"reflection": "blinn-phong"}, "reflection must be 'phong' in VTK's .*; .*no other"),
-        (Scene, {"viewer": (0, 0, 1)}, "viewer must be a Viewer, a camera, or None for one that frames what is lit"),
+        (Scene, {"viewer": (0, 0, 1)}, "viewer must be a Viewer, a camera, or None for a viewer that frames the mesh"),
         (Scene, {"lights": [PointLight(name="a"), SpotLight(name="a")]}, "lights must be .*differ; got 2 lights named"),
-        (Scene, {"lights": [camera_light()]}, "viewer must be a Viewer where a camera light of VTK's has a place"),
+        (Scene, {"lights": [camera_light()]}, "viewer must be a Viewer if a VTK camera light has a position"),
         (Scene, {"light_model": "vtk"}, "light_model must be a LightModel"),
         (Scene, {"lights": DirectionalLight()}, LISTED + "; .*into a list"),
         *((Scene, {"lights": bad}, LISTED) for bad in ("headlight", None, {"sun": DirectionalLight()})),
@@ -111,7 +111,7 @@ def test_a_lights_label_is_its_name_or_its_index(names, labels):
 
 @pytest.mark.parametrize("model", [LightModel(1 / 3, False, True, "blinn-phong", False), LightModel.vtk()])
 def test_files_give_back_every_bit(model, tmp_path):
-    """That they keep each kind of light is a law of tests/optics/lights."""
+    """Files of each kind of light are tested in tests/optics/lights."""
     least, most = 5e-324, sys.float_info.max
     odd = {"up": (-least, 1 / 3, most), "parallel": True, "view_angle": 0.1, "parallel_scale": most}
     for viewer in (Viewer((-0.0, least, most), (2.2250738585072014e-308, -most, 0.1), **odd), None):
@@ -119,7 +119,7 @@ def test_files_give_back_every_bit(model, tmp_path):
         scene.save(tmp_path / "scene.json")
         loaded = Scene.load(str(tmp_path / "scene.json"))
         assert loaded == scene
-        assert repr(loaded) == repr(scene)  # tells −0.0 from 0.0, and an integer from a float
+        assert repr(loaded) == repr(scene)  # distinguishes −0.0 from 0.0, and integers from floats
     assert os.listdir(tmp_path) == ["scene.json"]
 
 
@@ -166,7 +166,7 @@ def point(**fields):
         ({"format": "glTF", "version": 1}, "format must be a JSON object"),
         ({"format": "pvphong scene"}, "version must be 1; got null"),
         (head(version=3), r"version must be 1; got 3\. A newer pvphong"),
-        (head(version="1"), 'version must be 1; got "1". It is a number'),
+        (head(version="1"), 'version must be 1; got "1". Give a number'),
         (head(version=True), "version must be 1; got true"),
         (head(camera={}), "field of scene must be one of .*viewer.*; got camera"),
         (head(lights={}), "lights must be a list"),
@@ -193,7 +193,7 @@ def test_a_bad_file_is_refused_with_the_place(document, message, tmp_path):
 
 
 def test_what_cannot_be_read_or_written_is_refused_as_the_path(tmp_path):
-    """How a file that was there before survives is shown in tests/base/test_files.py."""
+    """Existing files are kept, which tests/base/test_files.py tests."""
     (tmp_path / "binary.json").write_bytes(b"\xff\xfe\x00\x80")
     for name, act, message in (
         ("nowhere.json", Scene.load, r"a scene file that can be read; got .*nowhere\.json"),
@@ -205,7 +205,7 @@ def test_what_cannot_be_read_or_written_is_refused_as_the_path(tmp_path):
             act(tmp_path / name)
 
 
-# --- lights of VTK's, and plotters ---
+# --- VTK's lights, and plotters ---
 
 
 def unit(vector):
@@ -213,7 +213,7 @@ def unit(vector):
 
 
 def assert_vtks(scene, renderer):
-    """The scene's lights stand where VTK, brought up to date, has them; what else is taken over is vtk/test_lights'."""
+    """Assert that lights have VTK's positions after an update; vtk/test_lights tests their other values."""
     renderer.UpdateLightsGeometryToFollowCamera()
     size = np.linalg.norm(scene.viewer.position) + scene.viewer.distance
     for ours, vtks in zip(scene.world_lights, renderer.GetLights(), strict=True):
@@ -231,7 +231,7 @@ def plotter(new_plotter):
     def make(*lights, **options):
         made = new_plotter(**options)
         made.camera.position, made.camera.focal_point = (4.0, -3.0, 2.5), (0.1, 0.2, 0.3)
-        made.camera.up = (0.1, 0.2, 1.0)  # not at a right angle to the view
+        made.camera.up = (0.1, 0.2, 1.0)  # not perpendicular to the view
         for light in lights:
             made.add_light(light)
         return made
@@ -280,7 +280,7 @@ def test_after_the_camera_has_moved_without_rendering(plotter, kind, transformed
     stale = shown.renderer.lights[0].GetTransformedPosition()
     scene = assert_vtks(Scene.from_plotter(shown), shown.renderer)
     assert (scene.viewer, scene.light_model) == (Viewer.from_camera(shown.camera), LightModel())
-    if not kind.startswith("scene"):  # the lights really had been left behind
+    if not kind.startswith("scene"):  # VTK's lights were outdated before the update
         assert shown.renderer.lights[0].GetTransformedPosition() != stale
         assert scene.world_lights != before.world_lights
 
@@ -315,7 +315,7 @@ def test_a_notebooks_table_has_every_light_and_what_is_not_at_its_default():
         "&lt;b&gt;lamp", "PointLight", "position (1.0, 2.0, 3.0)",
         "light 1", "DirectionalLight", "on False",
         "light model", "LightModel", "ambient 0.5",
-        "viewer", "Viewer", "framing what is lit",
+        "viewer", "Viewer", "frames the mesh",
     ]  # fmt: skip
     assert "position (0.0, 0.0, 5.0)" in Scene(viewer=Viewer(position=(0, 0, 5)))._repr_html_()
 

@@ -1,4 +1,4 @@
-"""The viewer: its fields, its axes, and its agreement with vtkCamera."""
+"""The viewer: fields, axes, and agreement with vtkCamera."""
 
 import dataclasses
 import math
@@ -30,7 +30,7 @@ NO_VECTORS = [(0, 1), (0, math.nan, 0), (math.inf, 0, 1), "here", None, 1.0]
 REFUSED = [(field, bad, f"{field}.* must be ") for field in ("position", "focal_point", "up") for bad in NO_VECTORS]
 REFUSED += [
     ("up", (0, 0, 0), "up must be a direction"),
-    ("focal_point", (0, 0, 1), "focal_point must be different from position; got .*look somewhere"),
+    ("focal_point", (0, 0, 1), "focal_point must be different from position; got .*needs a direction"),
     ("parallel", 1, "parallel must be True or False"),
     ("view_angle", 0, "view_angle must be a finite number > 0 and <= 179"),
     ("view_angle", 180, "view_angle must be a finite number > 0 and <= 179"),
@@ -105,11 +105,11 @@ def test_the_least_and_the_largest_distance():
 def test_up_along_the_view_axis_is_refused_where_it_is_needed(position, factor):
     viewer = Viewer(position=position, up=np.multiply(position, factor))
     assert viewer.distance > 0
-    with pytest.raises(ValueError, match=r"^up must be off the view axis; got "):
+    with pytest.raises(ValueError, match=r"^up must be a direction not parallel to the view axis; got "):
         _ = viewer.axes
 
 
-# --- what it sees ---
+# --- boxes in view ---
 
 BOX = (1.0, 3.0, -1.0, 1.0, 4.0, 5.0)
 
@@ -141,7 +141,7 @@ def test_a_point_is_seen_from_elsewhere_however_far_out(place):
      ((0, 7, 0), True), ((0, 10, 0), False), ((0, -10, 0), False)],
 )  # fmt: skip
 def test_a_box_beside_the_picture_is_not_seen(away, seen):
-    """An eye 10 off that looks down z with 80° in a picture 3 : 2; the box's nearest face is 9 off."""
+    """An eye at distance 10 looks down z with a view angle of 80° and aspect 3 : 2; the nearest face is at 9."""
     viewer = Viewer(position=(0, 0, 10), focal_point=(0, 0, 0), view_angle=80.0)
     low = np.array(away) - 0.5
     assert viewer.sees(np.stack([low, low + 1], axis=1).ravel(), 1.5) == seen

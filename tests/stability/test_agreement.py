@@ -138,7 +138,7 @@ WITHIN_THE_KERNELS_RANGE = 100
 # The only reasons to refuse a scene of finite numbers.
 DOCUMENTED = re.compile(
     r"(matrix must be an affine 4x4 matrix|matrix must be a 4x4 matrix that keeps at least two dimensions"
-    r"|up must be off the view axis).*; got ",
+    r"|up must be a direction not parallel to the view axis).*; got ",
     re.DOTALL,
 )
 

@@ -151,7 +151,7 @@ def test_a_viewer_looking_along_its_up_is_no_matter_unless_a_light_rides_with_it
     upright, level = (Viewer(position=(0.0, 0.0, 5.0), up=up) for up in ((0.0, 0.0, 1.0), (0.0, 1.0, 0.0)))
     first, second = (shaded([SUN, BULB], viewer=viewer) for viewer in (upright, level))
     np.testing.assert_allclose(first, second, atol=BOUND)
-    with pytest.raises(ValueError, match=r"up must be off the view axis"):
+    with pytest.raises(ValueError, match=r"up must be a direction not parallel to the view axis"):
         shaded([RIDER], viewer=upright)
 
 

@@ -100,7 +100,7 @@ def simpler(light: Any, effect: str, extent: MeshBounds, *, exactly: bool) -> Ap
         The light.
     effect : str
         One of its effects, which the replacement does not have.
-    extent : Extent
+    extent : MeshBounds
         Bounds on the vertices. They are slow to compute, so use them only if necessary.
     exactly : bool
         True if the replacement must be equal to the last bit.
@@ -303,7 +303,7 @@ def _as_point(seen: BoundingCone | None, radius: float, light: Light, spread: An
 
     Parameters
     ----------
-    seen : Sight
+    seen : BoundingCone
         Bounds on the directions to the light's centre.
     radius : float
         Radius of the sphere.
@@ -349,7 +349,7 @@ def merged_nodes(light: Light, count: int, extent: MeshBounds) -> Approximation 
         A light whose nodes have the same intensity.
     count : int
         Largest number of nodes.
-    extent : Extent
+    extent : MeshBounds
         Bounds on the vertices.
     """
     nodes: tuple[Any, ...] = light.nodes(NODES)

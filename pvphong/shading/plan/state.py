@@ -70,7 +70,7 @@ class PlanState:
         The equation so far.
     shining : int
         Number of lights that contribute; the tolerance is divided among them.
-    extent : Extent
+    extent : MeshBounds
         Bounds on positions and normals of the vertices.
     tolerance : float
         Total error that is allowed, before the sum of light is raised to 1/gamma.
