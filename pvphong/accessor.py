@@ -357,7 +357,9 @@ class BlocksPhong(Handle):
     def _each(
         self, method: str, scene: Scene, own: Iterator[tuple[Material | str, dict[str, Any]]]
     ) -> Callable[[pv.DataSet], Any]:
-        """What calls a method for one dataset after the other, with the scene of all, and what is its own."""
+        """Return a function that calls a method for one dataset after the other, with the common scene and its own
+        arguments.
+        """
 
         def call(block: pv.DataSet) -> Any:
             material, how = next(own)
@@ -368,7 +370,9 @@ class BlocksPhong(Handle):
     def _inside(
         self, method: str, scene: SceneLike | None, material: Materials, options: dict[str, Any]
     ) -> pv.MultiBlock:
-        """What looks inside of triangles: light that bounces between all is found at their vertices."""
+        """Call a method that looks inside triangles; light that bounces between the blocks is computed at their
+        vertices.
+        """
         scene, bounced = self._scene(scene, options), None
         if scene.light_model.bounces:
             how = {name: options[name] for name in (*_OF_SURFACES, "occluders", "transport") if name in options}
@@ -384,7 +388,7 @@ class BlocksPhong(Handle):
         return of_each(self._blocks, lambda block: transports.Exchanging.of(block, matrix, feature_angle))
 
     def _exchanging(self, options: dict[str, Any]) -> Transport:
-        """How they exchange light: as it is given, or by rays that are cast when they are needed."""
+        """Return the light transport between the blocks: the given one, or one whose rays are cast on demand."""
         given, occluders = options.pop("transport", None), options.get("occluders", ())
         surfaces = self._surfaces(*(options.get(name) for name in _OF_SURFACES))
         return transports.checked_transport(given, surfaces, occluders)

@@ -50,7 +50,7 @@ evaluate = _taking_chunks(evaluation.evaluate)
 
 
 def _arrays_of(given: Mapping[str, Any]) -> dict[str, Any]:
-    """What has a row for each vertex, of all that is given: arguments, and the material's maps by their fields."""
+    """Arrays with a row per vertex: arguments, and the material's maps by field."""
     found = {name: given.get(name) for name in _ARGUMENTS}
     material = given.get("material")
     if isinstance(material, Material):
@@ -203,7 +203,7 @@ def _axes(name: str, array: Any) -> str:
 
 
 def _rows(name: str, array: Any) -> tuple[float, ...]:
-    """How many vertices each chunk has; NaN where that is not known."""
+    """Number of vertices of each chunk; NaN if unknown."""
     chunks: tuple[float, ...] = array.chunks[1 if name == _VISIBILITY else 0]
     return chunks
 

@@ -246,7 +246,8 @@ class PlotterPhong(Handle):
         return actors if isinstance(lit, pv.MultiBlock) else actors[0]
 
     def mesh(self, actor: pv.Actor) -> MeshHandle:
-        """What `add_mesh` drew as this actor: its `material`, which blocks share, and each field of it can be set.
+        """Handle of the mesh that `add_mesh` drew as an actor. Its `material`, shared by blocks, and its fields can be
+        set.
 
         Returns
         -------
@@ -393,7 +394,7 @@ class PlotterPhong(Handle):
 
     @property
     def light_model(self) -> LightModel:
-        """How contributions are put together, in all subplots; can be set."""
+        """Light model of all subplots; can be set."""
         return self._light_model
 
     @light_model.setter
@@ -628,7 +629,7 @@ class PlotterPhong(Handle):
 
 
 def _is_bare(mesh: Any) -> bool:
-    """Whether it is lines, or points without normals, which VTK draws beside surfaces in many scripts."""
+    """Return True for lines, and for points without normals, which VTK draws as they are."""
     if not isinstance(mesh, pv.PolyData | pv.PointSet) or not mesh.n_points:
         return False
     if isinstance(mesh, pv.PolyData) and has_faces(mesh):

@@ -132,7 +132,7 @@ def _refuse_other_versions(client: Client) -> None:
 
 
 def ended(client: Client | Here, tasks: Mapping[Any, Item], *, fetches: bool = True) -> Iterator[tuple[Item, Any]]:
-    """What tasks stand for, as they end, and their values, or a `Result` with the reason why there is none.
+    """Yield the subject of each task as it ends, and its value, or a `Result` with the reason for a failure.
 
     Without `fetches` values stay with the workers, and the task itself is given.
     """

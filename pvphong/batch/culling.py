@@ -1,4 +1,4 @@
-"""Which pieces of one surface a piece needs: those that touch it, and those that may block light for it (culling).
+"""Culling: selects the pieces of a surface that touch a piece, and those that may block its light.
 
 What is known of all pieces are boxes around them. A piece's normals need the pieces whose boxes touch its own. Between
 its box and a light is the hull of both, or its box swept towards a sun; only pieces whose boxes meet that are read for
@@ -32,7 +32,7 @@ _RUN, _RUNS_AT_ONCE = 32, 2**11
 
 @dataclass(frozen=True)
 class Outline:
-    """What other pieces have to know of a piece.
+    """Description of a piece that other pieces need.
 
     Attributes
     ----------
@@ -51,7 +51,7 @@ class Outline:
 
 @dataclass(frozen=True)
 class PotentialOccluders(Generic[Name]):
-    """What may block light for a piece, and where the whole surface is.
+    """Pieces that may block light for a piece, and bounds of the whole surface.
 
     Attributes
     ----------
@@ -71,7 +71,9 @@ class PotentialOccluders(Generic[Name]):
     blockers: tuple[Name, ...]
 
     def may_count(self, scene: Scene, parts: Box) -> BoolArray:
-        """Which parts inside of boxes, shape (m, 3), may block a light of the scene, or hide its sky, for the piece."""
+        """Return True for boxes, shape (m, 3), whose contents may block a light of the scene or its sky for the
+        piece.
+        """
         model = scene.light_model
         result: BoolArray = np.zeros(len(parts[0]), bool)
         for light in scene.world_lights if model.shadows else ():
@@ -96,7 +98,7 @@ class PotentialOccluders(Generic[Name]):
 
 
 def outline_of(surface: pv.PolyData) -> Outline:
-    """Where a surface is."""
+    """Bounds of a surface."""
     if not surface.n_points:
         return Outline((np.full(3, np.inf), np.full(3, -np.inf)), None, 0)
     faces, extent = world_faces(surface), MeshBounds(surface.points, None, None)

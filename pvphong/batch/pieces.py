@@ -1,4 +1,4 @@
-"""Which files are lit, where the lit ones go, and the indices that name them.
+"""Input files, the places of their lit files, and the index files that name them.
 
 An index is a file that names others: blocks (.vtm), pieces of a surface (.pvtp, .pvtu), a time series (.pvd), all of
 them small XML.
@@ -112,7 +112,7 @@ def _is_inside(path: Path, folder: Path) -> bool:
 
 
 def is_pattern(path: str) -> bool:
-    """Whether it is to be matched with the names of files: a file of just that name is taken as it is."""
+    """Return True if the name is a pattern; a file of exactly that name takes precedence."""
     return glob.has_magic(path) and not os.path.lexists(path)
 
 

@@ -150,7 +150,7 @@ def with_normals(surface: pv.PolyData, neighbours: Neighbours, feature_angle: Fe
 
 
 def has_only_ghosts(mesh: pv.DataSet) -> bool:
-    """Whether a mesh has cells, and all of them only to know its neighbours."""
+    """Return True if a mesh has cells and all of them are ghost cells."""
     ghosts = mesh.cell_data.get(_GHOST)
     return ghosts is not None and mesh.n_cells > 0 and bool(np.all(ghosts))
 
@@ -196,7 +196,7 @@ def _with_cells(mesh: pv.PolyData, kept: BoolArray) -> pv.PolyData:
 
 
 def _offsets(sizes: Any) -> NDArray[np.intp]:
-    """Where each of some runs begins, and the end."""
+    """Start of each run, and the end of the last."""
     return np.concatenate([[0], np.cumsum(np.asarray(sizes, np.intp))]).astype(np.intp)
 
 

@@ -1,4 +1,4 @@
-"""What a worker does: look at a piece, or light it, and write a receipt by which the next run knows that it is done.
+"""Tasks of a worker: inspect a piece, or light it and write a receipt that tells the next run that it is done.
 
 A worker has as many threads as Dask gave it, each with a piece of its own: the evaluator's own threads stay out.
 """
@@ -43,7 +43,7 @@ _TYPES = {"f": "Float{}", "i": "Int{}", "u": "UInt{}", "b": "UInt{}"}
 
 @dataclass(frozen=True)
 class Job:
-    """How all pieces are lit.
+    """Options with which all pieces are lit.
 
     Attributes
     ----------
@@ -112,7 +112,7 @@ def checksum_of(value: Any) -> str:
 
 @dataclass(frozen=True)
 class Receipt:
-    """What a lit file was made from, in a small file beside it.
+    """Record of the inputs of a lit file, in a small file beside it.
 
     Attributes
     ----------
@@ -139,7 +139,7 @@ class Receipt:
 
 
 def receipt_path(output: Path) -> Path:
-    """Where a lit file's receipt is."""
+    """Path of a lit file's receipt."""
     return output.with_name(f".{output.name}.json")
 
 
@@ -192,13 +192,13 @@ def spans_of(piece: Piece, colormaps: Sequence[Colormap]) -> list[Span]:
 
 
 def border_in(piece: Piece) -> Border:
-    """What a piece's neighbours have to know of it."""
+    """Return the border of a piece, which its neighbours need."""
     outside, of_volume = _surface(piece)
     return border_of(outside, of_volume=of_volume)
 
 
 def outline_in(piece: Piece) -> Outline:
-    """What other pieces have to know of a piece that may block light for them."""
+    """Return the outline of a piece, from which others decide whether it may block their light."""
     outside, _ = _surface(piece)
     return outline_of(outside)
 

@@ -1,4 +1,4 @@
-"""What several commands have in common: options, what they read, and what is shown while they work.
+"""Parts that several commands share: options, reading of inputs, and progress.
 
 They read a mesh file's surface, its scene and its materials.
 """
@@ -62,7 +62,7 @@ Verbose = Annotated[
 
 @dataclass(frozen=True)
 class Lighting:
-    """What lights a mesh, how it reflects, and what hides light from it: the same options for every command.
+    """Options for lights, material and occluders, which all commands share.
 
     Parameters
     ----------
@@ -160,7 +160,7 @@ class Lighting:
         return {name: replace(material, **changes) for name, material in found.items()}
 
     def read(self, path: str, size: tuple[int, int] = SIZE) -> tuple[Any, Scene, Any]:
-        """What a command needs to light a mesh file.
+        """Read a mesh file, and all that lights it.
 
         Parameters
         ----------

@@ -89,7 +89,7 @@ def _supervise() -> int:
 
 
 def _work(end: int | None) -> int:
-    """What the child does; `end` is its end of the pipe to the parent, if it has one."""
+    """Run the command in the child; `end` is its end of the pipe to the parent, if there is one."""
     _set_outputs(VERBOSE in sys.argv)
     if end is not None:
         for number in _quiet():

@@ -146,7 +146,7 @@ def set_scene(plotter: pv.Plotter, scene: Scene) -> None:
 
 
 def _save(save: Callable[[Path], Any], path: str) -> str:
-    """What has come of a key: an error is printed, for a window must outlive it."""
+    """Run the action of a key; errors are printed, because the window must stay open."""
     try:
         save(Path(path))
     except ValueError as error:

@@ -116,7 +116,7 @@ def bounced(sent: Radiosity, gather: Gather, count: int, *, apart: bool) -> Floa
 
     Parameters
     ----------
-    sent : Sent
+    sent : Radiosity
         Light that all vertices send.
     gather : callable
         Multiplication by T.

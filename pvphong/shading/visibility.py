@@ -43,7 +43,7 @@ class VisibilityLike(Protocol):
 
 
 class Around(NamedTuple):
-    """What is known of n places before rays are cast from them, of one light with a size or of the sky."""
+    """Prior knowledge of the visibility of an area light or the sky from n places, before rays are cast."""
 
     least: FloatArray
     """Shape (n,): the least part of it that is seen around each place."""

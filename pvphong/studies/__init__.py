@@ -1,4 +1,4 @@
-"""What is found out about a mesh and its colours.
+"""Studies of a mesh and its colours.
 
 `diagnose` says what in a mesh will not light as it should, `validate` compares colours with VTK's own shader, `refine`
 splits triangles where blended colours miss the lit ones, and `accuracy` measures what all of that costs in time. They

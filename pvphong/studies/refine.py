@@ -360,7 +360,7 @@ def _bounced_light(vertices: Vertices, scene: Scene, material: Material, matrix:
 
 
 def _far_ranges_allowed() -> np.errstate:
-    """Where coordinates leave float64's range, samples are lost, but nothing else."""
+    """Ignore overflow: coordinates beyond float64's range lose samples, but nothing else."""
     return np.errstate(over="ignore", under="ignore", invalid="ignore")
 
 

@@ -45,7 +45,7 @@ _FINEST = 2**9
 
 
 class Cuts(NamedTuple):
-    """What was cut."""
+    """Summary of the cuts."""
 
     sides: int = 0
     """The number of sides of triangles that were."""
@@ -88,7 +88,7 @@ def uncut_area(surface: LitSurface, tolerance: float) -> float:
 
 
 class _Crossings(NamedTuple):
-    """Where an edge crosses sides and triangles."""
+    """Crossings of an edge with sides and triangles."""
 
     along: Float64Array
     """(s,): where it crosses each side; NaN where it does not."""
@@ -233,7 +233,7 @@ class _Edge:
         return alone, weights
 
     def _deviations(self, along: Float64Array, rows: IntArray) -> tuple[Float64Array, Float64Array]:
-        """How far the edge is from a straight line at its quarters, and places inside that are on the wrong side."""
+        """Deviations of the edge from a straight line at its quarters, and places inside that are on the wrong side."""
         triangles, index = self._surface.triangles, np.arange(len(rows))
         p = self._surface.vertices.points[triangles.corners[rows]]
         alone, ends = self._lines(along, rows)

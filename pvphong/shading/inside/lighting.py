@@ -38,11 +38,11 @@ _PLACES_PER_VERTEX = 24
 
 
 class SeenFromPlaces(VisibilityLike, Protocol):
-    """What is seen of the lights and the sky from the vertices of a mesh, and from other places on it."""
+    """Visibility of the lights and the sky, from the vertices of a mesh and from other places on it."""
 
     @property
     def behind(self) -> SeenFromPlaces | None:
-        """What is seen from their other sides; None where the light model is one-sided."""
+        """Visibility from the back of the vertices; None if the light model is one-sided."""
 
     def at(
         self,
@@ -51,14 +51,14 @@ class SeenFromPlaces(VisibilityLike, Protocol):
         origins: Float64Array,
         around: Around | None = None,
     ) -> SeenFromPlaces:
-        """What is seen from places in the world, with normals there, by rays that begin at origins; all (n, 3)."""
+        """Visibility from places in the world, with normals there, by rays that begin at origins; all (n, 3)."""
 
     def part(self, row: int) -> tuple[FloatArray, FloatArray]:
         """The part that is seen of a light, or in the row after theirs of the sky, and its standard error, (n,)."""
 
 
 class Lighting:
-    """What a surface is lit by, and how it reflects.
+    """Scene and material of a surface, evaluated at any place on it.
 
     What is seen of each light counts as one of the numbers at vertices, `seen`: of a light without a size it is 1 or 0,
     and 0 outside of a cone too, whose edge is here not the light's but one of what is seen of it. So a vertex on such
@@ -124,7 +124,7 @@ class Lighting:
         self._among = 0
 
     def _has_cone(self, light: int) -> bool:
-        """Whether a light has a cone that can be a part of what is seen of it: its ambient colour is not."""
+        """Return True if a cone can be treated as a part of the visibility: the light has no ambient colour."""
         given = self._lights[light]
         angles = given.values(Angle) if given.values(Aim) else []
         is_alone = self.scene.light_model.convention == "standard" and not any(rgb(given.ambient))
@@ -189,7 +189,7 @@ class Lighting:
         level: Float64Array | None = None,
         around: Around | None = None,
     ) -> tuple[Float64Array, Float64Array]:
-        """What is seen of a light from places on the mesh, and its standard error, (n,).
+        """Visible part of a light from places on the mesh, and its standard error, (n,).
 
         Of a sharp one that is 1 where they face away from it. It is seen from the side that the viewer sees.
 

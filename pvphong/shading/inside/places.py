@@ -113,7 +113,7 @@ _AT_CORNER = 2.0**-20
 
 
 def peaks(vertices: LitVertices, corners: IntArray) -> Iterator[Places]:
-    """Where every light's share is largest, in triangles that do not have it at a corner.
+    """Places where a light's share is largest, in triangles that do not have the maximum at a corner.
 
     There a vector that varies over the triangle is shortest: the chord D for a highlight, the offset from a spot's
     axis, the offset from a light at a position.
@@ -224,7 +224,7 @@ _SMOOTH = 2.0
 
 
 def creases(vertices: LitVertices, corners: IntArray) -> Iterator[Places]:
-    """Where triangles cross a crease of the lighting, where some value changes its sign.
+    """Places where triangles cross a crease of the lighting, at which some value changes its sign.
 
     It is n·l where a light's dark side begins, n·v (or n along the view axis) where a two-sided surface turns, a
     spot's angle at the edge of its cone, a highlight's cosine where it is cut off, a colour less 1 where it saturates.
@@ -253,7 +253,7 @@ _ASIDE = 2.0**-5
 
 
 def _sign_changes(values: FloatArray) -> Iterator[Places]:
-    """Where a value changes its sign in triangles: on two sides, half-way between, and a little beside each.
+    """Places where a value changes its sign in triangles: on two sides, half-way between, and slightly beside each.
 
     Parameters
     ----------

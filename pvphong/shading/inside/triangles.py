@@ -27,7 +27,7 @@ _TIE = 2.0**-10
 
 
 def marked(count: int, numbers: IntArray) -> BoolArray:
-    """Which of so many are among some numbers."""
+    """Mask of a length that is True at some indices."""
     marks = np.zeros(count, dtype=bool)
     marks[numbers] = True
     return marks
@@ -112,7 +112,8 @@ class Triangles:
     # -- bisection
 
     def marks(self, rows: IntArray, shaped: BoolArray) -> BoolArray:
-        """Which sides must be split so that some triangles are, and all that have a shape through their longest side.
+        """Mark the sides to split so that some triangles are split, each triangle with a shape through its longest
+        side.
 
         Parameters
         ----------
@@ -183,7 +184,7 @@ class Triangles:
     # -- cuts
 
     def from_end(self, sides: IntArray, vertices: IntArray, along: Float64Array) -> Float64Array:
-        """How far from a vertex of each side its crossing is; `along` has that of all sides, from their first ends."""
+        """Distance of each crossing from a vertex of its side; `along` has that of all sides, from their first ends."""
         return np.where(self.ends[sides, 0] == vertices, along[sides], 1.0 - along[sides])
 
     def cut(self, signs: IntArray, crossed: BoolArray, along: Float64Array, inner: IntArray) -> Cut:

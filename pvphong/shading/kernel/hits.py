@@ -1,4 +1,4 @@
-"""What rays meet first, found by Embree sixteen at a time, in compiled code; `rays` tests whether they meet anything.
+"""First hits of rays, found by Embree sixteen at a time from compiled code; `rays` tests for any hit.
 
 In reading order: `_find`, what open rays meet first; `look_around`, many rays from each vertex to what is around it,
 for light that bounces, and `gather`, the light that comes along them; `find`, rays that are given; and the functions of
@@ -126,7 +126,8 @@ def look_around(
     wide: Any,
     valid: Any,
 ) -> int:
-    """Which vertices see which: of the triangle that a ray meets one corner, by chance, as often as its weight says.
+    """Cast rays from vertices to what surrounds them. Of each triangle that is hit, a random corner counts, with its
+    weight as the probability.
 
     Parameters
     ----------
@@ -226,7 +227,9 @@ def find(
     wide: Any,
     valid: Any,
 ) -> int:
-    """What given rays meet first: triangles, weights of their second and third corners; lengths are filled in too."""
+    """Find the first hits of given rays: triangles, and weights of their second and third corners. Lengths are filled
+    in too.
+    """
     prepare(rows, marks)
     for first in range(0, count, RAYS):
         lanes = given(origins, directions, lengths, first, count, rows, wide)
@@ -281,7 +284,7 @@ def vertices_met(
     casters: Any,
     triangles: Any,
 ) -> tuple[NDArray[np.int32], int]:
-    """Which vertices are met, shape (m, end − begin), as `look_around` has it, and the number of rays.
+    """Return the vertices that are hit, shape (m, end − begin), as in `look_around`, and the number of rays.
 
     Parameters
     ----------
@@ -331,7 +334,9 @@ def hits(
     casters: Any,
     triangles: Any,
 ) -> tuple[IntArray, FloatArray, Float64Array]:
-    """What given rays meet first: numbers of triangles (n,), −1 for none; weights (n, 2), and how far (n,)."""
+    """Return the first hits of given rays: indices of triangles (n,), −1 for none; weights (n, 2) and distances
+    (n,).
+    """
     met, weights = np.full(len(directions), -1), np.zeros((len(directions), 2), np.float32)
     origins, far = as_float64(origins, np.array(lengths, np.float64))
     if len(met):

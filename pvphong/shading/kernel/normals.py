@@ -101,7 +101,7 @@ def _cross(a: tuple[float, float, float], b: tuple[float, float, float]) -> tupl
 
 @inlined
 def _is_usable(span: float) -> bool:
-    """Whether squares of a face's edges are in range, whose largest coordinate is so much."""
+    """Return True if the squares of a face's edges, whose largest coordinate is given, are in range."""
     return (span == 0.0) | ((span >= LEAST_SPAN) & (span <= MOST_SPAN))
 
 

@@ -1,4 +1,4 @@
-"""What accuracy costs in time, measured on one's own mesh and scene.
+"""Accuracy against time, measured on a given mesh and scene.
 
 Read `measure` first: `tradeoff`, and what it measures, in which order, as long as there is time. `result` is what a row
 says, and the choice among the rows. `variants` light a mesh at its vertices and cast rays from them,

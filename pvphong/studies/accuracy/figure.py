@@ -80,7 +80,8 @@ def draw_fronts(part: Any, report: Result) -> None:
 
 
 def _how_it_falls(rows: Sequence[Row]) -> list[str]:
-    """How the RMS of interpolation errors falls with the points, where all triangles are split, and where some are.
+    """Label with the rate at which RMS interpolation errors fall with the points, for uniform and for adaptive
+    splitting.
 
     Split everywhere, a jump of the colour becomes a finer saw: the triangles along it are off, whose area falls with
     the root of the points, and so the RMS with their fourth root. Where they are cut along it, it falls at once.
@@ -98,7 +99,7 @@ def _how_it_falls(rows: Sequence[Row]) -> list[str]:
 
 
 def _height(row: Row, zero: float) -> float:
-    """Where a row's marker is: at its largest error; an error of 0 has no logarithm."""
+    """Height of a row's marker: its largest error, or a stand-in for 0, which has no logarithm."""
     return row.error.largest or zero
 
 

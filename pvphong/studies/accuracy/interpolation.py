@@ -87,7 +87,7 @@ class Triangles(NamedTuple):
 
 
 class Interpolation(NamedTuple):
-    """What was measured inside the triangles of a mesh, and of the meshes that it was refined to.
+    """Measurements inside the triangles of a mesh and of its refinements.
 
     Parameters
     ----------

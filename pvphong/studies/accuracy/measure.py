@@ -240,14 +240,16 @@ class _Measurement:
         return self.clock.left - max(self.for_rounds, FEWEST_REPEATS * sum(self.estimates.values()))
 
     def _has_time_for(self, what: str, seconds: float) -> bool:
-        """Whether there is time to get something ready; what has none is noted."""
+        """Return True if there is time to prepare something; otherwise note its absence."""
         fits = seconds <= self._left()
         if not fits:
             self.left_out[what] = "there was no time for it"
         return fits
 
     def _add(self, row: Row, run: Run, seconds: float) -> None:
-        """What ran once, which warmed it up; again if that was short. What cannot be repeated is left out."""
+        """Add a variant after its first run, which warms it up; a short run is repeated. Variants that cannot be
+        repeated are left out.
+        """
         if seconds < 0.01 * self.clock.left:
             seconds = min(seconds, timed(run)[1])
         if row.name not in self.needed and self.clock.left < FEWEST_REPEATS * (sum(self.estimates.values()) + seconds):

@@ -89,7 +89,7 @@ class ModelOfLight:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Physics:
-    """What models of light are worth on one mesh and scene.
+    """Comparison of light models with path tracing on one mesh and scene.
 
     Attributes
     ----------
@@ -114,7 +114,7 @@ class Physics:
 
     @property
     def exposure(self) -> float:
-        """What colours are multiplied by where they are shown: nearly all of the truth is below white."""
+        """Factor of displayed colours, which keeps nearly all of the truth below white."""
         bright = float(np.quantile(self.truth.rgb, _BRIGHT))
         return 1.0 / bright if bright > 0.0 else 1.0
 
@@ -128,7 +128,7 @@ class Physics:
         return f"<Physics of {len(self.models)} models of light: {self.cheapest.name}>"
 
     def sentence(self) -> str:
-        """What to use, and what it brings."""
+        """Recommendation and its benefit."""
         first, best = self.models[0], self.cheapest
         begun = f"The constant is off by up to {number(first.largest)} ({number(first.rms)} RMS)"
         if best is first:

@@ -1,4 +1,4 @@
-"""What accuracy costs in time, for its reader: sentences, tables and files."""
+"""Report of accuracy against time: sentences, tables and files."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ _HEADINGS = ("", "variant", "time", "spread", "largest", "RMS", "99 %", "points"
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Tradeoff(Result):
-    """What accuracy costs in time on one mesh and scene.
+    """Accuracy against time on one mesh and scene.
 
     `print(report)` says what to choose, `print(report.explain())` all of it.
 
@@ -126,11 +126,11 @@ class Tradeoff(Result):
         return html_table(self.summary()[0], _HEADINGS, (cells for _, cells in self._cells()))
 
     def _questions(self) -> list[Question]:
-        """What is answered: always how to light vertices."""
+        """Questions that the report answers, at least the one about vertices."""
         return [question for question in QUESTIONS if any(self.rows_for(question))]
 
     def summary(self, *, with_next: bool = False) -> list[str]:
-        """What to choose in plain words: a few lines that fit a terminal.
+        """Recommendation in a few lines that fit a terminal.
 
         Parameters
         ----------
@@ -155,7 +155,7 @@ class Tradeoff(Result):
         return [*found, *self._remarks()]
 
     def _remarks(self) -> Iterator[str]:
-        """Whether peers within the tolerance cost less, and whether it matters; what models of light are worth."""
+        """Remarks on peers that are faster within the tolerance, and on light models."""
         cheaper = []
         for question in self._questions():
             own, peer = self.best(question=question), self.best(question=question, peers=True)
@@ -297,7 +297,7 @@ def _pairs_table(title: str, rows: list[tuple[str, str]]) -> Table:
 
 
 def circumstances(mesh: pv.PolyData, scene: Scene, material: Material) -> dict[str, str]:
-    """What a report was made on, for people: mesh, scene, material, machine, threads, versions, date."""
+    """Circumstances of a report: mesh, scene, material, machine, threads, versions, date."""
     kinds = Counter(type(light).__name__ for light in scene.lights if light.on)
     lights = ", ".join(f"{count} {kind}" for kind, count in kinds.items()) or "no light"
     in_kernel = f", {threads.count()} in the kernel" if "numba" in sys.modules else ""

@@ -1,4 +1,4 @@
-"""What was measured of accuracy and time: errors by kind, times, rows and their Pareto fronts, and the choice."""
+"""Results of a measurement: errors by kind, times, rows with their Pareto fronts, and the choice."""
 
 from __future__ import annotations
 
@@ -104,7 +104,7 @@ class Timing:
 
     @property
     def is_noise(self) -> bool:
-        """Whether a difference of times may be none: by its quartiles, or for too few repeats."""
+        """True if a difference of times may be noise: by its quartiles, or because of too few repeats."""
         return self.low <= 0.0 or self.repeats < FEWEST_REPEATS
 
     @classmethod
@@ -171,7 +171,7 @@ class Row:
 
     @property
     def question(self) -> Question:
-        """What it is an answer to."""
+        """Question that it answers."""
         return {"sampling": QUESTIONS[1], "interpolation": QUESTIONS[2]}.get(self.kind, QUESTIONS[0])
 
     @property
@@ -183,7 +183,7 @@ class Row:
 
     @property
     def decisive_error(self) -> float:
-        """What is held against a tolerance.
+        """Error that is compared with the tolerance.
 
         Of interpolation that is the largest error, and of sampling the root of the mean square, for it is the standard
         error that rays are cast to; else what the vertices cannot exceed, the largest arithmetic plus the largest
@@ -198,7 +198,7 @@ class Row:
 
 @dataclass(frozen=True)
 class LedgerEntry:
-    """What one effect, or one light, costs on a mesh.
+    """Cost of one effect, or one light, on a mesh.
 
     Attributes
     ----------
@@ -270,7 +270,7 @@ def with_fronts(rows: Sequence[Row]) -> tuple[Row, ...]:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Result:
-    """What was measured on one mesh and scene, and the choice among the rows: what the figure is drawn of.
+    """Measurements on one mesh and scene, and the choice among the rows; source of the figure.
 
     `Tradeoff`, which adds sentences, tables and files, says what the fields are.
     """

@@ -149,7 +149,7 @@ def interleaved(
 
 
 def _turns(costs: Mapping[str, float], seconds: float) -> dict[str, int]:
-    """How many rounds each run takes part in: the quick ones equally many, the slow ones fewer where time is short."""
+    """Number of rounds of each run: equal for quick ones, fewer for slow ones if time is short."""
     limit = _SLOW * median(costs.values())
     slow = {name for name, cost in costs.items() if cost > limit}
     in_slow = sum(costs[name] for name in slow)

@@ -1,4 +1,4 @@
-"""What is lit, and the variants of lighting its vertices: arithmetic, light models, and numbers of rays."""
+"""The subject, and variants of lighting its vertices: arithmetic, light models, and numbers of rays."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ _REPEATS, _FOR_REPEATS = 5, 0.1
 
 @dataclass(frozen=True, eq=False)
 class Subject:
-    """What is lit, as checked arrays.
+    """Mesh, scene and material to light, as checked arrays.
 
     Parameters
     ----------
@@ -131,7 +131,7 @@ class Subject:
         return result.rgb
 
     def highlights_beyond_shares(self, seen: Visibility, rows: IntArray) -> Float64Array:
-        """How much more highlights of lights with a size are than the share of them that is seen, (m, 3).
+        """Excess of area lights' highlights over their visible share, (m, 3).
 
         That is by nodes, each with a ray of its own. Evaluators multiply a highlight by the part of its light that
         reaches a matt surface.
@@ -168,7 +168,7 @@ class Subject:
 
     @cached_property
     def has_kernel(self) -> bool:
-        """Whether the kernel is there and takes the equation; asking compiles it for these types."""
+        """True if the kernel is available and supports the equation; the first access compiles it for these types."""
         seen = self.vertices.channels(self.equation)
         first = None if seen is None else seen[:, :1]
         tints = {name: tint.at(slice(1)) for name, tint in self.vertices.tints(self.equation).items()}

@@ -1,4 +1,4 @@
-"""What in a mesh will not light as it should.
+"""Diagnosis of meshes: faults that spoil the lighting.
 
 Read `diagnosis` first: `diagnose`, and its result. `kinds` has the kinds of fault, in words, and when they spoil the
 lighting; `remedies` has their code. `checks` looks at faces, edges, duplicates and the model matrix one by one,

@@ -22,7 +22,7 @@ _ROUNDING_BITS = 50
 
 
 class FaceChecks(NamedTuple):
-    """Which faces light badly, in rising order.
+    """Faces with faults, in rising order.
 
     Parameters
     ----------
@@ -116,7 +116,7 @@ def check_faces(points: FloatArray, faces: Faces) -> FaceChecks:
 
 
 def finite_rows(points: NDArray[Any]) -> BoolArray:
-    """Which rows have no NaN and no infinity."""
+    """Return True for rows without NaN and infinity."""
     finite = np.isfinite(points)
     rows: BoolArray = finite[:, 0] & finite[:, 1] & finite[:, 2]  # three times as fast as all(axis=1)
     return rows
@@ -296,7 +296,7 @@ def check_edges(faces: Faces, whole: Edges, folded: IntArray, repeated: IntArray
 
 
 def check_matrix(matrix: MatrixLike) -> tuple[bool, bool, bool]:
-    """Whether a model matrix is singular, or nearly so, and whether it mirrors; decided in exact arithmetic.
+    """Return whether a model matrix is singular, nearly singular, or mirrors, decided in exact arithmetic.
 
     It counts as nearly singular where its determinant is no larger than what the rounding of its entries leaves
     of a zero: a flattening that was multiplied with a rotation is found, a small scale is not blamed.

@@ -1,4 +1,4 @@
-"""What in a mesh, or in a model matrix for it, will not light as it should: `diagnose` and its result."""
+"""Faults of a mesh, or of its model matrix, that spoil the lighting: `diagnose` and its result."""
 
 from __future__ import annotations
 
@@ -80,7 +80,7 @@ class Finding:
 
     @property
     def sentence(self) -> str:
-        """What has the fault, and how much of the surface: the mesh, the matrix, 1 face, 2 faces."""
+        """Subject of the fault and its extent: the mesh, the matrix, 1 face, 2 faces."""
         if self.where in ("mesh", "matrix"):
             return f"the {self.where} {self.meaning}"
         share = f" ({_percent(self.share)} of the surface)" if self.share else ""
@@ -93,13 +93,14 @@ class Finding:
 
     @property
     def label(self) -> str:
-        """Whether it spoils the lighting, in a word."""
+        """One word for the severity."""
         return "spoils" if self.spoils else "note"
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Diagnosis:
-    """What `diagnose` found: `print(diagnosis)` names it, `print(diagnosis.explain())` has indices and remedies.
+    """Result of `diagnose`: `print(diagnosis)` names the faults, `print(diagnosis.explain())` adds indices and
+    remedies.
 
     Indices rise, and number the surface's points and faces.
 
@@ -214,7 +215,7 @@ class Diagnosis:
 
     @property
     def ok(self) -> bool:
-        """Whether nothing spoils the lighting; notes do not count."""
+        """True if nothing spoils the lighting; notes do not count."""
         return not any(finding.spoils for finding in self.findings)
 
     @cached_property
@@ -239,7 +240,7 @@ class Diagnosis:
         return tuple(sorted(found, key=lambda each: (not each.spoils, each.name not in always, -each.share)))
 
     def _spoils(self, name: str) -> bool:
-        """Whether a kind of fault that there is spoils the lighting."""
+        """Return True if a fault of a kind that was found spoils the lighting."""
         least, helped, _, _ = KINDS[name]
         if name == "inside_out_faces":
             helped = self._case.normals_opposed
@@ -250,7 +251,7 @@ class Diagnosis:
         return self._shares.get(name, 1.0) >= least
 
     def _words(self, name: str) -> tuple[str, str]:
-        """What a kind of fault is here, and what to do about it here."""
+        """Description of a kind of fault in this mesh, and its remedy."""
         _, _, meaning, remedy = KINDS[name]
         case = self._case
         if name == "far_faces" and self.offset is not None:
@@ -323,7 +324,7 @@ class Diagnosis:
         return html_table(self._summary, ("", "name", "what", "where", "remedy"), rows)
 
     def to_dict(self) -> dict[str, Any]:
-        """Whether it is `ok`, how many points and faces there are, and each finding by its name with all indices."""
+        """Return `ok`, the numbers of points and faces, and each finding by name with all indices."""
         findings = {finding.name: asdict(finding) for finding in self.findings}
         for name, finding in findings.items():
             del finding["name"]
@@ -518,7 +519,7 @@ def _share(where: Any, weights: Float64Array) -> float:
 
 
 def _valid_faces(source: pv.PolyData, points: FloatArray) -> tuple[int, IntArray, Faces]:
-    """How many faces there are, and the numbers and the corners of those whose indices are points."""
+    """Number of faces, and the numbers and corners of the faces with valid indices."""
     connectivity, offsets = (np.array(each, np.int64) for each in unchecked_polygons(source))
     sizes = np.diff(offsets)
     in_range = (connectivity >= 0) & (connectivity < len(points))

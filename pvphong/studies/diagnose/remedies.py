@@ -14,7 +14,7 @@ _OUTSIDE = 'mesh = mesh.extract_surface(algorithm="dataset_surface")'
 
 @dataclass(frozen=True)
 class Case:
-    """What remedies depend on.
+    """Conditions on which remedies depend.
 
     Parameters
     ----------

@@ -77,7 +77,9 @@ def inside_out_faces(
     turned, outward = certain[volumes[certain] < 0.0], certain[volumes[certain] > 0.0]
 
     def is_cavity(inner: int) -> bool:
-        """Whether a part lies within others: how often they go round a point of it, by the sum of solid angles."""
+        """Return True if a part lies within others: their winding number around a point of it, from the sum of solid
+        angles.
+        """
         own, turns = wide[triangles[part == inner]], 0.0
         for outer in outward:
             around = wide[triangles[part == outer]]

@@ -67,7 +67,9 @@ class ImageComparison:
 
     @property
     def p99(self) -> float:
-        """What 99 % of the differences inside the silhouette stay below, each pixel's that of its worst channel."""
+        """99th percentile of the differences inside the silhouette; a pixel's difference is that of its worst
+        channel.
+        """
         return float(np.percentile(np.abs(self.difference[self.inside]).max(axis=1), 99))
 
     def __repr__(self) -> str:

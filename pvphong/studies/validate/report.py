@@ -71,7 +71,7 @@ class VTKReport:
 
     @property
     def passed(self) -> bool:
-        """Whether every scene is within its bound. Pictures do not judge."""
+        """True if every scene is within its bound. Pictures do not count."""
         return all(row.comparison.passed for row in self.rows)
 
     def summary(self) -> str:

@@ -287,12 +287,12 @@ class Comparison:
 
     @property
     def n(self) -> int:
-        """How many vertices were compared."""
+        """Number of compared vertices."""
         return len(self.vertices)
 
     @property
     def n_left_out(self) -> int:
-        """How many were not."""
+        """Number of vertices that were not compared."""
         return len(self.pvphong) - self.n
 
     @property
@@ -312,12 +312,12 @@ class Comparison:
 
     @property
     def p99(self) -> float:
-        """What 99 % of the vertices' errors stay below."""
+        """99th percentile of the vertices' errors."""
         return float(np.percentile(self._magnitudes, 99)) if self.n else math.nan
 
     @property
     def passed(self) -> bool:
-        """Whether every error is within the tolerance; False where nothing was compared."""
+        """True if every error is within the tolerance; False if nothing was compared."""
         return bool(self.max_error <= self.tolerance)
 
     @property
