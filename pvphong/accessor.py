@@ -1,7 +1,7 @@
-"""`mesh.phong` and `blocks.phong`: PyVista imports this module, by its entry point, when `phong` is first used.
+"""`mesh.phong` and `blocks.phong`. PyVista imports this module through its entry point when `phong` is first used.
 
-What a mesh's method does is in `meshes/lit.py` and `meshes/pictures.py`, or, where it measures something, in
-`studies/`: what loads VTK's rendering is imported when it is used. Blocks do the same, each by itself.
+Methods of a mesh are functions of `meshes/lit.py` and `meshes/pictures.py`, or of `studies/` if they measure something.
+Modules that load VTK's rendering are imported on demand. Methods of blocks call those of each block.
 """
 
 from __future__ import annotations
@@ -53,7 +53,7 @@ Materials = Material | str | Mapping[str, Material | str]
 def _of_mesh(
     function: Callable[Concatenate[Any, Options], Result],
 ) -> Callable[Concatenate[MeshPhong, Options], Result]:
-    """A method that calls a function with the mesh, and then as it is called itself."""
+    """Return a method that calls a function with the mesh and its own arguments."""
     refuse = refusal_of(function)
 
     @functools.wraps(function)
@@ -147,7 +147,9 @@ class MeshPhong(Handle):
 
 
 def _options_of(method: Callable[..., Any]) -> Callable[[Method], Method]:
-    """For a method of blocks that takes what a method of each does: help() and tab see that, and others are refused."""
+    """Decorate a method of blocks with the options of a mesh's method: help() and completion show them, others are
+    refused.
+    """
     refuse = refusal_of(method)
 
     def with_options(own: Method) -> Method:
@@ -163,13 +165,12 @@ def _options_of(method: Callable[..., Any]) -> Callable[[Method], Method]:
 
 
 class BlocksPhong(Handle):
-    """Lighting of every dataset in a MultiBlock: structure and names are kept, an empty block stays empty.
+    """Lighting of every dataset in a MultiBlock. Structure and names are kept; empty blocks stay empty.
 
-    Methods take what those of a single dataset do, see `MeshPhong`. One scene, with one viewer, lights all blocks; they
-    shadow each other. An array that is given for each point is the name of one that every block has, or a texture.
-    `material` is one for all, or a mapping of a block's name, of a block inside a block the names with "/" between
-    them; blocks that are not named have that of the name "default". What is no dataset is given by the path of its
-    block's names. Errors name the block.
+    Methods have the options of `MeshPhong`. One scene, with one viewer, lights all blocks, and they shadow each other.
+    A map is the name of an array that every block has, or a texture. `material` is common to all, or a mapping by the
+    blocks' names, with "/" between the names of nested blocks; "default" is for the others. Results other than datasets
+    are dictionaries by these paths. Errors name the block.
 
     Examples
     --------
@@ -213,7 +214,9 @@ class BlocksPhong(Handle):
     def shade(
         self, scene: SceneLike | None = None, material: Materials = DEFAULT_MATERIAL, **options: Any
     ) -> pv.MultiBlock:
-        """A new MultiBlock of lit meshes; `visibility` and `transport` are what methods of these names give."""
+        """Return a new MultiBlock of lit meshes. `visibility` and `transport` are results of the methods of these
+        names.
+        """
         scene = self._scene(scene, options)
         run = {name: options.pop(name) for name in _OF_RUN if name in options}
         run["backend"] = options.get("backend", "auto")  # of normals too
@@ -236,14 +239,14 @@ class BlocksPhong(Handle):
     def plan(
         self, scene: SceneLike | None = None, material: Materials = DEFAULT_MATERIAL, **options: Any
     ) -> dict[str, Plan]:
-        """A plan for each dataset; `visibility` is what `visibility` gives."""
+        """Return a plan for each dataset. `visibility` is a result of the method `visibility`."""
         scene = self._scene(scene, options)
         parts = self._exchanging(options).parts if scene.light_model.bounces else None
         return self._by_path(self._each("plan", scene, self._own(scene, material, options, parts)))
 
     @_options_of(MeshPhong.visibility)
     def visibility(self, scene: SceneLike | None = None, **options: Any) -> dict[str, Visibility]:
-        """Visibility of each dataset's vertices, by its path; other blocks may block light."""
+        """Return the visibility of each dataset's vertices, by its path; other blocks may block light."""
         scene = self._scene(scene, options)
         among = occluders_of_blocks(self._blocks, options.get("matrix"), options.pop("occluders", ()))
         return self._by_path(lambda block: block.phong.visibility(scene, occluders=next(among), **options))
@@ -257,7 +260,7 @@ class BlocksPhong(Handle):
     def truth(
         self, scene: SceneLike | None = None, material: Materials = DEFAULT_MATERIAL, **options: Any
     ) -> dict[str, rendering.Truth]:
-        """The colours of each dataset by the rendering equation; all blocks reflect each other's light."""
+        """Return the colours of each dataset by the rendering equation; blocks reflect each other's light."""
         where = {name: options.pop(name) for name in (*_OF_SURFACES, "occluders") if name in options}
         scene = self._scene(scene, where)
         among = rendering.reflecting_blocks(self._blocks, scene, self._materials(material), **where)
@@ -265,9 +268,9 @@ class BlocksPhong(Handle):
 
     @_options_of(MeshPhong.normals)
     def normals(self, weighting: Weighting | None = None, **options: Any) -> pv.MultiBlock:
-        """A new MultiBlock of surfaces that carry their normals as active point normals.
+        """Return a new MultiBlock of surfaces with active point normals.
 
-        Each shares points, cells and arrays with its block, as results of `shade` do.
+        Each surface shares points, cells and arrays with its block, as results of `shade` do.
         """
 
         def with_normals(block: pv.DataSet) -> pv.PolyData:
@@ -281,21 +284,21 @@ class BlocksPhong(Handle):
     def refine(
         self, scene: SceneLike | None = None, material: Materials = DEFAULT_MATERIAL, **options: Any
     ) -> pv.MultiBlock:
-        """A new MultiBlock of refined meshes, each block by itself; `max_points` is for each block."""
+        """Return a new MultiBlock of meshes, each refined separately; `max_points` is per block."""
         return self._inside("refine", scene, material, options)
 
     @_options_of(MeshPhong.interpolation_error)
     def interpolation_error(
         self, scene: SceneLike | None = None, material: Materials = DEFAULT_MATERIAL, **options: Any
     ) -> pv.MultiBlock:
-        """A new MultiBlock of meshes with the errors inside triangles."""
+        """Return a new MultiBlock of meshes with the errors inside triangles."""
         return self._inside("interpolation_error", scene, material, options)
 
     @_options_of(MeshPhong.validate)
     def validate(
         self, scene: SceneLike | None = None, material: Materials = DEFAULT_MATERIAL, **options: Any
     ) -> dict[str, Comparison]:
-        """A comparison with VTK's own shader for each dataset."""
+        """Return a comparison with VTK's shader for each dataset."""
         scene = self._scene(scene, options)
         own = zip(self._materials(material), repeat(options), strict=False)
         return self._by_path(self._each("validate", scene, own))
@@ -316,7 +319,7 @@ class BlocksPhong(Handle):
 
     @_options_of(MeshPhong.diagnose)
     def diagnose(self, **options: Any) -> dict[str, diagnosis.Diagnosis]:
-        """A diagnosis for each dataset."""
+        """Return a diagnosis of each dataset."""
         return self._by_path(lambda block: block.phong.diagnose(**options))
 
     def plot(self, *, name: str = "phong", **options: Any) -> Any:
@@ -331,7 +334,7 @@ class BlocksPhong(Handle):
 
     @_options_of(MeshPhong.color_view)
     def color_view(self, space: pictures.ColorSpace, **options: Any) -> pv.MultiBlock:
-        """A new MultiBlock with the blocks' lit colours in other terms."""
+        """Return a new MultiBlock with the blocks' lit colours in another colour space."""
         return map_blocks(self._blocks, lambda block: block.phong.color_view(space, **options))
 
     @_options_of(MeshPhong.save)
@@ -340,7 +343,7 @@ class BlocksPhong(Handle):
         saving.save(self._blocks, path, **options)
 
     def _scene(self, given: SceneLike | None, options: Mapping[str, Any]) -> Scene:
-        """Scene for all blocks, with a viewer: without one, as PyVista's camera frames their common box."""
+        """Return the scene for all blocks, with a viewer; by default PyVista's camera, which frames them."""
         if isinstance(given, Scene) and given.viewer is not None:
             return given
         return scene_for(map_blocks(self._blocks, surface), given, options.get("matrix"))

@@ -42,11 +42,11 @@ _OUTPUTS = (
     "export_obj",
     "export_vrml",
 )
-"""Methods of a plotter that write what it shows: made of colours that are current, and without gizmos."""
+"""Methods of a plotter that write pictures or files. Colours are brought up to date first, and gizmos hidden."""
 
 
 class PlotterPhong(Handle):
-    """Lighting in one plotter: every subplot has its own lights, all share the light model.
+    """Lighting of one plotter. Each subplot has its own lights; all subplots share the light model.
 
     Examples
     --------
@@ -103,45 +103,43 @@ class PlotterPhong(Handle):
     ) -> pv.Actor | tuple[pv.Actor, ...]:
         """Draw a mesh, or all blocks of a MultiBlock, with lit colours, and keep them current.
 
-        Before a frame is drawn its colours are computed again if, and only if, something that they depend on
-        has changed: a light, the actor's matrix, the material, its maps, the mesh, the light model; the
-        camera only where highlights or lights that ride along make it count. A hidden actor waits until it is
-        shown, a removed one is followed no longer.
+        Colours are computed again before a frame only if something that they depend on has changed: a light, the
+        actor's matrix, the material, its maps, the mesh or the light model. The camera counts only with highlights, or
+        with lights that move with it. Hidden actors are updated when they are shown; removed actors are no longer
+        updated.
 
         Parameters
         ----------
         mesh : pyvista.DataSet or pyvista.MultiBlock
-            A dataset with a surface, or blocks of such; edits to them are followed, blocks that are put in or taken
-            out are not.
+            Dataset with a surface, or blocks of such. Edits of the data are followed; added and removed blocks are not.
         material : Material, str or mapping, optional
-            The surface's reflectances, numbers or maps, or the name of a material. Blocks share it, or a mapping has
-            one for each, as for `blocks.phong.shade`. If not given, PyVista's keywords say it, and its theme.
+            Material, or its name. Blocks share it, or a mapping has one for each, as for `blocks.phong.shade`. By
+            default it follows from PyVista's keywords and theme.
         feature_angle : float, "auto" or None, default "auto"
-            Degrees between two faces from which their common edge is sharp, as for `mesh.phong.shade`; "auto" takes
-            30 where the mesh has no point normals of its own.
+            Angle in degrees between two faces from which their edge is sharp, as for `mesh.phong.shade`; "auto" is 30
+            if the mesh has no point normals.
         casts_shadows : bool, default True
-            Whether it blocks light where `light_model` has shadows or ambient occlusion: all such meshes of a
-            subplot that are visible shadow each other and themselves.
+            Let it block light if `light_model` has shadows or ambient occlusion. Visible meshes of a subplot shadow
+            each other and themselves.
         refine : float, optional
-            Largest colour error inside of triangles, > 0, as the tolerance of `mesh.phong.refine`; 1/255 is one step of
-            a display. While nothing is dragged or edited the mesh is drawn refined, with crisp edges of hard shadows
-            and cones; until that is computed, in the background, at its own vertices. Pictures and exports wait for it.
-            It adds 200,000 points at most, and none where vertices or lines are drawn as such.
+            Largest colour error inside triangles, > 0, as the tolerance of `mesh.phong.refine`; 1/255 is one step of a
+            display. The mesh is refined in the background after each edit, with crisp edges of hard shadows and cones;
+            until then it is drawn at its own vertices. Pictures and exports wait for it. It adds at most 200,000
+            points, and none if vertices or lines are drawn.
         **add_mesh_options
-            As for `pyvista.Plotter.add_mesh`, which draws the same in the same lights with `LightModel.vtk()`: `color`,
-            `ambient`, `diffuse`, `specular`, `specular_power`, `pbr`, `metallic` and `roughness` are the material;
-            `scalars` with `cmap`, `clim` and all that belongs to them, `rgb` and `texture` its albedo, with a scalar
-            bar of the colours before light; cell data give flat faces. `smooth_shading` and `split_sharp_edges` say
-            where edges are sharp; without them `feature_angle` does. With `lighting=False` PyVista draws it as it is,
-            and without a material lines, and points that have no normals, too.
-            `backface_params` and `emissive` are refused. With a `name` blocks are called "name[block]", and replace
-            those drawn under the name before. `opacity` may have a number from 0 to 1 for each point, or for each cell
-            where faces share no points (`feature_angle=0`), or be the name of such an array, which is followed.
+            As for `pyvista.Plotter.add_mesh`; with `LightModel.vtk()` the result looks the same. `color`, `ambient`,
+            `diffuse`, `specular`, `specular_power`, `pbr`, `metallic` and `roughness` define the material; `scalars`
+            with `cmap`, `clim` and related keywords, `rgb` and `texture` its albedo, with a scalar bar of the unlit
+            colours. Cell data give flat faces. `smooth_shading` and `split_sharp_edges` override `feature_angle`. With
+            `lighting=False` PyVista draws the mesh unlit; without a material, also lines, and points without normals.
+            `backface_params` and `emissive` are refused. With a `name`, blocks are called "name[block]" and replace
+            earlier ones of that name. `opacity` may be an array from 0 to 1 per point, or per cell with
+            `feature_angle=0`, or the name of such an array, whose edits are followed.
 
         Returns
         -------
         pyvista.Actor or tuple of pyvista.Actor
-            An ordinary actor, drawn with VTK's lighting off; one for each block. `plotter.remove_actor` takes either.
+            Ordinary actor, drawn with VTK's lighting off; one for each block. `plotter.remove_actor` accepts both.
 
         Raises
         ------
@@ -203,14 +201,14 @@ class PlotterPhong(Handle):
     def add_lit(
         self, lit: pv.DataSet | pv.MultiBlock, name: str = "phong", **add_mesh_options: Any
     ) -> pv.Actor | tuple[pv.Actor, ...]:
-        """Draw a mesh that is lit already: its colours as they are, clipped to [0, 1], as `lit.phong.plot()` does.
+        """Draw the colours of a lit mesh as they are, clipped to [0, 1], as `lit.phong.plot()` does.
 
-        Nothing is lit again: the colours stay what they are when lights or the camera move.
+        The colours do not follow lights or the camera.
 
         Parameters
         ----------
         lit : pyvista.DataSet or pyvista.MultiBlock
-            What `mesh.phong.shade` gave, or a file of it that was read back; it is not modified.
+            Result of `mesh.phong.shade`, or such a mesh read from a file; it is not modified.
         name : str, default "phong"
             Name of the point array with the colours.
         **add_mesh_options
@@ -246,25 +244,23 @@ class PlotterPhong(Handle):
         return actors if isinstance(lit, pv.MultiBlock) else actors[0]
 
     def mesh(self, actor: pv.Actor) -> MeshHandle:
-        """Handle of the mesh that `add_mesh` drew as an actor. Its `material`, shared by blocks, and its fields can be
-        set.
+        """Return a live handle of a mesh; its `material`, which blocks share, and each field of it can be set.
 
         Returns
         -------
         MeshHandle
-            `plotter.phong.mesh(actor).diffuse = "red"` shows in the next frame; it is one step of `undo` where gizmos
-            are up.
+            `plotter.phong.mesh(actor).diffuse = "red"` shows in the next frame. With gizmos it is one step of `undo`.
 
         Raises
         ------
         ValueError
-            If the actor is not one of `add_mesh`, or has been removed.
+            If the actor was not returned by `add_mesh`, or has been removed.
         """
         subplot, lit = self._drawn(actor)
         return MeshHandle(lit, subplot)
 
     def _drawn(self, actor: pv.Actor) -> tuple[Subplot, LitMesh]:
-        """The lit mesh that is drawn as an actor, and where."""
+        """Return the lit mesh that an actor draws, and its subplot."""
         for subplot in self._subplots:
             for lit in subplot.lit.meshes:
                 if lit.actor is actor:
@@ -272,17 +268,17 @@ class PlotterPhong(Handle):
         return check.refuse("actor", actor, "an actor that plotter.phong.add_mesh returned, not removed since")
 
     def validate(self, actor: pv.Actor | None = None) -> Comparison:
-        """Compare what is on the screen with VTK's own shader, in the lights, the camera and the place it has now.
+        """Compare drawn colours with VTK's shader, under the current lights, camera and matrix.
 
         Parameters
         ----------
         actor : pyvista.Actor, optional
-            One of the lit meshes; if not given, the one of the active subplot that does worst.
+            One of the lit meshes; by default the one of the active subplot with the largest error.
 
         Returns
         -------
         Comparison
-            As `pvphong.validate` gives it; print it for a table.
+            As returned by `pvphong.validate`; print it for a table.
 
         Raises
         ------
@@ -304,13 +300,13 @@ class PlotterPhong(Handle):
 
     @property
     def lights(self) -> tuple[Light, ...]:
-        """The active subplot's lights as values, the plotter's own `pyvista.Light` objects among them."""
+        """Lights of the active subplot as values, including the plotter's `pyvista.Light` objects."""
         return self._subplot.lights.values
 
     def add_light(self, light: Any) -> LightHandle:
-        """Add a light to the active subplot; it lights the actors that VTK lights too.
+        """Add a light to the active subplot. It also lights the actors that VTK lights.
 
-        Set the fields of what it returns to move or change the light: the next frame shows it.
+        Set the fields of the returned handle to move or change the light; the next frame shows it.
 
         Parameters
         ----------
@@ -320,13 +316,13 @@ class PlotterPhong(Handle):
         Returns
         -------
         LightHandle
-            The light, live: `lamp.position = (1, 0, 2)` moves it; one step of `undo` where gizmos are up. It also
-            names the light for `set_light` and `remove_light`.
+            Live handle: `lamp.position = (1, 0, 2)` moves the light. With gizmos it is one step of `undo`. It also
+            identifies the light for `set_light` and `remove_light`.
 
         Raises
         ------
         ValueError
-            If it is no light, or one that VTK has nothing like, or the subplot has it, or one of its name, already.
+            If it is not a light, VTK has no similar light, or the subplot already has it or one of its name.
 
         Examples
         --------
@@ -346,17 +342,17 @@ class PlotterPhong(Handle):
         Parameters
         ----------
         which : LightHandle, int, str or pyvista.Light
-            The light: as `add_light` gave it, or by its index in `lights`, its name, or its PyVista light.
+            The light: a handle from `add_light`, its index in `lights`, its name, or its PyVista light.
         light : Light, optional
             The new value.
         **fields
-            New values of some fields, where no new light is given, as in `set_light("lamp", intensity=2)`.
+            New values of fields, instead of a new light, as in `set_light("lamp", intensity=2)`.
 
         Raises
         ------
         ValueError
-            If there is no such light or field, or `light` is none, or one that VTK has nothing like, or another light
-            has its name; and if there is nothing to set.
+            If there is no such light or field, `light` is not a light, VTK has no similar light, another light has its
+            name, or there is nothing to set.
         """
         lights = self._subplot.lights
         if light is None or fields:
@@ -367,18 +363,18 @@ class PlotterPhong(Handle):
             lights.set(which, light)
 
     def remove_light(self, which: Any) -> None:
-        """Take a light out of the active subplot; `which` as for `set_light`."""
+        """Remove a light from the active subplot; `which` is as for `set_light`."""
         lights = self._subplot.lights
         with self._history.edit(lights):
             lights.remove(which)
 
     def undo(self) -> bool:
-        """Take back the last finished drag or edit of a light, and draw; light and colours are as before, to the bit.
+        """Undo the last drag or edit, and draw. Lights and colours are restored to the bit.
 
         Returns
         -------
         bool
-            False if there is nothing to take back.
+            False if there is nothing to undo.
         """
         done = self._history.undo()
         if done:
@@ -386,7 +382,7 @@ class PlotterPhong(Handle):
         return done
 
     def redo(self) -> bool:
-        """Do again what `undo` took back last; False if there is nothing."""
+        """Redo the last undone step; return False if there is none."""
         done = self._history.redo()
         if done:
             self._plotter.render()
@@ -407,7 +403,7 @@ class PlotterPhong(Handle):
 
     @property
     def scene(self) -> Scene:
-        """A snapshot of what lights the active subplot: its lights, its camera, the light model."""
+        """Snapshot of the active subplot: its lights, its camera and the light model."""
         return self._subplot.scene
 
     # -- gizmos ------------------------------------------------------------------------------------------
@@ -421,26 +417,25 @@ class PlotterPhong(Handle):
         length_step: float | None = None,
         keys: Keys = _NO_KEYS,
     ) -> tuple[Gizmo, ...]:
-        """Put up a gizmo for each light of the active subplot, to be dragged with the mouse.
+        """Add a gizmo for each light of the active subplot, to drag with the mouse.
 
-        Drag a light's position, its target, the edge of its cone, its size, the radius at which half of it is left, the
-        front of a sky on the circle around the scene, or, of the light that was grabbed last, its highlight on the
-        surface. With Shift a handle moves along one axis, with Ctrl in steps; Escape puts back. The key h lists the
-        other keys. Lights set up before are where `undo` ends.
+        Drag a light's position, target, cone, size or half-intensity radius, a sky around the scene, or the highlight
+        of the selected light on the surface. With Shift a handle moves along one axis, with Ctrl in steps; Escape
+        cancels. The key h lists the other keys. `undo` goes back to the lights at this call.
 
         Parameters
         ----------
         lights : sequence, optional
-            The lights, each as for `set_light`; all of them, and those added later, if not given.
+            The lights, each as for `set_light`; by default all, including those added later.
         in_screenshots : bool, default False
-            Whether gizmos are part of `plotter.screenshot` and `save_graphic`.
+            Show gizmos in `plotter.screenshot` and `save_graphic`.
         angle_step : float, default 5
-            What angles snap to, in degrees.
+            Step of angles with Ctrl, in degrees.
         length_step : float, optional
-            What coordinates and lengths snap to; a round twentieth to fiftieth of the scene if not given.
+            Step of coordinates and lengths with Ctrl; by default a round number between 1/50 and 1/20 of the scene.
         keys : mapping, optional
-            More keys for the window: key → (what the help says, function without arguments). A text that the function
-            gives is shown in the window.
+            Additional keys: key → (help text, function without arguments). A text that the function returns is shown in
+            the window.
 
         Returns
         -------
@@ -479,13 +474,13 @@ class PlotterPhong(Handle):
         return self.gizmos
 
     def remove_gizmos(self) -> None:
-        """Take the active subplot's gizmos down, if there are any."""
+        """Remove the active subplot's gizmos, if there are any."""
         if self._subplot.remove_gizmos():
             self._plotter.render()
 
     @property
     def gizmos(self) -> tuple[Gizmo, ...]:
-        """The active subplot's gizmos: each has `.light`, the current value, and `.handles`, name → position."""
+        """Gizmos of the active subplot. Each has `.light`, the current value, and `.handles`, name → position."""
         interaction = self._subplot.interaction
         return () if interaction is None else interaction.gizmos.all
 
@@ -507,30 +502,30 @@ class PlotterPhong(Handle):
     ) -> Any:
         """Edit lights, materials and light model of the active subplot in a web page, with the gizmos in its view.
 
-        Needs the extra `trame`. What is edited there is the plotter's own: afterwards `lights`, `scene` and the
-        materials of its meshes are as they were left. In a notebook the page stands below the cell, and the cell ends;
-        elsewhere this prints the page's address, and ends with Ctrl-C.
+        Needs the extra `trame`. Edits apply to the plotter itself, and remain in `lights`, `scene` and the materials.
+        In a notebook the page appears below the cell, and the cell ends; elsewhere the call prints the page's address
+        and ends with Ctrl-C.
 
         Parameters
         ----------
         file : str, default "mesh.vtp"
-            The file that the mesh was read from: the script that is downloaded reads it, and other files are named
-            after it. Nothing is read or written here.
+            File that the mesh was read from. The downloaded script reads it, and other downloads are named after it.
+            The studio itself does not open it.
         port : int, default 0
-            The port to listen on; 0 is one that is free.
+            Port to listen on; 0 selects a free one.
         host : str, default "127.0.0.1"
-            The address to listen on: by default this machine serves itself alone. For any other, the page's address
-            ends with a token, without which nothing is answered.
+            Address to listen on; by default only this machine can connect. For others, the page's address ends with a
+            token, and requests without it get no answer.
         browser : bool, default True
-            Whether to open the page in a browser; not in a notebook.
+            Open the page in a browser, except in a notebook.
         keep : path, optional
-            A file (JSON) to which lights, viewer, light model and materials are written whenever they have changed, as
-            `Scene.save` writes them, until another mesh is opened.
+            JSON file to which lights, viewer, light model and materials are written after each change, as by
+            `Scene.save`, until another mesh is opened.
 
         Returns
         -------
         StudioFrame or None
-            In a notebook, what shows the page there.
+            In a notebook, the object that displays the page.
 
         Raises
         ------
@@ -554,7 +549,7 @@ class PlotterPhong(Handle):
     # -- pictures and exports ----------------------------------------------------------------------------
 
     def _prepare_outputs(self) -> None:
-        """Have the plotter's own pictures and exports made as `_prepared` says, once however often it is called."""
+        """Wrap the plotter's pictures and exports in `_prepared`; repeated calls have no effect."""
         component, owner = weakref.ref(self), self._owner
 
         def wrapped(method: Any) -> Any:
@@ -576,9 +571,9 @@ class PlotterPhong(Handle):
 
     @contextmanager
     def _prepared(self, waits: bool) -> Iterator[None]:
-        """Colours brought up to date, for an exporter draws no frame; gizmos out of sight.
+        """Bring colours up to date, because exporters draw no frame, and hide gizmos.
 
-        It may wait for refined pictures.
+        With `waits`, wait for refined meshes.
         """
         interactions = self._interactions
         is_refined = max([subplot.lit.refresh(waits=waits) for subplot in self._subplots], default=False)
@@ -601,10 +596,10 @@ class PlotterPhong(Handle):
 
     @property
     def _subplot(self) -> Subplot:
-        """The active one."""
+        """Active subplot."""
         renderer = self._plotter.renderer
         if getattr(renderer, "camera", None) is None or self._plotter.render_window is None:
-            check.refuse("plotter", "one that has been closed", "open")
+            check.refuse("plotter", "a closed plotter", "open")
         for subplot in self._subplots:
             if subplot.renderer is renderer:
                 return subplot
@@ -612,7 +607,7 @@ class PlotterPhong(Handle):
         return self._subplots[-1]
 
     def __plotter_close__(self) -> None:
-        """Let go of everything; PyVista calls it at every close."""
+        """Release everything; PyVista calls this at every close."""
         for subplot in self._subplots:
             subplot.release()
         plotter = self._owner()  # it is None for a plotter that is collected without a close
@@ -624,7 +619,7 @@ class PlotterPhong(Handle):
         self._history.clear()
 
     def __plotter_deep_clean__(self) -> None:
-        """As at a close: what PyVista has cleaned has no camera any more, and events may still come."""
+        """Do the same as at a close: a cleaned plotter has no camera, but may still receive events."""
         self.__plotter_close__()
 
 
@@ -638,7 +633,9 @@ def _is_bare(mesh: Any) -> bool:
 
 
 def _as_mesh(given: Any, *, copies: bool) -> Any:
-    """A mesh of what PyVista's `add_mesh` takes: a dataset, blocks, one of VTK's, points, or a file's path."""
+    """Return a mesh for anything that PyVista's `add_mesh` accepts: a dataset, blocks, a VTK object, points, or a
+    path.
+    """
     mesh = pv.read(given) if isinstance(given, str | os.PathLike) else given
     if not isinstance(mesh, pv.DataSet | pv.MultiBlock) and (
         isinstance(mesh, np.ndarray) or hasattr(mesh, "GetDataObjectType")

@@ -593,7 +593,7 @@ def test_a_plotter_is_let_go_closed_or_not(is_closed):
     if is_closed:
         for end in (shown.deep_clean, shown.close, shown.close, shown.deep_clean):
             end()
-        with pytest.raises(ValueError, match=r"^plotter must be open; got one that has been closed"):
+        with pytest.raises(ValueError, match=r"^plotter must be open; got a closed plotter"):
             _ = shown.phong.lights
         del end
     else:
