@@ -1,4 +1,4 @@
-"""Refining a mesh where colours interpolated between its vertices miss the lit ones, with cuts where these jump."""
+"""Refinement of a mesh where interpolated colours miss the evaluated ones, with cuts where colours jump."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ _PAIR = "_refinement_pair"
 
 
 class BouncedLight(NamedTuple):
-    """In place of a transport: what the vertices of a mesh reflect of light that bounces, known already."""
+    """Known bounced light that the vertices of a mesh reflect, in place of a transport."""
 
     colors: FloatArray
     """Shape (n, 3), with what is left of ambient light."""
@@ -82,99 +82,97 @@ def refine(
     transport: Transport | BouncedLight | None = None,
     cut: bool = True,
 ) -> pv.PolyData:
-    """A new mesh with lit colours, split where colours interpolated across its triangles miss the evaluated ones.
+    """Return a new lit mesh, split where colours interpolated across its triangles miss the evaluated ones.
 
-    The truth inside a triangle is per-pixel shading: the lighting equation at the interpolated point with the
-    interpolated normal, made unit length, and with what is seen of each light from there, if the scene has shadows. It
-    is compared at 13 places in every triangle, and where highlights,
-    spots and near lights peak and shadow sides and saturated colours end, which is computed from the scene, so
-    that a highlight that falls between all corners is found too.
+    Colours are compared with per-pixel shading: the lighting equation at the interpolated point, with the interpolated
+    unit normal and the visibility of each light from there. They are compared at 13 places in every triangle, and at
+    places that follow from the scene: peaks of highlights, spots and near lights, and edges of shadow sides and
+    saturated colours. So a highlight between all corners is found too.
 
-    Where the colour jumps, at the edge of a hard shadow or of a spot's cone, triangles are cut along that edge: points
-    on it exist twice, once as either side is lit. So a shadow is as crisp as the edge of a face, on whatever mesh. Rays
-    find it on the sides of triangles, to 2⁻²⁰ of them; where it is not straight in between to 2⁻¹² of the mesh's
-    diagonal, the triangle is split first, and so it is where a shadow is inside that no corner sees.
+    Where the colour jumps, at the edge of a hard shadow or of a spot's cone, triangles are cut along that edge. Points
+    on the cut exist twice, once lit as either side, so that a shadow is as crisp as the edge of a face. Rays find the
+    edge on the sides of triangles, to 2⁻²⁰ of their length. If the edge between is not straight to 2⁻¹² of the mesh's
+    diagonal, or a shadow lies inside a triangle, the triangle is split first.
 
     Elsewhere triangles are bisected until every error is within the tolerance. A side is split for all triangles that
-    share it, so that there are no T-junctions: what is manifold, closed or a boundary stays so. The parts keep
-    the shape of the triangle that they come from: none of their angles is less than half of its smallest.
+    share it, so that there are no T-junctions: manifold meshes stay manifold, and closed ones closed. No angle of a
+    part is less than half of the smallest angle of its triangle.
 
     Parameters
     ----------
     mesh : pyvista.DataSet
-        A dataset with faces; it is not modified. Polygons and strips are cut into triangles first; of other
-        than PolyData the extracted surface is taken. Vertex and line cells are left out.
+        Dataset with faces; it is not modified. Polygons and strips are triangulated first. The surface of other
+        datasets is extracted. Vertex and line cells are left out.
     scene, material
-        As for `mesh.phong.shade`; maps are taken at the mesh's own points, and interpolated like the colours.
+        As for `mesh.phong.shade`; maps are read at the mesh's own points, and interpolated.
     tolerance : float
-        Largest absolute colour error that may be left, > 0; 1/255 is one step of a display.
+        Largest absolute colour error that may remain, > 0; 1/255 is one step of a display.
     max_points : int, optional
-        Points that the result may have, at least those of the mesh. They are spent where error times size is
-        largest. Without, a million more than the mesh has.
+        Largest number of points of the result, at least that of the mesh. Points are added where error times size is
+        largest. Default: a million more than the mesh has.
     name : str, default "phong"
-        Name of the (n_points, 3) array of lit colours, and first part of the names of what says what is left.
+        Name of the (n_points, 3) array of lit colours, and prefix of the other arrays.
     placement : {"linear", "smooth"}
-        Where new vertices lie. "linear": on the side that they split; the surface is the same. "smooth": on
-        the curve between the side's ends that meets their normals at right angles (the side of a PN triangle
-        [1]_, applied anew at every split); a side that is on a boundary, or between other than two triangles,
-        stays straight, so that cracks cannot open and creases with points of their own stay sharp.
+        Position of new vertices. "linear": on the side that they split; the surface does not change. "smooth": on the
+        curve between the side's ends that is perpendicular to their normals (the side of a PN triangle [1]_, at every
+        split). Sides on a boundary, or of more than two triangles, stay straight, so that no cracks open and creases
+        stay sharp.
     matrix : array_like, optional
-        (4, 4) model matrix. It takes part in the lighting only: the mesh's points stay where they are.
+        (4, 4) model matrix. It affects the lighting only; the mesh's points do not move.
     precision : {"float32", "float64"}
-        Of the colours in the result. They are evaluated in float64.
+        Type of the colours in the result. They are evaluated in float64.
     feature_angle : float, "auto" or None, default None
-        Degrees from which edges are sharp, as for `mesh.phong.shade`; they are split first, and stay where they are.
+        Angle in degrees from which edges are sharp, as for `mesh.phong.shade`. They are split first, and do not move.
     occluders : sequence, optional
-        As for `mesh.phong.shade`. Soft shadows and occlusion are continuous; what of them may be noise is not split:
-        errors count from three standard errors on, and rays are cast until these are a quarter of the tolerance.
+        As for `mesh.phong.shade`. Noise of soft shadows and occlusion is not split: only errors above three standard
+        errors count, and rays are cast until a standard error is a quarter of the tolerance.
     transport : Transport, optional
-        As for `mesh.phong.shade`, where the light model has bounces: light that has bounced is found at the mesh's own
-        points, and interpolated like maps.
+        As for `mesh.phong.shade`, if the light model has bounces. Bounced light is computed at the mesh's own points,
+        and interpolated like maps.
     cut : bool, default True
-        Whether to cut where the colour jumps; without, triangles are split there until they are tiny.
+        Cut triangles where the colour jumps. If False, triangles are split there until they are tiny.
 
     Returns
     -------
     pyvista.PolyData
-        Triangles only. The original points, or those that sharp edges split them into, come first and are not moved; a
-        new point's ``pvphong_original_point`` is -1. Point arrays are interpolated
-        linearly; 3 or 4 channels of uint8 are colours and are rounded; of other integers, booleans and strings,
-        which may be labels, a new point takes the value of the end of its side that has the lower number. New
-        normals get the mean length of those that they lie between: unit where those are. A mesh without active
-        normals gets those that `mesh.phong.normals` gives it before it is split. Cell arrays are copied to the
+        Triangles only. The original points, with copies along sharp edges, come first and do not move;
+        ``pvphong_original_point`` is -1 for new points. Point arrays are interpolated linearly. Arrays of 3 or 4 uint8
+        channels are colours and are rounded. Other integers, booleans and strings may be labels: a new point takes the
+        value of the end of its side with the lower index. New normals have the mean length of their neighbours'. A mesh
+        without active normals gets those of `mesh.phong.normals` before it is split. Cell arrays are copied to the
         parts of each cell.
 
-        Of a mesh that was cut, the point array ``<name>_refinement_pair`` is the number of the next point at the same
-        place, on the other side of the cut, or -1; where two edges cross, four points follow each other.
+        If the mesh was cut, the point array ``<name>_refinement_pair`` is the index of the next point at the same
+        place, on the other side of the cut, or -1. Where two edges cross, four points form a ring.
 
-        What is seen of each light, and of the sky, is in ``<name>_visibility_<name or index>`` and ``<name>_sky``, as
-        from `mesh.phong.shade`, if the scene has shadows or occlusion; on the two sides of a cut it is different.
-        Stacked as (lights + 1, n_points) they are a `visibility` for `mesh.phong.shade`, with which other colours of
-        the same lights have the same crisp edges. Of a light without a size it is 1 where points face away from it,
-        and 0 outside of its cone.
+        With shadows or occlusion, the visible parts of each light and of the sky are in ``<name>_visibility_<name or
+        index>`` and ``<name>_sky``, as from `mesh.phong.shade`; they differ on the two sides of a cut. Stacked as
+        (lights + 1, n_points) they are a `visibility` for `mesh.phong.shade`, with which other colours of the same
+        lights have the same crisp edges. For a light without a size it is 1 where points face away from it, and 0
+        outside its cone.
 
-        Its cell array ``<name>_interpolation_error`` is the error that is left in each triangle, and its field
-        data say how it ended:
+        The cell array ``<name>_interpolation_error`` is the remaining error in each triangle. Field data describe the
+        result:
 
         ``<name>_refinement_reached``
-            Whether the tolerance is reached everywhere.
+            True if the tolerance is reached everywhere.
         ``<name>_refinement_summary``
-            How it ended, in a sentence.
+            Result in one sentence.
         ``<name>_refinement_error``
-            The largest error that is left.
+            Largest remaining error.
         ``<name>_refinement_stopped``
-            "tolerance": it is reached. "max_points": they are spent. "jump": it is reached except where the colour
-            jumps and nothing was cut, as by ambient light of a spot, and the triangles there are smaller than 1/1024 of
-            the mesh's diagonal. "resolution": it is reached except where triangles are as small as the points' type can
-            tell apart.
+            "tolerance": it is reached. "max_points": the limit is reached. "jump": the tolerance is reached except at
+            jumps that cannot be cut, such as ambient light of a spot, where triangles are smaller than 1/1024 of the
+            mesh's diagonal. "resolution": it is reached except where triangles are at the resolution of the points'
+            type.
         ``<name>_refinement_points``
-            The number of points before and after.
+            Number of points before and after.
         ``<name>_refinement_cut``
-            How many sides of triangles were cut.
+            Number of sides of triangles that were cut.
         ``<name>_refinement_strip``
-            About the area, along all cuts, in which colours are those of the other side of the edge; beside a bent
-            edge it may be somewhat more. Triangles smaller than 1/1024 of the diagonal that hide the tip of a shadow
-            count with it, and those that could not be cut, as where edges of several lights run together.
+            Estimated area along all cuts with colours of the wrong side; a bent edge may exceed it slightly. It
+            includes triangles smaller than 1/1024 of the diagonal that hide the tip of a shadow, and triangles that
+            could not be cut, such as where edges of several lights meet.
 
     Raises
     ------
@@ -254,7 +252,8 @@ def interpolation_error(
     occluders: Any = (),
     transport: Transport | BouncedLight | None = None,
 ) -> pv.PolyData:
-    """A new mesh that says how far colours interpolated across each triangle are from per-pixel shading.
+    """Return a new mesh with the largest difference between interpolated colours and per-pixel shading in each
+    triangle.
 
     Parameters
     ----------
@@ -264,10 +263,9 @@ def interpolation_error(
     Returns
     -------
     pyvista.PolyData
-        The mesh's triangles with the cell array ``phong_interpolation_error``, float64: the largest absolute
-        difference of any channel at the places that `refine` looks at. It is 0 in a triangle without an area or
-        with a point that is not finite. All other arrays are carried along. As from `shade`, it shares
-        memory with a mesh of triangles: what is written in place is seen in both.
+        The mesh's triangles with the cell array ``phong_interpolation_error``, float64: the largest absolute difference
+        of any channel at the places that `refine` examines. It is 0 in triangles without an area or with a point that
+        is not finite. Other arrays are kept. Like results of `shade`, it shares memory with a mesh of triangles.
 
     Raises
     ------
@@ -346,7 +344,7 @@ def _lit_triangles(
 
 
 def _of_direct_light(scene: Scene) -> Scene:
-    """Without bounces, and without the ambient light that stands for them."""
+    """Return the scene without bounces, and without the ambient light that approximates them."""
     lights = [replace(light, ambient=0.0) for light in scene.lights]
     return replace(scene, lights=lights, light_model=replace(scene.light_model, bounces=0, ambient=0.0))
 
@@ -376,7 +374,7 @@ def _others_there(places: IntArray) -> IntArray:
 
 
 def _split_mesh(lit: _LitTriangles, refinement: Refinement, name: str) -> pv.PolyData:
-    """The refined triangles with the arrays of the mesh that they come from; `name` is left for the colours."""
+    """Return the refined triangles with the arrays of their mesh, except `name`."""
     source, surface = lit.mesh, refinement.surface
     triangles, vertices = surface.triangles, surface.vertices
     added = slice(source.n_points, None)
@@ -405,9 +403,9 @@ def _split_mesh(lit: _LitTriangles, refinement: Refinement, name: str) -> pv.Pol
 
 
 def _interpolated(values: NDArray[Any], added: list[Added]) -> NDArray[Any]:
-    """A point array with the values of new points, as they were added.
+    """Return a point array with the values of new points.
 
-    They are blends of floats and of colours; of what may be labels, the value of the end with the lower number.
+    Floats and colours are blended; possible labels are copied from the end with the lower index.
     """
     start, kind = len(values), values.dtype
     result = np.empty((start + sum(len(each.along) for each in added), *values.shape[1:]), dtype=kind)

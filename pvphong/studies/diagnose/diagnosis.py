@@ -51,21 +51,21 @@ class Finding:
     Attributes
     ----------
     name : str
-        The field of `Diagnosis` that holds all of its indices.
+        Field of `Diagnosis` with all its indices.
     where : str
-        What is counted: "cells", "faces", "edges", "points", "mesh" or "matrix".
+        Kind of elements: "cells", "faces", "edges", "points", "mesh" or "matrix".
     count : int
-        How many there are; 1 for the mesh or the matrix as a whole.
+        Number of elements; 1 for the mesh or the matrix as a whole.
     first : tuple
-        The first few indices; pairs of points for edges.
+        First few indices; pairs of points for edges.
     share : float
-        The share of the surface that they take, 0 to 1: of its area, or of its points where it has no area.
+        Affected share of the surface, 0 to 1: of its area, or of its points if it has no area.
     spoils : bool
-        Whether it spoils the lighting; else it is a note.
+        True if it spoils the lighting; otherwise it is a note.
     meaning, remedy : str
-        What it is and what to do about it.
+        Description and cure.
     code : tuple of str
-        Lines of Python that do it to a mesh named `mesh`; none where code cannot.
+        Lines of Python that cure a mesh named `mesh`; empty if code cannot.
     """
 
     name: str
@@ -88,7 +88,7 @@ class Finding:
 
     @property
     def indices(self) -> str:
-        """The first indices, and whether there are more."""
+        """First indices, with a mark if there are more."""
         return ", ".join(map(str, self.first)) + (", …" if self.count > len(self.first) > 0 else "")
 
     @property
@@ -102,75 +102,73 @@ class Diagnosis:
     """Result of `diagnose`: `print(diagnosis)` names the faults, `print(diagnosis.explain())` adds indices and
     remedies.
 
-    Indices rise, and number the surface's points and faces.
+    Indices are sorted, and refer to the surface's points and faces.
 
-    Of a PolyData the surface is the mesh itself; of another dataset the surface's arrays
-    ``vtkOriginalPointIds`` and ``vtkOriginalCellIds`` lead back to the whole. Faces are counted as
-    `pvphong.meshes.surfaces.polygons` does: vertices and lines are none, a strip is one per triangle. All fields but
-    the first three are empty or False where there is no such fault.
+    The surface of a PolyData is the mesh itself. For other datasets the surface's arrays ``vtkOriginalPointIds`` and
+    ``vtkOriginalCellIds`` refer to the dataset. Vertices and lines are not faces; a strip has one face per triangle.
+    All fields but the first three are empty or False if there is no such fault.
 
     Attributes
     ----------
     n_points, n_faces : int
         Size of the surface.
     stored_normals : bool
-        Whether it has active point normals, which then are what is lit.
+        True if it has active point normals, which the lighting then uses.
     normals_fit : NormalsFit or None
-        How far these are off the faces: `.mean`, `.worst` in degrees, and `.beyond_60`, the share of the area where it
-        is more than 60. None without stored normals, or without faces.
+        Angles between these and the faces: `.mean`, `.worst` in degrees, and `.beyond_60`, the share of the area where
+        the angle exceeds 60. None without stored normals or without faces.
     invalid_cells : ndarray
-        Cells of the mesh, faces or not, with an index that no point has or with too few points for their type.
-        They are left out of everything else; any in another dataset than PolyData leave no surface.
+        Cells with an index outside the points, or with too few points for their type. They are left out of all other
+        checks. A dataset other than PolyData with such a cell has no surface.
     nothing_to_light : bool
-        There are neither faces nor point normals.
+        True if there are neither faces nor point normals.
     non_finite_points : ndarray
-        Points with a NaN or infinity. Faces with one are left out of the checks of faces.
+        Points with a NaN or infinity. Faces with such a point are not checked.
     zero_normals, non_finite_normals : ndarray
         Points whose stored normal is zero, or has a NaN or infinity.
     misfit_normals : ndarray
-        Points whose stored normal is more than 22.5 degrees off those of the faces around. It spoils the lighting where
-        `normals_fit.mean` is that much: an eighth of the surface may be turned round.
+        Points whose stored normal differs from the faces around by more than 22.5 degrees. It spoils the lighting if
+        `normals_fit.mean` exceeds that, which means that an eighth of the surface may be turned round.
     unlit_points : ndarray
-        Points in faces whose computed normal is zero: no face there has an area and finite points, or their normals
-        cancel as those of two coincident opposite faces do. It spoils nothing where normals are stored.
+        Points in faces whose computed normal is zero: no face there has an area and finite points, or the normals
+        cancel, as for two coincident opposite faces. It spoils nothing if normals are stored.
     degenerate_faces : ndarray
-        Faces whose area is zero to float64's rounding, or with a corner that comes twice.
+        Faces whose area is zero to float64's rounding, or with a repeated corner.
     duplicate_faces : ndarray
-        Faces round the same points in the same order as one with a lower index. Normals lean to what counts
-        twice; it spoils nothing where normals are stored.
+        Faces with the same points in the same order as a face with a lower index. Normals lean towards repeated faces;
+        it spoils nothing if normals are stored.
     far_faces : ndarray
-        Faces whose normal the coordinates' rounding may turn by more than 1/255 rad, about one display step,
-        only because they lie far from the origin.
+        Faces whose normal may turn by more than 1/255 rad, about one display step, by the rounding of coordinates, only
+        because they lie far from the origin.
     inconsistent_edges : ndarray
-        (m, 2) points of the edges whose two faces have opposite fronts; duplicate faces are left out. Its share is that
-        of the faces that would have to be turned.
+        Edges, (m, 2) points, whose two faces have opposite fronts; duplicate faces are left out. The share is that of
+        the faces to turn.
     inside_out_faces : ndarray
-        Faces of closed parts whose signed volume is negative, but for the walls of cavities within other parts: their
-        fronts look inwards. It spoils nothing where stored normals look outwards.
+        Faces of closed parts with negative signed volume, except walls of cavities: their fronts point inwards. It
+        spoils nothing if stored normals point outwards.
     downward_faces : ndarray
-        All faces, where no vertex looks up (+z), as those of a terrain that is made upside down. A note: it may be a
-        ceiling.
+        All faces, if no vertex faces up (+z), as in a terrain that is upside down. A note: it may be a ceiling.
     singular_matrix : bool
-        The matrix flattens space: its determinant is zero.
+        True if the matrix flattens space: its determinant is zero.
     non_manifold_edges : ndarray
-        (m, 2) points of the edges with more than two faces. A note: the normals there are a mean of all.
+        Edges, (m, 2) points, with more than two faces. A note: normals there are a mean of all.
     thin_faces : ndarray
-        Slivers whose normal the coordinates' rounding may turn by more than 1/255 rad wherever they lie.
-        A note: it is in their nature, and they cover little.
+        Slivers whose normal may turn by more than 1/255 rad by the rounding of coordinates, at any position. A note:
+        they cover little.
     opposed_normals : ndarray
-        Points whose stored normal is on the back of their faces. A note: it may be meant.
+        Points whose stored normal is on the back of their faces. A note: it may be intended.
     duplicate_points : ndarray
-        Points exactly in the place of one with a lower index. A note: seams and sharp edges are made so.
+        Points at exactly the position of a point with a lower index. A note: seams and sharp edges have such points.
     unused_points : ndarray
-        Points in no face, where there are faces. A note: nothing shows of them.
+        Points without a face, if there are faces. A note: they are not visible.
     nearly_singular_matrix : bool
-        The matrix's determinant is not zero, but of the size of its entries' rounding. A note: normals are exact
-        for the matrix as it is stored.
+        True if the matrix's determinant is within the rounding of its entries of zero. A note: normals are exact for
+        the stored matrix.
     mirrored_matrix : bool
-        The matrix mirrors. A note: pvphong lights it rightly.
+        True if the matrix mirrors. A note: pvphong lights it correctly.
     offset : tuple of 3 floats or None
-        What to subtract from the coordinates to cure `far_faces`; None where there are none, or where no single
-        offset helps all of them.
+        Offset to subtract from the coordinates to cure `far_faces`; None if there are none, or no single offset cures
+        all.
 
     Examples
     --------
@@ -220,7 +218,7 @@ class Diagnosis:
 
     @cached_property
     def findings(self) -> tuple[Finding, ...]:
-        """The faults that there are: first what spoils the lighting, then the notes."""
+        """Faults that were found: first those that spoil the lighting, then notes."""
         found = []
         for name in KINDS:
             value, where = getattr(self, name), WHERE.get(name, name.rpartition("_")[2])
@@ -296,7 +294,7 @@ class Diagnosis:
         return f"<{self._summary}>"
 
     def explain(self) -> str:
-        """Every finding with the first of its indices and its remedy."""
+        """Return every finding with its first indices and its remedy."""
         lines = [self._summary]
         for finding in self.findings:
             lines += _lines_of(finding)
@@ -335,15 +333,15 @@ class Diagnosis:
         return {"ok": self.ok, **counts, "normals_fit": fit, "findings": findings}
 
     def to_mesh(self) -> pv.PolyData:
-        """A mesh to look at the findings on.
+        """Return a mesh that shows the findings.
 
         Returns
         -------
         pyvista.PolyData
-            The surface's points, and its faces without the invalid ones, so that it is safe to draw. On points
-            and cells, the array ``"severity"``, active, is 0 where all is well, 1 for a note and 2 for what
-            spoils the lighting, and the array ``"diagnosis"`` is the sum of the findings' `FLAGS`; an edge is
-            noted at its two points. The cell array ``"face"`` holds each face's number.
+            The surface without invalid faces, so that it is safe to draw. On points and cells, the active array
+            ``"severity"`` is 0 without findings, 1 for a note and 2 for a fault that spoils the lighting, and the array
+            ``"diagnosis"`` is the sum of the findings' `FLAGS`; edges are marked at their points. The cell array
+            ``"face"`` holds each face's index.
         """
         numbers, connectivity, offsets = self._faces
         mesh = pv.PolyData(self._points.copy())
@@ -357,7 +355,7 @@ class Diagnosis:
         return mesh
 
     def _flags(self, count: int, *places: str) -> dict[str, NDArray[np.int32]]:
-        """The arrays of `to_mesh` over all points or all faces."""
+        """Return the arrays of `to_mesh` for all points or all faces."""
         severity, flags = np.zeros((2, count), dtype=np.int32)
         for finding in reversed(self.findings):  # what spoils comes last and overrides
             if finding.where in places:
@@ -368,7 +366,7 @@ class Diagnosis:
 
 
 def _percent(share: float) -> str:
-    """A share of the surface, with two digits."""
+    """Format a share of the surface with two digits."""
     return f"{float(f'{100.0 * share:.2g}'):g} %"
 
 
@@ -377,33 +375,33 @@ def _lines_of(finding: Finding) -> list[str]:
 
 
 def diagnose(mesh: pv.DataSet, *, matrix: MatrixLike | None = None) -> Diagnosis:
-    """Look for what will spoil a mesh's lighting: faces, normals and points, and the model matrix.
+    """Find faults that spoil a mesh's lighting: in faces, normals and points, and in the model matrix.
 
-    PyVista's ``mesh.validate_mesh`` asks whether cells are what their types promise (convex, planar, not
-    inverted, arrays of the right length). This asks what a light will make of them: whether every point gets a
-    normal, whether neighbours agree about their front, whether the coordinates are fine enough for normals. A
-    face that is not convex is no fault here; a mesh that is valid there may be dark here.
+    PyVista's ``mesh.validate_mesh`` checks cells against their types (convex, planar, not inverted, arrays of the right
+    length). This function checks conditions of lighting: every point has a normal, neighbours agree about their front,
+    and coordinates are precise enough for normals. A face that is not convex is no fault here, and a valid mesh may be
+    dark.
 
-    No VTK algorithm sees a mesh with an index out of range, so that the worst file is reported, not fatal.
+    No VTK algorithm runs on a mesh with an index out of range, so that a damaged file is reported and not fatal.
 
     Parameters
     ----------
     mesh : pyvista.DataSet
-        Looked at, not changed. Of another than PolyData it is the extracted surface that is looked at.
+        Mesh to check; it is not modified. The surface of other datasets than PolyData is extracted.
     matrix : array_like or vtkMatrix4x4, optional
-        (4, 4) model matrix that the mesh will be lit with.
+        (4, 4) model matrix of the mesh.
 
     Returns
     -------
     Diagnosis
-        `.ok`, `.findings`, an array of indices for each kind of fault; printable, `.explain()`, `.table()`,
+        `.ok`, `.findings`, and an array of indices for each kind of fault; printable, with `.explain()`, `.table()` and
         `.to_mesh()`.
 
     Raises
     ------
     ValueError
-        If `mesh` is no DataSet, its dimensions or arrays do not fit its points, or `matrix` is not an affine
-        4x4 matrix of finite numbers.
+        If `mesh` is not a DataSet, its dimensions or arrays do not fit its points, or `matrix` is not an affine 4x4
+        matrix of finite numbers.
 
     Examples
     --------
@@ -511,7 +509,7 @@ def diagnose(mesh: pv.DataSet, *, matrix: MatrixLike | None = None) -> Diagnosis
 
 
 def _share(where: Any, weights: Float64Array) -> float:
-    """The share of some points or faces in the surface, by weight, or by number where there are no weights."""
+    """Return the share of points or faces in the surface, by weight, or by number without weights."""
     total = float(weights.sum())
     if total > 0.0:
         return float(weights[where].sum()) / total

@@ -1,4 +1,4 @@
-"""pvphong's colours against VTK's own shader, vertex by vertex: `validate` and its result."""
+"""Comparison of pvphong's colours with VTK's shader, vertex by vertex: `validate` and its result."""
 
 from __future__ import annotations
 
@@ -57,24 +57,24 @@ def validate(
     """Compare pvphong's colours with those of VTK's own shader, vertex by vertex.
 
     pvphong's are `evaluate`'s, in its float32 default, before they are clamped. VTK's are `vtk_shade`'s.
-    The scene is compared as it is, in its own convention, whatever VTK's settings must be for it: ambient light and
-    emission as the material's unlit ambient, a viewer at infinity as an eye far away, two-sided lighting
-    as normals turned to the viewer, a mesh far from the origin around its middle. `Comparison.conversions` says what.
+    The scene is compared in its own convention; VTK's settings are adapted. Ambient light and emission become the
+    material's unlit ambient, a viewer at infinity a distant eye, two-sided lighting normals that face the viewer, and a
+    mesh far from the origin is moved there. `Comparison.conversions` lists these.
 
-    Left out are vertices where float32 leaves VTK's colour open: those where a highlight begins at n·l = 0, those
-    on the edge of a cone, those whose normals turn to the viewer at n·v = 0, those where VTK's own rounding of places
-    and directions may cost more than the bound, and, in the standard convention, those where VTK's floor of 1e-5
-    under a cosine shows (at powers of 1 and less). `Comparison.left_out` counts them.
+    Vertices whose colour in VTK is undecided in float32 are left out: where a highlight begins at n·l = 0, on the edge
+    of a cone, where normals turn to the viewer at n·v = 0, where VTK's rounding of positions and directions may exceed
+    the bound, and, in the standard convention, where VTK's floor of 1e-5 under a cosine shows (at powers of 1 and
+    less). `Comparison.left_out` lists them.
 
     Parameters
     ----------
     mesh : pyvista.DataSet
-        A dataset with a surface. Its active point normals are used, computed ones where it has none.
+        Dataset with a surface. Its active point normals are used, or computed ones if it has none.
     scene : Scene, light, sequence of lights, or None
-        None is the scene of `pvphong.default_scene`. Lights, viewer and light model, in either convention.
+        Lights, viewer and light model, in either convention; by default the scene of `pvphong.default_scene`.
     material : Material or str
-        The surface's reflectances. Of maps VTK has but albedo of uint8, as vertex colours, beside grey ambient and
-        diffuse; all others are refused by name.
+        Material. The only map that VTK supports is albedo of uint8, as vertex colours, with grey ambient and diffuse;
+        others are refused by name.
     matrix : array_like, optional
         (4, 4) model matrix.
     feature_angle, backend
@@ -88,13 +88,12 @@ def validate(
     Raises
     ------
     InexpressibleError
-        A ValueError: for a scene that VTK's shader cannot draw (lights with an ambient colour of their own or
-        highlights in another than their diffuse colour, Blinn-Phong, `PBR` in the standard convention, a viewer at
-        infinity beside lights with a position, powers above 128, a matrix that flattens or scales beyond 1e-18 to
-        1e18, a mirrored surface as VTK turns it), where it would have an effect. It holds the nearest scene that VTK
-        can draw.
+        A ValueError for a scene that VTK's shader cannot draw, if it makes a difference: lights with an ambient colour
+        or with a specular colour other than diffuse, Blinn-Phong, `PBR` in the standard convention, a viewer at
+        infinity with lights at a position, powers above 128, a matrix that flattens or scales beyond 1e-18 to 1e18, a
+        mirrored surface as VTK turns it. It holds the nearest scene that VTK can draw.
     ValueError
-        As `evaluate`, or for a mesh with nothing to light.
+        As for `evaluate`, or if the mesh has nothing to light.
 
     See Also
     --------
@@ -165,16 +164,16 @@ def validate(
 def _pose_for_vtk(
     points: FloatArray, normals: FloatArray, scene: Scene, matrix: Float64Array
 ) -> tuple[Pose, BoolArray, tuple[str, ...]]:
-    """Vertices around their middle, with unit normals, which a two-sided scene turns to the viewer.
+    """Return vertices relative to their middle, with unit normals, which face the viewer in a two-sided scene.
 
     Returns
     -------
     pose : Pose
         Points, normals and matrix.
     doubtful : ndarray
-        Shape (n,): where it is not certain to which side a normal turns.
+        True where the side of a normal is uncertain, shape (n,).
     conversions : tuple of str
-        What was changed, a phrase each.
+        Changes, one phrase each.
     """
     conversions = []
     center, size = _box(points.astype(np.float64))
@@ -209,16 +208,16 @@ def _box(points: Float64Array) -> tuple[Float64Array, float]:
 
 @dataclass(frozen=True)
 class Vertex:
-    """A vertex whose colours differ most, with what it takes to look into it.
+    """Vertex with one of the largest errors, and its data.
 
     Attributes
     ----------
     index : int
         Number of the point.
     error : float
-        Its largest error over the channels, without sign.
+        Largest absolute error of its channels.
     position, normal : tuple of float
-        In the world, the normal unit and turned to the viewer where the scene is two-sided.
+        In the world; a unit normal that faces the viewer if the scene is two-sided.
     pvphong, vtk : tuple of float
         Both unclamped colours.
     tier : int
@@ -236,33 +235,33 @@ class Vertex:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Comparison:
-    """pvphong's unclamped colours against VTK's own shader.
+    """Comparison of pvphong's unclamped colours with VTK's shader.
 
-    `print(comparison)` gives the verdict in words, `print(comparison.explain())` all numbers.
+    `print(comparison)` prints the verdict, `print(comparison.explain())` all numbers.
 
-    Errors are pvphong minus VTK: absolute, and relative to the light that arrives where that, times the material's
-    reflectances, is more than 1. float32 rounds in proportion to it.
+    Errors are pvphong minus VTK. They are absolute, or relative to the arriving light times the material's reflectances
+    if that exceeds 1, because float32 rounds in proportion to it.
 
     Attributes
     ----------
     tolerance : float
-        The bound that applied: 16 · power · 2⁻²⁴ + 1e-6, where the power is the shininess, if there is a
+        Bound on the errors: 16 · power · 2⁻²⁴ + 1e-6, where the power is the shininess, if there is a
         highlight, or a spot's exponent, whichever is larger; for physically based shading the power is that of spots,
         and 6 · 2⁻²⁴ / roughness⁴ + 1e-6 is added.
     tier : int
-        Which of VTK's three tiers of lighting code drew it; 0 where it drew unlit.
+        Tier of VTK's lighting code, 1 to 3; 0 if unlit.
     conversions : tuple of str
-        In which other terms than the scene's VTK was given it.
+        Changes of the scene for VTK.
     driver : str
-        The graphics driver that VTK ran on.
+        Graphics driver of VTK.
     vertices : ndarray
-        Shape (n,): the points compared.
+        Indices of the compared points, shape (n,).
     errors : ndarray
-        Shape (n, 3), signed, a row per point compared.
+        Signed errors of the compared points, shape (n, 3).
     left_out : dict of str to ndarray
-        Reason → points that were not compared for it; a point may have several.
+        Reason → points that were not compared. A point may have several reasons.
     pvphong, vtk : ndarray
-        Shape (n_points, 3): all unclamped colours, VTK's NaN where it has none.
+        Unclamped colours, shape (n_points, 3); NaN where VTK has none.
 
     Examples
     --------
@@ -297,17 +296,17 @@ class Comparison:
 
     @property
     def max_error(self) -> float:
-        """The largest error of any channel; NaN where nothing was compared, as for the three that follow."""
+        """Largest error of any channel. This and the next three are NaN if nothing was compared."""
         return float(self._magnitudes.max()) if self.n else math.nan
 
     @property
     def rms(self) -> float:
-        """The root of the mean square of all channels' errors."""
+        """Root of the mean square of all channels' errors."""
         return math.sqrt(float(np.mean(self.errors**2))) if self.n else math.nan
 
     @property
     def p50(self) -> float:
-        """The median of the vertices' errors, each vertex's that of its worst channel."""
+        """Median of the vertices' errors; a vertex's error is that of its worst channel."""
         return float(np.percentile(self._magnitudes, 50)) if self.n else math.nan
 
     @property
@@ -358,7 +357,7 @@ class Comparison:
         return table
 
     def explain(self) -> str:
-        """All numbers, what VTK was given in other terms, what was left out, and the worst vertices."""
+        """Return all numbers, the changes for VTK, the vertices left out, and the worst vertices."""
         return rendered([self.table()])
 
     def _rows(self) -> list[tuple[str, str]]:
@@ -429,13 +428,13 @@ class Comparison:
         write_json(self.to_dict(), path)
 
     def to_mesh(self) -> pv.PolyData:
-        """A copy of the surface with the colours and errors, to look at.
+        """Return a copy of the surface with colours and errors.
 
         Returns
         -------
         pyvista.PolyData
             Point arrays: ``"phong"`` and ``"vtk"``, the unclamped colours; ``"phong_error"``, the signed errors,
-            NaN where none was taken; ``"phong_error_max"``, active, the largest channel's without sign.
+            NaN where not compared; ``"phong_error_max"``, active, the largest channel's without sign.
         """
         mesh = self._surface.copy()
         errors = np.full(self.pvphong.shape, np.nan)
