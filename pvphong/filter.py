@@ -1,4 +1,4 @@
-"""Lighting as a step of a VTK pipeline."""
+"""Lighting as a filter of a VTK pipeline."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ from pvphong.scene.scene import Scene, SceneLike, as_scene
 
 
 class PhongFilter(Handle, VTKPythonAlgorithmBase):  # type: ignore[misc]  # VTK's class has no type
-    """A VTK filter: polydata in, polydata with the lit array "phong" (n_points, 3) float32 out, or as its options say.
+    """VTK filter that adds the lit array "phong", (n_points, 3) float32 by default, to polydata.
 
-    It executes again only when its input, scene, material or options have changed.
+    It runs again only if its input, scene, material or options have changed.
 
     Examples
     --------
@@ -55,7 +55,7 @@ class PhongFilter(Handle, VTKPythonAlgorithmBase):  # type: ignore[misc]  # VTK'
             self.Modified()
 
     def GetScene(self) -> Scene:
-        """The scene that lights the input; without lights at first."""
+        """Return the scene; initially without lights."""
         return self._scene
 
     def SetMaterial(self, material: Material | str) -> None:
@@ -66,9 +66,9 @@ class PhongFilter(Handle, VTKPythonAlgorithmBase):  # type: ignore[misc]  # VTK'
             self.Modified()
 
     def SetOptions(self, **options: Any) -> None:
-        """Set options as `mesh.phong.shade` takes them, such as matrix, feature_angle, components or backend.
+        """Set options of `mesh.phong.shade`, such as matrix, feature_angle, components or backend.
 
-        They replace those that were set before.
+        They replace earlier options.
 
         Raises
         ------
@@ -82,19 +82,19 @@ class PhongFilter(Handle, VTKPythonAlgorithmBase):  # type: ignore[misc]  # VTK'
         self.Modified()
 
     def GetMaterial(self) -> Material:
-        """The surface's material; OpenGL's default at first."""
+        """Return the material; initially OpenGL's default."""
         return self._material
 
     def SetInputData(self, data: Any) -> None:
-        """Set a vtkPolyData to light, without a pipeline before this filter."""
+        """Set a vtkPolyData as the input, without an upstream filter."""
         self.SetInputDataObject(0, data)
 
     def GetOutput(self) -> Any:
-        """The lit vtkPolyData, as every VTK filter gives it."""
+        """Return the lit vtkPolyData."""
         return self.GetOutputDataObject(0)
 
     def RequestData(self, _request: Any, inputs: Any, outputs: Any) -> int:
-        """Called by the pipeline when the output is out of date."""
+        """Compute the output; the pipeline calls this when it is out of date."""
         source, self._refusal = pv.wrap(self.GetInputData(inputs, 0, 0)), None
         try:
             # A step upstream may leave nothing; that is no error in a pipeline.

@@ -41,18 +41,18 @@ _APART = 'Each file was lit by itself: seams="merge" takes them for pieces of on
 
 @dataclass(frozen=True)
 class Batch:
-    """The results of many files; each is in one of the three.
+    """Results of many files; each file is in one of the three.
 
     Attributes
     ----------
     done : tuple of Path
-        The files that were lit now, and the indices that were written.
+        Files that were lit, and index files that were written.
     skipped : tuple of Path
-        Those of which the lit file was there already, made from the same file with the same settings.
+        Files whose lit file existed, made from the same input and settings.
     failed : mapping of Path to str
-        Those that could not be lit, and why. Nothing was written for them.
+        Files that could not be lit, with the reasons. Nothing was written for them.
     note : str
-        What was left as it is, if there is anything to say: seams between files.
+        Remark on seams between files that were not merged; may be empty.
 
     Examples
     --------
@@ -98,49 +98,46 @@ def shade_files(
     feature_angle: FeatureAngle = None,
     compress: Compression = "lz4",
 ) -> Batch:
-    """Light many files in many processes; each comes out as a .vtp file of its name with its colours.
+    """Light many files in many processes. Each is written as a .vtp file of its name with its colours.
 
-    A file is written whole or not at all. Beside it stands, in ``.NAME.vtp.json``, what it was made from: checksums of
-    the input, of scene, material and options, and pvphong's version. While these are the same, and the file is as it
-    was written, it is not made again: so a call that was interrupted is simply repeated. A worker that is killed loses
-    nothing, for Dask gives its work to others.
+    A file is written whole or not at all. A receipt beside it, ``.NAME.vtp.json``, has checksums of the input, of
+    scene, material and options, and pvphong's version. A file whose receipt matches is not made again, so that an
+    interrupted call can be repeated. If a worker is killed, Dask gives its work to others.
 
-    Files that name others are read as pieces, which are lit one by one, and written back with the names of the lit
-    ones: .vtm, .pvtp, .pvtu (as .pvtp, for what is lit are surfaces) and .pvd, which may name any of these. Ghost
-    cells are left out. A file without points, or with ghost cells alone, comes out empty.
+    Files that name others (.vtm, .pvtp, .pvtu, and .pvd, which may name any of these) are read as pieces. The pieces
+    are lit one by one, and an index names the lit files; it is a .pvtp for a .pvtu, because lit meshes are surfaces.
+    Ghost cells are left out. A file without points, or with ghost cells only, gives an empty file.
 
     Parameters
     ----------
     paths : str, path, or sequence of them
         Files of any format that PyVista reads, or patterns such as `parts/*.vtp`; each holds one mesh, or names others.
-        Of a pattern's files those inside `out` are left out, as lit by an earlier call.
+        Files inside `out` that match a pattern are skipped, as results of an earlier call.
     out : path
-        A folder; it is made if it is not there. Workers elsewhere must find it, and the files, under the same paths.
+        Folder, created if missing. Workers on other machines must reach it, and the files, under the same paths.
     scene : Scene, light, or sequence of lights, optional
-        As for `mesh.phong.shade`, but one for all: without a viewer it is seen as PyVista's camera frames all files
-        together, and so is the default scene, for which all files are read once more. Pieces of one surface cast
-        shadows on each other: who lights a piece reads also those that may block light for it, which are all of them
-        under ambient occlusion of any distance and under light from all sides. Meshes shadow themselves alone.
-        Light that bounces is refused for pieces of one surface.
+        As for `mesh.phong.shade`, common to all files. Without a viewer, and by default, PyVista's camera frames all
+        files together, which are read once more for it. Pieces of one surface shadow each other: a worker also reads
+        the pieces that may block light for its own, which are all pieces under light from all sides and with unlimited
+        ambient occlusion. Separate meshes shadow only themselves. Bounces are refused for pieces of one surface.
     material : Material or mapping, optional
-        The surface's reflectances; or by the paths of names of a .vtm file's blocks, "default" for the others. Maps are
-        names of point arrays that the files have, colormaps of such names, or paths of image files. A colormap without
-        a `clim` has the range of all files, which are read once more for it.
+        Material, or a mapping by the names of a .vtm file's blocks, with "default" for the others. Maps are names of
+        point arrays of the files, colormaps of such names, or paths of image files. A colormap without `clim` has the
+        range of all files, which are read once more for it.
     client : distributed.Client or str, optional
-        A Dask cluster, or the address of its scheduler, as "tcp://host:8786". A local cluster is started if not given;
-        a script then needs ``if __name__ == "__main__":``, as with all of Python's processes.
+        Dask cluster, or the address of its scheduler, such as "tcp://host:8786". By default a local cluster is started;
+        a script then needs ``if __name__ == "__main__":``, as for all of Python's processes.
     workers : int, optional
-        How many processes the local cluster has, of one thread each; as many as there are processors if not given.
+        Number of processes of the local cluster, with one thread each; by default the number of processors.
     seams : {"merge", "keep"}, optional
-        Whether points of several pieces at one place get the normal of the surface in one piece, where normals are
-        computed from faces. If not given: "merge" for what one index names, at one time, and "keep" for files beside
-        each other. Points are the same whose coordinates are, to the bit; of a piece's own points at one place the
-        first one counts.
+        "merge": where normals are computed from faces, points of several pieces at one place get the normal of the
+        whole surface. Default: "merge" for the pieces of one index at one time, and "keep" for separate files. Points
+        are the same if their coordinates are equal to the bit; of equal points of one piece, the first counts.
     name, components, tolerance, precision, backend, feature_angle
-        As for `mesh.phong.shade`. Each piece is planned for by itself, within
-        the tolerance. Sharp edges are found across pieces whose seams are merged.
+        As for `mesh.phong.shade`. Each piece has its own plan, within the tolerance. Sharp edges are found across
+        merged seams.
     compress : {"lz4", "zlib", "none"}, default "lz4"
-        How arrays in the lit files are compressed: zlib takes about half the room of LZ4, and ten times as long.
+        Compression of arrays in the lit files: zlib takes about half the space of LZ4, and ten times as long.
 
     Returns
     -------
@@ -150,9 +147,9 @@ def shade_files(
     Raises
     ------
     ValueError
-        If an argument is not allowed: no file, two with one output, a folder that cannot be written to, a scheduler
-        that does not answer, workers with other versions. Nothing is written then. What is wrong with a file is no
-        error: it is in `.failed`, and the others are lit.
+        If an argument is invalid: no file, two files with one output, a folder that is not writable, a scheduler that
+        does not answer, workers with other versions. Nothing is written then. Errors in single files are in `.failed`,
+        and the others are lit.
 
     Examples
     --------
@@ -203,7 +200,7 @@ def shade_files(
 
 @contextmanager
 def _folders(folders: Iterable[Path]) -> Iterator[None]:
-    """Make the folders that are written in; what killed workers have left there is cleared before and after."""
+    """Create the output folders, and remove leftovers of killed workers before and after."""
 
     def clear() -> None:
         for folder in folders:
@@ -223,7 +220,7 @@ def _folders(folders: Iterable[Path]) -> Iterator[None]:
 
 
 class _Run:
-    """One call: what workers are to light, in which order, and the result of each piece and index, by its output."""
+    """State of one call: pieces, their order, and the result of each piece and index, by output."""
 
     def __init__(self, client: Client | Here, job: Job, pieces: Sequence[Piece], indices: Sequence[Index]) -> None:
         self._client, self._job, self._pieces, self._indices = client, job, pieces, indices
@@ -231,7 +228,7 @@ class _Run:
         self._results: dict[Path, Result] = {}
 
     def frame(self, given: Scene | None) -> None:
-        """Give the scene a viewer that sees all pieces; the default scene if none is given."""
+        """Set a viewer that sees all pieces; the default scene if none is given."""
         low, high, is_open = np.full(3, np.nan), np.full(3, np.nan), False
         for _, (bounds, has_edges) in self._each(bounds_of, self._pieces):
             low, high = np.fmin(low, bounds[::2]), np.fmax(high, bounds[1::2])
@@ -241,7 +238,7 @@ class _Run:
         self._job = replace(self._job, scene=scene)
 
     def span(self) -> None:
-        """Give colormaps without a range that of their array in all pieces."""
+        """Set the range of colormaps without one to that of their array in all pieces."""
         fields = [(label, name) for label, each in self._job.materials.items() for name in unspanned(each)]
         if not fields:
             return
@@ -253,7 +250,7 @@ class _Run:
         self._job = replace(self._job, materials=materials)
 
     def light(self, *, merges: bool) -> None:
-        """Light all pieces that have not failed; with normals of surfaces in one piece, if they are merged."""
+        """Light all pieces that have not failed, with normals across merged seams."""
         depend = merges or self._job.scene.light_model.needs_rays
         surfaces: dict[Any, list[Piece]] = defaultdict(list)
         for piece in self._pieces:
@@ -268,7 +265,9 @@ class _Run:
             self._end(piece, result)
 
     def _begin_together(self, pieces: Sequence[Piece], *, merges: bool) -> dict[Any, Piece]:
-        """Tasks for the pieces of one surface: each gets faces that touch it, and the names of what may block it."""
+        """Start tasks for the pieces of one surface; each gets the faces that touch it, and the names of possible
+        occluders.
+        """
         looked = dict(self._each(look, self._left(pieces), self._job))
         made_from = checksum_of([looked[piece][0] if piece in looked else "" for piece in pieces])
         if not merges:
@@ -311,7 +310,7 @@ class _Run:
         }
 
     def write_indices(self) -> None:
-        """Write those of which all pieces have a lit file."""
+        """Write the indices whose pieces all have a lit file."""
         for index in self._indices:
             named = [self._results[output] for output in index.outputs]
             failed = sum(bool(result.reason) for result in named)
@@ -325,7 +324,7 @@ class _Run:
             self._results[index.output] = result
 
     def batch(self, note: str) -> Batch:
-        """All results, by the files that were given."""
+        """Return all results, by the given files."""
         results = [(piece.input, self._results[piece.output]) for piece in self._pieces]
         results += [(index.input, self._results[index.output]) for index in self._indices]
         failed = {path: result.reason for path, result in results if result.reason}
@@ -334,13 +333,13 @@ class _Run:
         return Batch(tuple(done), tuple(skipped), failed, note)
 
     def _begin(self, work: Callable[..., Any], piece: Piece, *more: Any) -> Any:
-        """A task; among `more` may be others, whose values then go from worker to worker."""
+        """Start a task. `more` may contain tasks, whose values then go from worker to worker."""
         return self._client.submit(work, _found_anywhere(piece), *more, pure=False)
 
     def _each(
         self, work: Callable[..., Any], pieces: Iterable[Piece], *more: Any, fetches: bool = True
     ) -> Iterator[tuple[Piece, Any]]:
-        """The pieces, and the value of some work on each, as it ends; a piece whose task has failed has ended."""
+        """Yield the pieces and the values of their tasks as they end; failed pieces are recorded."""
         return self._values({self._begin(work, piece, *more): piece for piece in pieces}, fetches=fetches)
 
     def _values(self, tasks: Mapping[Any, Piece], *, fetches: bool = True) -> Iterator[tuple[Piece, Any]]:
@@ -354,12 +353,12 @@ class _Run:
         return [piece for piece in pieces if piece.output not in self._results]
 
     def _end(self, piece: Piece, result: Result) -> None:
-        """Take down a piece's result; the first one counts."""
+        """Record a piece's result; the first one counts."""
         if piece.output not in self._results:
             self._results[piece.output] = result
             self._count(1)
 
 
 def _found_anywhere(piece: Piece) -> Piece:
-    """A piece whose files a worker finds in whatever folder it works."""
+    """Return a piece with absolute paths."""
     return replace(piece, input=piece.input.absolute(), output=piece.output.absolute())

@@ -77,46 +77,43 @@ def tradeoff(
     visibility: Visibility | None = None,
     truth: bool = False,
 ) -> Tradeoff:
-    """Measure what accuracy costs in time on a mesh and a scene of one's own.
+    """Measure accuracy against time on a mesh and scene.
 
-    Variants from the float64 reference down to coarse light models are run in turns, so that a machine that drifts
-    favours none, as often as the time budget allows. Their errors are of three kinds, which are measured apart:
-    arithmetic (against the same equation in float64) and light model (between two equations in float64), both at the
-    vertices, and interpolation (colours blended across triangles against per-pixel shading, in float64). Where the
-    scene has shadows or ambient occlusion there is a fourth, sampling: colours by few rays for each vertex against
-    colours by 4096, at vertices chosen at random; highlights of lights with a size that are partly hidden count in it,
-    for their part of the light is not the share that matt surfaces see. Arithmetic and light model then take what the
-    vertices see as known; interpolation casts rays inside triangles, if there is time for them.
+    Variants from the float64 reference to coarse light models run in turns, as often as the time budget allows, so that
+    a drifting machine favours none. Three kinds of errors are measured separately: arithmetic (against the same
+    equation in float64) and light model (between two equations in float64), both at the vertices, and interpolation
+    (colours blended across triangles against per-pixel shading, in float64). With shadows or ambient occlusion there is
+    a fourth kind, sampling: colours with few rays per vertex against colours with 4096, at random vertices. It includes
+    highlights of partly hidden area lights, whose visible part differs from that of diffuse reflection. Arithmetic and
+    light model then take the visibility as known; interpolation casts rays inside triangles, if there is time.
 
     Parameters
     ----------
     mesh : pyvista.DataSet
-        A dataset with a surface; it is not modified.
+        Dataset with a surface; it is not modified.
     scene : Scene, light, sequence of lights, or None
-        What lights it; None is the scene of `pvphong.default_scene`.
+        Lights, viewer and light model; by default the scene of `pvphong.default_scene`.
     material : Material or str
-        The surface's reflectances.
-    tolerance : float, default 1/255
-        The largest absolute colour error that is to be allowed, > 0; the default is one step of a display.
+        Material of the surface. tolerance : float, default 1/255
+        Largest allowed absolute colour error, > 0; the default is one step of a display.
     seconds : float, default 20
-        What it may take, > 0. On large meshes variants are left out to keep it, with the reason given; the reference,
-        the plan and the variant that it is compared with are always measured. Compiling the kernel, once per
-        installation, is not counted.
+        Time budget, > 0. On large meshes variants are left out to keep it, with the reason; the reference, the plan and
+        its comparison are always measured. Compilation of the kernel, once per installation, does not count.
     matrix : array_like, optional
         (4, 4) model matrix.
     feature_angle, occluders
         As for `mesh.phong.shade`.
     visibility : Visibility, optional
-        What `mesh.phong.visibility` gives; numbers alone do not do, for rays are cast anew to measure them.
+        Result of `mesh.phong.visibility`; plain arrays are not enough, because rays are cast again to measure them.
     truth : bool, default False
-        Whether models of light, from a constant to all that bounces, are compared with paths of light too; for that
-        there are as many seconds again. Not in VTK's convention, which knows no light that bounces.
+        Also compare light models, from constant ambient light to all bounces, with path tracing; this takes as many
+        seconds again. Not available in VTK's convention, which has no bounces.
 
     Returns
     -------
     Tradeoff
         `.rows`, `.best(tolerance)`, `.ledger`, `.predicted_bounds`, `.table()`, `.plot(path)`, `.to_csv(path)`,
-        `.to_json(path)`; print it for what to choose, and `.explain()` for all of it.
+        `.to_json(path)`; print it for the recommendation, and `.explain()` for everything.
 
     Raises
     ------
@@ -171,16 +168,16 @@ def tradeoff(
 
 
 class _Measurement:
-    """One report in the making.
+    """State of a measurement.
 
     Attributes
     ----------
     rows : dict of str to Row
-        What was measured so far, before it is timed.
+        Rows measured so far, not yet timed.
     runs, estimates : dict
-        What is to be timed, by name, and the seconds that it took once.
+        Runs to time, by name, and the seconds of their first run.
     left_out : dict of str to str
-        What is not measured, and why.
+        Variants that are not measured, and the reasons.
     """
 
     def __init__(self, mesh: pv.PolyData, subject: Subject, tolerance: float, clock: Clock, stack: ExitStack) -> None:
@@ -195,7 +192,7 @@ class _Measurement:
         self.needed = {REFERENCE, self.baseline, plan_name(tolerance)}
 
     def run(self) -> Tradeoff:
-        """Everything in the order of its importance, as long as there is time."""
+        """Measure everything in the order of importance, as long as there is time."""
         s, clock = self.subject, self.clock
         clock.say(REFERENCE)
         _, self.exact_seconds = timed(lambda: s.truth)
@@ -236,7 +233,7 @@ class _Measurement:
         )
 
     def _left(self) -> float:
-        """Seconds that are left for getting ready: all that is found must still be repeated."""
+        """Seconds left for preparation; the repeats of all variants found so far are reserved."""
         return self.clock.left - max(self.for_rounds, FEWEST_REPEATS * sum(self.estimates.values()))
 
     def _has_time_for(self, what: str, seconds: float) -> bool:
@@ -258,7 +255,7 @@ class _Measurement:
         self.rows[row.name], self.runs[row.name], self.estimates[row.name] = row, run, seconds
 
     def _add_all(self, found: list[Variant]) -> None:
-        """Variants that have not run yet."""
+        """Add variants that have not run yet."""
         for row, run, _ in found:
             self._add(row, run, timed(run)[1])
 
@@ -273,7 +270,7 @@ class _Measurement:
         return found
 
     def _light_vertices(self) -> list[Variant]:
-        """Errors and a first time of every variant at the vertices; gives all of them, measured or not."""
+        """Measure errors and a first time of every variant at the vertices; return all variants, measured or not."""
         s = self.subject
         found, reasons = variants(s, self.tolerance)
         self.left_out |= reasons
@@ -307,7 +304,7 @@ class _Measurement:
         return found
 
     def _drop_effects(self) -> dict[str, float]:
-        """The largest light-model error without each effect or light that is there; runs without it are to be timed."""
+        """Measure the largest light-model error without each effect or light, and queue runs without it for timing."""
         s, whole, errors = self.subject, self.subject.assembled, dict[str, float]()
         effects, (middle, _) = s.plan().effects, s.sphere
         without = {name: drop(whole, middle) for name, drop in WITHOUT.items() if effects[name].on}
@@ -331,9 +328,9 @@ class _Measurement:
     def _ledger(
         self, errors: dict[str, float], times: dict[str, Float64Array], casting: dict[str, float]
     ) -> tuple[LedgerEntry, ...]:
-        """An entry for every effect of the plan at the tolerance, and every light that is there.
+        """Return an entry for every effect of the plan at the tolerance, and every light.
 
-        Its cost is seconds with minus seconds without, where both were timed in turns, and those of casting its rays.
+        The cost is the difference of seconds with and without it, timed in turns, plus those of its rays.
         """
         plan = self.subject.plan(self.tolerance)
         kept = {term.index for term in plan.equation.terms}
@@ -368,7 +365,7 @@ class _Measurement:
 
 
 def predicted_bounds(subject: Subject, tolerance: float) -> tuple[PredictedBound, ...]:
-    """Each approximation of the plan at a tolerance: the bound that it took, the largest difference that it makes."""
+    """Return the bound and the largest measured difference of each approximation of the plan at a tolerance."""
     state, found = PlanState.first(subject.assembled, tolerance, subject.vertices), []
     for effect in EFFECTS:
         before, state = state, effect.simplify(state)

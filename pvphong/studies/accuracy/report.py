@@ -56,36 +56,36 @@ _HEADINGS = ("", "variant", "time", "spread", "largest", "RMS", "99 %", "points"
 class Tradeoff(Result):
     """Accuracy against time on one mesh and scene.
 
-    `print(report)` says what to choose, `print(report.explain())` all of it.
+    `print(report)` prints the recommendation, `print(report.explain())` everything.
 
     Attributes
     ----------
     tolerance : float
-        The colour error that was to be allowed.
+        Allowed colour error.
     rows : tuple of Row
-        Every variant that was measured: each lights the mesh.
+        Measured variants of lighting the mesh.
     ledger : tuple of LedgerEntry
-        What each effect and light costs, and what its absence would do.
+        Cost of each effect and light, and the error without it.
     baseline : str
-        The row that the ledger's costs are parts of: what `evaluate` does by itself.
+        Row to which the ledger's costs refer: the default of `evaluate`.
     predicted_bounds : tuple of PredictedBound
-        The approximations of the plan at the tolerance: their bounds, and their measured errors.
+        Approximations of the plan at the tolerance, with bounds and measured errors.
     left_out : dict of str to str
-        What was not measured, and why.
+        Variants that were not measured, and the reasons.
     facts : dict of str to str
         Mesh, scene, machine, threads, versions, date, repeats.
     inside_errors, inside_areas : ndarray
-        Shape (m,): the largest interpolation error of each triangle that was searched, and its part of their area.
+        Largest interpolation error of each searched triangle, and its share of their area, shape (m,).
     surface : pyvista.PolyData
-        The mesh whose points were lit.
+        Mesh whose points were lit.
     scene : Scene
-        What lit it.
+        Its scene.
     matrix : array_like or None
-        The (4, 4) model matrix, None for the identity.
+        (4, 4) model matrix; None for the identity.
     reference_colors : ndarray
-        Shape (n_points, 3): colours of the float64 reference.
+        Colours of the float64 reference, shape (n_points, 3).
     physics : Physics or None
-        Models of light beside paths of it, where that was asked for: `.models`, `.truth`, `.sentence()`, `.table()`.
+        Light models compared with path tracing, if requested: `.models`, `.truth`, `.sentence()`, `.table()`.
 
     Examples
     --------
@@ -98,7 +98,7 @@ class Tradeoff(Result):
     physics: Physics | None = None
 
     def to_mesh(self) -> pv.PolyData:
-        """A copy of the surface to look at.
+        """Return a copy of the surface with colours and errors.
 
         Returns
         -------
@@ -135,7 +135,7 @@ class Tradeoff(Result):
         Parameters
         ----------
         with_next : bool, default False
-            Whether a line also says what the next step, to less error, would cost.
+            Add a line with the cost of the next step to a smaller error.
         """
         count = sum(not row.is_peer for row in self.rows)
         found = [f"Cheapest within {number(self.tolerance)}, of {count} ways to light {self.surface.n_points} points:"]
@@ -170,7 +170,7 @@ class Tradeoff(Result):
             yield self.physics.sentence()
 
     def explain(self) -> str:
-        """All of it: every row, each effect's cost, predicted error bounds, what was left out, where this was run."""
+        """Return everything: rows, costs of effects, predicted error bounds, variants left out, and circumstances."""
         title = f"What each effect costs: time with it minus time without it, of {self.baseline}"
         ledger = table(title, "effect", "", "cost", "if dropped", "why", right=("cost", "if dropped"))
         ledger.columns[1].no_wrap = True
@@ -204,7 +204,7 @@ class Tradeoff(Result):
     def table(self) -> Table:
         """The rows as a `rich.table.Table`; print it with a `rich.console.Console`.
 
-        By kind and time; ★ is chosen, ● on its kind's front, a dominated one has no mark.
+        Sorted by kind and time; ★ marks the choice, ● the Pareto front of a kind.
         """
         title = "What accuracy costs in time: colour errors, each of its row's kind; ★ chosen, ● on the front"
         found = table(title, *_HEADINGS, right=_HEADINGS[2:])
@@ -217,7 +217,7 @@ class Tradeoff(Result):
         return found
 
     def _cells(self) -> Iterator[tuple[Kind, tuple[str, ...]]]:
-        """Each row's kind, and its texts under `_HEADINGS`; in the order of kinds and times."""
+        """Yield each row's kind, and its texts under `_HEADINGS`, sorted by kind and time."""
         for row in sorted(self.rows, key=lambda row: (KINDS.index(row.kind), row.time.median)):
             mark, error = "★" if row in self.chosen else "●" if row.on_front else "", row.error
             name, time = f"{row.name} (peer)" if row.is_peer else row.name, row.time
@@ -227,7 +227,7 @@ class Tradeoff(Result):
     # -- files
 
     def to_dict(self) -> dict[str, Any]:
-        """All numbers as plain values."""
+        """Return all numbers as plain values."""
         return {
             "tolerance": self.tolerance,
             "chosen": {row.question: row.name for row in self.chosen},

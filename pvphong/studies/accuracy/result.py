@@ -32,19 +32,18 @@ _WORST = 5
 
 @dataclass(frozen=True)
 class Errors:
-    """Absolute colour errors of one kind, without sign.
+    """Absolute colour errors of one kind.
 
     Attributes
     ----------
     largest : float
-        Of all places and channels.
+        Largest error over all places and channels.
     rms : float
-        Root of the mean square: over all channels at the vertices; inside triangles over their areas, each with its
-        largest error.
+        Root mean square: over all channels at the vertices; inside triangles by area, each with its largest error.
     p99 : float
-        What 99 % of the vertices stay below, each in its worst channel, or the triangles that make up 99 % of the area.
+        99th percentile over vertices, each with its worst channel; inside triangles by area.
     count : int
-        How many places were looked at: vertices, or triangles.
+        Number of vertices or triangles.
     """
 
     largest: float
@@ -54,7 +53,7 @@ class Errors:
 
     @classmethod
     def at_vertices(cls, colors: FloatArray, truth: FloatArray) -> Errors:
-        """Errors of colours (n, 3) against the truth at the same vertices."""
+        """Return the errors of colours (n, 3) against the truth at the same vertices."""
         differences = np.abs(colors.astype(np.float64) - truth)
         worst = differences.max(axis=1)
         rms = math.sqrt(float(np.mean(differences**2)))
@@ -62,10 +61,10 @@ class Errors:
 
     @classmethod
     def inside_triangles(cls, errors: Float64Array, areas: Float64Array) -> Errors:
-        """Errors of triangles (m,), each with the area of the surface that it represents, in any unit.
+        """Return statistics of errors of triangles (m,), each with the area that it represents, in any unit.
 
-        By area, for what is seen of a triangle is its area: counted one by one, the many small triangles of a mesh
-        that is refined where it errs most would make it look worse than it was.
+        Statistics are by area. By count, the many small triangles of a refined mesh would make it look worse than
+        before.
         """
         whole = areas.sum()
         if not whole:  # triangles without an area have no error either
@@ -82,14 +81,14 @@ NO_ERROR = Errors(0.0, 0.0, 0.0, 0)
 
 @dataclass(frozen=True)
 class Timing:
-    """Seconds of a run that was repeated.
+    """Seconds of a repeated run.
 
     Attributes
     ----------
     median, low, high : float
-        The median and the quartiles.
+        Median and quartiles.
     repeats : int
-        How many samples they are taken from, each the least of a few runs in a row where those are short.
+        Number of samples; for short runs, each is the minimum of a few runs in a row.
     """
 
     median: float
@@ -99,7 +98,7 @@ class Timing:
 
     @property
     def spread(self) -> float:
-        """From quartile to quartile, as a part of the median."""
+        """Interquartile range relative to the median."""
         return (self.high - self.low) / self.median
 
     @property
@@ -109,7 +108,7 @@ class Timing:
 
     @classmethod
     def of(cls, seconds: Sequence[float] | Float64Array) -> Timing:
-        """The quartiles of some seconds; NaN is where nothing was measured."""
+        """Return the quartiles of seconds; NaN if nothing was measured."""
         low, median, high = np.nanpercentile(seconds, (25.0, 50.0, 75.0)).tolist()
         return cls(median, low, high, int(np.count_nonzero(~np.isnan(seconds))))
 
@@ -120,9 +119,9 @@ UNTIMED = Timing(0.0, 0.0, 0.0, 0)
 
 @dataclass(frozen=True)
 class Row:
-    """One variant of lighting a mesh: what it costs, how far it is off.
+    """Cost and error of one variant of lighting a mesh.
 
-    The kinds of error are measured apart, each against a float64 truth in which only that kind is missing:
+    The kinds of error are measured separately, each against a float64 truth without that kind of error:
     `arithmetic` against the same equation in float64, `light_model` between two equations in float64, both at
     the vertices, `sampling` between colours by few rays and by all, `interpolation` between colours blended across
     a triangle and lit inside it, in float64.
@@ -130,27 +129,27 @@ class Row:
     Attributes
     ----------
     name : str
-        What is done.
+        Name of the variant.
     kind : {"arithmetic", "light model", "sampling", "interpolation"}
-        The kind of error that it trades for time; rows of one kind can be compared.
+        Kind of error that it trades for time. Rows of one kind can be compared.
     backend, precision : str
-        What computes.
+        Evaluator and type.
     points : int
-        Vertices that it evaluates.
+        Number of evaluated vertices.
     time : Timing
-        Of one evaluation of all its vertices, the plan included; of a peer that draws, of one frame.
+        Time of one evaluation of all its vertices, with the plan; for a peer that draws, of one frame.
     arithmetic, light_model, sampling, interpolation : Errors or None
-        None where that kind was not measured.
+        Errors by kind; None if not measured.
     error_bound : float or None
-        The bound on the light-model error that the plan predicted before anything ran.
+        Bound on the light-model error that the plan predicted.
     preparation : float
-        Seconds that were spent once, before: splitting triangles.
+        Seconds of preparation, such as splitting triangles.
     is_peer : bool
-        Whether somebody else's code does it; it is compared, and never chosen.
+        True for code of others, which is compared and never chosen.
     note : str
-        What else there is to know.
+        Remark.
     on_front : bool
-        Whether no other row of its kind has less error in less time.
+        True if no other row of its kind has a smaller error in less time.
     """
 
     name: str
@@ -176,7 +175,7 @@ class Row:
 
     @property
     def error(self) -> Errors:
-        """The error of the row's own kind."""
+        """Error of the row's kind."""
         error: Errors | None = getattr(self, self.kind.replace(" ", "_"))
         assert error is not None, "a row is made with the error of its own kind"
         return error
@@ -185,9 +184,8 @@ class Row:
     def decisive_error(self) -> float:
         """Error that is compared with the tolerance.
 
-        Of interpolation that is the largest error, and of sampling the root of the mean square, for it is the standard
-        error that rays are cast to; else what the vertices cannot exceed, the largest arithmetic plus the largest
-        light-model error.
+        For interpolation it is the largest error; for sampling the root mean square, because rays are cast to a
+        standard error; otherwise the sum of the largest arithmetic and light-model errors, a bound at the vertices.
         """
         if self.kind == "interpolation":
             return self.error.largest
@@ -203,16 +201,16 @@ class LedgerEntry:
     Attributes
     ----------
     effect : str
-        Its name in the plan, or "light" and the light's.
+        Name in the plan, or "light" and the light's name.
     cost : Timing or None
-        Seconds with it minus seconds without it, paired in turns, and those of casting its rays. None where it is not
-        there, or was not measured.
+        Difference of seconds with and without it, paired in turns, plus those of its rays. None if it is absent or was
+        not measured.
     error : float or None
-        The largest light-model error if it were dropped; None where it is not there.
+        Largest light-model error without it; None if it is absent.
     runs : bool
-        Whether the plan at the tolerance runs it.
+        True if the plan at the tolerance runs it.
     why : str
-        The plan's reason.
+        Reason of the plan.
     """
 
     effect: str
@@ -223,24 +221,24 @@ class LedgerEntry:
 
     @property
     def cost_text(self) -> str:
-        """The cost for people; empty where it was not measured."""
+        """Formatted cost; empty if not measured."""
         return "" if self.cost is None else "in the noise" if self.cost.is_noise else seconds(self.cost.median)
 
 
 @dataclass(frozen=True)
 class PredictedBound:
-    """The bound that the plan took for one approximation, and the error that was measured.
+    """Predicted bound and measured error of one approximation.
 
     Attributes
     ----------
     effect : str
-        What was left out.
+        Effect that was left out.
     why : str
-        How, for which lights.
+        Approximation and its lights.
     predicted : float
-        The bound that the plan took for it.
+        Bound of the plan.
     measured : float
-        The largest difference that it made at any vertex, in float64.
+        Largest difference at any vertex, in float64.
     """
 
     effect: str
@@ -250,7 +248,8 @@ class PredictedBound:
 
 
 def with_fronts(rows: Sequence[Row]) -> tuple[Row, ...]:
-    """The rows, each with whether it is on the Pareto front of its kind: no other is better in time and in error.
+    """Return the rows with `on_front` set for those on the Pareto front of their kind, which no other beats in time and
+    error.
 
     A light-model row is also compared with the exact equation on the same evaluator, an arithmetic row whose
     light-model error is 0.
@@ -272,7 +271,7 @@ def with_fronts(rows: Sequence[Row]) -> tuple[Row, ...]:
 class Result:
     """Measurements on one mesh and scene, and the choice among the rows; source of the figure.
 
-    `Tradeoff`, which adds sentences, tables and files, says what the fields are.
+    `Tradeoff`, which adds sentences, tables and files, describes the fields.
     """
 
     tolerance: float
@@ -294,17 +293,17 @@ class Result:
     def best(
         self, tolerance: float | None = None, question: Question = "at the vertices", *, peers: bool = False
     ) -> Row | None:
-        """The cheapest row within a tolerance.
+        """Return the cheapest row within a tolerance.
 
         Parameters
         ----------
         tolerance : float, optional
-            Largest absolute colour error; the report's own if not given.
+            Largest absolute colour error; by default the report's.
         question : {"at the vertices", "casting rays", "inside triangles"}
             At the vertices the largest arithmetic and light-model error must not add up to more than the tolerance.
-            Of rows that cast rays the root mean square error counts, inside triangles the largest.
+            For rows that cast rays the root mean square error counts, inside triangles the largest error.
         peers : bool, default False
-            Whether it is one of the peers, which are not chosen otherwise.
+            Choose among the peers instead.
 
         Returns
         -------
@@ -322,7 +321,7 @@ class Result:
         return min(within, key=lambda row: row.time.median, default=None)
 
     def next_step(self, row: Row) -> Row | None:
-        """The cheapest row that errs less than a row and answers the same question; None where there is none."""
+        """Return the cheapest row with a smaller error than a row, for the same question; None if there is none."""
         better = (other for other in self.rows_for(row.question) if other.decisive_error < row.decisive_error)
         return min(better, key=lambda other: other.time.median, default=None)
 
@@ -333,35 +332,35 @@ class Result:
         return [row for row in best if row is not None]
 
     def rows_for(self, question: Question, *, peers: bool = False) -> Iterator[Row]:
-        """The rows that answer a question: pvphong's own, or those of peers."""
+        """Return the rows for a question: pvphong's own, or those of peers."""
         return (row for row in self.rows if row.question == question and row.is_peer == peers)
 
     @property
     def noise(self) -> float:
-        """The spread of times in the middle row: from quartile to quartile, as a part of the median."""
+        """Median over the rows of the interquartile range relative to the median."""
         return float(np.median([row.time.spread for row in self.rows]))
 
     @property
     def name_of_chosen(self) -> str:
-        """The name of the row that is chosen at the vertices, of which there is one: the reference has no error."""
+        """Name of the row chosen at the vertices. There is always one, because the reference has no error."""
         chosen = self.best()
         assert chosen is not None, "the reference is within every tolerance"
         return chosen.name
 
     @cached_property
     def chosen_colors(self) -> FloatArray:
-        """Shape (n_points, 3): the colours of the row that is chosen at the vertices, evaluated again."""
+        """Return the colours of the row chosen at the vertices, shape (n_points, 3), evaluated again."""
         return self._lighting[self.name_of_chosen]()
 
     def worst(self) -> list[tuple[int, float]]:
-        """The vertices where the chosen row errs most: number and error, largest first."""
+        """Vertices with the largest errors of the chosen row: index and error, largest first."""
         errors = np.abs(self.chosen_colors.astype(np.float64) - self.reference_colors).max(axis=1)
         order = np.argsort(-errors, kind="stable")[:_WORST]
         return [(int(index), float(errors[index])) for index in order]
 
 
 def table(title: str, *headings: str, right: Collection[str] = ()) -> Table:
-    """An empty `rich.table.Table`; columns of some headings are of numbers, which are not broken."""
+    """Return an empty `rich.table.Table`. Columns of numbers are not wrapped."""
     from rich import box
     from rich.table import Table
 
@@ -373,7 +372,7 @@ def table(title: str, *headings: str, right: Collection[str] = ()) -> Table:
 
 
 def seconds(value: float) -> str:
-    """A time in the unit that suits it."""
+    """Format a time with a suitable unit."""
     for unit, size in (("s", 1.0), ("ms", 1e-3)):
         if abs(value) >= size:
             return f"{value / size:.3g} {unit}"
@@ -381,5 +380,5 @@ def seconds(value: float) -> str:
 
 
 def number(value: float) -> str:
-    """An error in three digits."""
+    """Format an error with three digits."""
     return "0" if value == 0.0 else f"{value:.3g}"
