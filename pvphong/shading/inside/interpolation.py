@@ -5,6 +5,7 @@ Colours are compared at a fixed pattern of places, and where no fixed pattern wo
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterable
 from itertools import chain
 
@@ -76,7 +77,10 @@ def more_errors(vertices: LitVertices, corners: IntArray, enough: float | None =
     """Largest error (m,) at further samples, and with the stored normals blended."""
     result = pattern_errors(_MORE, vertices, corners, enough)
     length, stored = (np.linalg.norm(normals, axis=1) for normals in (vertices.normals, vertices.stored))
-    ratio = np.divide(length, stored, out=np.ones_like(length), where=stored > 0.0).take(corners)
+    ratio = np.divide(length, stored, out=np.ones_like(length), where=stored > 0.0)
+    if ratio.max(initial=0.0) - ratio.min(initial=math.inf) <= _SAME_RATIO * ratio.min(initial=math.inf):
+        return result
+    ratio = ratio.take(corners)
     most = largest(ratio)
     rows = np.flatnonzero(most + largest(-ratio) > _SAME_RATIO * most)  # they blend differently
     others = vertices.as_stored, corners[rows]
@@ -89,7 +93,7 @@ def all_errors(vertices: LitVertices, corners: IntArray) -> Float64Array:
     """Largest error (m,) at every sample; 0 in triangles without an area, or with a point that is not finite."""
     result = np.zeros(len(corners))
     rows = np.flatnonzero(sizes(vertices.points, corners)[1] > 0.0)
-    shown = corners[rows]
+    shown = corners if len(rows) == len(corners) else corners[rows]
     errors = np.maximum(first_errors(vertices, shown), more_errors(vertices, shown))
     large = np.flatnonzero(errors >= _LARGE)
     _, beside_jumps = jumps(vertices, shown[large])

@@ -240,7 +240,11 @@ class Edges(NamedTuple):
         """Those of faces that run from points to others; from a point to itself is no edge."""
         # one integer for each edge of each face: its lower point, its higher point, its direction
         bits = n_points.bit_length()
-        keys = ((np.minimum(begin, end) << bits | np.maximum(begin, end)) << 1) + (begin < end)
+        keys = np.minimum(begin, end)
+        keys <<= bits
+        keys |= np.maximum(begin, end)
+        keys <<= 1
+        keys += begin < end
         if (is_point := begin == end).any():
             keys = keys[~is_point]
         keys.sort()
