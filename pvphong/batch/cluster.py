@@ -1,4 +1,4 @@
-"""Processes that do the work: those of a Dask cluster somewhere, or of a local one for as long as needed."""
+"""Worker processes of a Dask cluster: a given one, or a local one for the duration of a call."""
 
 from __future__ import annotations
 
@@ -29,17 +29,17 @@ _ADDRESS = "a distributed.Client, or the address of a Dask scheduler that answer
 
 
 class _Task:
-    """Finished work, as `Here` gives it; no two are equal."""
+    """Finished task of `Here`; compared by identity."""
 
     def __init__(self, value: Any) -> None:
         self.value = value
 
 
 class Here:
-    """A client that works in this process, one task after the other: for a single file, where there is no Dask."""
+    """Client that works in this process, one task after the other: for a single file without Dask."""
 
     def submit(self, work: Callable[..., Any], *given: Any, pure: bool) -> Any:  # noqa: ARG002 as of Dask's
-        """Do it at once; among what is given may be tasks."""
+        """Run the function at once; arguments may be tasks."""
         try:
             return _Task(work(*(each.value if isinstance(each, _Task) else each for each in given)))
         except Exception as error:  # as of a Dask task, whatever it is
@@ -48,9 +48,10 @@ class Here:
 
 @contextmanager
 def connected(client: Any, workers: int | None, pieces: int) -> Iterator[Client | Here]:
-    """A client of a cluster: that which is given, one for an address, or of a local cluster that lasts as long as this.
+    """Yield a client of a cluster: the given one, one for an address, or one of a local cluster that ends with the
+    block.
 
-    One piece is lit in this process where there is no Dask.
+    Without Dask, a single piece is lit in this process.
 
     Raises
     ------
@@ -83,7 +84,7 @@ def connected(client: Any, workers: int | None, pieces: int) -> Iterator[Client 
 
 
 def _refuse_silent(address: str) -> None:
-    """Raise an error where nobody listens: Dask would try for seconds, and print each try."""
+    """Raise an error if no scheduler listens; Dask would try for seconds, and print each attempt."""
     scheme, _, place = address.rpartition("://")
     host, _, port = place.rpartition(":")
     if scheme in ("", "tcp", "tls"):
@@ -94,7 +95,9 @@ def _refuse_silent(address: str) -> None:
 
 
 def _local(workers: int | None, held: ExitStack) -> Client:
-    """Processes with one thread each; a piece at a time, so that none is blamed for another's end."""
+    """Start processes with one thread each. Each handles one piece at a time, so that a crash is attributed to its
+    piece.
+    """
     import dask
     from distributed import Client, LocalCluster
 
@@ -117,7 +120,7 @@ def _local(workers: int | None, held: ExitStack) -> Client:
 
 
 def _refuse_other_versions(client: Client) -> None:
-    """Refuse a cluster with other versions of what colours depend on; of its own packages Dask warns itself."""
+    """Refuse a cluster with other versions of packages that colours depend on; Dask warns about its own."""
     found = client.get_versions(packages=list(_PACKAGES))
     if not found["workers"]:
         check.refuse("client", "a cluster without workers", "one that has some", "Start workers: dask worker ADDRESS.")
@@ -134,7 +137,7 @@ def _refuse_other_versions(client: Client) -> None:
 def ended(client: Client | Here, tasks: Mapping[Any, Item], *, fetches: bool = True) -> Iterator[tuple[Item, Any]]:
     """Yield the subject of each task as it ends, and its value, or a `Result` with the reason for a failure.
 
-    Without `fetches` values stay with the workers, and the task itself is given.
+    Without `fetches`, values stay with the workers, and the task itself is yielded.
     """
     if isinstance(client, Here):
         for task, item in tasks.items():

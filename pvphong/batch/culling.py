@@ -1,10 +1,10 @@
 """Culling: selects the pieces of a surface that touch a piece, and those that may block its light.
 
-What is known of all pieces are boxes around them. A piece's normals need the pieces whose boxes touch its own. Between
-its box and a light is the hull of both, or its box swept towards a sun; only pieces whose boxes meet that are read for
-its rays, and of these only triangles that may meet it are kept. Rays are cast in the coordinates of the whole surface,
-and vertices are numbered one piece after the other: so a piece sees, to the bit, what it sees as a part of one mesh
-whose points along borders are kept apart.
+All pieces are known by their bounding boxes. A piece's normals need the pieces whose boxes touch its own. Its rays need
+the pieces whose boxes meet the hull of its box and a light, or its box swept towards a sun; of these, only triangles
+that may meet the hull are kept. Rays are cast in the coordinates of the whole surface, and vertices are numbered one
+piece after the other. So the visibility of a piece equals, to the bit, that in one mesh whose points along borders are
+kept apart.
 """
 
 from __future__ import annotations
@@ -37,11 +37,11 @@ class Outline:
     Attributes
     ----------
     points : (low, high) or None
-        Around its points, a box that meets no other where there is none; None where one is not finite.
+        Box around its points, which meets no other if there are none; None if a point is not finite.
     faces : (low, high) or None
-        Around the triangles that block light; None where there is none.
+        Box around the triangles that block light; None if there are none.
     count : int
-        How many points it has.
+        Number of points.
     """
 
     points: Box | None
@@ -56,13 +56,13 @@ class PotentialOccluders(Generic[Name]):
     Attributes
     ----------
     within : (low, high)
-        Around all of it.
+        Box around the surface.
     points : (low, high) or None
-        Around the places where the piece's rays begin; None where that is not known.
+        Box around the origins of the piece's rays; None if unknown.
     first : int
-        Number of the piece's first point among those of all pieces.
+        Index of the piece's first point among those of all pieces.
     blockers : tuple
-        Names of the other pieces that may block light for it.
+        Names of other pieces that may block its light.
     """
 
     within: Box
@@ -84,7 +84,7 @@ class PotentialOccluders(Generic[Name]):
         return result
 
     def blocking(self, scene: Scene, faces: BlockingFaces) -> BlockingFaces:
-        """Those of another piece's triangles that may count, and some that follow each other with them."""
+        """Return the triangles of another piece that may block light, in runs with some others."""
         kept = []
         for start in range(0, len(faces), _RUN * _RUNS_AT_ONCE):
             corners = faces.corners[start : start + _RUN * _RUNS_AT_ONCE]
@@ -106,7 +106,7 @@ def outline_of(surface: pv.PolyData) -> Outline:
 
 
 class _Boxes:
-    """Boxes, and boxes around runs of them, so that not each one is looked at: pieces that follow each other are near.
+    """Hierarchy of boxes around runs of boxes. Consecutive pieces are near each other, so that few boxes are tested.
 
     Parameters
     ----------
@@ -122,11 +122,11 @@ class _Boxes:
 
     @property
     def whole(self) -> Box:
-        """Around all of them."""
+        """Box around all."""
         return self._around[0].min(axis=0), self._around[1].max(axis=0)
 
     def met(self, meets: Callable[[Box], BoolArray]) -> IntArray:
-        """The numbers of those that meet something: who meets a box meets all boxes around it."""
+        """Return the indices of boxes that satisfy a test; a box that does implies all boxes around it."""
         runs = np.flatnonzero(meets(self._around))
         rows = (self._run * runs[:, None] + np.arange(self._run)).ravel()
         rows = rows[rows < len(self._lows)]
@@ -134,7 +134,7 @@ class _Boxes:
 
 
 def touching(outlines: Sequence[Outline]) -> Iterator[list[int]]:
-    """For each piece the numbers of the others that may have points in common with it."""
+    """Return for each piece the indices of the others that may share points with it."""
     everywhere = np.full(3, -np.inf), np.full(3, np.inf)
     boxes = [everywhere if outline.points is None else outline.points for outline in outlines]
     of_all = _Boxes(boxes)
@@ -150,14 +150,14 @@ def _touch(box: Box, parts: Box) -> BoolArray:
 def potential_occluders(
     scene: Scene, names: Sequence[Name], outlines: Sequence[Outline]
 ) -> Iterator[PotentialOccluders[Name]]:
-    """For each piece the pieces that may block its light, in their order.
+    """Return for each piece the pieces that may block its light, in order.
 
     Parameters
     ----------
     scene : Scene
-        Whose light may be blocked.
+        Scene whose light may be blocked.
     names, outlines : sequence
-        Of all pieces of the surface.
+        Those of all pieces of the surface.
     """
     blocking = [number for number, outline in enumerate(outlines) if outline.faces is not None]
     nowhere = np.zeros(3), np.zeros(3)

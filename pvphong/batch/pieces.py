@@ -30,16 +30,16 @@ _READABLE = f"a file of one of {', '.join(_INDICES)} that can be read"
 
 @dataclass(frozen=True)
 class Piece:
-    """A file to be lit: one mesh, or a part of one.
+    """File to light: a mesh, or a part of one.
 
     Attributes
     ----------
     input, output : Path
-        The file, and its lit one, .vtp.
+        The file and its lit file, .vtp.
     labels : tuple of str
-        Paths of names of the blocks that it is, for its material; "default" elsewhere.
+        Names of the blocks that it is, for its material; "default" otherwise.
     surface : str
-        The same for the pieces of one surface; "" for a surface of its own.
+        Identifier shared by the pieces of one surface; "" for a separate surface.
     """
 
     input: Path
@@ -50,7 +50,7 @@ class Piece:
 
 @dataclass(frozen=True)
 class Index:
-    """A file that names others, and where an index of the lit files goes, which are given in its order."""
+    """File that names others, and the path of the index of the lit files, in the same order."""
 
     input: Path
     output: Path
@@ -58,7 +58,7 @@ class Index:
 
 
 class ArrayType(NamedTuple):
-    """An array of a lit file, as a .pvtp file declares those that all pieces have."""
+    """Array of a lit file, as declared in a .pvtp file if all pieces have it."""
 
     place: str
     """"PointData", "CellData" or "Points"."""
@@ -68,15 +68,15 @@ class ArrayType(NamedTuple):
 
 
 def paths_of(given: Any, out: Path) -> list[Path]:
-    """The files that paths and patterns name, in order and each once.
+    """Return the files that paths and patterns name, in order and without repeats.
 
-    What a pattern matches inside the folder `out` are outputs of an earlier call, and left out, unless the pattern
-    names files of that folder alone.
+    Matches inside the folder `out` are results of an earlier call, and are skipped, unless the pattern names only files
+    of that folder.
 
     Raises
     ------
     ValueError
-        If a pattern or a path names none.
+        If a pattern or a path names no file.
     """
     if isinstance(given, (str, os.PathLike)):
         given = [given]
@@ -103,7 +103,7 @@ def paths_of(given: Any, out: Path) -> list[Path]:
 
 
 def _place(path: Path) -> Path:
-    """A file's one path, whatever its folder was called by; a link to a file is another file."""
+    """Return the canonical path of a file; links to folders are resolved, links to files are not."""
     return Path(os.path.realpath(path.parent), path.name)
 
 
@@ -117,9 +117,9 @@ def is_pattern(path: str) -> bool:
 
 
 def pieces_and_indices(paths: Iterable[Path], out: Path, *, as_one: bool = False) -> tuple[list[Piece], list[Index]]:
-    """All pieces that some files are or name, with their lit files `out`/name.vtp; and the indices.
+    """Return all pieces of some files, with their lit files `out`/name.vtp, and the indices.
 
-    What an index names goes into a folder of the index's name; an index comes after those that it names.
+    Files of an index go into a folder of the index's name. An index follows those that it names.
 
     Parameters
     ----------
@@ -128,12 +128,12 @@ def pieces_and_indices(paths: Iterable[Path], out: Path, *, as_one: bool = False
     out : Path
         The folder.
     as_one : bool
-        Whether all are pieces of one surface; else what one index names for one time is.
+        Treat all files as pieces of one surface; otherwise only those of one index at one time.
 
     Raises
     ------
     ValueError
-        If two would have one output, an output would be an input, or an index cannot be read or names itself.
+        If two files have the same output, an output is an input, or an index cannot be read or names itself.
     """
     pieces: dict[Path, Piece] = {}
     indices: dict[Path, Index] = {}
@@ -146,7 +146,7 @@ def pieces_and_indices(paths: Iterable[Path], out: Path, *, as_one: bool = False
             check.refuse("paths", f"{other} and {source}, both {output}", "files with different names", remedy)
 
     def add(path: Path, target: Path, label: str, surface: str, above: tuple[Path, ...]) -> Path:
-        """Add a file, and what it names; `target` is its output without a suffix. Gives the output."""
+        """Add a file and the files that it names; `target` is its output without a suffix. Return the output."""
         suffix = path.suffix.lower()
         if suffix not in _INDICES:
             output = target.with_name(f"{target.name}.vtp")
@@ -185,15 +185,14 @@ def pieces_and_indices(paths: Iterable[Path], out: Path, *, as_one: bool = False
 
 
 def write_index(index: Index, arrays: Sequence[Sequence[ArrayType]]) -> bool:
-    """Write an index of lit files, whole or not at all; False where it was there already.
+    """Write an index of lit files, whole or not at all; return False if it existed.
 
     Parameters
     ----------
     index : Index
-        What else its input says is kept.
+        Its other contents are kept.
     arrays : sequence
-        Of each lit file; those that all have are declared where the format needs it. An empty file has none, and says
-        nothing about the others.
+        Arrays of each lit file. Those that all have are declared if the format needs it; empty files are ignored.
 
     Raises
     ------
@@ -228,7 +227,7 @@ def write_index(index: Index, arrays: Sequence[Sequence[ArrayType]]) -> bool:
 
 
 def _root(path: Path) -> ElementTree.Element:
-    """The root of an index's XML; ValueError if it is none."""
+    """Return the root of an index's XML; raise ValueError if it is not XML."""
     if not os.path.isfile(path):  # which a name that is too long is not, either
         check.refuse("paths", path, "a file that exists")
     try:
@@ -241,7 +240,7 @@ def _root(path: Path) -> ElementTree.Element:
 
 
 def _named_files(root: ElementTree.Element) -> list[tuple[ElementTree.Element, str, str]]:
-    """The elements that name a file, each with its attribute that does, and a block's path of names."""
+    """Yield the elements that name a file, with the attribute, and the block's path of names."""
     if root.get("type") in _PARALLEL:
         return [(element, "Source", "") for element in root.iter("Piece")]
     if root.get("type") == "Collection":

@@ -1,9 +1,9 @@
 """Normals across the pieces of one surface: each piece gets its neighbours' faces around the points that it shares.
 
-Points of several pieces are the same where all their coordinates are. What a piece hands on are its faces with a corner
-on its border; what it gets are the others' faces with a corner on one of its own border points. With these added, its
-own points have all their faces, and normals and sharp edges come out as on the surface in one piece. Where the cells
-of a volume are shared out, the faces that two pieces have in common point against each other and cancel.
+Points of several pieces are the same if all their coordinates are equal. A piece sends its faces with a corner on its
+border, and receives the others' faces with a corner on one of its border points. With these, its points have all their
+faces, and normals and sharp edges are those of the whole surface. If the cells of a volume are distributed, the faces
+that two pieces share face each other and cancel.
 """
 
 from __future__ import annotations
@@ -30,20 +30,20 @@ _FOREIGN = "_pvphong_foreign"
 
 @dataclass(frozen=True)
 class Border:
-    """The faces of a piece that touch its border, and where it is.
+    """Faces of a piece that touch its border, and its outline.
 
     Attributes
     ----------
     points : ndarray
-        Shape (m, 3): of their corners, in the type that the piece has.
+        Their corners, shape (m, 3), in the piece's type.
     numbers : ndarray
-        Shape (m,): which of the piece's points each is.
+        Indices of these corners in the piece, shape (m,).
     is_border : ndarray
-        Shape (m,): whether it is on the border.
+        True for points on the border, shape (m,).
     connectivity, offsets : ndarray
-        The faces, by rows of `points`.
+        Faces, by rows of `points`.
     outline : Outline
-        Where the whole piece is, and how many points it has.
+        Outline of the whole piece.
     """
 
     points: FloatArray
@@ -61,9 +61,9 @@ class Neighbours:
     Attributes
     ----------
     points : ndarray
-        Shape (m, 3): those corners that are none of the piece's border points.
+        Corners that are not border points of the piece, shape (m, 3).
     connectivity, offsets : ndarray
-        The faces: by the piece's own numbers, and after these by rows of `points`.
+        Faces, by the piece's own indices, followed by rows of `points`.
     """
 
     points: FloatArray
@@ -72,9 +72,9 @@ class Neighbours:
 
 
 def border_of(surface: pv.PolyData, *, of_volume: bool = False) -> Border:
-    """The faces of a surface that touch an edge which only one of them has; all of it if it is a volume's.
+    """Return the faces that touch a boundary edge of a surface; all faces if it is the surface of a volume.
 
-    A volume's surface is closed: what it shares with its neighbours may be anywhere on it.
+    A volume's surface is closed, and may share any part with its neighbours.
     """
     connectivity, offsets = polygons(surface)
     sizes = np.diff(offsets)
@@ -94,7 +94,7 @@ def border_of(surface: pv.PolyData, *, of_volume: bool = False) -> Border:
 
 
 def neighbours_of(border: Border, others: Sequence[Border]) -> Neighbours:
-    """The faces of other pieces with a corner on one of a piece's border points."""
+    """Return the faces of other pieces with a corner on one of a piece's border points."""
     # all faces along borders, one piece after the other: of each corner its row among all points, and its place, a
     # number that points have in common whose coordinates are the same
     borders = [border, *others]
@@ -122,7 +122,7 @@ def neighbours_of(border: Border, others: Sequence[Border]) -> Neighbours:
 
 
 def with_normals(surface: pv.PolyData, neighbours: Neighbours, feature_angle: FeatureAngle) -> pv.PolyData:
-    """The surface, split along its sharp edges; its active point normals are those of the surface in one piece."""
+    """Return the surface, split along its sharp edges, with the point normals of the whole surface."""
     added, extra = len(neighbours.offsets) - 1, len(neighbours.points)
     polys = cells(surface)[2]
     end = polys.first + polys.count
@@ -156,7 +156,7 @@ def has_only_ghosts(mesh: pv.DataSet) -> bool:
 
 
 def without_ghosts(surface: pv.PolyData) -> pv.PolyData:
-    """A surface without the cells that it has only to know its neighbours, and without the points of those alone."""
+    """Return a surface without ghost cells and their points."""
     ghosts = surface.cell_data.get(_GHOST)
     if ghosts is None or not np.any(ghosts):
         return surface
@@ -168,7 +168,7 @@ def without_ghosts(surface: pv.PolyData) -> pv.PolyData:
 
 
 def _with_cells(mesh: pv.PolyData, kept: BoolArray) -> pv.PolyData:
-    """Some of a mesh's cells, with their points, and with those points that no cell has."""
+    """Return some cells of a mesh with their points, and the points without cells."""
     has_cell, is_kept = np.zeros(mesh.n_points, bool), np.zeros(mesh.n_points, bool)
     found: list[tuple[Any, Any]] = []
     for array in cells(mesh):
@@ -201,7 +201,7 @@ def _offsets(sizes: Any) -> NDArray[np.intp]:
 
 
 def _ranges(low: IntArray, high: IntArray) -> IntArray:
-    """The integers of all ranges from low to high, one range after the other."""
+    """Return the integers of all ranges from low to high, one range after the other."""
     sizes = high - low
     before = np.repeat(low - _offsets(sizes)[:-1], sizes)
     return before + np.arange(len(before))

@@ -1,6 +1,6 @@
 """Tasks of a worker: inspect a piece, or light it and write a receipt that tells the next run that it is done.
 
-A worker has as many threads as Dask gave it, each with a piece of its own: the evaluator's own threads stay out.
+Each thread that Dask gives a worker lights a piece; the evaluator starts no threads of its own.
 """
 
 from __future__ import annotations
@@ -50,15 +50,15 @@ class Job:
     scene : Scene
         With a viewer.
     materials : dict
-        By the names of blocks, "default" for those not named.
+        By block; "default" for the others.
     feature_angle : float, "auto" or None
         As for `shade`.
     options : dict
-        More of `shade`'s.
+        Other options of `shade`.
     run : str
-        Names the call of `shade_files`.
+        Identifier of the call of `shade_files`.
     compress : {"lz4", "zlib", "none"}
-        How arrays in the lit files are compressed.
+        Compression of arrays in the lit files.
     """
 
     scene: Scene
@@ -69,7 +69,7 @@ class Job:
     compress: Compression = "lz4"
 
     def refuse_wrong(self, pieces: Sequence[Piece]) -> None:
-        """Raise ``ValueError`` for what no piece could be lit with: it is tried on a triangle."""
+        """Raise ``ValueError`` for settings with which no piece can be lit, by a trial on a triangle."""
         labels = sorted({label for piece in pieces for label in piece.labels})
         material_of = dict(zip(labels, materials_of(labels, self.materials), strict=True))
         for material in self.materials.values():
@@ -89,7 +89,7 @@ class Job:
 
     @property
     def checksum(self) -> str:
-        """A checksum of all that a lit file depends on beside the mesh."""
+        """Return a checksum of everything except the mesh on which a lit file depends."""
         maps = [given for material in self.materials.values() for given in material.maps.values()]
         images = [Path(str(given)) for given in maps if is_image_path(given)]
         contents = [checksum_of_file(image) for image in images if image.is_file()]
@@ -97,7 +97,7 @@ class Job:
 
 
 def checksum_of(value: Any) -> str:
-    """SHA-256 of plain values, and of dataclasses of such, whose classes count too."""
+    """SHA-256 of plain values and dataclasses of them; the classes count too."""
 
     def plain(other: Any) -> Any:
         if is_dataclass(other):
@@ -119,15 +119,14 @@ class Receipt:
     input : str
         Checksum of the file, or of all pieces of a surface across which normals were merged.
     lighting : str
-        That of the scene, the materials and the options.
+        Checksum of the scene, the materials and the options.
     version : str
-        Of pvphong.
-    run : str
-        Names the call that made it.
+        Version of pvphong. run : str
+        Identifier of the call that made it.
     output : str
         Checksum of the lit file.
     arrays : tuple of ArrayType
-        What it has, for an index.
+        Arrays of the lit file, for an index.
     """
 
     input: str
@@ -144,7 +143,7 @@ def receipt_path(output: Path) -> Path:
 
 
 def valid_receipt(piece: Piece, job: Job) -> Receipt | None:
-    """The receipt of a lit file that is there as it was written, lit with the same settings."""
+    """Return the receipt if the lit file is unchanged and was lit with the same settings."""
     with suppress(OSError, ValueError, TypeError):
         found = json.loads(receipt_path(piece.output).read_text(encoding="utf-8"))
         receipt = Receipt(**found | {"arrays": tuple(ArrayType(*array) for array in found["arrays"])})
@@ -165,7 +164,7 @@ def checksum_of_file(path: Path) -> str:
 
 @dataclass(frozen=True)
 class Result:
-    """The result of a piece or an index: whether it was written now, and its arrays; or why there is none."""
+    """Result of a piece or an index: whether it was written now, and its arrays; or the reason for a failure."""
 
     is_new: bool = False
     arrays: tuple[ArrayType, ...] = ()
@@ -173,12 +172,12 @@ class Result:
 
 
 def look(piece: Piece, job: Job) -> tuple[str, Receipt | None]:
-    """A piece's checksum, and what its lit file was made from, if that is lit with the same settings."""
+    """Return a piece's checksum, and the inputs of its lit file if that was lit with the same settings."""
     return _checksum_of_input(piece), valid_receipt(piece, job)
 
 
 def bounds_of(piece: Piece) -> tuple[tuple[float, ...], bool]:
-    """x_min, …, z_max of a piece's surface, and whether that has open edges."""
+    """Return x_min, …, z_max of a piece's surface, and whether it has open edges."""
     outside, _ = _surface(piece)
     if not outside.n_points:  # it is nowhere
         return (math.nan,) * 6, False
@@ -186,7 +185,7 @@ def bounds_of(piece: Piece) -> tuple[tuple[float, ...], bool]:
 
 
 def spans_of(piece: Piece, colormaps: Sequence[Colormap]) -> list[Span]:
-    """The ranges of a piece's arrays, for colormaps that have none."""
+    """Return the ranges of a piece's arrays, for colormaps without a range."""
     mesh = read_mesh(str(piece.input))
     return [spans_in(colormap, [mesh] if isinstance(mesh, pv.DataSet) else []) for colormap in colormaps]
 
@@ -210,20 +209,20 @@ def light(
     around: PotentialOccluders[Piece] | None = None,
     made_from: str = "",
 ) -> Result:
-    """Light a piece and write it, unless that is done already: maybe by a worker that was killed before it said so.
+    """Light a piece and write it, unless that is done already, for example by a worker that was killed before it
+    reported.
 
     Parameters
     ----------
     piece : Piece
-        Which one.
+        Piece to light.
     job : Job
-        How.
-    neighbours : Neighbours, optional
+        Options. neighbours : Neighbours, optional
         Faces of other pieces of its surface, for normals across them.
     around : PotentialOccluders, optional
-        Which other pieces of its surface may block light for it.
+        Other pieces of its surface that may block light for it.
     made_from : str
-        Checksum of all of that surface; the file's own if not given.
+        Checksum of the whole surface; by default that of the file.
     """
     try:
         made_from = made_from or _checksum_of_input(piece)
@@ -241,7 +240,7 @@ def light(
 
 
 def reason_of(error: BaseException) -> str:
-    """An error in one line; of those that are not about input, with its type."""
+    """Format an error in one line, with its type if it is not about input."""
     message = " ".join(str(error).split())
     return message if isinstance(error, ValueError) else f"{type(error).__name__}: {message}".rstrip(": ")
 
@@ -253,9 +252,9 @@ def _checksum_of_input(piece: Piece) -> str:
 
 
 def _surface(piece: Piece) -> tuple[pv.PolyData, bool]:
-    """The surface of a file without ghost cells, and whether it is that of a volume.
+    """Return the surface of a file without ghost cells, and whether it is that of a volume.
 
-    A file without points, or with ghost cells alone, is an empty piece, as processes without cells write them.
+    A file without points, or with only ghost cells, is an empty piece; processes without cells write such files.
     """
     mesh = read_mesh(str(piece.input))
     if isinstance(mesh, pv.MultiBlock):
@@ -285,14 +284,14 @@ def _lit(
 
 
 def _occluders(mesh: pv.PolyData, scene: Scene, around: PotentialOccluders[Piece]) -> KnownOccluders:
-    """A piece's own triangles, and those that may block its light of other pieces, which are read one by one."""
+    """Return a piece's own triangles, and those of other pieces that may block its light. These are read one by one."""
     others = (around.blocking(scene, world_faces(_surface(piece)[0])) for piece in around.blockers)
     parts = [world_faces(mesh), *others]
     return KnownOccluders(Occluders(parts, around.within), 0 if len(parts[0]) else None, around.first)
 
 
 def _array_types(lit: pv.PolyData) -> tuple[ArrayType, ...]:
-    """The numeric arrays of a mesh; its points come last. An empty one has none, whatever those of others are."""
+    """Return the numeric arrays of a mesh, with its points last. An empty mesh has none."""
     if not lit.n_points:
         return ()
     named = [

@@ -1,13 +1,12 @@
 """The command line: `pvphong`, or `python -m pvphong`.
 
-Exit status 0 is success; 1 is a mesh that `diagnose` finds fault with, colours that `validate` finds too far from
-VTK's, a file of many that `shade` cannot light, or code that `compile` cannot compile or keep; 2 is bad input, or a
-crash in a library: one line on the error output says which. Ctrl-C gives 130, and a pipe that nobody reads any more
-141, as shells have it.
+Exit status 0 is success. 1: `diagnose` found a fault, `validate` found colours too far from VTK's, `shade` could not
+light one of many files, or `compile` failed. 2: bad input, or a crash in a library, with one line on the error output.
+Ctrl-C gives 130 and a closed pipe 141, as in shells.
 
-In the order in which to read it: `supervisor` (a parent process, which turns a crash of its child into one line), `app`
-(the commands put together, each imported when it is called), `options` (what several commands take, what they read,
-and what is shown while they work), then the commands `shade`, `reports` (`plan`, `validate`, `tradeoff`, `diagnose`),
+In reading order: `supervisor` (a parent process that turns a crash of its child into one line), `app` (the table of
+commands, each imported on demand), `options` (common options, reading of inputs, and progress), then the
+commands `shade`, `reports` (`plan`, `validate`, `tradeoff`, `diagnose`),
 `view`, `studio` and `demo`, all of which call `mesh.phong` or `plotter.phong`, and `compile`.
 """
 

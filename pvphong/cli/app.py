@@ -1,4 +1,4 @@
-"""The commands put together, the exit status and the line for each of their errors."""
+"""Table of commands, exit status, and one line for each error."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from pvphong.base.processes import VERBOSE
 _COMMANDS = {
     "demo": (
         "demo:demo",
-        "Light PyVista's bundled airplane; leave the mesh, a picture, the rig and a report in a folder.",
+        "Light PyVista's bundled airplane; write the mesh, a picture, the rig and a report into a folder.",
     ),
     "shade": (
         "shade:shade",
@@ -32,24 +32,23 @@ _COMMANDS = {
     ),
     "plan": (
         "reports:plan",
-        "Say which effects a scene calls for on a mesh and which are left out; with --verbose, why.",
+        "Print the effects that a scene needs on a mesh, and those left out; with --verbose, the reasons.",
     ),
     "validate": (
         "reports:validate",
-        "Compare the lit colours with those of VTK's own shader; the exit status is 1 if they are too far apart.",
+        "Compare the lit colours with VTK's shader; the exit status is 1 if they differ too much.",
     ),
     "tradeoff": (
         "reports:tradeoff",
-        "Measure what accuracy costs in time on a mesh: evaluators, simpler light models, refined meshes, VTK.",
+        "Measure accuracy against time on a mesh: evaluators, simpler light models, refined meshes, VTK.",
     ),
     "diagnose": (
         "reports:diagnose",
-        "Say what in a mesh will not light as it should; the exit status is 1 if anything spoils the lighting.",
+        "Find faults of a mesh that spoil its lighting; the exit status is 1 if there are any.",
     ),
     "compile": (
         "compile:compile_code",
-        "Compile the fast evaluator in advance, once per installation; "
-        "it says what is in the way if that cannot be done.",
+        "Compile the fast evaluator in advance, once per installation.",
     ),
 }
 """Name → function and summary of each command. Importing them all takes a second; --help needs only these."""
@@ -57,7 +56,7 @@ _COMMANDS = {
 app = App(
     name="pvphong",
     help="Phong lighting of meshes as data: lit colours as arrays, in files and in pictures.",
-    help_epilogue="With --verbose any command shows what libraries print on the error output.",
+    help_epilogue="With --verbose, a command shows what libraries print on the error output.",
     version=version("pvphong"),
     suppress_keyboard_interrupt=False,
 )
@@ -69,7 +68,7 @@ _SHORT = {"-o": "--output"}
 
 
 def _in_its_words(reason: str, words: Sequence[str]) -> str:
-    """An error in the words of the command line: of a path by its option, and of a colour where PyVista has one."""
+    """Reword an error for the command line, with options in place of arguments."""
     if re.search(r"^Unknown option: .?--colou?r\b", reason):
         return f"{reason.split('. Did')[0].removesuffix('.')}. --diffuse is the colour of what light scatters."
     argument, must, rest = reason.partition(" must be ")
@@ -85,14 +84,14 @@ def _in_its_words(reason: str, words: Sequence[str]) -> str:
 
 
 def _function(command: str) -> Any:
-    """Import a command's function; from now on its own docstring is its help."""
+    """Import a command's function, whose docstring is its help."""
     found = app[command]
     found.help = None
     return found.default_command
 
 
 def main(tokens: Sequence[str] | None = None) -> int:
-    """Run the command line in this process and give the exit status."""
+    """Run the command line in this process and return the exit status."""
     words = list(sys.argv[1:] if tokens is None else tokens)
     is_verbose = VERBOSE in words
     command = next((word for word in words if not word.startswith("-")), "")

@@ -1,4 +1,4 @@
-"""`pvphong compile`: compiled code made in advance."""
+"""`pvphong compile`: compilation in advance."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ from pvphong.shading import kernel
 
 
 def compile_code() -> int:
-    """Compile the fast evaluator in advance, once per installation; it says what is in the way if that cannot be done.
+    """Compile the fast evaluator in advance, once per installation.
 
-    Without this, the first large mesh is lit by NumPy, while another process compiles. It also says what casts rays
-    here, and why nothing faster does.
+    Without this, NumPy lights the first large meshes while another process compiles. The command also prints the ray
+    tracer in use, and the reason if a faster one is missing.
     """
     began, console = time.perf_counter(), Console(stderr=True)
     with Progress(console=console, transient=True, disable=not console.is_terminal) as progress:

@@ -41,12 +41,12 @@ PLASTIC = Material(ambient=0.1, diffuse=(0.2, 0.3, 0.8), specular=0.5, shininess
 
 
 def demo(*, folder: Path = Path("pvphong-demo")) -> None:
-    """Light PyVista's bundled airplane; leave the mesh, a picture, the rig and a report in a folder.
+    """Light PyVista's bundled airplane; write the mesh, a picture, the rig and a report into a folder.
 
     Parameters
     ----------
     folder
-        Where the four files go; it is made if it does not exist.
+        Folder for the four files, created if missing.
     """
     files = {
         "mesh": folder / "airplane.vtp",

@@ -1,6 +1,6 @@
 """Parts that several commands share: options, reading of inputs, and progress.
 
-They read a mesh file's surface, its scene and its materials.
+Inputs are a mesh file, its scene and its materials.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ Flag = Annotated[bool, Parameter(negative="", show_default=False)]
 
 
 def _number(_type: Any, tokens: Sequence[Any]) -> float:
-    """A float, or a quotient as in 1/255."""
+    """Parse a float, or a quotient such as 1/255."""
     above, slash, below = tokens[0].value.partition("/")
     if slash and not float(below):
         raise ValueError(f'unable to convert "{tokens[0].value}" into a number')
@@ -56,7 +56,10 @@ def _number(_type: Any, tokens: Sequence[Any]) -> float:
 Number = Annotated[float, Parameter(converter=_number)]
 """A number, as 0.004 or 1/255."""
 Verbose = Annotated[
-    bool, Parameter(name=["--verbose", "-v"], negative="", show_default=False, help="Tell all of it, not a few lines.")
+    bool,
+    Parameter(
+        name=["--verbose", "-v"], negative="", show_default=False, help="Print everything instead of a few lines."
+    ),
 ]
 
 
@@ -69,48 +72,47 @@ class Lighting:
     scene
         Lights, viewer, light model, materials, as Scene.save writes them (JSON).
     material
-        A named material such as "gold" or "car paint"; the rig's if not given, or else a dull grey.
+        Named material such as "gold" or "car paint". Default: the rig's, or a dull grey.
     reflectance
-        How it reflects, in place of the material's: a name, and fields of it after colons, as in oren-nayar:sigma=20,
+        Reflectance in place of the material's: a name, and its fields after colons, as in oren-nayar:sigma=20,
         ggx:roughness=0.3:f0=1,0.78,0.34 or pbr:roughness=worn.png.
     ambient
         Reflectance of ambient light, in place of the material's: a number, three as in 1,0.5,0.2, or a colour's name.
     diffuse
-        Reflectance of scattered light, likewise; or the name of a point array, or an image file that is laid on by the
-        mesh's texture coordinates.
+        Reflectance of diffuse light, likewise; or the name of a point array, or an image file, mapped by the mesh's
+        texture coordinates.
     specular
         Reflectance of the highlight, likewise.
     emission
         Light that the surface gives off, likewise.
     albedo
-        What multiplies ambient and diffuse, likewise.
+        Factor of ambient and diffuse, likewise.
     scalars
-        The name of a point or cell array whose numbers, through a colormap, are the albedo; cell arrays need
+        Name of a point or cell array whose numbers become the albedo through a colormap. Cell arrays need
         --feature-angle 0.
     cmap
-        The colormap of --scalars: a name such as terrain, or colours with commas between them; PyVista's if not given.
+        Colormap of --scalars: a name such as terrain, or colours separated by commas. Default: PyVista's.
     clim
-        The numbers with its first and its last colour, as in 0,8; the least and the greatest of the array, of all
-        blocks, if not given.
+        Range of the colormap, as in 0,8. Default: the range of the array in all blocks.
     shininess
         Exponent of the highlight: a number, the name of a point array, or a grey image file whose white is 128.
     tangents
-        The name of a point array of vectors along the surface, for a reflectance that needs them.
+        Name of a point array of vectors along the surface, for reflectances that need them.
     sun
-        A sun in place of the scene's lights: where it stands, in degrees clockwise from north, and its height above the
+        Sun in place of the scene's lights: its azimuth in degrees clockwise from north, and its height above the
         horizon, as in 315,20. North is +y, up is +z.
     shadows
-        Multiply what lights add by the part of them that each vertex sees; blocks shadow each other.
+        Add shadows: multiply each light by its visible part. Blocks shadow each other.
     ambient_occlusion
-        Multiply ambient light by the open part of the sky; with --diffuse 0 --ambient 5 that part alone is the colour.
+        Multiply ambient light by the open part of the sky. With --diffuse 0 --ambient 5 the colour is this part alone.
     bounces
-        How often light is followed from surface to surface, 0 for not at all, as the rig says if not given; ambient
-        light then stands for what is left after that.
+        Number of bounces from surface to surface, 0 for none. Default: the rig's. Ambient light stands for the
+        remaining bounces.
     occluder
-        A file with a mesh that casts shadows too; may be given several times.
+        File with a mesh that casts shadows too; may be repeated.
     feature_angle
-        Degrees between two faces from which their common edge is sharp; "auto" takes 30 where the mesh has no point
-        normals of its own, and "none" leaves all of it smooth.
+        Angle in degrees between two faces from which their edge is sharp. "auto": 30 if the mesh has no point normals.
+        "none": no sharp edges.
     """
 
     scene: Path | None = None
@@ -134,7 +136,7 @@ class Lighting:
     feature_angle: Annotated[FeatureAngle, Parameter(show_choices=False)] = "auto"
 
     def materials(self) -> dict[str, Material]:
-        """The materials by the names of their blocks: the rig's if none is named, changed by the other options."""
+        """Return the materials by block: the named one, or the rig's, changed by the other options."""
         if self.material is not None:
             if is_color_name(self.material) and self.material.lower() not in Material.names():
                 remedy = f"--diffuse {self.material} has that colour."
@@ -167,7 +169,7 @@ class Lighting:
         path
             The file.
         size
-            Of the picture for which a scene is made where no rig is given.
+            Size of the picture, for the default scene.
 
         Returns
         -------
@@ -176,7 +178,7 @@ class Lighting:
         scene : Scene
             With a viewer.
         material : Material or dict
-            As `mesh.phong` takes it: one for a single mesh, or for several blocks all by their names.
+            Material of a single mesh, or a dictionary by block.
         """
         materials = self.materials()
         given = None if self.scene is None else Scene.load(self.scene)
@@ -192,7 +194,7 @@ class Lighting:
         return outside, self.with_rays(self.with_sun(scene)), materials if has_blocks else single_material(materials)
 
     def with_sun(self, scene: Scene) -> Scene:
-        """A scene with a sun as its only light, if one is given."""
+        """Return the scene with a sun as its only light, if one is given."""
         if self.sun is None:
             return scene
         try:
@@ -203,7 +205,7 @@ class Lighting:
         return replace(scene, lights=[DirectionalLight.from_angles(azimuth, elevation, name="sun")])
 
     def with_rays(self, scene: Scene) -> Scene:
-        """A scene with shadows, ambient occlusion and bounces as the options have them, beside its own."""
+        """Return the scene with the shadows, ambient occlusion and bounces of the options added."""
         model = scene.light_model
         occlusion = model.ambient_occlusion or self.ambient_occlusion  # a rig's may be a distance
         shadows, bounces = model.shadows or self.shadows, model.bounces if self.bounces is None else self.bounces
@@ -214,7 +216,7 @@ class Lighting:
         return replace(scene, light_model=model)
 
     def occluders(self) -> list[Any]:
-        """The meshes that cast shadows too."""
+        """Read the additional meshes that cast shadows."""
         return [read_mesh(path) for path in self.occluder]
 
 
@@ -224,7 +226,7 @@ DEFAULT_LIGHTING = Lighting()
 
 
 def seeing(scene: Scene, mesh: Any, size: tuple[int, int]) -> Scene:
-    """The scene for a picture of a mesh: a rig's viewer that sees nothing of it is moved, and that is said."""
+    """Return the scene for a picture of a mesh. If the rig's viewer cannot see the mesh, it is moved, with a note."""
     if scene.viewer.sees(mesh.bounds, size[0] / size[1]):
         return scene
     print("note: the scene's viewer sees nothing of this mesh, and was moved to see all of it.", file=sys.stderr)
@@ -232,7 +234,7 @@ def seeing(scene: Scene, mesh: Any, size: tuple[int, int]) -> Scene:
 
 
 def _reflectance(text: str) -> Reflectance:
-    """A reflectance from its name and fields, as in ggx:roughness=0.3:f0=1,0.78,0.34."""
+    """Parse a reflectance such as ggx:roughness=0.3:f0=1,0.78,0.34."""
     name, *parts = text.split(":")
     kind = REFLECTANCES[check.choice("--reflectance", name, REFLECTANCES)]
     known, given = [each.name for each in fields(kind)], dict[str, ColorLike]()
@@ -248,7 +250,7 @@ def _reflectance(text: str) -> Reflectance:
 
 
 def _value(text: str) -> ColorLike:
-    """A number, numbers with commas between them, or the text itself, for `Material` to judge."""
+    """Parse a number or numbers separated by commas; other text is returned for `Material` to check."""
     try:
         numbers = [float(part) for part in text.split(",")]
     except ValueError:
@@ -258,7 +260,7 @@ def _value(text: str) -> ColorLike:
 
 @contextmanager
 def busy(what: str) -> Iterator[None]:
-    """A spinner on the error output, if that is a terminal; with a bar where long work says how far it has come."""
+    """Show a spinner on the error output, if it is a terminal; with a bar for work that reports progress."""
     console, begun = Console(stderr=True), time.perf_counter()
     columns = SpinnerColumn(), TextColumn("{task.description}")
     with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as shown:

@@ -32,13 +32,12 @@ def plan(
     tolerance: Number = 0.0,
     verbose: Verbose = False,
 ) -> None:
-    """Say which effects a scene calls for on a mesh and which are left out; with --verbose, why.
+    """Print the effects that a scene needs on a mesh, and those left out; with --verbose, the reasons.
 
     Parameters
     ----------
     mesh
-        A file of any format that PyVista reads.
-    tolerance
+        File of any format that PyVista reads. tolerance
         Largest absolute colour error that may be traded for time; 1/255 = 0.0039 is one step of a display.
     """
     outside, scene, material = lighting.read(mesh)
@@ -56,20 +55,20 @@ def validate(
     report: Path | None = None,
     verbose: Verbose = False,
 ) -> int:
-    """Compare the lit colours with those of VTK's own shader; the exit status is 1 if they are too far apart.
+    """Compare the lit colours with VTK's shader; the exit status is 1 if they differ too much.
 
     Parameters
     ----------
     mesh
-        A file of any format that PyVista reads.
+        File of any format that PyVista reads.
     json
-        A file for the comparison as JSON; of several blocks, by their names.
+        File for the comparison as JSON, by block if there are several.
     output
-        .vtp, .vtk or .vtkhdf for the mesh with the signed errors; .vtm, .vtmb or .vtkhdf for several blocks.
+        File for the mesh with signed errors: .vtp, .vtk or .vtkhdf; .vtm, .vtmb or .vtkhdf for several blocks.
     every
-        In place of a mesh: a fixed list of scenes, on meshes that come with PyVista.
+        Compare a fixed list of scenes on PyVista's meshes, in place of a mesh.
     report
-        .md for the results of --all, with pictures in a folder beside it.
+        File (.md) for the results of --all, with pictures in a folder beside it.
     """
     if every:
         if mesh is not None or lighting != DEFAULT_LIGHTING or json is not None or output is not None:
@@ -128,24 +127,25 @@ def tradeoff(
     json: Path | None = None,
     verbose: Verbose = False,
 ) -> None:
-    """Measure what accuracy costs in time on a mesh: evaluators, simpler light models, refined meshes, VTK.
+    """Measure accuracy against time on a mesh: evaluators, simpler light models, refined meshes, VTK.
 
     Parameters
     ----------
     mesh
-        A file of any format that PyVista reads; several blocks are measured together, as one surface.
+        File of any format that PyVista reads. Several blocks are measured together, as one surface.
     tolerance
-        Largest absolute colour error that is to be allowed; 1/255 = 0.0039 is one step of a display.
+        Largest allowed absolute colour error; 1/255 = 0.0039 is one step of a display.
     seconds
-        What the measuring may take; compiling the kernel, once per installation, is not counted.
+        Time budget in seconds. Compilation of the kernel, once per installation, does not count.
     truth
-        Compare models of light, from a constant to all that bounces, with paths of light too; as many seconds again.
+        Also compare light models, from constant ambient light to all bounces, with path tracing; takes as many seconds
+        again.
     plot
-        A figure: .png, .pdf or .svg.
+        File for a figure: .png, .pdf or .svg.
     csv
-        The rows as a table.
+        File for the rows as a table.
     json
-        All numbers.
+        File for all numbers.
     """
     if plot is not None:
         from pvphong.studies.accuracy.physics import refuse_format
@@ -166,14 +166,14 @@ def tradeoff(
 
 
 def diagnose(mesh: str, /, *, json: Path | None = None, verbose: Verbose = False) -> int:
-    """Say what in a mesh will not light as it should; the exit status is 1 if anything spoils the lighting.
+    """Find faults of a mesh that spoil its lighting; the exit status is 1 if there are any.
 
     Parameters
     ----------
     mesh
-        A file of any format that PyVista reads.
+        File of any format that PyVista reads.
     json
-        A file for what was found as JSON; of several blocks, by their names.
+        File for the findings as JSON, by block if there are several.
     """
     with reading(mesh):
         found = read_mesh(mesh).phong.diagnose()
@@ -189,7 +189,7 @@ def _options_of(lighting: LightingOptions) -> dict[str, Any]:
 
 
 def _print_reports(found: Any, verbose: bool) -> dict[str, Any]:
-    """Print a report, or several after the names of their blocks: a few lines of each, or all; gives them by block."""
+    """Print a report, or several by block: a few lines of each, or everything. Return them by block."""
     reports = found if isinstance(found, dict) else {"": found}
     for block, report in reports.items():
         if block:

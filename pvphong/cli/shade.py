@@ -55,46 +55,46 @@ def shade(
 ) -> int:
     """Light a mesh; write it with its colours, or write a picture of it. Or light many meshes into a folder.
 
-    Without --scene it is lit by a key, a fill and a rim light and seen as PyVista would show it. Many files are lit by
-    several processes, seen and lit as one scene; a file that is done already is not done again. If some cannot be lit,
-    the exit status is 1 and they are listed.
+    Without --scene, a key, a fill and a rim light are used, and PyVista's view. Many files are lit by several
+    processes, as one scene; finished files are skipped. If some cannot be lit, they are listed, and the exit status is
+    1.
 
     Parameters
     ----------
     mesh
-        A file of any format that PyVista reads.
+        File of any format that PyVista reads.
     more
-        For a folder: further ones, patterns such as "parts/*.vtp", or files that name others: .vtm, .pvtp, .pvtu, .pvd.
+        For a folder: more files, patterns such as "parts/*.vtp", or index files: .vtm, .pvtp, .pvtu, .pvd.
     output
         .vtp, .vtk, .vtkhdf, .ply (8-bit vertex colours) or .obj for a mesh; .vtm, .vtmb or .vtkhdf for several
         blocks; .glb or .gltf for either, unlit in viewers; .png for a picture. A folder, as lit/, for many files, each
         as .vtp.
     array
-        Name of the array of lit colours, "phong" if not given.
+        Name of the array of lit colours. Default: "phong".
     components
         Add the ambient, diffuse, specular, emission and per-light arrays.
     precision
-        Of the arrays and the arithmetic.
+        Type of the arrays and the arithmetic.
     tolerance
         Largest absolute colour error that may be traded for time.
     refine
-        Split triangles until colours between points are off by no more than that, 1/255 is one step of a display, and
-        cut them along the edges of hard shadows and cones.
+        Split triangles until errors of colours between points are within this (1/255 is one step of a display), and cut
+        them along edges of hard shadows and cones.
     max_points
-        How many points each refined mesh may have; a million more than it has, if not given.
+        Largest number of points of a refined mesh. Default: a million more than it has.
     compress
-        How arrays are compressed in .vtp, .vtm and .vtmb files, lz4 if not given; zlib takes half the room, and longer.
+        Compression of arrays in .vtp, .vtm and .vtmb files. Default: lz4. zlib takes half the space, and longer.
     size
-        Width and height of a picture in pixels, 1024 768 if not given.
+        Width and height of a picture in pixels. Default: 1024 768.
     background
-        Colour of a picture's background, white if not given.
+        Background colour of a picture. Default: white.
     workers
-        How many processes light many files here; as many as there are processors if not given.
+        Number of local processes that light many files. Default: the number of processors.
     scheduler
-        The address of a Dask scheduler, as tcp://host:8786, of which the workers light many files.
+        Address of a Dask scheduler, such as tcp://host:8786, whose workers light many files.
     seams
-        "merge" gives points at one place the normal of all pieces' faces there, "keep" that of their own piece's; if
-        not given, pieces that a .vtm, .pvtp, .pvtu or .pvd file names are merged.
+        "merge": points at one place get the normal of all pieces' faces there. "keep": that of their own piece.
+        Default: "merge" for pieces of a .vtm, .pvtp, .pvtu or .pvd file.
     """
     options: dict[str, Any] = {
         "name": "phong" if array is None else array,
@@ -150,7 +150,7 @@ def shade(
 
 
 def _shade_many(meshes: Sequence[str], output: str, lighting: LightingOptions, options: dict[str, Any]) -> int:
-    """Light many files, print the results, and give the exit status."""
+    """Light many files, print the results, and return the exit status."""
     _refuse_given({"--occluder": lighting.occluder}, "left out where many files are lit, each by itself")
     scene = None
     if lighting.scene is not None:

@@ -29,18 +29,18 @@ def studio(
     Parameters
     ----------
     mesh
-        A file of any format that PyVista reads. Without one, the page offers examples, and takes files.
+        File of any format that PyVista reads. Without one, the page offers examples, and opens files.
     scene
         Lights, viewer, light model, materials, as Scene.save writes them (JSON).
     port
-        The port to listen on; 0 is one that is free.
+        Port to listen on; 0 selects a free one.
     host
-        The address to listen on. By default this machine serves itself alone; for any other the page's address ends
-        with a token, without which nothing is answered.
+        Address to listen on. By default only this machine can connect. For others the page's address ends with a token,
+        and requests without it get no answer.
     no_browser
-        Do not open a browser; the page's address is printed alone on the last line.
+        Do not open a browser. The last line printed is the page's address.
     keep
-        Keep the rig beside the mesh, in NAME-rig.json, as it is edited, and begin with it if it is there.
+        Save each edit of the rig in NAME-rig.json beside the mesh, and start from that file if it exists.
     """
     refuse_missing_extra("pvphong studio")
     from pvphong.studio.web.serving import free_port

@@ -1,10 +1,11 @@
-"""The command line's parent process, which loads little: it does the work in a child, and a crash of that is one line.
+"""Parent process of the command line. It loads little and works in a child process, so that a crash is reported in one
+line.
 
-The child is forked before anything heavy is loaded; where forking is not safe, another Python is started. What C
-libraries print on the error output is not shown, unless --verbose is given.
+The child is forked before anything heavy is loaded; where forking is not safe, a new Python is started. Output of C
+libraries on the error output is hidden, unless --verbose is given.
 
-A process that only reads the file would do for damaged files, but would have to hand the mesh over: for a million
-points that takes 1.2 s, four times the reading. Here nothing is handed over, and Ctrl-C ends C code at once.
+A process that only reads the file would have to send the mesh to its parent, which takes 1.2 s for a million points,
+four times the reading. Here nothing is sent, and Ctrl-C ends C code at once.
 """
 
 import contextlib
@@ -33,9 +34,9 @@ def _quiet() -> "list[signal.Signals]":
 
 
 def main(tokens: "Sequence[str] | None" = None) -> int:
-    """Run the command line and give the exit status; 2 if the work crashes.
+    """Run the command line and return the exit status; 2 after a crash.
 
-    Words that are given in place of the command line's own are run in this process, unsupervised.
+    Given words, in place of the command line's, run in this process, without supervision.
     """
     if tokens is not None:
         from pvphong.cli.app import main as run
@@ -48,7 +49,7 @@ def main(tokens: "Sequence[str] | None" = None) -> int:
 
 
 def _supervise() -> int:
-    """Have a child do the work, and watch it until it ends; what it has not said itself is said here."""
+    """Run a child, wait for it, and report errors that it did not report itself."""
     # one that comes before both have set what it does waits, or it would end this process and leave the child running
     signal.pthread_sigmask(signal.SIG_BLOCK, _quiet())
     listening, speaking = os.pipe()
@@ -107,7 +108,7 @@ def _work(end: int | None) -> int:
 
 
 def _set_outputs(verbose: bool) -> None:
-    """Leave the error output to Python alone, without its warnings, and let both take any name of a file."""
+    """Keep C libraries off the error output, hide warnings, and allow any file name in both outputs."""
     if not verbose and not sys.warnoptions:
         import logging
 

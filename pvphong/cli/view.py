@@ -43,9 +43,9 @@ def view(
     Parameters
     ----------
     mesh
-        A file of any format that PyVista reads.
+        File of any format that PyVista reads.
     background
-        Colour of the window's background.
+        Background colour of the window.
     """
     outside, scene, material = lighting.read(mesh)
     show(
@@ -71,34 +71,34 @@ def show(
     feature_angle: FeatureAngle = "auto",
     occluders: Sequence[Any] = (),
 ) -> None:
-    """Open a window with a lit mesh and gizmos for its lights, and come back when it is closed.
+    """Open a window with a lit mesh and gizmos for its lights, and return when it is closed.
 
-    Lights that ride along with the viewer, and highlights, follow the camera as it is moved. The key h lists
-    the keys; d, x and 4 write files into the current folder and say so.
+    Highlights, and lights that move with the viewer, follow the camera. The key h lists the keys; d, x and 4 write
+    files into the current folder, with a message.
 
     Parameters
     ----------
     mesh : pyvista.PolyData or pyvista.MultiBlock
         A surface, or several.
     scene : Scene
-        Its viewer is where the camera stands at first.
+        Its viewer is the initial camera.
     material : Material or mapping
-        As for `shade`: of several blocks by their names, or "default".
+        As for `shade`: by block, or "default".
     title : str
-        Of the window.
+        Title of the window.
     stem : str
-        What the names of saved files begin with.
+        Prefix of the names of saved files.
     background : str
         A colour name or hex string.
     feature_angle
         As for `shade`.
     occluders : sequence
-        Meshes that are shown too, and shadow the others where the scene has shadows.
+        Additional meshes, which are shown and cast shadows if the scene has shadows.
 
     Raises
     ------
     ValueError
-        If there is no display to open it on, or an argument is not allowed.
+        If there is no display, or an argument is invalid.
     """
     if pv.OFF_SCREEN:
         check.refuse("PYVISTA_OFF_SCREEN", "true", "unset where a window is to open", _INSTEAD)
@@ -116,7 +116,7 @@ def show(
     actors = dict(zip(names, drawn if has_blocks else [drawn], strict=True))
 
     def current() -> dict[str, Material]:
-        """The materials as keys have left them."""
+        """Return the materials after edits by keys."""
         return common_or_named({name: plotter.phong.mesh(actor).material for name, actor in actors.items()})
 
     def save_lit_mesh(path: Path) -> None:
@@ -138,7 +138,7 @@ def show(
 
 
 def set_scene(plotter: pv.Plotter, scene: Scene) -> None:
-    """Give a plotter a scene's viewer, light model and lights."""
+    """Set a plotter's viewer, light model and lights."""
     aim(plotter, scene.viewer)
     plotter.phong.light_model = scene.light_model
     for light in scene.lights:
