@@ -289,7 +289,7 @@ def test_what_is_saved_is_read_again_and_refused_for_another_mesh(tmp_path):
     ):
         with pytest.raises(ValueError, match=r"^transport must be computed for the meshes that are lit"):
             other.phong.shade(scene, transport=again, **how)
-    with pytest.raises(ValueError, match=r"^transport must be what mesh\.phong\.transport\(\) gives"):
+    with pytest.raises(ValueError, match=r"^transport must be a Transport from mesh\.phong\.transport\(\)"):
         mesh.phong.shade(scene, transport=np.eye(3))
 
 

@@ -345,7 +345,7 @@ class Messages(AioHttpWsHandler):
                 await self.onCompleteMessage(self._checked(message, client_id), client_id)
         except (ValueError, TypeError, IndexError, OverflowError, RecursionError, MemoryError):
             pieces.release_pending_messages()
-            if not self.connections[client_id].analytic_integral:
+            if not self.connections[client_id].closed:
                 await self.sendWrappedError("malformed", -32600, "Malformed message", client_id=client_id)
 
     def _checked(self, message: Any, client_id: str) -> dict[str, Any]:
