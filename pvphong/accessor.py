@@ -1,7 +1,7 @@
-"""`mesh.phong` and `blocks.phong`: PyVista imports this module, by its entry point, when `phong` is first used.
+"""`mesh.phong` and `blocks.phong`. PyVista imports this module, by its entry point, when `phong` is first used.
 
-What a mesh's method does is in `meshes/lit.py` and `meshes/pictures.py`, or, where it measures something, in
-`studies/`: what loads VTK's rendering is imported when it is used. Blocks do the same, each by itself.
+The functions behind a mesh's methods are in `meshes/` and `studies/`; those that load VTK's rendering are imported
+on use. The methods of a MultiBlock call them for each dataset.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ if TYPE_CHECKING:
     from pvphong.studies.accuracy.report import Tradeoff
     from pvphong.studies.validate.validation import Comparison
 
-# Options of `shade` that are not about what there is, but about what is computed of it; and those of surfaces.
+# Options of `shade` that select what is computed; and options that define a dataset's surface.
 _OF_RUN = "name", "components", "shares_by_bounce", "precision"
 _OF_SURFACES = "matrix", "feature_angle"
 
@@ -53,7 +53,7 @@ Materials = Material | str | Mapping[str, Material | str]
 def _of_mesh(
     function: Callable[Concatenate[Any, Options], Result],
 ) -> Callable[Concatenate[MeshPhong, Options], Result]:
-    """A method that calls a function with the mesh, and then as it is called itself."""
+    """Return a method that calls a function with the mesh as first argument and passes its own arguments on."""
     refuse = refusal_of(function)
 
     @functools.wraps(function)
@@ -65,7 +65,7 @@ def _of_mesh(
 
 
 class MeshPhong(Handle):
-    """Lighting of one dataset; results are new datasets and arrays, the dataset is never modified.
+    """Lighting of one dataset. Results are new datasets and arrays; the dataset is never modified.
 
     Examples
     --------
@@ -106,7 +106,7 @@ class MeshPhong(Handle):
         feature_angle: FeatureAngle = None,
         backend: Backend = "auto",
     ) -> Comparison:
-        """Compare the lit colours with those of VTK's own shader, vertex by vertex; see `pvphong.validate`.
+        """Compare the lit colours with VTK's own shader, vertex by vertex; see `pvphong.validate`.
 
         Examples
         --------
@@ -147,7 +147,10 @@ class MeshPhong(Handle):
 
 
 def _options_of(method: Callable[..., Any]) -> Callable[[Method], Method]:
-    """For a method of blocks that takes what a method of each does: help() and tab see that, and others are refused."""
+    """Return a decorator that gives a method of blocks the signature of a dataset's method and rejects other options.
+
+    help() and tab completion show this signature.
+    """
     refuse = refusal_of(method)
 
     def with_options(own: Method) -> Method:
@@ -163,13 +166,13 @@ def _options_of(method: Callable[..., Any]) -> Callable[[Method], Method]:
 
 
 class BlocksPhong(Handle):
-    """Lighting of every dataset in a MultiBlock: structure and names are kept, an empty block stays empty.
+    """Lighting of every dataset in a MultiBlock. Structure and names are kept; an empty block stays empty.
 
-    Methods take what those of a single dataset do, see `MeshPhong`. One scene, with one viewer, lights all blocks; they
-    shadow each other. An array that is given for each point is the name of one that every block has, or a texture.
-    `material` is one for all, or a mapping of a block's name, of a block inside a block the names with "/" between
-    them; blocks that are not named have that of the name "default". What is no dataset is given by the path of its
-    block's names. Errors name the block.
+    Methods take the same options as those of a single dataset, see `MeshPhong`. One scene with one viewer lights all
+    blocks, and blocks shadow each other. Maps are textures, or names of point arrays that every block has.
+    `material` is one material for all blocks, or a mapping from a block's path to its material; blocks without an
+    entry use "default". The path of a nested block joins the names by "/". Results that are not datasets are returned
+    in a dictionary by path. Error messages name the block.
 
     Examples
     --------
@@ -213,10 +216,13 @@ class BlocksPhong(Handle):
     def shade(
         self, scene: SceneLike | None = None, material: Materials = DEFAULT_MATERIAL, **options: Any
     ) -> pv.MultiBlock:
-        """A new MultiBlock of lit meshes; `visibility` and `transport` are what methods of these names give."""
+        """Return a new MultiBlock of lit meshes.
+
+        `visibility` and `transport` take the results of the methods of these names.
+        """
         scene = self._scene(scene, options)
         run = {name: options.pop(name) for name in _OF_RUN if name in options}
-        run["backend"] = options.get("backend", "auto")  # of normals too
+        run["backend"] = options.get("backend", "auto")  # stays in options: normals use it too
         if not scene.light_model.bounces:
             return lit.shade_blocks(self._blocks, scene, self._own(scene, material, options), **run)
         among = self._exchanging(options)
@@ -236,28 +242,28 @@ class BlocksPhong(Handle):
     def plan(
         self, scene: SceneLike | None = None, material: Materials = DEFAULT_MATERIAL, **options: Any
     ) -> dict[str, Plan]:
-        """A plan for each dataset; `visibility` is what `visibility` gives."""
+        """Return a plan for each dataset, by path; `visibility` takes the result of the method of this name."""
         scene = self._scene(scene, options)
         parts = self._exchanging(options).parts if scene.light_model.bounces else None
         return self._by_path(self._each("plan", scene, self._own(scene, material, options, parts)))
 
     @_options_of(MeshPhong.visibility)
     def visibility(self, scene: SceneLike | None = None, **options: Any) -> dict[str, Visibility]:
-        """Visibility of each dataset's vertices, by its path; other blocks may block light."""
+        """Compute the visibility of each dataset's vertices, by path. All blocks occlude each other."""
         scene = self._scene(scene, options)
         among = occluders_of_blocks(self._blocks, options.get("matrix"), options.pop("occluders", ()))
         return self._by_path(lambda block: block.phong.visibility(scene, occluders=next(among), **options))
 
     @_options_of(MeshPhong.transport)
     def transport(self, **options: Any) -> Transport:
-        """Transport of light between the vertices of all datasets, one dataset after the other."""
+        """Compute the light transport between the vertices of all datasets, in the order of the datasets."""
         return transports.transport_of(self._surfaces(*(options.pop(name, None) for name in _OF_SURFACES)), **options)
 
     @_options_of(MeshPhong.truth)
     def truth(
         self, scene: SceneLike | None = None, material: Materials = DEFAULT_MATERIAL, **options: Any
     ) -> dict[str, rendering.Truth]:
-        """The colours of each dataset by the rendering equation; all blocks reflect each other's light."""
+        """Solve the rendering equation at each dataset's vertices, by path. All blocks reflect each other's light."""
         where = {name: options.pop(name) for name in (*_OF_SURFACES, "occluders") if name in options}
         scene = self._scene(scene, where)
         among = rendering.reflecting_blocks(self._blocks, scene, self._materials(material), **where)
@@ -265,9 +271,9 @@ class BlocksPhong(Handle):
 
     @_options_of(MeshPhong.normals)
     def normals(self, weighting: Weighting | None = None, **options: Any) -> pv.MultiBlock:
-        """A new MultiBlock of surfaces that carry their normals as active point normals.
+        """Return a new MultiBlock of surfaces with active point normals.
 
-        Each shares points, cells and arrays with its block, as results of `shade` do.
+        Each surface shares points, cells and arrays with its block, as results of `shade` do.
         """
 
         def with_normals(block: pv.DataSet) -> pv.PolyData:
@@ -281,21 +287,21 @@ class BlocksPhong(Handle):
     def refine(
         self, scene: SceneLike | None = None, material: Materials = DEFAULT_MATERIAL, **options: Any
     ) -> pv.MultiBlock:
-        """A new MultiBlock of refined meshes, each block by itself; `max_points` is for each block."""
+        """Return a new MultiBlock of refined meshes. Each block is refined on its own, to at most `max_points`."""
         return self._inside("refine", scene, material, options)
 
     @_options_of(MeshPhong.interpolation_error)
     def interpolation_error(
         self, scene: SceneLike | None = None, material: Materials = DEFAULT_MATERIAL, **options: Any
     ) -> pv.MultiBlock:
-        """A new MultiBlock of meshes with the errors inside triangles."""
+        """Return a new MultiBlock of meshes with the interpolation errors inside triangles."""
         return self._inside("interpolation_error", scene, material, options)
 
     @_options_of(MeshPhong.validate)
     def validate(
         self, scene: SceneLike | None = None, material: Materials = DEFAULT_MATERIAL, **options: Any
     ) -> dict[str, Comparison]:
-        """A comparison with VTK's own shader for each dataset."""
+        """Compare each dataset's colours with VTK's own shader, by path."""
         scene = self._scene(scene, options)
         own = zip(self._materials(material), repeat(options), strict=False)
         return self._by_path(self._each("validate", scene, own))
@@ -309,29 +315,29 @@ class BlocksPhong(Handle):
         feature_angle: FeatureAngle = None,
         **options: Any,
     ) -> Tradeoff:
-        """Measure accuracy against time on all blocks together, as one surface of one material."""
+        """Measure accuracy against time on all blocks, joined to one surface of one material."""
         from pvphong.studies.accuracy.measure import tradeoff
 
         return tradeoff(lit.one_surface(self._blocks, feature_angle), scene, material, **options)
 
     @_options_of(MeshPhong.diagnose)
     def diagnose(self, **options: Any) -> dict[str, diagnosis.Diagnosis]:
-        """A diagnosis for each dataset."""
+        """Diagnose each dataset, by path."""
         return self._by_path(lambda block: block.phong.diagnose(**options))
 
     def plot(self, *, name: str = "phong", **options: Any) -> Any:
         """Show lit blocks in one picture; see `MeshPhong.plot`."""
-        lit_blocks = pv.MultiBlock(leaves(self._blocks))  # what has no points is not drawn, and a table has none
+        lit_blocks = pv.MultiBlock(leaves(self._blocks))  # without tables and empty meshes
         for block in lit_blocks:
             pictures.refuse_unlit(block, name)
-        together = lit_blocks.combine()  # one by one they would ignore `rgb`
+        together = lit_blocks.combine()  # PyVista ignores `rgb` for a MultiBlock
         for block in lit_blocks:
-            together.field_data.update(block.field_data)  # for their scalar bar
+            together.field_data.update(block.field_data)  # for the scalar bar
         return pictures.plot(together, name=name, **options)
 
     @_options_of(MeshPhong.color_view)
     def color_view(self, space: pictures.ColorSpace, **options: Any) -> pv.MultiBlock:
-        """A new MultiBlock with the blocks' lit colours in other terms."""
+        """Return a new MultiBlock with the lit colours converted to another colour space."""
         return map_blocks(self._blocks, lambda block: block.phong.color_view(space, **options))
 
     @_options_of(MeshPhong.save)
@@ -340,7 +346,7 @@ class BlocksPhong(Handle):
         saving.save(self._blocks, path, **options)
 
     def _scene(self, given: SceneLike | None, options: Mapping[str, Any]) -> Scene:
-        """Scene for all blocks, with a viewer: without one, as PyVista's camera frames their common box."""
+        """Return the scene for all blocks; a missing viewer is set to frame their bounds as PyVista's camera does."""
         if isinstance(given, Scene) and given.viewer is not None:
             return given
         return scene_for(map_blocks(self._blocks, surface), given, options.get("matrix"))
@@ -348,7 +354,7 @@ class BlocksPhong(Handle):
     def _own(
         self, scene: Scene, material: Materials, options: dict[str, Any], transports: Iterable[Any] | None = None
     ) -> Iterator[tuple[Material | str, dict[str, Any]]]:
-        """Of each dataset its own material, and options with its own rays, and transport where these are given."""
+        """Yield each dataset's material and options, with its visibility or occluders and its part of the transport."""
         materials, own = self._materials(material), visibility_options(self._blocks, scene, options)
         if transports is not None:
             own = ({**how, "transport": each} for how, each in zip(own, transports, strict=False))
@@ -357,7 +363,7 @@ class BlocksPhong(Handle):
     def _each(
         self, method: str, scene: Scene, own: Iterator[tuple[Material | str, dict[str, Any]]]
     ) -> Callable[[pv.DataSet], Any]:
-        """What calls a method for one dataset after the other, with the scene of all, and what is its own."""
+        """Return a function that calls a dataset's method with the common scene and the next entry of `own`."""
 
         def call(block: pv.DataSet) -> Any:
             material, how = next(own)
@@ -368,29 +374,29 @@ class BlocksPhong(Handle):
     def _inside(
         self, method: str, scene: SceneLike | None, material: Materials, options: dict[str, Any]
     ) -> pv.MultiBlock:
-        """What looks inside of triangles: light that bounces between all is found at their vertices."""
+        """Call a method that evaluates inside triangles. Light bounced between all blocks is computed at vertices."""
         scene, bounced = self._scene(scene, options), None
         if scene.light_model.bounces:
             how = {name: options[name] for name in (*_OF_SURFACES, "occluders", "transport") if name in options}
             lit_blocks = self.shade(scene, material, name="pvphong", components=True, precision="float64", **how)
             bounced = (
                 refinement.BouncedLight(np.array(b.point_data.get("pvphong_bounced", np.zeros((b.n_points, 3)))))
-                for _, b in datasets(lit_blocks)  # one that is alone may have no such array
+                for _, b in datasets(lit_blocks)  # a single dataset may have no such array
             )
         return map_blocks(self._blocks, self._each(method, scene, self._own(scene, material, options, bounced)))
 
     def _surfaces(self, matrix: MatrixLike | None, feature_angle: FeatureAngle) -> list[transports.Exchanging]:
-        """All datasets as they exchange light."""
+        """Return all datasets as surfaces that exchange light."""
         return of_each(self._blocks, lambda block: transports.Exchanging.of(block, matrix, feature_angle))
 
     def _exchanging(self, options: dict[str, Any]) -> Transport:
-        """How they exchange light: as it is given, or by rays that are cast when they are needed."""
+        """Return the checked `transport` option, or a transport that casts its rays on first use."""
         given, occluders = options.pop("transport", None), options.get("occluders", ())
         surfaces = self._surfaces(*(options.get(name) for name in _OF_SURFACES))
         return transports.checked_transport(given, surfaces, occluders)
 
     def _materials(self, material: Materials) -> list[Material]:
-        """Of each dataset, in their order; colormaps have the range of all blocks."""
+        """Return each dataset's material, in order. Colormaps span the range of all blocks."""
         if not isinstance(material, Mapping):
             meshes = leaves(self._blocks)
             return [over_all(as_material(material), meshes)] * len(meshes)
@@ -403,6 +409,6 @@ class BlocksPhong(Handle):
         return dict(zip(paths, of_each(self._blocks, operation), strict=True))
 
 
-# Not as decorators: these return a bare `type`, and type checkers and editors would know no method of the classes.
+# Not as decorators: these return a bare `type`, which hides the classes' methods from type checkers and editors.
 pv.register_dataset_accessor("phong", pv.DataSet)(MeshPhong)
 pv.register_dataset_accessor("phong", pv.MultiBlock)(BlocksPhong)

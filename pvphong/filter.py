@@ -17,9 +17,9 @@ from pvphong.scene.scene import Scene, SceneLike, as_scene
 
 
 class PhongFilter(Handle, VTKPythonAlgorithmBase):  # type: ignore[misc]  # VTK's class has no type
-    """A VTK filter: polydata in, polydata with the lit array "phong" (n_points, 3) float32 out, or as its options say.
+    """VTK filter that adds the lit array "phong", by default (n_points, 3) float32, to polydata.
 
-    It executes again only when its input, scene, material or options have changed.
+    It executes again only if its input, scene, material or options have changed.
 
     Examples
     --------
@@ -48,32 +48,32 @@ class PhongFilter(Handle, VTKPythonAlgorithmBase):  # type: ignore[misc]  # VTK'
         return f"<PhongFilter: {len(tuple(self._scene.lights))} lights, {self._material}>"
 
     def SetScene(self, scene: SceneLike) -> None:
-        """Set lights, viewer and light model; an equal scene changes nothing."""
+        """Set lights, viewer and light model. Setting an equal scene does not execute the filter again."""
         scene = as_scene(scene)
         if scene != self._scene:
             self._scene = scene
             self.Modified()
 
     def GetScene(self) -> Scene:
-        """The scene that lights the input; without lights at first."""
+        """Return the scene that lights the input; it has no lights by default."""
         return self._scene
 
     def SetMaterial(self, material: Material | str) -> None:
-        """Set the surface's material; an equal one changes nothing."""
+        """Set the surface's material. Setting an equal material does not execute the filter again."""
         material = as_material(material)
         if material != self._material:
             self._material = material
             self.Modified()
 
     def SetOptions(self, **options: Any) -> None:
-        """Set options as `mesh.phong.shade` takes them, such as matrix, feature_angle, components or backend.
+        """Set options of `mesh.phong.shade`, such as matrix, feature_angle, components or backend.
 
-        They replace those that were set before.
+        They replace all options set before.
 
         Raises
         ------
         ValueError
-            If there is no such option.
+            If an option does not exist.
         """
         known = [name for name, each in signature(shade_mesh).parameters.items() if each.kind is each.KEYWORD_ONLY]
         for name in options:
@@ -82,22 +82,22 @@ class PhongFilter(Handle, VTKPythonAlgorithmBase):  # type: ignore[misc]  # VTK'
         self.Modified()
 
     def GetMaterial(self) -> Material:
-        """The surface's material; OpenGL's default at first."""
+        """Return the surface's material; OpenGL's default material by default."""
         return self._material
 
     def SetInputData(self, data: Any) -> None:
-        """Set a vtkPolyData to light, without a pipeline before this filter."""
+        """Set a vtkPolyData as input, without a pipeline connection."""
         self.SetInputDataObject(0, data)
 
     def GetOutput(self) -> Any:
-        """The lit vtkPolyData, as every VTK filter gives it."""
+        """Return the lit vtkPolyData."""
         return self.GetOutputDataObject(0)
 
     def RequestData(self, _request: Any, inputs: Any, outputs: Any) -> int:
-        """Called by the pipeline when the output is out of date."""
+        """Light the input. VTK's pipeline calls this when the output is out of date."""
         source, self._refusal = pv.wrap(self.GetInputData(inputs, 0, 0)), None
         try:
-            # A step upstream may leave nothing; that is no error in a pipeline.
+            # An upstream filter may output an empty mesh, which is not an error in a pipeline.
             lit = shade_mesh(source, self._scene, self._material, **self._options) if source.n_points else source
         except ValueError as error:
             self._refusal = error
@@ -112,8 +112,8 @@ class PhongFilter(Handle, VTKPythonAlgorithmBase):  # type: ignore[misc]  # VTK'
         Raises
         ------
         ValueError
-            If the input cannot be lit. (A step downstream gets VTK's error message.)
+            If the input cannot be lit. A downstream filter gets VTK's error message instead.
         """
-        super().Update()  # runs nothing where nothing has changed: what was refused then is still refused
+        super().Update()  # does not execute if nothing has changed; the last error then still holds
         if self._refusal is not None:
             raise self._refusal

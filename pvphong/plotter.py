@@ -1,4 +1,4 @@
-"""`plotter.phong`: lit meshes that follow camera, lights and edits. PyVista finds this module by its entry point."""
+"""`plotter.phong`: lit meshes that follow camera, lights and edits. PyVista loads this module by its entry point."""
 
 from __future__ import annotations
 
@@ -42,11 +42,11 @@ _OUTPUTS = (
     "export_obj",
     "export_vrml",
 )
-"""Methods of a plotter that write what it shows: made of colours that are current, and without gizmos."""
+"""Plotter methods that write a picture or an export: they use current colours and leave gizmos out."""
 
 
 class PlotterPhong(Handle):
-    """Lighting in one plotter: every subplot has its own lights, all share the light model.
+    """Lighting in one plotter. Each subplot has its own lights; all subplots share the light model.
 
     Examples
     --------
@@ -101,52 +101,51 @@ class PlotterPhong(Handle):
         refine: float | None = None,
         **add_mesh_options: Any,
     ) -> pv.Actor | tuple[pv.Actor, ...]:
-        """Draw a mesh, or all blocks of a MultiBlock, with lit colours, and keep them current.
+        """Draw a mesh, or all blocks of a MultiBlock, with lit colours, and keep the colours current.
 
-        Before a frame is drawn its colours are computed again if, and only if, something that they depend on
-        has changed: a light, the actor's matrix, the material, its maps, the mesh, the light model; the
-        camera only where highlights or lights that ride along make it count. A hidden actor waits until it is
-        shown, a removed one is followed no longer.
+        Colours are recomputed before a frame only if something they depend on has changed: a light, the actor's
+        matrix, the material, its maps, the mesh or the light model. The camera counts only with highlights or with
+        lights that move with it. A hidden actor is updated when it is shown; a removed actor is not updated.
 
         Parameters
         ----------
         mesh : pyvista.DataSet or pyvista.MultiBlock
-            A dataset with a surface, or blocks of such; edits to them are followed, blocks that are put in or taken
-            out are not.
+            A dataset with a surface, or a MultiBlock of such datasets. Edits to a dataset show in the next frame;
+            adding blocks to the MultiBlock or removing them has no effect.
         material : Material, str or mapping, optional
-            The surface's reflectances, numbers or maps, or the name of a material. Blocks share it, or a mapping has
-            one for each, as for `blocks.phong.shade`. If not given, PyVista's keywords say it, and its theme.
+            A material, or the name of a predefined material. A mapping gives one for each block, as for
+            `blocks.phong.shade`. By default PyVista's keywords and its theme define the material.
         feature_angle : float, "auto" or None, default "auto"
-            Degrees between two faces from which their common edge is sharp, as for `mesh.phong.shade`; "auto" takes
-            30 where the mesh has no point normals of its own.
+            Angle between two faces, in degrees, above which their common edge is sharp, as for `mesh.phong.shade`.
+            "auto" is 30 if the mesh has no point normals of its own, else None.
         casts_shadows : bool, default True
-            Whether it blocks light where `light_model` has shadows or ambient occlusion: all such meshes of a
-            subplot that are visible shadow each other and themselves.
+            True if the mesh blocks light when `light_model` has shadows or ambient occlusion. All visible
+            meshes of a subplot with True shadow each other and themselves.
         refine : float, optional
-            Largest colour error inside of triangles, > 0, as the tolerance of `mesh.phong.refine`; 1/255 is one step of
-            a display. While nothing is dragged or edited the mesh is drawn refined, with crisp edges of hard shadows
-            and cones; until that is computed, in the background, at its own vertices. Pictures and exports wait for it.
-            It adds 200,000 points at most, and none where vertices or lines are drawn as such.
+            Largest colour error inside triangles, > 0, as the tolerance of `mesh.phong.refine`; 1/255 is one step of
+            a display. A refined mesh has crisp shadow and cone edges. It is computed in the background and drawn while
+            nothing is dragged or edited; pictures and exports wait for it. At most 200,000 points are added, and none
+            if vertices or lines are drawn.
         **add_mesh_options
-            As for `pyvista.Plotter.add_mesh`, which draws the same in the same lights with `LightModel.vtk()`: `color`,
-            `ambient`, `diffuse`, `specular`, `specular_power`, `pbr`, `metallic` and `roughness` are the material;
-            `scalars` with `cmap`, `clim` and all that belongs to them, `rgb` and `texture` its albedo, with a scalar
-            bar of the colours before light; cell data give flat faces. `smooth_shading` and `split_sharp_edges` say
-            where edges are sharp; without them `feature_angle` does. With `lighting=False` PyVista draws it as it is,
-            and without a material lines, and points that have no normals, too.
-            `backface_params` and `emissive` are refused. With a `name` blocks are called "name[block]", and replace
-            those drawn under the name before. `opacity` may have a number from 0 to 1 for each point, or for each cell
-            where faces share no points (`feature_angle=0`), or be the name of such an array, which is followed.
+            Options of `pyvista.Plotter.add_mesh`, which draws the same colours under `LightModel.vtk()`. `color`,
+            `ambient`, `diffuse`, `specular`, `specular_power`, `pbr`, `metallic` and `roughness` set the material.
+            `scalars` with its options (`cmap`, `clim`, ...), `rgb` and `texture` set its albedo; the scalar bar shows
+            unlit colours, and cell data give flat faces. `smooth_shading` and `split_sharp_edges` override
+            `feature_angle`. PyVista draws the mesh unlit with `lighting=False`, and, if no material is given, lines
+            and points without normals. `backface_params` and `emissive` raise. With a `name`, blocks are named
+            "name[block]" and replace those drawn under this name before. `opacity` may be an array of numbers from 0
+            to 1, or the name of one, which is followed: one number for each point, or for each cell if faces share no
+            points (`feature_angle=0`).
 
         Returns
         -------
         pyvista.Actor or tuple of pyvista.Actor
-            An ordinary actor, drawn with VTK's lighting off; one for each block. `plotter.remove_actor` takes either.
+            The actor, drawn with VTK's lighting off, or one actor for each block. `plotter.remove_actor` takes both.
 
         Raises
         ------
         ValueError
-            If an argument is not allowed, or the mesh has nothing that can be lit.
+            If an argument is invalid, or the mesh has nothing to light.
 
         Warns
         -----
@@ -174,12 +173,12 @@ class PlotterPhong(Handle):
             named = {} if name is None else {"name": f"{name}[{block}]" if block else name}
             lit.actor = self._draw(
                 lit.drawn, lit.shown_array, add_mesh_options | named
-            )  # in place of what has its very name
+            )  # replaces an actor of the same name
             subplot.lit.add(lit, tolerance)
             names.update(named.values())
-        if name is not None:  # only now, for a wrong option is refused by what draws
+        if name is not None:  # after drawing, which raises for a wrong option: then the old actors stay
             for other in [other for other in subplot.renderer.actors if other == name or other.startswith(f"{name}[")]:
-                if other not in names:  # of this renderer alone: a plotter takes the name out of all of them
+                if other not in names:  # plotter.remove_actor would remove the name from all subplots
                     subplot.renderer.remove_actor(other, render=False)
         if look.bar is not None:
             look.bar.add_to(plotter)
@@ -188,7 +187,7 @@ class PlotterPhong(Handle):
                 outline = plotter.add_silhouette(surface(lit.mesh), **look.silhouette)
                 outline.user_matrix = None if lit.matrix is None else lit.matrix
         self._prepare_outputs()
-        for lit in meshes.values():  # now that the camera is where it will be
+        for lit in meshes.values():  # after drawing, which may move the camera
             warn_of_normals(lit.mesh, lit.drawn, subplot.scene, lit.matrix)
         actors = tuple(lit.actor for lit in meshes.values())
         return actors if isinstance(mesh, pv.MultiBlock) else actors[0]
@@ -197,34 +196,34 @@ class PlotterPhong(Handle):
         """Draw a mesh in the colours of one of its point arrays."""
         draw = functools.partial(self._plotter.add_mesh, mesh, scalars=array, rgb=True, lighting=False, **options)
         actor = self._subplot.add_unlit(draw)
-        actor.prop.color = "white"  # VTK's exporters write it too, and glTF multiplies colours by it
+        actor.prop.color = "white"  # VTK's exporters write this colour too, and glTF multiplies vertex colours by it
         return actor
 
     def add_lit(
         self, lit: pv.DataSet | pv.MultiBlock, name: str = "phong", **add_mesh_options: Any
     ) -> pv.Actor | tuple[pv.Actor, ...]:
-        """Draw a mesh that is lit already: its colours as they are, clipped to [0, 1], as `lit.phong.plot()` does.
+        """Draw a mesh in the colours that `mesh.phong.shade` computed, clipped to [0, 1], as `lit.phong.plot()` does.
 
-        Nothing is lit again: the colours stay what they are when lights or the camera move.
+        The colours do not change when lights or the camera move.
 
         Parameters
         ----------
         lit : pyvista.DataSet or pyvista.MultiBlock
-            What `mesh.phong.shade` gave, or a file of it that was read back; it is not modified.
+            Result of `mesh.phong.shade`, possibly read back from a file; it is not modified.
         name : str, default "phong"
             Name of the point array with the colours.
         **add_mesh_options
-            As for `pyvista.Plotter.add_mesh`, without those that colour the mesh.
+            Options of `pyvista.Plotter.add_mesh`, except those that colour the mesh.
 
         Returns
         -------
         pyvista.Actor or tuple of pyvista.Actor
-            An ordinary actor; one for each block of a MultiBlock.
+            The actor, or one actor for each block of a MultiBlock.
 
         Raises
         ------
         ValueError
-            If an option is not allowed, or there is no mesh with such an array.
+            If an option is invalid, `lit` has no mesh, or a mesh has no array of this name.
 
         Examples
         --------
@@ -238,7 +237,7 @@ class PlotterPhong(Handle):
             check.refuse("lit", type(lit).__name__, "a pyvista.DataSet or a pyvista.MultiBlock")
         meshes = leaves(lit)
         if not meshes:
-            check.refuse("lit", "blocks without any mesh", "a MultiBlock with a mesh in it")
+            check.refuse("lit", "a MultiBlock without meshes", "a MultiBlock with at least one mesh")
         for mesh in meshes:
             check.choice("name", name, mesh.point_data.keys())
         opacity = vertex_opacity(add_mesh_options)
@@ -246,42 +245,41 @@ class PlotterPhong(Handle):
         return actors if isinstance(lit, pv.MultiBlock) else actors[0]
 
     def mesh(self, actor: pv.Actor) -> MeshHandle:
-        """What `add_mesh` drew as this actor: its `material`, which blocks share, and each field of it can be set.
+        """Return a handle of the mesh drawn as an actor: its `material`, shared by blocks, and its fields can be set.
 
         Returns
         -------
         MeshHandle
-            `plotter.phong.mesh(actor).diffuse = "red"` shows in the next frame; it is one step of `undo` where gizmos
-            are up.
+            `plotter.phong.mesh(actor).diffuse = "red"` shows in the next frame. With gizmos it is one step of `undo`.
 
         Raises
         ------
         ValueError
-            If the actor is not one of `add_mesh`, or has been removed.
+            If the actor was not drawn by `add_mesh`, or has been removed.
         """
         subplot, lit = self._drawn(actor)
         return MeshHandle(lit, subplot)
 
     def _drawn(self, actor: pv.Actor) -> tuple[Subplot, LitMesh]:
-        """The lit mesh that is drawn as an actor, and where."""
+        """Return an actor's subplot and lit mesh."""
         for subplot in self._subplots:
             for lit in subplot.lit.meshes:
                 if lit.actor is actor:
                     return subplot, lit
-        return check.refuse("actor", actor, "an actor that plotter.phong.add_mesh returned, not removed since")
+        return check.refuse("actor", actor, "an actor that plotter.phong.add_mesh returned and that is still drawn")
 
     def validate(self, actor: pv.Actor | None = None) -> Comparison:
-        """Compare what is on the screen with VTK's own shader, in the lights, the camera and the place it has now.
+        """Compare the colours on the screen with VTK's own shader, for the current lights, camera and actor matrix.
 
         Parameters
         ----------
         actor : pyvista.Actor, optional
-            One of the lit meshes; if not given, the one of the active subplot that does worst.
+            Actor of a lit mesh. By default the active subplot's lit meshes are compared, and the worst is returned.
 
         Returns
         -------
         Comparison
-            As `pvphong.validate` gives it; print it for a table.
+            Result of `pvphong.validate`; print it for a table.
 
         Raises
         ------
@@ -295,7 +293,8 @@ class PlotterPhong(Handle):
             subplot, lit = self._drawn(actor)
             compared = [lit]
         if not compared:
-            check.refuse("plotter", "a subplot without any", "one with a lit mesh", "phong.add_mesh draws one.")
+            allowed = "one whose active subplot has a lit mesh"
+            check.refuse("plotter", "none", allowed, "phong.add_mesh draws one.")
         comparisons = [validate(lit.drawn, subplot.scene, lit.material, matrix=lit.matrix) for lit in compared]
         return max(comparisons, key=lambda each: each.max_error / each.tolerance)
 
@@ -303,13 +302,13 @@ class PlotterPhong(Handle):
 
     @property
     def lights(self) -> tuple[Light, ...]:
-        """The active subplot's lights as values, the plotter's own `pyvista.Light` objects among them."""
+        """Values of the active subplot's lights, including the plotter's own `pyvista.Light` objects."""
         return self._subplot.lights.values
 
     def add_light(self, light: Any) -> LightHandle:
-        """Add a light to the active subplot; it lights the actors that VTK lights too.
+        """Add a light to the active subplot. It also lights actors that VTK shades.
 
-        Set the fields of what it returns to move or change the light: the next frame shows it.
+        Set fields of the returned handle to move or change the light; the next frame shows the change.
 
         Parameters
         ----------
@@ -319,13 +318,13 @@ class PlotterPhong(Handle):
         Returns
         -------
         LightHandle
-            The light, live: `lamp.position = (1, 0, 2)` moves it; one step of `undo` where gizmos are up. It also
-            names the light for `set_light` and `remove_light`.
+            Handle of the light: `lamp.position = (1, 0, 2)` moves it. With gizmos each change is one step of `undo`.
+            `set_light` and `remove_light` take the handle too.
 
         Raises
         ------
         ValueError
-            If it is no light, or one that VTK has nothing like, or the subplot has it, or one of its name, already.
+            If `light` is not a light, VTK has no such light, or the subplot already has it or a light of its name.
 
         Examples
         --------
@@ -340,44 +339,44 @@ class PlotterPhong(Handle):
             return LightHandle(subplot.lights.add(light), subplot)
 
     def set_light(self, which: Any, light: Light | None = None, **fields: Any) -> None:
-        """Replace a light of the active subplot, or change fields of it.
+        """Replace a light of the active subplot, or change some of its fields.
 
         Parameters
         ----------
         which : LightHandle, int, str or pyvista.Light
-            The light: as `add_light` gave it, or by its index in `lights`, its name, or its PyVista light.
+            The handle that `add_light` returned, the light's index in `lights`, its name, or its PyVista light.
         light : Light, optional
             The new value.
         **fields
-            New values of some fields, where no new light is given, as in `set_light("lamp", intensity=2)`.
+            New values of fields, instead of `light`, as in `set_light("lamp", intensity=2)`.
 
         Raises
         ------
         ValueError
-            If there is no such light or field, or `light` is none, or one that VTK has nothing like, or another light
-            has its name; and if there is nothing to set.
+            If there is no such light or field, `light` is not a light, VTK has no such light, another light has its
+            name, or nothing is given to set.
         """
         lights = self._subplot.lights
         if light is None or fields:
             light = changed_light(lights.find(which).light(lights.viewer), light, fields)
         if not isinstance(light, Light):
-            check.refuse("light", light, "a light of pvphong's", "as_light converts a pyvista.Light.")
+            check.refuse("light", light, "a pvphong light", "as_light converts a pyvista.Light.")
         with self._history.edit(lights):
             lights.set(which, light)
 
     def remove_light(self, which: Any) -> None:
-        """Take a light out of the active subplot; `which` as for `set_light`."""
+        """Remove a light from the active subplot; `which` as for `set_light`."""
         lights = self._subplot.lights
         with self._history.edit(lights):
             lights.remove(which)
 
     def undo(self) -> bool:
-        """Take back the last finished drag or edit of a light, and draw; light and colours are as before, to the bit.
+        """Undo the last finished drag or edit, and draw. Light and colours are restored bit for bit.
 
         Returns
         -------
         bool
-            False if there is nothing to take back.
+            False if there is nothing to undo.
         """
         done = self._history.undo()
         if done:
@@ -385,7 +384,7 @@ class PlotterPhong(Handle):
         return done
 
     def redo(self) -> bool:
-        """Do again what `undo` took back last; False if there is nothing."""
+        """Redo the last undone step, and draw. Return False if there is none."""
         done = self._history.redo()
         if done:
             self._plotter.render()
@@ -393,7 +392,7 @@ class PlotterPhong(Handle):
 
     @property
     def light_model(self) -> LightModel:
-        """How contributions are put together, in all subplots; can be set."""
+        """Light model of all subplots: how contributions are combined. It can be set."""
         return self._light_model
 
     @light_model.setter
@@ -406,7 +405,7 @@ class PlotterPhong(Handle):
 
     @property
     def scene(self) -> Scene:
-        """A snapshot of what lights the active subplot: its lights, its camera, the light model."""
+        """Scene of the active subplot: a snapshot of its lights, its camera and the light model."""
         return self._subplot.scene
 
     # -- gizmos ------------------------------------------------------------------------------------------
@@ -420,36 +419,36 @@ class PlotterPhong(Handle):
         length_step: float | None = None,
         keys: Keys = _NO_KEYS,
     ) -> tuple[Gizmo, ...]:
-        """Put up a gizmo for each light of the active subplot, to be dragged with the mouse.
+        """Show a gizmo for each light of the active subplot; its handles are dragged with the mouse.
 
-        Drag a light's position, its target, the edge of its cone, its size, the radius at which half of it is left, the
-        front of a sky on the circle around the scene, or, of the light that was grabbed last, its highlight on the
-        surface. With Shift a handle moves along one axis, with Ctrl in steps; Escape puts back. The key h lists the
-        other keys. Lights set up before are where `undo` ends.
+        Handles are a light's position, its target, the edge of its cone, its size, the radius of half intensity, the
+        front of a sky (on the circle around the scene), and the highlight of the light dragged last (on the surface).
+        Shift moves a handle along one axis, Ctrl moves it in steps, Escape cancels the drag. The key h lists the
+        other keys. Changes made before this call cannot be undone.
 
         Parameters
         ----------
         lights : sequence, optional
-            The lights, each as for `set_light`; all of them, and those added later, if not given.
+            The lights, each as for `set_light`. By default all lights, including those added later.
         in_screenshots : bool, default False
-            Whether gizmos are part of `plotter.screenshot` and `save_graphic`.
+            True to draw gizmos in `plotter.screenshot` and `save_graphic`.
         angle_step : float, default 5
-            What angles snap to, in degrees.
+            Step to which angles snap, in degrees, in (0, 90].
         length_step : float, optional
-            What coordinates and lengths snap to; a round twentieth to fiftieth of the scene if not given.
+            Step to which coordinates and lengths snap. By default a round number, 1/50 to 1/20 of the scene's size.
         keys : mapping, optional
-            More keys for the window: key → (what the help says, function without arguments). A text that the function
-            gives is shown in the window.
+            More keys for the window: key → (help text, function without arguments). If the function returns a text,
+            the window shows it.
 
         Returns
         -------
         tuple of Gizmo
-            As `gizmos`.
+            The property `gizmos`.
 
         Raises
         ------
         ValueError
-            If an argument is not allowed.
+            If an argument is invalid.
         """
         subplot = self._subplot
         if isinstance(lights, str) or not isinstance(lights, Iterable | None):
@@ -462,11 +461,11 @@ class PlotterPhong(Handle):
             check_keys(keys),
         )
         if not self._interactions:
-            self._history.clear()  # what a script has set up is where the user begins
+            self._history.clear()  # undo must not revert what the script has set up
         self.remove_gizmos()
         owner = self._owner
 
-        def render() -> None:  # trame's views also get the new picture by it; the plotter is not held on to
+        def render() -> None:  # plotter.render also updates trame's views; the closure must not keep the plotter alive
             if (plotter := owner()) is not None:
                 plotter.render()
 
@@ -478,19 +477,19 @@ class PlotterPhong(Handle):
         return self.gizmos
 
     def remove_gizmos(self) -> None:
-        """Take the active subplot's gizmos down, if there are any."""
+        """Remove the active subplot's gizmos, if any."""
         if self._subplot.remove_gizmos():
             self._plotter.render()
 
     @property
     def gizmos(self) -> tuple[Gizmo, ...]:
-        """The active subplot's gizmos: each has `.light`, the current value, and `.handles`, name → position."""
+        """Gizmos of the active subplot. Each has `.light`, the current value, and `.handles`, name → position."""
         interaction = self._subplot.interaction
         return () if interaction is None else interaction.gizmos.all
 
     @property
     def _interactions(self) -> list[Interaction]:
-        """The interactions of the subplots that have gizmos."""
+        """Interactions of the subplots that have gizmos."""
         return [each.interaction for each in self._subplots if each.interaction is not None]
 
     # -- the studio --------------------------------------------------------------------------------------
@@ -504,37 +503,37 @@ class PlotterPhong(Handle):
         browser: bool = True,
         keep: str | os.PathLike[str] | None = None,
     ) -> Any:
-        """Edit lights, materials and light model of the active subplot in a web page, with the gizmos in its view.
+        """Edit lights, materials and light model of the active subplot in a web page that shows the gizmos.
 
-        Needs the extra `trame`. What is edited there is the plotter's own: afterwards `lights`, `scene` and the
-        materials of its meshes are as they were left. In a notebook the page stands below the cell, and the cell ends;
-        elsewhere this prints the page's address, and ends with Ctrl-C.
+        Requires the extra `trame`. The page edits the plotter itself: `lights`, `scene` and the materials keep the
+        changes. In a notebook the page appears below the cell and the call returns at once. Elsewhere the call prints
+        the page's address and returns on Ctrl-C.
 
         Parameters
         ----------
         file : str, default "mesh.vtp"
-            The file that the mesh was read from: the script that is downloaded reads it, and other files are named
-            after it. Nothing is read or written here.
+            Name of the file that the mesh was read from. The downloaded script reads it, and other downloads are
+            named after it. This call neither reads nor writes it.
         port : int, default 0
-            The port to listen on; 0 is one that is free.
+            Port to listen on; 0 takes a free port.
         host : str, default "127.0.0.1"
-            The address to listen on: by default this machine serves itself alone. For any other, the page's address
-            ends with a token, without which nothing is answered.
+            Address to listen on. The default accepts connections from this machine only. For other addresses the
+            page's address ends with a token; requests without it are rejected.
         browser : bool, default True
-            Whether to open the page in a browser; not in a notebook.
+            True to open the page in a browser; ignored in a notebook.
         keep : path, optional
-            A file (JSON) to which lights, viewer, light model and materials are written whenever they have changed, as
-            `Scene.save` writes them, until another mesh is opened.
+            JSON file to which every change of lights, viewer, light model and materials is saved, in the format of
+            `Scene.save`, until another mesh is opened.
 
         Returns
         -------
         StudioFrame or None
-            In a notebook, what shows the page there.
+            In a notebook, the object that displays the page.
 
         Raises
         ------
         ValueError
-            If an argument is not allowed, or the extra is not installed.
+            If an argument is invalid, or the extra is not installed.
 
         Examples
         --------
@@ -553,14 +552,14 @@ class PlotterPhong(Handle):
     # -- pictures and exports ----------------------------------------------------------------------------
 
     def _prepare_outputs(self) -> None:
-        """Have the plotter's own pictures and exports made as `_prepared` says, once however often it is called."""
+        """Wrap the plotter's output methods in `_prepared`. Repeated calls do nothing."""
         component, owner = weakref.ref(self), self._owner
 
         def wrapped(method: Any) -> Any:
             @functools.wraps(method)
             def output(*args: Any, **kwargs: Any) -> Any:
                 alive = component()
-                # with False as its file the picture is one that every `show` keeps of its end, asked or not
+                # `show` always takes a last screenshot, with False as its file name; it must not wait for refinement
                 waits = not (args and args[0] is False)
                 with nullcontext() if alive is None else alive._prepared(waits):
                     return method(owner(), *args, **kwargs)
@@ -575,9 +574,9 @@ class PlotterPhong(Handle):
 
     @contextmanager
     def _prepared(self, waits: bool) -> Iterator[None]:
-        """Colours brought up to date, for an exporter draws no frame; gizmos out of sight.
+        """Update the colours, since exporters draw no frame, and hide the gizmos inside the context.
 
-        It may wait for refined pictures.
+        With `waits`, wait for refined meshes.
         """
         interactions = self._interactions
         is_refined = max([subplot.lit.refresh(waits=waits) for subplot in self._subplots], default=False)
@@ -590,7 +589,7 @@ class PlotterPhong(Handle):
         if interactions:
             self._plotter.render()
 
-    # -- life --------------------------------------------------------------------------------------------
+    # -- lifetime ----------------------------------------------------------------------------------------
 
     @property
     def _plotter(self) -> pv.Plotter:
@@ -600,10 +599,10 @@ class PlotterPhong(Handle):
 
     @property
     def _subplot(self) -> Subplot:
-        """The active one."""
+        """The active subplot."""
         renderer = self._plotter.renderer
         if getattr(renderer, "camera", None) is None or self._plotter.render_window is None:
-            check.refuse("plotter", "one that has been closed", "open")
+            check.refuse("plotter", "a closed plotter", "open")
         for subplot in self._subplots:
             if subplot.renderer is renderer:
                 return subplot
@@ -611,10 +610,10 @@ class PlotterPhong(Handle):
         return self._subplots[-1]
 
     def __plotter_close__(self) -> None:
-        """Let go of everything; PyVista calls it at every close."""
+        """Release all references. PyVista calls this at every close."""
         for subplot in self._subplots:
             subplot.release()
-        plotter = self._owner()  # it is None for a plotter that is collected without a close
+        plotter = self._owner()  # None if the plotter was collected without being closed
         for name, output in self._wrapped.items():
             if plotter is not None and vars(plotter).get(name) is output:
                 delattr(plotter, name)
@@ -623,12 +622,12 @@ class PlotterPhong(Handle):
         self._history.clear()
 
     def __plotter_deep_clean__(self) -> None:
-        """As at a close: what PyVista has cleaned has no camera any more, and events may still come."""
+        """Release all references, as at a close: events may still arrive, but the cleaned plotter has no camera."""
         self.__plotter_close__()
 
 
 def _is_bare(mesh: Any) -> bool:
-    """Whether it is lines, or points without normals, which VTK draws beside surfaces in many scripts."""
+    """Return True for lines, and for points without normals. Scripts often draw them next to surfaces, unlit."""
     if not isinstance(mesh, pv.PolyData | pv.PointSet) or not mesh.n_points:
         return False
     if isinstance(mesh, pv.PolyData) and has_faces(mesh):
@@ -637,7 +636,7 @@ def _is_bare(mesh: Any) -> bool:
 
 
 def _as_mesh(given: Any, *, copies: bool) -> Any:
-    """A mesh of what PyVista's `add_mesh` takes: a dataset, blocks, one of VTK's, points, or a file's path."""
+    """Convert an argument of PyVista's `add_mesh`: a dataset, blocks, a VTK dataset, points, or a file's path."""
     mesh = pv.read(given) if isinstance(given, str | os.PathLike) else given
     if not isinstance(mesh, pv.DataSet | pv.MultiBlock) and (
         isinstance(mesh, np.ndarray) or hasattr(mesh, "GetDataObjectType")
@@ -646,4 +645,4 @@ def _as_mesh(given: Any, *, copies: bool) -> Any:
     return mesh.copy(deep=False) if copies else mesh
 
 
-pv.register_plotter_component("phong")(PlotterPhong)  # not as a decorator, as in `accessor`
+pv.register_plotter_component("phong")(PlotterPhong)  # not as a decorator, for the reason given in `accessor`
