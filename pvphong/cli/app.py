@@ -1,4 +1,4 @@
-"""The commands put together, the exit status and the line for each of their errors."""
+"""The application: its commands, the exit status, and one line for each error."""
 
 from __future__ import annotations
 
@@ -19,37 +19,36 @@ from pvphong.base.processes import VERBOSE
 _COMMANDS = {
     "demo": (
         "demo:demo",
-        "Light PyVista's bundled airplane; leave the mesh, a picture, the rig and a report in a folder.",
+        "Light PyVista's bundled airplane; write the mesh, a picture, the rig and a report to a folder.",
     ),
     "shade": (
         "shade:shade",
-        "Light a mesh; write it with its colours, or write a picture of it. Or light many meshes into a folder.",
+        "Light a mesh and write it with its colours, or write a picture of it; or light many meshes into a folder.",
     ),
-    "view": ("view:view", "Show a lit mesh in a window, with gizmos to place its lights; the key h lists the keys."),
+    "view": ("view:view", "Show a lit mesh in a window, with gizmos for its lights; press h for the list of keys."),
     "studio": (
         "studio:studio",
-        "Light a mesh in the browser: its lights, material and scene in panels, gizmos in its view; Ctrl-C ends it.",
+        "Light a mesh in the browser: panels for lights, material and scene, gizmos in the view; Ctrl-C stops it.",
     ),
     "plan": (
         "reports:plan",
-        "Say which effects a scene calls for on a mesh and which are left out; with --verbose, why.",
+        "List the effects that a scene needs on a mesh, and those that are left out; with --verbose, the reasons.",
     ),
     "validate": (
         "reports:validate",
-        "Compare the lit colours with those of VTK's own shader; the exit status is 1 if they are too far apart.",
+        "Compare the lit colours with VTK's own shader; the exit status is 1 if they differ too much.",
     ),
     "tradeoff": (
         "reports:tradeoff",
-        "Measure what accuracy costs in time on a mesh: evaluators, simpler light models, refined meshes, VTK.",
+        "Measure accuracy against time on a mesh: evaluators, simpler light models, refined meshes, VTK.",
     ),
     "diagnose": (
         "reports:diagnose",
-        "Say what in a mesh will not light as it should; the exit status is 1 if anything spoils the lighting.",
+        "Find faults of a mesh that affect its lighting; the exit status is 1 if there are serious ones.",
     ),
     "compile": (
         "compile:compile_code",
-        "Compile the fast evaluator in advance, once per installation; "
-        "it says what is in the way if that cannot be done.",
+        "Compile the fast evaluator in advance, once per installation; if it cannot be compiled, print the reason.",
     ),
 }
 """Name → function and summary of each command. Importing them all takes a second; --help needs only these."""
@@ -57,7 +56,7 @@ _COMMANDS = {
 app = App(
     name="pvphong",
     help="Phong lighting of meshes as data: lit colours as arrays, in files and in pictures.",
-    help_epilogue="With --verbose any command shows what libraries print on the error output.",
+    help_epilogue="With --verbose, every command shows what libraries print on the error output.",
     version=version("pvphong"),
     suppress_keyboard_interrupt=False,
 )
@@ -69,9 +68,9 @@ _SHORT = {"-o": "--output"}
 
 
 def _in_its_words(reason: str, words: Sequence[str]) -> str:
-    """An error in the words of the command line: of a path by its option, and of a colour where PyVista has one."""
+    """Reword an error for the command line: name a path's option, and point from --color to --diffuse."""
     if re.search(r"^Unknown option: .?--colou?r\b", reason):
-        return f"{reason.split('. Did')[0].removesuffix('.')}. --diffuse is the colour of what light scatters."
+        return f"{reason.split('. Did')[0].removesuffix('.')}. --diffuse sets the surface's colour."
     argument, must, rest = reason.partition(" must be ")
     if argument in ("path", "output"):
         split = [part for word in words for part in (word.split("=", 1) if word.startswith("-") else [word])]
@@ -85,19 +84,19 @@ def _in_its_words(reason: str, words: Sequence[str]) -> str:
 
 
 def _function(command: str) -> Any:
-    """Import a command's function; from now on its own docstring is its help."""
+    """Import a command's function, and take its docstring as its help."""
     found = app[command]
     found.help = None
     return found.default_command
 
 
 def main(tokens: Sequence[str] | None = None) -> int:
-    """Run the command line in this process and give the exit status."""
+    """Run the command line in this process and return the exit status."""
     words = list(sys.argv[1:] if tokens is None else tokens)
     is_verbose = VERBOSE in words
     command = next((word for word in words if not word.startswith("-")), "")
     if command not in _COMMANDS or "verbose" not in signature(_function(command)).parameters:
-        words = [word for word in words if word != VERBOSE]  # the supervisor has seen it
+        words = [word for word in words if word != VERBOSE]  # only the supervisor uses it
     try:
         status = app(words, exit_on_error=False, print_error=False, result_action="return_value") or 0
         if sys.stdout is not None:
@@ -107,11 +106,11 @@ def main(tokens: Sequence[str] | None = None) -> int:
     except (CycloptsError, ValueError, OSError) as error:
         reason = _in_its_words(str(error), words)
     except MemoryError:
-        reason = "there is not enough memory for this."
+        reason = "Not enough memory."
     except Exception as error:
         if is_verbose:
             traceback.print_exc()
-        reason = f"{type(error).__name__}: {error} (this should not happen; --verbose shows where)"
+        reason = f"{type(error).__name__}: {error} (a bug in pvphong; --verbose prints the traceback)"
     else:
         return status
     print("error:", " ".join(reason.split()), file=sys.stderr)

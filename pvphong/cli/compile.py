@@ -1,4 +1,4 @@
-"""`pvphong compile`: compiled code made in advance."""
+"""`pvphong compile`: compile the fast evaluator in advance."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ from pvphong.shading import kernel
 
 
 def compile_code() -> int:
-    """Compile the fast evaluator in advance, once per installation; it says what is in the way if that cannot be done.
+    """Compile the fast evaluator in advance, once per installation; if it cannot be compiled, print the reason.
 
-    Without this, the first large mesh is lit by NumPy, while another process compiles. It also says what casts rays
-    here, and why nothing faster does.
+    Without it, NumPy lights the first large meshes while another process compiles. The command also prints the ray
+    tracer in use, and the reason if a faster one is not available.
     """
     began, console = time.perf_counter(), Console(stderr=True)
     with Progress(console=console, transient=True, disable=not console.is_terminal) as progress:
@@ -31,6 +31,6 @@ def compile_code() -> int:
         finally:
             progress.stop()
             backend, why_no_faster = ray_backend()
-            print(f"rays are cast by {backend.title}" + (f": {why_no_faster}" if why_no_faster else ""))
-    print(f"compiled in {time.perf_counter() - began:.0f} s, kept in {folder}")
+            print(f"ray tracer: {backend.title}" + (f": {why_no_faster}" if why_no_faster else ""))
+    print(f"compiled in {time.perf_counter() - began:.0f} s, saved in {folder}")
     return 0

@@ -1,4 +1,4 @@
-"""`pvphong demo`: light the airplane that PyVista ships, and report on it."""
+"""`pvphong demo`: light PyVista's bundled airplane and write a report."""
 
 from __future__ import annotations
 
@@ -41,12 +41,12 @@ PLASTIC = Material(ambient=0.1, diffuse=(0.2, 0.3, 0.8), specular=0.5, shininess
 
 
 def demo(*, folder: Path = Path("pvphong-demo")) -> None:
-    """Light PyVista's bundled airplane; leave the mesh, a picture, the rig and a report in a folder.
+    """Light PyVista's bundled airplane; write the mesh, a picture, the rig and a report to a folder.
 
     Parameters
     ----------
     folder
-        Where the four files go; it is made if it does not exist.
+        Folder for the four files; it is created if it does not exist.
     """
     files = {
         "mesh": folder / "airplane.vtp",
@@ -58,7 +58,7 @@ def demo(*, folder: Path = Path("pvphong-demo")) -> None:
         try:
             folder.mkdir(parents=True, exist_ok=True)
         except OSError as error:
-            raise ValueError(f"folder must be one that can be made; got {folder} ({error}).") from error
+            raise ValueError(f"folder must be a folder that can be created; got {folder} ({error}).") from error
         mesh = examples.load_airplane()
         started = time.perf_counter()
         lit = mesh.phong.shade(SCENE, PLASTIC)
@@ -76,7 +76,7 @@ def demo(*, folder: Path = Path("pvphong-demo")) -> None:
 
 
 def _report(lit: pv.PolyData, seconds: float) -> str:
-    """What was lit, by what, and the diagnosis of the mesh, in Markdown."""
+    """Return a Markdown report of the mesh, the lights, the material, the timing and the mesh's diagnosis."""
     darkest, brightest = (", ".join(f"{c:.3f}" for c in end(axis=0)) for end in (lit["phong"].min, lit["phong"].max))
     rows = [
         ("mesh", f"{lit.n_points} points, {lit.n_cells} faces"),

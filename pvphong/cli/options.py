@@ -1,6 +1,6 @@
-"""What several commands have in common: options, what they read, and what is shown while they work.
+"""Options, reading and progress display that several commands share.
 
-They read a mesh file's surface, its scene and its materials.
+A command reads a mesh file's surface, a scene and materials.
 """
 
 from __future__ import annotations
@@ -37,16 +37,16 @@ from pvphong.optics.reflectances import REFLECTANCES
 from pvphong.scene.scene import Scene, load_materials
 
 SIZE = (1024, 768)
-"""Width and height in pixels of the picture or window that a scene is made for, if none are given."""
+"""Default width and height, in pixels, of a picture or window."""
 
 _LONG = 1.0
-"""Seconds after which work is long enough for a bar."""
+"""Seconds after which a progress bar is shown."""
 
 Flag = Annotated[bool, Parameter(negative="", show_default=False)]
 
 
 def _number(_type: Any, tokens: Sequence[Any]) -> float:
-    """A float, or a quotient as in 1/255."""
+    """Return the number in a text such as 0.004 or 1/255."""
     above, slash, below = tokens[0].value.partition("/")
     if slash and not float(below):
         raise ValueError(f'unable to convert "{tokens[0].value}" into a number')
@@ -56,61 +56,59 @@ def _number(_type: Any, tokens: Sequence[Any]) -> float:
 Number = Annotated[float, Parameter(converter=_number)]
 """A number, as 0.004 or 1/255."""
 Verbose = Annotated[
-    bool, Parameter(name=["--verbose", "-v"], negative="", show_default=False, help="Tell all of it, not a few lines.")
+    bool, Parameter(name=["--verbose", "-v"], negative="", show_default=False, help="Print the whole report.")
 ]
 
 
 @dataclass(frozen=True)
 class Lighting:
-    """What lights a mesh, how it reflects, and what hides light from it: the same options for every command.
+    """Lights, material and occluders: the options that all lighting commands share.
 
     Parameters
     ----------
     scene
-        Lights, viewer, light model, materials, as Scene.save writes them (JSON).
+        Rig file (JSON) with lights, viewer, light model and materials, as Scene.save writes it.
     material
-        A named material such as "gold" or "car paint"; the rig's if not given, or else a dull grey.
+        Name of a material such as "gold" or "car paint"; by default the rig's material, or a dull grey without one.
     reflectance
-        How it reflects, in place of the material's: a name, and fields of it after colons, as in oren-nayar:sigma=20,
+        Reflectance, instead of the material's: a name, with fields after colons, as in oren-nayar:sigma=20,
         ggx:roughness=0.3:f0=1,0.78,0.34 or pbr:roughness=worn.png.
     ambient
-        Reflectance of ambient light, in place of the material's: a number, three as in 1,0.5,0.2, or a colour's name.
+        Ambient reflectance, instead of the material's: a number, three numbers as in 1,0.5,0.2, or a colour's name.
     diffuse
-        Reflectance of scattered light, likewise; or the name of a point array, or an image file that is laid on by the
+        Diffuse reflectance: as --ambient, or the name of a point array, or an image file that is mapped by the
         mesh's texture coordinates.
     specular
-        Reflectance of the highlight, likewise.
+        Specular reflectance, as --diffuse.
     emission
-        Light that the surface gives off, likewise.
+        Emitted light, as --diffuse.
     albedo
-        What multiplies ambient and diffuse, likewise.
+        Factor of ambient and diffuse reflectance, as --diffuse.
     scalars
-        The name of a point or cell array whose numbers, through a colormap, are the albedo; cell arrays need
-        --feature-angle 0.
+        Name of a point or cell array that a colormap turns into the albedo; cell arrays need --feature-angle 0.
     cmap
-        The colormap of --scalars: a name such as terrain, or colours with commas between them; PyVista's if not given.
+        Colormap of --scalars: a name such as terrain, or colours separated by commas; by default PyVista's.
     clim
-        The numbers with its first and its last colour, as in 0,8; the least and the greatest of the array, of all
-        blocks, if not given.
+        Range of the colormap, as in 0,8; by default the minimum and maximum of the array in all blocks.
     shininess
-        Exponent of the highlight: a number, the name of a point array, or a grey image file whose white is 128.
+        Shininess exponent: a number, the name of a point array, or a grey image file in which white is 128.
     tangents
-        The name of a point array of vectors along the surface, for a reflectance that needs them.
+        Name of a point array of vectors along the surface, for reflectances that need tangents.
     sun
-        A sun in place of the scene's lights: where it stands, in degrees clockwise from north, and its height above the
-        horizon, as in 315,20. North is +y, up is +z.
+        Sun that replaces the scene's lights: azimuth in degrees clockwise from north, and elevation in degrees above
+        the horizon, as in 315,20. North is +y, up is +z.
     shadows
-        Multiply what lights add by the part of them that each vertex sees; blocks shadow each other.
+        Multiply each light by the part of it that is visible from the vertex; blocks shadow each other.
     ambient_occlusion
-        Multiply ambient light by the open part of the sky; with --diffuse 0 --ambient 5 that part alone is the colour.
+        Multiply ambient light by the visible part of the sky; --diffuse 0 --ambient 5 shows this part alone.
     bounces
-        How often light is followed from surface to surface, 0 for not at all, as the rig says if not given; ambient
-        light then stands for what is left after that.
+        Number of times light is reflected between surfaces; 0 is none; by default the rig's number. Ambient light then
+        stands for the remaining light.
     occluder
-        A file with a mesh that casts shadows too; may be given several times.
+        File with a mesh that casts shadows too; can be given several times.
     feature_angle
-        Degrees between two faces from which their common edge is sharp; "auto" takes 30 where the mesh has no point
-        normals of its own, and "none" leaves all of it smooth.
+        Angle between two faces, in degrees, above which their common edge is sharp. "auto" is 30 if the mesh has no
+        point normals of its own; "none" makes all edges smooth.
     """
 
     scene: Path | None = None
@@ -134,10 +132,10 @@ class Lighting:
     feature_angle: Annotated[FeatureAngle, Parameter(show_choices=False)] = "auto"
 
     def materials(self) -> dict[str, Material]:
-        """The materials by the names of their blocks: the rig's if none is named, changed by the other options."""
+        """Return the materials by block name: the named one, or the rig's, changed by the other options."""
         if self.material is not None:
             if is_color_name(self.material) and self.material.lower() not in Material.names():
-                remedy = f"--diffuse {self.material} has that colour."
+                remedy = f"For a colour use --diffuse {self.material}."
                 check.refuse("--material", self.material, "the name of a material", remedy)
             found = {DEFAULT: as_material(self.material)}
         else:
@@ -146,13 +144,13 @@ class Lighting:
         changes: dict[str, Any] = {name: _value(text) for name, text in given.items() if text is not None}
         if self.scalars is not None:
             if self.albedo is not None:
-                check.refuse("--albedo", self.albedo, "left out beside --scalars, which are the albedo")
+                check.refuse("--albedo", self.albedo, "omitted with --scalars, which set the albedo")
             clim = None if self.clim is None else _value(self.clim)
             cmap: Any = self.cmap.split(",") if self.cmap is not None and "," in self.cmap else self.cmap
             changes["albedo"] = Colormap(self.scalars, cmap, clim)
         for option, text in {"--cmap": self.cmap, "--clim": self.clim}.items():
             if text is not None and self.scalars is None:
-                check.refuse(option, text, "left out without --scalars, the array whose colours they are")
+                check.refuse(option, text, "used with --scalars, the array to be coloured")
         if self.tangents is not None:
             changes["tangents"] = self.tangents
         if self.reflectance is not None:
@@ -160,23 +158,23 @@ class Lighting:
         return {name: replace(material, **changes) for name, material in found.items()}
 
     def read(self, path: str, size: tuple[int, int] = SIZE) -> tuple[Any, Scene, Any]:
-        """What a command needs to light a mesh file.
+        """Read a mesh file and return its surface, the scene and the materials.
 
         Parameters
         ----------
         path
             The file.
         size
-            Of the picture for which a scene is made where no rig is given.
+            Size of the picture, for which the default scene is made if no rig is given.
 
         Returns
         -------
         mesh : pyvista.PolyData or pyvista.MultiBlock
-            The surface, or several.
+            The surface, or the surfaces of all blocks.
         scene : Scene
-            With a viewer.
+            Scene with a viewer.
         material : Material or dict
-            As `mesh.phong` takes it: one for a single mesh, or for several blocks all by their names.
+            Argument for `mesh.phong`: one material for a single mesh, materials by name for blocks.
         """
         materials = self.materials()
         given = None if self.scene is None else Scene.load(self.scene)
@@ -192,47 +190,48 @@ class Lighting:
         return outside, self.with_rays(self.with_sun(scene)), materials if has_blocks else single_material(materials)
 
     def with_sun(self, scene: Scene) -> Scene:
-        """A scene with a sun as its only light, if one is given."""
+        """Replace the scene's lights by the sun, if --sun is given."""
         if self.sun is None:
             return scene
         try:
             azimuth, elevation = (float(part) for part in self.sun.split(","))
         except ValueError:
             remedy = "--sun 315,20 is low in the north-west."
-            check.refuse("--sun", self.sun, "two numbers with a comma between them", remedy)
+            check.refuse("--sun", self.sun, "two numbers separated by a comma", remedy)
         return replace(scene, lights=[DirectionalLight.from_angles(azimuth, elevation, name="sun")])
 
     def with_rays(self, scene: Scene) -> Scene:
-        """A scene with shadows, ambient occlusion and bounces as the options have them, beside its own."""
+        """Add the shadows, ambient occlusion and bounces of the options to the scene's light model."""
         model = scene.light_model
-        occlusion = model.ambient_occlusion or self.ambient_occlusion  # a rig's may be a distance
+        occlusion = model.ambient_occlusion or self.ambient_occlusion  # the rig may give a distance
         shadows, bounces = model.shadows or self.shadows, model.bounces if self.bounces is None else self.bounces
         model = replace(model, shadows=shadows, ambient_occlusion=occlusion, bounces=bounces)
         if self.occluder and not model.is_global:
-            remedy = "Give --shadows, --ambient-occlusion, --bounces or a rig with them too."
-            check.refuse("--occluder", self.occluder[0], "left out where nothing casts shadows", remedy)
+            remedy = "Add --shadows, --ambient-occlusion or --bounces, or use a rig that has them."
+            allowed = "used with shadows, ambient occlusion or bounces"
+            check.refuse("--occluder", self.occluder[0], allowed, remedy)
         return replace(scene, light_model=model)
 
     def occluders(self) -> list[Any]:
-        """The meshes that cast shadows too."""
+        """Read the meshes of --occluder."""
         return [read_mesh(path) for path in self.occluder]
 
 
 LightingOptions = Annotated[Lighting, Parameter(name="*")]
 DEFAULT_LIGHTING = Lighting()
-"""None of its options given."""
+"""The record with no option given."""
 
 
 def seeing(scene: Scene, mesh: Any, size: tuple[int, int]) -> Scene:
-    """The scene for a picture of a mesh: a rig's viewer that sees nothing of it is moved, and that is said."""
+    """Return the scene for a picture of a mesh. A viewer that does not see the mesh is moved, with a note."""
     if scene.viewer.sees(mesh.bounds, size[0] / size[1]):
         return scene
-    print("note: the scene's viewer sees nothing of this mesh, and was moved to see all of it.", file=sys.stderr)
+    print("note: the scene's viewer does not see this mesh; it was moved to frame the mesh.", file=sys.stderr)
     return replace(scene, viewer=scene.viewer.moved_to_see(mesh.bounds))
 
 
 def _reflectance(text: str) -> Reflectance:
-    """A reflectance from its name and fields, as in ggx:roughness=0.3:f0=1,0.78,0.34."""
+    """Parse a reflectance's name and fields, as in ggx:roughness=0.3:f0=1,0.78,0.34."""
     name, *parts = text.split(":")
     kind = REFLECTANCES[check.choice("--reflectance", name, REFLECTANCES)]
     known, given = [each.name for each in fields(kind)], dict[str, ColorLike]()
@@ -243,12 +242,12 @@ def _reflectance(text: str) -> Reflectance:
             check.refuse(f"--reflectance {name}", part, "followed by fields as in name:field=value")
     missing = [each.name for each in fields(kind) if each.default is MISSING and each.name not in given]
     if missing:
-        check.refuse("--reflectance", text, f"given its {missing[0]} too", f"{name}:{missing[0]}=... does that.")
+        check.refuse("--reflectance", text, f"given its {missing[0]} too", f"Write {name}:{missing[0]}=... .")
     return kind(**given)
 
 
 def _value(text: str) -> ColorLike:
-    """A number, numbers with commas between them, or the text itself, for `Material` to judge."""
+    """Parse a number or numbers separated by commas; return any other text as it is, for `Material` to check."""
     try:
         numbers = [float(part) for part in text.split(",")]
     except ValueError:
@@ -258,7 +257,7 @@ def _value(text: str) -> ColorLike:
 
 @contextmanager
 def busy(what: str) -> Iterator[None]:
-    """A spinner on the error output, if that is a terminal; with a bar where long work says how far it has come."""
+    """Show a spinner on the error output if it is a terminal, and a bar if long work reports its progress."""
     console, begun = Console(stderr=True), time.perf_counter()
     columns = SpinnerColumn(), TextColumn("{task.description}")
     with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as shown:

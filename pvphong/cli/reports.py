@@ -32,14 +32,14 @@ def plan(
     tolerance: Number = 0.0,
     verbose: Verbose = False,
 ) -> None:
-    """Say which effects a scene calls for on a mesh and which are left out; with --verbose, why.
+    """List the effects that a scene needs on a mesh, and those that are left out; with --verbose, the reasons.
 
     Parameters
     ----------
     mesh
-        A file of any format that PyVista reads.
+        Mesh file of any format that PyVista reads.
     tolerance
-        Largest absolute colour error that may be traded for time; 1/255 = 0.0039 is one step of a display.
+        Largest absolute colour error allowed to save time; 1/255 = 0.0039 is one step of a display.
     """
     outside, scene, material = lighting.read(mesh)
     _print_reports(outside.phong.plan(scene, material, tolerance=tolerance, **_options_of(lighting)), verbose)
@@ -56,36 +56,36 @@ def validate(
     report: Path | None = None,
     verbose: Verbose = False,
 ) -> int:
-    """Compare the lit colours with those of VTK's own shader; the exit status is 1 if they are too far apart.
+    """Compare the lit colours with VTK's own shader; the exit status is 1 if they differ too much.
 
     Parameters
     ----------
     mesh
-        A file of any format that PyVista reads.
+        Mesh file of any format that PyVista reads.
     json
-        A file for the comparison as JSON; of several blocks, by their names.
+        JSON file for the comparison; for several blocks, by their names.
     output
-        .vtp, .vtk or .vtkhdf for the mesh with the signed errors; .vtm, .vtmb or .vtkhdf for several blocks.
+        File for the mesh with the signed errors: .vtp, .vtk or .vtkhdf; .vtm, .vtmb or .vtkhdf for several blocks.
     every
-        In place of a mesh: a fixed list of scenes, on meshes that come with PyVista.
+        Compare a fixed list of scenes on PyVista's bundled meshes, instead of a mesh.
     report
-        .md for the results of --all, with pictures in a folder beside it.
+        Markdown file (.md) for the results of --all, with pictures in a folder next to it.
     """
     if every:
         if mesh is not None or lighting != DEFAULT_LIGHTING or json is not None or output is not None:
-            check.refuse("--all", "a mesh, a scene, a look, --json or --output beside it", "alone or with --report")
+            check.refuse("--all", "a mesh or other options with it", "alone or with --report")
         return _validate_all(report, verbose)
     if report is not None:
         check.refuse("--report", str(report), "given together with --all")
     if mesh is None:
-        check.refuse("MESH", "none", "given, or --all in its place")
+        check.refuse("MESH", "none", "given, or --all instead")
     outside, scene, material = lighting.read(mesh)
     has_blocks = isinstance(outside, pv.MultiBlock)
     if output is not None:
         formats = BLOCK_FORMATS if has_blocks else tuple(suffix for suffix in MESH_FORMATS if suffix != ".ply")
         refuse_suffix(output, "signed errors", formats)
     with busy(f"Drawing {mesh} with VTK"):
-        from pvphong.vtk.scenes import InexpressibleError  # it loads VTK's rendering
+        from pvphong.vtk.scenes import InexpressibleError  # loads VTK's rendering
 
         try:
             found = outside.phong.validate(scene, material, feature_angle=lighting.feature_angle)
@@ -102,7 +102,7 @@ def validate(
 
 
 def _validate_all(report: Path | None, verbose: bool) -> int:
-    from pvphong.studies.validate.report import refuse_path, vtk_report  # it loads VTK's rendering
+    from pvphong.studies.validate.report import refuse_path, vtk_report  # loads VTK's rendering
 
     if report is not None:
         refuse_path(report)
@@ -128,24 +128,25 @@ def tradeoff(
     json: Path | None = None,
     verbose: Verbose = False,
 ) -> None:
-    """Measure what accuracy costs in time on a mesh: evaluators, simpler light models, refined meshes, VTK.
+    """Measure accuracy against time on a mesh: evaluators, simpler light models, refined meshes, VTK.
 
     Parameters
     ----------
     mesh
-        A file of any format that PyVista reads; several blocks are measured together, as one surface.
+        Mesh file of any format that PyVista reads; several blocks are measured together, as one surface.
     tolerance
-        Largest absolute colour error that is to be allowed; 1/255 = 0.0039 is one step of a display.
+        Largest absolute colour error allowed; 1/255 = 0.0039 is one step of a display.
     seconds
-        What the measuring may take; compiling the kernel, once per installation, is not counted.
+        Time limit of the measurement; compiling the kernel, once per installation, is not counted.
     truth
-        Compare models of light, from a constant to all that bounces, with paths of light too; as many seconds again.
+        Also compare light models, from a constant to full global illumination, with path tracing; this takes the same
+        time again.
     plot
-        A figure: .png, .pdf or .svg.
+        Figure file: .png, .pdf or .svg.
     csv
-        The rows as a table.
+        CSV file for the table.
     json
-        All numbers.
+        JSON file for all numbers.
     """
     if plot is not None:
         from pvphong.studies.accuracy.physics import refuse_format
@@ -166,14 +167,14 @@ def tradeoff(
 
 
 def diagnose(mesh: str, /, *, json: Path | None = None, verbose: Verbose = False) -> int:
-    """Say what in a mesh will not light as it should; the exit status is 1 if anything spoils the lighting.
+    """Find faults of a mesh that affect its lighting; the exit status is 1 if there are serious ones.
 
     Parameters
     ----------
     mesh
-        A file of any format that PyVista reads.
+        Mesh file of any format that PyVista reads.
     json
-        A file for what was found as JSON; of several blocks, by their names.
+        JSON file for the diagnosis; for several blocks, by their names.
     """
     with reading(mesh):
         found = read_mesh(mesh).phong.diagnose()
@@ -189,14 +190,14 @@ def _options_of(lighting: LightingOptions) -> dict[str, Any]:
 
 
 def _print_reports(found: Any, verbose: bool) -> dict[str, Any]:
-    """Print a report, or several after the names of their blocks: a few lines of each, or all; gives them by block."""
+    """Print a report, or one for each block: a summary, or all of it if verbose. Return the reports by block."""
     reports = found if isinstance(found, dict) else {"": found}
     for block, report in reports.items():
         if block:
             print(f"{block}:")
         print(report.explain().rstrip() if verbose else report)
     if not reports:
-        print("nothing to light: no block of the file holds a mesh")
+        print("nothing to light: the file has no block with a mesh")
     elif not verbose and sys.stdout.isatty():
         print("(--verbose shows the whole report.)", file=sys.stderr)
     return reports

@@ -1,10 +1,10 @@
-"""The command line's parent process, which loads little: it does the work in a child, and a crash of that is one line.
+"""The command line's parent process. It runs the work in a child and reports a crash of the child in one line.
 
-The child is forked before anything heavy is loaded; where forking is not safe, another Python is started. What C
-libraries print on the error output is not shown, unless --verbose is given.
+The child is forked before anything heavy is imported; where forking is not safe, another Python is started. Output of
+C libraries on the error output is hidden unless --verbose is given.
 
-A process that only reads the file would do for damaged files, but would have to hand the mesh over: for a million
-points that takes 1.2 s, four times the reading. Here nothing is handed over, and Ctrl-C ends C code at once.
+A child that only reads the file would also survive damaged files, but it would have to transfer the mesh: for a million
+points that takes 1.2 s, four times the reading. Here nothing is transferred, and Ctrl-C ends C code at once.
 """
 
 import contextlib
@@ -21,11 +21,11 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
 FORKS = sys.platform not in ("darwin", "win32")
-"""Whether a process that has been forked may open windows."""
+"""True if a forked process may open windows."""
 
 _CHANNEL = "PVPHONG_CHANNEL"
 _QUIET = ("SIGINT", "SIGTERM", "SIGHUP", "SIGPIPE")
-"""What ends the work without a word, with the status that shells give: 128 and the signal's number."""
+"""Signals that end the work without a message, with the exit status of shells: 128 plus the signal's number."""
 
 
 def _quiet() -> "list[signal.Signals]":
@@ -33,9 +33,9 @@ def _quiet() -> "list[signal.Signals]":
 
 
 def main(tokens: "Sequence[str] | None" = None) -> int:
-    """Run the command line and give the exit status; 2 if the work crashes.
+    """Run the command line and return the exit status, 2 if the work crashes.
 
-    Words that are given in place of the command line's own are run in this process, unsupervised.
+    With `tokens`, run them instead of `sys.argv`, in this process, without supervision.
     """
     if tokens is not None:
         from pvphong.cli.app import main as run
@@ -48,8 +48,8 @@ def main(tokens: "Sequence[str] | None" = None) -> int:
 
 
 def _supervise() -> int:
-    """Have a child do the work, and watch it until it ends; what it has not said itself is said here."""
-    # one that comes before both have set what it does waits, or it would end this process and leave the child running
+    """Run the work in a child and watch it until it ends. Report a crash, and remove unfinished files."""
+    # block signals until both processes have set their handlers: an early one would end only this process
     signal.pthread_sigmask(signal.SIG_BLOCK, _quiet())
     listening, speaking = os.pipe()
     if FORKS:
@@ -63,10 +63,10 @@ def _supervise() -> int:
     os.close(speaking)
 
     def pass_on(number: int, _frame: object) -> None:
-        with contextlib.suppress(ProcessLookupError):  # it has just ended
+        with contextlib.suppress(ProcessLookupError):  # the child has just ended
             os.kill(process, number)
 
-    for number in _quiet()[:3]:  # a terminal's come to both
+    for number in _quiet()[:3]:  # a terminal sends them to both processes, `kill` only to this one
         signal.signal(number, pass_on)
     signal.pthread_sigmask(signal.SIG_UNBLOCK, _quiet())
     watch = Watch(listening, process)
@@ -74,22 +74,22 @@ def _supervise() -> int:
     code = os.waitstatus_to_exitcode(os.waitpid(process, 0)[1])
     if watch.status is not None or code >= 0:
         return code if watch.status is None else watch.status
-    for folder in watch.folders:  # in which it was writing
+    for folder in watch.folders:  # temporary folders of unfinished files
         from shutil import rmtree
 
         rmtree(folder, ignore_errors=True)
     if sys.stderr is not None and sys.stderr.isatty():
-        sys.stderr.write("\r\x1b[K\x1b[?25h")  # a spinner's line, and the cursor that it hides
+        sys.stderr.write("\r\x1b[K\x1b[?25h")  # clear the spinner's line and show the cursor again
     if signal.Signals(-code).name in _QUIET:
         return 128 - code
-    line = watch.failure(code, "" if watch.overdue or code == -signal.SIGKILL else f"{VERBOSE} shows what it says.")
+    line = watch.failure(code, "" if watch.overdue or code == -signal.SIGKILL else f"{VERBOSE} shows its output.")
     if sys.stderr is not None:
         os.write(2, f"error: {' '.join(line.split())}\n".encode(errors="backslashreplace"))
     return 2
 
 
 def _work(end: int | None) -> int:
-    """What the child does; `end` is its end of the pipe to the parent, if it has one."""
+    """Run the command line in the child. `end` is its end of the pipe to the parent, or None without a parent."""
     _set_outputs(VERBOSE in sys.argv)
     if end is not None:
         for number in _quiet():
@@ -107,12 +107,15 @@ def _work(end: int | None) -> int:
 
 
 def _set_outputs(verbose: bool) -> None:
-    """Leave the error output to Python alone, without its warnings, and let both take any name of a file."""
+    """Reserve the error output for Python, without warnings, and let both outputs print any file name.
+
+    With `verbose`, libraries write to the error output too, and warnings are shown.
+    """
     if not verbose and not sys.warnoptions:
         import logging
 
         warnings.simplefilter("ignore")
-        logging.disable()  # PyVista logs what VTK complains of
+        logging.disable()  # PyVista logs VTK's warnings
     if not verbose and sys.stderr is not None:
         sys.stderr = os.fdopen(os.dup(2), "w", 1, errors="backslashreplace")
         nowhere = os.open(os.devnull, os.O_WRONLY)

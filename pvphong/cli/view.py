@@ -1,4 +1,4 @@
-"""`pvphong view`: a lit mesh in a window, with gizmos for its lights and keys that save what is shown."""
+"""`pvphong view`: show a lit mesh in a window, with gizmos for its lights and keys that save the result."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from pvphong.optics.material import DEFAULT_MATERIAL, Material
 from pvphong.scene.scene import Scene
 
 BACKGROUND = "#2b2e34"
-"""Dark, so that lights and their gizmos are what is bright."""
+"""Dark, so that lights and gizmos stand out."""
 
 _INSTEAD = "A picture needs no window: pvphong shade MESH -o picture.png."
 
@@ -38,12 +38,12 @@ def view(
     lighting: LightingOptions = DEFAULT_LIGHTING,
     background: str = BACKGROUND,
 ) -> None:
-    """Show a lit mesh in a window, with gizmos to place its lights; the key h lists the keys.
+    """Show a lit mesh in a window, with gizmos for its lights; press h for the list of keys.
 
     Parameters
     ----------
     mesh
-        A file of any format that PyVista reads.
+        Mesh file of any format that PyVista reads.
     background
         Colour of the window's background.
     """
@@ -71,37 +71,37 @@ def show(
     feature_angle: FeatureAngle = "auto",
     occluders: Sequence[Any] = (),
 ) -> None:
-    """Open a window with a lit mesh and gizmos for its lights, and come back when it is closed.
+    """Open a window with a lit mesh and gizmos for its lights, and return when the window is closed.
 
-    Lights that ride along with the viewer, and highlights, follow the camera as it is moved. The key h lists
-    the keys; d, x and 4 write files into the current folder and say so.
+    Lights in the viewer's frame, and highlights, follow the camera. The key h lists the keys; d, x and 4 save files to
+    the current folder and print their names.
 
     Parameters
     ----------
     mesh : pyvista.PolyData or pyvista.MultiBlock
-        A surface, or several.
+        One surface, or several blocks.
     scene : Scene
-        Its viewer is where the camera stands at first.
+        The scene; its viewer is the initial camera.
     material : Material or mapping
-        As for `shade`: of several blocks by their names, or "default".
+        As for `shade`; for blocks a mapping by name, or "default".
     title : str
-        Of the window.
+        Title of the window.
     stem : str
-        What the names of saved files begin with.
+        Stem of the names of saved files.
     background : str
-        A colour name or hex string.
+        Colour name or hex string.
     feature_angle
         As for `shade`.
     occluders : sequence
-        Meshes that are shown too, and shadow the others where the scene has shadows.
+        Meshes that are shown too, and that cast shadows if the scene has shadows.
 
     Raises
     ------
     ValueError
-        If there is no display to open it on, or an argument is not allowed.
+        If there is no display, or an argument is invalid.
     """
     if pv.OFF_SCREEN:
-        check.refuse("PYVISTA_OFF_SCREEN", "true", "unset where a window is to open", _INSTEAD)
+        check.refuse("PYVISTA_OFF_SCREEN", "true", "unset to open a window", _INSTEAD)
     if drawing_window() in WITHOUT_DISPLAY:
         check.refuse("DISPLAY", os.environ.get("DISPLAY") or "none", "a display to open a window on", _INSTEAD)
     check.color("background", background)
@@ -116,7 +116,7 @@ def show(
     actors = dict(zip(names, drawn if has_blocks else [drawn], strict=True))
 
     def current() -> dict[str, Material]:
-        """The materials as keys have left them."""
+        """Return the current materials, which keys may have changed."""
         return common_or_named({name: plotter.phong.mesh(actor).material for name, actor in actors.items()})
 
     def save_lit_mesh(path: Path) -> None:
@@ -126,7 +126,7 @@ def show(
         )
         save(lit, path)
 
-    plotter.reset_camera_clipping_range()  # PyVista leaves it alone once the camera has been placed
+    plotter.reset_camera_clipping_range()  # PyVista does not reset it for a camera that has been set
     saved: dict[str, tuple[str, str, Callable[[Path], Any]]] = {
         "d": ("the rig", f"{stem}-rig.json", lambda path: plotter.phong.scene.save(path, materials=current())),
         "x": ("the lit mesh", f"{stem}-lit.{'vtm' if has_blocks else 'vtp'}", save_lit_mesh),
@@ -146,7 +146,7 @@ def set_scene(plotter: pv.Plotter, scene: Scene) -> None:
 
 
 def _save(save: Callable[[Path], Any], path: str) -> str:
-    """What has come of a key: an error is printed, for a window must outlive it."""
+    """Save to a file and return a message. Errors are printed, not raised, so that the window stays open."""
     try:
         save(Path(path))
     except ValueError as error:
