@@ -1,20 +1,20 @@
 """Lighting as data for PyVista and VTK.
 
-`import pvphong as ph` gives the names below; `mesh.phong` and `plotter.phong` are there even without it, for PyVista
-finds them by this package's entry points.
-A name is imported when it is first used: the command line's supervisor must stay light, and computing colours
-needs neither what draws nor what measures.
+`import pvphong as ph` gives the names below. `mesh.phong` and `plotter.phong` work even without this import, because
+PyVista loads them by this package's entry points.
+Each name is imported on first use: the command line's supervisor must start quickly, and computing colours needs
+neither rendering nor the studies.
 
 The packages, from the lowest: `base`, `geometry`, `optics` (lights, reflectances, materials), `scene`, `shading` (the
 equation, its plan, its two evaluators), `rays`, `meshes` (PyVista's data in and out), `vtk` and `batch`, `studies`,
-`studio`, `cli`. Beside them `accessor` is `mesh.phong`, `plotter` is `plotter.phong`, `filter` is VTK's pipeline,
-`chunks` is Dask, `pipeline` is `ph.pipeline`: the public functions for normals, matrices and coordinates alone.
+`studio`, `cli`. The modules next to them: `accessor` has `mesh.phong`, `plotter` has `plotter.phong`, `filter` has
+the VTK filter, `chunks` lights Dask arrays, `pipeline` has functions for normals, matrices and coordinates.
 """
 
 from pvphong.base import host as _host
 
-TYPE_CHECKING = False  # typing's is the same, and takes milliseconds to import
-if TYPE_CHECKING:  # by the alias a type checker knows that a name is public
+TYPE_CHECKING = False  # type checkers know this name too; importing typing takes milliseconds
+if TYPE_CHECKING:  # the alias tells a type checker that a name is public
     from typing import Any
 
     from pvphong import pipeline as pipeline
@@ -122,7 +122,7 @@ def __getattr__(name: str) -> "Any":
         raise AttributeError(f"module 'pvphong' has no attribute {name!r}")
     from importlib import import_module
 
-    if name == "pipeline":  # its import makes it an attribute here
+    if name == "pipeline":  # importing a submodule sets the attribute
         return import_module("pvphong.pipeline")
     value = globals()[name] = getattr(import_module(f"pvphong.{_PLACE_OF[name]}"), name)
     return value

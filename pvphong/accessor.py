@@ -40,7 +40,7 @@ if TYPE_CHECKING:
     from pvphong.studies.accuracy.report import Tradeoff
     from pvphong.studies.validate.validation import Comparison
 
-# Options of `shade` that are not about what there is, but about what is computed of it; and those of surfaces.
+# Options of `shade` that select what is computed; and options that define a dataset's surface.
 _OF_RUN = "name", "components", "shares_by_bounce", "precision"
 _OF_SURFACES = "matrix", "feature_angle"
 
@@ -65,7 +65,7 @@ def _of_mesh(
 
 
 class MeshPhong(Handle):
-    """Lighting of one dataset; results are new datasets and arrays, the dataset is never modified.
+    """Lighting of one dataset. Results are new datasets and arrays; the dataset is never modified.
 
     Examples
     --------
@@ -106,7 +106,7 @@ class MeshPhong(Handle):
         feature_angle: FeatureAngle = None,
         backend: Backend = "auto",
     ) -> Comparison:
-        """Compare the lit colours with those of VTK's own shader, vertex by vertex; see `pvphong.validate`.
+        """Compare the lit colours with VTK's own shader, vertex by vertex; see `pvphong.validate`.
 
         Examples
         --------
@@ -219,7 +219,7 @@ class BlocksPhong(Handle):
         """
         scene = self._scene(scene, options)
         run = {name: options.pop(name) for name in _OF_RUN if name in options}
-        run["backend"] = options.get("backend", "auto")  # of normals too
+        run["backend"] = options.get("backend", "auto")  # stays in options: normals use it too
         if not scene.light_model.bounces:
             return lit.shade_blocks(self._blocks, scene, self._own(scene, material, options), **run)
         among = self._exchanging(options)
@@ -253,7 +253,7 @@ class BlocksPhong(Handle):
 
     @_options_of(MeshPhong.transport)
     def transport(self, **options: Any) -> Transport:
-        """Transport of light between the vertices of all datasets, one dataset after the other."""
+        """Compute the light transport between the vertices of all datasets, in the order of the datasets."""
         return transports.transport_of(self._surfaces(*(options.pop(name, None) for name in _OF_SURFACES)), **options)
 
     @_options_of(MeshPhong.truth)
@@ -312,7 +312,7 @@ class BlocksPhong(Handle):
         feature_angle: FeatureAngle = None,
         **options: Any,
     ) -> Tradeoff:
-        """Measure accuracy against time on all blocks together, as one surface of one material."""
+        """Measure accuracy against time on all blocks, joined to one surface of one material."""
         from pvphong.studies.accuracy.measure import tradeoff
 
         return tradeoff(lit.one_surface(self._blocks, feature_angle), scene, material, **options)
@@ -324,12 +324,12 @@ class BlocksPhong(Handle):
 
     def plot(self, *, name: str = "phong", **options: Any) -> Any:
         """Show lit blocks in one picture; see `MeshPhong.plot`."""
-        lit_blocks = pv.MultiBlock(leaves(self._blocks))  # what has no points is not drawn, and a table has none
+        lit_blocks = pv.MultiBlock(leaves(self._blocks))  # without tables and empty meshes
         for block in lit_blocks:
             pictures.refuse_unlit(block, name)
-        together = lit_blocks.combine()  # one by one they would ignore `rgb`
+        together = lit_blocks.combine()  # PyVista ignores `rgb` for a MultiBlock
         for block in lit_blocks:
-            together.field_data.update(block.field_data)  # for their scalar bar
+            together.field_data.update(block.field_data)  # for the scalar bar
         return pictures.plot(together, name=name, **options)
 
     @_options_of(MeshPhong.color_view)
@@ -351,7 +351,7 @@ class BlocksPhong(Handle):
     def _own(
         self, scene: Scene, material: Materials, options: dict[str, Any], transports: Iterable[Any] | None = None
     ) -> Iterator[tuple[Material | str, dict[str, Any]]]:
-        """Of each dataset its own material, and options with its own rays, and transport where these are given."""
+        """Yield each dataset's material and options, with its visibility or occluders and its part of the transport."""
         materials, own = self._materials(material), visibility_options(self._blocks, scene, options)
         if transports is not None:
             own = ({**how, "transport": each} for how, each in zip(own, transports, strict=False))
@@ -382,12 +382,12 @@ class BlocksPhong(Handle):
             lit_blocks = self.shade(scene, material, name="pvphong", components=True, precision="float64", **how)
             bounced = (
                 refinement.BouncedLight(np.array(b.point_data.get("pvphong_bounced", np.zeros((b.n_points, 3)))))
-                for _, b in datasets(lit_blocks)  # one that is alone may have no such array
+                for _, b in datasets(lit_blocks)  # a single dataset may have no such array
             )
         return map_blocks(self._blocks, self._each(method, scene, self._own(scene, material, options, bounced)))
 
     def _surfaces(self, matrix: MatrixLike | None, feature_angle: FeatureAngle) -> list[transports.Exchanging]:
-        """All datasets as they exchange light."""
+        """Return all datasets as surfaces that exchange light."""
         return of_each(self._blocks, lambda block: transports.Exchanging.of(block, matrix, feature_angle))
 
     def _exchanging(self, options: dict[str, Any]) -> Transport:
@@ -397,7 +397,7 @@ class BlocksPhong(Handle):
         return transports.checked_transport(given, surfaces, occluders)
 
     def _materials(self, material: Materials) -> list[Material]:
-        """Of each dataset, in their order; colormaps have the range of all blocks."""
+        """Return each dataset's material, in order. Colormaps span the range of all blocks."""
         if not isinstance(material, Mapping):
             meshes = leaves(self._blocks)
             return [over_all(as_material(material), meshes)] * len(meshes)
@@ -410,6 +410,6 @@ class BlocksPhong(Handle):
         return dict(zip(paths, of_each(self._blocks, operation), strict=True))
 
 
-# Not as decorators: these return a bare `type`, and type checkers and editors would know no method of the classes.
+# Not as decorators: these return a bare `type`, which hides the classes' methods from type checkers and editors.
 pv.register_dataset_accessor("phong", pv.DataSet)(MeshPhong)
 pv.register_dataset_accessor("phong", pv.MultiBlock)(BlocksPhong)

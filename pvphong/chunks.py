@@ -1,7 +1,7 @@
-"""`pvphong.evaluate` on Dask arrays: chunk by chunk, when the colours are computed.
+"""`pvphong.evaluate` on Dask arrays: chunks are lit lazily, one task each.
 
-Dask decides how many chunks are lit at once, so each is lit by the one thread that Dask gives it: the evaluator's own
-threads stay out, and there are never more at work than Dask has.
+Dask decides how many chunks are lit at once. Each chunk is lit by Dask's thread alone, without the evaluator's own
+threads, so that no more threads run than Dask has.
 """
 
 from __future__ import annotations
@@ -26,14 +26,14 @@ from pvphong.shading.vertices import Vertices
 Given = ParamSpec("Given")
 
 _VISIBILITY = "visibility"
-"""The one array whose vertices are in columns: shape (lights + 1, n)."""
+"""The only array with vertices along its second axis: shape (lights + 1, n)."""
 
 _ARGUMENTS = ("points", "normals", _VISIBILITY)
-"""Arguments that are arrays; all others are the material's."""
+"""Array arguments of `evaluate`. All other arrays are maps of the material."""
 
 
 def _taking_chunks(whole: Callable[Given, Shading]) -> Callable[Given, Shading]:
-    """`evaluation.evaluate` for arrays of any sort."""
+    """Extend `evaluation.evaluate` to Dask arrays."""
 
     @wraps(whole)
     def evaluate(points: Any, normals: Any, scene: Any, material: Any, **options: Any) -> Shading:
@@ -60,7 +60,7 @@ def _arrays_of(given: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _with_colors(material: Any) -> Any:
-    """A material with the colours of colormaps whose scalars are arrays; of Dask arrays they are one too."""
+    """Replace colormaps of arrays in a material by their colours; Dask arrays give Dask arrays."""
     maps = material.maps if isinstance(material, Material) else {}
     given = {name: each for name, each in maps.items() if isinstance(each, Colormap)}
     colors = {name: Map(_colors(name, each)) for name, each in given.items() if not isinstance(each.scalars, str)}
@@ -68,7 +68,7 @@ def _with_colors(material: Any) -> Any:
 
 
 def _colors(name: str, colormap: Colormap) -> Any:
-    """Colours of shape (n, 3): of each chunk of a colormap's numbers by the range of all."""
+    """Return a colormap's colours, shape (n, 3); all chunks are coloured by the range of the whole array."""
     from pvphong.meshes.colormaps import colors_by, joined, lookup_table, mapped, numbers_in, span_of
 
     if not hasattr(colormap.scalars, "__dask_graph__"):
@@ -91,18 +91,18 @@ def _colors(name: str, colormap: Colormap) -> Any:
 
 
 def _evaluate_chunks(given: dict[str, Any], scene: Any, **options: Any) -> Shading:
-    """A `Shading` of Dask arrays; everything but the arrays' entries is checked now."""
+    """Return a `Shading` of Dask arrays. Everything except the arrays' values is checked now."""
     from dask.array import blockwise, map_blocks
 
     arrays = _cut_alike(given)
     scene = as_scene(scene)
     kernel.check_backend(options.get("backend", "auto"))
-    # which arrays there will be, and of which type, is known from no vertex at all
+    # shading zero vertices shows which arrays the result has, and their types
     shapes = {name: (len(array), 0) if name == _VISIBILITY else (0, *array.shape[1:]) for name, array in arrays.items()}
     nothing: dict[str, Any] = {name: np.empty(shape, arrays[name].dtype) for name, shape in shapes.items()}
     form = _evaluated(nothing, scene=scene, **options | {"backend": "numpy"})
     maps = {name: Map(empty) for name, empty in nothing.items() if name not in _ARGUMENTS}
-    if maps:  # each task carries the material, but of its maps only the rows of its chunk
+    if maps:  # tasks carry the material with empty maps, and the rows of their own chunk separately
         options["material"] = options["material"].with_values(maps)
     if scene.viewer is None:
         scene = _framed(scene, arrays["points"], options.get("matrix"))
@@ -111,7 +111,7 @@ def _evaluate_chunks(given: dict[str, Any], scene: Any, **options: Any) -> Shadi
     blocks = blockwise(_lit, "ik", *pairs, concatenate=True, names=list(arrays), scene=scene, **how, **options)
 
     def field(name: str, like: Any) -> Any:
-        """That of each block's `Shading`, as one array; lights are a third axis before the others."""
+        """Join one field of all chunks' `Shading`s; lights are an axis before the others."""
         if like is None:
             return None
         lights = [(length,) for length in like.shape[:-2]]
@@ -122,13 +122,13 @@ def _evaluate_chunks(given: dict[str, Any], scene: Any, **options: Any) -> Shadi
 
 
 def _lit(*arrays: Any, names: Sequence[str], **options: Any) -> Shading:
-    """One chunk, by this thread alone."""
+    """Light one chunk, on this thread alone."""
     with threads.limited(1):
         return _evaluated(dict(zip(names, arrays, strict=True)), **options)
 
 
 def _evaluated(arrays: Mapping[str, Any], *, material: Any, **options: Any) -> Shading:
-    """`evaluate` of arrays by their names; those that are no arguments are the material's."""
+    """Call `evaluate` with arrays by name; arrays that are not arguments become maps of the material."""
     own = {name: array for name, array in arrays.items() if name in _ARGUMENTS}
     maps = {name: Map(array) for name, array in arrays.items() if name not in _ARGUMENTS}
     if maps:
@@ -137,11 +137,11 @@ def _evaluated(arrays: Mapping[str, Any], *, material: Any, **options: Any) -> S
 
 
 def _framed(scene: Scene, points: Any, matrix: Any) -> Any:
-    """The scene with a viewer that sees all points, once these are known."""
+    """Return the scene, delayed, with a viewer that sees all points."""
     from dask import delayed
 
     def ends(chunk: Any) -> Float64Array:
-        """The least and the greatest coordinates of finite points, shape (2, 3); NaN where there is none."""
+        """Return the bounds of the finite points, shape (2, 3); NaN if there are none."""
         finite = chunk[np.isfinite(chunk).all(axis=1)]
         return np.array([finite.min(axis=0), finite.max(axis=0)], float) if len(finite) else np.full((2, 3), np.nan)
 
@@ -152,11 +152,11 @@ def _framed(scene: Scene, points: Any, matrix: Any) -> Any:
     return delayed(framing)(points.map_blocks(ends, dtype=np.float64, chunks=chunks))
 
 
-# --- chunks that fit each other ---
+# --- matching chunks ---
 
 
 def _cut_alike(given: dict[str, Any]) -> dict[str, Any]:
-    """The arrays, cut along vertices into the same chunks; plain ones are cut as the others are."""
+    """Cut all arrays into the same chunks along vertices; NumPy arrays become Dask arrays."""
     from dask.array import from_array, unify_chunks
 
     lazy = {name: _checked(name, array) for name, array in given.items() if hasattr(array, "__dask_graph__")}
@@ -167,28 +167,28 @@ def _cut_alike(given: dict[str, Any]) -> dict[str, Any]:
         if name not in lazy:
             lazy[name] = _checked(name, from_array(check.real_array(name, array, _allowed(name)), chunks=-1))
         own = _rows(name, lazy[name])
-        # where nobody knows how many vertices there are, equally many chunks have to do
+        # with unknown chunk lengths only the number of chunks can be compared
         fits = len(own) == len(rows) if np.isnan(sum(own)) and not is_known else sum(own) == sum(rows)
         if not fits:
-            got = f"{_lengths(own)} beside {_lengths(rows)} in {first}"
+            got = f"{_lengths(own)}, but {first} has {_lengths(rows)}"
             check.refuse(name, got, "one row per point", "" if is_known else "Call its compute_chunk_sizes() first.")
     if not is_known:
         return lazy
     pairs: list[Any] = []
-    for name, array in lazy.items():  # columns are not one length for all: their index is the array's name
+    for name, array in lazy.items():  # column counts differ between arrays, so each array's column index is its name
         pairs += [array, tuple(name if axis == "k" else axis for axis in _axes(name, array))]
     return dict(zip(lazy, unify_chunks(*pairs)[1], strict=True))
 
 
 def _checked(name: str, array: Any) -> Any:
-    """A Dask array that is cut along vertices only; what is seen may be cut along lights too."""
+    """Check that an array is a Dask array cut along vertices only; visibility may be cut along lights too."""
     from dask.array import Array
 
     if not isinstance(array, Array) or not (name == _VISIBILITY) < array.ndim <= 2:
         check.refuse(name, f"a {type(array).__name__}", f"a Dask array: {_allowed(name)}")
     if name != _VISIBILITY and array.ndim == 2 and array.numblocks[1] > 1:
-        got = f"one with the columns cut into {array.chunks[1]}"
-        check.refuse(name, got, "cut along vertices only", f"{name}.rechunk({{1: -1}}) puts them together.")
+        got = f"column chunks {array.chunks[1]}"
+        check.refuse(name, got, "cut along vertices only", f"{name}.rechunk({{1: -1}}) joins the columns.")
     return array
 
 
@@ -198,7 +198,7 @@ def _allowed(name: str) -> str:
 
 
 def _axes(name: str, array: Any) -> str:
-    """The letters of an array's axes: i along vertices, k across x, y, z or red, green, blue, l across lights."""
+    """Return the letters of an array's axes: i for vertices, k for components (x, y, z or r, g, b), l for lights."""
     return "li" if name == _VISIBILITY else "ik"[: array.ndim]
 
 

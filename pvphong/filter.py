@@ -48,7 +48,7 @@ class PhongFilter(Handle, VTKPythonAlgorithmBase):  # type: ignore[misc]  # VTK'
         return f"<PhongFilter: {len(tuple(self._scene.lights))} lights, {self._material}>"
 
     def SetScene(self, scene: SceneLike) -> None:
-        """Set lights, viewer and light model; an equal scene changes nothing."""
+        """Set lights, viewer and light model. Setting an equal scene does not execute the filter again."""
         scene = as_scene(scene)
         if scene != self._scene:
             self._scene = scene
@@ -59,7 +59,7 @@ class PhongFilter(Handle, VTKPythonAlgorithmBase):  # type: ignore[misc]  # VTK'
         return self._scene
 
     def SetMaterial(self, material: Material | str) -> None:
-        """Set the surface's material; an equal one changes nothing."""
+        """Set the surface's material. Setting an equal material does not execute the filter again."""
         material = as_material(material)
         if material != self._material:
             self._material = material
@@ -73,7 +73,7 @@ class PhongFilter(Handle, VTKPythonAlgorithmBase):  # type: ignore[misc]  # VTK'
         Raises
         ------
         ValueError
-            If there is no such option.
+            If an option does not exist.
         """
         known = [name for name, each in signature(shade_mesh).parameters.items() if each.kind is each.KEYWORD_ONLY]
         for name in options:
@@ -97,7 +97,7 @@ class PhongFilter(Handle, VTKPythonAlgorithmBase):  # type: ignore[misc]  # VTK'
         """Compute the output; the pipeline calls this when it is out of date."""
         source, self._refusal = pv.wrap(self.GetInputData(inputs, 0, 0)), None
         try:
-            # A step upstream may leave nothing; that is no error in a pipeline.
+            # An upstream filter may output an empty mesh, which is not an error in a pipeline.
             lit = shade_mesh(source, self._scene, self._material, **self._options) if source.n_points else source
         except ValueError as error:
             self._refusal = error
@@ -112,8 +112,8 @@ class PhongFilter(Handle, VTKPythonAlgorithmBase):  # type: ignore[misc]  # VTK'
         Raises
         ------
         ValueError
-            If the input cannot be lit. (A step downstream gets VTK's error message.)
+            If the input cannot be lit. A downstream filter gets VTK's error message instead.
         """
-        super().Update()  # runs nothing where nothing has changed: what was refused then is still refused
+        super().Update()  # does not execute if nothing has changed; the last error then still holds
         if self._refusal is not None:
             raise self._refusal

@@ -1,14 +1,14 @@
-"""The geometry of the viewing pipeline alone: normals, matrices and coordinates.
+"""Geometry of the viewing pipeline: normals, matrices and coordinates, without lighting.
 
-In the order in which a renderer comes to them:
+In the order of a renderer's stages:
 
-- normals of surfaces: `face_normals` and `vertex_normals` of meshes, `plane_normal`, `implicit_normals`;
+- surface normals: `face_normals` and `vertex_normals` of meshes, `plane_normal`, `implicit_normals`;
 - object to world: `transform_points`, `transform_vectors`, `transform_normals`, and the `normal_matrix` of a model
   matrix;
-- homogeneous coordinates to a light: `light_from_homogeneous`;
+- a light from homogeneous coordinates: `light_from_homogeneous`;
 - world to eye: `look_at`;
 - eye to clip: `perspective`, `frustum`, `ortho`;
-- world to window at once, as a viewer sees it: `project`.
+- world to window in one step, for a viewer: `project`.
 
 Matrices are (4, 4) and multiply column vectors.
 """

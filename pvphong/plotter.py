@@ -1,4 +1,4 @@
-"""`plotter.phong`: lit meshes that follow camera, lights and edits. PyVista finds this module by its entry point."""
+"""`plotter.phong`: lit meshes that follow camera, lights and edits. PyVista loads this module by its entry point."""
 
 from __future__ import annotations
 
@@ -101,7 +101,7 @@ class PlotterPhong(Handle):
         refine: float | None = None,
         **add_mesh_options: Any,
     ) -> pv.Actor | tuple[pv.Actor, ...]:
-        """Draw a mesh, or all blocks of a MultiBlock, with lit colours, and keep them current.
+        """Draw a mesh, or all blocks of a MultiBlock, with lit colours, and keep the colours current.
 
         Colours are computed again before a frame only if something that they depend on has changed: a light, the
         actor's matrix, the material, its maps, the mesh or the light model. The camera counts only with highlights, or
@@ -144,7 +144,7 @@ class PlotterPhong(Handle):
         Raises
         ------
         ValueError
-            If an argument is not allowed, or the mesh has nothing that can be lit.
+            If an argument is invalid, or the mesh has nothing to light.
 
         Warns
         -----
@@ -172,12 +172,12 @@ class PlotterPhong(Handle):
             named = {} if name is None else {"name": f"{name}[{block}]" if block else name}
             lit.actor = self._draw(
                 lit.drawn, lit.shown_array, add_mesh_options | named
-            )  # in place of what has its very name
+            )  # replaces an actor of the same name
             subplot.lit.add(lit, tolerance)
             names.update(named.values())
-        if name is not None:  # only now, for a wrong option is refused by what draws
+        if name is not None:  # after drawing, which raises for a wrong option: then the old actors stay
             for other in [other for other in subplot.renderer.actors if other == name or other.startswith(f"{name}[")]:
-                if other not in names:  # of this renderer alone: a plotter takes the name out of all of them
+                if other not in names:  # plotter.remove_actor would remove the name from all subplots
                     subplot.renderer.remove_actor(other, render=False)
         if look.bar is not None:
             look.bar.add_to(plotter)
@@ -186,7 +186,7 @@ class PlotterPhong(Handle):
                 outline = plotter.add_silhouette(surface(lit.mesh), **look.silhouette)
                 outline.user_matrix = None if lit.matrix is None else lit.matrix
         self._prepare_outputs()
-        for lit in meshes.values():  # now that the camera is where it will be
+        for lit in meshes.values():  # after drawing, which may move the camera
             warn_of_normals(lit.mesh, lit.drawn, subplot.scene, lit.matrix)
         actors = tuple(lit.actor for lit in meshes.values())
         return actors if isinstance(mesh, pv.MultiBlock) else actors[0]
@@ -195,7 +195,7 @@ class PlotterPhong(Handle):
         """Draw a mesh in the colours of one of its point arrays."""
         draw = functools.partial(self._plotter.add_mesh, mesh, scalars=array, rgb=True, lighting=False, **options)
         actor = self._subplot.add_unlit(draw)
-        actor.prop.color = "white"  # VTK's exporters write it too, and glTF multiplies colours by it
+        actor.prop.color = "white"  # VTK's exporters write this colour too, and glTF multiplies vertex colours by it
         return actor
 
     def add_lit(
@@ -212,17 +212,17 @@ class PlotterPhong(Handle):
         name : str, default "phong"
             Name of the point array with the colours.
         **add_mesh_options
-            As for `pyvista.Plotter.add_mesh`, without those that colour the mesh.
+            Options of `pyvista.Plotter.add_mesh`, except those that colour the mesh.
 
         Returns
         -------
         pyvista.Actor or tuple of pyvista.Actor
-            An ordinary actor; one for each block of a MultiBlock.
+            The actor, or one actor for each block of a MultiBlock.
 
         Raises
         ------
         ValueError
-            If an option is not allowed, or there is no mesh with such an array.
+            If an option is invalid, `lit` has no mesh, or a mesh has no array of this name.
 
         Examples
         --------
@@ -236,7 +236,7 @@ class PlotterPhong(Handle):
             check.refuse("lit", type(lit).__name__, "a pyvista.DataSet or a pyvista.MultiBlock")
         meshes = leaves(lit)
         if not meshes:
-            check.refuse("lit", "blocks without any mesh", "a MultiBlock with a mesh in it")
+            check.refuse("lit", "a MultiBlock without meshes", "a MultiBlock with at least one mesh")
         for mesh in meshes:
             check.choice("name", name, mesh.point_data.keys())
         opacity = vertex_opacity(add_mesh_options)
@@ -265,7 +265,7 @@ class PlotterPhong(Handle):
             for lit in subplot.lit.meshes:
                 if lit.actor is actor:
                     return subplot, lit
-        return check.refuse("actor", actor, "an actor that plotter.phong.add_mesh returned, not removed since")
+        return check.refuse("actor", actor, "an actor that plotter.phong.add_mesh returned and that is still drawn")
 
     def validate(self, actor: pv.Actor | None = None) -> Comparison:
         """Compare drawn colours with VTK's shader, under the current lights, camera and matrix.
@@ -292,7 +292,8 @@ class PlotterPhong(Handle):
             subplot, lit = self._drawn(actor)
             compared = [lit]
         if not compared:
-            check.refuse("plotter", "a subplot without any", "one with a lit mesh", "phong.add_mesh draws one.")
+            allowed = "one whose active subplot has a lit mesh"
+            check.refuse("plotter", "none", allowed, "phong.add_mesh draws one.")
         comparisons = [validate(lit.drawn, subplot.scene, lit.material, matrix=lit.matrix) for lit in compared]
         return max(comparisons, key=lambda each: each.max_error / each.tolerance)
 
@@ -337,7 +338,7 @@ class PlotterPhong(Handle):
             return LightHandle(subplot.lights.add(light), subplot)
 
     def set_light(self, which: Any, light: Light | None = None, **fields: Any) -> None:
-        """Replace a light of the active subplot, or change fields of it.
+        """Replace a light of the active subplot, or change some of its fields.
 
         Parameters
         ----------
@@ -358,7 +359,7 @@ class PlotterPhong(Handle):
         if light is None or fields:
             light = changed_light(lights.find(which).light(lights.viewer), light, fields)
         if not isinstance(light, Light):
-            check.refuse("light", light, "a light of pvphong's", "as_light converts a pyvista.Light.")
+            check.refuse("light", light, "a pvphong light", "as_light converts a pyvista.Light.")
         with self._history.edit(lights):
             lights.set(which, light)
 
@@ -440,12 +441,12 @@ class PlotterPhong(Handle):
         Returns
         -------
         tuple of Gizmo
-            As `gizmos`.
+            The property `gizmos`.
 
         Raises
         ------
         ValueError
-            If an argument is not allowed.
+            If an argument is invalid.
         """
         subplot = self._subplot
         if isinstance(lights, str) or not isinstance(lights, Iterable | None):
@@ -458,11 +459,11 @@ class PlotterPhong(Handle):
             check_keys(keys),
         )
         if not self._interactions:
-            self._history.clear()  # what a script has set up is where the user begins
+            self._history.clear()  # undo must not revert what the script has set up
         self.remove_gizmos()
         owner = self._owner
 
-        def render() -> None:  # trame's views also get the new picture by it; the plotter is not held on to
+        def render() -> None:  # plotter.render also updates trame's views; the closure must not keep the plotter alive
             if (plotter := owner()) is not None:
                 plotter.render()
 
@@ -486,7 +487,7 @@ class PlotterPhong(Handle):
 
     @property
     def _interactions(self) -> list[Interaction]:
-        """The interactions of the subplots that have gizmos."""
+        """Interactions of the subplots that have gizmos."""
         return [each.interaction for each in self._subplots if each.interaction is not None]
 
     # -- the studio --------------------------------------------------------------------------------------
@@ -500,7 +501,7 @@ class PlotterPhong(Handle):
         browser: bool = True,
         keep: str | os.PathLike[str] | None = None,
     ) -> Any:
-        """Edit lights, materials and light model of the active subplot in a web page, with the gizmos in its view.
+        """Edit lights, materials and light model of the active subplot in a web page that shows the gizmos.
 
         Needs the extra `trame`. Edits apply to the plotter itself, and remain in `lights`, `scene` and the materials.
         In a notebook the page appears below the cell, and the cell ends; elsewhere the call prints the page's address
@@ -530,7 +531,7 @@ class PlotterPhong(Handle):
         Raises
         ------
         ValueError
-            If an argument is not allowed, or the extra is not installed.
+            If an argument is invalid, or the extra is not installed.
 
         Examples
         --------
@@ -556,7 +557,7 @@ class PlotterPhong(Handle):
             @functools.wraps(method)
             def output(*args: Any, **kwargs: Any) -> Any:
                 alive = component()
-                # with False as its file the picture is one that every `show` keeps of its end, asked or not
+                # `show` always takes a last screenshot, with False as its file name; it must not wait for refinement
                 waits = not (args and args[0] is False)
                 with nullcontext() if alive is None else alive._prepared(waits):
                     return method(owner(), *args, **kwargs)
@@ -586,7 +587,7 @@ class PlotterPhong(Handle):
         if interactions:
             self._plotter.render()
 
-    # -- life --------------------------------------------------------------------------------------------
+    # -- lifetime ----------------------------------------------------------------------------------------
 
     @property
     def _plotter(self) -> pv.Plotter:
@@ -610,7 +611,7 @@ class PlotterPhong(Handle):
         """Release everything; PyVista calls this at every close."""
         for subplot in self._subplots:
             subplot.release()
-        plotter = self._owner()  # it is None for a plotter that is collected without a close
+        plotter = self._owner()  # None if the plotter was collected without being closed
         for name, output in self._wrapped.items():
             if plotter is not None and vars(plotter).get(name) is output:
                 delattr(plotter, name)
@@ -644,4 +645,4 @@ def _as_mesh(given: Any, *, copies: bool) -> Any:
     return mesh.copy(deep=False) if copies else mesh
 
 
-pv.register_plotter_component("phong")(PlotterPhong)  # not as a decorator, as in `accessor`
+pv.register_plotter_component("phong")(PlotterPhong)  # not as a decorator, for the reason given in `accessor`

@@ -1,4 +1,4 @@
-"""`ph.Report`: the versions and the hardware that results depend on."""
+"""`ph.Report`: versions and hardware that results depend on."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ class Report(scooby.Report):
     Parameters
     ----------
     gpu : bool, default True
-        Ask VTK for its renderer, which opens a hidden window. Pass False where rendering fails.
+        True to include VTK's renderer, which opens a hidden window. Pass False if rendering fails.
 
     Examples
     --------

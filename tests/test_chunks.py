@@ -137,14 +137,14 @@ def test_chunks_of_unknown_length_are_lit_where_they_fit():
         ph.evaluate(points, normals, PLAIN, SHINY, backend="numpy"),
         ph.evaluate(POINTS[rows], NORMALS[rows], PLAIN, SHINY, backend="numpy"),
     )
-    with pytest.raises(ValueError, match=r"^normals must be one row per point; got 334 rows beside 4 chunks of"):
+    with pytest.raises(ValueError, match=r"^normals must be one row .*; got 334 rows, but points has 4 chunks of"):
         ph.evaluate(points, NORMALS[rows], PLAIN, SHINY)
     fewer = cut(NORMALS, 500)[some.rechunk(500)]
-    with pytest.raises(ValueError, match=r"^normals must be .*; got 2 chunks of unknown length beside 4 chunks of"):
+    with pytest.raises(ValueError, match=r"^normals .* 2 chunks of unknown length, but points has 4 chunks of"):
         ph.evaluate(points, fewer, PLAIN, SHINY)
 
 
-SHORT = r"^normals must be one row per point; got 990 rows beside 1000 rows in points\."
+SHORT = r"^normals must be one row per point; got 990 rows, but points has 1000 rows\."
 
 
 @pytest.mark.parametrize(

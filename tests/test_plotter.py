@@ -365,7 +365,7 @@ def test_bad_lights_are_refused_and_change_nothing(plotter):
     for bad in ("lamp", None, vtk.vtkCamera()):
         with pytest.raises(ValueError, match=r"^light must be a pvphong light"):
             plotter.phong.add_light(bad)
-    with pytest.raises(ValueError, match=r"^light must be a light of pvphong's; .*as_light"):
+    with pytest.raises(ValueError, match=r"^light must be a pvphong light; .*as_light"):
         plotter.phong.set_light("sun", pv.Light())
     twice = pv.Light()
     plotter.phong.add_light(twice)
@@ -796,7 +796,7 @@ def test_of_several_meshes_the_worst_is_shown(plotter):
 
 
 def test_what_cannot_be_validated(plotter):
-    with pytest.raises(ValueError, match=r"^plotter must be one with a lit mesh"):
+    with pytest.raises(ValueError, match=r"^plotter must be one whose active subplot has a lit mesh"):
         plotter.phong.validate()
     mesh = ball()
     draw(plotter, replace(DULL, albedo=np.ones((mesh.n_points, 3))), mesh)

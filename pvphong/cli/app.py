@@ -23,12 +23,12 @@ _COMMANDS = {
     ),
     "shade": (
         "shade:shade",
-        "Light a mesh; write it with its colours, or write a picture of it. Or light many meshes into a folder.",
+        "Light a mesh and write it with its colours, or write a picture of it; or light many meshes into a folder.",
     ),
-    "view": ("view:view", "Show a lit mesh in a window, with gizmos to place its lights; the key h lists the keys."),
+    "view": ("view:view", "Show a lit mesh in a window, with gizmos for its lights; press h for the list of keys."),
     "studio": (
         "studio:studio",
-        "Light a mesh in the browser: its lights, material and scene in panels, gizmos in its view; Ctrl-C ends it.",
+        "Light a mesh in the browser: panels for lights, material and scene, gizmos in the view; Ctrl-C stops it.",
     ),
     "plan": (
         "reports:plan",
@@ -70,7 +70,7 @@ _SHORT = {"-o": "--output"}
 def _in_its_words(reason: str, words: Sequence[str]) -> str:
     """Reword an error for the command line, with options in place of arguments."""
     if re.search(r"^Unknown option: .?--colou?r\b", reason):
-        return f"{reason.split('. Did')[0].removesuffix('.')}. --diffuse is the colour of what light scatters."
+        return f"{reason.split('. Did')[0].removesuffix('.')}. --diffuse sets the surface's colour."
     argument, must, rest = reason.partition(" must be ")
     if argument in ("path", "output"):
         split = [part for word in words for part in (word.split("=", 1) if word.startswith("-") else [word])]
@@ -96,7 +96,7 @@ def main(tokens: Sequence[str] | None = None) -> int:
     is_verbose = VERBOSE in words
     command = next((word for word in words if not word.startswith("-")), "")
     if command not in _COMMANDS or "verbose" not in signature(_function(command)).parameters:
-        words = [word for word in words if word != VERBOSE]  # the supervisor has seen it
+        words = [word for word in words if word != VERBOSE]  # only the supervisor uses it
     try:
         status = app(words, exit_on_error=False, print_error=False, result_action="return_value") or 0
         if sys.stdout is not None:
@@ -106,11 +106,11 @@ def main(tokens: Sequence[str] | None = None) -> int:
     except (CycloptsError, ValueError, OSError) as error:
         reason = _in_its_words(str(error), words)
     except MemoryError:
-        reason = "there is not enough memory for this."
+        reason = "Not enough memory."
     except Exception as error:
         if is_verbose:
             traceback.print_exc()
-        reason = f"{type(error).__name__}: {error} (this should not happen; --verbose shows where)"
+        reason = f"{type(error).__name__}: {error} (a bug in pvphong; --verbose prints the traceback)"
     else:
         return status
     print("error:", " ".join(reason.split()), file=sys.stderr)

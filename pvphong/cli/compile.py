@@ -31,6 +31,6 @@ def compile_code() -> int:
         finally:
             progress.stop()
             backend, why_no_faster = ray_backend()
-            print(f"rays are cast by {backend.title}" + (f": {why_no_faster}" if why_no_faster else ""))
-    print(f"compiled in {time.perf_counter() - began:.0f} s, kept in {folder}")
+            print(f"ray tracer: {backend.title}" + (f": {why_no_faster}" if why_no_faster else ""))
+    print(f"compiled in {time.perf_counter() - began:.0f} s, saved in {folder}")
     return 0

@@ -1,4 +1,4 @@
-"""`pvphong demo`: light the airplane that PyVista ships, and report on it."""
+"""`pvphong demo`: light PyVista's bundled airplane and write a report."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ def demo(*, folder: Path = Path("pvphong-demo")) -> None:
         try:
             folder.mkdir(parents=True, exist_ok=True)
         except OSError as error:
-            raise ValueError(f"folder must be one that can be made; got {folder} ({error}).") from error
+            raise ValueError(f"folder must be a folder that can be created; got {folder} ({error}).") from error
         mesh = examples.load_airplane()
         started = time.perf_counter()
         lit = mesh.phong.shade(SCENE, PLASTIC)

@@ -37,10 +37,10 @@ from pvphong.optics.reflectances import REFLECTANCES
 from pvphong.scene.scene import Scene, load_materials
 
 SIZE = (1024, 768)
-"""Width and height in pixels of the picture or window that a scene is made for, if none are given."""
+"""Default width and height, in pixels, of a picture or window."""
 
 _LONG = 1.0
-"""Seconds after which work is long enough for a bar."""
+"""Seconds after which a progress bar is shown."""
 
 Flag = Annotated[bool, Parameter(negative="", show_default=False)]
 
@@ -70,21 +70,21 @@ class Lighting:
     Parameters
     ----------
     scene
-        Lights, viewer, light model, materials, as Scene.save writes them (JSON).
+        Rig file (JSON) with lights, viewer, light model and materials, as Scene.save writes it.
     material
         Named material such as "gold" or "car paint". Default: the rig's, or a dull grey.
     reflectance
         Reflectance in place of the material's: a name, and its fields after colons, as in oren-nayar:sigma=20,
         ggx:roughness=0.3:f0=1,0.78,0.34 or pbr:roughness=worn.png.
     ambient
-        Reflectance of ambient light, in place of the material's: a number, three as in 1,0.5,0.2, or a colour's name.
+        Ambient reflectance, instead of the material's: a number, three numbers as in 1,0.5,0.2, or a colour's name.
     diffuse
         Reflectance of diffuse light, likewise; or the name of a point array, or an image file, mapped by the mesh's
         texture coordinates.
     specular
-        Reflectance of the highlight, likewise.
+        Specular reflectance, as --diffuse.
     emission
-        Light that the surface gives off, likewise.
+        Emitted light, as --diffuse.
     albedo
         Factor of ambient and diffuse, likewise.
     scalars
@@ -95,7 +95,7 @@ class Lighting:
     clim
         Range of the colormap, as in 0,8. Default: the range of the array in all blocks.
     shininess
-        Exponent of the highlight: a number, the name of a point array, or a grey image file whose white is 128.
+        Shininess exponent: a number, the name of a point array, or a grey image file in which white is 128.
     tangents
         Name of a point array of vectors along the surface, for reflectances that need them.
     sun
@@ -139,7 +139,7 @@ class Lighting:
         """Return the materials by block: the named one, or the rig's, changed by the other options."""
         if self.material is not None:
             if is_color_name(self.material) and self.material.lower() not in Material.names():
-                remedy = f"--diffuse {self.material} has that colour."
+                remedy = f"For a colour use --diffuse {self.material}."
                 check.refuse("--material", self.material, "the name of a material", remedy)
             found = {DEFAULT: as_material(self.material)}
         else:
@@ -148,13 +148,13 @@ class Lighting:
         changes: dict[str, Any] = {name: _value(text) for name, text in given.items() if text is not None}
         if self.scalars is not None:
             if self.albedo is not None:
-                check.refuse("--albedo", self.albedo, "left out beside --scalars, which are the albedo")
+                check.refuse("--albedo", self.albedo, "omitted with --scalars, which set the albedo")
             clim = None if self.clim is None else _value(self.clim)
             cmap: Any = self.cmap.split(",") if self.cmap is not None and "," in self.cmap else self.cmap
             changes["albedo"] = Colormap(self.scalars, cmap, clim)
         for option, text in {"--cmap": self.cmap, "--clim": self.clim}.items():
             if text is not None and self.scalars is None:
-                check.refuse(option, text, "left out without --scalars, the array whose colours they are")
+                check.refuse(option, text, "used with --scalars, the array to be coloured")
         if self.tangents is not None:
             changes["tangents"] = self.tangents
         if self.reflectance is not None:
@@ -174,9 +174,9 @@ class Lighting:
         Returns
         -------
         mesh : pyvista.PolyData or pyvista.MultiBlock
-            The surface, or several.
+            The surface, or the surfaces of all blocks.
         scene : Scene
-            With a viewer.
+            Scene with a viewer.
         material : Material or dict
             Material of a single mesh, or a dictionary by block.
         """
@@ -201,18 +201,19 @@ class Lighting:
             azimuth, elevation = (float(part) for part in self.sun.split(","))
         except ValueError:
             remedy = "--sun 315,20 is low in the north-west."
-            check.refuse("--sun", self.sun, "two numbers with a comma between them", remedy)
+            check.refuse("--sun", self.sun, "two numbers separated by a comma", remedy)
         return replace(scene, lights=[DirectionalLight.from_angles(azimuth, elevation, name="sun")])
 
     def with_rays(self, scene: Scene) -> Scene:
         """Return the scene with the shadows, ambient occlusion and bounces of the options added."""
         model = scene.light_model
-        occlusion = model.ambient_occlusion or self.ambient_occlusion  # a rig's may be a distance
+        occlusion = model.ambient_occlusion or self.ambient_occlusion  # the rig may give a distance
         shadows, bounces = model.shadows or self.shadows, model.bounces if self.bounces is None else self.bounces
         model = replace(model, shadows=shadows, ambient_occlusion=occlusion, bounces=bounces)
         if self.occluder and not model.is_global:
-            remedy = "Give --shadows, --ambient-occlusion, --bounces or a rig with them too."
-            check.refuse("--occluder", self.occluder[0], "left out where nothing casts shadows", remedy)
+            remedy = "Add --shadows, --ambient-occlusion or --bounces, or use a rig that has them."
+            allowed = "used with shadows, ambient occlusion or bounces"
+            check.refuse("--occluder", self.occluder[0], allowed, remedy)
         return replace(scene, light_model=model)
 
     def occluders(self) -> list[Any]:
@@ -222,14 +223,14 @@ class Lighting:
 
 LightingOptions = Annotated[Lighting, Parameter(name="*")]
 DEFAULT_LIGHTING = Lighting()
-"""None of its options given."""
+"""The record with no option given."""
 
 
 def seeing(scene: Scene, mesh: Any, size: tuple[int, int]) -> Scene:
     """Return the scene for a picture of a mesh. If the rig's viewer cannot see the mesh, it is moved, with a note."""
     if scene.viewer.sees(mesh.bounds, size[0] / size[1]):
         return scene
-    print("note: the scene's viewer sees nothing of this mesh, and was moved to see all of it.", file=sys.stderr)
+    print("note: the scene's viewer does not see this mesh; it was moved to frame the mesh.", file=sys.stderr)
     return replace(scene, viewer=scene.viewer.moved_to_see(mesh.bounds))
 
 
@@ -245,7 +246,7 @@ def _reflectance(text: str) -> Reflectance:
             check.refuse(f"--reflectance {name}", part, "followed by fields as in name:field=value")
     missing = [each.name for each in fields(kind) if each.default is MISSING and each.name not in given]
     if missing:
-        check.refuse("--reflectance", text, f"given its {missing[0]} too", f"{name}:{missing[0]}=... does that.")
+        check.refuse("--reflectance", text, f"given its {missing[0]} too", f"Write {name}:{missing[0]}=... .")
     return kind(**given)
 
 

@@ -72,19 +72,19 @@ def validate(
     """
     if every:
         if mesh is not None or lighting != DEFAULT_LIGHTING or json is not None or output is not None:
-            check.refuse("--all", "a mesh, a scene, a look, --json or --output beside it", "alone or with --report")
+            check.refuse("--all", "a mesh or other options with it", "alone or with --report")
         return _validate_all(report, verbose)
     if report is not None:
         check.refuse("--report", str(report), "given together with --all")
     if mesh is None:
-        check.refuse("MESH", "none", "given, or --all in its place")
+        check.refuse("MESH", "none", "given, or --all instead")
     outside, scene, material = lighting.read(mesh)
     has_blocks = isinstance(outside, pv.MultiBlock)
     if output is not None:
         formats = BLOCK_FORMATS if has_blocks else tuple(suffix for suffix in MESH_FORMATS if suffix != ".ply")
         refuse_suffix(output, "signed errors", formats)
     with busy(f"Drawing {mesh} with VTK"):
-        from pvphong.vtk.scenes import InexpressibleError  # it loads VTK's rendering
+        from pvphong.vtk.scenes import InexpressibleError  # loads VTK's rendering
 
         try:
             found = outside.phong.validate(scene, material, feature_angle=lighting.feature_angle)
@@ -101,7 +101,7 @@ def validate(
 
 
 def _validate_all(report: Path | None, verbose: bool) -> int:
-    from pvphong.studies.validate.report import refuse_path, vtk_report  # it loads VTK's rendering
+    from pvphong.studies.validate.report import refuse_path, vtk_report  # loads VTK's rendering
 
     if report is not None:
         refuse_path(report)
@@ -196,7 +196,7 @@ def _print_reports(found: Any, verbose: bool) -> dict[str, Any]:
             print(f"{block}:")
         print(report.explain().rstrip() if verbose else report)
     if not reports:
-        print("nothing to light: no block of the file holds a mesh")
+        print("nothing to light: the file has no block with a mesh")
     elif not verbose and sys.stdout.isatty():
         print("(--verbose shows the whole report.)", file=sys.stderr)
     return reports

@@ -1,4 +1,4 @@
-"""`pvphong shade`: a mesh with its colours, a picture of it, or many meshes into a folder."""
+"""`pvphong shade`: light a mesh into a file or a picture, or many meshes into a folder."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ def shade(
     scheduler: str | None = None,
     seams: Seams | None = None,
 ) -> int:
-    """Light a mesh; write it with its colours, or write a picture of it. Or light many meshes into a folder.
+    """Light a mesh and write it with its colours, or write a picture of it; or light many meshes into a folder.
 
     Without --scene, a key, a fill and a rim light are used, and PyVista's view. Many files are lit by several
     processes, as one scene; finished files are skipped. If some cannot be lit, they are listed, and the exit status is
@@ -67,8 +67,8 @@ def shade(
         For a folder: more files, patterns such as "parts/*.vtp", or index files: .vtm, .pvtp, .pvtu, .pvd.
     output
         .vtp, .vtk, .vtkhdf, .ply (8-bit vertex colours) or .obj for a mesh; .vtm, .vtmb or .vtkhdf for several
-        blocks; .glb or .gltf for either, unlit in viewers; .png for a picture. A folder, as lit/, for many files, each
-        as .vtp.
+        blocks; .glb or .gltf for either, drawn unlit by viewers; .png for a picture. For many files a folder such as
+        lit/, which gets a .vtp for each.
     array
         Name of the array of lit colours. Default: "phong".
     components
@@ -76,7 +76,7 @@ def shade(
     precision
         Type of the arrays and the arithmetic.
     tolerance
-        Largest absolute colour error that may be traded for time.
+        Largest absolute colour error allowed to save time.
     refine
         Split triangles until errors of colours between points are within this (1/255 is one step of a display), and cut
         them along edges of hard shadows and cones.
@@ -104,31 +104,31 @@ def shade(
         "feature_angle": lighting.feature_angle,
     }
     if refine is None:
-        _refuse_given({"--max-points": max_points}, "left out without --refine")
+        _refuse_given({"--max-points": max_points}, "used with --refine")
     else:
         given = {"--components": components, "--tolerance": tolerance if tolerance else None}
-        _refuse_given(given, "left out beside --refine, which has colours alone, as exact as they are")
+        _refuse_given(given, "omitted with --refine, which computes only colours, exactly")
     target = Path(output)
     suffix = target.suffix.lower()
     are_many, names_folder = bool(more) or is_pattern(mesh), output.endswith(("/", os.sep)) or os.path.isdir(target)
     if are_many and not names_folder and suffix in _OUTPUTS:
-        check.refuse("--output", target, "a folder where many meshes are lit", f"-o {target}/ is one of that name.")
+        check.refuse("--output", target, "a folder for many meshes", f"-o {target}/ makes a folder of that name.")
     is_folder = are_many or names_folder
     if is_folder or suffix != ".png":
-        _refuse_given({"--size": size, "--background": background}, "left out, for a mesh has none")
+        _refuse_given({"--size": size, "--background": background}, "used with a .png output only")
     if is_folder:
-        _refuse_given({"--refine": refine}, "left out where many files are lit; each alone can be refined")
+        _refuse_given({"--refine": refine}, "omitted for many files; refine each file by its own command")
         if workers is not None and scheduler is not None:
-            check.refuse("--workers", workers, "left out beside --scheduler, which has its own")
+            check.refuse("--workers", workers, "omitted with --scheduler, which has its own workers")
         options |= {"compress": compress or "lz4", "client": scheduler, "workers": workers, "seams": seams}
         return _shade_many((mesh, *more), output, lighting, options)
-    allowed = "left out where a single mesh is lit into a file; -o FOLDER/ is for many"
+    allowed = "omitted for a single mesh and an output file; it is for many files and -o FOLDER/"
     _refuse_given({"--workers": workers, "--scheduler": scheduler, "--seams": seams}, allowed)
     refuse_suffix(target, "a mesh", _OUTPUTS)
     if suffix in _WITHOUT_ARRAYS:
-        _refuse_given({"--array": array, "--components": components}, f"left out, for a {suffix} holds no arrays")
+        _refuse_given({"--array": array, "--components": components}, f"omitted: a {suffix} file has no arrays")
     if suffix not in _COMPRESSED:
-        _refuse_given({"--compress": compress}, f"left out, for a {suffix} is not compressed by it")
+        _refuse_given({"--compress": compress}, f"used with {', '.join(_COMPRESSED)} only")
     size = size or SIZE
     pictures.refuse_size(size)
     with busy(f"Lighting {mesh}"):
@@ -158,7 +158,7 @@ def _shade_many(meshes: Sequence[str], output: str, lighting: LightingOptions, o
     else:
         given: dict[str, Any] = {"--shadows": lighting.shadows, "--ambient-occlusion": lighting.ambient_occlusion}
         given |= {"--bounces": lighting.bounces or None, "--sun": lighting.sun}
-        _refuse_given(given, "left out without --scene where many files are lit")
+        _refuse_given(given, "used with --scene for many files")
     with busy("Lighting many files"):
         batch = shade_files(meshes, output, scene, lighting.materials(), **options)
     print(batch, file=sys.stderr if batch.failed else sys.stdout)
@@ -168,5 +168,5 @@ def _shade_many(meshes: Sequence[str], output: str, lighting: LightingOptions, o
 def _refuse_given(options: Mapping[str, Any], allowed: str) -> None:
     """Raise ``ValueError`` for the first option that is given."""
     for option, given in options.items():
-        if given is not None and given is not False and given != ():  # 0 is given, though it equals False
+        if given is not None and given is not False and given != ():  # 0 counts as given, although it equals False
             check.refuse(option, given, allowed)

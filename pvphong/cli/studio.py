@@ -1,4 +1,4 @@
-"""`pvphong studio`: a lit mesh in a web page, with panels for its lights, materials and scene."""
+"""`pvphong studio`: show a lit mesh in a web page, with panels for its lights, materials and scene."""
 
 from __future__ import annotations
 
@@ -24,14 +24,14 @@ def studio(
     no_browser: Flag = False,
     keep: Flag = False,
 ) -> None:
-    """Light a mesh in the browser: its lights, material and scene in panels, gizmos in its view; Ctrl-C ends it.
+    """Light a mesh in the browser: panels for lights, material and scene, gizmos in the view; Ctrl-C stops it.
 
     Parameters
     ----------
     mesh
         File of any format that PyVista reads. Without one, the page offers examples, and opens files.
     scene
-        Lights, viewer, light model, materials, as Scene.save writes them (JSON).
+        Rig file (JSON) with lights, viewer, light model and materials, as Scene.save writes it.
     port
         Port to listen on; 0 selects a free one.
     host
@@ -45,10 +45,10 @@ def studio(
     refuse_missing_extra("pvphong studio")
     from pvphong.studio.web.serving import free_port
 
-    port = free_port(host, port)  # refused before anything is read
+    port = free_port(host, port)  # raises before any file is read
     for option, given in (("--scene", scene), ("--keep", keep or None)):
         if mesh is None and given is not None:
-            check.refuse(option, given, "left out without a mesh", "The page takes rigs, and gives them.")
+            check.refuse(option, given, "used with a mesh", "The page can load and save rigs.")
     kept = Path(mesh).with_name(f"{Path(mesh).stem}-rig.json") if mesh is not None and keep else None
     if kept is not None and scene is None and kept.exists():
         scene = kept
@@ -61,6 +61,6 @@ def studio(
         set_scene(plotter, rig)
         plotter.phong.add_mesh(outside, material)
         plotter.reset_camera_clipping_range()
-    if hasattr(signal, "SIGPIPE"):  # a browser that goes in the middle of a frame does not end this, as a pipe's reader
+    if hasattr(signal, "SIGPIPE"):  # a browser may disconnect while a frame is sent; that must not end the server
         signal.signal(signal.SIGPIPE, signal.SIG_IGN)
     plotter.phong.studio(file=mesh or "mesh", port=port, host=host, browser=not no_browser, keep=kept)

@@ -22,11 +22,11 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
 FORKS = sys.platform not in ("darwin", "win32")
-"""Whether a process that has been forked may open windows."""
+"""True if a forked process may open windows."""
 
 _CHANNEL = "PVPHONG_CHANNEL"
 _QUIET = ("SIGINT", "SIGTERM", "SIGHUP", "SIGPIPE")
-"""What ends the work without a word, with the status that shells give: 128 and the signal's number."""
+"""Signals that end the work without a message, with the exit status of shells: 128 plus the signal's number."""
 
 
 def _quiet() -> "list[signal.Signals]":
@@ -64,10 +64,10 @@ def _supervise() -> int:
     os.close(speaking)
 
     def pass_on(number: int, _frame: object) -> None:
-        with contextlib.suppress(ProcessLookupError):  # it has just ended
+        with contextlib.suppress(ProcessLookupError):  # the child has just ended
             os.kill(process, number)
 
-    for number in _quiet()[:3]:  # a terminal's come to both
+    for number in _quiet()[:3]:  # a terminal sends them to both processes, `kill` only to this one
         signal.signal(number, pass_on)
     signal.pthread_sigmask(signal.SIG_UNBLOCK, _quiet())
     watch = Watch(listening, process)
@@ -75,15 +75,15 @@ def _supervise() -> int:
     code = os.waitstatus_to_exitcode(os.waitpid(process, 0)[1])
     if watch.status is not None or code >= 0:
         return code if watch.status is None else watch.status
-    for folder in watch.folders:  # in which it was writing
+    for folder in watch.folders:  # temporary folders of unfinished files
         from shutil import rmtree
 
         rmtree(folder, ignore_errors=True)
     if sys.stderr is not None and sys.stderr.isatty():
-        sys.stderr.write("\r\x1b[K\x1b[?25h")  # a spinner's line, and the cursor that it hides
+        sys.stderr.write("\r\x1b[K\x1b[?25h")  # clear the spinner's line and show the cursor again
     if signal.Signals(-code).name in _QUIET:
         return 128 - code
-    line = watch.failure(code, "" if watch.overdue or code == -signal.SIGKILL else f"{VERBOSE} shows what it says.")
+    line = watch.failure(code, "" if watch.overdue or code == -signal.SIGKILL else f"{VERBOSE} shows its output.")
     if sys.stderr is not None:
         os.write(2, f"error: {' '.join(line.split())}\n".encode(errors="backslashreplace"))
     return 2
@@ -113,7 +113,7 @@ def _set_outputs(verbose: bool) -> None:
         import logging
 
         warnings.simplefilter("ignore")
-        logging.disable()  # PyVista logs what VTK complains of
+        logging.disable()  # PyVista logs VTK's warnings
     if not verbose and sys.stderr is not None:
         sys.stderr = os.fdopen(os.dup(2), "w", 1, errors="backslashreplace")
         nowhere = os.open(os.devnull, os.O_WRONLY)

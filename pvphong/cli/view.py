@@ -1,4 +1,4 @@
-"""`pvphong view`: a lit mesh in a window, with gizmos for its lights and keys that save what is shown."""
+"""`pvphong view`: show a lit mesh in a window, with gizmos for its lights and keys that save the result."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from pvphong.optics.material import DEFAULT_MATERIAL, Material
 from pvphong.scene.scene import Scene
 
 BACKGROUND = "#2b2e34"
-"""Dark, so that lights and their gizmos are what is bright."""
+"""Dark, so that lights and gizmos stand out."""
 
 _INSTEAD = "A picture needs no window: pvphong shade MESH -o picture.png."
 
@@ -38,7 +38,7 @@ def view(
     lighting: LightingOptions = DEFAULT_LIGHTING,
     background: str = BACKGROUND,
 ) -> None:
-    """Show a lit mesh in a window, with gizmos to place its lights; the key h lists the keys.
+    """Show a lit mesh in a window, with gizmos for its lights; press h for the list of keys.
 
     Parameters
     ----------
@@ -79,7 +79,7 @@ def show(
     Parameters
     ----------
     mesh : pyvista.PolyData or pyvista.MultiBlock
-        A surface, or several.
+        One surface, or several blocks.
     scene : Scene
         Its viewer is the initial camera.
     material : Material or mapping
@@ -89,7 +89,7 @@ def show(
     stem : str
         Prefix of the names of saved files.
     background : str
-        A colour name or hex string.
+        Colour name or hex string.
     feature_angle
         As for `shade`.
     occluders : sequence
@@ -101,7 +101,7 @@ def show(
         If there is no display, or an argument is invalid.
     """
     if pv.OFF_SCREEN:
-        check.refuse("PYVISTA_OFF_SCREEN", "true", "unset where a window is to open", _INSTEAD)
+        check.refuse("PYVISTA_OFF_SCREEN", "true", "unset to open a window", _INSTEAD)
     if drawing_window() in WITHOUT_DISPLAY:
         check.refuse("DISPLAY", os.environ.get("DISPLAY") or "none", "a display to open a window on", _INSTEAD)
     check.color("background", background)
@@ -126,7 +126,7 @@ def show(
         )
         save(lit, path)
 
-    plotter.reset_camera_clipping_range()  # PyVista leaves it alone once the camera has been placed
+    plotter.reset_camera_clipping_range()  # PyVista does not reset it for a camera that has been set
     saved: dict[str, tuple[str, str, Callable[[Path], Any]]] = {
         "d": ("the rig", f"{stem}-rig.json", lambda path: plotter.phong.scene.save(path, materials=current())),
         "x": ("the lit mesh", f"{stem}-lit.{'vtm' if has_blocks else 'vtp'}", save_lit_mesh),

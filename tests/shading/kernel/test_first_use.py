@@ -195,7 +195,7 @@ def test_the_reason_can_be_asked_for(name, instead, said, monkeypatch, capsys):
     monkeypatch.setattr(f"pvphong.shading.kernel.{name}", instead)
     assert main(["compile"]) == 1
     out, error = capsys.readouterr()
-    assert "rays are cast by" in out
+    assert "ray tracer: " in out
     assert said in error
     assert error.count("\n") == 1
 
