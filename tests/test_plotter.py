@@ -215,7 +215,7 @@ def test_what_is_lit_already_is_drawn_as_it_is_and_stays_so(plotter):
         (ball(), {"name": "Normal"}, r"^name must be one of 'Normals'; got Normal\. Did you mean 'Normals'"),
         (ball(), {"rgb": False}, r"^option must be .*; got rgb\. The colours come from the array `name`"),
         ("ball.vtp", {}, r"^lit must be a pyvista\.DataSet or a pyvista\.MultiBlock; got str"),
-        (pv.MultiBlock(), {}, r"^lit must be a MultiBlock with a mesh in it"),
+        (pv.MultiBlock(), {}, r"^lit must be a MultiBlock with at least one mesh"),
     ],
 )
 def test_what_is_not_lit_is_refused(plotter, lit, options, message):

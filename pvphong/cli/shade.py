@@ -151,7 +151,7 @@ def shade(
 
 def _shade_many(meshes: Sequence[str], output: str, lighting: LightingOptions, options: dict[str, Any]) -> int:
     """Light many files, print the results, and return the exit status."""
-    _refuse_given({"--occluder": lighting.occluder}, "left out where many files are lit, each by itself")
+    _refuse_given({"--occluder": lighting.occluder}, "omitted for many files")
     scene = None
     if lighting.scene is not None:
         scene = lighting.with_rays(lighting.with_sun(Scene.load(lighting.scene)))
