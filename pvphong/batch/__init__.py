@@ -1,7 +1,7 @@
-"""Many files, lit by many processes, in the order in which to read it.
+"""Lighting of many files by many processes.
 
-`pieces` (which files are lit, where the lit ones go, and the indices that name them), `culling` (which pieces of
-one surface touch each other, and which may block light for which), `seams` (normals across such pieces), `worker` (what
-a process does with a piece, and the receipt by which the next run knows that it is done), `cluster` (the processes:
-Dask's), and `shading` (`shade_files`: what is asked of them in which order, and the results).
+Reading order: `pieces` (input files, output paths, and index files), `culling` (pieces of one surface that touch, or
+that may block each other's light), `seams` (normals across pieces), `worker` (lighting of one piece, and the receipt
+by which the next run skips it), `cluster` (Dask's processes), and `shading` (`shade_files`: the order of the tasks, and
+the results).
 """

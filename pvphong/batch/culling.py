@@ -1,10 +1,10 @@
-"""Which pieces of one surface a piece needs: those that touch it, and those that may block light for it (culling).
+"""Culling: the pieces of one surface that touch a piece, and the pieces that may block its light.
 
-What is known of all pieces are boxes around them. A piece's normals need the pieces whose boxes touch its own. Between
-its box and a light is the hull of both, or its box swept towards a sun; only pieces whose boxes meet that are read for
-its rays, and of these only triangles that may meet it are kept. Rays are cast in the coordinates of the whole surface,
-and vertices are numbered one piece after the other: so a piece sees, to the bit, what it sees as a part of one mesh
-whose points along borders are kept apart.
+Culling uses the bounding boxes of the pieces. A piece's normals need the pieces whose boxes touch its own box. Its rays
+stay inside the convex hull of its box and the light, or inside its box swept towards a sun. Only pieces whose boxes
+meet this region are read, and only their triangles that may meet it are kept. Rays are cast in the coordinates of the
+whole surface, and vertices are numbered across pieces. The visibility is therefore bit for bit that of one mesh whose
+points along borders are not merged.
 """
 
 from __future__ import annotations
@@ -26,22 +26,22 @@ from pvphong.scene.scene import Scene
 
 Name = TypeVar("Name")
 
-# Triangles that are kept or left out together, for those that follow each other are mostly neighbours.
+# Consecutive triangles are mostly neighbours, so they are culled in runs.
 _RUN, _RUNS_AT_ONCE = 32, 2**11
 
 
 @dataclass(frozen=True)
 class Outline:
-    """What other pieces have to know of a piece.
+    """Bounds of a piece, for the other pieces.
 
     Attributes
     ----------
     points : (low, high) or None
-        Around its points, a box that meets no other where there is none; None where one is not finite.
+        Bounds of its points. Without points, an empty box that meets no other; None if a point is not finite.
     faces : (low, high) or None
-        Around the triangles that block light; None where there is none.
+        Bounds of its triangles, which block light; None without triangles.
     count : int
-        How many points it has.
+        Number of points.
     """
 
     points: Box | None
@@ -51,18 +51,18 @@ class Outline:
 
 @dataclass(frozen=True)
 class PotentialOccluders(Generic[Name]):
-    """What may block light for a piece, and where the whole surface is.
+    """Pieces that may block light for a piece, and the bounds of the whole surface.
 
     Attributes
     ----------
     within : (low, high)
-        Around all of it.
+        Bounds of the whole surface.
     points : (low, high) or None
-        Around the places where the piece's rays begin; None where that is not known.
+        Bounds of the origins of the piece's rays; None if unknown.
     first : int
-        Number of the piece's first point among those of all pieces.
+        Number of the piece's first point among the points of all pieces.
     blockers : tuple
-        Names of the other pieces that may block light for it.
+        Names of the other pieces that may block its light.
     """
 
     within: Box
@@ -71,7 +71,7 @@ class PotentialOccluders(Generic[Name]):
     blockers: tuple[Name, ...]
 
     def may_count(self, scene: Scene, parts: Box) -> BoolArray:
-        """Which parts inside of boxes, shape (m, 3), may block a light of the scene, or hide its sky, for the piece."""
+        """Return True for each box, of shape (m, 3), whose content may block a light or the sky for the piece."""
         model = scene.light_model
         result: BoolArray = np.zeros(len(parts[0]), bool)
         for light in scene.world_lights if model.shadows else ():
@@ -82,7 +82,7 @@ class PotentialOccluders(Generic[Name]):
         return result
 
     def blocking(self, scene: Scene, faces: BlockingFaces) -> BlockingFaces:
-        """Those of another piece's triangles that may count, and some that follow each other with them."""
+        """Return another piece's triangles that may block light. Whole runs are kept, so some others are included."""
         kept = []
         for start in range(0, len(faces), _RUN * _RUNS_AT_ONCE):
             corners = faces.corners[start : start + _RUN * _RUNS_AT_ONCE]
@@ -96,7 +96,7 @@ class PotentialOccluders(Generic[Name]):
 
 
 def outline_of(surface: pv.PolyData) -> Outline:
-    """Where a surface is."""
+    """Return a surface's bounds and number of points."""
     if not surface.n_points:
         return Outline((np.full(3, np.inf), np.full(3, -np.inf)), None, 0)
     faces, extent = world_faces(surface), Extent(surface.points, None, None)
@@ -104,7 +104,7 @@ def outline_of(surface: pv.PolyData) -> Outline:
 
 
 class _Boxes:
-    """Boxes, and boxes around runs of them, so that not each one is looked at: pieces that follow each other are near.
+    """Boxes in a two-level hierarchy of runs. Consecutive pieces are mostly close, so most runs are skipped whole.
 
     Parameters
     ----------
@@ -120,11 +120,11 @@ class _Boxes:
 
     @property
     def whole(self) -> Box:
-        """Around all of them."""
+        """Bounds of all boxes."""
         return self._around[0].min(axis=0), self._around[1].max(axis=0)
 
     def met(self, meets: Callable[[Box], BoolArray]) -> IntArray:
-        """The numbers of those that meet something: who meets a box meets all boxes around it."""
+        """Return the numbers of the boxes for which `meets` is True; a box is tested only if its run's bounds meet."""
         runs = np.flatnonzero(meets(self._around))
         rows = (self._run * runs[:, None] + np.arange(self._run)).ravel()
         rows = rows[rows < len(self._lows)]
@@ -132,7 +132,7 @@ class _Boxes:
 
 
 def touching(outlines: Sequence[Outline]) -> Iterator[list[int]]:
-    """For each piece the numbers of the others that may have points in common with it."""
+    """Yield, for each piece, the numbers of the other pieces that may share points with it."""
     everywhere = np.full(3, -np.inf), np.full(3, np.inf)
     boxes = [everywhere if outline.points is None else outline.points for outline in outlines]
     of_all = _Boxes(boxes)
@@ -148,14 +148,14 @@ def _touch(box: Box, parts: Box) -> BoolArray:
 def potential_occluders(
     scene: Scene, names: Sequence[Name], outlines: Sequence[Outline]
 ) -> Iterator[PotentialOccluders[Name]]:
-    """For each piece the pieces that may block its light, in their order.
+    """Yield, for each piece in order, the pieces that may block its light.
 
     Parameters
     ----------
     scene : Scene
-        Whose light may be blocked.
+        Scene with the lights.
     names, outlines : sequence
-        Of all pieces of the surface.
+        Names and bounds of all pieces of the surface.
     """
     blocking = [number for number, outline in enumerate(outlines) if outline.faces is not None]
     nowhere = np.zeros(3), np.zeros(3)

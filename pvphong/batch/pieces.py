@@ -1,7 +1,7 @@
-"""Which files are lit, where the lit ones go, and the indices that name them.
+"""Input files, output paths, and index files.
 
-An index is a file that names others: blocks (.vtm), pieces of a surface (.pvtp, .pvtu), a time series (.pvd), all of
-them small XML.
+An index is a small XML file that names other files: blocks (.vtm), pieces of a surface (.pvtp, .pvtu), or a time series
+(.pvd).
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from pvphong.base.files import written_aside
 from pvphong.meshes.blocks import DEFAULT
 
 Seams = Literal["merge", "keep"]
-"""Whether points of several pieces at one place get one normal, that of all faces around it."""
+""""merge" gives coincident points of several pieces one normal, computed from all faces around them."""
 
 _PATHS = "a pattern, a path, or a sequence of them"
 _INDICES = (".vtm", ".pvtp", ".pvtu", ".pvd")
@@ -30,16 +30,16 @@ _READABLE = f"a file of one of {', '.join(_INDICES)} that can be read"
 
 @dataclass(frozen=True)
 class Piece:
-    """A file to be lit: one mesh, or a part of one.
+    """Input file with one mesh, or with a piece of a surface.
 
     Attributes
     ----------
     input, output : Path
-        The file, and its lit one, .vtp.
+        The input file, and the lit .vtp file.
     labels : tuple of str
-        Paths of names of the blocks that it is, for its material; "default" elsewhere.
+        Paths of the blocks that use the file, to look up the material; "default" outside of blocks.
     surface : str
-        The same for the pieces of one surface; "" for a surface of its own.
+        Common name of all pieces of one surface; "" for a file that is a whole surface.
     """
 
     input: Path
@@ -50,7 +50,7 @@ class Piece:
 
 @dataclass(frozen=True)
 class Index:
-    """A file that names others, and where an index of the lit files goes, which are given in its order."""
+    """Index file, the path of its lit counterpart, and the lit files in the index's order."""
 
     input: Path
     output: Path
@@ -58,7 +58,7 @@ class Index:
 
 
 class ArrayType(NamedTuple):
-    """An array of a lit file, as a .pvtp file declares those that all pieces have."""
+    """Type of an array in a lit file. A .pvtp file declares the arrays that all pieces have."""
 
     place: str
     """"PointData", "CellData" or "Points"."""
@@ -68,15 +68,15 @@ class ArrayType(NamedTuple):
 
 
 def paths_of(given: Any, out: Path) -> list[Path]:
-    """The files that paths and patterns name, in order and each once.
+    """Expand paths and patterns to files, in order, without duplicates.
 
-    What a pattern matches inside the folder `out` are outputs of an earlier call, and left out, unless the pattern
-    names files of that folder alone.
+    Files that a pattern matches inside the folder `out` are outputs of an earlier call and are skipped, unless the
+    pattern itself begins inside that folder.
 
     Raises
     ------
     ValueError
-        If a pattern or a path names none.
+        If a pattern matches no file, or no path is given.
     """
     if isinstance(given, (str, os.PathLike)):
         given = [given]
@@ -94,7 +94,7 @@ def paths_of(given: Any, out: Path) -> list[Path]:
         if not _is_inside(root, out):
             matches = [match for match in matches if not _is_inside(match, out)]
         if not matches:
-            check.refuse("paths", Path(path), "a pattern that some file matches", "Patterns know *, ?, [abc] and **.")
+            check.refuse("paths", Path(path), "a pattern that matches a file", "Patterns may use *, ?, [abc] and **.")
         for match in matches:
             found.setdefault(_place(match), match)
     if not found:
@@ -103,7 +103,7 @@ def paths_of(given: Any, out: Path) -> list[Path]:
 
 
 def _place(path: Path) -> Path:
-    """A file's one path, whatever its folder was called by; a link to a file is another file."""
+    """Return a file's path with links in its folder resolved. A link to a file counts as another file."""
     return Path(os.path.realpath(path.parent), path.name)
 
 
@@ -112,28 +112,28 @@ def _is_inside(path: Path, folder: Path) -> bool:
 
 
 def is_pattern(path: str) -> bool:
-    """Whether it is to be matched with the names of files: a file of just that name is taken as it is."""
+    """Return True for a pattern with wildcards, unless a file of exactly this name exists."""
     return glob.has_magic(path) and not os.path.lexists(path)
 
 
 def pieces_and_indices(paths: Iterable[Path], out: Path, *, as_one: bool = False) -> tuple[list[Piece], list[Index]]:
-    """All pieces that some files are or name, with their lit files `out`/name.vtp; and the indices.
+    """Return all pieces that files contain or name, with their outputs `out`/name.vtp, and all indices.
 
-    What an index names goes into a folder of the index's name; an index comes after those that it names.
+    Outputs of an index's files go into a folder of the index's name. An index follows the indices that it names.
 
     Parameters
     ----------
     paths : iterable of Path
-        Meshes, and indices.
+        Mesh files and index files.
     out : Path
-        The folder.
+        Output folder.
     as_one : bool
-        Whether all are pieces of one surface; else what one index names for one time is.
+        True if all files are pieces of one surface. Otherwise the files of one index and time step are.
 
     Raises
     ------
     ValueError
-        If two would have one output, an output would be an input, or an index cannot be read or names itself.
+        If two inputs share an output, an output is also an input, or an index cannot be read or names itself.
     """
     pieces: dict[Path, Piece] = {}
     indices: dict[Path, Index] = {}
@@ -143,10 +143,10 @@ def pieces_and_indices(paths: Iterable[Path], out: Path, *, as_one: bool = False
         other = source_of.setdefault(output, source)
         if other != source:
             remedy = "Light them into two folders, or rename one."
-            check.refuse("paths", f"{other} and {source}, both {output}", "files with different names", remedy)
+            check.refuse("paths", f"{other} and {source}, both for {output}", "files with different names", remedy)
 
     def add(path: Path, target: Path, label: str, surface: str, above: tuple[Path, ...]) -> Path:
-        """Add a file, and what it names; `target` is its output without a suffix. Gives the output."""
+        """Add a file and the files that it names. Return its output, which is `target` with a suffix."""
         suffix = path.suffix.lower()
         if suffix not in _INDICES:
             output = target.with_name(f"{target.name}.vtp")
@@ -163,14 +163,14 @@ def pieces_and_indices(paths: Iterable[Path], out: Path, *, as_one: bool = False
         outputs = []
         for element, attribute, name in named:
             file = element.get(attribute, "")
-            # where it lies beside the index, but never outside of the folder
+            # keep the path relative to the index, but never leave the output folder
             parts = [part for part in PurePosixPath(file.replace("\\", "/")).parts if part not in ("..", "/", ".")]
             if not parts:
-                check.refuse("paths", path, "an index that names files", f"One of its entries names {file!r}.")
+                check.refuse("paths", path, "an index that names files", f"An entry names {file!r}.")
             inner = target.joinpath(*parts[int(parts[0] == target.name) : -1], Path(parts[-1]).stem)
-            one = surface or f"{path}@{element.get('timestep', '')}"  # files of one time are pieces of one surface
+            one = surface or f"{path}@{element.get('timestep', '')}"  # a time step is one surface
             outputs.append(add(path.parent / file, inner, name or label, one, (*above, path.resolve())))
-        output = target.with_name(target.name + (".pvtp" if suffix == ".pvtu" else suffix))  # lit are surfaces
+        output = target.with_name(target.name + (".pvtp" if suffix == ".pvtu" else suffix))  # lit meshes are surfaces
         claim(output, path)
         indices[output] = Index(path, output, tuple(outputs))
         return output
@@ -180,30 +180,29 @@ def pieces_and_indices(paths: Iterable[Path], out: Path, *, as_one: bool = False
     inputs = {os.path.realpath(path) for path in source_of.values()}
     for output in source_of:
         if os.path.realpath(output) in inputs:
-            check.refuse("out", output.parent, "another folder than that of the files", "It would replace them.")
+            check.refuse("out", output.parent, "another folder than the input's", "Lit files would replace inputs.")
     return list(pieces.values()), list(indices.values())
 
 
 def write_index(index: Index, arrays: Sequence[Sequence[ArrayType]]) -> bool:
-    """Write an index of lit files, whole or not at all; False where it was there already.
+    """Write an index of lit files, atomically. Return False if the same index already exists.
 
     Parameters
     ----------
     index : Index
-        What else its input says is kept.
+        The index; other content of its input is kept.
     arrays : sequence
-        Of each lit file; those that all have are declared where the format needs it. An empty file has none, and says
-        nothing about the others.
+        Arrays of each lit file. Formats with declarations get the arrays that all non-empty files share.
 
     Raises
     ------
     ValueError
-        If it cannot be written.
+        If the file cannot be written.
     """
     root = _root(index.input)
     names = [Path(os.path.relpath(file, index.output.parent)).as_posix() for file in index.outputs]
     if root.get("type") in _PARALLEL:
-        # VTK's reader passes over arrays that the file does not declare (VTK's "XML file formats")
+        # VTK's reader skips arrays that the file does not declare (VTK's "XML file formats")
         root = ElementTree.Element("VTKFile", type="PPolyData", version="0.1", byte_order="LittleEndian")
         whole = ElementTree.SubElement(root, "PPolyData", GhostLevel="0")
         first, *more = [each for each in arrays if each] or [()]
@@ -228,20 +227,20 @@ def write_index(index: Index, arrays: Sequence[Sequence[ArrayType]]) -> bool:
 
 
 def _root(path: Path) -> ElementTree.Element:
-    """The root of an index's XML; ValueError if it is none."""
-    if not os.path.isfile(path):  # which a name that is too long is not, either
+    """Return the root of an index's XML; raise ValueError if the file is not an index."""
+    if not os.path.isfile(path):  # also False for a name that is too long
         check.refuse("paths", path, "a file that exists")
     try:
         root = ElementTree.parse(path).getroot()
     except (ElementTree.ParseError, OSError, ValueError) as error:
-        check.refuse("paths", path, _READABLE, f"It cannot be understood: {error}.")
+        check.refuse("paths", path, _READABLE, f"It cannot be parsed: {error}.")
     if root.tag != "VTKFile" or root.get("type") not in (*_PARALLEL, "vtkMultiBlockDataSet", "Collection"):
-        check.refuse("paths", path, _READABLE, f"It holds {root.get('type') or root.tag}.")
+        check.refuse("paths", path, _READABLE, f"It contains {root.get('type') or root.tag}.")
     return root
 
 
 def _named_files(root: ElementTree.Element) -> list[tuple[ElementTree.Element, str, str]]:
-    """The elements that name a file, each with its attribute that does, and a block's path of names."""
+    """Return the elements that name a file, with the attribute that holds the name, and the path of a block."""
     if root.get("type") in _PARALLEL:
         return [(element, "Source", "") for element in root.iter("Piece")]
     if root.get("type") == "Collection":
@@ -253,7 +252,7 @@ def _named_files(root: ElementTree.Element) -> list[tuple[ElementTree.Element, s
             names = (*above, element.get("name") or element.get("index") or "")
             if element.tag == "Block":
                 add_blocks(element, names)
-            elif element.get("file"):  # else it is empty
+            elif element.get("file"):  # an empty block has no file
                 found.append((element, "file", "/".join(names)))
 
     for blocks in root[:1]:

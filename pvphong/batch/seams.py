@@ -1,9 +1,9 @@
-"""Normals across the pieces of one surface: each piece gets its neighbours' faces around the points that it shares.
+"""Normals across the pieces of one surface: each piece gets its neighbours' faces around shared points.
 
-Points of several pieces are the same where all their coordinates are. What a piece hands on are its faces with a corner
-on its border; what it gets are the others' faces with a corner on one of its own border points. With these added, its
-own points have all their faces, and normals and sharp edges come out as on the surface in one piece. Where the cells
-of a volume are shared out, the faces that two pieces have in common point against each other and cancel.
+Points of several pieces are the same if all their coordinates are equal. A piece sends its faces that have a corner on
+its border, and receives the others' faces that have a corner on one of its own border points. Its own points then have
+all their faces, so normals and sharp edges are those of the surface in one piece. If the pieces are cells of a volume,
+the faces that two pieces share have opposite normals and cancel.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from pvphong.meshes.cells import cells
 from pvphong.meshes.surfaces import FeatureAngle, polygons, split_sharp_edges, vertex_normals
 
 NORMALS = "_pvphong_normals"
-"""Name of the point normals that `with_normals` gives a piece."""
+"""Name of the point normals that `with_normals` adds to a piece."""
 
 _GHOST = "vtkGhostType"
 _FOREIGN = "_pvphong_foreign"
@@ -30,20 +30,20 @@ _FOREIGN = "_pvphong_foreign"
 
 @dataclass(frozen=True)
 class Border:
-    """The faces of a piece that touch its border, and where it is.
+    """Faces of a piece that touch its border, and the piece's bounds.
 
     Attributes
     ----------
     points : ndarray
-        Shape (m, 3): of their corners, in the type that the piece has.
+        Shape (m, 3). Corners of the faces, in the type of the piece's points.
     numbers : ndarray
-        Shape (m,): which of the piece's points each is.
+        Shape (m,). Number of each corner among the piece's points.
     is_border : ndarray
-        Shape (m,): whether it is on the border.
+        Shape (m,). True for corners on the border.
     connectivity, offsets : ndarray
         The faces, by rows of `points`.
     outline : Outline
-        Where the whole piece is, and how many points it has.
+        Bounds of the whole piece, and its number of points.
     """
 
     points: FloatArray
@@ -56,14 +56,14 @@ class Border:
 
 @dataclass(frozen=True)
 class Neighbours:
-    """Faces of other pieces around the border points of one.
+    """Faces of other pieces around the border points of a piece.
 
     Attributes
     ----------
     points : ndarray
-        Shape (m, 3): those corners that are none of the piece's border points.
+        Shape (m, 3). Corners of the faces that are not border points of the piece.
     connectivity, offsets : ndarray
-        The faces: by the piece's own numbers, and after these by rows of `points`.
+        The faces. Corners are numbered as the piece's own points, followed by the rows of `points`.
     """
 
     points: FloatArray
@@ -72,15 +72,15 @@ class Neighbours:
 
 
 def border_of(surface: pv.PolyData, *, of_volume: bool = False) -> Border:
-    """The faces of a surface that touch an edge which only one of them has; all of it if it is a volume's.
+    """Return the faces of a surface that touch a boundary edge, which has one face; all faces for a volume's surface.
 
-    A volume's surface is closed: what it shares with its neighbours may be anywhere on it.
+    A volume's surface is closed, and may share any of its faces with its neighbours.
     """
     connectivity, offsets = polygons(surface)
     sizes = np.diff(offsets)
     on_border = np.full(surface.n_points, of_volume)
     if not of_volume:
-        following = np.arange(1, len(connectivity) + 1)  # corner of the same face
+        following = np.arange(1, len(connectivity) + 1)  # the next corner of the same face
         following[offsets[1:][sizes > 0] - 1] = offsets[:-1][sizes > 0]
         low, high = np.sort([connectivity, connectivity[following]], axis=0)
         edges, uses = np.unique(low * surface.n_points + high, return_counts=True)
@@ -94,9 +94,9 @@ def border_of(surface: pv.PolyData, *, of_volume: bool = False) -> Border:
 
 
 def neighbours_of(border: Border, others: Sequence[Border]) -> Neighbours:
-    """The faces of other pieces with a corner on one of a piece's border points."""
-    # all faces along borders, one piece after the other: of each corner its row among all points, and its place, a
-    # number that points have in common whose coordinates are the same
+    """Return the faces of other pieces with a corner on one of a piece's border points."""
+    # join the border faces of all pieces. `corners` are rows of `points`; `place` is a number that coincident points
+    # share
     borders = [border, *others]
     points = np.concatenate([each.points.astype(np.float64) for each in borders])
     place = np.unique(points, axis=0, return_inverse=True)[1].reshape(-1)
@@ -110,7 +110,7 @@ def neighbours_of(border: Border, others: Sequence[Border]) -> Neighbours:
     is_near[: len(border.offsets) - 1] = False
     near = np.flatnonzero(is_near)
     around = corners[_ranges(offsets[near], offsets[near + 1])]
-    # by the piece's own number where it has a border point at that place, the first of several
+    # number corners by the piece's own border point at their place, the first if there are several
     found, some, inverse = np.unique(place[around], return_index=True, return_inverse=True)
     at = np.searchsorted(own, found).clip(max=len(own) - 1)
     is_own = own[at] == found
@@ -122,7 +122,7 @@ def neighbours_of(border: Border, others: Sequence[Border]) -> Neighbours:
 
 
 def with_normals(surface: pv.PolyData, neighbours: Neighbours, feature_angle: FeatureAngle) -> pv.PolyData:
-    """The surface, split along its sharp edges; its active point normals are those of the surface in one piece."""
+    """Split a piece along its sharp edges, and set as active normals those of the surface in one piece."""
     added, extra = len(neighbours.offsets) - 1, len(neighbours.points)
     polys = cells(surface)[2]
     end = polys.first + polys.count
@@ -150,13 +150,13 @@ def with_normals(surface: pv.PolyData, neighbours: Neighbours, feature_angle: Fe
 
 
 def has_only_ghosts(mesh: pv.DataSet) -> bool:
-    """Whether a mesh has cells, and all of them only to know its neighbours."""
+    """Return True if a mesh has cells and all are ghost cells, which copy cells of neighbours."""
     ghosts = mesh.cell_data.get(_GHOST)
     return ghosts is not None and mesh.n_cells > 0 and bool(np.all(ghosts))
 
 
 def without_ghosts(surface: pv.PolyData) -> pv.PolyData:
-    """A surface without the cells that it has only to know its neighbours, and without the points of those alone."""
+    """Remove ghost cells from a surface, and the points that only ghost cells use."""
     ghosts = surface.cell_data.get(_GHOST)
     if ghosts is None or not np.any(ghosts):
         return surface
@@ -168,7 +168,7 @@ def without_ghosts(surface: pv.PolyData) -> pv.PolyData:
 
 
 def _with_cells(mesh: pv.PolyData, kept: BoolArray) -> pv.PolyData:
-    """Some of a mesh's cells, with their points, and with those points that no cell has."""
+    """Return some of a mesh's cells, with their points and with the points that belong to no cell."""
     has_cell, is_kept = np.zeros(mesh.n_points, bool), np.zeros(mesh.n_points, bool)
     found: list[tuple[Any, Any]] = []
     for array in cells(mesh):
@@ -184,7 +184,7 @@ def _with_cells(mesh: pv.PolyData, kept: BoolArray) -> pv.PolyData:
     setters = (result.SetVerts, result.SetLines, result.SetPolys, result.SetStrips)
     for put, (offsets, connectivity) in zip(setters, found, strict=True):
         put(pv.CellArray.from_arrays(offsets, number[connectivity]))
-    # PyVista refuses arrays without rows
+    # PyVista raises for arrays without rows
     for name, array in mesh.point_data.items() if is_kept.any() else ():
         result.point_data[name] = np.asarray(array)[is_kept]
     for name, array in mesh.cell_data.items() if kept.any() else ():
@@ -196,12 +196,12 @@ def _with_cells(mesh: pv.PolyData, kept: BoolArray) -> pv.PolyData:
 
 
 def _offsets(sizes: Any) -> NDArray[np.intp]:
-    """Where each of some runs begins, and the end."""
+    """Return the starts of consecutive runs, and the end."""
     return np.concatenate([[0], np.cumsum(np.asarray(sizes, np.intp))]).astype(np.intp)
 
 
 def _ranges(low: IntArray, high: IntArray) -> IntArray:
-    """The integers of all ranges from low to high, one range after the other."""
+    """Concatenate the integer ranges from low to high."""
     sizes = high - low
     before = np.repeat(low - _offsets(sizes)[:-1], sizes)
     return before + np.arange(len(before))

@@ -1,4 +1,4 @@
-"""`pvphong.shade_files`: many files lit by many processes."""
+"""`pvphong.shade_files`: light many files by many processes."""
 
 from __future__ import annotations
 
@@ -36,23 +36,23 @@ from pvphong.scene.scene import Scene, SceneLike, as_scene
 if TYPE_CHECKING:
     from distributed import Client
 
-_APART = 'Each file was lit by itself: seams="merge" takes them for pieces of one surface.'
+_APART = 'Each file was lit separately; seams="merge" treats them as pieces of one surface.'
 
 
 @dataclass(frozen=True)
 class Batch:
-    """The results of many files; each is in one of the three.
+    """Results of `shade_files`. Each file is in one of `done`, `skipped` and `failed`.
 
     Attributes
     ----------
     done : tuple of Path
-        The files that were lit now, and the indices that were written.
+        Files that were lit by this call, and indices that were written.
     skipped : tuple of Path
-        Those of which the lit file was there already, made from the same file with the same settings.
+        Files whose lit file is up to date: lit before from the same input with the same settings.
     failed : mapping of Path to str
-        Those that could not be lit, and why. Nothing was written for them.
+        Files that could not be lit, and the reasons. Nothing was written for them.
     note : str
-        What was left as it is, if there is anything to say: seams between files.
+        Remark on seams between files that were not merged, or "".
 
     Examples
     --------
@@ -98,49 +98,48 @@ def shade_files(
     feature_angle: FeatureAngle = None,
     compress: Compression = "lz4",
 ) -> Batch:
-    """Light many files in many processes; each comes out as a .vtp file of its name with its colours.
+    """Light many files in many processes. Each mesh gives a .vtp file of the same name, with its colours.
 
-    A file is written whole or not at all. Beside it stands, in ``.NAME.vtp.json``, what it was made from: checksums of
-    the input, of scene, material and options, and pvphong's version. While these are the same, and the file is as it
-    was written, it is not made again: so a call that was interrupted is simply repeated. A worker that is killed loses
-    nothing, for Dask gives its work to others.
+    Files are written atomically. A receipt next to each, ``.NAME.vtp.json``, has checksums of the input, of the scene,
+    material and options, and of the lit file, and pvphong's version. If all of them still match, the file is skipped,
+    so an interrupted call can be repeated. If a worker is killed, Dask gives its work to others.
 
-    Files that name others are read as pieces, which are lit one by one, and written back with the names of the lit
-    ones: .vtm, .pvtp, .pvtu (as .pvtp, for what is lit are surfaces) and .pvd, which may name any of these. Ghost
-    cells are left out. A file without points, or with ghost cells alone, comes out empty.
+    Index files name pieces: .vtm, .pvtp, .pvtu, and .pvd, which may name the others. The pieces are lit one by one, and
+    an index of the lit files is written; a .pvtu gives a .pvtp, because lit meshes are surfaces. Ghost cells are
+    removed. A file without points, or with ghost cells only, gives an empty mesh.
 
     Parameters
     ----------
     paths : str, path, or sequence of them
-        Files of any format that PyVista reads, or patterns such as `parts/*.vtp`; each holds one mesh, or names others.
-        Of a pattern's files those inside `out` are left out, as lit by an earlier call.
+        Mesh files of any format that PyVista reads, index files, or patterns such as `parts/*.vtp`. Files that a
+        pattern matches inside `out` are skipped, as outputs of an earlier call.
     out : path
-        A folder; it is made if it is not there. Workers elsewhere must find it, and the files, under the same paths.
+        Output folder; it is created if it does not exist. Remote workers must see it, and the files, at the same paths.
     scene : Scene, light, or sequence of lights, optional
-        As for `mesh.phong.shade`, but one for all: without a viewer it is seen as PyVista's camera frames all files
-        together, and so is the default scene, for which all files are read once more. Pieces of one surface cast
-        shadows on each other: who lights a piece reads also those that may block light for it, which are all of them
-        under ambient occlusion of any distance and under light from all sides. Meshes shadow themselves alone.
-        Light that bounces is refused for pieces of one surface.
+        As for `mesh.phong.shade`, but common to all files. Without a viewer, and for the default scene, the camera
+        frames all files together, which reads them once more. Pieces of one surface shadow each other; lighting a
+        piece also reads the pieces that may block its light. These are all pieces with unlimited ambient occlusion or
+        with light from all directions. Separate meshes do not shadow each other. Bounces raise for pieces of one
+        surface.
     material : Material or mapping, optional
-        The surface's reflectances; or by the paths of names of a .vtm file's blocks, "default" for the others. Maps are
-        names of point arrays that the files have, colormaps of such names, or paths of image files. A colormap without
-        a `clim` has the range of all files, which are read once more for it.
+        The material, or a mapping from the paths of a .vtm file's blocks to materials, with "default" for the others.
+        Maps are names of point arrays that the files have, colormaps of such names, or paths of image files. A
+        colormap without `clim` spans the range of all files, which are read once more.
     client : distributed.Client or str, optional
-        A Dask cluster, or the address of its scheduler, as "tcp://host:8786". A local cluster is started if not given;
-        a script then needs ``if __name__ == "__main__":``, as with all of Python's processes.
+        Client of a Dask cluster, or the address of its scheduler, such as "tcp://host:8786". By default a local cluster
+        is started; a script then needs ``if __name__ == "__main__":``, as with Python's `multiprocessing`.
     workers : int, optional
-        How many processes the local cluster has, of one thread each; as many as there are processors if not given.
+        Number of processes of the local cluster, with one thread each; by default the number of processors.
     seams : {"merge", "keep"}, optional
-        Whether points of several pieces at one place get the normal of the surface in one piece, where normals are
-        computed from faces. If not given: "merge" for what one index names, at one time, and "keep" for files beside
-        each other. Points are the same whose coordinates are, to the bit; of a piece's own points at one place the
-        first one counts.
+        "merge" computes normals at points that several pieces share from the faces of all pieces, "keep" from each
+        piece's own faces. By default the files of one index and time step are merged, and separate files are not. It
+        applies if normals are computed from faces. Points are shared if their coordinates are equal bit for bit; if a
+        piece has several points at one place, the first counts.
     name, components, tolerance, precision, backend, feature_angle
-        As for `mesh.phong.shade`. Each piece is planned for by itself, within
-        the tolerance. Sharp edges are found across pieces whose seams are merged.
+        As for `mesh.phong.shade`. Each piece has its own plan within the tolerance. Sharp edges are found across pieces
+        with merged seams.
     compress : {"lz4", "zlib", "none"}, default "lz4"
-        How arrays in the lit files are compressed: zlib takes about half the room of LZ4, and ten times as long.
+        Compression of arrays in the lit files. zlib takes about half the space of LZ4, and ten times as long.
 
     Returns
     -------
@@ -150,9 +149,9 @@ def shade_files(
     Raises
     ------
     ValueError
-        If an argument is not allowed: no file, two with one output, a folder that cannot be written to, a scheduler
-        that does not answer, workers with other versions. Nothing is written then. What is wrong with a file is no
-        error: it is in `.failed`, and the others are lit.
+        If an argument is invalid: no file, two files with one output, a folder that cannot be written to, a scheduler
+        that does not answer, or workers with other versions. Nothing is written then. A bad file does not raise: it is
+        listed in `.failed`, and the others are lit.
 
     Examples
     --------
@@ -184,10 +183,10 @@ def shade_files(
     pieces, indices = pieces_and_indices(paths_of(paths, folder), folder, as_one=seams == "merge")
     job.refuse_wrong(pieces)
     several = [name for name, count in Counter(piece.surface for piece in pieces).items() if name and count > 1]
-    if several and job.scene.light_model.bounces:  # all pieces send light to all others, again and again
-        remedy = "LightModel(bounces=0) is without them; or join the pieces: pyvista.read(path)."
-        got = f"one with them for the pieces of {several[0].rpartition('@')[0] or 'one surface'}"
-        check.refuse("light_model", got, "without bounces where a surface is in pieces", remedy)
+    if several and job.scene.light_model.bounces:  # every bounce would exchange light between all pieces
+        remedy = "Use LightModel(bounces=0), or join the pieces: pyvista.read(path)."
+        got = f"bounces for the pieces of {several[0].rpartition('@')[0] or 'one surface'}"
+        check.refuse("light_model", got, "without bounces for a surface in pieces", remedy)
     outputs = [piece.output for piece in pieces] + [index.output for index in indices]
     folders = sorted({folder, *(output.parent for output in outputs)})
     with connected(client, workers, len(pieces)) as workforce, _folders(folders), about("files"):
@@ -203,7 +202,7 @@ def shade_files(
 
 @contextmanager
 def _folders(folders: Iterable[Path]) -> Iterator[None]:
-    """Make the folders that are written in; what killed workers have left there is cleared before and after."""
+    """Create the output folders. Remove temporary files of killed workers before and after."""
 
     def clear() -> None:
         for folder in folders:
@@ -214,7 +213,7 @@ def _folders(folders: Iterable[Path]) -> Iterator[None]:
         for folder in folders:
             folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        check.refuse("out", folder, "a folder that can be made", f"{error.strerror}.")
+        check.refuse("out", folder, "a folder that can be created", f"{error.strerror}.")
     clear()
     try:
         yield
@@ -223,7 +222,7 @@ def _folders(folders: Iterable[Path]) -> Iterator[None]:
 
 
 class _Run:
-    """One call: what workers are to light, in which order, and the result of each piece and index, by its output."""
+    """One call of `shade_files`: it submits the tasks and collects the results of pieces and indices by output."""
 
     def __init__(self, client: Client | Here, job: Job, pieces: Sequence[Piece], indices: Sequence[Index]) -> None:
         self._client, self._job, self._pieces, self._indices = client, job, pieces, indices
@@ -231,7 +230,7 @@ class _Run:
         self._results: dict[Path, Result] = {}
 
     def frame(self, given: Scene | None) -> None:
-        """Give the scene a viewer that sees all pieces; the default scene if none is given."""
+        """Set a viewer that sees all pieces; without a scene, set the default scene."""
         low, high, is_open = np.full(3, np.nan), np.full(3, np.nan), False
         for _, (bounds, has_edges) in self._each(bounds_of, self._pieces):
             low, high = np.fmin(low, bounds[::2]), np.fmax(high, bounds[1::2])
@@ -241,7 +240,7 @@ class _Run:
         self._job = replace(self._job, scene=scene)
 
     def span(self) -> None:
-        """Give colormaps without a range that of their array in all pieces."""
+        """Set the range of colormaps without one to the range of their array in all pieces."""
         fields = [(label, name) for label, each in self._job.materials.items() for name in unspanned(each)]
         if not fields:
             return
@@ -253,7 +252,7 @@ class _Run:
         self._job = replace(self._job, materials=materials)
 
     def light(self, *, merges: bool) -> None:
-        """Light all pieces that have not failed; with normals of surfaces in one piece, if they are merged."""
+        """Light all pieces that have not failed. With `merges`, normals are computed across pieces."""
         depend = merges or self._job.scene.light_model.needs_rays
         surfaces: dict[Any, list[Piece]] = defaultdict(list)
         for piece in self._pieces:
@@ -268,7 +267,7 @@ class _Run:
             self._end(piece, result)
 
     def _begin_together(self, pieces: Sequence[Piece], *, merges: bool) -> dict[Any, Piece]:
-        """Tasks for the pieces of one surface: each gets faces that touch it, and the names of what may block it."""
+        """Submit the pieces of one surface, each with its neighbours' faces and the pieces that may block its light."""
         looked = dict(self._each(look, self._left(pieces), self._job))
         made_from = checksum_of([looked[piece][0] if piece in looked else "" for piece in pieces])
         if not merges:
@@ -279,7 +278,7 @@ class _Run:
         if not self._left(pieces):
             return {}
         known = [piece for piece in pieces if piece in looked]
-        if merges:  # their faces stay with the workers
+        if merges:  # border faces stay on the workers
             borders = dict(self._each(border_in, known, fetches=False))
             where = attrgetter("outline")
             outlines = dict(
@@ -291,7 +290,7 @@ class _Run:
         if not known:
             return {}
         missing = [number for number, piece in enumerate(pieces) if piece not in outlines]
-        if missing:  # the others have to be lit again when these are there
+        if missing:  # the changed checksum makes a later run light the others again, once these can be read
             made_from = checksum_of([made_from, missing])
         known_outlines = [outlines[piece] for piece in known]
         neighbours: Iterable[Any] = repeat(None, len(known))
@@ -311,12 +310,12 @@ class _Run:
         }
 
     def write_indices(self) -> None:
-        """Write those of which all pieces have a lit file."""
+        """Write the indices whose pieces all have a lit file."""
         for index in self._indices:
             named = [self._results[output] for output in index.outputs]
             failed = sum(bool(result.reason) for result in named)
             if failed:
-                result = Result(reason=f"not written, for {failed} of the {len(named)} files that it names failed")
+                result = Result(reason=f"not written, because {failed} of its {len(named)} files failed")
             else:
                 try:
                     result = Result(write_index(index, [result.arrays for result in named]))
@@ -325,7 +324,7 @@ class _Run:
             self._results[index.output] = result
 
     def batch(self, note: str) -> Batch:
-        """All results, by the files that were given."""
+        """Return all results by input file."""
         results = [(piece.input, self._results[piece.output]) for piece in self._pieces]
         results += [(index.input, self._results[index.output]) for index in self._indices]
         failed = {path: result.reason for path, result in results if result.reason}
@@ -334,13 +333,13 @@ class _Run:
         return Batch(tuple(done), tuple(skipped), failed, note)
 
     def _begin(self, work: Callable[..., Any], piece: Piece, *more: Any) -> Any:
-        """A task; among `more` may be others, whose values then go from worker to worker."""
+        """Submit a task. Arguments in `more` may be tasks; their values pass directly between workers."""
         return self._client.submit(work, _found_anywhere(piece), *more, pure=False)
 
     def _each(
         self, work: Callable[..., Any], pieces: Iterable[Piece], *more: Any, fetches: bool = True
     ) -> Iterator[tuple[Piece, Any]]:
-        """The pieces, and the value of some work on each, as it ends; a piece whose task has failed has ended."""
+        """Run a function on each piece, and yield pieces and values as they finish. Failed pieces get their result."""
         return self._values({self._begin(work, piece, *more): piece for piece in pieces}, fetches=fetches)
 
     def _values(self, tasks: Mapping[Any, Piece], *, fetches: bool = True) -> Iterator[tuple[Piece, Any]]:
@@ -354,12 +353,12 @@ class _Run:
         return [piece for piece in pieces if piece.output not in self._results]
 
     def _end(self, piece: Piece, result: Result) -> None:
-        """Take down a piece's result; the first one counts."""
+        """Record a piece's result; the first one counts."""
         if piece.output not in self._results:
             self._results[piece.output] = result
             self._count(1)
 
 
 def _found_anywhere(piece: Piece) -> Piece:
-    """A piece whose files a worker finds in whatever folder it works."""
+    """Return the piece with absolute paths, which are valid in any working folder of a worker."""
     return replace(piece, input=piece.input.absolute(), output=piece.output.absolute())

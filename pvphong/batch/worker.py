@@ -1,6 +1,6 @@
-"""What a worker does: look at a piece, or light it, and write a receipt by which the next run knows that it is done.
+"""Tasks of a worker: inspect a piece, or light it and write a receipt by which the next run skips it.
 
-A worker has as many threads as Dask gave it, each with a piece of its own: the evaluator's own threads stay out.
+Each of Dask's threads lights a piece of its own, without the evaluator's own threads.
 """
 
 from __future__ import annotations
@@ -38,27 +38,27 @@ from pvphong.rays.casting import Occluders
 from pvphong.scene.scene import Scene
 
 _TYPES = {"f": "Float{}", "i": "Int{}", "u": "UInt{}", "b": "UInt{}"}
-"""VTK's names of types in XML, by NumPy's kinds."""
+"""VTK's type names in XML, by NumPy's kinds."""
 
 
 @dataclass(frozen=True)
 class Job:
-    """How all pieces are lit.
+    """Lighting that all pieces share.
 
     Attributes
     ----------
     scene : Scene
-        With a viewer.
+        Scene with a viewer.
     materials : dict
-        By the names of blocks, "default" for those not named.
+        Materials by block name; "default" is for blocks without an entry.
     feature_angle : float, "auto" or None
         As for `shade`.
     options : dict
-        More of `shade`'s.
+        Other options of `shade`.
     run : str
-        Names the call of `shade_files`.
+        Unique name of the call of `shade_files`.
     compress : {"lz4", "zlib", "none"}
-        How arrays in the lit files are compressed.
+        Compression of arrays in the lit files.
     """
 
     scene: Scene
@@ -69,7 +69,7 @@ class Job:
     compress: Compression = "lz4"
 
     def refuse_wrong(self, pieces: Sequence[Piece]) -> None:
-        """Raise ``ValueError`` for what no piece could be lit with: it is tried on a triangle."""
+        """Light a triangle, to raise ``ValueError`` for arguments that would fail for every piece."""
         labels = sorted({label for piece in pieces for label in piece.labels})
         material_of = dict(zip(labels, materials_of(labels, self.materials), strict=True))
         for material in self.materials.values():
@@ -83,13 +83,13 @@ class Job:
             first, *others = piece.labels
             for other in others:
                 if material_of[other] != material_of[first]:
-                    got = f"one of {first!r} and another of {other!r}, which are both {piece.input}"
-                    remedy = "Copy the file, and let one of them name the copy."
-                    check.refuse("material", got, "alike for blocks that name the same file", remedy)
+                    got = f"different materials for {first!r} and {other!r}, which are both {piece.input}"
+                    remedy = "Copy the file, and let one block name the copy."
+                    check.refuse("material", got, "the same for blocks that name the same file", remedy)
 
     @property
     def checksum(self) -> str:
-        """A checksum of all that a lit file depends on beside the mesh."""
+        """Checksum of everything that a lit file depends on, except the mesh."""
         maps = [given for material in self.materials.values() for given in material.maps.values()]
         images = [Path(str(given)) for given in maps if is_image_path(given)]
         contents = [checksum_of_file(image) for image in images if image.is_file()]
@@ -97,7 +97,7 @@ class Job:
 
 
 def checksum_of(value: Any) -> str:
-    """SHA-256 of plain values, and of dataclasses of such, whose classes count too."""
+    """Return the SHA-256 of plain values and of dataclasses of them, including the names of the classes."""
 
     def plain(other: Any) -> Any:
         if is_dataclass(other):
@@ -112,22 +112,22 @@ def checksum_of(value: Any) -> str:
 
 @dataclass(frozen=True)
 class Receipt:
-    """What a lit file was made from, in a small file beside it.
+    """Checksums of the inputs of a lit file, stored in a small file next to it.
 
     Attributes
     ----------
     input : str
-        Checksum of the file, or of all pieces of a surface across which normals were merged.
+        Checksum of the input file, or of all pieces of its surface if the piece depends on them.
     lighting : str
-        That of the scene, the materials and the options.
+        Checksum of the scene, the materials and the options.
     version : str
-        Of pvphong.
+        Version of pvphong.
     run : str
-        Names the call that made it.
+        Unique name of the call that lit the file.
     output : str
         Checksum of the lit file.
     arrays : tuple of ArrayType
-        What it has, for an index.
+        Types of its arrays, for an index.
     """
 
     input: str
@@ -139,12 +139,12 @@ class Receipt:
 
 
 def receipt_path(output: Path) -> Path:
-    """Where a lit file's receipt is."""
+    """Return the path of a lit file's receipt."""
     return output.with_name(f".{output.name}.json")
 
 
 def valid_receipt(piece: Piece, job: Job) -> Receipt | None:
-    """The receipt of a lit file that is there as it was written, lit with the same settings."""
+    """Return the receipt of a lit file, or None if the file has changed or was lit with other settings."""
     with suppress(OSError, ValueError, TypeError):
         found = json.loads(receipt_path(piece.output).read_text(encoding="utf-8"))
         receipt = Receipt(**found | {"arrays": tuple(ArrayType(*array) for array in found["arrays"])})
@@ -155,17 +155,17 @@ def valid_receipt(piece: Piece, job: Job) -> Receipt | None:
 
 
 def checksum_of_file(path: Path) -> str:
-    """SHA-256 of a file's contents."""
+    """Return the SHA-256 of a file's contents."""
     with path.open("rb") as file:
         return hashlib.file_digest(file, "sha256").hexdigest()
 
 
-# --- what is asked of a worker ---
+# --- tasks ---
 
 
 @dataclass(frozen=True)
 class Result:
-    """The result of a piece or an index: whether it was written now, and its arrays; or why there is none."""
+    """Result of a piece or an index: `is_new` if it was written by this call, its arrays, or the reason of failure."""
 
     is_new: bool = False
     arrays: tuple[ArrayType, ...] = ()
@@ -173,32 +173,32 @@ class Result:
 
 
 def look(piece: Piece, job: Job) -> tuple[str, Receipt | None]:
-    """A piece's checksum, and what its lit file was made from, if that is lit with the same settings."""
+    """Return the checksum of a piece's input, and its valid receipt, if there is one."""
     return _checksum_of_input(piece), valid_receipt(piece, job)
 
 
 def bounds_of(piece: Piece) -> tuple[tuple[float, ...], bool]:
-    """x_min, …, z_max of a piece's surface, and whether that has open edges."""
+    """Return the bounds x_min, …, z_max of a piece's surface, and True if it has open edges."""
     outside, _ = _surface(piece)
-    if not outside.n_points:  # it is nowhere
+    if not outside.n_points:
         return (math.nan,) * 6, False
     return tuple(outside.bounds), bool(outside.n_open_edges)
 
 
 def spans_of(piece: Piece, colormaps: Sequence[Colormap]) -> list[Span]:
-    """The ranges of a piece's arrays, for colormaps that have none."""
+    """Return the ranges of a piece's arrays, for colormaps without a range."""
     mesh = read_mesh(str(piece.input))
     return [spans_in(colormap, [mesh] if isinstance(mesh, pv.DataSet) else []) for colormap in colormaps]
 
 
 def border_in(piece: Piece) -> Border:
-    """What a piece's neighbours have to know of it."""
+    """Return the border faces of a piece, for its neighbours."""
     outside, of_volume = _surface(piece)
     return border_of(outside, of_volume=of_volume)
 
 
 def outline_in(piece: Piece) -> Outline:
-    """What other pieces have to know of a piece that may block light for them."""
+    """Return the bounds of a piece, for other pieces whose light it may block."""
     outside, _ = _surface(piece)
     return outline_of(outside)
 
@@ -210,20 +210,20 @@ def light(
     around: PotentialOccluders[Piece] | None = None,
     made_from: str = "",
 ) -> Result:
-    """Light a piece and write it, unless that is done already: maybe by a worker that was killed before it said so.
+    """Light a piece and write it, unless a valid receipt exists, for example from a worker that was killed afterwards.
 
     Parameters
     ----------
     piece : Piece
-        Which one.
+        The piece.
     job : Job
-        How.
+        Its lighting.
     neighbours : Neighbours, optional
-        Faces of other pieces of its surface, for normals across them.
+        Faces of neighbouring pieces, for normals across seams.
     around : PotentialOccluders, optional
-        Which other pieces of its surface may block light for it.
+        Other pieces that may block its light.
     made_from : str
-        Checksum of all of that surface; the file's own if not given.
+        Checksum of the whole surface; by default that of the input file.
     """
     try:
         made_from = made_from or _checksum_of_input(piece)
@@ -236,26 +236,26 @@ def light(
             receipt = Receipt(made_from, job.checksum, version("pvphong"), job.run, output, _array_types(lit))
             write_json(vars(receipt), receipt_path(piece.output))
         return Result(receipt.run == job.run, receipt.arrays)
-    except Exception as error:  # one file must not stop the others, whatever is wrong with it
+    except Exception as error:  # a bad file must not stop the others
         return Result(reason=reason_of(error))
 
 
 def reason_of(error: BaseException) -> str:
-    """An error in one line; of those that are not about input, with its type."""
+    """Return an error as one line; errors other than ``ValueError`` include their type."""
     message = " ".join(str(error).split())
     return message if isinstance(error, ValueError) else f"{type(error).__name__}: {message}".rstrip(": ")
 
 
 def _checksum_of_input(piece: Piece) -> str:
-    if not os.path.isfile(piece.input):  # which a name that is too long is not, either
+    if not os.path.isfile(piece.input):  # also False for a name that is too long
         check.refuse("mesh", piece.input, "a file that exists")
     return checksum_of_file(piece.input)
 
 
 def _surface(piece: Piece) -> tuple[pv.PolyData, bool]:
-    """The surface of a file without ghost cells, and whether it is that of a volume.
+    """Return the surface of a file without ghost cells, and True if it is the surface of a volume.
 
-    A file without points, or with ghost cells alone, is an empty piece, as processes without cells write them.
+    A file without points or with ghost cells only is an empty piece; parallel writers produce such files.
     """
     mesh = read_mesh(str(piece.input))
     if isinstance(mesh, pv.MultiBlock):
@@ -285,14 +285,14 @@ def _lit(
 
 
 def _occluders(mesh: pv.PolyData, scene: Scene, around: PotentialOccluders[Piece]) -> KnownOccluders:
-    """A piece's own triangles, and those that may block its light of other pieces, which are read one by one."""
+    """Return a piece's own triangles and those of other pieces that may block its light, read one by one."""
     others = (around.blocking(scene, world_faces(_surface(piece)[0])) for piece in around.blockers)
     parts = [world_faces(mesh), *others]
     return KnownOccluders(Occluders(parts, around.within), 0 if len(parts[0]) else None, around.first)
 
 
 def _array_types(lit: pv.PolyData) -> tuple[ArrayType, ...]:
-    """The numeric arrays of a mesh; its points come last. An empty one has none, whatever those of others are."""
+    """Return the types of a mesh's numeric arrays, its points last; none for an empty mesh."""
     if not lit.n_points:
         return ()
     named = [

@@ -348,7 +348,7 @@ assert not heavy, heavy
 for name, (_, does) in _COMMANDS.items():
     assert " ".join(_function(name).__doc__.split("\\n\\n")[0].split()) == does, name
 """
-    assert "Light a mesh; write it with its colours" in run_apart(code)
+    assert "Light a mesh and write it with its colours" in run_apart(code)
 
 
 def test_help_of_a_command_is_all_that_it_says(capsys):
