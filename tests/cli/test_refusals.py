@@ -1,4 +1,4 @@
-"""What a command cannot do is one line on the error output, exit status 2, and no file."""
+"""Bad calls and inputs give one line on the error output, exit status 2, and no file."""
 
 import json
 import os
@@ -144,7 +144,7 @@ def test_damaged_files_are_refused_or_read_as_they_are(count):
     command = [sys.executable, "-W", "ignore", fuzzing.__file__, str(count)]
     report = json.loads(subprocess.run(command, capture_output=True, text=True, check=False).stdout)
     assert (report["files"], report["faults"], report["cut_and_accepted"]) == (count, [], {})
-    assert {"0", "2"} <= {words.split()[1] for words in report["statuses"]}  # some are refused, and not all
+    assert {"0", "2"} <= {words.split()[1] for words in report["statuses"]}  # some are rejected, some are read
 
 
 def test_of_many_files_one_that_cannot_be_lit_makes_the_status_1(capsys):
