@@ -18,14 +18,14 @@ if TYPE_CHECKING:
 Item = TypeVar("Item")
 
 _SECONDS = 5
-"""For a scheduler to answer."""
+"""Timeout for the connection to a scheduler."""
 
 _PACKAGES = ("pvphong", "numpy", "pyvista", "vtk")
-"""What colours and files depend on: they are to be the same everywhere."""
+"""Packages that colours and files depend on; their versions must agree on all workers."""
 
-_KILLED = "the process that read it was killed each time: its reader crashes, or it takes more memory than a worker has"
-_GONE = "the scheduler is gone; what is finished stays, and the same call goes on with the rest"
-_ADDRESS = "a distributed.Client, or the address of a Dask scheduler that answers, as tcp://host:8786"
+_KILLED = "each worker that read it was killed: the reader crashes, or the file needs more memory than a worker has"
+_GONE = "the connection to the scheduler was lost; finished files are kept, repeat the call for the others"
+_ADDRESS = "a distributed.Client, or the address of a running Dask scheduler such as tcp://host:8786"
 
 
 class _Task:
@@ -42,7 +42,7 @@ class Here:
         """Run the function at once; arguments may be tasks."""
         try:
             return _Task(work(*(each.value if isinstance(each, _Task) else each for each in given)))
-        except Exception as error:  # as of a Dask task, whatever it is
+        except Exception as error:  # any error, as in a Dask task
             return _Task(Result(reason=reason_of(error)))
 
 
@@ -56,7 +56,7 @@ def connected(client: Any, workers: int | None, pieces: int) -> Iterator[Client 
     Raises
     ------
     ValueError
-        If there is no Dask, no scheduler or no worker, or if they run other versions than this process.
+        If there is no Dask, no scheduler or no worker, or if workers run other versions than this process.
     """
     try:
         from distributed import Client
@@ -64,10 +64,10 @@ def connected(client: Any, workers: int | None, pieces: int) -> Iterator[Client 
         if pieces == 1 and client is None and workers is None:
             yield Here()
             return
-        remedy = "pip install dask distributed installs it; without, each file can be lit by itself."
-        check.refuse("client", f"no Dask here ({error})", "one where Dask is installed", remedy)
+        remedy = "Run: pip install dask distributed. Without Dask, light each file by its own call."
+        check.refuse("client", f"no Dask ({error})", "used with Dask installed", remedy)
     if client is not None and workers is not None:
-        check.refuse("workers", workers, "left out beside a client, whose cluster has its own")
+        check.refuse("workers", workers, "omitted with a client, whose cluster has its own workers")
     if client is not None and not isinstance(client, (str, Client)):
         check.refuse("client", client, _ADDRESS)
     with ExitStack() as held:
@@ -89,7 +89,7 @@ def _refuse_silent(address: str) -> None:
     host, _, port = place.rpartition(":")
     if scheme in ("", "tcp", "tls"):
         if not port.isdecimal():
-            raise ValueError("It names no port")
+            raise ValueError("The address has no port")
         with socket.create_connection((host.strip("[]"), int(port)), _SECONDS):
             pass
 
@@ -109,12 +109,12 @@ def _local(workers: int | None, held: ExitStack) -> Client:
             threads_per_worker=1,
             dashboard_address=":0",
             scheduler_kwargs={"dashboard": False},
-            silence_logs=logging.CRITICAL,  # what becomes of a piece is in the batch
+            silence_logs=logging.CRITICAL,  # the batch reports failures
             env={"VTK_SMP_MAX_THREADS": "1"},
         )
     except RuntimeError as error:
-        remedy = 'In a script, call it below `if __name__ == "__main__":`, for each process reads the script.'
-        check.refuse("workers", f"{count} that cannot be started ({error})", "processes of this machine", remedy)
+        remedy = 'In a script, call it below `if __name__ == "__main__":`, because each process imports the script.'
+        check.refuse("workers", f"{count}, which did not start ({error})", "a number of processes to start", remedy)
     held.enter_context(cluster)
     return held.enter_context(Client(cluster, set_as_default=False))
 
@@ -123,14 +123,14 @@ def _refuse_other_versions(client: Client) -> None:
     """Refuse a cluster with other versions of packages that colours depend on; Dask warns about its own."""
     found = client.get_versions(packages=list(_PACKAGES))
     if not found["workers"]:
-        check.refuse("client", "a cluster without workers", "one that has some", "Start workers: dask worker ADDRESS.")
+        check.refuse("client", "a cluster without workers", "one with workers", "Start workers: dask worker ADDRESS.")
     here = found["client"]["packages"]
     for address, there in found["workers"].items():
         for package in _PACKAGES:
             got = there["packages"].get(package)
             if got != here.get(package):
-                allowed = f"one whose workers have {package} {here.get(package)} as here"
-                remedy = "Install the same version there."
+                allowed = f"a cluster whose workers have {package} {here.get(package)}, as this process"
+                remedy = "Install the same version on the workers."
                 check.refuse("client", f"{package} {got or 'missing'} at {address}", allowed, remedy)
 
 
@@ -151,6 +151,6 @@ def ended(client: Client | Here, tasks: Mapping[Any, Item], *, fetches: bool = T
             error = task.exception()
             value = Result(reason=_KILLED if isinstance(error, KilledWorker) else reason_of(error))
         elif task.status == "finished":
-            with suppress(OSError, CancelledError):  # the scheduler may go in between
+            with suppress(OSError, CancelledError):  # the scheduler may end in between
                 value = task.result() if fetches else task
         yield tasks[task], value

@@ -26,7 +26,7 @@ from pvphong.scene.scene import Scene
 
 Name = TypeVar("Name")
 
-# Triangles that are kept or left out together, for those that follow each other are mostly neighbours.
+# Consecutive triangles are mostly neighbours, so they are culled in runs.
 _RUN, _RUNS_AT_ONCE = 32, 2**11
 
 

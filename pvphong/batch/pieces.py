@@ -1,7 +1,7 @@
 """Input files, the places of their lit files, and the index files that name them.
 
-An index is a file that names others: blocks (.vtm), pieces of a surface (.pvtp, .pvtu), a time series (.pvd), all of
-them small XML.
+An index is a small XML file that names other files: blocks (.vtm), pieces of a surface (.pvtp, .pvtu), or a time series
+(.pvd).
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from pvphong.base.files import written_aside
 from pvphong.meshes.blocks import DEFAULT
 
 Seams = Literal["merge", "keep"]
-"""Whether points of several pieces at one place get one normal, that of all faces around it."""
+""""merge" gives coincident points of several pieces one normal, computed from all faces around them."""
 
 _PATHS = "a pattern, a path, or a sequence of them"
 _INDICES = (".vtm", ".pvtp", ".pvtu", ".pvd")
@@ -94,7 +94,7 @@ def paths_of(given: Any, out: Path) -> list[Path]:
         if not _is_inside(root, out):
             matches = [match for match in matches if not _is_inside(match, out)]
         if not matches:
-            check.refuse("paths", Path(path), "a pattern that some file matches", "Patterns know *, ?, [abc] and **.")
+            check.refuse("paths", Path(path), "a pattern that matches a file", "Patterns may use *, ?, [abc] and **.")
         for match in matches:
             found.setdefault(_place(match), match)
     if not found:
@@ -124,9 +124,9 @@ def pieces_and_indices(paths: Iterable[Path], out: Path, *, as_one: bool = False
     Parameters
     ----------
     paths : iterable of Path
-        Meshes, and indices.
+        Mesh files and index files.
     out : Path
-        The folder.
+        Output folder.
     as_one : bool
         Treat all files as pieces of one surface; otherwise only those of one index at one time.
 
@@ -143,7 +143,7 @@ def pieces_and_indices(paths: Iterable[Path], out: Path, *, as_one: bool = False
         other = source_of.setdefault(output, source)
         if other != source:
             remedy = "Light them into two folders, or rename one."
-            check.refuse("paths", f"{other} and {source}, both {output}", "files with different names", remedy)
+            check.refuse("paths", f"{other} and {source}, both for {output}", "files with different names", remedy)
 
     def add(path: Path, target: Path, label: str, surface: str, above: tuple[Path, ...]) -> Path:
         """Add a file and the files that it names; `target` is its output without a suffix. Return the output."""
@@ -163,14 +163,14 @@ def pieces_and_indices(paths: Iterable[Path], out: Path, *, as_one: bool = False
         outputs = []
         for element, attribute, name in named:
             file = element.get(attribute, "")
-            # where it lies beside the index, but never outside of the folder
+            # keep the path relative to the index, but never leave the output folder
             parts = [part for part in PurePosixPath(file.replace("\\", "/")).parts if part not in ("..", "/", ".")]
             if not parts:
-                check.refuse("paths", path, "an index that names files", f"One of its entries names {file!r}.")
+                check.refuse("paths", path, "an index that names files", f"An entry names {file!r}.")
             inner = target.joinpath(*parts[int(parts[0] == target.name) : -1], Path(parts[-1]).stem)
-            one = surface or f"{path}@{element.get('timestep', '')}"  # files of one time are pieces of one surface
+            one = surface or f"{path}@{element.get('timestep', '')}"  # a time step is one surface
             outputs.append(add(path.parent / file, inner, name or label, one, (*above, path.resolve())))
-        output = target.with_name(target.name + (".pvtp" if suffix == ".pvtu" else suffix))  # lit are surfaces
+        output = target.with_name(target.name + (".pvtp" if suffix == ".pvtu" else suffix))  # lit meshes are surfaces
         claim(output, path)
         indices[output] = Index(path, output, tuple(outputs))
         return output
@@ -180,7 +180,7 @@ def pieces_and_indices(paths: Iterable[Path], out: Path, *, as_one: bool = False
     inputs = {os.path.realpath(path) for path in source_of.values()}
     for output in source_of:
         if os.path.realpath(output) in inputs:
-            check.refuse("out", output.parent, "another folder than that of the files", "It would replace them.")
+            check.refuse("out", output.parent, "another folder than the input's", "Lit files would replace inputs.")
     return list(pieces.values()), list(indices.values())
 
 
@@ -197,12 +197,12 @@ def write_index(index: Index, arrays: Sequence[Sequence[ArrayType]]) -> bool:
     Raises
     ------
     ValueError
-        If it cannot be written.
+        If the file cannot be written.
     """
     root = _root(index.input)
     names = [Path(os.path.relpath(file, index.output.parent)).as_posix() for file in index.outputs]
     if root.get("type") in _PARALLEL:
-        # VTK's reader passes over arrays that the file does not declare (VTK's "XML file formats")
+        # VTK's reader skips arrays that the file does not declare (VTK's "XML file formats")
         root = ElementTree.Element("VTKFile", type="PPolyData", version="0.1", byte_order="LittleEndian")
         whole = ElementTree.SubElement(root, "PPolyData", GhostLevel="0")
         first, *more = [each for each in arrays if each] or [()]
@@ -233,9 +233,9 @@ def _root(path: Path) -> ElementTree.Element:
     try:
         root = ElementTree.parse(path).getroot()
     except (ElementTree.ParseError, OSError, ValueError) as error:
-        check.refuse("paths", path, _READABLE, f"It cannot be understood: {error}.")
+        check.refuse("paths", path, _READABLE, f"It cannot be parsed: {error}.")
     if root.tag != "VTKFile" or root.get("type") not in (*_PARALLEL, "vtkMultiBlockDataSet", "Collection"):
-        check.refuse("paths", path, _READABLE, f"It holds {root.get('type') or root.tag}.")
+        check.refuse("paths", path, _READABLE, f"It contains {root.get('type') or root.tag}.")
     return root
 
 
@@ -252,7 +252,7 @@ def _named_files(root: ElementTree.Element) -> list[tuple[ElementTree.Element, s
             names = (*above, element.get("name") or element.get("index") or "")
             if element.tag == "Block":
                 add_blocks(element, names)
-            elif element.get("file"):  # else it is empty
+            elif element.get("file"):  # an empty block has no file
                 found.append((element, "file", "/".join(names)))
 
     for blocks in root[:1]:

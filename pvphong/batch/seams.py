@@ -1,4 +1,4 @@
-"""Normals across the pieces of one surface: each piece gets its neighbours' faces around the points that it shares.
+"""Normals across the pieces of one surface: each piece gets its neighbours' faces around shared points.
 
 Points of several pieces are the same if all their coordinates are equal. A piece sends its faces with a corner on its
 border, and receives the others' faces with a corner on one of its border points. With these, its points have all their
@@ -22,7 +22,7 @@ from pvphong.meshes.cells import cells
 from pvphong.meshes.surfaces import FeatureAngle, polygons, split_sharp_edges, vertex_normals
 
 NORMALS = "_pvphong_normals"
-"""Name of the point normals that `with_normals` gives a piece."""
+"""Name of the point normals that `with_normals` adds to a piece."""
 
 _GHOST = "vtkGhostType"
 _FOREIGN = "_pvphong_foreign"
@@ -56,7 +56,7 @@ class Border:
 
 @dataclass(frozen=True)
 class Neighbours:
-    """Faces of other pieces around the border points of one.
+    """Faces of other pieces around the border points of a piece.
 
     Attributes
     ----------
@@ -80,7 +80,7 @@ def border_of(surface: pv.PolyData, *, of_volume: bool = False) -> Border:
     sizes = np.diff(offsets)
     on_border = np.full(surface.n_points, of_volume)
     if not of_volume:
-        following = np.arange(1, len(connectivity) + 1)  # corner of the same face
+        following = np.arange(1, len(connectivity) + 1)  # the next corner of the same face
         following[offsets[1:][sizes > 0] - 1] = offsets[:-1][sizes > 0]
         low, high = np.sort([connectivity, connectivity[following]], axis=0)
         edges, uses = np.unique(low * surface.n_points + high, return_counts=True)
@@ -110,7 +110,7 @@ def neighbours_of(border: Border, others: Sequence[Border]) -> Neighbours:
     is_near[: len(border.offsets) - 1] = False
     near = np.flatnonzero(is_near)
     around = corners[_ranges(offsets[near], offsets[near + 1])]
-    # by the piece's own number where it has a border point at that place, the first of several
+    # number corners by the piece's own border point at their place, the first if there are several
     found, some, inverse = np.unique(place[around], return_index=True, return_inverse=True)
     at = np.searchsorted(own, found).clip(max=len(own) - 1)
     is_own = own[at] == found
@@ -184,7 +184,7 @@ def _with_cells(mesh: pv.PolyData, kept: BoolArray) -> pv.PolyData:
     setters = (result.SetVerts, result.SetLines, result.SetPolys, result.SetStrips)
     for put, (offsets, connectivity) in zip(setters, found, strict=True):
         put(pv.CellArray.from_arrays(offsets, number[connectivity]))
-    # PyVista refuses arrays without rows
+    # PyVista raises for arrays without rows
     for name, array in mesh.point_data.items() if is_kept.any() else ():
         result.point_data[name] = np.asarray(array)[is_kept]
     for name, array in mesh.cell_data.items() if kept.any() else ():

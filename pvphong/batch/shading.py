@@ -1,4 +1,4 @@
-"""`pvphong.shade_files`: many files lit by many processes."""
+"""`pvphong.shade_files`: light many files by many processes."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ from pvphong.scene.scene import Scene, SceneLike, as_scene
 if TYPE_CHECKING:
     from distributed import Client
 
-_APART = 'Each file was lit by itself: seams="merge" takes them for pieces of one surface.'
+_APART = 'Each file was lit separately; seams="merge" treats them as pieces of one surface.'
 
 
 @dataclass(frozen=True)
@@ -181,10 +181,10 @@ def shade_files(
     pieces, indices = pieces_and_indices(paths_of(paths, folder), folder, as_one=seams == "merge")
     job.refuse_wrong(pieces)
     several = [name for name, count in Counter(piece.surface for piece in pieces).items() if name and count > 1]
-    if several and job.scene.light_model.bounces:  # all pieces send light to all others, again and again
-        remedy = "LightModel(bounces=0) is without them; or join the pieces: pyvista.read(path)."
-        got = f"one with them for the pieces of {several[0].rpartition('@')[0] or 'one surface'}"
-        check.refuse("light_model", got, "without bounces where a surface is in pieces", remedy)
+    if several and job.scene.light_model.bounces:  # every bounce would exchange light between all pieces
+        remedy = "Use LightModel(bounces=0), or join the pieces: pyvista.read(path)."
+        got = f"bounces for the pieces of {several[0].rpartition('@')[0] or 'one surface'}"
+        check.refuse("light_model", got, "without bounces for a surface in pieces", remedy)
     outputs = [piece.output for piece in pieces] + [index.output for index in indices]
     folders = sorted({folder, *(output.parent for output in outputs)})
     with connected(client, workers, len(pieces)) as workforce, _folders(folders), about("files"):
@@ -211,7 +211,7 @@ def _folders(folders: Iterable[Path]) -> Iterator[None]:
         for folder in folders:
             folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        check.refuse("out", folder, "a folder that can be made", f"{error.strerror}.")
+        check.refuse("out", folder, "a folder that can be created", f"{error.strerror}.")
     clear()
     try:
         yield
@@ -278,7 +278,7 @@ class _Run:
         if not self._left(pieces):
             return {}
         known = [piece for piece in pieces if piece in looked]
-        if merges:  # their faces stay with the workers
+        if merges:  # border faces stay on the workers
             borders = dict(self._each(border_in, known, fetches=False))
             where = attrgetter("outline")
             outlines = dict(
@@ -290,7 +290,7 @@ class _Run:
         if not known:
             return {}
         missing = [number for number, piece in enumerate(pieces) if piece not in outlines]
-        if missing:  # the others have to be lit again when these are there
+        if missing:  # the changed checksum makes a later run light the others again, once these can be read
             made_from = checksum_of([made_from, missing])
         known_outlines = [outlines[piece] for piece in known]
         neighbours: Iterable[Any] = repeat(None, len(known))
@@ -315,7 +315,7 @@ class _Run:
             named = [self._results[output] for output in index.outputs]
             failed = sum(bool(result.reason) for result in named)
             if failed:
-                result = Result(reason=f"not written, for {failed} of the {len(named)} files that it names failed")
+                result = Result(reason=f"not written, because {failed} of its {len(named)} files failed")
             else:
                 try:
                     result = Result(write_index(index, [result.arrays for result in named]))

@@ -38,7 +38,7 @@ from pvphong.rays.casting import Occluders
 from pvphong.scene.scene import Scene
 
 _TYPES = {"f": "Float{}", "i": "Int{}", "u": "UInt{}", "b": "UInt{}"}
-"""VTK's names of types in XML, by NumPy's kinds."""
+"""VTK's type names in XML, by NumPy's kinds."""
 
 
 @dataclass(frozen=True)
@@ -48,7 +48,7 @@ class Job:
     Attributes
     ----------
     scene : Scene
-        With a viewer.
+        Scene with a viewer.
     materials : dict
         By block; "default" for the others.
     feature_angle : float, "auto" or None
@@ -83,9 +83,9 @@ class Job:
             first, *others = piece.labels
             for other in others:
                 if material_of[other] != material_of[first]:
-                    got = f"one of {first!r} and another of {other!r}, which are both {piece.input}"
-                    remedy = "Copy the file, and let one of them name the copy."
-                    check.refuse("material", got, "alike for blocks that name the same file", remedy)
+                    got = f"different materials for {first!r} and {other!r}, which are both {piece.input}"
+                    remedy = "Copy the file, and let one block name the copy."
+                    check.refuse("material", got, "the same for blocks that name the same file", remedy)
 
     @property
     def checksum(self) -> str:
@@ -117,7 +117,7 @@ class Receipt:
     Attributes
     ----------
     input : str
-        Checksum of the file, or of all pieces of a surface across which normals were merged.
+        Checksum of the input file, or of all pieces of its surface if the piece depends on them.
     lighting : str
         Checksum of the scene, the materials and the options.
     version : str
@@ -154,12 +154,12 @@ def valid_receipt(piece: Piece, job: Job) -> Receipt | None:
 
 
 def checksum_of_file(path: Path) -> str:
-    """SHA-256 of a file's contents."""
+    """Return the SHA-256 of a file's contents."""
     with path.open("rb") as file:
         return hashlib.file_digest(file, "sha256").hexdigest()
 
 
-# --- what is asked of a worker ---
+# --- tasks ---
 
 
 @dataclass(frozen=True)
@@ -179,7 +179,7 @@ def look(piece: Piece, job: Job) -> tuple[str, Receipt | None]:
 def bounds_of(piece: Piece) -> tuple[tuple[float, ...], bool]:
     """Return x_min, …, z_max of a piece's surface, and whether it has open edges."""
     outside, _ = _surface(piece)
-    if not outside.n_points:  # it is nowhere
+    if not outside.n_points:
         return (math.nan,) * 6, False
     return tuple(outside.bounds), bool(outside.n_open_edges)
 
@@ -235,7 +235,7 @@ def light(
             receipt = Receipt(made_from, job.checksum, version("pvphong"), job.run, output, _array_types(lit))
             write_json(vars(receipt), receipt_path(piece.output))
         return Result(receipt.run == job.run, receipt.arrays)
-    except Exception as error:  # one file must not stop the others, whatever is wrong with it
+    except Exception as error:  # a bad file must not stop the others
         return Result(reason=reason_of(error))
 
 
@@ -246,7 +246,7 @@ def reason_of(error: BaseException) -> str:
 
 
 def _checksum_of_input(piece: Piece) -> str:
-    if not os.path.isfile(piece.input):  # which a name that is too long is not, either
+    if not os.path.isfile(piece.input):  # also False for a name that is too long
         check.refuse("mesh", piece.input, "a file that exists")
     return checksum_of_file(piece.input)
 

@@ -3,7 +3,7 @@ import pytest
 
 @pytest.fixture(scope="session")
 def client():
-    """A cluster in this process: two threads."""
+    """Client of a Dask cluster of two threads in this process."""
     distributed = pytest.importorskip("distributed")
     with distributed.Client(processes=False, n_workers=1, threads_per_worker=2, dashboard_address=":0") as found:
         yield found

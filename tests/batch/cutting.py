@@ -1,4 +1,4 @@
-"""Meshes cut into pieces, and files that name them, as VTK writes them and by hand."""
+"""Meshes cut into pieces, and index files that name the pieces, as VTK writes them."""
 
 from functools import partial
 from pathlib import Path
@@ -13,7 +13,7 @@ SCENE = ph.Scene([ph.DirectionalLight(direction=(-1, -2, -3))], ph.Viewer(positi
 
 
 def bare(mesh):
-    """A surface without arrays, but for one that tells its faces apart."""
+    """Return a surface whose only array numbers its faces."""
     surface = mesh.extract_surface(algorithm=None)
     surface.clear_data()
     surface.cell_data["face"] = np.arange(surface.n_cells)
@@ -21,7 +21,7 @@ def bare(mesh):
 
 
 def cut(mesh, across=3):
-    """Pieces by where the cells' centres are, some of them meeting at corners."""
+    """Cut a mesh into a grid of pieces by its cells' centres; some pieces meet at corners only."""
     centers = mesh.cell_centers().points
     low, size = centers.min(axis=0), np.ptp(centers, axis=0) * 1.001
     place = (across * (centers - low) / np.where(size, size, 1)).astype(int)
@@ -34,7 +34,7 @@ def surfaces(mesh, across=3):
 
 
 def houses(across=6, cells=6):
-    """A sheet with flat roofs of different heights, with normals of its own."""
+    """Return a sheet with flat roofs of different heights and with stored normals."""
     side = across * cells
     heights = np.kron(np.random.default_rng(1).random((across, across)), np.pad(np.ones((cells - 2,) * 2), 1))
     sheet = bare(pv.Plane(i_size=across, j_size=across, i_resolution=side, j_resolution=side).triangulate())
@@ -45,7 +45,7 @@ def houses(across=6, cells=6):
 
 
 def save_pieces(pieces, folder, suffix):
-    """Files of pieces, and an index that names them; gives the index."""
+    """Save pieces and an index that names them; return the path of the index."""
     folder = Path(folder)
     (folder / "whole").mkdir(parents=True, exist_ok=True)
     kind = ".vtp" if isinstance(pieces[0], pv.PolyData) else ".vtu"
@@ -58,7 +58,7 @@ def save_pieces(pieces, folder, suffix):
 
 
 def read_whole(path):
-    """What an index names, as VTK reads it: PyVista has no reader for .pvtp."""
+    """Read an index with its pieces. PyVista has no reader for .pvtp, so VTK's is used."""
     if Path(path).suffix != ".pvtp":
         return pv.read(path)
     reader = vtkXMLPPolyDataReader()
@@ -68,7 +68,7 @@ def read_whole(path):
 
 
 def as_in_one_piece(pieces, scene, folder="lit/whole"):
-    """Assert that pieces, lit by NumPy, are to the bit what they are when they are lit as one mesh; gives that."""
+    """Assert that lit pieces equal, bit for bit, the mesh lit in one piece by NumPy; return that mesh."""
     whole = pieces[0].append_polydata(*pieces[1:]).phong.shade(scene, components=True, backend="numpy")
     lit = [pv.read(f"{folder}/part_{number}.vtp") for number in range(len(pieces))]
     for name in ("phong", *(name for name in whole.point_data if "visibility" in name or "sky" in name)):
@@ -92,7 +92,7 @@ def _blocks(names):
 
 
 def series(names, times=None):
-    """A .pvd file; all of one time if no times are given."""
+    """Return the text of a .pvd file, by default with a single time step."""
     times = times or [0.5] * len(names)
     named = [f'<DataSet timestep="{time}" file="{name}"/>' for name, time in zip(names, times, strict=True)]
     return _file("Collection", f"<Collection>{''.join(named)}</Collection>")

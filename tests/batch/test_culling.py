@@ -1,4 +1,4 @@
-"""Pieces of a surface shadow each other as it does in one piece, to the bit; each reads what may block it."""
+"""Shadows between pieces are bit for bit those of the surface in one piece; culling keeps every occluder."""
 
 import threading
 from dataclasses import replace
@@ -61,11 +61,11 @@ IN_A_ROW = {
     "the sky up to 1.5": (scene_of(ambient_occlusion=1.5), (2, 2)),
     "the sky": (scene_of(ambient_occlusion=True), (5, 5)),
 }
-"""Scenes, and how many pieces on either side may block light for a piece."""
+"""Scenes, and the number of pieces on either side that may block a piece's light."""
 
 
 def row_of_pieces():
-    """Six pieces along x, 1 long."""
+    """Return six pieces of length 1 along x."""
     row = bare(pv.Plane(i_size=6, i_resolution=12, j_resolution=2).triangulate())
     row.points[::3, 2] = 0.45
     place = np.floor(row.cell_centers().points[:, 0])
@@ -105,12 +105,12 @@ def test_of_a_piece_that_may_block_those_triangles_are_kept_that_may():
     pieces, scene = surfaces(houses(9), 3), scene_of(ph.DirectionalLight(direction=(0, -1, -4)))
     outlines = [outline_of(piece) for piece in pieces]
     around = list(potential_occluders(scene, range(9), outlines))[4]
-    assert 7 in around.blockers  # the sun is there
+    assert 7 in around.blockers  # the piece towards the sun
     faces = world_faces(pieces[7])
     kept = around.blocking(scene, faces)
     assert 0 < len(kept) < len(faces) / 2
     corners = faces.points[faces.corners]
-    above = corners[:, :, 2] - 4 * (corners[:, :, 1] - outlines[4].points[1][1])  # the sun seen from the upper edge
+    above = corners[:, :, 2] - 4 * (corners[:, :, 1] - outlines[4].points[1][1])  # above the shadow's border
     near = corners[(above > 1e-9).any(axis=1)]
     there = {corners.tobytes() for corners in kept.points[kept.corners]}
     assert len(near)

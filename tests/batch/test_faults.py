@@ -1,4 +1,4 @@
-"""Processes that are killed in mid-run: all files are whole, none is lost, and the same call goes on."""
+"""Processes killed during a run: all files are complete, none is lost, and the same call continues."""
 
 import json
 import os
@@ -36,7 +36,7 @@ def files():
 
 @pytest.fixture
 def cluster(tmp_path):
-    """A scheduler and two workers in processes of their own; gives the scheduler's process, and a client."""
+    """Start a scheduler and two workers in separate processes; yield the scheduler's process and a client."""
 
     def begin(command, *options):
         words = [sys.executable, "-m", f"distributed.cli.dask_{command}", *options, "--no-dashboard"]
@@ -58,7 +58,7 @@ def cluster(tmp_path):
 
 
 def killing(process):
-    """A thread that kills a process once the first file is there."""
+    """Start a thread that kills a process once the first lit file exists."""
 
     def wait_and_kill():
         while not list(Path("lit").glob(".*.json")):
@@ -71,7 +71,7 @@ def killing(process):
 
 
 def all_whole():
-    """The lit files that are there, each as it should be; and nothing else."""
+    """Return the existing lit files. Assert that each is correct and that there are no other files."""
     lit = sorted(Path("lit").glob("*.vtp"))
     for path in lit:
         found, mesh = pv.read(path), pv.read(f"in/{path.name}")
@@ -95,7 +95,7 @@ def test_a_worker_that_is_killed_loses_nothing(files, cluster):
 
 def test_a_piece_that_is_lost_in_the_middle_of_a_cast_is_done_again(cluster):
     _, client = cluster
-    assert ray_backends.BACKENDS  # what casts rays is compiled: all processes find it, and none casts by other code
+    assert ray_backends.BACKENDS  # compile ray casting first, so that all processes use the same code
     pieces, scene = surfaces(houses(4), 2), ph.Scene([LAMP], SCENE.viewer, ph.LightModel(shadows=True))
     index = save_pieces(pieces, "in", ".pvtp")
 
@@ -123,7 +123,7 @@ def test_a_piece_that_is_lost_in_the_middle_of_a_cast_is_done_again(cluster):
     assert not list(Path("lit").rglob(".pvphong-*"))
 
 
-@pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")  # Dask's, of its lost connection
+@pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")  # Dask's, at the lost connection
 def test_when_the_scheduler_is_killed_what_is_finished_stays_and_the_next_run_goes_on(files, cluster, client):
     scheduler, there = cluster
     thread = killing(scheduler.pid)

@@ -23,14 +23,14 @@ BRIGHT = ph.Material(specular=0.4, shininess=20)
 
 
 def all_neighbours(pieces):
-    """Of each piece those faces that pieces whose boxes touch it have along its border."""
+    """Return, for each piece, the neighbouring faces along its border."""
     borders = [border_of(piece) for piece in pieces]
     near = touching([border.outline for border in borders])
     return [neighbours_of(border, [borders[k] for k in others]) for border, others in zip(borders, near, strict=True)]
 
 
 def at_corners(mesh, name):
-    """Places and values at each face's corners; faces by their numbers."""
+    """Return the coordinates and values at each face's corners, by face number."""
     connectivity, offsets = polygons(mesh)
     faces = np.split(connectivity, offsets[1:-1])
     order = np.concatenate([faces[cell] for cell in np.argsort(mesh.cell_data["face"], kind="stable")])
@@ -38,7 +38,7 @@ def at_corners(mesh, name):
 
 
 def same_at_corners(pieces, whole, name, off=1e-6):
-    """Whether all faces of the pieces have at their corners what the whole has, and none is missing."""
+    """Assert that the pieces have exactly the faces of the whole, with equal values at their corners."""
     joined = pv.merge(pieces, merge_points=False).extract_surface(algorithm=None)
     found, expected = at_corners(joined, name), at_corners(whole, name)
     np.testing.assert_array_equal(np.sort(found[0]), np.sort(expected[0]))
@@ -62,9 +62,9 @@ def test_normals_and_sharp_edges_are_those_of_one_piece(mesh, angle):
     for piece in pieces:
         piece.point_data["n"] = ph.pipeline.vertex_normals(piece)
     if mesh == "ball" and angle is None:
-        with pytest.raises(AssertionError):  # without neighbours they are off along the borders
+        with pytest.raises(AssertionError):  # without neighbours normals along borders differ
             same_at_corners(pieces, whole, "n", 1e-2)
-        apart = [piece.translate((2e-7 * k, 0, 0)) for k, piece in enumerate(pieces)]  # no two points to the bit
+        apart = [piece.translate((2e-7 * k, 0, 0)) for k, piece in enumerate(pieces)]  # no points coincide
         assert not any(len(around.points) for around in all_neighbours(apart))
 
 
@@ -104,7 +104,7 @@ def test_an_index_is_read_as_pieces_and_written_back(suffix, client):
     mesh = bare(MESHES["ball"])
     whole = mesh.phong.shade(SCENE, BRIGHT)
     pieces = cut(mesh) if suffix == ".pvtu" else surfaces(mesh)
-    pieces[0].point_data["mark"] = np.zeros(pieces[0].n_points)  # the others have none
+    pieces[0].point_data["mark"] = np.zeros(pieces[0].n_points)  # the other pieces have no such array
     index = save_pieces(pieces, "in", suffix)
     batch = ph.shade_files(index, "lit", SCENE, BRIGHT, client=client)
     assert (len(batch.done), batch.skipped, batch.failed) == (len(pieces) + 1, (), {})
@@ -126,7 +126,7 @@ def test_an_index_is_read_as_pieces_and_written_back(suffix, client):
 
 
 def ghosts(mesh):
-    """A mesh whose cells are all there only to know its neighbours."""
+    """Return a mesh that has only ghost cells."""
     mesh = mesh.copy()
     mesh.cell_data["vtkGhostType"] = np.ones(mesh.n_cells, np.uint8)
     mesh.point_data["tint"], mesh.cell_data["color"] = np.ones((mesh.n_points, 3)), np.ones((mesh.n_cells, 3))
@@ -156,7 +156,7 @@ def test_pieces_without_cells_of_their_own_come_out_empty_and_leave_the_others_a
     assert ph.shade_files(index, "lit", scene, BRIGHT, client=client).done == ()
 
 
-@pytest.mark.filterwarnings("ignore::pvphong.NormalsWarning")  # they are none of theirs
+@pytest.mark.filterwarnings("ignore::pvphong.NormalsWarning")  # constant normals do not fit a ball
 def test_pieces_with_normals_are_lit_with_them(client):
     pieces = surfaces(bare(MESHES["ball"]), 2)
     for piece in pieces:

@@ -1,4 +1,4 @@
-"""Many files: what is lit, what is skipped, what fails and why; and nothing half written."""
+"""Many files: lit, skipped and failed files, the reasons of failures, and no partly written files."""
 
 import json
 import os
@@ -20,7 +20,7 @@ GOLD = ph.Material.named("gold")
 
 @pytest.fixture
 def files():
-    """Three meshes in a folder."""
+    """Save three meshes in a folder."""
     os.mkdir("in")
     for number in range(3):
         bare(pv.Sphere(center=(number, 0, 0))).save(f"in/ball_{number}.vtp")
@@ -53,7 +53,7 @@ def test_each_file_is_lit_as_by_itself_and_has_a_receipt(files, client):
 
 @pytest.mark.parametrize("scene", [None, ph.DirectionalLight()], ids=["default", "no viewer"])
 def test_one_viewer_sees_all_files(files, client, scene):
-    bare(pv.Plane(center=(0, 2, 0))).save("in/sheet.vtp")  # whose edges are open
+    bare(pv.Plane(center=(0, 2, 0))).save("in/sheet.vtp")  # has open edges
     files = [*files, Path("in/sheet.vtp")]
     assert not ph.shade_files(files, "lit", scene, GOLD, client=client).failed
     blocks = pv.MultiBlock([pv.read(path) for path in files])
@@ -164,9 +164,9 @@ def test_a_piece_that_cannot_be_read_leaves_the_index_unwritten_until_it_can(cli
             patch.setattr(shading, "border_in", border_in)
         batch = ph.shade_files(index, "lit", SCENE, GOLD, client=client)
     assert (len(batch.done), set(batch.failed)) == (len(pieces) - 1, {broken, index})
-    assert batch.failed[index] == f"not written, for 1 of the {len(pieces)} files that it names failed"
+    assert batch.failed[index] == f"not written, because 1 of its {len(pieces)} files failed"
     assert not Path("lit/whole.pvtp").exists()
-    if fault == "damaged":  # where no piece can be read, nothing is written
+    if fault == "damaged":  # no piece can be read, so nothing is written
         only = save_pieces([pv.Sphere()] * 2, "in/both", ".pvd")
         for path in Path("in/both/whole").iterdir():
             path.write_text("garbage")
@@ -175,7 +175,7 @@ def test_a_piece_that_cannot_be_read_leaves_the_index_unwritten_until_it_can(cli
     again = ph.shade_files(index, "lit", SCENE, GOLD, client=client)
     assert len(again.done) == len(pieces) + 1, "the others had no neighbour there"
     assert Path("lit/whole.pvtp").exists()
-    if fault == "out of memory":  # a piece that has been lit from what it is now stays so
+    if fault == "out of memory":  # pieces lit from the current inputs are kept
         next(Path("lit").rglob("part_0.vtp")).unlink()
         monkeypatch.setattr(shading, "border_in", border_in)
         batch = ph.shade_files(index, "lit", SCENE, GOLD, client=client)
@@ -195,14 +195,14 @@ def test_blocks_that_name_one_file_have_one_material(client):
     index = save_pieces([pv.Sphere(), pv.Cube()], "in", ".vtm")
     index.write_text(index.read_text().replace("part_0", "part_1"))
     other = {"part 1": GOLD, "default": ph.Material()}
-    with pytest.raises(ValueError, match=r"^material must be alike .* got one of '.*' and another of 'part 1'"):
+    with pytest.raises(ValueError, match=r"^material must be the same .* different materials for '.*' and 'part 1'"):
         ph.shade_files(index, "lit", SCENE, other, client=client)
     alike = {"part 1": GOLD, "deep/part 0": GOLD}
     assert not ph.shade_files(index, "lit", SCENE, alike, client=client).failed
     np.testing.assert_array_equal(pv.read("lit/whole.vtm")[1]["phong"], pv.Cube().phong.shade(SCENE, GOLD)["phong"])
 
 
-# --- where things go
+# --- output paths
 
 
 def test_outputs_have_the_names_of_their_inputs_and_indices_folders_of_theirs():
@@ -232,7 +232,7 @@ def test_a_pattern_for_files_inside_of_the_output_folder_alone_matches_them(file
     assert paths_of("*.vtp", Path("..")) == [Path(path.name) for path in files]
 
 
-# --- what is refused, before anything is written
+# --- invalid arguments raise before anything is written
 
 
 @pytest.fixture
@@ -250,21 +250,21 @@ def odd_files():
 
 BOUNCING = replace(SCENE, light_model=ph.LightModel(shadows=True, bounces=1))
 REFUSED = {
-    r"^paths must be a pattern that some file matches; got no/\*\.vtp\.": {"paths": "no/*.vtp"},
-    r"^paths must be files with different names; got in/ball_0\.vtp and odd/ball_0\.stl, both lit": {
+    r"^paths must be a pattern that matches a file; got no/\*\.vtp\.": {"paths": "no/*.vtp"},
+    r"^paths must be files with different names; got in/ball_0\.vtp and odd/ball_0\.stl, both for lit": {
         "paths": ["in/*.vtp", "odd/ball_0.stl"]
     },
     r"^paths must be at least one file; got none": {"paths": []},
     r"^paths must be a pattern, a path, or a sequence of them; got 5": {"paths": 5},
     r"^paths must be an index that does not name itself": {"paths": "odd/circle.pvd"},
-    r"^paths must be a file of one of .* can be read; got odd/mesh\.vtm\. It holds Poly": {"paths": "odd/mesh.vtm"},
-    r"^paths must be a file of one of .* odd/text\.pvtp\. It cannot be understood": {"paths": "odd/text.pvtp"},
+    r"^paths must be a file of one of .* can be read; got odd/mesh\.vtm\. It contains Poly": {"paths": "odd/mesh.vtm"},
+    r"^paths must be a file of one of .* odd/text\.pvtp\. It cannot be parsed": {"paths": "odd/text.pvtp"},
     r"^paths must be a file that exists; got b\.pvtp": {"paths": "b.pvtp"},
     r"^paths must be a file that exists; got aaaa": {"paths": "a" * 300 + ".pvtp"},
     r"^paths must be an index that names files; got odd/empty\.pvd": {"paths": "odd/empty.pvd"},
-    r"^paths must be an index that names files; .* One of its entries names ''": {"paths": "odd/nameless.pvd"},
-    r"^out must be another folder than that of the files; got in": {"out": "in"},
-    r"^out must be a folder that can be made; got file": {"out": "file"},
+    r"^paths must be an index that names files; .* An entry names ''": {"paths": "odd/nameless.pvd"},
+    r"^out must be another folder than the input's; got in": {"out": "in"},
+    r"^out must be a folder that can be created; got file": {"out": "file"},
     r"^light_model must be without bounces .* for the pieces of odd/whole\.pvtp": {
         "paths": "odd/whole.pvtp", "scene": BOUNCING
     },
@@ -278,8 +278,8 @@ REFUSED = {
     r"^seams must be one of 'merge', 'keep'": {"seams": "weld"},
     r"^compress must be one of 'lz4', 'zlib', 'none'": {"compress": "zip"},
     r"^client must be a distributed\.Client, or the address .* got 5": {"client": 5},
-    r"^client must be .* got here\. It names no port\.": {"client": "here"},
-    r"^workers must be left out beside a client": {"workers": 2},
+    r"^client must be .* got here\. The address has no port\.": {"client": "here"},
+    r"^workers must be omitted with a client": {"workers": 2},
     r"^workers must be a finite number >= 1": {"workers": 0, "client": None},
 }  # fmt: skip
 
@@ -307,8 +307,8 @@ def test_a_scheduler_that_is_not_there_is_refused_at_once(files, address):
     ("change", "message"),
     [
         (lambda workers, _: workers.clear(), r"got a cluster without workers\. Start workers"),
-        (lambda _, packages: packages.update(pvphong="0.0"), "have pvphong .* as here; got pvphong 0.0 at "),
-        (lambda _, packages: packages.pop("vtk"), "have vtk .* as here; got vtk missing at "),
+        (lambda _, packages: packages.update(pvphong="0.0"), "have pvphong .*, as this process; got pvphong 0.0 at "),
+        (lambda _, packages: packages.pop("vtk"), "have vtk .*, as this process; got vtk missing at "),
     ],
 )
 def test_workers_with_other_versions_are_refused(files, client, monkeypatch, change, message):

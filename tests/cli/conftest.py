@@ -1,4 +1,4 @@
-"""A folder for each test with mesh files and rigs, which are written once."""
+"""A folder for each test, with mesh files and rigs that are written once."""
 
 import os
 import shutil
@@ -25,7 +25,7 @@ def _written(tmp_path_factory):
     sphere["tint"] = np.linspace(0, 1, 3 * sphere.n_points).reshape(-1, 3)
     sphere["height"] = sphere.points[:, 2].copy()
     box = pv.ImageData(dimensions=(4, 4, 4))
-    box["deep"] = np.where(np.arange(64) == 21, 99.0, np.arange(64.0))  # the greatest is inside
+    box["deep"] = np.where(np.arange(64) == 21, 99.0, np.arange(64.0))  # the maximum is an inner point
     cube = pv.Cube(clean=True)
     cube.clear_data()
     cloud = pv.PolyData(np.eye(3))

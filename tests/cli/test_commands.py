@@ -1,4 +1,4 @@
-"""Commands give what the accessors give: in files, in pictures and in words."""
+"""Commands give the accessors' results, as files, pictures and text."""
 
 import json
 import re
@@ -30,7 +30,7 @@ def run(words):
 
 
 def ask(what, file, rig=None, material=None, model=None, **options):
-    """What `mesh.phong` gives for a mesh's file and a rig's."""
+    """Call a method of `mesh.phong` for a mesh file and a rig file."""
     mesh = pv.read(file)
     scene = default_scene(mesh) if rig is None else ph.Scene.load(rig)
     scene = replace(scene, light_model=model or scene.light_model)
@@ -180,7 +180,7 @@ def test_a_picture_of_the_size_and_background_asked_for():
     assert picture.dimensions == (120, 60, 1)
     pixels = picture.active_scalars.reshape(60, 120, 3)
     np.testing.assert_array_equal(pixels[0, 0], (0, 0, 128))
-    assert 30 < (pixels != (0, 0, 128)).any(axis=(1, 2)).sum() < 50  # rows: it fills a picture of that shape
+    assert 30 < (pixels != (0, 0, 128)).any(axis=(1, 2)).sum() < 50  # rows: the mesh fills a picture of that shape
     middle = pixels[30, 60].astype(int)
     assert middle[1] > max(middle[0], middle[2]) > 30  # jade is green
     assert run("shade blocks.vtm -o lit.png") == 0
@@ -308,7 +308,7 @@ def test_tradeoff_prints_the_report_and_writes_figure_and_numbers(capsys):
     assert shown.splitlines()[-3:] == ["a.png", "a.csv", "a.json"]
     numbers = json.loads(Path("a.json").read_text())
     assert numbers["tolerance"] == 0.01
-    assert next(entry["runs"] for entry in numbers["ledger"] if entry["effect"] == "shadow")  # alone it casts none
+    assert next(entry["runs"] for entry in numbers["ledger"] if entry["effect"] == "shadow")  # the roof casts it
     assert f"at the vertices: {numbers['chosen']['at the vertices']}, " in shown
     assert len(Path("a.csv").read_text().splitlines()) == 1 + len(numbers["rows"])
     assert pv.read("a.png").dimensions[0] > 100
@@ -329,7 +329,7 @@ def test_demo_leaves_a_lit_mesh_a_picture_the_rig_and_a_report_and_can_be_repeat
     pixels = pv.read(folder / "airplane.png").active_scalars
     assert 0.05 < (pixels[:, 2] > pixels[:, 0].astype(int) + 50).mean() < 0.9  # blue
     words = re.compile(r"[A-Za-z]{5,}")
-    assert set(words.findall(report)) <= set(words.findall(out))  # none is broken
+    assert set(words.findall(report)) <= set(words.findall(out))  # no word is broken across lines
     assert max(map(len, out.splitlines())) <= COLUMNS
     for said in ("1335 points, 2452 faces", "sun: DirectionalLight", lit.phong.diagnose().explain()):
         assert said in report

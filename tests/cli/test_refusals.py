@@ -1,4 +1,4 @@
-"""What a command cannot do is one line on the error output, exit status 2, and no file."""
+"""Bad calls and inputs give one line on the error output, exit status 2, and no file."""
 
 import json
 import os
@@ -72,7 +72,7 @@ REFUSED = {
     "shade sphere.vtp cube.vtp -o lit --sun 315,20": "--sun must be used with --scene for many files",
     f"{SHADE} --sun 315": "--sun must be two numbers separated by a comma; got 315.",
     f"{SHADE} --sun 315,100": "elevation must be a finite number >= -90 and <= 90",
-    "shade no/*.vtp -o lit/": "paths must be a pattern that some file matches; got no/*.vtp.",
+    "shade no/*.vtp -o lit/": "paths must be a pattern that matches a file; got no/*.vtp.",
     "shade sphere.vtp -o lit/ --scheduler tcp://127.0.0.1:1": "got tcp://127.0.0.1:1.",
     "plan blocks.vtm --scene parts.json": "material must be a mapping with the names of all blocks",
     "validate": "MESH must be given, or --all instead",
@@ -144,7 +144,7 @@ def test_damaged_files_are_refused_or_read_as_they_are(count):
     command = [sys.executable, "-W", "ignore", fuzzing.__file__, str(count)]
     report = json.loads(subprocess.run(command, capture_output=True, text=True, check=False).stdout)
     assert (report["files"], report["faults"], report["cut_and_accepted"]) == (count, [], {})
-    assert {"0", "2"} <= {words.split()[1] for words in report["statuses"]}  # some are refused, and not all
+    assert {"0", "2"} <= {words.split()[1] for words in report["statuses"]}  # some are rejected, some are read
 
 
 def test_of_many_files_one_that_cannot_be_lit_makes_the_status_1(capsys):
@@ -199,4 +199,4 @@ def test_one_file_is_lit_into_a_folder_without_dask_and_several_are_not(monkeypa
     assert run("shade half.ply -o lit/") == 1
     assert "half.ply: " in capsys.readouterr().err
     assert run("shade sphere.vtp cube.vtp -o lit/") == 2
-    assert "each file can be lit by itself" in capsys.readouterr().err
+    assert "Without Dask, light each file by its own call." in capsys.readouterr().err

@@ -1,4 +1,4 @@
-"""The command line's parent: whatever becomes of the work, one line at most, the right status, and nothing left.
+"""The command line's parent: after any crash at most one line, the right status, and no files or processes left.
 
 The work here is a line of Python in the place of the commands, so that a test takes a fraction of a second.
 """
@@ -58,7 +58,7 @@ def run(work, *more, **how):
 
 
 def alive(process):
-    """Whether a process is there and no zombie."""
+    """Return True if a process is running and not a zombie."""
     try:
         with open(f"/proc/{process}/stat") as stat:
             return stat.read().rpartition(")")[2].split()[0] != "Z"
@@ -96,14 +96,14 @@ CRASHES = {
 
 @pytest.mark.parametrize(("work", "line"), CRASHES.items())
 def test_a_crash_is_one_line_and_status_2(work, line):
-    """It names the file that was read, if there is one; a reader that comes to no end is ended."""
+    """The message names the file being read. A reader that does not finish is killed."""
     assert run(work) == (2, "", f"error: {line}\n")
     if work.endswith("signal.SIGABRT)"):
         assert run(work, forks=False) == (2, "", f"error: {line}\n")
 
 
 def test_a_crash_after_the_work_is_none():
-    """Libraries may fall over when they are unloaded."""
+    """Libraries may crash when they are unloaded."""
     assert run("import atexit; atexit.register(os.abort); print('done')", status=1) == (1, "done\n", "")
 
 
@@ -137,7 +137,7 @@ def test_memory_and_time_are_limited_while_a_file_is_read_with_its_parts_even_if
 
 @pytest.mark.parametrize(("number", "status"), [(signal.SIGINT, 130), (signal.SIGTERM, 143), (signal.SIGHUP, 129)])
 def test_an_interruption_ends_quietly_and_leaves_nothing(number, status):
-    """Even where C code would not let Python's own handlers run."""
+    """Signals end the work even during C code, in which Python's handlers do not run."""
     process = start(WRITING + "import ctypes; ctypes.CDLL(None).sleep(60)")
     process.stdout.readline()
     assert len(os.listdir()) == 1
@@ -149,7 +149,7 @@ def test_an_interruption_ends_quietly_and_leaves_nothing(number, status):
 
 @pytest.mark.parametrize("forks", [True, False])
 def test_an_interruption_of_a_parent_that_has_just_begun_leaves_no_child_running(forks):
-    """It comes when the child is there, and nothing says yet what is to become of it."""
+    """The signal arrives after the fork and before the handlers are set."""
     begin = "fork" if forks else "posix_spawn"
     driver = f"""
 import os, signal
@@ -162,7 +162,7 @@ def interrupted(*given):
 os.{begin} = interrupted
 """ + DRIVER.format(forks=forks)
     given = [sys.executable, "-W", "ignore", "-c", driver, "time.sleep(60)", "0"]
-    found = subprocess.run(given, capture_output=True, text=True, timeout=20)  # until nothing has the pipes any more
+    found = subprocess.run(given, capture_output=True, text=True, timeout=20)  # until the pipes close
     assert (found.returncode, found.stdout, found.stderr) == (143, "", "")
 
 

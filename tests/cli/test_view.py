@@ -1,4 +1,4 @@
-"""The window of `pvphong view`: what it shows, and what its keys save; nothing opens here."""
+"""The window of `pvphong view`: its content, and the files its keys save. No window opens in these tests."""
 
 import os
 import subprocess
@@ -29,7 +29,7 @@ SCENE = Scene(
 
 @pytest.fixture
 def shown(monkeypatch):
-    """The plotters that were shown."""
+    """Collect the plotters that are shown."""
     plotters = []
     monkeypatch.setattr(pv, "OFF_SCREEN", False)
     monkeypatch.setattr(view, "drawing_window", lambda: "vtkXOpenGLRenderWindow")
@@ -114,7 +114,7 @@ def test_a_display_that_is_not_there_is_an_error_and_no_crash():
 
 @pytest.fixture
 def keys(shown, monkeypatch):
-    """Key → function of a window on a mesh."""
+    """Return key → function of a window on a mesh."""
     taken = {}
     monkeypatch.setattr(PlotterPhong, "add_gizmos", lambda _, *, keys: taken.update(keys))
 
