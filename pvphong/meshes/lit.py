@@ -166,7 +166,7 @@ class Prepared(NamedTuple):
 
 
 class Ready(NamedTuple):
-    """A mesh that is ready to be planned for; fields are those of `Prepared`."""
+    """A mesh with everything that its plan needs; the fields are those of `Prepared`."""
 
     mesh: pv.DataSet
     source: pv.PolyData
@@ -183,8 +183,8 @@ def prepare(mesh: pv.DataSet, scene: SceneLike | None, material: Material | str,
 
 
 def ready(mesh: pv.DataSet, scene: SceneLike | None, material: Material | str, setting: Setting) -> Ready:
-    """Prepare a mesh to be planned for: its surface, its vertices, and a scene with a viewer."""
-    # another thread may replace arrays meanwhile, so take a copy that shares them first, and read only that
+    """Return what the plan of a mesh needs: its surface, its vertices, and a scene with a viewer."""
+    # The copy shares the arrays. So arrays that another thread replaces meanwhile are not mixed with the old ones.
     now = shallow_copy(mesh) if isinstance(mesh, pv.PolyData) else mesh
     material = as_material(material)
     source, maps, tangents = surface_and_maps(now, material, setting.feature_angle)
@@ -246,70 +246,72 @@ def shade_blocks(
     precision: Precision = "float32",
     backend: Backend = "auto",
 ) -> pv.MultiBlock:
-    """A new MultiBlock of lit meshes: those that `shade_mesh` gives of each, to the bit.
+    """Return a new MultiBlock of lit meshes, with the same bits as `shade_mesh` of each block.
 
-    Planning for a hundred points, and starting to light them, takes as long as for ten thousand. So there is one plan
-    for all small blocks of the same material without maps, and they are lit at once.
+    Planning and starting to light a hundred points takes as long as ten thousand. So small blocks of the same material
+    without maps form a group, which has one plan and is lit at once.
 
     Parameters
     ----------
     blocks : pyvista.MultiBlock
         They are not modified.
     scene : Scene
-        With a viewer; no light bounces in it.
+        Scene with a viewer and without bounces.
     own : iterator
-        Of each dataset that is not empty, in their order, its material and the fields of its `Setting`.
+        Material and fields of the `Setting` of each dataset that is not empty, in their order.
     name, components, shares_by_bounce, precision, backend
         As for `shade_mesh`.
     """
-    run: dict[str, Any] = {"precision": precision, "components": components}
     groups: dict[Any, tuple[list[Ready], Iterator[pv.PolyData]]] = {}
-    wholes: dict[int, Equation] = {}
+    equations: dict[int, Equation] = {}
 
-    def lit_at_once(alike: list[Ready], setting: Setting, among: Backend) -> Iterator[pv.PolyData]:
-        parts = [each.vertices for each in alike]
+    def light(members: list[Ready], setting: Setting, backend: Backend) -> Iterator[pv.PolyData]:
+        """Light a group at once, and yield its meshes in the order of its members."""
+        parts = [member.vertices for member in members]
         vertices = parts[0] if len(parts) == 1 else Vertices.of_all(parts)
         how: dict[str, Any] = {"matrix": setting.matrix, "tolerance": setting.tolerance}
-        planned = Plan.of(scene, alike[0].material, vertices, **how)
-        shading = planned.run(vertices, backend=among, **run)
+        planned = Plan.of(scene, members[0].material, vertices, **how)
+        shading = planned.run(vertices, precision=precision, backend=backend, components=components)
         ends = accumulate(map(len, parts), initial=0)
-        for each, rows in zip(alike, starmap(slice, pairwise(ends)), strict=True):
-            its_own = shading if each.vertices is vertices else shading.part(rows).copy()
-            yield _lit_mesh(Prepared(*each, planned), its_own, name, shares_by_bounce)
+        for member, rows in zip(members, starmap(slice, pairwise(ends)), strict=True):
+            # A view would keep the colours of the whole group in memory.
+            its_own = shading if len(members) == 1 else shading.part(rows).copy()
+            yield _lit_mesh(Prepared(*member, planned), its_own, name, shares_by_bounce)
 
-    def kind_of(one: Ready, setting: Setting) -> Any:
-        """Equal for those that are lit at once; None for one that is lit alone."""
-        material, vertices = one.material, one.vertices
-        if vertices.maps or setting.tolerance:  # what may be traded depends on where the others are
+    def group_key(member: Ready, setting: Setting) -> Any:
+        """Return a key that is equal for all members of a group; None for a block that is lit alone."""
+        material, vertices = member.material, member.vertices
+        if vertices.maps or setting.tolerance:  # a plan with a tolerance depends on all its vertices
             return None
-        whole = wholes.get(id(material))
-        if whole is None:
-            whole = wholes[id(material)] = in_parts(vertices.equation(scene, material, setting.matrix))
-        if whole.channels or is_worth_loading(len(vertices), whole):
+        if id(material) not in equations:
+            equations[id(material)] = in_parts(vertices.equation(scene, material, setting.matrix))
+        equation = equations[id(material)]
+        if equation.channels or is_worth_loading(len(vertices), equation):
             return None
-        stored = one.source.GetPointData().GetNormals()
+        stored = member.source.GetPointData().GetNormals()
         return id(material), vertices.points.dtype, None if stored is None else stored.GetDataType()
 
-    def begin(block: pv.DataSet) -> Iterator[pv.PolyData]:
-        """Gives it lit when its turn comes: groups are complete by then."""
+    def prepare_block(block: pv.DataSet) -> Iterator[pv.PolyData]:
+        """Return the iterator that yields the lit block. Blocks of a group share it, in their order."""
         material, options = next(own)
         setting = Setting(**options)
-        one = ready(block, scene, material, setting)
-        warn_of_normals(block, one.source, scene, setting.matrix)
-        _refuse_output(name, one.source, components, shares_by_bounce)
-        kind = kind_of(one, setting)
-        if kind is None:
-            return lit_at_once([one], setting, backend)
-        if kind not in groups:
-            alike: list[Ready] = []
-            # few vertices are lit by the reference if nothing else was said, and so are many of these
-            groups[kind] = alike, lit_at_once(alike, setting, "numpy" if backend == "auto" else backend)
-        alike, results = groups[kind]
-        alike.append(one)
+        member = ready(block, scene, material, setting)
+        warn_of_normals(block, member.source, scene, setting.matrix)
+        _refuse_output(name, member.source, components, shares_by_bounce)
+        key = group_key(member, setting)
+        if key is None:
+            return light([member], setting, backend)
+        if key not in groups:
+            members: list[Ready] = []
+            # "auto" lights each of these blocks alone with NumPy, so it lights the group with NumPy too.
+            groups[key] = members, light(members, setting, "numpy" if backend == "auto" else backend)
+        members, results = groups[key]
+        members.append(member)
         return results
 
-    turns = deque(of_each(blocks, begin))
-    return map_blocks(blocks, lambda _: next(turns.popleft()))
+    # All groups are complete before the first iterator starts.
+    iterators = deque(of_each(blocks, prepare_block))
+    return map_blocks(blocks, lambda _: next(iterators.popleft()))
 
 
 def lit_together(

@@ -43,38 +43,44 @@ class VisibilityLike(Protocol):
 
 
 class Around(NamedTuple):
-    """Prior knowledge of the visibility of an area light or the sky from n places, before rays are cast."""
+    """Visibility of a light with a size, or of the sky, known around n places before rays are cast from them."""
 
     least: FloatArray
-    """Shape (n,): the least part of it that is seen around each place."""
+    """Least visible part around each place, shape (n,)."""
     most: FloatArray
-    """Shape (n,): the largest."""
+    """Largest visible part around each place, shape (n,)."""
     goal: Goal | None = None
-    """When the part that is seen from a place is known well enough; None where the rays' own tolerance says that."""
+    """Accuracy at which a place needs no more rays; None if only the tolerance of the rays limits them."""
 
     def at(self, rows: Any) -> Around:
-        """Some of the places."""
+        """Return the record of some of the places."""
         return Around(self.least[rows], self.most[rows], None if self.goal is None else self.goal.at(rows))
 
 
 class Goal(NamedTuple):
-    """Places whose colours are compared with others, and how far they may be off."""
+    """Comparison of the colours at places, lit by a light, with given colours: it ends the rays at a place early."""
 
-    off: Float64Array
-    """Shape (..., 3): the colour where nothing is seen of a light, minus that with which it is compared."""
-    step: Float64Array
-    """Shape (..., 3): what is added where all of it is seen."""
+    if_hidden: Float64Array
+    """Difference from the given colours if the light is hidden, shape (..., 3)."""
+    contribution: Float64Array
+    """Colour that the light adds if it is fully visible, shape (..., 3)."""
     allowed: Float64Array
-    """Shape (...,): what the largest difference may be."""
+    """Largest difference that is allowed, shape (...)."""
 
     def at(self, rows: Any) -> Goal:
-        """Those of some of the places."""
+        """Return the comparison of some of the places."""
         return Goal(*(each[rows] for each in self))
 
+    @property
+    def flat(self) -> Goal:
+        """The comparison of places in m triangles, arrays (m, s, ...), as rows of places, arrays (m · s, ...)."""
+        return Goal(self.if_hidden.reshape(-1, 3), self.contribution.reshape(-1, 3), self.allowed.ravel())
+
     def is_reached(self, part: Float64Array, error: Float64Array) -> BoolArray:
-        """(n,): whether the colour is within what is allowed, and two standard errors of the part change nothing."""
-        off = np.abs(self.off + part[:, None] * self.step) + 2.0 * error[:, None] * np.abs(self.step)
-        reached: BoolArray = off.max(axis=1) <= self.allowed
+        """Return True (n,) where the difference is allowed, even if the visible part is two standard errors off."""
+        difference = np.abs(self.if_hidden + part[:, None] * self.contribution)
+        uncertainty = 2.0 * error[:, None] * np.abs(self.contribution)
+        reached: BoolArray = (difference + uncertainty).max(axis=1) <= self.allowed
         return reached
 
 

@@ -81,5 +81,5 @@ def test_rays_end_where_a_colour_is_within_what_is_allowed_and_not_before():
     assert (taken_without == 1024).all()
     assert without.part[2] == found.part[2]
     rows = np.array([2, 0])
-    np.testing.assert_array_equal(around.at(rows).goal.off, off[rows])
+    np.testing.assert_array_equal(around.at(rows).goal.if_hidden, off[rows])
     np.testing.assert_array_equal(Around(np.zeros(3), np.ones(3)).at(rows).most, 1.0)

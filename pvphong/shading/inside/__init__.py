@@ -1,6 +1,6 @@
-"""Colours between vertices: errors of interpolation, and triangles that are split or cut where they are large.
+"""Errors of colours that are interpolated inside triangles, and the refinement that reduces them.
 
-In reading order: `lighting` is what is compared there, `places` where that is looked at, and `interpolation` finds
-where it is off; `triangles` are bisected and cut, as index arrays; `surface`
-has their lit vertices; `cutting` finds edges of shadows and cones, and cuts there; `splitting` splits the rest.
+In reading order: `lighting` computes interpolated and exact colours, `places` selects the samples in triangles, and
+`interpolation` measures errors there. `triangles` bisects and cuts triangles as index arrays, and `surface` adds lit
+vertices. `cutting` finds the edges of shadows and cones and cuts along them; `splitting` bisects the other triangles.
 """

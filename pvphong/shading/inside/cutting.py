@@ -1,10 +1,10 @@
-"""Edges of what is seen of a light, found in triangles, which are cut along them: those of hard shadows and of cones.
+"""Search for the edges of hard shadows and of light cones in triangles, and cuts along them.
 
-Of a light without a size, a place on a surface sees all or nothing. Where one corner of a triangle sees it and another
-does not, the edge crosses two of its sides, and is bisected there; between, it is taken as straight, as by marching
-triangles (W. E. Lorensen, H. E. Cline: Marching cubes. Computer Graphics 21 (1987), 163-169). A triangle in which that
-is not so is split: where the edge is further from straight than is allowed, where it crosses and comes back, where a
-shadow is inside that no corner sees.
+A light without a size is fully visible or hidden from each place on a surface. If one corner of a triangle sees it and
+another does not, the edge crosses two sides, and bisection finds both crossings. The edge between them is approximated
+by a straight line, as in marching triangles (W. E. Lorensen, H. E. Cline: Marching cubes. Computer Graphics 21 (1987),
+163-169). A triangle is split first if the edge deviates too far from the line, if it crosses a side twice, or if the
+triangle contains a shadow that reaches no corner.
 """
 
 from __future__ import annotations
@@ -21,24 +21,24 @@ from pvphong.shading.inside.surface import LitSurface
 from pvphong.shading.inside.triangles import marked
 
 PIXEL = 2.0**-10
-"""A triangle in which colours jump is not split below this part of the mesh's diagonal: a pixel of a picture."""
+"""Least size of a triangle that is split at a jump, in diagonals of the mesh: about a pixel of a picture."""
 
-# The line of a cut is nowhere further from the edge than this part of the mesh's diagonal.
+# Largest distance between the line of a cut and the edge, in diagonals of the mesh.
 _DEVIATION = 2.0**-12
 
-# The edge is bisected on a side until it is known to 2⁻²⁰ of it, and beside the middle of a cut roughly.
+# Numbers of bisections for a crossing, which is then known to 2⁻²⁰ of its side, and for the deviation of a cut.
 _HALVINGS, _ROUGHLY = 20, 10
 
-# A side shorter than so many steps of its coordinates' precision is not cut.
+# Least length of a side that is cut, in steps of its coordinates' precision.
 _LEAST_STEPS = 64.0
 
-# Where a triangle is looked at: in quarters of its sides, and inside.
+# Samples of a triangle: at quarters of its sides, and inside.
 _QUARTERS = np.array([0.25, 0.5, 0.75])
 _INSIDE = np.array([[2.0, 1.0, 1.0], [1.0, 2.0, 1.0], [1.0, 1.0, 2.0], [4.0 / 3.0] * 3]) / 4.0
 _CENTER = 3
 
-# Triangles in which nothing is found there are looked at more closely, so that nothing is missed that is wider than a
-# pixel; of very much surface than this part of it, in so many rays.
+# Triangles whose samples agree are sampled densely, so that no shadow wider than a pixel is missed. On a very large
+# surface, _MOST_RAYS limits the number of rays and thus the density.
 _MOST_RAYS = 2**19
 _RAYS_AT_ONCE = 2**16
 _FINEST = 2**9
@@ -48,24 +48,24 @@ class Cuts(NamedTuple):
     """Summary of the cuts."""
 
     sides: int = 0
-    """The number of sides of triangles that were."""
+    """Number of triangle sides that were cut."""
     strip: float = 0.0
-    """The area, in the mesh's unit, in which colours may be those of the other side of an edge."""
+    """Area, in the mesh's unit, that may have the colours of the other side of an edge."""
     is_spent: bool = False
-    """Whether there were not points enough."""
+    """True if the limit of vertices stopped the cuts."""
 
 
 def cut_edges(surface: LitSurface, tolerance: float, limit: int) -> Cuts:
-    """Cut along the edges of all lights, one after the other, where the colour jumps there by more than a tolerance.
+    """Cut along the edges of all lights, one light after the other, where the colour jumps by more than a tolerance.
 
     Parameters
     ----------
     surface : LitSurface
-        It is split and cut.
+        Surface to split and cut, in place.
     tolerance : float
-        Smaller jumps are left alone.
+        Smaller jumps are not cut.
     limit : int
-        How many vertices there may be then.
+        Largest number of vertices afterwards.
     """
     cuts = [_Edge(surface, light, tolerance, limit).cut() for light in surface.lighting.sharp]
     sides, strips, spent = zip(*cuts, strict=True) if cuts else ((), (), ())
@@ -73,9 +73,9 @@ def cut_edges(surface: LitSurface, tolerance: float, limit: int) -> Cuts:
 
 
 def uncut_area(surface: LitSurface, tolerance: float) -> float:
-    """The area of triangles that an edge crosses and no cut, with a jump that is larger than a tolerance.
+    """Return the area of triangles that an edge crosses without a cut, if the jump exceeds a tolerance.
 
-    Their parts would have had no area; there are some where edges of several lights run together.
+    They were not cut because a part would have no area. This happens where edges of several lights meet.
     """
     corners, vertices = surface.triangles.corners, surface.vertices
     is_crossed = np.zeros(len(corners), dtype=bool)
@@ -91,15 +91,15 @@ class _Crossings(NamedTuple):
     """Crossings of an edge with sides and triangles."""
 
     along: Float64Array
-    """(s,): where it crosses each side; NaN where it does not."""
+    """Position of the crossing on each side, a fraction of its length, shape (s,); NaN if it is not crossed."""
     step: Float64Array
-    """(s,): how far the colour jumps there."""
+    """Jump of the colour there, shape (s,)."""
     rows: IntArray
-    """(k,): triangles that it crosses."""
+    """Triangles that the edge crosses, shape (k,)."""
     deviation: Float64Array
-    """(k,): how far it is from a straight line in each."""
+    """Largest distance of the edge from a straight line in each of them, shape (k,)."""
     width: Float64Array
-    """(k,): the length of that line."""
+    """Length of that line, shape (k,)."""
 
 
 class _Edge:
@@ -130,7 +130,7 @@ class _Edge:
                 found = self._crossings()
         return self._part(found, is_spent)
 
-    # -- looking at triangles
+    # -- samples of triangles
 
     def _sizes(self, rows: IntArray) -> tuple[Float64Array, Float64Array]:
         return sizes(self._surface.vertices.points, self._surface.triangles.corners[rows])
@@ -145,7 +145,7 @@ class _Edge:
         return steps_at(self._light, self._surface.vertices, corners, weights)
 
     def _look(self, rows: IntArray) -> None:
-        """Look at places in triangles that are new or changed: whether something is hidden from their corners."""
+        """Sample triangles that are new or changed, and record those with an edge that their corners do not show."""
         triangles, is_lit = self._surface.triangles, self._is_lit
         rows = rows[self._sizes(rows)[1] > 0.0]
         added = len(triangles) - len(self._is_hidden)
@@ -173,7 +173,7 @@ class _Edge:
         self._look_closely(rows[is_uniform & ~self._is_hidden[rows]])
 
     def _look_closely(self, rows: IntArray) -> None:
-        """Look at places as close to each other as pixels in triangles whose corners, sides and middles are alike."""
+        """Sample triangles whose corners, sides and middles agree at places a pixel apart."""
         corners, is_lit = self._surface.triangles.corners, self._is_lit
         steps = np.maximum(self._sizes(rows)[0] / self._spacing, 1.0)
         orders = np.minimum(2 ** np.rint(np.log2(steps)).astype(np.int64), _FINEST)
@@ -189,9 +189,9 @@ class _Edge:
                 self._is_hidden[some[found]] |= self._steps(corners[some[found]], place)[:, 0] > self._tolerance
 
     def _can_jump(self, corners: IntArray, places: Float64Array, is_other: BoolArray) -> BoolArray:
-        """(k,): whether the colour may jump by more than the tolerance around those places (k, s) that are different.
+        """Return True (k,) where the colour may jump by more than the tolerance near the places (k, s) in `is_other`.
 
-        The edge is within a place's distance to its neighbours, where a step may be larger by a third of its range.
+        The edge lies between a place and its neighbours. The step there may be larger by a third of its range.
         """
         steps = self._steps(corners, places)
         larger = np.ptp(steps, axis=1) / 3.0 if len(steps) else np.zeros(0)
@@ -221,7 +221,7 @@ class _Edge:
         return _Crossings(along, step, rows, *self._deviations(along, rows))
 
     def _lines(self, along: Float64Array, rows: IntArray) -> tuple[IntArray, Float64Array]:
-        """The corner of crossed triangles that is alone on its side, and the two ends of the line, (k, 2, 3)."""
+        """Return the corner (k,) of crossed triangles that is alone on its side, and the line's ends (k, 2, 3)."""
         triangles, is_lit = self._surface.triangles, self._is_lit
         at_corners = is_lit[triangles.corners[rows]]
         alone = odd_corner(at_corners)
@@ -233,7 +233,10 @@ class _Edge:
         return alone, weights
 
     def _deviations(self, along: Float64Array, rows: IntArray) -> tuple[Float64Array, Float64Array]:
-        """Deviations of the edge from a straight line at its quarters, and places inside that are on the wrong side."""
+        """Return the largest deviation (k,) of the edge from a line, and the line's length (k,).
+
+        The deviation is measured at the line's quarters, and at samples inside that are on its wrong side.
+        """
         triangles, index = self._surface.triangles, np.arange(len(rows))
         p = self._surface.vertices.points[triangles.corners[rows]]
         alone, ends = self._lines(along, rows)
@@ -244,13 +247,13 @@ class _Edge:
         near = np.stack([1.0 - _QUARTERS, _QUARTERS], axis=1) @ ends
         is_near = (self._seen(rows, near) == is_lit) if len(rows) else np.zeros((0, len(_QUARTERS)), dtype=bool)
         corner = np.broadcast_to(np.eye(3)[alone][:, None], near.shape)
-        far = np.where(is_near[..., None], (1.0 - corner) / 2.0, corner)  # where the other side of the edge should be
+        far = np.where(is_near[..., None], (1.0 - corner) / 2.0, corner)  # expected on the other side
         for _ in range(_ROUGHLY if len(rows) else 0):
             between = (near + far) / 2.0
             is_same = ((self._seen(rows, between) == is_lit) == is_near)[..., None]
             near, far = np.where(is_same, between, near), np.where(is_same, far, between)
         off = self._distances(far, p, x, y)
-        # places inside of the part of the corner that is alone have less than 1
+        # in the part of the corner that is alone, the sum below is less than 1
         part = 1.0 - ends[index, :, alone]
         others = np.stack([_INSIDE[:, (alone + turn) % 3].T for turn in (1, 2)], axis=2)
         with np.errstate(divide="ignore", over="ignore"):
@@ -261,7 +264,7 @@ class _Edge:
 
     @staticmethod
     def _distances(weights: Float64Array, p: Float64Array, x: Float64Array, y: Float64Array) -> Float64Array:
-        """(k, s): of places in triangles p (k, 3, 3) from the lines through x and y (k, 3)."""
+        """Return the distances (k, s) of places in triangles p (k, 3, 3) from the lines through x and y (k, 3)."""
         line = (y - x)[:, None]
         width = np.linalg.norm(line, axis=2)
         far = np.linalg.norm(np.cross(weights @ p - x[:, None], line), axis=2)
@@ -269,7 +272,7 @@ class _Edge:
         return result
 
     def _poor(self, found: _Crossings) -> IntArray:
-        """The triangles to split, the most urgent first."""
+        """Return the triangles to split, the most urgent first."""
         triangles = self._surface.triangles
         steps = found.step[triangles.sides[found.rows]]
         ends_inside = ((steps > 0.0).sum(axis=1) == 1) & (steps.max(axis=1) > self._tolerance)
@@ -280,7 +283,7 @@ class _Edge:
         rows = rows[self._sizes(rows)[0] >= PIXEL * self._surface.diagonal]
         return rows[np.argsort(-urgency[rows], kind="stable")]
 
-    # -- cutting them
+    # -- cuts
 
     def _part(self, found: _Crossings, is_spent: bool) -> Cuts:
         surface, triangles = self._surface, self._surface.triangles
@@ -288,7 +291,7 @@ class _Edge:
         signs = self._snapped(found)
         is_cut = triangles.with_tied((found.step > 0.0) & (signs[triangles.ends] != 0).all(axis=1))
         is_crossed = signs[triangles.ends].prod(axis=1) < 0
-        is_cut &= ~triangles.with_tied(is_cut & ~is_crossed)  # an edge that ends at another is left on both sheets
+        is_cut &= ~triangles.with_tied(is_cut & ~is_crossed)  # a side crossed on only one sheet is not cut
         along = np.nan_to_num(found.along)
         while len(bad := self._turned_over(is_cut, along)):
             is_cut &= ~triangles.with_tied(marked(len(is_cut), triangles.sides[bad]))
@@ -311,9 +314,9 @@ class _Edge:
         return Cuts(len(np.unique(triangles.ties[: len(is_cut)][is_cut])), strip, is_spent)
 
     def _snapped(self, found: _Crossings) -> IntArray:
-        """(n,): 1 and -1 for vertices on the two sides of the edge; 0 for those that are taken as on it.
+        """Return 1 or -1 for vertices on the two sides of the edge, and 0 for vertices on it, (n,).
 
-        These are nearer to it than half of what is allowed, on all their sides that it crosses.
+        A vertex is on the edge if all crossings of its sides are nearer to it than half of the allowed deviation.
         """
         surface, triangles = self._surface, self._surface.triangles
         sides = np.flatnonzero(~np.isnan(found.along))
@@ -330,7 +333,7 @@ class _Edge:
         return np.where(on_line[places], 0, np.where(self._is_lit, 1, -1))
 
     def _turned_over(self, is_cut: BoolArray, along: Float64Array) -> IntArray:
-        """Triangles of which a part would have no area, or be turned over, by the rounding of its points."""
+        """Return the triangles of which rounding would leave a part without an area, or reversed."""
         surface, triangles = self._surface, self._surface.triangles
         count = is_cut[triangles.sides].sum(axis=1)
         rows = np.flatnonzero(count)
@@ -343,7 +346,7 @@ class _Edge:
         is_bad = np.zeros(len(rows), dtype=bool)
         for turn in range(3):
             first, second, third = ((turn + step) % 3 for step in range(3))
-            x, y = on_sides[:, first], on_sides[:, third]  # beside the corner `first`
+            x, y = on_sides[:, first], on_sides[:, third]  # next to the corner `first`
             one = is_cut[sides[:, first]] & (count[rows] == 1)
             two = is_cut[sides[:, first]] & is_cut[sides[:, third]]
             q = [p[:, first], p[:, second], p[:, third]]

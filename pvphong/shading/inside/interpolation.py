@@ -1,6 +1,6 @@
-"""Errors of colours that are interpolated across triangles: the largest of each triangle, and jumps.
+"""Errors of colours that are interpolated across triangles: the largest error of each triangle, and jumps.
 
-Colours are compared at a fixed pattern of places, and where no fixed pattern would hit (`places`).
+Colours are compared at a fixed pattern of samples, and at peaks and creases, which no fixed pattern hits (`places`).
 """
 
 from __future__ import annotations
@@ -13,54 +13,55 @@ import numpy as np
 
 from pvphong.base import text, threads
 from pvphong.base.types import Float64Array, IntArray
-from pvphong.shading.inside.lighting import Comparison, LitVertices, blended, difference, largest, lit_inside
+from pvphong.shading.inside.lighting import ComparedColors, LitVertices, blended, difference, largest, lit_inside
 from pvphong.shading.inside.places import Places, creases, lattice, peaks, sizes
 
-# Samples that a thread looks at together; fewer where each may take a thousand rays, so that progress shows.
+# Samples per block of a thread. The second number is for samples that may take a thousand rays each: small blocks
+# report progress often.
 _SAMPLES, _SAMPLES_BY_RAYS = 2**17, 2**13
 
 _FIRST = np.concatenate([lattice(2), np.full((1, 3), 1.0 / 3.0)])
 _MORE = np.array([weights for weights in lattice(4) if (weights * 2.0 % 1.0).any()])
 _ALL = np.concatenate([_FIRST, _MORE])
 DENSE = lattice(8)
-"""So dense that hardly anything lies between them."""
+"""Dense samples: errors between them are hardly larger."""
 
-# Over a triangle, the ratio of a normal's two lengths may vary by this much and change no colour.
+# Largest variation, over a triangle, of the ratio of the normals' two lengths that changes no colour.
 _SAME_RATIO = 1e-4
 
-# Halvings of a distance after which a difference that is still there is a jump.
+# Number of bisections of a distance. A difference that remains after them is a jump.
 _HALVINGS = 20
 
-# So many standard errors no sample is off: what is less is noise, which is not to be split.
+# Number of standard errors below which a difference counts as noise, which no splitting reduces.
 _SURE = 3.0
 
-# An error from which on triangles are searched for jumps.
+# Least error of triangles that are searched for jumps.
 _LARGE = 1.0 / 255.0
 
 
 def _errors_at(
     vertices: LitVertices, corners: IntArray, weights: Float64Array, enough: float | None = None
 ) -> Float64Array:
-    """(m, s): difference of blended and lit colours at places in triangles (m, 3), in the worst channel.
+    """Return the differences (m, s) of blended and lit colours at places in triangles (m, 3), in the worst channel.
 
-    Lights with a size are sampled: only the part of the difference that exceeds the noise counts. With `enough`, rays
-    are cast until it is known which differences are larger than that.
+    Lights with a size are sampled, and only the part of a difference that exceeds the noise counts. With `enough`, rays
+    are cast until it is known which differences exceed it.
     """
     shape = len(corners), weights.shape[-2]
     colors = blended(vertices.colors, corners, weights, *vertices.lighting.limits).reshape(*shape, 3)
     if not vertices.lighting.soft:
         return difference(colors, lit_inside(vertices, corners, weights)[0])
     noise_of_corners = _SURE * blended(vertices.noise[:, None], corners, weights).reshape(shape)
-    # of the rays' own noise at least a third would be left at last, and taken off as often as it is feared here
-    compared = None if enough is None else Comparison(colors, enough + noise_of_corners)
+    # The noise of the rays at the place is not part of the threshold: `Goal.is_reached` accounts for it.
+    compared = None if enough is None else ComparedColors(colors, enough + noise_of_corners)
     truth, noise = lit_inside(vertices, corners, weights, compared)
     return np.maximum(difference(colors, truth) - _SURE * noise - noise_of_corners, 0.0)
 
 
 def first_errors(vertices: LitVertices, corners: IntArray, enough: float | None = None) -> Float64Array:
-    """Largest error (m,) of triangles (m, 3) at middles of sides, centroids, and where colours peak, bend or jump.
+    """Return the largest error (m,) of triangles (m, 3) at middles of sides, centroids, peaks and creases.
 
-    Here and below, errors of less than `enough` may be too small, where that is given.
+    If `enough` is given, here and below, errors less than `enough` may be too small.
     """
     result = pattern_errors(_FIRST, vertices, corners, enough)
 
@@ -74,7 +75,7 @@ def first_errors(vertices: LitVertices, corners: IntArray, enough: float | None 
 
 
 def more_errors(vertices: LitVertices, corners: IntArray, enough: float | None = None) -> Float64Array:
-    """Largest error (m,) at further samples, and with the stored normals blended."""
+    """Return the largest error (m,) at further samples, and with blends of the stored normals."""
     result = pattern_errors(_MORE, vertices, corners, enough)
     length, stored = (np.linalg.norm(normals, axis=1) for normals in (vertices.normals, vertices.stored))
     ratio = np.divide(length, stored, out=np.ones_like(length), where=stored > 0.0)
@@ -82,7 +83,7 @@ def more_errors(vertices: LitVertices, corners: IntArray, enough: float | None =
         return result
     ratio = ratio.take(corners)
     most = largest(ratio)
-    rows = np.flatnonzero(most + largest(-ratio) > _SAME_RATIO * most)  # they blend differently
+    rows = np.flatnonzero(most + largest(-ratio) > _SAME_RATIO * most)  # the directions of the blends differ
     others = vertices.as_stored, corners[rows]
     errors = np.maximum(first_errors(*others, enough), pattern_errors(_MORE, *others, enough))
     result[rows] = np.maximum(result[rows], errors)
@@ -90,7 +91,7 @@ def more_errors(vertices: LitVertices, corners: IntArray, enough: float | None =
 
 
 def all_errors(vertices: LitVertices, corners: IntArray) -> Float64Array:
-    """Largest error (m,) at every sample; 0 in triangles without an area, or with a point that is not finite."""
+    """Return the largest error (m,) at all samples; 0 in triangles without an area or with a non-finite point."""
     result = np.zeros(len(corners))
     rows = np.flatnonzero(sizes(vertices.points, corners)[1] > 0.0)
     shown = corners if len(rows) == len(corners) else corners[rows]
@@ -103,10 +104,10 @@ def all_errors(vertices: LitVertices, corners: IntArray) -> Float64Array:
 
 
 def jumps(vertices: LitVertices, corners: IntArray) -> tuple[Float64Array, Float64Array]:
-    """The largest step of the colour in each triangle, which no splitting would cure, and the error beside it: (m,).
+    """Return the largest jump of the colour in each triangle, which splitting cannot reduce, and the error at it, (m,).
 
-    The search goes from the worst sample, peaks left out, to the corner whose colour differs most from it: to the half
-    that keeps more of the difference, again and again. What is left of the difference is a jump.
+    The search bisects the segment from the worst sample, peaks excluded, to the corner whose colour differs most from
+    it. It keeps the half with the larger difference. The difference that remains is a jump.
     """
     steps, errors = np.zeros((2, len(corners)))
 
@@ -140,7 +141,7 @@ def jumps(vertices: LitVertices, corners: IntArray) -> tuple[Float64Array, Float
 def pattern_errors(
     pattern: Float64Array, vertices: LitVertices, corners: IntArray, enough: float | None = None
 ) -> Float64Array:
-    """Largest error (m,) at places (s, 3) that are the same for all triangles."""
+    """Return the largest error (m,) at places (s, 3) that are the same for all triangles."""
     result = np.zeros(len(corners))
 
     def look(part: slice) -> None:
@@ -153,7 +154,7 @@ def pattern_errors(
 def _worst(
     places: Iterable[Places], vertices: LitVertices, corners: IntArray, enough: float | None = None
 ) -> tuple[IntArray, Float64Array, Float64Array]:
-    """The triangles (k,) that have any of the places, with the place (k, 3) of the largest error in each, and that."""
+    """Return the triangles (k,) that contain places, the place (k, 3) of the largest error in each, and the error."""
     places = list(places)
     rows = np.concatenate([np.empty(0, dtype=np.intp), *(place.rows for place in places)])
     weights = np.concatenate([np.empty((0, 3)), *(place.weights for place in places)])
@@ -164,10 +165,10 @@ def _worst(
 
 
 def _in_parts(look: Callable[[slice], None], vertices: LitVertices, triangles: int, samples: int) -> None:
-    """Look at so many triangles with so many samples each, part after part, on all cores."""
-    handling = np.geterr()  # a new thread has NumPy's defaults
+    """Call `look` on blocks of the triangles, on all cores; `samples` is the number of samples per triangle."""
+    handling = np.geterr()  # a new thread starts with NumPy's defaults
     step = (_SAMPLES_BY_RAYS if vertices.lighting.soft else _SAMPLES) // samples
-    own = threads.count() if triangles <= step else 1  # else the parts share out the threads
+    own = threads.count() if triangles <= step else 1  # several parts share the threads
 
     def work(first: int, last: int) -> None:
         with np.errstate(**handling), threads.limited(own):

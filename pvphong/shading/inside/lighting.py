@@ -1,8 +1,8 @@
-"""Colours at the vertices of a mesh and at places inside its triangles, lit alike.
+"""Colours at the vertices of a mesh and at places inside its triangles, from the same lighting equation.
 
-The colour inside a triangle is the linear blend of the colours at its corners. The truth is the lighting
-equation at the blended point with the blended normal, made unit length: per-pixel shading, with what is seen of each
-light from there. Places are barycentric coordinates, (s, 3) or (m, s, 3).
+The displayed colour inside a triangle is the linear blend of the colours at its corners. The exact colour is the
+lighting equation at the blended point with the blended normal, normalised: per-pixel shading, with the visibility of
+each light from there. Places are barycentric coordinates, (s, 3) or (m, s, 3).
 """
 
 from __future__ import annotations
@@ -30,19 +30,19 @@ from pvphong.shading.plan.plan import Plan
 from pvphong.shading.vertices import Vertices
 from pvphong.shading.visibility import Around, Goal, VisibilityLike, checked_visibility
 
-# Places from which a thread casts rays at a time: what is known of them stays in the processor's caches.
+# Number of places from which a thread casts rays at a time: their data stays in the processor's caches.
 _PLACES_AT_ONCE = 2**14
 
-# Places that are lit for each vertex, about: a dozen in each of two triangles.
+# Approximate number of lit places per vertex: a dozen in each of two triangles.
 _PLACES_PER_VERTEX = 24
 
 
 class SeenFromPlaces(VisibilityLike, Protocol):
-    """Visibility of the lights and the sky, from the vertices of a mesh and from other places on it."""
+    """Visibility of the lights and the sky from the vertices of a mesh, and from other places on it."""
 
     @property
     def behind(self) -> SeenFromPlaces | None:
-        """Visibility from the back of the vertices; None if the light model is one-sided."""
+        """Visibility from their other sides; None if the light model is one-sided."""
 
     def at(
         self,
@@ -51,44 +51,45 @@ class SeenFromPlaces(VisibilityLike, Protocol):
         origins: Float64Array,
         around: Around | None = None,
     ) -> SeenFromPlaces:
-        """Visibility from places in the world, with normals there, by rays that begin at origins; all (n, 3)."""
+        """Return the visibility from places in the world, by rays from `origins`; all arrays have shape (n, 3)."""
 
     def part(self, row: int) -> tuple[FloatArray, FloatArray]:
-        """The part that is seen of a light, or in the row after theirs of the sky, and its standard error, (n,)."""
+        """Return the visible part of a light, or of the sky in the last row, and its standard error, (n,) each."""
 
 
 class Lighting:
-    """Scene and material of a surface, evaluated at any place on it.
+    """Lights and reflectance of a surface.
 
-    What is seen of each light counts as one of the numbers at vertices, `seen`: of a light without a size it is 1 or 0,
-    and 0 outside of a cone too, whose edge is here not the light's but one of what is seen of it. So a vertex on such
-    an edge can be lit as its one side is, or as the other.
+    The visible part of each light is an attribute of the vertices, `seen`. For a light without a size it is 1 or 0.
+    With `cuts`, it is 0 outside the light's cone too, and the light itself has no cone. So a vertex on the edge of a
+    shadow or cone can have the colour of either side.
 
     Parameters
     ----------
     scene : Scene
-        With a viewer.
+        Scene with a viewer.
     material : Material
         Its maps are not read.
     matrix : array_like or None
         (4, 4) model matrix.
     vertices : Vertices
-        With the material's maps, and with a visibility that is `SeenFromPlaces` where the scene asks for rays.
-    cuts : bool, default False
-        Whether edges of cones are to be part of what is seen.
+        Vertices with the material's maps. Their visibility is a `SeenFromPlaces` if the scene needs rays.
+    cuts : bool
+        True to move the edges of cones from the lights to the visibility.
 
     Attributes
     ----------
     equation : Equation
         The whole lighting equation.
     maps : ndarray
-        Shape (n, k): the maps, and tangents where the reflectance needs them, in float64, side by side.
+        Shape (n, k): the columns of all maps, and of tangents if the reflectance needs them, in float64.
     sharp : tuple of int
-        Places among the scene's lights of those of which all or nothing is seen, and something may be in between.
+        Indices of the scene's lights that are fully visible or hidden, and may be either.
     soft : tuple of int
-        Places of those of which a part may be seen, which have a size; and of the sky, the number of lights.
+        Indices of the lights with a size, which may be partly visible. The number of lights stands for the sky.
     settled : set of int
-        Those of the sharp ones whose edges run between triangles: inside of these is seen what corners agree on.
+        Sharp lights whose edges lie between triangles. Inside a triangle, they are seen as from its corners if these
+        agree.
     """
 
     def __init__(
@@ -97,7 +98,7 @@ class Lighting:
         self.scene, self.matrix = scene, matrix
         self.equation = vertices.equation(scene, material, matrix)
         self._ranges = vertices.ranges
-        self._material = replace(material, tangents=None)  # they are among the maps, where anything reads them
+        self._material = replace(material, tangents=None)  # they are in `maps` if needed
         columns = {name: fractions(name, values.rows) for name, values in vertices.maps.items()}
         if "tangents" in self.equation.channels:
             columns["tangents"] = vertices.tangents.astype(np.float64)
@@ -124,16 +125,16 @@ class Lighting:
         self._among = 0
 
     def _has_cone(self, light: int) -> bool:
-        """Return True if a cone can be treated as a part of the visibility: the light has no ambient colour."""
+        """Return True if a light's cone can be part of its visibility, which does not affect its ambient colour."""
         given = self._lights[light]
         angles = given.values(Angle) if given.values(Aim) else []
         is_alone = self.scene.light_model.convention == "standard" and not any(rgb(given.ambient))
         return is_alone and len(angles) == 1 and angles[0] < 90.0
 
     def colors(self, points: FloatArray, normals: FloatArray, maps: Float64Array, seen: Float64Array) -> Float64Array:
-        """(n, 3) lit colours before they are clamped, for rows of `maps` and of what is seen."""
+        """Return lit colours (n, 3), not clamped, for rows of `maps` and of visible parts."""
         at = {name: maps[:, part] for name, part in self._columns.items()}
-        if "tangents" in at:  # blends that cancel are no directions, nor is one along the normal
+        if "tangents" in at:  # a blend that cancels has no direction; the normal stands for none
             at["tangents"] = np.where(at["tangents"].any(axis=1, keepdims=True), at["tangents"], normals)
         material = self._material.with_values({name: Map(rows) for name, rows in at.items()})
         vertices = Vertices(points, normals, material.maps, tangents=material.tangents, ranges=self._ranges)
@@ -143,7 +144,7 @@ class Lighting:
         return plan.run(vertices, precision="float64", among=self._among).rgb
 
     def vertices(self, points: FloatArray, normals: FloatArray) -> LitVertices:
-        """The mesh's own, which begin what is interpolated."""
+        """Return the mesh's own vertices, lit."""
         self._among = _PLACES_PER_VERTEX * len(points)
         p, n = np.asarray(points, np.float64), np.asarray(normals, np.float64)  # PyVista's arrays are slow to slice
         level = dot(*(columns(each) for each in self.in_world(p, n)))
@@ -156,7 +157,7 @@ class Lighting:
     def lit(
         self, points: Float64Array, normals: Float64Array, maps: Float64Array, seen: Float64Array, errors: Float64Array
     ) -> tuple[Float64Array, Float64Array]:
-        """`colors`, and their standard errors (n,), from those of what is seen of lights with a size and of the sky."""
+        """Return `colors`, and their standard errors (n,), which result from the `errors` of the visible parts."""
         colors = self.colors(points, normals, maps, seen)
         noise = np.zeros(len(colors))
         if self.soft:
@@ -167,18 +168,18 @@ class Lighting:
         return colors, noise
 
     def in_world(self, points: Float64Array, normals: Float64Array) -> tuple[Float64Array, Float64Array]:
-        """Points and normals (n, 3) of the mesh; the matrix takes the normals' lengths along."""
+        """Return points and normals (n, 3) of the mesh in the world; the matrix changes the normals' lengths too."""
         if self.matrix is None:
             return points, normals
         return transform_points(points, self.matrix), normals @ normal_matrix(self.matrix).T
 
     @property
     def limits(self) -> tuple[float, float]:
-        """The least and the greatest number of a colour that the light model shows."""
+        """Least and largest value of a displayed colour."""
         return (0.0, 1.0) if self.scene.light_model.clamp else (-math.inf, math.inf)
 
     def shown(self, colors: Float64Array) -> Float64Array:
-        """Colours as the light model shows them, clamped or not."""
+        """Return displayed colours: clamped if the light model says so."""
         return np.clip(colors, *self.limits)
 
     def seen(
@@ -189,26 +190,26 @@ class Lighting:
         level: Float64Array | None = None,
         around: Around | None = None,
     ) -> tuple[Float64Array, Float64Array]:
-        """Visible part of a light from places on the mesh, and its standard error, (n,).
+        """Return the visible part of a light from places on the mesh, and its standard error, (n,) each.
 
-        Of a sharp one that is 1 where they face away from it. It is seen from the side that the viewer sees.
+        The places see from the side that the viewer sees. A sharp light is visible where they face away from it.
 
-        Rays begin on the plane that blends the tangent planes at a triangle's corners, if that is above it. All of a
-        convex mesh is below its vertices' tangent planes, and so below their blends: a ray that rises above one meets
-        nothing of it, however coarse it is. See `pvphong.rays.rays` for vertices, and J. Hanika, "Hacking the shadow
-        terminator" (2021), who moves places to the blend of their projections.
+        Rays begin on the blend of the tangent planes at a triangle's corners, if that is above the place. A convex mesh
+        lies below the tangent planes of its vertices, and so below their blends. A ray that rises above the blend
+        therefore does not hit the mesh, however coarse it is. See `pvphong.rays.rays` for vertices, and J. Hanika,
+        "Hacking the shadow terminator" (2021), who moves places to the blend of their projections.
 
         Parameters
         ----------
         light : int
-            Its place among the scene's lights; their number for the sky.
+            Index among the scene's lights; their number for the sky.
         points, normals : ndarray
-            (n, 3), the normals with the lengths with which they are blended.
+            Shape (n, 3), the normals with the lengths with which they are blended.
         level : ndarray, optional
-            (n,): the product of normal and point, in the world, blended as `LitVertices.level`. Without, the places
-            are the mesh's own vertices.
+            Shape (n,): the dot product of normal and point in the world, blended from `LitVertices.level`. None if the
+            places are the mesh's own vertices.
         around : Around, optional
-            What is known around the places.
+            Visibility known around the places.
         """
         p, n = self.in_world(points, normals)
         result, error, source = np.ones(len(p)), np.zeros(len(p)), self._lights.get(light)
@@ -242,8 +243,9 @@ class Lighting:
 
 
 def inside_cone(light: Light, points: Float64Array) -> FloatArray:
-    """(n,): positive inside of a light's cone, negative outside, by the chord between its axis and the ray; see
-    `pvphong.optics.lights.spot`.
+    """Return values (n,) that are positive inside a light's cone and negative outside.
+
+    They compare the chord between its axis and the ray with that of the cone's angle; see `pvphong.optics.lights.spot`.
     """
     (direction,), (angle,) = light.values(Aim), light.values(Angle)
     chord = light.arrival(points).direction + np.array(unit_vector(direction))[:, None]
@@ -252,28 +254,28 @@ def inside_cone(light: Light, points: Float64Array) -> FloatArray:
 
 @dataclass(frozen=True)
 class LitVertices:
-    """Points, and what is interpolated between them: float64 arrays of shape (n, 3), but for those that say so.
+    """Lit vertices: float64 arrays of shape (n, 3) except where noted, which are interpolated between the vertices.
 
     Attributes
     ----------
     lighting : Lighting
-        What lights them, and all between them.
+        Lighting of the vertices and of places between them.
     points : ndarray
-        Where they are.
+        Positions.
     normals : ndarray
-        Of the lengths with which they are blended.
+        Normals, with the lengths with which they are blended here.
     stored : ndarray
-        The same directions, of the lengths with which whoever gets the mesh will blend them.
+        Normals with the lengths in the resulting mesh, with which its renderer blends them.
     maps : ndarray
-        Shape (n, k), as `Lighting.maps` has them.
+        Shape (n, k): rows as in `Lighting.maps`.
     seen : ndarray
-        Shape (n, lights + 1), the part of each light, and of the sky, that is seen; (n, 0) where all is.
+        Shape (n, lights + 1): visible part of each light and of the sky; (n, 0) if all are fully visible.
     level : ndarray
-        Shape (n,): where the tangent plane is, as the product with the normal, in the world, of each of its points.
+        Shape (n,): dot product of the normal with each point of the tangent plane, in the world.
     colors : ndarray
-        The lit colours before they are clamped.
+        Lit colours, not clamped.
     noise : ndarray
-        Shape (n,): their standard errors, where what is seen was sampled.
+        Shape (n,): standard errors of the colours, from sampled visibility.
     """
 
     lighting: Lighting
@@ -288,26 +290,26 @@ class LitVertices:
 
     @property
     def as_stored(self) -> LitVertices:
-        """The same, as whoever gets the mesh will blend them: planes go with the lengths of normals."""
+        """The vertices with the stored normals; `level` is scaled with their lengths."""
         was, now = (np.linalg.norm(each, axis=1) for each in (self.normals, self.stored))
         return replace(self, normals=self.stored, level=self.level * now / np.where(was > 0.0, was, 1.0))
 
 
-class Comparison(NamedTuple):
-    """Colours with which the truth at places in m triangles is compared."""
+class ComparedColors(NamedTuple):
+    """Colours with which the exact colours at places in m triangles are compared."""
 
     colors: Float64Array
-    """Colours as they are shown, shape (m, s, 3)."""
+    """Displayed colours, shape (m, s, 3)."""
     allowed: Float64Array
-    """Difference up to which its size does not matter, shape (m, s)."""
+    """Difference at each place that is allowed, shape (m, s). The size of smaller differences is not needed."""
 
 
 def lit_inside(
-    vertices: LitVertices, corners: IntArray, weights: Float64Array, compared: Comparison | None = None
+    vertices: LitVertices, corners: IntArray, weights: Float64Array, compared: ComparedColors | None = None
 ) -> tuple[Float64Array, Float64Array]:
-    """The truth at places in triangles (m, 3), as it is shown, (m, s, 3); and its standard error, (m, s).
+    """Return the exact displayed colours (m, s, 3) at places in triangles (m, 3), and their standard errors (m, s).
 
-    With `compared`, sampling stops when the comparison is decided.
+    With `compared`, a place needs no more rays once its difference is known to be allowed.
     """
     own = vertices.points, vertices.normals, vertices.maps
     points, normals, maps = (blended(each, corners, weights) for each in own)
@@ -318,31 +320,34 @@ def lit_inside(
     return vertices.lighting.shown(colors).reshape(*shape, 3), noise.reshape(shape)
 
 
-# A place on a boundary, at the foot of a wall say, is looked at from so far inside of its triangle.
+# Part of the way to the centre of its triangle by which the rays' origin is moved, for places on a boundary: the foot
+# of a wall, for example.
 INTO_TRIANGLE = 2.0**-10
 
 
 def _seen_inside(
-    vertices: LitVertices, corners: IntArray, weights: Float64Array, compared: Comparison | None
+    vertices: LitVertices, corners: IntArray, weights: Float64Array, compared: ComparedColors | None
 ) -> tuple[Float64Array, Float64Array]:
-    """Visibility at places in triangles, by rays where corners do not decide it, and its error: (m, s, lights + 1).
+    """Return visible parts at places in triangles, and their standard errors, (m, s, lights + 1) each.
 
-    Visibility that was sampled at a corner is known there.
+    Rays are cast where the corners do not determine the visibility. At a corner, sampled visibility is known.
     """
     lighting, shape = vertices.lighting, (len(corners), weights.shape[-2], vertices.seen.shape[1])
     seen = blended(vertices.seen, corners, weights).reshape(shape)
-    errors, asked = np.zeros_like(seen), lighting.sharp + lighting.soft
-    for k in asked:
-        at_corners = vertices.seen[corners, k]
+    errors, is_shared = np.zeros_like(seen), weights.ndim == 2  # all triangles share the places
+    lights = lighting.sharp + lighting.soft
+    for k in lights:
         rows, places, goal = np.arange(len(corners)), np.arange(weights.shape[-2]), None
         if k in lighting.settled:
+            at_corners = vertices.seen[corners, k]
             rows = np.flatnonzero((at_corners[:, 1:] != at_corners[:, :1]).any(axis=1))
-        if k in lighting.soft and weights.ndim == 2:
+        if k in lighting.soft and is_shared:
             places = np.flatnonzero(weights.max(axis=1) < 1.0)
         if not len(rows) or not len(places):
             continue
-        at, some = (rows[:, None], places), weights[places] if weights.ndim == 2 else weights[rows]
-        if compared is not None and k == asked[-1] and lighting.equation.gamma == 1.0:  # all others are known
+        at, some = (rows[:, None], places), weights[places] if is_shared else weights[rows]
+        # The colour is known up to the last light's visibility, and without a gamma it is linear in that.
+        if compared is not None and k == lights[-1] and lighting.equation.gamma == 1.0:
             without, with_it = _colors_without_and_with(k, vertices, corners[rows], some, seen[at])
             goal = Goal(without - compared.colors[at], with_it - without, compared.allowed[at])
         inside = some * (1.0 - INTO_TRIANGLE) + INTO_TRIANGLE / 3.0
@@ -353,7 +358,7 @@ def _seen_inside(
 def seen_at(
     light: int, vertices: LitVertices, corners: IntArray, weights: Float64Array, goal: Goal | None = None
 ) -> tuple[Float64Array, Float64Array]:
-    """`Lighting.seen` from places that are blends of vertices (m, c) with weights (s, c) or (m, s, c): (m, s).
+    """Return `Lighting.seen`, (m, s) each, from blends of vertices (m, c) with weights (s, c) or (m, s, c).
 
     The goal's arrays begin with (m, s).
     """
@@ -364,9 +369,9 @@ def seen_at(
         with np.errstate(all="ignore"):
             own = vertices.points, vertices.normals, vertices.level[:, None]
             points, normals, level = (blended(each, some, w) for each in own)
-            known = np.repeat(vertices.seen[some, light], part.shape[1], axis=0)
-            its_goal = goal and Goal(*(each[first:last].reshape(len(known), *each.shape[2:]) for each in goal))
-            around = Around(known.min(axis=1), known.max(axis=1), its_goal)
+            at_corners = np.repeat(vertices.seen[some, light], part.shape[1], axis=0)
+            its_goal = None if goal is None else goal.at(slice(first, last)).flat
+            around = Around(at_corners.min(axis=1), at_corners.max(axis=1), its_goal)
             found = vertices.lighting.seen(light, points, normals, level[:, 0], around)
         part[first:last], error[first:last] = (each.reshape(last - first, -1) for each in found)
 
@@ -375,7 +380,7 @@ def seen_at(
 
 
 def steps_at(light: int, vertices: LitVertices, corners: IntArray, weights: Float64Array) -> Float64Array:
-    """(m, s): how far the colour with all of a light is from that with nothing of it, at places in triangles (m, 3)."""
+    """Return the difference (m, s) of colours with a light fully visible and hidden, at places in triangles (m, 3)."""
     seen = blended(vertices.seen, corners, weights)
     colors = _colors_without_and_with(light, vertices, corners, weights, seen)
     return difference(*map(vertices.lighting.shown, colors))
@@ -384,9 +389,9 @@ def steps_at(light: int, vertices: LitVertices, corners: IntArray, weights: Floa
 def _colors_without_and_with(
     light: int, vertices: LitVertices, corners: IntArray, weights: Float64Array, seen: Float64Array
 ) -> tuple[Float64Array, Float64Array]:
-    """The colours with nothing and with all of a light, not clamped, at places in triangles (m, 3): (m, s, 3) each.
+    """Return colours with a light hidden and fully visible, not clamped, at places in triangles (m, 3).
 
-    `seen` has a row for each place.
+    Both have shape (m, s, 3). `seen` has a row for each place.
     """
     own = vertices.points, vertices.normals, vertices.maps
     rows = [*(blended(each, corners, weights) for each in own), seen.reshape(-1, seen.shape[-1])]
@@ -398,7 +403,7 @@ def _colors_without_and_with(
 
 
 def to_viewer(points: Float64Array, equation: Equation) -> Float64Array:
-    """Unit vectors v to the viewer, (3, k), or (3, 1) where they are all the same, from points (3, k)."""
+    """Return unit vectors v to the viewer from points (3, k): shape (3, k), or (3, 1) if all are equal."""
     return np.array(equation.to_eye)[:, None] if equation.eye is None else towards(equation.eye, points)[0]
 
 
@@ -409,7 +414,7 @@ def blended(
     low: float = -math.inf,
     high: float = math.inf,
 ) -> Float64Array:
-    """Blends, shape (m · s, k), of values (n, k) at places (s, c) or (m, s, c) between vertices (m, c).
+    """Return blends (m · s, k) of values (n, k) at places (s, c) or (m, s, c) between vertices (m, c).
 
     The values are clipped to [low, high] first.
     """
@@ -421,7 +426,7 @@ def blended(
 
 
 def difference(colors: Float64Array, others: Float64Array) -> Float64Array:
-    """The difference of colours (..., 3) in the channel where it is largest."""
+    """Return the largest absolute difference of colours (..., 3) over the channels."""
     compiled = kernel.blending() if colors.shape == others.shape else None
     if compiled is None:
         return largest(np.abs(colors - others))
@@ -430,5 +435,5 @@ def difference(colors: Float64Array, others: Float64Array) -> Float64Array:
 
 
 def largest(values: Float64Array) -> Float64Array:
-    """The largest along the last axis, which is short: `max` takes several times as long."""
+    """Return the maximum along the last axis, which is short: `max` takes several times as long."""
     return reduce(np.maximum, np.moveaxis(values, -1, 0))

@@ -1,7 +1,7 @@
-"""Places in triangles: patterns, and those that no pattern would hit: peaks and creases.
+"""Sizes of triangles, and sample places in them: patterns, peaks and creases.
 
-At a peak a light is brightest, at a crease colours bend or jump. Places are barycentric coordinates. Before them, how
-large triangles are.
+A light is brightest at a peak; colours bend or jump at a crease. No fixed pattern hits these. Places are barycentric
+coordinates.
 """
 
 from __future__ import annotations
@@ -21,14 +21,14 @@ from pvphong.shading.inside.lighting import LitVertices, difference, inside_cone
 
 # --- triangles and patterns
 
-# Triangles that are measured together.
+# Number of triangles measured together.
 _AT_ONCE = 2**13
 
 
-def sizes(points: Float64Array, corners: IntArray) -> tuple[Float64Array, Float64Array]:
-    """Longest side and least height (m,) of triangles (m, 3) between points (n, 3).
+def sizes(points: Float64Array) -> tuple[Float64Array, Float64Array]:
+    """Return the longest side and the least height, (m,) each, of triangles (m, 3, 3).
 
-    The height is zero or NaN where a triangle has no area, or a point that is not finite.
+    The height is zero or NaN if a triangle has no area, or a point that is not finite.
     """
     longest, height = np.empty((2, len(corners)))
 
@@ -46,19 +46,19 @@ def sizes(points: Float64Array, corners: IntArray) -> tuple[Float64Array, Float6
     return longest, height
 
 
-def area(points: Float64Array, corners: IntArray) -> float:
-    """The area of triangles (m, 3) together; those that have none, or a point that is not finite, count as 0."""
-    longest, height = sizes(points, corners)
+def area(points: Float64Array) -> float:
+    """Return the total area of triangles (m, 3, 3); a triangle with a point that is not finite counts as 0."""
+    longest, height = sizes(points)
     return float(np.nan_to_num(longest * height).sum()) / 2.0
 
 
 def odd_corner(is_above: BoolArray) -> IntArray:
-    """The corner of triangles (m, 3) that is alone above or below; the first one where all are alike."""
+    """Return the corner (m,) that is alone above or below in triangles (m, 3); the first if all are alike."""
     return (is_above == (is_above.sum(axis=1) == 1)[:, None]).argmax(axis=1)
 
 
 def lattice(order: int) -> Float64Array:
-    """Barycentric coordinates (s, 3) in multiples of 1/order, without the corners."""
+    """Return barycentric coordinates (s, 3) in multiples of 1/order, without the corners."""
     steps = [(i, j, order - i - j) for i in range(order + 1) for j in range(order + 1 - i)]
     return np.array([step for step in steps if max(step) < order]) / order
 
@@ -67,21 +67,21 @@ def lattice(order: int) -> Float64Array:
 
 
 class Places(NamedTuple):
-    """One place in each of some triangles."""
+    """Places in k triangles, one in each."""
 
     rows: IntArray
-    """(k,): the triangles."""
+    """Indices of the triangles, shape (k,)."""
 
     weights: Float64Array
-    """(k, 3): where in each, in barycentric coordinates."""
+    """Barycentric coordinates of the places, shape (k, 3)."""
 
 
 class _AtCorners:
-    """Values at the corners of some triangles (m, 3), computed once for each vertex rather than for each corner."""
+    """Values at the corners of triangles (m, 3), computed once per vertex rather than per corner."""
 
     def __init__(self, vertices: LitVertices, corners: IntArray) -> None:
         low, high = int(corners.min(initial=len(vertices.points))), int(corners.max(initial=0)) + 1
-        if high - low <= corners.size:  # they are near each other in the mesh
+        if high - low <= corners.size:  # their vertices are close in memory
             self.rows: slice | IntArray = slice(low, high)
             self._corners = corners - low
         else:
@@ -91,13 +91,14 @@ class _AtCorners:
         self.points, self.normals = vertices.lighting.in_world(points, normals)
 
     def of(self, values: Any) -> Any:
-        """Values of each vertex, of shape (n, ...) each, at the corners, (m, 3, ...)."""
-        return np.take(values, self._corners, axis=0)  # a quarter of the time of values[...]
+        """Return values of vertices (n, ...) at the corners, shape (m, 3, ...)."""
+        return np.take(values, self._corners, axis=0)  # takes a quarter of the time of values[...]
 
 
 def _chords(term: LightTerm, equation: Equation, points: Float64Array, normals: Float64Array) -> Float64Array:
-    """D (k, 3), whose half square is one minus the cosine that a highlight is a power of: between mirror direction and
-    viewer, say. See `pvphong.shading.reference`.
+    """Return chords D (k, 3): |D|²/2 is one minus the cosine of which a highlight is a power.
+
+    For example, D is the difference of the mirror direction and the viewer's; see `pvphong.shading.reference`.
     """
     p, n = columns(points), unit(columns(normals))[0]
     v, to_light = to_viewer(p, equation), term.light.arrival(p).direction
@@ -108,15 +109,15 @@ def _chords(term: LightTerm, equation: Equation, points: Float64Array, normals: 
     return np.stack(np.broadcast_arrays(*peak.chord(n, to_light, v)), axis=1)
 
 
-# Nearer to a corner than this, a peak is at it.
+# Distance from a corner, in barycentric coordinates, within which a peak counts as at the corner.
 _AT_CORNER = 2.0**-20
 
 
 def peaks(vertices: LitVertices, corners: IntArray) -> Iterator[Places]:
-    """Places where a light's share is largest, in triangles that do not have the maximum at a corner.
+    """Yield the places where a light's contribution is largest, in triangles where that is not a corner.
 
-    There a vector that varies over the triangle is shortest: the chord D for a highlight, the offset from a spot's
-    axis, the offset from a light at a position.
+    A vector that varies over the triangle is shortest there: the chord D of a highlight, the offset from a spot's axis,
+    or the offset from a light at a position.
     """
     equation, at = vertices.lighting.equation, _AtCorners(vertices, corners)
     for term in equation.terms:
@@ -138,10 +139,10 @@ def peaks(vertices: LitVertices, corners: IntArray) -> Iterator[Places]:
             yield Places(rows[inside], weights[inside])
 
 
-# Step, in barycentric coordinates, of the differences by which a highlight's chord is followed.
+# Step, in barycentric coordinates, of the finite differences of a highlight's chord.
 _STEP = 2.0**-12
 
-# Each turn squares the distance to a highlight's peak.
+# Number of Gauss-Newton steps. Each squares the distance to a highlight's peak.
 _TURNS = 5
 
 # Half of n |D|² beyond which a highlight of shininess n is below 1e-9.
@@ -149,10 +150,10 @@ _INVISIBLE = 21.0
 
 
 def _highlight_peaks(term: LightTerm, equation: Equation, at: _AtCorners) -> Places:
-    """Peaks by Gauss-Newton steps, in triangles that are large against the highlight; others have a fixed pattern.
+    """Return peaks by Gauss-Newton steps, in triangles larger than the highlight; the fixed pattern covers others.
 
-    A chord's length bends by less than a quarter of the square of its spread over the triangle, so that
-    triangles too far from the highlight are passed over.
+    A chord's length deviates from linear by less than a quarter of the square of its spread over the triangle. By this
+    bound, triangles too far from the highlight are skipped.
     """
     sharpness = equation.sharpness
     chords = _chords(term, equation, at.points, at.normals)
@@ -164,7 +165,7 @@ def _highlight_peaks(term: LightTerm, equation: Equation, at: _AtCorners) -> Pla
     is_near = nearest < math.sqrt(2.0 * _INVISIBLE / sharpness)
     rows, weights = rows[is_near], weights[is_near]
     p, n = at.of(at.points)[rows], at.of(at.normals)[rows]
-    for _ in range(_TURNS):  # shortest is the linear expansion of the chord about the last place
+    for _ in range(_TURNS):  # minimise the linear expansion of the chord about the last place
         here = _chords(term, equation, _blend(weights, p), _blend(weights, n))
         expanded = np.empty_like(p)
         for corner in range(3):
@@ -181,9 +182,9 @@ def _blend(weights: Float64Array, at_corners: Float64Array) -> Float64Array:
 
 
 def _shortest(at_corners: Float64Array) -> Float64Array:
-    """Barycentric coordinates (k, 3) of the shortest among the blends of three vectors (k, 3, 3).
+    """Return barycentric coordinates (k, 3) of the shortest blend of three vectors (k, 3, 3).
 
-    The nearest point of a triangle to the origin: the foot of the perpendicular if it lies inside, else the
+    It is the point of a triangle nearest to the origin: the foot of the perpendicular if that lies inside, else the
     nearest of the three sides' nearest points (C. Ericson: Real-Time Collision Detection (2005), section 5.1.5).
     """
     a, b, c = at_corners.transpose(1, 2, 0)
@@ -210,7 +211,7 @@ def _shortest(at_corners: Float64Array) -> Float64Array:
 
 
 def _is_at_corner(at_corners: Float64Array) -> BoolArray:
-    """True where the shortest blend of three vectors (k, 3, 3) is one of the three: both sides there lead away."""
+    """Return True (k,) where the shortest blend of three vectors (k, 3, 3) is one of them: both sides lead away."""
     a, b, c = at_corners.transpose(1, 2, 0)
     ab, bc, ca = b - a, c - b, a - c
     at_a = (dot(a, ab) >= 0.0) & (dot(a, ca) <= 0.0)
@@ -219,15 +220,15 @@ def _is_at_corner(at_corners: Float64Array) -> BoolArray:
     return np.asarray(at_a | at_b | at_c)
 
 
-# From this shininess on, a highlight has no bend where its cosine reaches zero.
+# Least shininess of a highlight that has no bend where its cosine reaches zero.
 _SMOOTH = 2.0
 
 
 def creases(vertices: LitVertices, corners: IntArray) -> Iterator[Places]:
-    """Places where triangles cross a crease of the lighting, at which some value changes its sign.
+    """Yield places at creases of the lighting in triangles, where one of these values changes its sign.
 
-    It is n·l where a light's dark side begins, n·v (or n along the view axis) where a two-sided surface turns, a
-    spot's angle at the edge of its cone, a highlight's cosine where it is cut off, a colour less 1 where it saturates.
+    The values are n·l at a light's terminator, n·v (or n along the view axis) where a two-sided surface turns, the
+    angle at the edge of a spot's cone, a highlight's cosine at its cutoff, and a colour minus 1 where it saturates.
     """
     equation, at = vertices.lighting.equation, _AtCorners(vertices, corners)
     p, n = columns(at.points), columns(at.normals)
@@ -236,7 +237,7 @@ def creases(vertices: LitVertices, corners: IntArray) -> Iterator[Places]:
     for term in equation.terms:
         to_light = term.light.arrival(p).direction
         if term.needs_normals:
-            values.append(dot(n, to_light))  # with the normal's length: so it is linear under a distant light
+            values.append(dot(n, to_light))  # with the normal's length, so it is linear under a distant light
         if term.light.values(Aim) and term.light.values(Angle):
             values.append(inside_cone(term.light, p))
         if equation.has(term, "specular") and 0.0 < equation.sharpness < _SMOOTH:
@@ -248,17 +249,17 @@ def creases(vertices: LitVertices, corners: IntArray) -> Iterator[Places]:
         yield from _sign_changes(at.of(np.broadcast_to(value, len(at.points))))
 
 
-# How far beside a crease, in parts of a side, a jump's two sides are looked at.
+# Distance of the samples on both sides of a crease from it, as a fraction of a side.
 _ASIDE = 2.0**-5
 
 
 def _sign_changes(values: FloatArray) -> Iterator[Places]:
-    """Places where a value changes its sign in triangles: on two sides, half-way between, and slightly beside each.
+    """Yield places where a value changes its sign: on two sides of a triangle, half-way between, and next to each.
 
     Parameters
     ----------
     values : ndarray
-        Shape (m, 3): at each triangle's corners, and linear between.
+        Shape (m, 3): values at each triangle's corners, linear in between.
     """
     above = values > 0.0
     a, b, c = above.T

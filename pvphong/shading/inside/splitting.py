@@ -1,4 +1,4 @@
-"""The rounds in which triangles are split until interpolated colours hold, after they are cut where colours jump."""
+"""Refinement of a surface: cuts where colours jump, then rounds of splits until interpolated colours are accurate."""
 
 from __future__ import annotations
 
@@ -23,39 +23,39 @@ from pvphong.shading.inside.triangles import marked
 
 Stopped = Literal["tolerance", "max_points", "jump", "resolution"]
 
-# Parts of the tolerance: a triangle with an error above the first is split, one with an error above the second is
-# sampled densely. Between samples errors were found to be larger by up to 5 % (dense) and 30 % (others).
+# Fractions of the tolerance. A triangle with an error above the first is split, and one with an error above the second
+# is sampled densely. Errors between samples were found to be larger by up to 5 % (dense) and 30 % (others).
 _AIM, _CLOSE = 0.95, 0.7
 
-# A round splits the triangles that are at least this urgent, against the most urgent.
+# Least urgency of triangles that a round splits, as a fraction of the largest.
 _URGENT = 0.25
 
-# The least height of a triangle that is split, in steps of its coordinates' precision.
+# Least height of a triangle that is split, in steps of its coordinates' precision.
 _LEAST_HEIGHT = 16.0
 
 
-# What is known of each triangle.
+# Record of each triangle.
 _KNOWN = np.dtype(
     [
-        ("error", np.float64),  # the largest at the samples so far; 0 in a triangle that has no area
+        ("error", np.float64),  # largest error at the samples so far; 0 without an area
         ("longest", np.float64),  # longest side
-        ("visible", np.bool_),  # whether it has an area
-        ("finished", np.bool_),  # whether all samples have been taken
-        ("stuck", np.bool_),  # whether no splitting would help
-        ("jump", np.bool_),  # because the colour jumps in it
+        ("visible", np.bool_),  # True if it has an area
+        ("finished", np.bool_),  # True if all samples have been taken
+        ("stuck", np.bool_),  # True if splitting would not help
+        ("jump", np.bool_),  # True if the colour jumps in it
     ]
 )
 
 
 class Refinement:
-    """A surface whose triangles are split, round by round, where they need it.
+    """Refinement of a surface in rounds.
 
     Attributes
     ----------
     surface : LitSurface
-        As it is now.
+        Current surface.
     cuts : Cuts
-        What has been cut.
+        Summary of the cuts.
     """
 
     def __init__(self, surface: LitSurface) -> None:
@@ -64,23 +64,23 @@ class Refinement:
 
     @property
     def errors(self) -> Float64Array:
-        """(m,): each triangle's largest error at the samples so far; 0 in a triangle without an area."""
+        """Largest error of each triangle at the samples so far, shape (m,); 0 in a triangle without an area."""
         result: Float64Array = self._known["error"]
         return result
 
     def run(self, tolerance: float, limit: int, *, cut: bool) -> Stopped:
-        """Split until every error is within `tolerance` or nothing can be done, with at most `limit` points.
+        """Split until every error is within `tolerance` or splitting does not help, and return the reason for the end.
 
-        It ends, because every round adds a point.
+        The rounds end, because each adds a point.
 
         Parameters
         ----------
         tolerance : float
-            Largest error that may be left.
+            Largest error that is allowed.
         limit : int
-            How many points there may be.
+            Largest number of points.
         cut : bool
-            Whether to cut along edges of what is seen of lights first.
+            True to cut along edges of shadows and cones first.
         """
         if cut:
             self.cuts = cut_edges(self.surface, tolerance, limit)
@@ -102,7 +102,7 @@ class Refinement:
         return "jump" if self._known["jump"][left].any() else "resolution"
 
     def _next_round(self, tolerance: float) -> IntArray:
-        """The triangles to split; none if all that may be split are good."""
+        """Return the triangles to split; none if all that can be split are accurate."""
         while True:
             rows = self._poor(tolerance)
             if not len(rows):
@@ -121,11 +121,11 @@ class Refinement:
         return np.flatnonzero((self.errors > _AIM * tolerance) & ~self._known["stuck"])
 
     def _urgency(self, rows: IntArray) -> Float64Array:
-        """Error times length: of two equal errors the larger shows more."""
+        """Return error times length: of two triangles with equal errors, the larger is more visible."""
         return self.errors[rows] * self._known["longest"][rows]
 
     def _finish(self, tolerance: float) -> None:
-        """Take the samples that have not been taken yet; more of them where it is a close thing."""
+        """Take the remaining samples of all triangles, and dense ones where the error is close to the tolerance."""
         rows = np.flatnonzero(~self._known["finished"])
         for errors_of in (more_errors, partial(pattern_errors, DENSE)):
             errors = errors_of(self.surface.vertices, self.surface.triangles.corners[rows], _CLOSE * tolerance)
@@ -134,13 +134,14 @@ class Refinement:
             rows = rows[(self.errors[rows] > _CLOSE * tolerance) & (self.errors[rows] <= _AIM * tolerance)]
 
     def _look_for_jumps(self, rows: IntArray, tolerance: float) -> None:
-        """Triangles in which the colour jumps are stuck, and those that meet them: around a vertex without a normal
-        the colours are as varied at every size.
+        """Mark triangles in which the colour jumps, and those that share a vertex with them, as stuck.
+
+        For example, around a vertex without a normal, colours vary as much in small triangles as in large ones.
         """
         corners = self.surface.triangles.corners
         steps, errors = jumps(self.surface.vertices, corners[rows])
         self.errors[rows] = np.maximum(self.errors[rows], errors)
-        self._known["jump"][rows] = steps > tolerance / 2.0  # of what no splitting would cure, no part is to be left
+        self._known["jump"][rows] = steps > tolerance / 2.0  # splitting reduces no part of a jump, so small ones count
         at_jumps = marked(self.surface.triangles.n_vertices, corners[self._known["jump"]])
         self._known["stuck"][rows] |= at_jumps[corners[rows]].any(axis=1)
 

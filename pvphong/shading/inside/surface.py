@@ -1,4 +1,4 @@
-"""Triangles with lit vertices, and what new vertices between them get."""
+"""Triangles with lit vertices, and the attributes of new vertices."""
 
 from __future__ import annotations
 
@@ -13,16 +13,16 @@ from pvphong.shading.inside.triangles import Triangles
 
 
 class Added(NamedTuple):
-    """Vertices that were added together."""
+    """Vertices added by one split or cut."""
 
     parents: IntArray
-    """(k, 2): the vertices that each lies between."""
+    """The two vertices that each new vertex lies between, shape (k, 2)."""
     along: Float64Array
-    """(k,): where, in parts of the way from the first to the second."""
+    """Position as a fraction of the way from the first to the second, shape (k,)."""
 
 
 class LitSurface:
-    """Triangles that can be bisected and cut, and their vertices, which then are lit.
+    """Triangles that can be bisected and cut, with lit vertices.
 
     Parameters
     ----------
@@ -35,18 +35,18 @@ class LitSurface:
     lighting : Lighting
         The scene, the material and the model matrix.
     smooth : bool
-        Whether new vertices are put on a smooth surface, or stay in the triangle.
+        True to move new vertices to a smooth surface, False to leave them in the triangle.
 
     Attributes
     ----------
     triangles : Triangles
-        As they are now.
+        Current triangles.
     vertices : LitVertices
-        As they are now; the given ones first.
+        Current vertices; the given ones come first.
     added : list of Added
-        The others, in their order.
+        The other vertices, in their order.
     diagonal : float
-        Of the box around all points.
+        Diagonal of the bounding box.
     """
 
     def __init__(
@@ -63,20 +63,20 @@ class LitSurface:
         self.diagonal = float(np.linalg.norm(np.ptp(finite, axis=0))) if len(finite) else 0.0
 
     def split(self, marks: BoolArray) -> IntArray:
-        """Split sides, and light the vertices at their middles; the triangles that are new or changed.
+        """Split sides, light the vertices at their middles, and return the triangles that are new or changed.
 
-        On a smooth surface these are moved to the middles of cubic curves that meet the ends' normals at right angles:
+        On a smooth surface, the vertices are moved to the middles of cubic curves perpendicular to the ends' normals:
         the sides of PN triangles (A. Vlachos, J. Peters, C. Boyd, J. L. Mitchell: Curved PN triangles. Symposium on
-        Interactive 3D Graphics (2001), 159-166). On a circle they err in the fourth power of the angle.
+        Interactive 3D Graphics (2001), 159-166). On a circle, their error is of fourth order in the angle.
         """
-        curved = (self._triangles_of[marks] == 2) & self._smooth  # not on a boundary, nor where several sheets meet
+        curved = (self._triangles_of[marks] == 2) & self._smooth  # not on a boundary or where several sheets meet
         opposite = self._opposite(np.flatnonzero(marks))
         parents, rows = self.triangles.split(marks)
         self._add(parents, np.full(len(parents), 0.5), curved, opposite)
         return rows
 
     def cut(self, light: int, signs: IntArray, crossed: BoolArray, along: Float64Array, inner: IntArray) -> None:
-        """Cut along the edge of what is seen of a light, as `Triangles.cut` does: it is seen on the sheet of 1."""
+        """Cut along the edge of a light's shadow or cone, as `Triangles.cut`. The sheet of 1 sees the light."""
         opposite = np.repeat(self._opposite(np.flatnonzero(crossed)), 2)
         cut = self.triangles.cut(signs, crossed, along, inner)
         old = len(self.vertices.points)
@@ -90,20 +90,21 @@ class LitSurface:
 
     @property
     def _triangles_of(self) -> IntArray:
-        """(s,): how many triangles have each side."""
+        """Number of triangles of each side, shape (s,)."""
         return np.bincount(self.triangles.sides.ravel(), minlength=len(self.triangles.ends))
 
     def _opposite(self, sides: IntArray) -> IntArray:
-        """(k,): of sides that belong to one triangle the corner opposite; of others -1."""
+        """Return the opposite corner (k,) of sides that belong to one triangle; -1 for other sides."""
         corners = np.full(len(self.triangles.ends), -1)
         corners[self.triangles.sides] = np.roll(self.triangles.corners, 1, axis=1)
         corners[self._triangles_of != 1] = -1
         return corners[sides]
 
     def seen_on_sides(self, light: int, sides: IntArray, along: Float64Array) -> Float64Array:
-        """(k, s): what is seen of a sharp light from places along sides, (k, s) or (s,), in parts of each.
+        """Return the visible part (k, s) of a sharp light from places along sides.
 
-        Of a side that belongs to one triangle they are a little inside of it.
+        `along` has fractions of the sides, of shape (k, s) or (s,). If a side belongs to one triangle, the rays begin
+        slightly inside it.
         """
         return self._seen_between(light, self.triangles.ends[sides], along, self._opposite(sides))[0]
 
@@ -135,7 +136,7 @@ class LitSurface:
         normals = (1.0 - t) * old.normals[a] + t * old.normals[b]
         lengths = np.stack([np.linalg.norm(old.stored[ends], axis=1) for ends in (a, b)])
         mean = np.where(lengths.min(axis=0) > 0.0, lengths.mean(axis=0), lengths.max(axis=0))
-        stored = normalize(normals) * mean[:, None]  # so that between unit normals there are unit normals
+        stored = normalize(normals) * mean[:, None]  # unit normals between unit normals
         level = (1.0 - along) * old.level[a] + along * old.level[b]
         seen = (1.0 - t) * old.seen[a] + t * old.seen[b]
         errors = np.zeros_like(seen)

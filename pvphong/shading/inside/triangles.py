@@ -1,16 +1,16 @@
-"""Triangles that are bisected, or cut along a line: as index arrays, who is whose neighbour, not where anything lies.
+"""Bisection of triangles and cuts along a line, on index arrays: connectivity without positions.
 
-A triangle is always bisected through the middle of its longest side, and a side that is split is split for all
-triangles that share it, so that no vertex ever lies inside another triangle's side. This is longest-edge bisection
-(M.-C. Rivara: Algorithms for refining triangular grids suitable for adaptive and multigrid techniques. International
-Journal for Numerical Methods in Engineering 20 (1984), 745-756).
+A triangle is always bisected through the middle of its longest side. A split side is split for all triangles that share
+it, so that no vertex lies inside another triangle's side. This is longest-edge bisection (M.-C. Rivara: Algorithms for
+refining triangular grids suitable for adaptive and multigrid techniques. International Journal for Numerical Methods in
+Engineering 20 (1984), 745-756).
 
-"Longest" is measured as if every triangle had come with equal sides. Its descendants are then, up to that affine
-map, of three shapes only, with no angle below 30°: bisecting keeps the shape that a triangle came with. A long thin
-triangle is bisected along both of its directions, as uniform subdivision would, and never into ever thinner ones.
+Lengths are measured as if every given triangle were equilateral. Up to that affine map, its descendants then have only
+three shapes, with no angle below 30°, so that bisection preserves the shape of the given triangle. A long thin triangle
+is bisected along both of its directions, as by uniform subdivision, and its descendants do not get thinner.
 
-Along a cut, each of its two sheets has vertices of its own. Vertices at the same place, and sides with the same ends,
-are split together, so that the sheets go on to meet.
+The two sheets along a cut have separate vertices at the same places. Their coinciding sides are split together, so that
+the sheets continue to meet.
 """
 
 from __future__ import annotations
@@ -21,27 +21,26 @@ import numpy as np
 
 from pvphong.base.types import BoolArray, Float64Array, IntArray
 
-# How much of a side's true length counts, so that of sides that are equally long to the algorithm the truly
-# longest is cut.
+# Weight of a side's true length: among sides that are equally long to the algorithm, the truly longest is split.
 _TIE = 2.0**-10
 
 
 def marked(count: int, numbers: IntArray) -> BoolArray:
-    """Mask of a length that is True at some indices."""
+    """Return an array of `count` flags, True at the given numbers."""
     marks = np.zeros(count, dtype=bool)
     marks[numbers] = True
     return marks
 
 
 class Cut(NamedTuple):
-    """The vertices that a cut adds, in the order of their numbers."""
+    """Vertices that a cut adds, in the order of their numbers."""
 
     parents: IntArray
-    """(k, 2): the ends of the side that each is on; where it doubles a vertex on the line, that vertex twice."""
+    """Ends of the side of each new vertex, shape (k, 2); for a copy of a vertex on the line, that vertex twice."""
     along: Float64Array
-    """(k,): where it is, in parts of the side."""
+    """Position as a fraction of the side, shape (k,)."""
     sheets: IntArray
-    """(n + k,): which sheet every vertex is of, 1 or -1; 0 where a vertex on the line is of none."""
+    """Sheet of every vertex, 1 or -1, shape (n + k,); 0 for a vertex on the line that belongs to none."""
 
 
 class Triangles:
@@ -50,28 +49,28 @@ class Triangles:
     Parameters
     ----------
     corners : ndarray of int
-        Shape (m, 3), vertices in their orientation.
+        Shape (m, 3), vertices in the order of the orientation.
     n_vertices : int
-        How many vertices there are.
+        Number of vertices.
     lengths : ndarray
-        Shape (m, 3): true length of the side from each corner to the next; what is not finite counts as 0.
+        Shape (m, 3): true length of the side from each corner to the next; values that are not finite count as 0.
 
     Attributes
     ----------
     corners : ndarray
         Shape (m, 3).
     sides : ndarray
-        Shape (m, 3): the number of the side from each corner to the next. Sides with the same ends are one.
+        Shape (m, 3): number of the side from each corner to the next. Sides with the same ends have the same number.
     ends : ndarray
-        Shape (s, 2): the ends of each side.
+        Shape (s, 2): ends of each side.
     ties : ndarray
-        Shape (s,): sides that a cut made of one have one number, and their ends are in the same order.
+        Shape (s,): tie of each side. Copies of a side that a cut makes have the same tie, and ends in the same order.
     source : ndarray
-        Shape (m,): which of the first triangles each is a part of.
+        Shape (m,): given triangle that each triangle is a part of.
     places : ndarray
-        Shape (n_vertices,): vertices that a cut made of one have one number, that of one of them.
+        Shape (n_vertices,): place of each vertex, the number of a vertex there. Copies that a cut makes have the same.
     n_vertices : int
-        How many vertices there are now.
+        Current number of vertices.
     """
 
     def __init__(self, corners: IntArray, n_vertices: int, lengths: Float64Array) -> None:
@@ -95,7 +94,7 @@ class Triangles:
         return len(self.corners)
 
     def _add_sides(self, ends: IntArray, squares: Float64Array, ties: IntArray | None = None) -> IntArray:
-        """The numbers of new sides, each tied to no other where nothing is said."""
+        """Add sides and return their numbers. Without `ties`, each has a tie of its own."""
         added = len(self.ends) + np.arange(len(ends))
         ties = self._n_ties + np.arange(len(ends)) if ties is None else ties
         self._n_ties = max(self._n_ties, int(ties.max(initial=-1)) + 1)
@@ -104,7 +103,7 @@ class Triangles:
         return added
 
     def with_tied(self, marks: BoolArray) -> BoolArray:
-        """Marks of sides (s,), and of those that are tied to them."""
+        """Return marks of sides (s,) with those of sides with the same tie added."""
         if self._n_ties == len(self.ends):  # none is
             return marks
         return marked(self._n_ties, self.ties[marks])[self.ties]
@@ -112,19 +111,18 @@ class Triangles:
     # -- bisection
 
     def marks(self, rows: IntArray, shaped: BoolArray) -> BoolArray:
-        """Mark the sides to split so that some triangles are split, each triangle with a shape through its longest
-        side.
+        """Return marks (s,) of the sides to split, so that each triangle is split through its longest side.
 
         Parameters
         ----------
         rows : ndarray of int
             The triangles to split.
         shaped : ndarray of bool
-            Shape (m,): False for triangles that are split only where their neighbours are.
+            Shape (m,): True for triangles with an area. Others are split only at the sides of their neighbours.
         """
         longest = np.take_along_axis(self.sides, self._squares[self.sides].argmax(axis=1)[:, None], axis=1)[:, 0]
         marks = marked(len(self.ends), longest[rows])
-        while True:  # ends, for each turn but the last marks a side more
+        while True:  # ends: each pass but the last marks another side
             marks = self.with_tied(marks)
             more = longest[marks[self.sides].any(axis=1) & shaped]
             more = more[~marks[more]]
@@ -133,14 +131,14 @@ class Triangles:
             marks[more] = True
 
     def split(self, marks: BoolArray) -> tuple[IntArray, IntArray]:
-        """Split the sides that `marks` gave, and all triangles that have them.
+        """Split the sides that `marks` returned, and all triangles that have them.
 
         Returns
         -------
         parents : ndarray of int
-            (k, 2): the ends of the sides whose middles are the k new vertices, in the order of their numbers.
+            Shape (k, 2): ends of the sides whose middles are the k new vertices, in the order of their numbers.
         rows : ndarray of int
-            The triangles that are new or changed.
+            Triangles that are new or changed.
         """
         split_sides = np.flatnonzero(marks)
         rows = np.flatnonzero(marks[self.sides].any(axis=1))
@@ -173,7 +171,10 @@ class Triangles:
         return self._replace(rows, [(p, m, r, pm, mr, rp), (m, q, r, mq, qr, mr)])
 
     def _replace(self, rows: IntArray, parts: list[tuple[IntArray, ...]]) -> IntArray:
-        """The parts' numbers, each three corners and then three sides: the first takes the triangle's own."""
+        """Replace triangles by parts, and return the parts' numbers. The first part takes the triangle's number.
+
+        A part is three arrays of corners, then three of sides.
+        """
         (first, *others), count = (np.stack(part, axis=1) for part in parts), len(self)
         self.corners[rows], self.sides[rows] = first[:, :3], first[:, 3:]
         self.corners = np.concatenate([self.corners, *(part[:, :3] for part in others)])
@@ -184,31 +185,31 @@ class Triangles:
     # -- cuts
 
     def from_end(self, sides: IntArray, vertices: IntArray, along: Float64Array) -> Float64Array:
-        """Distance of each crossing from a vertex of its side; `along` has that of all sides, from their first ends."""
+        """Return the position of the crossing on each side, from the given end; `along` has it from the first end."""
         return np.where(self.ends[sides, 0] == vertices, along[sides], 1.0 - along[sides])
 
     def cut(self, signs: IntArray, crossed: BoolArray, along: Float64Array, inner: IntArray) -> Cut:
-        """Cut along a line, given where it crosses sides, and part its two sheets.
+        """Cut along a line that crosses the given sides, and separate its two sheets.
 
-        A triangle with two sides that are crossed is cut between these, as marching triangles do; one with a single one
-        from there to the opposite corner. The parts' squares of lengths are those of the affine map that makes the
-        triangle's sides as long as theirs are.
+        A triangle with two crossed sides is cut between the crossings, as in marching triangles. One with a single
+        crossed side is cut from there to the opposite corner. The squared lengths of the parts' sides follow from the
+        affine map that gives the triangle's sides their squared lengths.
 
         Parameters
         ----------
         signs : ndarray of int
             Shape (n_vertices,): 1 or -1 for the two sides of the line, 0 for vertices on it.
         crossed : ndarray of bool
-            Shape (s,): sides between vertices of opposite signs; tied ones all or none.
+            Shape (s,): sides to cut, between vertices of opposite signs. Sides with the same tie have the same flag.
         along : ndarray
-            Shape (s,): where each is crossed, from its first end to its second.
+            Shape (s,): position of the crossing, from the side's first end to its second.
         inner : ndarray of int
-            Shape (m,): on which side of the line the inside of a triangle is whose corners are all on it.
+            Shape (m,): side of the line, 1 or -1, of the inside of a triangle with all corners on the line.
         """
         sides = np.flatnonzero(crossed)
         ends, t, squares = self.ends[sides], along[sides], self._squares[sides]
         new, piece = np.full((2, len(self.ends)), -1)
-        # the vertex on the sheet of 1; the other's is the next
+        # the vertex on the sheet of 1; the copy on the sheet of -1 follows it
         new[sides] = self.n_vertices + 2 * np.arange(len(sides))
         _, first, tie = np.unique(self.ties[sides], return_index=True, return_inverse=True)
         own = new[sides, None] + (signs[ends] < 0)
@@ -229,7 +230,7 @@ class Triangles:
         return Cut(parents, np.concatenate([at, np.zeros(len(doubled))]), sheets)
 
     def _turned(self, rows: IntArray, first: IntArray) -> tuple[IntArray, ...]:
-        """Corners and sides of triangles, from one of the corners on."""
+        """Return corners and sides of triangles, in their order from the corner `first`."""
         turn = (first[:, None] + np.arange(3)) % 3
         corners, sides = (np.take_along_axis(each[rows], turn, axis=1) for each in (self.corners, self.sides))
         return *corners.T, *sides.T
@@ -237,7 +238,7 @@ class Triangles:
     def _cut_between(
         self, rows: IntArray, crossed: BoolArray, along: Float64Array, signs: IntArray, new: IntArray, piece: IntArray
     ) -> None:
-        """Cut triangles a b c from x on ab to y on ca, and what is left beside bc through its shorter diagonal."""
+        """Cut triangles a b c from x on ab to y on ca, and the quadrangle x b c y along its shorter diagonal."""
         a, b, c, ab, bc, ca = self._turned(rows, ((~crossed[self.sides[rows]]).argmax(axis=1) + 2) % 3)
         is_lower = signs[a] < 0
         xa, xo, ya, yo = new[ab] + is_lower, new[ab] + ~is_lower, new[ca] + is_lower, new[ca] + ~is_lower
@@ -263,7 +264,7 @@ class Triangles:
     def _cut_to_corner(
         self, rows: IntArray, crossed: BoolArray, along: Float64Array, signs: IntArray, new: IntArray, piece: IntArray
     ) -> None:
-        """Cut triangles p q r from x on pq to r, which has one vertex for both sheets as yet."""
+        """Cut triangles p q r from x on pq to r. Both sheets share the vertex r until `_part_sheets`."""
         p, q, r, pq, qr, rp = self._turned(rows, crossed[self.sides[rows]].argmax(axis=1))
         is_lower = signs[p] < 0
         xp, xq = new[pq] + is_lower, new[pq] + ~is_lower
@@ -277,17 +278,19 @@ class Triangles:
         self._replace(rows, [(p, xp, r, px, of_p, rp), (xq, q, r, xq_side, qr, of_q)])
 
     def _part_sheets(self, signs: IntArray, inner: IntArray) -> tuple[IntArray, IntArray]:
-        """Double the vertices on the line that triangles of both sheets have, and the sides between such.
+        """Double the vertices on the line that both sheets share, and the sides between such vertices.
 
-        The one that was there is left to the sheet of 1.
+        The existing vertex stays on the sheet of 1.
 
         Returns
         -------
-        doubled, sheets : ndarray of int
-            (k,): those that are; and `Cut.sheets`.
+        doubled : ndarray of int
+            Vertices that were doubled, shape (k,).
+        sheets : ndarray of int
+            As `Cut.sheets`.
         """
         at_corners = signs[self.corners]
-        sheet = np.sign(at_corners.max(axis=1) + at_corners.min(axis=1))  # 0 where a line that is not cut runs inside
+        sheet = np.sign(at_corners.max(axis=1) + at_corners.min(axis=1))  # 0 if an uncut line runs inside
         on_line = np.flatnonzero(~at_corners[: len(inner)].any(axis=1))
         sheet[on_line] = inner[on_line]
         rows, turns = np.nonzero(at_corners == 0)
