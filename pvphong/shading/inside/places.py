@@ -25,8 +25,8 @@ from pvphong.shading.inside.lighting import LitVertices, difference, inside_cone
 _AT_ONCE = 2**13
 
 
-def sizes(points: Float64Array) -> tuple[Float64Array, Float64Array]:
-    """Return the longest side and the least height, (m,) each, of triangles (m, 3, 3).
+def sizes(points: Float64Array, corners: IntArray) -> tuple[Float64Array, Float64Array]:
+    """Return the longest side and the least height, (m,) each, of triangles (m, 3) between points (n, 3).
 
     The height is zero or NaN if a triangle has no area, or a point that is not finite.
     """
@@ -46,9 +46,9 @@ def sizes(points: Float64Array) -> tuple[Float64Array, Float64Array]:
     return longest, height
 
 
-def area(points: Float64Array) -> float:
-    """Return the total area of triangles (m, 3, 3); a triangle with a point that is not finite counts as 0."""
-    longest, height = sizes(points)
+def area(points: Float64Array, corners: IntArray) -> float:
+    """Return the total area of triangles (m, 3) between points (n, 3); a triangle with a point that is not finite counts as 0."""
+    longest, height = sizes(points, corners)
     return float(np.nan_to_num(longest * height).sum()) / 2.0
 
 
