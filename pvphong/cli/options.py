@@ -85,7 +85,8 @@ class Lighting:
     albedo
         Factor of ambient and diffuse reflectance, as --diffuse.
     scalars
-        Name of a point or cell array that a colormap turns into the albedo; cell arrays need --feature-angle 0.
+        Name of a point or cell array that a colormap turns into the albedo; for cell arrays use flat faces
+        (--feature-angle 0).
     cmap
         Colormap of --scalars: a name such as terrain, or colours separated by commas; by default PyVista's.
     clim
