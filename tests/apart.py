@@ -1,4 +1,4 @@
-"""Runs code in a process of its own."""
+"""Run code in a separate process."""
 
 import os
 import subprocess

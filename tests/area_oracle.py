@@ -1,10 +1,10 @@
 """Integrals of powers of a cosine over regions of the unit sphere, by mpmath, for lights with a size.
 
-A region is what caps {u: a·u >= b} have in common: half-spaces (b = 0) for the sides of a convex polygon and for the
-horizon, one cap for a sphere. On the circle at the angle γ from w, each cap is an arc whose ends are arc cosines, so
-the integral is one over γ, of cosᵏ γ sin γ times the length of the arcs' intersection, between the angles at which
-circles touch or corners lie. A disk is integrated over its area, in strips along the horizon. No boundary integral
-comes up.
+A region is an intersection of caps {u: a·u >= b}: half-spaces (b = 0) for the sides of a convex polygon and for the
+horizon, one cap for a sphere. On the circle at the angle γ from w, each cap is an arc whose ends are arc cosines. The
+integral is therefore one over γ, of cosᵏ γ sin γ times the length of the arcs' intersection, split at the angles at
+which circles touch or corners lie. A disk is integrated over its area, in strips along the horizon. No boundary
+integral is used, unlike in the evaluators.
 """
 
 from __future__ import annotations
@@ -19,11 +19,11 @@ from mpmath.calculus.quadrature import GaussLegendre
 from oracle import cross, dot, minus
 
 _FEW = 1e-25
-# In place of 0⁰, which is 1.
+# Instead of 0⁰, which is 1.
 _NO_POWER = 1e-300
-# Corners outside of a cap are none; those next to its edge may be.
+# Corners outside a cap do not count; corners close to its edge may, because of rounding.
 _BESIDE = 1e-6
-# Where pieces of a strip of a disk end: in lobe's widths from its middle.
+# Ends of the pieces of a disk's strip, in lobe widths from the lobe's middle.
 _WIDTHS = 3, 8
 
 
@@ -42,7 +42,7 @@ def angle(a: Sequence[Any], b: Sequence[Any]) -> Any:
 
 
 def power_over(w: Sequence[Any], power: float, caps: Sequence[tuple[Sequence[Any], Any]]) -> Any:
-    """∫ max(w·u, 0)ᵏ du over what the caps (a, b) have in common; w and all a of length 1."""
+    """∫ max(w·u, 0)ᵏ du over the intersection of caps (a, b); w and all a of length 1."""
     if not power:  # 1 on the other side of w too
         return power_over(caps[0][0], _NO_POWER, caps)
     first = unit(cross(w, [1, 0, 0] if abs(w[0]) < 0.6 else [0, 1, 0]))
@@ -60,7 +60,7 @@ def power_over(w: Sequence[Any], power: float, caps: Sequence[tuple[Sequence[Any
         return weight * _length(found)
 
     pieces = pairwise([mp.mpf(0), *ends, mp.pi / 2])
-    # an arc comes and goes at ends only
+    # arcs appear and vanish at ends only
     return mp.fsum(mp.quad(integrand, piece) for piece in pieces if None not in arcs(sum(piece) / 2)[1])
 
 
@@ -83,7 +83,7 @@ def _breaks(w: Any, power: float, caps: Any, seen: Any) -> Any:
 
 
 def _arc(cosine: Any, sine: Any, along: Any, aside: Any, around: Any, b: Any) -> tuple[Any, Any] | None:
-    """Middle and half length of the circle's arc in a cap; None where there is none."""
+    """Return the middle and half length of the circle's arc in a cap; None if they do not intersect."""
     spread = sine * aside
     height = b - cosine * along
     if abs(height) >= spread:
@@ -92,7 +92,7 @@ def _arc(cosine: Any, sine: Any, along: Any, aside: Any, around: Any, b: Any) ->
 
 
 def _length(arcs: Sequence[Any]) -> Any:
-    """Of what arcs of a circle have in common."""
+    """Return the length of the intersection of arcs of a circle."""
     if None in arcs:
         return mp.mpf(0)
     arcs = [arc for arc in arcs if arc[1] < mp.pi]
@@ -114,12 +114,12 @@ def _length(arcs: Sequence[Any]) -> Any:
 
 @cache
 def _nodes(precision: int) -> list[tuple[Any, Any]]:
-    """Gauss and Legendre's 24, with weights."""
+    """Return the 24 Gauss-Legendre nodes and their weights."""
     return GaussLegendre(mp.mp).calc_nodes(4, precision)
 
 
 def _nodes_between(start: Any, stop: Any) -> Iterator[tuple[Any, Any]]:
-    """Gauss and Legendre's nodes on an interval, and their weights."""
+    """Return Gauss-Legendre nodes on an interval, and their weights."""
     half = (stop - start) / 2
     for node, weight in _nodes(mp.mp.prec + 15):
         yield start + half * (1 + node), half * weight
@@ -164,7 +164,7 @@ def power_over_disk(w: Any, power: float, n: Any, middle: Any, facing: Any, radi
 
 
 def _marks(w: Any, power: float, middle: Any, facing: Any, plane: Any, radius: Any) -> tuple[list[Any], list[Any]]:
-    """Where strips, and their pieces, end around the lobe's middle on the disk's plane."""
+    """Return the ends of strips, and of their pieces, around the lobe's middle on the disk's plane."""
     along = dot(w, facing)
     far = dot(middle, facing) / along if along else mp.mpf(-1)
     if far <= 0:
@@ -178,7 +178,7 @@ def _marks(w: Any, power: float, middle: Any, facing: Any, plane: Any, radius: A
 
 
 def _on_rim(base: Any, ahead: Any, aside: Any, radius: Any) -> list[Any]:
-    """The s at which base + s · ahead + t · aside = 0 meets the rim."""
+    """Return the s at which the line base + s · ahead + t · aside = 0 meets the rim."""
     square = ahead * ahead + aside * aside
     rest = square * radius * radius - base * base
     if rest <= 0:

@@ -1,4 +1,4 @@
-"""A browser for tests of pages: headless Chromium, where it is there."""
+"""Headless Chromium, if installed, for tests of web pages."""
 
 import importlib.util
 import shutil
@@ -21,7 +21,7 @@ needs_a_browser = pytest.mark.skipif(
 
 
 def new_browser(profile):
-    """Headless Chromium with an empty profile; to be ended with `quit`."""
+    """Start headless Chromium with an empty profile; `quit` ends it."""
     from selenium import webdriver
 
     options = webdriver.ChromeOptions()

@@ -1,4 +1,4 @@
-"""VTK's cameras, for the tests of what must agree with them."""
+"""VTK's cameras, for tests of code that must agree with them."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import vtk
 
 
 def random_camera(seed: int) -> Any:
-    """A `vtkCamera` or a `pyvista.Camera` with everything at random; every second one is parallel."""
+    """Return a random `vtkCamera` or `pyvista.Camera`; every second one is parallel."""
     rng = np.random.default_rng(seed)
     near = rng.uniform(0.1, 2)
     camera = pv.Camera() if seed % 3 == 0 else vtk.vtkCamera()
@@ -25,5 +25,5 @@ def random_camera(seed: int) -> Any:
 
 
 def as_array(matrix: Any) -> Any:
-    """A `vtkMatrix4x4` as an array."""
+    """Convert a `vtkMatrix4x4` to an array."""
     return np.array([[matrix.GetElement(row, column) for column in range(4)] for row in range(4)])

@@ -16,20 +16,20 @@ from pvphong.shading import kernel
 
 @pytest.hookimpl(optionalhook=True)
 def pytest_xdist_setupnodes() -> None:
-    """Before several processes run tests: they share code that would else be compiled while tests wait."""
+    """Compile before several processes run tests: they share the code, and no test has to wait for it."""
     with contextlib.suppress(kernel.CannotCompile):
         kernel.compile_all(lambda *_: None)
 
 
 def pytest_collection_finish() -> None:
-    """Keep the garbage collector from looking through ten thousand collected tests each time."""
+    """Exclude the ten thousand collected tests from garbage collection."""
     gc.collect()
     gc.freeze()
 
 
 @pytest.fixture(autouse=True)
 def _errors_in_callbacks(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
-    """What is raised in an observer VTK shows by `sys.excepthook`, and goes on."""
+    """Fail for exceptions in observers, which VTK only passes to `sys.excepthook`."""
     raised: list[BaseException] = []
     monkeypatch.setattr(sys, "excepthook", lambda _kind, error, _trace: raised.append(error))
     yield
@@ -39,7 +39,7 @@ def _errors_in_callbacks(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
 
 @pytest.fixture
 def new_plotter() -> Iterator[Callable[..., pv.Plotter]]:
-    """Makes plotters without lights, off screen."""
+    """Return a function that makes off-screen plotters without lights."""
     made: list[pv.Plotter] = []
 
     def make(size: tuple[int, int] = (48, 48), lighting: str = "none", **options: Any) -> pv.Plotter:

@@ -1,4 +1,4 @@
-"""Runs scripts in processes that are forked from one that has loaded everything and run nothing: they begin at once."""
+"""Run scripts in processes forked from one that has imported everything, so that they start at once."""
 
 import multiprocessing
 import os
@@ -12,7 +12,7 @@ _LOADED = ["pyvista", "matplotlib.pyplot", "embreex.rtcore_scene", "pvphong.shad
 
 
 def run_script(path, *arguments, folder, off_screen=False, seconds=300):
-    """What it prints, where it ends well; warnings are errors."""
+    """Run a script and return its output; assert that it succeeds. Warnings are errors."""
     has_forks = "forkserver" in multiprocessing.get_all_start_methods()
     context = multiprocessing.get_context("forkserver" if has_forks else "spawn")
     if has_forks:
@@ -31,7 +31,7 @@ def run_script(path, *arguments, folder, off_screen=False, seconds=300):
 
 
 def run_code(code, folder):
-    """The same of lines, off screen."""
+    """Run lines of code off screen, and return the output."""
     with tempfile.TemporaryDirectory() as place:
         path = Path(place, "lines.py")
         path.write_text(code, encoding="utf-8")
@@ -39,7 +39,7 @@ def run_code(code, folder):
 
 
 def _script(path, arguments, folder, off_screen, search, out, errors):
-    for number, file in ((1, out), (2, errors)):  # what VTK prints goes there, too
+    for number, file in ((1, out), (2, errors)):  # includes VTK's output
         os.dup2(os.open(file, os.O_WRONLY | os.O_CREAT), number)
     import pyvista as pv
 

@@ -1,4 +1,4 @@
-"""How far an evaluator may be from the oracle, and where either answer is right.
+"""Error bounds of evaluators against the oracle, and cases in which two answers are right.
 
 The bound, per vertex and channel, absolute, with u half a step of the precision at 1 (2⁻⁵³ or 2⁻²⁴):
 
@@ -12,7 +12,7 @@ is summed from, over their distance (whichever is largest).
 Low powers: a power below 1 rises with infinite slope at 0, so a cosine f with an error δ = 16·u·κ is off by
 min(δⁿ, n·fⁿ⁻¹·δ).
 
-Undecidable, and left out: a light within 8·κ·u of the vertex's horizon or of its cone's edge (in cosines), and a
+Undecidable cases are skipped: a light within 8·κ·u of the vertex's horizon or of its cone's edge (in cosines), and a
 viewer within 8·κ·u of the horizon where a two-sided model turns the normal.
 """
 
@@ -50,7 +50,7 @@ FIELDS = {"rgb": "color"} | {name: name for name in ("ambient", "diffuse", "spec
 
 @dataclass(frozen=True)
 class Judgement:
-    """One case: the largest error in units of its bound, and what had to be left out."""
+    """Result of one case: the largest error in units of its bound, and the skipped vertices."""
 
     worst: float
     report: str
@@ -68,7 +68,7 @@ def largest_power(case: Case) -> float:
 
 
 def coefficient(case: Case, facts: tuple[LightFacts, ...]) -> float:
-    """s: the largest product of coefficients at a vertex, or 1."""
+    """Return s: the largest product of coefficients at a vertex, at least 1."""
     material, products = case.material, [1.0]
     for light, fact in zip(case.scene.lights, facts, strict=True):
         if fact.strength is None:  # off
@@ -96,7 +96,7 @@ def _summed_from(placement: PunctualParameters, p: Exact) -> Exact:
 
 
 def _ratio(above: Fraction, below: Fraction) -> float:
-    """√(above/below); 1 where there is nothing to normalise."""
+    """√(above/below); 1 if there is no vector to normalise."""
     return float(root(above / below)) if below else 1.0
 
 
@@ -134,7 +134,7 @@ def conditioning(case: Case) -> np.ndarray:
 
 
 def low_power(power: float, cosine: Any, delta: float, floor: float = 0.0) -> float:
-    """By how much f^power may be off where f is off by δ, for 0 < power < 1."""
+    """Bound the error of f^power for an error δ of f, for 0 < power < 1."""
     if not 0 < power < 1 or cosine is None or cosine < floor - delta:
         return 0.0
     f = max(float(cosine), floor)
@@ -153,7 +153,7 @@ def _low_powers(case: Case, facts: tuple[LightFacts, ...], delta: float) -> floa
 
 
 def bounds(case: Case, shades: list[Shade], step: float, kappa: np.ndarray) -> np.ndarray:
-    """The bound of every vertex, shape (n,)."""
+    """Return the bound of every vertex, shape (n,)."""
     plain = (4 * math.sqrt(largest_power(case)) + 16) * step * (1 + len(case.scene.lights))
     return np.array(
         [
@@ -164,7 +164,7 @@ def bounds(case: Case, shades: list[Shade], step: float, kappa: np.ndarray) -> n
 
 
 def undecidable(case: Case, s: Shade, band: float) -> bool:
-    """Whether a yes-or-no question at a vertex lies within a band of cosines."""
+    """Return True for vertices with a cosine so close to a threshold that both answers are right."""
     margins = [fact.n_dot_l for fact in s.lights] + [fact.cone_margin for fact in s.lights if fact.distance != 0]
     if case.scene.light_model.two_sided:
         margins.append(s.n_dot_v)
@@ -174,9 +174,9 @@ def undecidable(case: Case, s: Shade, band: float) -> bool:
 def judge(
     case: Case, shading: Any, precision: str, *, badly_posed: float = math.inf, fields: dict[str, str] = FIELDS
 ) -> Judgement:
-    """Compare `fields` of a `Shading` with the oracle, by a precision's bound, on a case whose vertices are all finite.
+    """Compare `fields` of a `Shading` with the oracle, by a precision's bound. All vertices must be finite.
 
-    Vertices with a κ larger than `badly_posed` are left out too.
+    Vertices with a κ larger than `badly_posed` are skipped too.
     """
     step = STEP[precision]
     shades = shade(*case.arguments, **case.options)

@@ -1,33 +1,33 @@
-"""Mouse and keyboard of a plotter without a window: events go to VTK's interactor, as a window would send them."""
+"""Mouse and keyboard of a plotter without a window. Events go to VTK's interactor, as from a window."""
 
 import numpy as np
 
 
 def picture(plotter):
-    """What the window shows after a new frame, gizmos included."""
+    """Return the picture after a new frame, including gizmos."""
     plotter.render()
     return plotter.image.astype(int)
 
 
 def texts(plotter):
-    """VTK's texts on the screen, after a new frame."""
+    """Return VTK's texts on the screen after a new frame."""
     plotter.render()
     return [prop for prop in plotter.renderer.GetViewProps() if prop.IsA("vtkTextActor") and prop.GetVisibility()]
 
 
 class Mouse:
-    """The pointer of one plotter, and what it points at there."""
+    """Pointer of one plotter, and positions to point at."""
 
     def __init__(self, plotter):
         self.plotter = plotter
         self.interactor = plotter.iren.interactor
 
     def gizmo(self, name):
-        """The gizmo of a light, by the light's name."""
+        """Return a gizmo by its light's name."""
         return next(each for each in self.plotter.phong.gizmos if each.light.name == name)
 
     def at(self, *point):
-        """Pixels, in the active subplot, of a point of the world or of a light's handle."""
+        """Return the pixel of a world point or of a light's handle, in the active subplot."""
         if isinstance(point[0], str):
             name, handle = point
             point = (self.gizmo(name).handles[handle],)
@@ -57,13 +57,13 @@ class Mouse:
         self.release(pixel)
 
     def drag(self, pixel, by, **modifiers):
-        """Press, move in two steps, release; gives where it ended."""
+        """Press, move in two steps, and release. Return the last position."""
         end = self.pull(pixel, by, **modifiers)
         self.release(end, **modifiers)
         return end
 
     def pull(self, pixel, by, **modifiers):
-        """A drag without its end."""
+        """Begin a drag, without releasing."""
         end = np.round(pixel) + by
         self.press(pixel)
         self.move(np.round(pixel) + 0.5 * np.array(by), **modifiers)

@@ -1,4 +1,4 @@
-"""What casts rays here: each backend that there is, for tests to run with; compiled code is compiled first."""
+"""Available ray tracing backends, as test parameters. Compiled code is compiled on import."""
 
 from pvphong.rays import casting, embree
 from pvphong.shading import kernel

@@ -1,7 +1,7 @@
 """A plotter in a web page with server-side rendering, for tests that move the mouse in a browser.
 
-Run as a program it serves the page and answers commands, one a line, with one line of JSON each. Imported, it gives
-the test's side of that.
+Run as a program it serves the page and answers commands, one a line, with one line of JSON each. The module also
+has the test's side.
 """
 
 import json
@@ -18,7 +18,7 @@ ESCAPE = "\ue00c"
 
 
 class Server(Program):
-    """The program, and where its page is."""
+    """Start the program; yield it and the address of its page."""
 
     def __init__(self, view):
         super().__init__(__file__, view)
@@ -26,7 +26,7 @@ class Server(Program):
 
 
 class Page:
-    """The page in a browser: the mouse as the browser gets it, and what it then shows."""
+    """The page in a browser: sends mouse events and reads pictures."""
 
     def __init__(self, server, browser):
         self.ask, self.wait = server.ask, server.wait
@@ -48,12 +48,12 @@ class Page:
         actions.perform()
 
     def point(self, pixel):
-        """Move the pointer to a pixel, counted from below as VTK does."""
+        """Move the pointer to a pixel, counted from below as in VTK."""
         x, y = round(pixel[0]), SIZE[1] - round(pixel[1])
         self._mouse(lambda mouse: mouse.move_to_location(x, y))
 
     def press(self, pixel):
-        """Button down at a pixel."""
+        """Press the button at a pixel."""
         self.point(pixel)
         self._mouse(lambda mouse: mouse.pointer_down())
 
@@ -64,7 +64,7 @@ class Page:
         self.settled()
 
     def drag(self, start, by):
-        """Press, move in steps, hold; gives what the plotter says before `drop`."""
+        """Press and move in steps, without releasing. Return the plotter's state before `drop`."""
         self.press(start)
         self.wait(lambda state: state["dragging"])
         for part in (0.25, 0.5, 0.75, 1.0):
@@ -80,13 +80,13 @@ class Page:
         raise AssertionError("the pointer did not arrive")
 
     def _is_at(self, pixel):
-        """Whether the plotter knows that the pointer is there; it may be drawing fewer pixels than the page has."""
+        """Return True if the plotter's pointer is at a pixel. The plotter may draw fewer pixels than the page has."""
         state = self.ask()
         scaled = [at * shown / size for at, shown, size in zip(state["cursor"], SIZE, state["size"], strict=True)]
         return max(abs(at - wanted) for at, wanted in zip(scaled, pixel, strict=True)) < 2
 
     def drop(self):
-        """Button up."""
+        """Release the button."""
         self._mouse(lambda mouse: mouse.pointer_up())
         self.wait(lambda state: not state["dragging"])
         return self.settled()
@@ -98,7 +98,7 @@ class Page:
         ActionChains(self._browser).send_keys(key).perform()
 
     def settled(self):
-        """What the plotter says when it has dealt with everything that was sent."""
+        """Return the plotter's state after it has handled all events."""
         last = None
         while (state := self.ask()) != last:
             last = state
@@ -106,7 +106,7 @@ class Page:
         return state
 
     def picture(self, until=None):
-        """What the browser shows, shape (height, width, 3), when something is so."""
+        """Wait for a condition; return the browser's picture, shape (height, width, 3)."""
         from PIL import Image
 
         for _ in range(100):
@@ -117,7 +117,7 @@ class Page:
         raise AssertionError("the browser did not show it")
 
     def still(self):
-        """What the browser shows when that no longer changes: after a coarse picture comes a fine one."""
+        """Return the browser's picture once it no longer changes: a fine picture follows a coarse one."""
         shown = self.picture()
         while True:
             time.sleep(0.4)
@@ -167,7 +167,7 @@ def main(view):
 
 
 def _remote(plotter, server, **options):
-    """What `plotter.show(jupyter_backend="server")` shows. By itself it sends neither keys nor moves over a handle."""
+    """The view of `plotter.show(jupyter_backend="server")`. By default it sends neither keys nor pointer moves."""
     from trame_pyvista.ui import plotter_ui
 
     def pass_on(key):
@@ -181,7 +181,7 @@ def _remote(plotter, server, **options):
 
 
 def _area(plotter, server):  # noqa: ARG001 the layout that it is made in knows the server
-    """What `plotter.trame.app()` shows when it renders remotely."""
+    """The view of `plotter.trame.app()` with remote rendering."""
     from trame_pyvista.widgets import PyVistaRCAView
 
     PyVistaRCAView(plotter, send_mouse_move=True)

@@ -1,8 +1,8 @@
-"""What surfaces make of an image all around, by quadrature, from what `EnvironmentLight` documents and no harmonics.
+"""Light from an environment image, by quadrature of `EnvironmentLight`'s definition, without spherical harmonics.
 
-To keep an image's first bands is to keep those of the lobe, for ∫ (P L) f du = ∫ L (P f) du, P the projection on them.
-Of a lobe f(w·u) they are a polynomial in w·u, Σ (2l + 1)/2 · M P_l with M = ∫ f P_l dt. Nodes in each texel are Gauss
-and Legendre's, so many that such a polynomial is integrated to the last bits.
+Projecting the image onto its first bands equals projecting the lobe, because ∫ (P L) f du = ∫ L (P f) du for the
+projection P. The projection of a lobe f(w·u) is a polynomial in w·u, Σ (2l + 1)/2 · M P_l with M = ∫ f P_l dt. Each
+texel has enough Gauss-Legendre nodes to integrate this polynomial to rounding.
 """
 
 from __future__ import annotations
@@ -17,14 +17,14 @@ BANDS = 32
 
 
 def _nodes(texels: int, length: float, count: int) -> tuple[Any, Any]:
-    """Along one side of an image: where nodes are, and their weights, by texel."""
+    """Return the nodes along one side of an image, and their weights, by texel."""
     x, weights = np.polynomial.legendre.leggauss(count)
     half = 0.5 * length / texels
     return (2.0 * np.arange(texels)[:, None] + 1.0 + x) * half, np.tile(half * weights, (texels, 1))
 
 
 def texels(light: Any, count: tuple[int, int]) -> tuple[Any, Any, Any]:
-    """Directions (k, 3) to nodes in texels, so many down and across each; solid angles (k,), colours (k, 3)."""
+    """Return directions (k, 3) to the nodes of all texels, their solid angles (k,) and colours (k, 3)."""
     image = np.asarray(light.image.image, np.float64)
     height, width, _ = image.shape
     top = np.array(light.up) / np.linalg.norm(light.up)

@@ -1,4 +1,4 @@
-"""Meshes given by the corners of their faces: as plain arrays, and as PyVista's."""
+"""Meshes given by the corners of their faces, as arrays and as PyVista meshes."""
 
 from __future__ import annotations
 
@@ -19,12 +19,12 @@ Face = Sequence[int]
 
 
 def soup(*faces: Face) -> tuple[Any, Any]:
-    """Connectivity and offsets."""
+    """Return connectivity and offsets."""
     return np.array([corner for face in faces for corner in face], dtype=np.int64), np.cumsum([0, *map(len, faces)])
 
 
 def mesh_of(points: Any, *faces: Face) -> pv.PolyData:
-    """A mesh with these faces and no others, whatever indices they have."""
+    """Return a mesh with exactly these faces; indices may be out of range."""
     connectivity, offsets = soup(*faces)
     mesh = pv.PolyData()
     mesh.points = np.asarray(points)
@@ -33,13 +33,13 @@ def mesh_of(points: Any, *faces: Face) -> pv.PolyData:
 
 
 def faces_of(mesh: pv.PolyData) -> list[list[int]]:
-    """The faces of a mesh, strips cut into triangles."""
+    """Return the faces of a mesh, with strips cut into triangles."""
     connectivity, offsets = polygons(mesh)
     return [connectivity[a:b].tolist() for a, b in pairwise(offsets)]
 
 
 def bumpy(n: int, *, quads: bool = False) -> tuple[Any, list[Face]]:
-    """A rough grid of n x n points, of triangles, or with every second square a quad."""
+    """Return a rough grid of n x n points, of triangles, or with every second square a quad."""
     rng = np.random.default_rng(3)
     x, y = np.meshgrid(np.arange(n), np.arange(n))
     points = np.stack([x.ravel(), y.ravel(), rng.uniform(0, 1, n * n)], axis=1) + rng.uniform(-0.2, 0.2, (n * n, 3))
@@ -52,7 +52,7 @@ def bumpy(n: int, *, quads: bool = False) -> tuple[Any, list[Face]]:
 
 
 def state(mesh: pv.DataSet) -> list[Any]:
-    """Every bit of a mesh, what is active in it, and first of all when VTK last saw it changed."""
+    """Return a mesh's modification time (first), its active arrays and all its bytes."""
     point_data = mesh.point_data
     active = mesh.active_scalars_info, point_data.active_normals_name, point_data.active_texture_coordinates_name
     arrays = [
@@ -64,11 +64,11 @@ def state(mesh: pv.DataSet) -> list[Any]:
     return [mesh.GetMTime(), active, np.asarray(mesh.points).tobytes(), arrays, cells]
 
 
-# --- both forms in which normals of points are computed: the readable one in NumPy, and the compiled one ---
+# --- both implementations of point normals: NumPy and compiled ---
 
 
 def compiled_normals(points: Any, connectivity: Any, offsets: Any, weighting: Any = "angle") -> Any:
-    """By compiled code; what it declines, such as faces of 1e-200 and what is refused, is NumPy's."""
+    """Compute by compiled code; NumPy handles cases that it declines, such as faces of size 1e-200 and errors."""
     rows = check.array("points", points)
     found = kernel.point_normals(rows, np.asarray(connectivity), np.asarray(offsets), weighting)
     return point_normals(points, connectivity, offsets, weighting) if found is None else found

@@ -1,4 +1,4 @@
-"""`mesh.phong`: found by PyVista itself, on every dataset with a surface and on MultiBlock."""
+"""`mesh.phong`: PyVista loads it, for every dataset with a surface and for MultiBlock."""
 
 import ast
 import inspect
@@ -60,7 +60,7 @@ def test_every_dataset_has_what_the_functions_give(mesh):
 
 
 def test_a_type_checker_sees_the_names_that_there_are():
-    """They stand in `__init__` twice: as imports for type checkers, and as places to import from when asked for."""
+    """`__init__` lists each name twice: as an import for type checkers, and in the table of lazy imports."""
     source = ast.parse(Path(ph.__file__).read_text())
     imports = [node for node in ast.walk(source) if isinstance(node, ast.ImportFrom) and node.module != "importlib"]
     seen = {alias.asname: f"{node.module}.{alias.name}" for node in imports for alias in node.names if alias.asname}
@@ -75,7 +75,7 @@ METHODS = [name for name in vars(MESH) if not name.startswith("_")]
 
 @pytest.mark.parametrize("name", METHODS)
 def test_blocks_take_what_a_mesh_takes(name):
-    """And a mesh what the function takes that does the work."""
+    """Methods of a mesh take the options of the function that they call."""
     of_mesh, of_blocks = (
         list(inspect.signature(getattr(kind, name)).parameters.values())[1:] for kind in (MESH, BLOCKS)
     )
@@ -124,7 +124,7 @@ WITHOUT = {
 
 @pytest.mark.parametrize("name", METHODS)
 def test_options_are_those_of_every_call_but_for_a_reason(name):
-    """And those that several take mean the same: they have one default, but that of a tolerance."""
+    """Options that several functions share have the same default, except `tolerance`."""
     taken, of_shade = (inspect.signature(getattr(MESH, each)).parameters for each in (name, "shade"))
     assert OPTIONS - taken.keys() == WITHOUT[name].keys()
     for option in OPTIONS & taken.keys() - {"tolerance"}:
@@ -170,7 +170,7 @@ def test_what_is_wrong_is_refused_by_name(name):
 
 
 def test_every_option_reaches_each_block():
-    """Each result is what the mesh gives by itself, in the scene of all."""
+    """Each block's result equals that of the mesh alone, in the common scene."""
     ball = pv.Sphere(theta_resolution=8, phi_resolution=8)
     ball["tint"], ball["rough"] = np.linspace(0.2, 1, 3 * ball.n_points).reshape(-1, 3), np.full(ball.n_points, 0.3)
     blocks, matrix = pv.MultiBlock({"ball": ball, "gap": None}), np.diag([1, 1, 2.0, 1])
@@ -267,7 +267,7 @@ def test_a_table_among_blocks_stays_and_nothing_minds_it():
 
 
 def test_errors_name_the_block():
-    """One whose arrays are not those that the material names, or that nothing can be lit of."""
+    """The faulty block lacks an array that the material names, or has nothing to light."""
     plain, tinted = pv.Sphere(), pv.Sphere()
     tinted["tint"] = np.ones((tinted.n_points, 3), np.uint8)
     blocks, material = pv.MultiBlock({"a": tinted, "in": pv.MultiBlock({"b": plain})}), Material(albedo="tint")

@@ -1,4 +1,4 @@
-"""`evaluate` on Dask arrays: the colours of NumPy arrays to the bit, when they are asked for, and clear refusals."""
+"""`evaluate` on Dask arrays: lazy colours, bit for bit those of NumPy arrays, and clear errors."""
 
 import threading
 from dataclasses import fields, replace
@@ -74,7 +74,7 @@ def test_a_task_carries_no_map_of_all_vertices():
 @pytest.mark.parametrize("options", [{}, {"clim": (0.2, 0.6)}, {"categories": True}, {"log_scale": True}], ids=str)
 @pytest.mark.parametrize("columns", [1, 2])
 def test_colormaps_have_the_range_of_all_chunks(options, columns):
-    numbers = np.where(np.arange(COUNT) < 400, np.nan, np.round(RNG.random(COUNT), 1) + 0.1)  # a chunk without any
+    numbers = np.where(np.arange(COUNT) < 400, np.nan, np.round(RNG.random(COUNT), 1) + 0.1)  # an empty chunk
     numbers = np.column_stack([numbers, -numbers]) if columns == 2 else numbers
     lazy = da.from_array(numbers, chunks=(300, columns)[: numbers.ndim])
     expected = ph.evaluate(POINTS, NORMALS, PLAIN, ph.Material(albedo=ph.Colormap(numbers, "terrain", **options)))
@@ -123,7 +123,7 @@ def test_a_scene_without_a_viewer_is_framed_by_all_points(matrix, chunks):
 
 def test_each_chunk_plans_for_itself_within_the_tolerance():
     far, how = ph.Scene([ph.PointLight(position=(900, 0, 0))], PLAIN.viewer), {"precision": "float64"}
-    points, normals = POINTS[10:], NORMALS[10:]  # those without a place are planned for by nobody
+    points, normals = POINTS[10:], NORMALS[10:]  # NaN points are excluded from the plan
     exact = ph.evaluate(points, normals, far, ph.Material(), **how).rgb
     near = ph.evaluate(cut(points, 30), normals, far, ph.Material(), **how, tolerance=0.01).rgb.compute()
     assert 0 < np.abs(near - exact).max() <= 0.01

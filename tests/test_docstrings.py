@@ -57,7 +57,7 @@ def test_the_example_prints_what_it_says(name, monkeypatch, tmp_path):
     test = doctest.DocTestParser().get_doctest(doc, {}, name, None, 0)
     printed = []
     runner = doctest.DocTestRunner(optionflags=doctest.ELLIPSIS | doctest.NORMALIZE_WHITESPACE)
-    with warnings.catch_warnings():  # examples of warnings set filters
+    with warnings.catch_warnings():  # examples about warnings change the filters
         runner.run(test, out=printed.append)
     pv.close_all()
     assert not runner.failures, "".join(printed)

@@ -1,4 +1,4 @@
-"""The gallery's scripts, by their form. The build of the manual runs them and looks at their pictures."""
+"""Form of the gallery's scripts. The build of the manual runs them and checks their pictures."""
 
 import ast
 import importlib.util

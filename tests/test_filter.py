@@ -1,4 +1,4 @@
-"""PhongFilter: a step of a VTK pipeline that executes when it has to, and only then."""
+"""PhongFilter: a VTK filter that executes only if something has changed."""
 
 from dataclasses import replace
 
@@ -15,7 +15,7 @@ SHINY = Material(specular=0.5, shininess=20)
 
 
 class Counted(PhongFilter):
-    """Counts its executions."""
+    """PhongFilter that counts its executions."""
 
     def __init__(self):
         super().__init__()
@@ -56,7 +56,7 @@ def executions_after(step, change=None):
 
 
 def test_output_is_the_lit_mesh(source, phong):
-    """That the input is not modified is a law of meshes/test_sharing."""
+    """meshes/test_sharing checks that the input is not modified."""
     assert colors(phong).dtype == np.float32
     expected, lit = pv.wrap(source.GetOutput()).phong.shade(SCENE, SHINY), pv.wrap(phong.GetOutput())
     assert colors(phong).tobytes() == expected["phong"].tobytes()
@@ -108,21 +108,21 @@ def test_bad_arguments_are_refused_and_change_nothing(phong):
 
 
 def test_an_input_that_cannot_be_lit_says_why(caplog, capfd):
-    """`Update` raises it; for steps downstream, whose pipeline swallows exceptions, it is VTK's error message too."""
-    line = vtk.vtkLineSource()  # kept: VTK's connections do not hold what they come from
+    """`Update` raises errors. VTK prints them too, because the pipeline of a downstream filter swallows exceptions."""
+    line = vtk.vtkLineSource()  # kept alive: VTK's connections do not hold their source
     step = PhongFilter()
     step.SetInputConnection(line.GetOutputPort())
     reason = "mesh must be a mesh with faces, or points with normals"
-    for _ in range(2):  # the pipeline runs once, and what it refused stays refused
+    for _ in range(2):  # the pipeline runs once; the error stays
         with pytest.raises(ValueError, match=f"^{reason}"):
             step.Update()
-    assert f"PhongFilter: {reason}" in caplog.text + capfd.readouterr().err  # PyVista may take VTK's messages to a log
+    assert f"PhongFilter: {reason}" in caplog.text + capfd.readouterr().err  # PyVista may log VTK's messages
     sphere = vtk.vtkSphereSource()
     step.SetInputConnection(sphere.GetOutputPort())
     step.Update()
     assert step.GetOutput().GetNumberOfPoints() > 0
     capfd.readouterr()
-    step.SetInputData(pv.PolyData())  # as with every VTK filter: a clip upstream may leave nothing
+    step.SetInputData(pv.PolyData())  # a clip upstream may output an empty mesh
     step.Update()
     assert step.GetOutput().GetNumberOfPoints() == 0
     assert "ERR" not in capfd.readouterr().err

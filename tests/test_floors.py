@@ -1,4 +1,4 @@
-"""The package's floors: imports point downward only, and the core knows neither PyVista nor VTK."""
+"""Layers of the package: modules import only from lower layers, and the core imports neither PyVista nor VTK."""
 
 import ast
 import inspect
@@ -46,7 +46,7 @@ HOSTS = ("pyvista", "vtk", "vtkmodules")
 
 
 def name_of(path):
-    """`lights.spot`, `lights` for a package, `__init__` for the face."""
+    """Return a module's name: `lights.spot`, `lights` for a package, `__init__` for pvphong itself."""
     parts = path.relative_to(PACKAGE).with_suffix("").parts
     return ".".join(parts[:-1] if len(parts) > 1 and parts[-1] == "__init__" else parts)
 
@@ -55,20 +55,20 @@ MODULES = {name_of(path): path for path in sorted(PACKAGE.rglob("*.py"))}
 
 
 def room_of(module):
-    """The package of the table above that a module is in, or None."""
+    """Return the entry of `FLOORS` that a module is in, or None."""
     rooms = [room for floor in FLOORS for room in floor if f"{module}.".startswith(f"{room}.")]
     return rooms[0] if rooms else None
 
 
 def floor_of(module):
-    """Its number from below; an empty package around others, such as `studies`, stands on no floor."""
+    """Return a module's layer, counted from below. Namespace packages such as `studies` have none."""
     room = room_of(module)
     return next((floor for floor, rooms in enumerate(FLOORS) if room in rooms), -1)
 
 
 @cache
 def imports_of(module, *, types=True):
-    """Names that a module imports, wherever in it; without `types` only those that are imported when it is run."""
+    """Return the names that a module imports anywhere; without `types`, only the imports at run time."""
     tree = ast.parse(MODULES[module].read_text(encoding="utf-8"))
     nodes = set(ast.walk(tree))
     for node in ast.walk(tree):
@@ -83,9 +83,9 @@ def imports_of(module, *, types=True):
 
 
 def own_imports(module):
-    """The package's modules that a module imports, wherever in it, types included; and what they load by their places.
+    """Return pvphong's modules that a module imports anywhere, types included, or loads by their names.
 
-    Python runs `__init__` of every package around what is imported first: that counts as imported by modules outside.
+    Importing a module runs `__init__` of its packages: these count as imported by modules outside of them.
     """
     found = set()
     for name in imports_of(module):
@@ -117,7 +117,7 @@ PACKAGES = sorted({path.parent for path in MODULES.values() if path.parent != PA
 
 
 def test_a_package_says_what_is_in_it():
-    """By name, in the order in which to read it. Of lights and reflectances, which are a file each, its table does."""
+    """A package's docstring names its modules in reading order. For lights and reflectances, a table does."""
     for folder in PACKAGES:
         text = (folder / "__init__.py").read_text(encoding="utf-8")
         inside = [path.stem for path in folder.glob("*.py") if path.stem != "__init__"]
@@ -131,7 +131,7 @@ def test_no_file_is_longer_than_can_be_read_in_one_go():
 
 
 def test_imports_point_downward():
-    """To lower floors, or to where the module itself is."""
+    """Modules import from lower layers, or from their own package."""
     for module in MODULES:
         here, room = floor_of(module), room_of(module)
         found = {name: floor_of(name) for name in own_imports(module) if room_of(name) != room}
@@ -222,14 +222,14 @@ def test_the_face_says_what_it_gives():
 
 
 def test_a_public_name_is_in_one_place():
-    """The docstring of the pipeline has all of its names."""
+    """The docstring of `pipeline` lists all of its names."""
     pipeline = pvphong.pipeline
     assert not [name for name in pipeline.__all__ if hasattr(pvphong, name)]
     assert set(re.findall(r"`(\w+)`", pipeline.__doc__)) == set(pipeline.__all__)
 
 
 def test_few_modules_know_a_light_by_its_class():
-    """Who wants something of a light asks it. Those that make one name its class, and a plan's table by kind."""
+    """Code calls methods of lights. Only modules that create lights, and the plan's table, name the classes."""
 
     def makes(module):
         tree = ast.parse(MODULES[module].read_text(encoding="utf-8"))
@@ -253,7 +253,7 @@ def test_few_modules_know_a_light_by_its_class():
 
 
 def test_a_light_is_asked_what_it_can_do_and_not_what_it_is():
-    """Beside the readers of VTK's lights, which take one as it is, and the four who tell a light from what is none."""
+    """`isinstance` of a light appears only in VTK's readers and in four checks that an argument is a light."""
     found = [
         module
         for module in MODULES
@@ -282,7 +282,7 @@ def test_what_is_said_to_be_installed_is_a_package_that_the_project_asks_for():
 
 
 def test_the_walk_to_a_formula_is_short(monkeypatch):
-    """From a call to Phong's formula, in NumPy: frames and files of pvphong's on the way."""
+    """Count pvphong's frames and files from a call down to Phong's formula in NumPy."""
     walks, factors = [], Phong.factors
 
     def noted(*given):

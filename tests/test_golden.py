@@ -1,7 +1,7 @@
 """Thirty scenes keep their colours, within the documented bounds, and their plans.
 
-`python tests/test_golden.py` records both anew in `golden.json`: colours of the reference in float64. Whether they are
-right is for the oracles to say; this says that a rework has changed nothing.
+`python tests/test_golden.py` records both again in `golden.json`, with the reference's colours in float64. The oracles
+test whether colours are right; this test detects changes.
 """
 
 import json
@@ -93,7 +93,7 @@ def colors(case, **options):
 
 
 def planned(case):
-    """Each effect with + if it runs and - if not, what is read, and the error bound."""
+    """Return each effect with + if it runs and - if not, the inputs, and the error bound."""
     options = {key: case[key] for key in ("matrix", "tolerance") if key in case}
     plan = ph.plan(POINTS, case["scene"], case.get("material", PLASTIC), **options)
     effects = " ".join(f"{'+' if decision.on else '-'}{name}" for name, decision in plan.effects.items())
@@ -122,7 +122,7 @@ def test_colours_and_plans_are_those_recorded(name):
 
 
 def record():
-    """Write what the reference gives now."""
+    """Record the reference's current results."""
     scenes = {
         name: {"plan": planned(case), "rgb": colors(case, precision="float64", backend="numpy").tolist()}
         for name, case in CASES.items()

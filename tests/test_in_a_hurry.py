@@ -1,4 +1,4 @@
-"""What a user types first: no scene, a light for a scene, a camera for a viewer, a target for a direction."""
+"""Short forms of arguments: no scene, a light as scene, a camera as viewer, a target instead of a direction."""
 
 import numpy as np
 import pytest
@@ -149,13 +149,13 @@ def test_ready_made_lights_are_public():
 
 
 def plotted(what, **options):
-    """The middle of a picture."""
+    """Return the middle pixel of a plot."""
     size = {"off_screen": True, "return_img": True, "screenshot": True, "window_size": (40, 40)}
     return np.asarray(what.phong.plot(**size, **options))[20, 20]
 
 
 def shot(begin):
-    """The middle of a window."""
+    """Return the middle pixel of a window."""
     plotter = pv.Plotter(off_screen=True, window_size=(40, 40))
     begin(plotter.phong)
     picture = plotter.screenshot(return_img=True)
@@ -176,7 +176,7 @@ def test_lit_meshes_are_drawn_in_their_colours():
 
 
 def test_a_colours_name_is_the_colour_that_is_seen(tmp_path):
-    """Nothing decodes colours and nothing encodes them: in full light "orange" is what PyVista draws for it."""
+    """Colours are neither decoded from sRGB nor encoded: an emission of "orange" is drawn as PyVista's orange."""
     sheet, glow = pv.Plane(), ph.Material(ambient=0, diffuse=0, emission="orange")
     lit = sheet.phong.shade(SUN, glow)
     save_lit(lit, tmp_path / "lit.ply", "phong")
@@ -187,7 +187,7 @@ def test_a_colours_name_is_the_colour_that_is_seen(tmp_path):
 
 @pytest.mark.parametrize("precision", ["float32", "float64"])
 def test_sums_above_1_are_drawn_as_full_brightness(precision):
-    """VTK itself would begin again at black."""
+    """VTK itself would wrap around to black."""
     lit = pv.Plane().phong.shade(SUN, ph.Material(ambient=0), precision=precision)
     lit["sum"] = np.full((lit.n_points, 3), (1.65, 0.5, -0.2), lit["phong"].dtype)
     pictures = [plotted(what, name="sum") for what in (lit, pv.MultiBlock([lit]))]

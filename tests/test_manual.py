@@ -1,6 +1,6 @@
-"""Snippets of the README and the guide, run; and their tables, compared with the code.
+"""Run the snippets of the README and the guide, and compare their tables with the code.
 
-`.ci/run` runs the README's two commands that set everything up, word for word.
+`.ci/run` runs the README's two setup commands verbatim.
 """
 
 import re
@@ -61,14 +61,14 @@ def test_the_readme_is_short_and_has_the_commands_that_ci_runs():
 def test_the_commands_run_one_after_the_other(tmp_path):
     words = [shlex.split(command)[1:] for command in SHELL["command-line"]]
     assert [command[0] for command in words] == ["demo", "shade", "shade", "plan", "validate", "diagnose"]
-    # what the entry point's process runs; the entry point has tests of its own
+    # the function in the entry point's child process; the entry point has its own tests
     run_code(f"from pvphong.cli.app import main\nassert [*map(main, {words})] == {[0] * len(words)}", tmp_path)
     assert (tmp_path / "gold.png").stat().st_size > 5000
     assert "RGB" in pv.read(tmp_path / "lit.ply").point_data
 
 
 def rows_of(page, header):
-    """Cells of the table with a header, as strings."""
+    """Return the cells of the table with a header, as strings."""
     lines = PAGES[page].split(f"\n{header}\n")[1].split("\n\n")[0].splitlines()[1:]
     return [[cell.strip() for cell in line.strip("|").split("|")] for line in lines]
 

@@ -1,8 +1,7 @@
 """The oracle, other judges and the scenes that are judged.
 
-The oracle against closed forms worked out by hand: what it and the evaluators that it judges could both misread.
-
-Closed forms that evaluators are held to elsewhere are not repeated here, for the oracle agrees with them.
+The oracle is compared with closed forms worked out by hand, for definitions that both the oracle and the evaluators
+could misread. Closed forms that evaluators are tested with elsewhere are not repeated, since the oracle agrees.
 """
 
 from __future__ import annotations
@@ -30,7 +29,7 @@ material_of = partial(Material, ambient=0.0, diffuse=0.0)
 
 
 def one(*lights: Any, material: Any, eye: Any = (0.0, 0.0, 5.0), focal: Any = ORIGIN, **given: Any) -> Any:
-    """A vertex in the origin with a normal along z, if `given` says nothing else, under a dark light model."""
+    """Light a vertex under a dark light model, by default at the origin with a normal along z."""
     matrix = given.pop("matrix", None)
     p, n, up = given.pop("p", ORIGIN), given.pop("n", UP), given.pop("up", (0.0, 1.0, 0.0))
     viewer = Viewer(eye, focal, up, parallel=given.pop("parallel", False))
@@ -54,7 +53,7 @@ def matrix_of(linear: Any, offset: Any = ORIGIN, w: float = 1.0) -> np.ndarray:
 
 
 def above(axis: Any, cone_angle: float, exponent: float, **fields: Any) -> SpotLight:
-    """A spot straight above the origin."""
+    """Return a spot light above the origin."""
     return SpotLight((0.0, 0.0, 4.0), axis, cone_angle=cone_angle, exponent=exponent, **fields)
 
 
@@ -163,7 +162,7 @@ def test_vtk_tiers_follow_the_lights_that_vtk_counts() -> None:
 @pytest.mark.parametrize("precision", STEP)
 @pytest.mark.parametrize("name", SHADING_FIELDS)
 def test_the_judge_finds_a_wrong_last_digit(name: str, precision: str) -> None:
-    """A colour that is off by a hundred times its bound is reported, whichever field it is in."""
+    """An error of a hundred times the bound is reported in every field."""
     case = replace(moderate_case(Dice(5), "standard"), matrix=None, albedo=None).stored_in(np.dtype(precision).type)
     shades = shade(*case.arguments)
     honest = {name: as_array(shades, of_oracle) for name, of_oracle in SHADING_FIELDS.items()}
@@ -194,13 +193,13 @@ def test_what_is_over_its_bound_or_has_other_bits_fails(judge: Any, observed: An
     assert_bits("9", [0.0, math.nan], [0.0, math.nan])
 
 
-# --- the generated scenes meet what they are there to meet: one that only draws dark scenes proves nothing ---
+# --- the generated scenes cover their cases: dark scenes alone would prove nothing ---
 
 EXAMPLES = 200
 
 
 def shares(throw, facts_of):
-    """Fact → share of the throws that show it; the throws are the same in every run."""
+    """Fact → share of the generated scenes that show it; the scenes are the same in every run."""
     counts = Counter()
     for seed in range(EXAMPLES):
         counts.update(facts_of(throw(Dice(seed))))
@@ -208,7 +207,7 @@ def shares(throw, facts_of):
 
 
 def ordinary_facts(case):
-    """Of the vertex that the scene is built around, and a neighbour."""
+    """Return facts of the vertex that the scene is built around, and of a neighbour."""
     case = rows_of(case, slice(2))
     shades, model = shade(*case.arguments, **case.options), case.scene.light_model
     is_shiny = as_array(shades, "specular").max() > 0.01

@@ -1,4 +1,4 @@
-"""Windows, updates and VTK's shader over and over, threads and processes at once: nothing is left, no bit moves."""
+"""Repeated windows, updates and VTK pictures, in threads and processes: no leaks, and identical results."""
 
 import ctypes
 import gc
@@ -59,20 +59,20 @@ def test_processes_at_once_write_the_same_files(count, tmp_path):
     np.testing.assert_array_equal(colors, colors[:1] * count)
 
 
-# --- the process that does it
+# --- the measured process
 
 
 class Allocated(ctypes.Structure):
-    """What glibc's `mallinfo2` gives (`man 3 mallinfo`): in use are `uordblks`, and `hblkhd` in pages of their own."""
+    """Result of glibc's `mallinfo2` (`man 3 mallinfo`): `uordblks` and `hblkhd` (mapped pages) are in use."""
 
     _NAMES = "arena ordblks smblks hblks hblkhd usmblks fsmblks uordblks fordblks keepcost"
     _fields_ = [(name, ctypes.c_size_t) for name in _NAMES.split()]
 
 
 def held():
-    """KiB that are allocated, objects that Python knows of, and open files.
+    """Return allocated KiB, the number of Python's objects, and of open files.
 
-    Resident memory would not do: what is freed is given back to the system now and then, 9 MB at a time.
+    Resident memory is too coarse: freed memory returns to the system only now and then, 9 MB at a time.
     """
     gc.collect()
     mallinfo2 = ctypes.CDLL(None).mallinfo2

@@ -1,4 +1,4 @@
-"""`plotter.phong`: lit meshes and lights that follow what is done to them, and nothing else."""
+"""`plotter.phong`: lit meshes and lights are updated after changes, and only then."""
 
 import base64
 import gc
@@ -24,7 +24,7 @@ SHINY = Material(ambient=0.1, diffuse=(0.6, 0.5, 0.4), specular=0.5, shininess=2
 
 @pytest.fixture
 def plotter(new_plotter):
-    """One mesh without highlights in the sun, drawn once."""
+    """Draw a mesh without highlights in a sun, and render once."""
     shown = new_plotter()
     shown.phong.add_light(SUN)
     return shown
@@ -46,7 +46,7 @@ def drawn(actor):
 
 
 def evaluations_after(plotter, change=lambda: None):
-    """How many times colours are computed in the next frame, of all lit meshes in all subplots."""
+    """Count how often the next frame computes colours, over all lit meshes in all subplots."""
 
     def counts():
         return {mesh: mesh.evaluations for subplot in plotter.phong._subplots for mesh in subplot.lit.meshes}
@@ -58,7 +58,7 @@ def evaluations_after(plotter, change=lambda: None):
 
 
 def assert_current(plotter, actor, mesh, material, **options):
-    """What is drawn is what `shade` gives for the scene on the screen, in steps of a display."""
+    """Assert that drawn colours equal those of `shade` for the current scene, within rounding to 8 bits."""
     matrix = actor.GetMatrix()
     options = {"feature_angle": "auto", "precision": "float64"} | options
     lit = mesh.phong.shade(plotter.phong.scene, material, matrix=matrix, **options)
@@ -89,7 +89,7 @@ def test_a_mesh_is_drawn_with_its_lit_colours_and_not_modified(plotter, mesh, ma
 
 
 def blocks():
-    """Two meshes and what is none."""
+    """Return blocks of two meshes and a table."""
     left, right = ball(), pv.Cube(center=(1, 0, 0)).triangulate()
     return left, right, pv.MultiBlock({"left": left, "no": None, "more": pv.MultiBlock({"right": right})})
 
@@ -188,7 +188,7 @@ def test_what_cannot_be_drawn_is_refused_and_changes_nothing(plotter, mesh, mate
     plotter.render()
 
 
-# --- lit already ---
+# --- add_lit ---
 
 
 def test_what_is_lit_already_is_drawn_as_it_is_and_stays_so(plotter):
@@ -224,7 +224,7 @@ def test_what_is_not_lit_is_refused(plotter, lit, options, message):
     assert not plotter.renderer.actors
 
 
-# --- kept current, and only then ---
+# --- updates ---
 
 
 def moved(plotter):
@@ -533,7 +533,7 @@ def test_no_two_lights_have_one_name(plotter):
 def test_undo_gives_no_two_lights_one_name(plotter):
     lamp, other = plotter.phong.add_light(LAMP), plotter.phong.add_light(replace(LAMP, name="other"))
     plotter.phong.remove_light(lamp)
-    other.name = "lamp"  # no step of undo, for there are no gizmos
+    other.name = "lamp"  # without gizmos edits are not recorded
     assert plotter.phong.undo()
     assert [light.name for light in plotter.phong.lights] == ["sun", "lamp 2", "lamp"]
     assert plotter.phong.redo()
@@ -580,7 +580,7 @@ def test_subplots_have_their_own_lights_and_meshes(new_plotter):
     assert shown.phong.mesh(actors[1]).actor is actors[1]  # another subplot's
 
 
-# --- the end ---
+# --- closing ---
 
 
 @pytest.mark.parametrize("is_closed", [True, False])
@@ -646,7 +646,7 @@ def test_it_is_exported_in_colours_that_are_current(plotter, tmp_path, is_shown)
     assert_current(plotter, actor, mesh, DULL)
     scene = json.loads((tmp_path / "ball.gltf").read_text())
     part = scene["meshes"][0]["primitives"][0]
-    # What a viewer shows: COLOR_0, as unsigned bytes, times the material's base colour (glTF 2.0, 3.9.2).
+    # A glTF viewer shows COLOR_0, as unsigned bytes, times the material's base colour (glTF 2.0, 3.9.2).
     view = scene["bufferViews"][scene["accessors"][part["attributes"]["COLOR_0"]]["bufferView"]]
     data = base64.b64decode(scene["buffers"][view["buffer"]]["uri"].split(",")[1])
     base = scene["materials"][part["material"]]["pbrMetallicRoughness"]["baseColorFactor"]
@@ -823,9 +823,9 @@ def test_edits_are_undone_and_redone_to_the_bit(new_plotter):
             assert phong.lights == lights
         assert not step()
     assert phong.undo()
-    phong.set_light("sun", LAMP)  # a new edit ends what could be redone
+    phong.set_light("sun", LAMP)  # a new edit clears the redo steps
     assert not phong.redo()
     with pytest.raises(ValueError, match=r"^light must be"):
-        phong.add_light("lamp")  # and what is refused is no step
+        phong.add_light("lamp")  # a rejected edit is no step
     assert phong.undo()
     assert phong.lights == states[-2]

@@ -1,4 +1,4 @@
-"""`ph.Report`, and the types that editors see."""
+"""`ph.Report`, and the types visible to editors."""
 
 import json
 import subprocess

@@ -1,4 +1,4 @@
-"""What a console and a notebook show of public objects: no addresses, and tables that are HTML."""
+"""Representations of public objects in consoles and notebooks: no addresses, and HTML tables."""
 
 import re
 from pathlib import Path
@@ -61,14 +61,14 @@ VALUES = {
 
 def test_every_public_class_is_looked_at():
     classes = {name for name in ph.__all__ if isinstance(getattr(ph, name), type)}
-    made = {type(make()).__name__ for make in BY_THEMSELVES.values()} | {"Tradeoff"}  # which is a fixture
+    made = {type(make()).__name__ for make in BY_THEMSELVES.values()} | {"Tradeoff"}  # a fixture
     others = {"Light", "NormalsWarning", "SingularMatrixWarning"}  # abstract, and exceptions
-    others |= {"PlotterPhong", "Report"}  # looked at below, and a table of several lines
+    others |= {"PlotterPhong", "Report"}  # tested below; a table of several lines
     assert classes - made - VALUES.keys() == others
 
 
 def line(value):
-    """Its representation, which is one line without an address."""
+    """Return an object's repr; assert that it is one line without an address."""
     shown = repr(value)
     assert not re.search(r"0x[0-9a-f]{6}|\n", shown), shown
     return shown

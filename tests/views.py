@@ -19,7 +19,7 @@ EVERYWHERE = list(itertools.product(PROJECTIONS, SCALES))
 
 @dataclass(frozen=True)
 class Globe(Light):
-    """A kind that pvphong does not have: two fields with roles, and what it consists of. The larger the brighter."""
+    """A light class unknown to pvphong, with two fields with roles. Larger lights are brighter."""
 
     position: Any = place()
     radius: float = length(1.0, "radius", share=0.5)
@@ -30,7 +30,7 @@ class Globe(Light):
 
 @dataclass(frozen=True)
 class Glow(Light):
-    """A kind whose fields do not say where it is."""
+    """A light class without a field for its position."""
 
     size: float = length(1.0, "size")
 
@@ -45,7 +45,7 @@ KINDS = LIGHT_TYPES | {"globe": Globe}
 
 
 def example(kind, scale=1.0, **values):
-    """A light of a kind beside a scene of this scale, by its fields' roles; `values` for roles and common fields."""
+    """Return a light of a class next to a scene of some scale; `values` sets fields by role."""
     chosen = {
         Place: values.pop("place", (1.0, -0.5, 1.0)),
         Aim: values.pop("aim", (-1.0, 0.4, -1.0)),
@@ -65,7 +65,7 @@ def example(kind, scale=1.0, **values):
 
 
 def triangle(middle, normal):
-    """Corners around a point, the front towards a direction."""
+    """Return corners around a point, with the front towards a direction."""
     across = np.cross(normal, (0.3, -0.2, 1.0))
     other = np.cross(normal, across)
     return middle + 0.3 * np.array([a * across + b * other for a, b in ((1.0, 0.0), (-0.5, 0.4), (-0.5, -0.4))])
@@ -79,7 +79,7 @@ FROM_SOMEWHERE = [kind for kind in MOVABLE if comes_from_somewhere(example(kind)
 
 
 def view(projection="perspective", scale=1.0, *, position=(4.0, -7.0, 5.0), focal_point=(0.1, 0.2, 0.3), up=(0, 0, 1)):
-    """An eye that looks at a scene of this scale, in the middle of a larger window."""
+    """Return a viewer of a scene of some scale, in the middle of a larger window."""
     viewer = Viewer(
         position=scale * np.array(position),
         focal_point=scale * np.array(focal_point),
@@ -96,7 +96,7 @@ def scenery(scale=1.0):
 
 
 def handles(light, around=None, seen_from=None):
-    """Name of each handle that is shown of a light of the world → where it is."""
+    """Return handle name → position, for the visible handles of a light in world space."""
     return LightInScene(light, around or scenery()).points(seen_from or view())
 
 
@@ -105,7 +105,7 @@ EACH = [(kind, handle) for kind in KINDS for handle in handles(example(kind))]
 
 
 def role_of(kind, handle):
-    """The role, and the field, that a handle of a kind stands for."""
+    """Return the role and the field that a handle edits."""
     found = {role.handle: (type(role), field) for field, role in KINDS[kind]().roles.items() if role.handle}
     if handle == ORIGIN:  # the other handle of the only aim
         return found["target"]

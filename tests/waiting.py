@@ -1,4 +1,4 @@
-"""Waiting for threads, and work for them that has no end."""
+"""Wait for threads, and run endless work in them."""
 
 import time
 
@@ -14,7 +14,7 @@ def until(is_so):
 
 
 def endless(begun, stopped):
-    """Work that never ends by itself; who began it and who was told to stop goes to lists."""
+    """Work that ends only when cancelled; starts and cancellations are recorded in lists."""
 
     def work(surface, *_, **__):
         begun.append(surface)

@@ -15,7 +15,7 @@ SIZE = (640, 480)
 
 
 class Program:
-    """A plotter in a process of its own, which answers commands."""
+    """Plotter in a separate process, which answers commands."""
 
     def __init__(self, *command, environment=None):
         pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "text": True}
@@ -27,13 +27,13 @@ class Program:
         return json.loads(answer)
 
     def ask(self, command="state"):
-        """What the plotter says."""
+        """Send a command and return the plotter's answer."""
         self._child.stdin.write(command + "\n")
         self._child.stdin.flush()
         return self.answer()
 
     def wait(self, until=lambda _: True):
-        """Ask until something is so, for events come when they like; gives what the plotter said last."""
+        """Repeat a command until a condition holds, since events arrive late. Return the last answer."""
         for _ in range(300):
             state = self.ask()
             if until(state):
@@ -42,7 +42,7 @@ class Program:
         raise AssertionError(f"it did not come: {state}")
 
     def close(self):
-        """End the process; its exit status."""
+        """End the process and return its exit status."""
         with self._child as child:  # closes its pipes, then waits
             child.stdin.close()
             return child.wait(20)
@@ -64,19 +64,19 @@ class Window(Program):
         return done.stdout
 
     def point(self, pixel):
-        """Move the pointer to a pixel, counted from below as VTK does."""
+        """Move the pointer to a pixel, counted from below as in VTK."""
         at = str(round(pixel[0])), str(SIZE[1] - 1 - round(pixel[1]))
-        if at != self._at:  # xdotool would wait for a movement for as long as it can
+        if at != self._at:  # xdotool would wait for the movement without a limit
             self._xdotool("mousemove", "--sync", "--window", self._id, *at)
         self._at = at
 
     def do(self, *words, until=lambda _: True):
-        """Something else with mouse or keyboard."""
+        """Run another mouse or keyboard action."""
         self._xdotool(*words)
         return self.wait(until)
 
     def drag(self, start, by, *, modifier=None):
-        """Press, move in steps, release; gives what the plotter said before the release and after."""
+        """Press, move in steps, and release. Return the plotter's state before and after the release."""
         self.point(start)
         self.wait(lambda state: state["hovered"])
         if modifier:
@@ -93,7 +93,7 @@ class Window(Program):
 
 
 def essence(state):
-    """What a drag may change, and what undo brings back."""
+    """Return the state that a drag may change and undo restores."""
     return {key: state[key] for key in ("lights", "guest", "colors", "camera")}
 
 
@@ -119,7 +119,7 @@ def furnish(plotter):
 
 
 def told(plotter, actor, guest):
-    """What the tests want to know of a furnished plotter."""
+    """Return the state of a furnished plotter that tests check."""
     import numpy as np
 
     from pvphong.studio.gizmos.interaction import Drag, Entry
@@ -146,7 +146,7 @@ def told(plotter, actor, guest):
 
 
 def end_at_errors():
-    """End the process at an error in a callback, which VTK would but print."""
+    """End the process at an error in a callback; VTK would only print it."""
 
     def end(*error):
         sys.__excepthook__(*error)
