@@ -1,4 +1,4 @@
-"""Small blocks that are lit at once: each has the bits that it has when it is lit by itself."""
+"""Small blocks that are lit at once: each has the same bits as if it is lit alone."""
 
 import copy
 
@@ -33,14 +33,14 @@ BACKENDS = ["auto", "numpy", *(["numba"] if kernel.is_available() else [])]
 
 
 def many():
-    """Blocks of all kinds: by their normals, the types of their points, what is broken in them, and where they are."""
+    """Return blocks that differ in their normals, the type of their points, defects and positions."""
     ball = pv.Sphere(theta_resolution=9, phi_resolution=8)
     bare = ball.copy()
     bare.clear_data()
     exact = ball.copy()
     exact.points = ball.points + np.array([0.1, 0.0, 1e6])
     odd = bare.copy()
-    odd.points = np.vstack([ball.points, [(np.nan, 0, 0), (9, 9, 9)]])  # which no face has
+    odd.points = np.vstack([ball.points, [(np.nan, 0, 0), (9, 9, 9)]])  # without faces
     odd.faces = np.hstack([ball.faces, [3, 0, 0, 1], [3, 2, 3, 4], [3, 4, 3, 2]])
     fine = pv.Sphere(theta_resolution=200, phi_resolution=180)
     cloud = pv.PolyData(np.eye(3, dtype=np.float32))
@@ -79,7 +79,7 @@ def test_each_block_has_the_bits_that_it_has_by_itself(scene, options, backend):
     for one, block in zip(leaves(found), leaves(blocks), strict=True):
         assert_same_bits(one, block.phong.shade(scene, SHINY, backend=backend, **options))
         colors = np.asarray(one[options.get("name", "phong")])
-        assert one.n_points > 30_000 or colors.base.nbytes <= colors.nbytes  # no other block's are kept with it
+        assert one.n_points > 30_000 or colors.base.nbytes <= colors.nbytes  # not a view of the colours of all blocks
     assert blocks == before
 
 

@@ -35,10 +35,10 @@ def blend(
     count: int,
     blends: Any,
 ) -> int:
-    """Blend rows of `values`, of `width` numbers clipped to two limits, at `places` in each of `count` faces.
+    """Blend rows of `values`, with `width` numbers clipped to `limits`, at `places` places in each of `count` faces.
 
-    A face has as many corners as `sides`, and a place as many weights. Those of the next face's first place are
-    `stride` numbers further on: 0 where all faces share them.
+    A face has `sides` corners, and a place has a weight for each. `stride` is the distance between the weights of two
+    faces: 0 if all faces share them.
     """
     low, high = limits[0], limits[1]
     for i in range(count):
@@ -54,7 +54,7 @@ def blend(
 
 
 def compare(colors: Any, others: Any, count: int, differences: Any) -> int:
-    """The difference of `count` colours and others in the channel where it is largest; NaN where a channel has it."""
+    """Compute the largest difference over the channels between `count` colours and others; NaN if a channel is NaN."""
     for i in range(count):
         most = abs(colors[3 * i] - others[3 * i])
         for k in range(3 * i + 1, 3 * i + 3):
@@ -65,7 +65,7 @@ def compare(colors: Any, others: Any, count: int, differences: Any) -> int:
 
 
 def blend_code(library: Library) -> Callable[..., int]:
-    """`blend`, compiled."""
+    """Return `blend`, compiled."""
     return library.call(
         blend,
         lambda: types.intp(
@@ -75,7 +75,7 @@ def blend_code(library: Library) -> Callable[..., int]:
 
 
 def compare_code(library: Library) -> Callable[..., int]:
-    """`compare`, compiled."""
+    """Return `compare`, compiled."""
     return library.call(compare, lambda: types.intp(_DOUBLES, _DOUBLES, types.intp, _DOUBLES))
 
 
@@ -87,7 +87,7 @@ def blended(
     low: float = -math.inf,
     high: float = math.inf,
 ) -> Float64Array:
-    """Blends, shape (m · s, k), of values (n, k) at places (s, c) or (m, s, c) in faces (m, c).
+    """Return blends (m · s, k) of values (n, k) at places (s, c) or (m, s, c) in faces (m, c).
 
     The values are clipped to [low, high] first.
     """
@@ -102,7 +102,7 @@ def blended(
 
 
 def differences(library: Library, colors: Float64Array, others: Float64Array) -> Float64Array:
-    """Differences, shape (n,), of colours (n, 3), both C-contiguous, in the channel where they are largest."""
+    """Return the largest differences (n,) over the channels between colours (n, 3); both arrays are C-contiguous."""
     result = np.empty(len(colors))
     compare_code(library)(address(colors), address(others), len(colors), address(result))
     return result

@@ -1,11 +1,11 @@
 """Splitting a mesh's points along its sharp edges, compiled: the splitting of VTK's vtkSplitSharpEdgesPolyData.
 
-The faces around a point are numbered by fan: two neighbours are in one fan if the edge between them is smooth. The
-first fan keeps the point, and each other one gets a new point. Fans, their order and the rounding of normals are those
-of VTK's filter.
+The faces around a point form fans: two neighbours are in the same fan if the edge between them is smooth. The first fan
+keeps the point, and each other fan gets a new point. Fans, their order and the rounding of normals are those of VTK's
+filter.
 
-Each call of `find_fans` does the points of one range, as `normals.find_normals` does, and writes for these points
-alone. So the result depends neither on the ranges nor on the threads.
+Each call of `find_fans` computes the points of one range, as `normals.find_normals` does, and writes only for these. So
+the result depends neither on the ranges nor on the threads.
 """
 
 from __future__ import annotations
@@ -25,20 +25,20 @@ from pvphong.shading.kernel.code import Library, NotCompiled
 from pvphong.shading.kernel.evaluation import address, as_contiguous
 from pvphong.shading.kernel.normals import CHUNK, FaceArrays, survey_code
 
-# Entries of a table's slot: a point, or −1 in an empty slot; how many of the faces in a list have it; the sum of their
-# places in the list; and the last of these places.
+# Entries of a slot of the hash table: a point, or −1 in an empty slot; the number of faces in the list that have the
+# point; the sum of their indices in the list; and the last of these indices.
 KEY, COUNT, SUM, NEWEST, SLOT = range(5)
 
-# Odd, and 2⁶⁴ divided by the golden ratio but for the first bit: products spread numbers that follow one another.
+# Odd factor of the hash: 2⁶⁴ divided by the golden ratio, without the first bit. It spreads consecutive numbers.
 _SPREAD = 0x1E3779B97F4A7C15
 
 
-# --- what is compiled
+# --- compiled functions
 
 
 @inlined
 def _edge(points: Any, origin: int, end: int) -> tuple[float, float, float]:
-    """The vector from one point to another, subtracted in the points' own precision."""
+    """Return the vector from one point to another, subtracted in the points' own precision."""
     a, b = 3 * origin, 3 * end
     x, y, z = points[b] - points[a], points[b + 1] - points[a + 1], points[b + 2] - points[a + 2]
     return np.float64(x), np.float64(y), np.float64(z)
@@ -47,7 +47,7 @@ def _edge(points: Any, origin: int, end: int) -> tuple[float, float, float]:
 def find_face_normals(points: Any, corners: Any, offsets: Any, first: int, last: int, normals: Any) -> int:
     """Compute unit normals of faces in float32, as `vtkPolygon::ComputeNormal` of VTK 9.7 does; zero without an area.
 
-    The result is the largest number of corners, or 0 if a face has fewer than three.
+    Return the largest number of corners, or 0 if a face has fewer than three.
     """
     largest = 0
     for face in range(first, last):
@@ -55,7 +55,7 @@ def find_face_normals(points: Any, corners: Any, offsets: Any, first: int, last:
         if size < 3:
             return 0
         largest = max(largest, size)
-        # triangles that fan out from the first corner, or from the first that has an edge with a length
+        # triangles that share the first corner, or the first corner with an edge that is longer than 0
         origin, place = corners[start], start + 1
         ax, ay, az = _edge(points, origin, corners[place])
         while not ax * ax + ay * ay + az * az > 0.0 and place < start + size - 1:
@@ -90,9 +90,9 @@ def count_corners(
     Parameters
     ----------
     starts
-        Zeros, one more than there are points; filled in: for each point the sum of the counts before it.
+        Output: for each point the sum of the counts before it. Zeros at first, one more than points.
     most
-        Filled in: the largest count.
+        Output: the largest count.
 
     Returns
     -------
@@ -115,7 +115,7 @@ def count_corners(
 def _list_faces(
     corners: Any, offsets: Any, faces: int, surveyed: Any, first: int, last: int, starts: Any, ends: Any, around: Any
 ) -> None:
-    """List the faces around each point in their order, each face once; `ends` becomes where the lists end."""
+    """List the faces around each point in their order, each face once. `ends` receives the ends of the lists."""
     for i in range(last - first):
         ends[i] = starts[i]
     for chunk in range((faces + CHUNK - 1) // CHUNK):
@@ -131,7 +131,7 @@ def _list_faces(
 
 @inlined
 def _enter(table: Any, mask: int, point: int, place: int) -> int:
-    """Note in the table that the face at a place in the list has a point; gives the point's slot."""
+    """Record in the table that the face at index `place` of the list has a point; return the point's slot."""
     slot = SLOT * (((point * _SPREAD) >> 32) & mask)
     while table[slot + KEY] != point and table[slot + KEY] >= 0:
         slot = (slot + SLOT) & (SLOT * mask + SLOT - 1)
@@ -148,7 +148,7 @@ def _enter(table: Any, mask: int, point: int, place: int) -> int:
 def _look_around(
     corners: Any, offsets: Any, point: int, around: Any, begin: int, count: int, table: Any, sides: Any
 ) -> None:
-    """Fill the table from the list of a point's faces; `sides` become the slots of the points beside it in each."""
+    """Fill the table from the list of a point's faces; `sides` receives the slots of its two neighbours in each."""
     others = 0
     for i in range(count):
         others += offsets[around[begin + i] + 1] - offsets[around[begin + i]] - 1
@@ -157,7 +157,7 @@ def _look_around(
         slots *= 2
     for slot in range(0, SLOT * slots, SLOT):
         table[slot + KEY] = -1
-    own, mask = SLOT * slots, slots - 1  # the point has a slot of its own, which needs no search: all faces have it
+    own, mask = SLOT * slots, slots - 1  # the point itself has a slot outside the hash table: all faces have it
     table[own + COUNT], table[own + SUM] = count, count * (count - 1) // 2
     for i in range(count):
         start, stop = offsets[around[begin + i]], offsets[around[begin + i] + 1]
@@ -176,7 +176,7 @@ def _look_around(
 
 @inlined
 def _are_alike(normals: Any, one: int, two: int, cosine: Any) -> bool:
-    """True if the edge between two faces is smooth; false also for NaN."""
+    """Return True if the edge between two faces is smooth; False for NaN."""
     a, b = 3 * one, 3 * two
     product = normals[a] * normals[b] + normals[a + 1] * normals[b + 1] + normals[a + 2] * normals[b + 2]
     return product > cosine[0]
@@ -186,7 +186,7 @@ def _are_alike(normals: Any, one: int, two: int, cosine: Any) -> bool:
 def _number_fans(
     normals: Any, cosine: Any, around: Any, begin: int, count: int, table: Any, sides: Any, fans: Any
 ) -> int:
-    """Number the fans among the faces in a list: from its first face to both sides, and so on; gives how many."""
+    """Number the fans among the faces in a list, and return their number. A fan grows from its first face both ways."""
     for i in range(count):
         fans[i] = -1
     found = 0
@@ -196,7 +196,7 @@ def _number_fans(
         fans[seed] = found
         for side in range(2 * seed, 2 * seed + 2):
             here, edge = seed, sides[side]
-            while table[edge + COUNT] == 2:  # just one other face has both points of the edge
+            while table[edge + COUNT] == 2:  # exactly one other face has both points of the edge
                 there = table[edge + SUM] - here
                 if fans[there] >= 0 or not _are_alike(normals, around[begin + here], around[begin + there], cosine):
                     break
@@ -229,21 +229,21 @@ def find_fans(
     Parameters
     ----------
     normals, cosine
-        Those that `find_face_normals` fills in. An edge is smooth if the cosine between its faces is larger.
+        Normals from `find_face_normals`. An edge is smooth if the cosine between its faces exceeds `cosine`.
     starts
-        The sums that `count_corners` fills in.
+        Sums from `count_corners`.
     ends, around, sides, fans, table
-        Scratch memory: the lists of faces around all points, and where they end; for each face in one point's list two
-        slots and the number of its fan; the slots.
+        Scratch memory: the ends of the lists of faces around all points; these lists; for each face in one point's list
+        two slots, and the number of its fan; the slots.
     numbers
-        For each corner the number of its fan; filled in where that is not 0.
+        Output: number of the fan of each corner. Only written where it is not 0.
     extra
-        For each point the number of its fans beyond the first; filled in where that is not 0.
+        Output: number of fans of each point beyond the first. Only written where it is not 0.
 
     Returns
     -------
     int
-        The sum of the numbers filled in for points.
+        The sum of `extra` over these points.
     """
     _list_faces(corners, offsets, faces, surveyed, first, last, starts, ends, around)
     total = 0
@@ -265,14 +265,14 @@ def find_fans(
     return total
 
 
-# --- shared out to threads
+# --- on threads
 
 
-# Faces whose normals a thread computes at a time.
+# Number of faces whose normals a thread computes at a time.
 _FACES = 2**15
 
-# Points in a range: few enough that what is known of their faces stays in the second-level cache. Of a mesh in random
-# order ranges are longer, but so short that an interrupt does not wait for one.
+# Number of points in a range: the data of their faces fits in the second-level cache. If a mesh is in random order, its
+# ranges are longer, but still short enough for an interrupt to take effect soon.
 _RANGE, _MOST_POINTS = 2**13, 2**18
 
 _NORMALS, _INDICES = types.CPointer(types.float32), types.CPointer(types.int64)
@@ -280,18 +280,18 @@ _MESH = _INDICES, _INDICES, types.intp, _INDICES
 
 
 def normals_code(library: Library, stored: str) -> Any:
-    """`find_face_normals`, compiled, for points of a type."""
+    """Return `find_face_normals`, compiled for points of a type."""
     faces = _INDICES, _INDICES, types.intp, types.intp, _NORMALS
     return library.call(find_face_normals, lambda kind: types.intp(types.CPointer(kind), *faces), stored)
 
 
 def count_code(library: Library) -> Any:
-    """`count_corners`, compiled."""
+    """Return `count_corners`, compiled."""
     return library.call(count_corners, lambda: types.intp(*_MESH, types.intp, types.intp, _INDICES, _INDICES))
 
 
 def fans_code(library: Library) -> Any:
-    """`find_fans`, compiled."""
+    """Return `find_fans`, compiled."""
     faces = *_MESH, _NORMALS, types.CPointer(types.float64)
     own = types.intp, types.intp, *[_INDICES] * 6, types.CPointer(types.int32), _INDICES
     return library.call(find_fans, lambda: types.intp(*faces, *own))
@@ -300,7 +300,7 @@ def fans_code(library: Library) -> Any:
 def split_points(
     library: Library, points: FloatArray, connectivity: NDArray[Any], offsets: NDArray[Any], angle: float
 ) -> tuple[NDArray[np.int64], NDArray[np.int64]] | None:
-    """As `pvphong.shading.kernel.split_points` has it."""
+    """Split points; see `pvphong.shading.kernel.split_points`."""
     stored = np.dtype(np.float32 if points.dtype == np.float32 else np.float64)
     try:
         look_over, find_normals = survey_code(library), normals_code(library, stored.name)

@@ -1,8 +1,7 @@
-"""First hits of rays, found by Embree sixteen at a time from compiled code; `rays` tests for any hit.
+"""Nearest hits of rays, found by Embree sixteen rays at a time, in compiled code. `rays` tests only for any hit.
 
-In reading order: `_find`, what open rays meet first; `look_around`, many rays from each vertex to what is around it,
-for light that bounces, and `gather`, the light that comes along them; `find`, rays that are given; and the functions of
-Python's that call them.
+In reading order: `_find` finds the nearest hits of open rays. `look_around` casts many rays from each vertex, for
+bounced light, and `gather` averages the colours that they hit. `find` casts given rays. Functions for Python follow.
 """
 
 from __future__ import annotations
@@ -78,7 +77,7 @@ def _find(
     wide: Any,
     valid: Any,
 ) -> None:
-    """Find what open rays meet first: `MET` and what follows it, −1 for nothing; `LENGTH` becomes how far that is."""
+    """Find the nearest hits of open rays: `MET` (−1 for none) and the rows after it; `LENGTH` becomes the distance."""
     for j in range(RAYS):
         marks[MET + j] = np.int32(-1)
     for c in range(count):
@@ -90,7 +89,7 @@ def _find(
         cast_rays(function, valid, scenes[c], rows)
         for j in range(RAYS):
             if (valid[j] != np.int32(0)) & (marks[GEOMETRY + j] != np.int32(-1)):
-                # divided twice, for a scale may have no reciprocal
+                # divided twice: the reciprocal of the scale may overflow
                 wide[LENGTH + j] = rows[END + j] / numbers[4 * c + 3] + wide[SHORTER + j] / numbers[4 * c + 3]
                 marks[MET + j] = np.int32(triangles[firsts[c] + marks[TRIANGLE + j]])
                 rows[MET_SECOND + j], rows[MET_THIRD + j] = rows[SECOND + j], rows[THIRD + j]
@@ -98,7 +97,7 @@ def _find(
                 rows[MET_COSINE + j] = towards
 
 
-# --- what is compiled
+# --- compiled functions
 
 
 def look_around(
@@ -126,33 +125,34 @@ def look_around(
     wide: Any,
     valid: Any,
 ) -> int:
-    """Cast rays from vertices to what surrounds them. Of each triangle that is hit, a random corner counts, with its
-    weight as the probability.
+    """Cast rays from vertices and choose, for each, a corner of the triangle that it hits.
+
+    The corner is random, with its barycentric weight as the probability.
 
     Parameters
     ----------
     frame, sample
         Addresses of the sky's stages, which read `numbers`.
     seeds
-        Two for the points, and one for the corners.
+        Two seeds per vertex for the points, and one for the corners.
     begin, end : int
-        Numbers of points, multiples of 16.
+        Numbers of the first point and after the last, multiples of 16.
     casters, function, scenes, places, firsts, triangles
-        How many casters, the address of `rtcIntersect16`, what `Casters` has, and the numbers of their triangles.
+        Number of casters, address of `rtcIntersect16`, data of `Casters`, and numbers of their triangles.
     sides
-        For each triangle 1 or −1, as its front is where its corners go round to the left or to the right; 0 where it
-        has none.
+        For each triangle 1 if its corners are counter-clockwise seen from the front, −1 if clockwise; 0 without a
+        front.
     corners
-        Numbers of the three vertices of each.
+        Three vertices of each triangle.
     met
-        Shape (count, end − begin), filled in: the number of a vertex; −1 where nothing is met, or a back.
+        Output, shape (count, end − begin): number of a vertex; −1 if a ray hits nothing or the back of a triangle.
     others
         As for `look_at_part`.
 
     Returns
     -------
     int
-        How many rays were cast.
+        Number of rays cast.
     """
     prepare(rows, marks)
     cast = 0
@@ -187,16 +187,16 @@ def look_around(
 
 
 def gather(met: Any, count: int, samples: int, colors: Any, nothing: int, means: Any) -> int:
-    """The mean colour of what the rays of each vertex meet.
+    """Compute the mean colour that the rays of each vertex hit.
 
     Parameters
     ----------
     met
-        What `look_around` fills in for `count` vertices.
+        Output of `look_around` for `count` vertices.
     colors
-        Three numbers of each vertex, and of what has the number `nothing`, which is black.
+        Colours of all vertices, then black at index `nothing`.
     means
-        Filled in, three numbers of each vertex.
+        Output: mean colour of each vertex.
     """
     share = ONE / np.float32(samples)
     for i in range(count):
@@ -227,9 +227,7 @@ def find(
     wide: Any,
     valid: Any,
 ) -> int:
-    """Find the first hits of given rays: triangles, and weights of their second and third corners. Lengths are filled
-    in too.
-    """
+    """Find the nearest hits of given rays: triangles, weights of their second and third corners, and lengths."""
     prepare(rows, marks)
     for first in range(0, count, RAYS):
         lanes = given(origins, directions, lengths, first, count, rows, wide)
@@ -248,7 +246,7 @@ _FINDERS = *CASTERS, INTEGERS, DOUBLES, INTEGERS, INTEGERS
 
 
 def around_code(library: Library) -> Callable[..., int]:
-    """`look_around`, compiled."""
+    """Return `look_around`, compiled."""
     vertices = types.intp, types.intp, DOUBLES, DOUBLES, DOUBLES, WORDS, types.intp, WORDS, types.intp, types.intp
     return library.call(
         look_around, lambda: types.intp(*vertices, *_FINDERS, types.CPointer(types.int8), INTEGERS, MARKS, *SCRATCH)
@@ -256,18 +254,18 @@ def around_code(library: Library) -> Callable[..., int]:
 
 
 def gather_code(library: Library) -> Callable[..., int]:
-    """`gather`, compiled."""
+    """Return `gather`, compiled."""
     return library.call(gather, lambda: types.intp(MARKS, types.intp, types.intp, SINGLES, types.intp, SINGLES))
 
 
 def find_code(library: Library) -> Callable[..., int]:
-    """`find`, compiled."""
+    """Return `find`, compiled."""
     rays = DOUBLES, SINGLES, DOUBLES, types.intp
     return library.call(find, lambda: types.intp(*rays, *_FINDERS, INTEGERS, SINGLES, *SCRATCH))
 
 
 def _finding(casters: Any, all_triangles: Any) -> tuple[int, ...]:
-    """Casters as compiled code takes them to find what rays meet."""
+    """Return casters and triangles as arguments of the compiled functions."""
     triangles = address(all_triangles.starts), address(all_triangles.numbers)
     return len(casters.scenes), casters.intersect, address(casters.scenes), address(casters.numbers), *triangles
 
@@ -284,7 +282,7 @@ def vertices_met(
     casters: Any,
     triangles: Any,
 ) -> tuple[NDArray[np.int32], int]:
-    """Return the vertices that are hit, shape (m, end − begin), as in `look_around`, and the number of rays.
+    """Return the vertices that rays hit, shape (m, end − begin), as `look_around`, and the number of rays.
 
     Parameters
     ----------
@@ -295,9 +293,9 @@ def vertices_met(
     begin, end : int
         Numbers of points, multiples of 16, up to `sobol.MOST`.
     casters : Casters
-        What is met.
+        Geometry.
     triangles : Triangles
-        What is known of it.
+        Vertices and front sides of its triangles.
     """
     count, seeds = len(origins), np.ascontiguousarray(seeds)
     numbers, origins, normals = as_float64(numbers, origins, normals)
@@ -310,16 +308,16 @@ def vertices_met(
 
 
 def gathered(library: Library, met: NDArray[np.int32], colors: FloatArray) -> FloatArray:
-    """The mean colour of what rays meet, shape (m, 3).
+    """Return the mean colours that rays hit, shape (m, 3).
 
     Parameters
     ----------
     library : Library
-        Compiles.
+        Compiled functions.
     met
-        What `vertices_met` gives, shape (m, samples), C-contiguous.
+        Result of `vertices_met`, shape (m, samples), C-contiguous.
     colors
-        Shape (n + 1, 3), C-contiguous, of the vertices and of nothing.
+        Shape (n + 1, 3), C-contiguous: colours of the vertices, then black for no hit.
     """
     means = np.empty((len(met), 3), np.float32)
     gather_code(library)(address(met), *met.shape, address(colors), len(colors) - 1, address(means))
@@ -334,9 +332,7 @@ def hits(
     casters: Any,
     triangles: Any,
 ) -> tuple[IntArray, FloatArray, Float64Array]:
-    """Return the first hits of given rays: indices of triangles (n,), −1 for none; weights (n, 2) and distances
-    (n,).
-    """
+    """Return nearest hits of given rays: triangles (n,), −1 for none; weights (n, 2); and distances (n,)."""
     met, weights = np.full(len(directions), -1), np.zeros((len(directions), 2), np.float32)
     origins, far = as_float64(origins, np.array(lengths, np.float64))
     if len(met):

@@ -1,13 +1,12 @@
 """Normals of a mesh's points, `pvphong.geometry.normals.point_normals`, compiled.
 
-Each call of `find_normals` does the points of one range, whatever else there is: it passes over the faces that touch
-none of them, and adds the others in their order in the mesh. So a point's bits depend neither on the
-ranges nor on who does them, and no two threads write to one place. Faces are taken in blocks of equally many corners,
-whose values are in rows, corner after corner, so that loops over them vectorise. At the end, `point_normals` shares
-ranges of points out to threads.
+Each call of `find_normals` computes the points of one range. It skips the faces without a point in the range and adds
+the others in their order in the mesh. So a point's bits depend neither on the ranges nor on the threads, and no two
+threads write to the same element. Faces with the same number of corners form blocks. A block's values are in rows,
+corner after corner, so that loops over them vectorise. `point_normals` distributes ranges of points over threads.
 
-Faces with a point that is not finite have no weight. What else is rare is left to NumPy, the whole mesh with it: an
-edge or an area whose square would leave the range of floats in every unit of length, a face of very many corners.
+Faces with a point that is not finite have no weight. The code declines the whole mesh, for NumPy, in two rare cases: an
+edge or area whose square leaves the range of floats in every unit of length, and a face of very many corners.
 """
 
 from __future__ import annotations
@@ -29,30 +28,30 @@ from pvphong.shading.kernel.arithmetic import compiled, inlined
 from pvphong.shading.kernel.code import Library, NotCompiled
 from pvphong.shading.kernel.evaluation import address, as_contiguous
 
-# Corners in a block, and so the most that a face may have.
+# Number of corners in a block, and so the largest number of a face's corners.
 CORNERS = 384
 
-# Faces in a block at most.
+# Largest number of faces in a block.
 FACES = CORNERS // 3
 
 # Rows of corners: points, edges from each to the next, weights.
 PX, PY, PZ, EX, EY, EZ, WEIGHT, _END = range(0, 8 * CORNERS, CORNERS)
 
-# Rows of faces: vectors as long as twice the area, then unit normals; the magnitudes of what those are summed of; the
-# lengths; 1, or 0 for a face without a normal; and the length of all rows.
+# Rows of faces: vectors of twice the area, later unit normals; the sums of their terms' magnitudes; the vectors'
+# lengths; 1, or 0 for a face without a normal. ROWS is the length of all rows.
 NX, NY, NZ, TX, TY, TZ, AREA, HAS_NORMAL, ROWS = range(_END, _END + 9 * FACES, FACES)
 
-# Faces in a chunk, of which the least and the greatest index are known.
+# Number of faces in a chunk, whose least and greatest index are known.
 CHUNK = 4096
 
-# Numbers in the sums of a point: x, y, z, and the weights' magnitudes.
+# Number of sums of a point: x, y, z, and the weights' magnitudes.
 SUMS = 4
 
-# The weightings; compiled code gets the place of one.
+# The weightings; compiled code gets an index.
 WEIGHTINGS = get_args(Weighting)
 _BY_ANGLE, _BY_AREA = map(WEIGHTINGS.index, ("angle", "area"))
 
-# Powers of two of the largest coordinate between which a mesh is not scaled.
+# Exponents of the largest coordinate, between −_LARGE and _LARGE, for which a mesh is not scaled.
 _LARGE = 50
 _LEAST_SQUARE, _MOST_SQUARE = 2.0**-900, 2.0**900
 _LEAST_PRODUCT = float(np.finfo(np.float64).tiny)
@@ -62,10 +61,10 @@ _LEAST_PRODUCT = float(np.finfo(np.float64).tiny)
 
 
 def survey(connectivity: Any, offsets: Any, first: int, last: int, corners: int, found: Any) -> bool:
-    """Least and greatest index in each chunk of some faces; gives whether offsets and sizes are as they should be.
+    """Find the least and greatest index in each chunk of some faces; 0 and -1 in a chunk without an index.
 
-    They are if the offsets rise within the connectivity's so many `corners`, and no face has more than a block. Of a
-    chunk without an index 0 and -1 are found.
+    Return True if the offsets ascend, are at most `corners`, the length of the connectivity, and if every face fits in
+    a block.
     """
     for chunk in range(first // CHUNK, (last + CHUNK - 1) // CHUNK):
         begin, stop = chunk * CHUNK, min((chunk + 1) * CHUNK, last)
@@ -89,19 +88,19 @@ def survey(connectivity: Any, offsets: Any, first: int, last: int, corners: int,
 
 @inlined
 def _corner(rows: Any, start: int, k: int) -> tuple[float, float, float]:
-    """A vector in three rows of corners."""
+    """Return a vector from three rows of corners."""
     return rows[start + k], rows[start + CORNERS + k], rows[start + 2 * CORNERS + k]
 
 
 @inlined
 def _cross(a: tuple[float, float, float], b: tuple[float, float, float]) -> tuple[float, float, float]:
-    """Every product rounded, as NumPy does it."""
+    """Return the cross product, with every product rounded as in NumPy."""
     return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
 
 
 @inlined
 def _is_usable(span: float) -> bool:
-    """Return True if the squares of a face's edges, whose largest coordinate is given, are in range."""
+    """Return True if the squares of a face's edges are in range; `span` is the edges' largest coordinate."""
     return (span == 0.0) | ((span >= LEAST_SPAN) & (span <= MOST_SPAN))
 
 
@@ -118,7 +117,7 @@ def _add_faces(
     last: int,
     sums: Any,
 ) -> bool:
-    """Add a block of faces of one size to the sums of the points from `first` to `last`; whether that was possible."""
+    """Add a block of faces of one size to the sums of the points from `first` to `last`; return False if declined."""
     for i in range(count):
         for corner in range(size):
             place, to = 3 * corners[starts[i] + corner], corner * count + i
@@ -126,7 +125,7 @@ def _add_faces(
             rows[PY + to] = points[place + 1]
             rows[PZ + to] = points[place + 2]
         rows[TX + i], rows[TY + i] = 0.0, 0.0
-    # edges, and in TX their largest coordinate
+    # edges; their largest coordinate is in TX
     for corner in range(size):
         here, after = corner * count, (corner + 1) % size * count
         for i in range(count):
@@ -135,7 +134,7 @@ def _add_faces(
             z = rows[PZ + after + i] - rows[PZ + here + i]
             rows[EX + here + i], rows[EY + here + i], rows[EZ + here + i] = x, y, z
             rows[TX + i] = max(rows[TX + i], max(abs(x), max(abs(y), abs(z))))
-            rows[TY + i] += (x - x) + (y - y) + (z - z)  # NaN if one is not finite, which `max` may overlook
+            rows[TY + i] += (x - x) + (y - y) + (z - z)  # NaN if a coordinate is not finite; `max` may ignore it
     good = True
     for i in range(count):
         good = good & _is_usable(rows[TX + i]) & (rows[TY + i] == 0.0)
@@ -149,8 +148,8 @@ def _add_faces(
                 return False
             for k in range(i, size * count, count):
                 for row in range(PX, WEIGHT, CORNERS):
-                    rows[row + k] = rows[row + k] if are_finite else 0.0  # without edges it has no area
-    # vectors as long as twice the areas, and the magnitudes of their terms, as `FaceBlock.area_vectors` has them
+                    rows[row + k] = rows[row + k] if are_finite else 0.0  # no edges, no area
+    # vectors of twice the areas, and the magnitudes of their terms, as in `FaceBlock.area_vectors`
     for row in range(NX, AREA, FACES):
         for i in range(count):
             rows[row + i] = 0.0
@@ -168,7 +167,7 @@ def _add_faces(
             rows[TX + i] += abs(ay * bz) + abs(az * by)
             rows[TY + i] += abs(az * bx) + abs(ax * bz)
             rows[TZ + i] += abs(ax * by) + abs(ay * bx)
-    # unit normals of areas that are more than rounding
+    # unit normals of areas larger than rounding errors
     good = True
     for i in range(count):
         x, y, z = rows[NX + i], rows[NY + i], rows[NZ + i]
@@ -192,7 +191,7 @@ def _add_faces(
         for i in range(count):
             a, b = _corner(rows, EX, before + i), _corner(rows, EX, here + i)
             c = _cross(a, b)
-            sine = np.sqrt(dot(c, c))  # times the two edges' lengths, as is the cosine
+            sine = np.sqrt(dot(c, c))  # times the two edges' lengths, like the cosine
             if size > 3:  # a reflex corner turns against the face's normal; a triangle has none
                 turn = dot(c, (rows[NX + i], rows[NY + i], rows[NZ + i]))
                 sine = -sine if turn < 0.0 else sine
@@ -200,7 +199,7 @@ def _add_faces(
                 cosine = dot(a, b)
                 weight = arctan2(sine, -cosine)
                 weight = weight + 2.0 * math.pi if weight < 0.0 else weight
-                weight = math.pi if (sine == 0.0) & (cosine == 0.0) else weight  # on a doubled point
+                weight = math.pi if (sine == 0.0) & (cosine == 0.0) else weight  # at a doubled point
             elif weighting == _BY_AREA:
                 weight = rows[AREA + i]
             else:
@@ -234,9 +233,9 @@ def find_normals(
     sums: Any,
     normals: Any,
 ) -> bool:
-    """Normals of the points from `first` to `last`; whether nothing is to be left to NumPy.
+    """Compute normals of the points from `first` to `last`; return False if NumPy must compute them.
 
-    Of scratch memory, `sums` are zeros at first.
+    `starts`, `rows` and `sums` are scratch memory; `sums` must contain zeros.
     """
     count, size = 0, 0
     for chunk in range((faces + CHUNK - 1) // CHUNK):
@@ -257,7 +256,7 @@ def find_normals(
             count += 1
     if not _add_faces(points, corners, starts, count, size, weighting, rows, first, last, sums):
         return False
-    for i in range(last - first):  # unit vectors of the sums; zero where they are made of rounding alone
+    for i in range(last - first):  # unit vectors of the sums; zero if rounding errors dominate them
         x, y, z = sums[SUMS * i], sums[SUMS * i + 1], sums[SUMS * i + 2]
         noise = NOISE_OF_SUM * sums[SUMS * i + 3]
         length = 1.0
@@ -272,41 +271,41 @@ def find_normals(
     return True
 
 
-# --- shared out to threads
+# --- on threads
 
 
-# Faces that a thread surveys at a time.
+# Number of faces that a thread surveys at a time.
 _SURVEYED = 32 * CHUNK
 
-# Points in a range: few enough that their sums stay in the second-level cache.
+# Number of points in a range: their sums fit in the second-level cache.
 _RANGE = 2**14
-# Points in the ranges of all threads together where those have to be longer: their sums then take 64 MiB.
+# Largest number of points in the ranges of all threads together, if ranges must be longer: their sums take 64 MiB.
 _MOST_POINTS = 2**21
 
 _FLOATS, _INDICES = types.CPointer(types.float64), types.CPointer(types.int64)
 
 
 def survey_code(library: Library) -> Any:
-    """`survey`, compiled."""
+    """Return `survey`, compiled."""
     return library.call(survey, lambda: types.boolean(_INDICES, _INDICES, *(types.intp,) * 3, _INDICES))
 
 
 def normals_code(library: Library, stored: str) -> Any:
-    """`find_normals`, compiled, for points of a type."""
+    """Return `find_normals`, compiled for points of a type."""
     mesh = _INDICES, _INDICES, types.intp, _INDICES, types.intp
     own = types.intp, types.intp, _INDICES, _FLOATS, _FLOATS, _FLOATS
     return library.call(find_normals, lambda kind: types.boolean(types.CPointer(kind), *mesh, *own), stored)
 
 
 class FaceArrays(NamedTuple):
-    """The faces of a mesh in the form that compiled code takes, looked over.
+    """Checked faces of a mesh, in the form for compiled code.
 
     Attributes
     ----------
     corners, starts : ndarray
-        int64, C-contiguous: the connectivity and the offsets.
+        Connectivity and offsets, int64 and C-contiguous.
     spans : ndarray
-        Shape (chunks, 2): the least and the greatest index in each chunk of faces.
+        Shape (chunks, 2): least and greatest index in each chunk of faces.
     """
 
     corners: NDArray[np.int64]
@@ -317,7 +316,7 @@ class FaceArrays(NamedTuple):
     def checked(
         cls, look_over: Callable[..., int], connectivity: NDArray[Any], offsets: NDArray[Any], n_points: int
     ) -> Self | None:
-        """Look a mesh over with `survey`, compiled; None for faces that compiled code does not take."""
+        """Check a mesh with `look_over`, the compiled `survey`; return None if compiled code declines its faces."""
         if any(array.ndim != 1 or array.dtype.kind not in "iu" for array in (connectivity, offsets)):
             return None
         corners, starts = (np.require(array, np.int64, ["C", "A"]) for array in (connectivity, offsets))
@@ -338,13 +337,13 @@ class FaceArrays(NamedTuple):
 
     @property
     def addresses(self) -> tuple[int, int, int, int]:
-        """Of corners and starts, how many faces there are, and the address of the spans."""
+        """Addresses of corners and starts, number of faces, and address of the spans."""
         return address(self.corners), address(self.starts), len(self.starts) - 1, address(self.spans)
 
     def points_at_once(self, n_points: int, least: int, most: int) -> int:
-        """Points in a range: `least`, or as many that few chunks of faces are looked at more than twice.
+        """Return the number of points in a range: `least`, or so many that a chunk is read twice on average at most.
 
-        The ranges of all threads together have no more than `most` points, unless they are as short as `least`.
+        The ranges of all threads together have at most about `most` points, unless they are as short as `least`.
         """
         length = least
         while length * threads.count() < min(n_points, most):
@@ -358,9 +357,9 @@ class FaceArrays(NamedTuple):
 def point_normals(
     library: Library, points: FloatArray, connectivity: NDArray[Any], offsets: NDArray[Any], weighting: Weighting
 ) -> Float64Array | None:
-    """As `pvphong.shading.kernel.point_normals` has it.
+    """Compute normals; see `pvphong.shading.kernel.point_normals`.
 
-    None where NumPy is to do it, also for what it refuses, such as an index that is none of a point's.
+    Return None if NumPy must compute them, or raise the error, for example for an index without a point.
     """
     stored = np.dtype(np.float32 if points.dtype == np.float32 else np.float64)
     try:
@@ -383,11 +382,12 @@ def point_normals(
     threads.run(sum_up, n_points, faces.points_at_once(n_points, _RANGE, _MOST_POINTS))
     if not declined:
         return result
-    # scaled by a power of two, edges may come into the range of squares; no bit changes if none is lost
+    # Squares of very long or short edges leave the range of floats. Scaling by a power of two can bring them back into
+    # range, and changes no bit unless it underflows.
     used = places[corners].astype(np.float64)
     exponent = int(np.frexp(np.abs(used[np.isfinite(used)]).max(initial=0.0))[1])
     is_exact = np.array_equal(np.ldexp(np.ldexp(used, -exponent), exponent), used, equal_nan=True)
     if abs(exponent) <= _LARGE or not is_exact:
         return None
-    with np.errstate(over="ignore"):  # of points that no face has
+    with np.errstate(over="ignore"):  # of points without a face
         return point_normals(library, np.ldexp(places.astype(np.float64), -exponent), connectivity, offsets, weighting)

@@ -1,4 +1,4 @@
-"""Shortest blend of three vectors, compared with the shortest of very many blends."""
+"""Shortest blend of three vectors, compared with a dense set of blends."""
 
 from __future__ import annotations
 

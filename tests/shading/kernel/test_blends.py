@@ -14,7 +14,7 @@ OWN = RANDOM.dirichlet(np.ones(3), (40, 7))
 
 
 def blends_of(values, weights, low=-np.inf, high=np.inf, faces=CORNERS):
-    """One place after the other, in Python's numbers."""
+    """Blend one place after the other, with Python's floats."""
     rows = []
     for triangle, corners in enumerate(faces):
         for place in weights if weights.ndim == 2 else weights[triangle]:
@@ -29,7 +29,7 @@ def blends_of(values, weights, low=-np.inf, high=np.inf, faces=CORNERS):
 @pytest.mark.parametrize("width", [1, 3, 8])
 @pytest.mark.parametrize("limits", [(), (-0.5, 0.25)])
 def test_blends_are_sums_of_corners(weights, width, limits):
-    values = RANDOM.normal(size=(50, 2 * width))[:, ::2]  # of any memory layout
+    values = RANDOM.normal(size=(50, 2 * width))[:, ::2]  # not contiguous
     found = kernel.blending().blended(values, CORNERS, weights, *limits)
     np.testing.assert_allclose(found, blends_of(values, weights, *limits), rtol=0, atol=1e-15)
 
@@ -68,7 +68,7 @@ def test_errors_inside_triangles_are_those_of_numpy_to_rounding(monkeypatch):
     errors = [ball.phong.interpolation_error(SCENE, SHINY).active_scalars]
     with threads.limited(1):
         again = ball.phong.interpolation_error(SCENE, SHINY).active_scalars
-    assert np.array_equal(errors[0], again), "the number of threads is no matter"
+    assert np.array_equal(errors[0], again), "must not depend on the number of threads"
     monkeypatch.setattr(kernel, "blending", lambda: None)
     monkeypatch.setattr(lighting, "_PLACES_PER_VERTEX", 0)  # NumPy evaluates
     errors.append(ball.phong.interpolation_error(SCENE, SHINY).active_scalars)

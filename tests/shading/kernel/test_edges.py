@@ -1,4 +1,4 @@
-"""Sharp edges split by compiled code: against VTK's filter, and against fans that Python grows edge by edge."""
+"""Sharp edges split by compiled code, compared with VTK's filter and with fans that Python grows edge by edge."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from pvphong.shading.kernel.normals import CHUNK, CORNERS
 
 
 def split_by_vtk(points, connectivity, offsets, angle):
-    """The connectivity after PyVista's filter, and which point each new one was."""
+    """Return the connectivity after PyVista's filter, and the original point of each new one."""
     mesh = pv.PolyData()
     mesh.points = points
     mesh.faces = pv.CellArray.from_arrays(offsets, connectivity, deep=True)
@@ -28,7 +28,7 @@ def split_by_vtk(points, connectivity, offsets, angle):
 
 
 def as_by_vtk(points, mesh, angle):
-    """Split a mesh by compiled code, and find it equal to the filter's, new points in the same order."""
+    """Split a mesh by compiled code, and check that the result equals the filter's, with new points in its order."""
     found, expected = kernel.split_points(points, *mesh, angle), split_by_vtk(points, *mesh, angle)
     for ours, theirs in zip(found, expected, strict=True):
         np.testing.assert_array_equal(ours, theirs)
@@ -36,9 +36,9 @@ def as_by_vtk(points, mesh, angle):
 
 
 def fans_of(points, mesh, angle):
-    """For each point, the sets of faces that hang together by smooth edges, by definition.
+    """Return the fans around each point, sets of faces connected by smooth edges, by definition.
 
-    An edge joins two faces if both have it, no other face has both of its ends, and their normals are near enough.
+    An edge connects two faces if both have it, no other face has both of its ends, and their normals are close enough.
     """
     faces = [mesh[0][a:b].tolist() for a, b in pairwise(mesh[1])]
     normals = []
@@ -64,7 +64,7 @@ def fans_of(points, mesh, angle):
 
 
 def fans_after(points, mesh, found):
-    """The same of a mesh that was split: for each of its points the faces that have it."""
+    """Return the fans after a split: the faces of each point."""
     connectivity, added = found
     origins = np.concatenate([np.arange(len(points)), added])
     owners = np.repeat(np.arange(len(mesh[1]) - 1), np.diff(mesh[1]))
@@ -72,12 +72,12 @@ def fans_after(points, mesh, found):
     around = {}
     for point, face in zip(connectivity.tolist(), owners.tolist(), strict=True):
         around.setdefault(point, set()).add(face)
-    assert set(around) >= set(range(len(points), len(origins)))  # no new point is without a face
+    assert set(around) >= set(range(len(points), len(origins)))  # each new point has a face
     return {(int(origins[point]), frozenset(fan)) for point, fan in around.items()}
 
 
 def random_grid(seed, kind):
-    """A rough grid of triangles and quads: smooth and sharp, some faces turned round, some left out."""
+    """Return a rough grid of triangles or quads, with smooth and sharp edges, some faces reversed and some missing."""
     rng = np.random.default_rng(seed)
     points, faces = bumpy(12, quads=bool(seed % 2))
     points[:, 2] *= rng.choice([0.2, 0.6, 2.0])
@@ -94,16 +94,16 @@ def test_random_grids_are_split_as_by_vtk_and_by_definition(seed, kind):
     points, mesh = random_grid(seed, kind)
     for angle in (10.0, 30.0, 75.0, 120.0):
         found = as_by_vtk(points, mesh, angle)
-        if not seed % 2:  # quads that are not flat have other normals elsewhere
+        if not seed % 2:  # `fans_of` has other normals for quads that are not flat
             assert fans_after(points, mesh, found) == fans_of(points, mesh, angle)
 
 
 @pytest.mark.parametrize("seed", range(20))
 def test_faces_at_random_are_split_as_by_vtk(seed):
-    """Edges with many faces, faces with a point twice, doubled faces, polygons that are not flat, unused points."""
+    """Edges with many faces, repeated points in faces, doubled faces, polygons that are not flat, unused points."""
     rng = np.random.default_rng(seed)
     points = rng.normal(size=(14, 3)).astype(np.float32)
-    points[12:] = points[:2]  # at the place of others
+    points[12:] = points[:2]  # coincide with others
     faces = [rng.integers(0, 13, rng.integers(3, 7)).tolist() for _ in range(30)]
     faces = [[*face, face[0]] if rng.random() < 0.1 else face for face in faces] + faces[:2]
     for angle in (1.0, 60.0, 100.0, 180.0):
@@ -113,14 +113,14 @@ def test_faces_at_random_are_split_as_by_vtk(seed):
 @pytest.mark.parametrize("make", [pv.Cube, pv.Cylinder, pv.Cone, pv.Sphere, pv.Icosahedron, pv.Octahedron])
 @pytest.mark.parametrize("angle", [30.0, 60.0, 90.0, 120.0])
 def test_an_angle_that_is_just_an_edges_is_decided_as_by_vtk(make, angle):
-    """A cube's is 90°, and a prism's of 12 sides is 30°: which side rounding is on is the filter's."""
+    """A cube's edges have 90° and those of a prism with 12 sides 30°: rounding must agree with the filter's."""
     shape = make(resolution=12) if make in (pv.Cylinder, pv.Cone) else make()
     for mesh in (shape.clean(), shape.triangulate().clean(), shape.rotate_vector((1, 2, 3), 40).clean()):
         as_by_vtk(mesh.points, polygons(mesh), angle)
 
 
 def fan(count, *, height=1.0):
-    """A cone of triangles around a point, its ring at random."""
+    """Return a cone of triangles around a point, with random heights of the ring."""
     rng = np.random.default_rng(2)
     turn = 2.0 * np.pi * np.arange(count) / count
     ring = np.stack([np.cos(turn), np.sin(turn), rng.uniform(0.0, height, count)], axis=1)
@@ -135,7 +135,7 @@ def test_a_pole(count):
 
 
 def test_a_pole_of_very_many_faces_takes_no_time_squared():
-    """Comparing each of them with each would take hours."""
+    """Comparing all pairs of faces would take hours."""
     points, mesh = fan(400_000, height=0.0)
     found, added = kernel.split_points(points, *mesh, 30.0)
     assert not len(added)
