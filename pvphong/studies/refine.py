@@ -1,4 +1,4 @@
-"""Refining a mesh where colours interpolated between its vertices miss the lit ones, with cuts where these jump."""
+"""Refinement of a mesh where interpolated colours are inaccurate, with cuts along discontinuities of the lighting."""
 
 from __future__ import annotations
 
@@ -39,31 +39,31 @@ from pvphong.shading.visibility import known_transport
 Placement = Literal["linear", "smooth"]
 
 
-# Points that are added at most where no limit is given.
+# Default limit on the number of added points.
 _MOST_ADDED = 1_000_000
 
-# Where the tolerance is not reached: why.
+# Reasons why the tolerance is not reached.
 _NOT_REACHED: dict[Stopped, str] = {
-    "max_points": "the points that are allowed are spent",
-    "jump": "only where the colour jumps, as at the edge of a cone or of a hard shadow",
-    "resolution": "only where triangles are as small as the points' type can tell apart",
+    "max_points": "max_points is used up",
+    "jump": "the remaining errors are at jumps of the colour, such as the edge of a cone or of a hard shadow",
+    "resolution": "the remaining triangles are as small as the points' type can resolve",
 }
 
-# Of the tolerance, what rays may add as a standard error.
+# Standard error allowed to ray sampling, as a fraction of the tolerance.
 OF_RAYS = 1.0 / 4.0
 
-# After the name of the lit colours, the name of the cell array of errors.
+# Suffix of the cell array of errors, after the name of the lit colours.
 _ERROR = "_interpolation_error"
 
-# And of the point array that pairs points at the same place, on the two sheets of a cut.
+# Suffix of the point array that pairs coincident points on the two sides of a cut.
 _PAIR = "_refinement_pair"
 
 
 class BouncedLight(NamedTuple):
-    """In place of a transport: what the vertices of a mesh reflect of light that bounces, known already."""
+    """Precomputed bounced light of a mesh's vertices, accepted in place of a transport."""
 
     colors: FloatArray
-    """Shape (n, 3), with what is left of ambient light."""
+    """Shape (n, 3), with the remaining ambient light."""
 
 
 def refine(
@@ -82,104 +82,102 @@ def refine(
     transport: Transport | BouncedLight | None = None,
     cut: bool = True,
 ) -> pv.PolyData:
-    """A new mesh with lit colours, split where colours interpolated across its triangles miss the evaluated ones.
+    """Return a lit mesh, split where colours interpolated across its triangles differ from evaluated ones.
 
-    The truth inside a triangle is per-pixel shading: the lighting equation at the interpolated point with the
-    interpolated normal, made unit length, and with what is seen of each light from there, if the scene has shadows. It
-    is compared at 13 places in every triangle, and where highlights,
-    spots and near lights peak and shadow sides and saturated colours end, which is computed from the scene, so
-    that a highlight that falls between all corners is found too.
+    The reference inside a triangle is per-pixel shading: the lighting equation at the interpolated point, with the
+    interpolated unit normal and, if the scene has shadows, the visibility of each light there. It is compared at 13
+    samples in every triangle. More samples are computed from the scene: the peaks of highlights, spots and near
+    lights, and the borders of shadow sides and of saturated colours. So a highlight between all corners is found too.
 
-    Where the colour jumps, at the edge of a hard shadow or of a spot's cone, triangles are cut along that edge: points
-    on it exist twice, once as either side is lit. So a shadow is as crisp as the edge of a face, on whatever mesh. Rays
-    find it on the sides of triangles, to 2⁻²⁰ of them; where it is not straight in between to 2⁻¹² of the mesh's
-    diagonal, the triangle is split first, and so it is where a shadow is inside that no corner sees.
+    At a discontinuity, the edge of a hard shadow or of a spot's cone, triangles are cut along the edge. Points on it
+    are duplicated, one for each side, so that a shadow is as crisp as the edge of a face on any mesh. Rays find the
+    edge on the sides of triangles, to 2⁻²⁰ of their length. A triangle is split first if the edge inside deviates from
+    a straight line by more than 2⁻¹² of the mesh's diagonal, or if it contains a shadow that reaches no corner.
 
     Elsewhere triangles are bisected until every error is within the tolerance. A side is split for all triangles that
-    share it, so that there are no T-junctions: what is manifold, closed or a boundary stays so. The parts keep
-    the shape of the triangle that they come from: none of their angles is less than half of its smallest.
+    share it. So there are no T-junctions, and manifold edges, closed surfaces and boundaries are preserved. No angle of
+    a part is less than half the smallest angle of its original triangle.
 
     Parameters
     ----------
     mesh : pyvista.DataSet
-        A dataset with faces; it is not modified. Polygons and strips are cut into triangles first; of other
-        than PolyData the extracted surface is taken. Vertex and line cells are left out.
+        A dataset with faces; it is not modified. Polygons and strips are triangulated first. The surface of a
+        dataset other than PolyData is extracted. Vertex and line cells are left out.
     scene, material
-        As for `mesh.phong.shade`; maps are taken at the mesh's own points, and interpolated like the colours.
+        As for `mesh.phong.shade`. Maps are evaluated at the mesh's own points and interpolated like the colours.
     tolerance : float
-        Largest absolute colour error that may be left, > 0; 1/255 is one step of a display.
+        Largest absolute colour error allowed, > 0; 1/255 is one step of a display.
     max_points : int, optional
-        Points that the result may have, at least those of the mesh. They are spent where error times size is
-        largest. Without, a million more than the mesh has.
+        Limit on the points of the result, at least the mesh's own. Triangles with the largest error times size are
+        split first. The default is a million more than the mesh has.
     name : str, default "phong"
-        Name of the (n_points, 3) array of lit colours, and first part of the names of what says what is left.
+        Name of the (n_points, 3) array of lit colours, and prefix of the arrays that report the result.
     placement : {"linear", "smooth"}
-        Where new vertices lie. "linear": on the side that they split; the surface is the same. "smooth": on
-        the curve between the side's ends that meets their normals at right angles (the side of a PN triangle
-        [1]_, applied anew at every split); a side that is on a boundary, or between other than two triangles,
-        stays straight, so that cracks cannot open and creases with points of their own stay sharp.
+        Position of new vertices. "linear": on the side that they split, so that the surface is unchanged. "smooth": on
+        the curve between the side's ends that is perpendicular to their normals (the side of a PN triangle [1]_,
+        applied at every split). A side on a boundary, or without exactly two triangles, stays straight, so that cracks
+        cannot open and creases with duplicated points stay sharp.
     matrix : array_like, optional
-        (4, 4) model matrix. It takes part in the lighting only: the mesh's points stay where they are.
+        (4, 4) model matrix. It affects the lighting only; the mesh's points are not transformed.
     precision : {"float32", "float64"}
-        Of the colours in the result. They are evaluated in float64.
+        Type of the colours in the result. They are evaluated in float64.
     feature_angle : float, "auto" or None, default None
-        Degrees from which edges are sharp, as for `mesh.phong.shade`; they are split first, and stay where they are.
+        Angle in degrees above which edges are sharp, as for `mesh.phong.shade`. They are split first and do not move.
     occluders : sequence, optional
-        As for `mesh.phong.shade`. Soft shadows and occlusion are continuous; what of them may be noise is not split:
-        errors count from three standard errors on, and rays are cast until these are a quarter of the tolerance.
+        As for `mesh.phong.shade`. Soft shadows and occlusion are continuous but noisy, and noise must not be split.
+        Errors count from three standard errors on, and rays are cast until these are a quarter of the tolerance.
     transport : Transport, optional
-        As for `mesh.phong.shade`, where the light model has bounces: light that has bounced is found at the mesh's own
-        points, and interpolated like maps.
+        As for `mesh.phong.shade`, if the light model has bounces. Bounced light is computed at the mesh's own points
+        and interpolated like maps.
     cut : bool, default True
-        Whether to cut where the colour jumps; without, triangles are split there until they are tiny.
+        True to cut along discontinuities. Otherwise triangles are split there until they are tiny.
 
     Returns
     -------
     pyvista.PolyData
-        Triangles only. The original points, or those that sharp edges split them into, come first and are not moved; a
-        new point's ``pvphong_original_point`` is -1. Point arrays are interpolated
-        linearly; 3 or 4 channels of uint8 are colours and are rounded; of other integers, booleans and strings,
-        which may be labels, a new point takes the value of the end of its side that has the lower number. New
-        normals get the mean length of those that they lie between: unit where those are. A mesh without active
-        normals gets those that `mesh.phong.normals` gives it before it is split. Cell arrays are copied to the
-        parts of each cell.
+        Triangles only. The original points, or their copies at sharp edges, come first and are not moved. The
+        ``pvphong_original_point`` of a new point is -1. Point arrays are interpolated linearly. Arrays of uint8 with 3
+        or 4 channels are colours and are rounded. Other integers, booleans and strings may be labels: a new point takes
+        the value of the end of its side with the lower index. New normals get the mean length of the normals at the
+        ends of their side. A mesh without active normals gets those of `mesh.phong.normals` before it is split. Cell
+        arrays are copied to the parts of each cell.
 
-        Of a mesh that was cut, the point array ``<name>_refinement_pair`` is the number of the next point at the same
-        place, on the other side of the cut, or -1; where two edges cross, four points follow each other.
+        If the mesh was cut, the point array ``<name>_refinement_pair`` holds the index of the next point at the same
+        position, on the other side of the cut, or -1. Where two edges cross, four points form a cycle.
 
-        What is seen of each light, and of the sky, is in ``<name>_visibility_<name or index>`` and ``<name>_sky``, as
-        from `mesh.phong.shade`, if the scene has shadows or occlusion; on the two sides of a cut it is different.
-        Stacked as (lights + 1, n_points) they are a `visibility` for `mesh.phong.shade`, with which other colours of
-        the same lights have the same crisp edges. Of a light without a size it is 1 where points face away from it,
-        and 0 outside of its cone.
+        If the scene has shadows or occlusion, the visibility of each light and of the sky is in
+        ``<name>_visibility_<name or index>`` and ``<name>_sky``, as from `mesh.phong.shade`. It differs between the two
+        sides of a cut. Stacked as (lights + 1, n_points), these arrays are a `visibility` for `mesh.phong.shade`, which
+        keeps the crisp edges for other colours of the same lights. The visibility of a light without a size is 1 at
+        points that face away from it, and 0 outside its cone.
 
-        Its cell array ``<name>_interpolation_error`` is the error that is left in each triangle, and its field
-        data say how it ended:
+        The cell array ``<name>_interpolation_error`` is the remaining error in each triangle. The field data describe
+        the result:
 
         ``<name>_refinement_reached``
-            Whether the tolerance is reached everywhere.
+            True if the tolerance is reached everywhere.
         ``<name>_refinement_summary``
-            How it ended, in a sentence.
+            The outcome in a sentence.
         ``<name>_refinement_error``
-            The largest error that is left.
+            The largest remaining error.
         ``<name>_refinement_stopped``
-            "tolerance": it is reached. "max_points": they are spent. "jump": it is reached except where the colour
-            jumps and nothing was cut, as by ambient light of a spot, and the triangles there are smaller than 1/1024 of
-            the mesh's diagonal. "resolution": it is reached except where triangles are as small as the points' type can
-            tell apart.
+            "tolerance": the tolerance is reached. "max_points": the limit on points is reached. "jump": the tolerance
+            is reached except at jumps of the colour that cannot be cut, such as ambient light of a spot; the triangles
+            there are smaller than 1/1024 of the mesh's diagonal. "resolution": it is reached except in triangles as
+            small as the points' type can resolve.
         ``<name>_refinement_points``
             The number of points before and after.
         ``<name>_refinement_cut``
-            How many sides of triangles were cut.
+            The number of cut sides of triangles.
         ``<name>_refinement_strip``
-            About the area, along all cuts, in which colours are those of the other side of the edge; beside a bent
-            edge it may be somewhat more. Triangles smaller than 1/1024 of the diagonal that hide the tip of a shadow
-            count with it, and those that could not be cut, as where edges of several lights run together.
+            Estimated area along all cuts with the colours of the wrong side; at curved edges it may be somewhat more.
+            It includes triangles smaller than 1/1024 of the diagonal that contain the tip of a shadow, and triangles
+            that could not be cut, for instance where the edges of several lights meet.
 
     Raises
     ------
     ValueError
-        If an argument has the wrong shape, type or range, or the mesh has no faces; the message names it.
+        If an argument has the wrong shape, type or range, or the mesh has no faces. The message names the argument.
 
     Examples
     --------
@@ -190,13 +188,13 @@ def refine(
 
     Notes
     -----
-    Errors are those at the places that are looked at. Between them they were found to be larger by up to a tenth,
-    in one triangle of several thousand, and near lamps on coarse triangles by up to a quarter, in one of a hundred;
-    what is aimed at is 95 % of the tolerance.
+    Errors are measured at samples. Between the samples they were up to a tenth larger in one triangle of several
+    thousand, and up to a quarter larger in one of a hundred near lamps on coarse triangles. The refinement therefore
+    aims at 95 % of the tolerance.
 
-    Triangles without an area, or with a point that is not finite, are left alone, except that they are split
-    along with their neighbours. PyVista's `validate_mesh` takes triangles for empty whose area is below the epsilon
-    of the points' type, 1.2e-7 in float32, whatever the mesh's unit is: very fine parts may fall under that.
+    Triangles without an area, or with a point that is not finite, are split only along with their neighbours.
+    PyVista's `validate_mesh` reports triangles as empty if their area is below the epsilon of the points' type, 1.2e-7
+    in float32, whatever the mesh's unit is. Very fine parts may be below that.
 
     References
     ----------
@@ -213,7 +211,7 @@ def refine(
     count = lit.mesh.n_points
     limit = count + _MOST_ADDED if max_points is None else max_points
     if isinstance(limit, bool) or not isinstance(limit, numbers.Integral) or limit < count:
-        check.refuse("max_points", max_points, f"an integer >= {count}, the points that the mesh has, or None")
+        check.refuse("max_points", max_points, f"an integer >= {count}, the mesh's number of points, or None")
     with _far_ranges_allowed():
         refinement = Refinement(LitSurface(lit.mesh.points, lit.blended, lit.corners, lit.lighting, smooth))
         stopped = refinement.run(tolerance, int(limit), cut=cut)
@@ -235,7 +233,7 @@ def refine(
     result.field_data[f"{name}_refinement_strip"] = [refinement.cuts.strip]
     vertices = refinement.surface.vertices
     seen = vertices.seen.T.astype(real)
-    if not len(seen):  # nothing blocks anything
+    if not len(seen):  # no occlusion
         seen = np.ones((lit.lighting.equation.lights + 1, result.n_points), real)
     put_visibility(result, name, light_labels(lit.lighting.scene), lit.lighting.equation, seen)
     result.point_data[name] = lit.lighting.shown(vertices.colors).astype(real)
@@ -254,7 +252,7 @@ def interpolation_error(
     occluders: Any = (),
     transport: Transport | BouncedLight | None = None,
 ) -> pv.PolyData:
-    """A new mesh that says how far colours interpolated across each triangle are from per-pixel shading.
+    """Return a mesh with the difference between interpolated colours and per-pixel shading in each triangle.
 
     Parameters
     ----------
@@ -265,9 +263,9 @@ def interpolation_error(
     -------
     pyvista.PolyData
         The mesh's triangles with the cell array ``phong_interpolation_error``, float64: the largest absolute
-        difference of any channel at the places that `refine` looks at. It is 0 in a triangle without an area or
-        with a point that is not finite. All other arrays are carried along. As from `shade`, it shares
-        memory with a mesh of triangles: what is written in place is seen in both.
+        difference of any channel at the samples of `refine`. It is 0 in a triangle without an area or with a point
+        that is not finite. All other arrays are kept. As with `shade`, the result shares memory with a mesh of
+        triangles: a change in place affects both.
 
     Raises
     ------
@@ -296,9 +294,9 @@ class _LitTriangles(NamedTuple):
     mesh: pv.PolyData
     corners: IntArray
     normals: FloatArray
-    """As they are stored."""
+    """Stored normals."""
     blended: Float64Array
-    """The same, divided by 2**exponent so that the longest is near 1 and no blend overflows; 0 if not finite."""
+    """Normals divided by 2**exponent, so that the longest is near 1 and no blend overflows; 0 if not finite."""
     exponent: int
     lighting: Lighting
 
@@ -316,10 +314,11 @@ def _lit_triangles(
     source, maps, tangents = surface_and_maps(mesh, material, setting.feature_angle)
     scene = scene_for(source, given_scene, matrix)
     if not has_faces(source):
-        check.refuse("mesh", f"{source.n_points} points without faces", "a mesh with faces", "A cloud has no inside.")
+        remedy = "A point cloud has no triangles to refine."
+        check.refuse("mesh", f"{source.n_points} points without faces", "a mesh with faces", remedy)
     triangles = source
     if not has_only_triangles(source):
-        # VTK's triangulation would mix up the arrays of vertex and line cells and of faces
+        # VTK's triangulation mixes up the arrays of vertices, lines and faces. Remove vertices and lines first.
         faces = shallow_copy(source)
         faces.clear_cell_data()
         faces.SetVerts(None)
@@ -346,26 +345,26 @@ def _lit_triangles(
 
 
 def _of_direct_light(scene: Scene) -> Scene:
-    """Without bounces, and without the ambient light that stands for them."""
+    """Return the scene without bounces and without the ambient light that approximates them."""
     lights = [replace(light, ambient=0.0) for light in scene.lights]
     return replace(scene, lights=lights, light_model=replace(scene.light_model, bounces=0, ambient=0.0))
 
 
 def _bounced_light(vertices: Vertices, scene: Scene, material: Material, matrix: MatrixLike | None) -> BouncedLight:
     plan = Plan.of(scene, material, vertices, matrix=matrix)
-    if not plan.equation.bounces:  # nothing sees anything
+    if not plan.equation.bounces:  # no vertex sees another
         return BouncedLight(np.zeros((len(vertices), 3)))
     sent, gather = plan.sent(vertices, precision="float64"), known_transport(vertices).gather
     return BouncedLight(interreflection.bounced(sent, gather, plan.equation.bounces, apart=False)[0])
 
 
 def _far_ranges_allowed() -> np.errstate:
-    """Where coordinates leave float64's range, samples are lost, but nothing else."""
+    """Ignore overflow: coordinates beyond float64's range only lose samples."""
     return np.errstate(over="ignore", under="ignore", invalid="ignore")
 
 
 def _others_there(places: IntArray) -> IntArray:
-    """(n,): the next point at the same place, the first after the last; -1 for a point that is alone there."""
+    """Return the next point at the same position, (n,), cyclically; -1 for a point that is alone there."""
     order = np.argsort(places, kind="stable")
     starts = np.flatnonzero(np.diff(places[order], prepend=-1))
     following = np.roll(order, -1)
@@ -376,7 +375,7 @@ def _others_there(places: IntArray) -> IntArray:
 
 
 def _split_mesh(lit: _LitTriangles, refinement: Refinement, name: str) -> pv.PolyData:
-    """The refined triangles with the arrays of the mesh that they come from; `name` is left for the colours."""
+    """Return the refined triangles with the arrays of the original mesh; `name` is reserved for the colours."""
     source, surface = lit.mesh, refinement.surface
     triangles, vertices = surface.triangles, surface.vertices
     added = slice(source.n_points, None)
@@ -394,7 +393,7 @@ def _split_mesh(lit: _LitTriangles, refinement: Refinement, name: str) -> pv.Pol
     key = source.point_data.active_normals_name
     if key is None:
         key = "Normals"
-        while key in (*source.point_data, name):  # it names something else
+        while key in (*source.point_data, name):  # already taken
             key += "_"
     new_normals = np.ldexp(vertices.stored[added], lit.exponent)
     result.point_data[key] = np.concatenate([lit.normals, new_normals.astype(lit.normals.dtype)])
@@ -405,9 +404,9 @@ def _split_mesh(lit: _LitTriangles, refinement: Refinement, name: str) -> pv.Pol
 
 
 def _interpolated(values: NDArray[Any], added: list[Added]) -> NDArray[Any]:
-    """A point array with the values of new points, as they were added.
+    """Return a point array with the values of new points, in the order in which they were added.
 
-    They are blends of floats and of colours; of what may be labels, the value of the end with the lower number.
+    Floats and colours are interpolated. Possible labels take the value of the end with the lower index.
     """
     start, kind = len(values), values.dtype
     result = np.empty((start + sum(len(each.along) for each in added), *values.shape[1:]), dtype=kind)

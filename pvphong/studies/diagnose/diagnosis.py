@@ -1,4 +1,4 @@
-"""What in a mesh, or in a model matrix for it, will not light as it should: `diagnose` and its result."""
+"""Faults in a mesh or its model matrix that spoil the lighting: `diagnose` and its result."""
 
 from __future__ import annotations
 
@@ -37,10 +37,10 @@ if TYPE_CHECKING:
     from rich.table import Table
 
 _LINES = 5  # of a printed diagnosis
-_OPPOSED = 0.9  # of the surface: then faces were turned, and turning them back is enough
+_OPPOSED = 0.9  # share of the surface from which the faces, not the normals, are taken to be turned
 _SHOWN = 6  # indices that a report lists of each finding
 
-# Of a surface's area: from which its faces count as all of them.
+# Share of the surface's area that counts as all of it.
 _ALL = 0.99
 
 
@@ -53,19 +53,19 @@ class Finding:
     name : str
         The field of `Diagnosis` that holds all of its indices.
     where : str
-        What is counted: "cells", "faces", "edges", "points", "mesh" or "matrix".
+        Kind of the affected elements: "cells", "faces", "edges", "points", "mesh" or "matrix".
     count : int
-        How many there are; 1 for the mesh or the matrix as a whole.
+        Number of affected elements; 1 for the mesh or the matrix as a whole.
     first : tuple
         The first few indices; pairs of points for edges.
     share : float
-        The share of the surface that they take, 0 to 1: of its area, or of its points where it has no area.
+        Affected share of the surface, 0 to 1: of its area, or of its points if it has no area.
     spoils : bool
-        Whether it spoils the lighting; else it is a note.
+        True if it spoils the lighting, False if it is a note.
     meaning, remedy : str
-        What it is and what to do about it.
+        Description of the fault and of its repair.
     code : tuple of str
-        Lines of Python that do it to a mesh named `mesh`; none where code cannot.
+        Lines of Python that repair a mesh named `mesh`; empty if code cannot.
     """
 
     name: str
@@ -80,7 +80,7 @@ class Finding:
 
     @property
     def sentence(self) -> str:
-        """What has the fault, and how much of the surface: the mesh, the matrix, 1 face, 2 faces."""
+        """The affected elements, their share of the surface and the meaning, in a sentence."""
         if self.where in ("mesh", "matrix"):
             return f"the {self.where} {self.meaning}"
         share = f" ({_percent(self.share)} of the surface)" if self.share else ""
@@ -88,88 +88,87 @@ class Finding:
 
     @property
     def indices(self) -> str:
-        """The first indices, and whether there are more."""
+        """The first indices, with an ellipsis if there are more."""
         return ", ".join(map(str, self.first)) + (", …" if self.count > len(self.first) > 0 else "")
 
     @property
     def label(self) -> str:
-        """Whether it spoils the lighting, in a word."""
+        """Severity: "spoils" or "note"."""
         return "spoils" if self.spoils else "note"
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Diagnosis:
-    """What `diagnose` found: `print(diagnosis)` names it, `print(diagnosis.explain())` has indices and remedies.
+    """Result of `diagnose`: `print(diagnosis)` lists faults, `print(diagnosis.explain())` adds indices and remedies.
 
-    Indices rise, and number the surface's points and faces.
+    Indices are ascending and refer to the surface's points and faces.
 
-    Of a PolyData the surface is the mesh itself; of another dataset the surface's arrays
-    ``vtkOriginalPointIds`` and ``vtkOriginalCellIds`` lead back to the whole. Faces are counted as
-    `pvphong.meshes.surfaces.polygons` does: vertices and lines are none, a strip is one per triangle. All fields but
-    the first three are empty or False where there is no such fault.
+    The surface of a PolyData is the mesh itself. For another dataset, the surface's arrays ``vtkOriginalPointIds`` and
+    ``vtkOriginalCellIds`` map to the dataset. Faces are counted as by `pvphong.meshes.surfaces.polygons`: vertices and
+    lines are not faces, and each triangle of a strip is one. All fields after the first four are empty, None or False
+    if there is no such fault.
 
     Attributes
     ----------
     n_points, n_faces : int
         Size of the surface.
     stored_normals : bool
-        Whether it has active point normals, which then are what is lit.
+        True if the surface has active point normals. They are then used for lighting.
     normals_fit : NormalsFit or None
-        How far these are off the faces: `.mean`, `.worst` in degrees, and `.beyond_60`, the share of the area where it
-        is more than 60. None without stored normals, or without faces.
+        Deviation of these from the faces: `.mean` and `.worst` in degrees, and `.beyond_60`, the share of the area with
+        more than 60. None without stored normals or without faces.
     invalid_cells : ndarray
-        Cells of the mesh, faces or not, with an index that no point has or with too few points for their type.
-        They are left out of everything else; any in another dataset than PolyData leave no surface.
+        Cells of the mesh, faces or not, with an index out of range or with too few points for their type.
+        All other checks leave them out. In a dataset other than PolyData, one of them prevents extracting the surface.
     nothing_to_light : bool
-        There are neither faces nor point normals.
+        True if there are neither faces nor point normals.
     non_finite_points : ndarray
-        Points with a NaN or infinity. Faces with one are left out of the checks of faces.
+        Points with a NaN or infinity. Faces with such a point are left out of the checks of faces.
     zero_normals, non_finite_normals : ndarray
         Points whose stored normal is zero, or has a NaN or infinity.
     misfit_normals : ndarray
-        Points whose stored normal is more than 22.5 degrees off those of the faces around. It spoils the lighting where
-        `normals_fit.mean` is that much: an eighth of the surface may be turned round.
+        Points whose stored normal is more than 22.5 degrees from the normal of the faces around. They spoil the
+        lighting if `normals_fit.mean` exceeds 22.5 degrees, as with an eighth of the surface reversed.
     unlit_points : ndarray
         Points in faces whose computed normal is zero: no face there has an area and finite points, or their normals
-        cancel as those of two coincident opposite faces do. It spoils nothing where normals are stored.
+        cancel, as with two coincident opposite faces. They spoil nothing if normals are stored.
     degenerate_faces : ndarray
-        Faces whose area is zero to float64's rounding, or with a corner that comes twice.
+        Faces whose area is zero to float64's rounding, or with a repeated corner.
     duplicate_faces : ndarray
-        Faces round the same points in the same order as one with a lower index. Normals lean to what counts
-        twice; it spoils nothing where normals are stored.
+        Faces with the same points in the same order as a face with a lower index. They count twice in computed
+        normals; they spoil nothing if normals are stored.
     far_faces : ndarray
-        Faces whose normal the coordinates' rounding may turn by more than 1/255 rad, about one display step,
-        only because they lie far from the origin.
+        Faces whose normal may turn by more than 1/255 rad, about one display step, from the rounding of coordinates,
+        only because they are far from the origin.
     inconsistent_edges : ndarray
-        (m, 2) points of the edges whose two faces have opposite fronts; duplicate faces are left out. Its share is that
-        of the faces that would have to be turned.
+        (m, 2) points of the edges whose two faces have opposite fronts; duplicate faces are left out. The share is that
+        of the faces to turn.
     inside_out_faces : ndarray
-        Faces of closed parts whose signed volume is negative, but for the walls of cavities within other parts: their
-        fronts look inwards. It spoils nothing where stored normals look outwards.
+        Faces of closed parts with a negative signed volume, whose fronts therefore point inwards. Walls of cavities
+        within other parts are excluded. They spoil nothing if stored normals point outwards.
     downward_faces : ndarray
-        All faces, where no vertex looks up (+z), as those of a terrain that is made upside down. A note: it may be a
-        ceiling.
+        All faces, if no vertex normal points up (+z), as in a terrain made upside down. A note: it may be a ceiling.
     singular_matrix : bool
-        The matrix flattens space: its determinant is zero.
+        True if the matrix's determinant is zero, so that it flattens the mesh.
     non_manifold_edges : ndarray
         (m, 2) points of the edges with more than two faces. A note: the normals there are a mean of all.
     thin_faces : ndarray
-        Slivers whose normal the coordinates' rounding may turn by more than 1/255 rad wherever they lie.
-        A note: it is in their nature, and they cover little.
+        Slivers whose normal may turn by more than 1/255 rad from the rounding of coordinates, wherever they are.
+        A note: no offset helps, and they cover little.
     opposed_normals : ndarray
-        Points whose stored normal is on the back of their faces. A note: it may be meant.
+        Points whose stored normal is on the back of their faces. A note: it may be intended.
     duplicate_points : ndarray
-        Points exactly in the place of one with a lower index. A note: seams and sharp edges are made so.
+        Points at exactly the position of a point with a lower index. A note: seams and sharp edges need them.
     unused_points : ndarray
-        Points in no face, where there are faces. A note: nothing shows of them.
+        Points in no face of a mesh with faces. A note: they are not visible.
     nearly_singular_matrix : bool
-        The matrix's determinant is not zero, but of the size of its entries' rounding. A note: normals are exact
-        for the matrix as it is stored.
+        True if the matrix's determinant is not zero, but of the size of its entries' rounding. A note: normals are
+        exact for the matrix as stored.
     mirrored_matrix : bool
-        The matrix mirrors. A note: pvphong lights it rightly.
+        True if the matrix mirrors. A note: pvphong lights it correctly.
     offset : tuple of 3 floats or None
-        What to subtract from the coordinates to cure `far_faces`; None where there are none, or where no single
-        offset helps all of them.
+        Offset to subtract from the coordinates to repair `far_faces`; None if there are none, or if no single offset
+        repairs all of them.
 
     Examples
     --------
@@ -214,12 +213,12 @@ class Diagnosis:
 
     @property
     def ok(self) -> bool:
-        """Whether nothing spoils the lighting; notes do not count."""
+        """True if nothing spoils the lighting; notes do not count."""
         return not any(finding.spoils for finding in self.findings)
 
     @cached_property
     def findings(self) -> tuple[Finding, ...]:
-        """The faults that there are: first what spoils the lighting, then the notes."""
+        """The faults found: first those that spoil the lighting, then the notes."""
         found = []
         for name in KINDS:
             value, where = getattr(self, name), WHERE.get(name, name.rpartition("_")[2])
@@ -227,7 +226,7 @@ class Diagnosis:
             if not (value if is_whole else len(value)):
                 continue
             if name == "opposed_normals" and self._spoils("misfit_normals"):
-                continue  # it says the same
+                continue  # the same fault
             first = [] if is_whole else value[:_SHOWN].tolist()
             plain = tuple(tuple(index) if isinstance(index, list) else index for index in first)
             share, count = self._shares.get(name, 0.0), 1 if is_whole else len(value)
@@ -239,7 +238,7 @@ class Diagnosis:
         return tuple(sorted(found, key=lambda each: (not each.spoils, each.name not in always, -each.share)))
 
     def _spoils(self, name: str) -> bool:
-        """Whether a kind of fault that there is spoils the lighting."""
+        """Return True if a kind of fault, given that it was found, spoils the lighting."""
         least, helped, _, _ = KINDS[name]
         if name == "inside_out_faces":
             helped = self._case.normals_opposed
@@ -250,13 +249,13 @@ class Diagnosis:
         return self._shares.get(name, 1.0) >= least
 
     def _words(self, name: str) -> tuple[str, str]:
-        """What a kind of fault is here, and what to do about it here."""
+        """Return the meaning and the remedy of a kind of fault in this mesh."""
         _, _, meaning, remedy = KINDS[name]
         case = self._case
         if name == "far_faces" and self.offset is not None:
             remedy += " The offset: ({:.17g}, {:.17g}, {:.17g}).".format(*self.offset)
         if name == "far_faces" and not self._spoils(name):
-            remedy = f"Leave them: they cover little. {remedy}"
+            remedy = f"They cover little and can stay. {remedy}"
         if name == "misfit_normals" and self.normals_fit is not None:
             fit = self.normals_fit
             meaning += (
@@ -266,11 +265,11 @@ class Diagnosis:
             if "flip_faces" in "".join(case.code(name)):
                 remedy = "The faces were turned after the normals were stored. Turn them back:"
         if name == "unlit_points" and case.unlit_have_area:
-            remedy = "Give each of the faces that meet there points of its own:"
+            remedy = "Give each face there its own points:"
         if name == "inconsistent_edges" and case.turned.is_one_sided:
-            remedy = "No turning of faces cures a surface with one side: light it by LightModel(two_sided=True)."
+            remedy = "The surface is one-sided and cannot be oriented; light it by LightModel(two_sided=True)."
         if name == "inside_out_faces" and self.stored_normals and case.normals_opposed:
-            meaning = "of closed parts whose fronts look inwards; stored normals light them from outside all the same"
+            meaning = "of closed parts whose fronts point inwards; the stored normals point outwards and are used"
         return meaning, remedy
 
     @property
@@ -295,7 +294,7 @@ class Diagnosis:
         return f"<{self._summary}>"
 
     def explain(self) -> str:
-        """Every finding with the first of its indices and its remedy."""
+        """Return every finding with its first indices and its remedy, as text."""
         lines = [self._summary]
         for finding in self.findings:
             lines += _lines_of(finding)
@@ -305,7 +304,7 @@ class Diagnosis:
         return "\n".join(lines)
 
     def table(self) -> Table:
-        """The findings as a `rich.table.Table`; print it with a `rich.console.Console`."""
+        """Return the findings as a `rich.table.Table`; print it with a `rich.console.Console`."""
         from rich import box
         from rich.table import Table
 
@@ -323,7 +322,7 @@ class Diagnosis:
         return html_table(self._summary, ("", "name", "what", "where", "remedy"), rows)
 
     def to_dict(self) -> dict[str, Any]:
-        """Whether it is `ok`, how many points and faces there are, and each finding by its name with all indices."""
+        """Return `ok`, the numbers of points and faces, and each finding by its name with all indices."""
         findings = {finding.name: asdict(finding) for finding in self.findings}
         for name, finding in findings.items():
             del finding["name"]
@@ -334,15 +333,15 @@ class Diagnosis:
         return {"ok": self.ok, **counts, "normals_fit": fit, "findings": findings}
 
     def to_mesh(self) -> pv.PolyData:
-        """A mesh to look at the findings on.
+        """Return a mesh that shows the findings.
 
         Returns
         -------
         pyvista.PolyData
-            The surface's points, and its faces without the invalid ones, so that it is safe to draw. On points
-            and cells, the array ``"severity"``, active, is 0 where all is well, 1 for a note and 2 for what
-            spoils the lighting, and the array ``"diagnosis"`` is the sum of the findings' `FLAGS`; an edge is
-            noted at its two points. The cell array ``"face"`` holds each face's number.
+            The surface's points, and its faces without the invalid ones, so that it is safe to draw. Points and cells
+            have two arrays. ``"severity"``, active, is 0 without a finding, 1 for a note and 2 for a fault that spoils
+            the lighting. ``"diagnosis"`` is the sum of the findings' `FLAGS`. An edge is marked at its two points.
+            The cell array ``"face"`` holds each face's number.
         """
         numbers, connectivity, offsets = self._faces
         mesh = pv.PolyData(self._points.copy())
@@ -356,7 +355,7 @@ class Diagnosis:
         return mesh
 
     def _flags(self, count: int, *places: str) -> dict[str, NDArray[np.int32]]:
-        """The arrays of `to_mesh` over all points or all faces."""
+        """Return the arrays of `to_mesh` for all points or all faces."""
         severity, flags = np.zeros((2, count), dtype=np.int32)
         for finding in reversed(self.findings):  # what spoils comes last and overrides
             if finding.where in places:
@@ -367,7 +366,7 @@ class Diagnosis:
 
 
 def _percent(share: float) -> str:
-    """A share of the surface, with two digits."""
+    """Format a share of the surface as a percentage with two digits."""
     return f"{float(f'{100.0 * share:.2g}'):g} %"
 
 
@@ -376,19 +375,19 @@ def _lines_of(finding: Finding) -> list[str]:
 
 
 def diagnose(mesh: pv.DataSet, *, matrix: MatrixLike | None = None) -> Diagnosis:
-    """Look for what will spoil a mesh's lighting: faces, normals and points, and the model matrix.
+    """Find faults that spoil a mesh's lighting, in its faces, normals and points, and in the model matrix.
 
-    PyVista's ``mesh.validate_mesh`` asks whether cells are what their types promise (convex, planar, not
-    inverted, arrays of the right length). This asks what a light will make of them: whether every point gets a
-    normal, whether neighbours agree about their front, whether the coordinates are fine enough for normals. A
-    face that is not convex is no fault here; a mesh that is valid there may be dark here.
+    PyVista's ``mesh.validate_mesh`` checks that cells are valid for their types (convex, planar, not inverted, arrays
+    of the right length). `diagnose` checks what lighting needs: a normal at every point, neighbours with consistent
+    fronts, and coordinates precise enough for normals. A face that is not convex is not a fault here, and a mesh that
+    passes `validate_mesh` may still be lit black.
 
-    No VTK algorithm sees a mesh with an index out of range, so that the worst file is reported, not fatal.
+    A mesh with an index out of range is not passed to any VTK algorithm, so that it is reported without a crash.
 
     Parameters
     ----------
     mesh : pyvista.DataSet
-        Looked at, not changed. Of another than PolyData it is the extracted surface that is looked at.
+        The mesh to check; it is not modified. The surface of a dataset other than PolyData is extracted.
     matrix : array_like or vtkMatrix4x4, optional
         (4, 4) model matrix that the mesh will be lit with.
 
@@ -401,7 +400,7 @@ def diagnose(mesh: pv.DataSet, *, matrix: MatrixLike | None = None) -> Diagnosis
     Raises
     ------
     ValueError
-        If `mesh` is no DataSet, its dimensions or arrays do not fit its points, or `matrix` is not an affine
+        If `mesh` is not a DataSet, its dimensions or arrays do not fit its points, or `matrix` is not an affine
         4x4 matrix of finite numbers.
 
     Examples
@@ -411,7 +410,7 @@ def diagnose(mesh: pv.DataSet, *, matrix: MatrixLike | None = None) -> Diagnosis
     Diagnosis of 842 points and 1680 faces: ok
     """
     if not isinstance(mesh, pv.DataSet):
-        remedy = "pyvista.wrap turns VTK's datasets into one; of a MultiBlock diagnose each block."
+        remedy = "Convert a VTK dataset with pyvista.wrap; diagnose each block of a MultiBlock."
         check.refuse("mesh", type(mesh).__name__, "a pyvista.DataSet", remedy)
     singular, nearly, mirrored = (False, False, False) if matrix is None else check_matrix(matrix)
     refuse_wrong_sizes(mesh)
@@ -510,7 +509,7 @@ def diagnose(mesh: pv.DataSet, *, matrix: MatrixLike | None = None) -> Diagnosis
 
 
 def _share(where: Any, weights: Float64Array) -> float:
-    """The share of some points or faces in the surface, by weight, or by number where there are no weights."""
+    """Return the share of some points or faces in the surface, by weight, or by number if all weights are 0."""
     total = float(weights.sum())
     if total > 0.0:
         return float(weights[where].sum()) / total
@@ -518,7 +517,7 @@ def _share(where: Any, weights: Float64Array) -> float:
 
 
 def _valid_faces(source: pv.PolyData, points: FloatArray) -> tuple[int, IntArray, Faces]:
-    """How many faces there are, and the numbers and the corners of those whose indices are points."""
+    """Return the number of faces, and the numbers and corners of those whose indices are in range."""
     connectivity, offsets = (np.array(each, np.int64) for each in unchecked_polygons(source))
     sizes = np.diff(offsets)
     in_range = (connectivity >= 0) & (connectivity < len(points))
