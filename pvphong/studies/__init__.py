@@ -1,6 +1,6 @@
 """Studies of a mesh and its colours.
 
-`diagnose` says what in a mesh will not light as it should, `validate` compares colours with VTK's own shader, `refine`
-splits triangles where blended colours miss the lit ones, and `accuracy` measures what all of that costs in time. They
-do not depend on each other, but `accuracy` refines meshes and draws the frames of `validate`.
+`diagnose` finds faults of a mesh that spoil its lighting. `validate` compares colours with VTK's own shader. `refine`
+splits triangles whose interpolated colours differ from evaluated ones. `accuracy` measures errors and times. They are
+independent of each other, except that `accuracy` uses `refine` and the windows of `validate`.
 """

@@ -39,23 +39,23 @@ from pvphong.shading.visibility import known_transport
 PunctualParameters = Literal["linear", "smooth"]
 
 
-# Points that are added at most where no limit is given.
+# Default limit on the number of added points.
 _MOST_ADDED = 1_000_000
 
-# Where the tolerance is not reached: why.
+# Reasons why the tolerance is not reached.
 _NOT_REACHED: dict[Stopped, str] = {
-    "max_points": "the points that are allowed are spent",
-    "jump": "only where the colour jumps, as at the edge of a cone or of a hard shadow",
-    "resolution": "only where triangles are as small as the points' type can tell apart",
+    "max_points": "max_points is used up",
+    "jump": "the remaining errors are at jumps of the colour, such as the edge of a cone or of a hard shadow",
+    "resolution": "the remaining triangles are as small as the points' type can resolve",
 }
 
-# Of the tolerance, what rays may add as a standard error.
+# Standard error allowed to ray sampling, as a fraction of the tolerance.
 OF_RAYS = 1.0 / 4.0
 
-# After the name of the lit colours, the name of the cell array of errors.
+# Suffix of the cell array of errors, after the name of the lit colours.
 _ERROR = "_interpolation_error"
 
-# And of the point array that pairs points at the same place, on the two sheets of a cut.
+# Suffix of the point array that pairs coincident points on the two sides of a cut.
 _PAIR = "_refinement_pair"
 
 
@@ -63,7 +63,7 @@ class BouncedLight(NamedTuple):
     """Known bounced light that the vertices of a mesh reflect, in place of a transport."""
 
     colors: FloatArray
-    """Shape (n, 3), with what is left of ambient light."""
+    """Shape (n, 3), with the remaining ambient light."""
 
 
 def refine(
@@ -177,7 +177,7 @@ def refine(
     Raises
     ------
     ValueError
-        If an argument has the wrong shape, type or range, or the mesh has no faces; the message names it.
+        If an argument has the wrong shape, type or range, or the mesh has no faces. The message names the argument.
 
     Examples
     --------
@@ -188,13 +188,13 @@ def refine(
 
     Notes
     -----
-    Errors are those at the places that are looked at. Between them they were found to be larger by up to a tenth,
-    in one triangle of several thousand, and near lamps on coarse triangles by up to a quarter, in one of a hundred;
-    what is aimed at is 95 % of the tolerance.
+    Errors are measured at samples. Between the samples they were up to a tenth larger in one triangle of several
+    thousand, and up to a quarter larger in one of a hundred near lamps on coarse triangles. The refinement therefore
+    aims at 95 % of the tolerance.
 
-    Triangles without an area, or with a point that is not finite, are left alone, except that they are split
-    along with their neighbours. PyVista's `validate_mesh` takes triangles for empty whose area is below the epsilon
-    of the points' type, 1.2e-7 in float32, whatever the mesh's unit is: very fine parts may fall under that.
+    Triangles without an area, or with a point that is not finite, are split only along with their neighbours.
+    PyVista's `validate_mesh` reports triangles as empty if their area is below the epsilon of the points' type, 1.2e-7
+    in float32, whatever the mesh's unit is. Very fine parts may be below that.
 
     References
     ----------
@@ -211,7 +211,7 @@ def refine(
     count = lit.mesh.n_points
     limit = count + _MOST_ADDED if max_points is None else max_points
     if isinstance(limit, bool) or not isinstance(limit, numbers.Integral) or limit < count:
-        check.refuse("max_points", max_points, f"an integer >= {count}, the points that the mesh has, or None")
+        check.refuse("max_points", max_points, f"an integer >= {count}, the mesh's number of points, or None")
     with _far_ranges_allowed():
         refinement = Refinement(LitSurface(lit.mesh.points, lit.blended, lit.corners, lit.lighting, smooth))
         stopped = refinement.run(tolerance, int(limit), cut=cut)
@@ -233,7 +233,7 @@ def refine(
     result.field_data[f"{name}_refinement_strip"] = [refinement.cuts.strip]
     vertices = refinement.surface.vertices
     seen = vertices.seen.T.astype(real)
-    if not len(seen):  # nothing blocks anything
+    if not len(seen):  # no occlusion
         seen = np.ones((lit.lighting.equation.lights + 1, result.n_points), real)
     put_visibility(result, name, light_labels(lit.lighting.scene), lit.lighting.equation, seen)
     result.point_data[name] = lit.lighting.shown(vertices.colors).astype(real)
@@ -294,9 +294,9 @@ class _LitTriangles(NamedTuple):
     mesh: pv.PolyData
     corners: IntArray
     normals: FloatArray
-    """As they are stored."""
+    """Stored normals."""
     blended: Float64Array
-    """The same, divided by 2**exponent so that the longest is near 1 and no blend overflows; 0 if not finite."""
+    """Normals divided by 2**exponent, so that the longest is near 1 and no blend overflows; 0 if not finite."""
     exponent: int
     lighting: Lighting
 
@@ -314,10 +314,11 @@ def _lit_triangles(
     source, maps, tangents = surface_and_maps(mesh, material, setting.feature_angle)
     scene = scene_for(source, given_scene, matrix)
     if not has_faces(source):
-        check.refuse("mesh", f"{source.n_points} points without faces", "a mesh with faces", "A cloud has no inside.")
+        remedy = "A point cloud has no triangles to refine."
+        check.refuse("mesh", f"{source.n_points} points without faces", "a mesh with faces", remedy)
     triangles = source
     if not has_only_triangles(source):
-        # VTK's triangulation would mix up the arrays of vertex and line cells and of faces
+        # VTK's triangulation mixes up the arrays of vertices, lines and faces. Remove vertices and lines first.
         faces = shallow_copy(source)
         faces.clear_cell_data()
         faces.SetVerts(None)
@@ -351,7 +352,7 @@ def _of_direct_light(scene: Scene) -> Scene:
 
 def _bounced_light(vertices: Vertices, scene: Scene, material: Material, matrix: MatrixLike | None) -> BouncedLight:
     plan = Plan.of(scene, material, vertices, matrix=matrix)
-    if not plan.equation.bounces:  # nothing sees anything
+    if not plan.equation.bounces:  # no vertex sees another
         return BouncedLight(np.zeros((len(vertices), 3)))
     sent, gather = plan.sent(vertices, precision="float64"), known_transport(vertices).gather
     return BouncedLight(interreflection.bounced(sent, gather, plan.equation.bounces, apart=False)[0])
@@ -363,7 +364,7 @@ def _far_ranges_allowed() -> np.errstate:
 
 
 def _others_there(places: IntArray) -> IntArray:
-    """(n,): the next point at the same place, the first after the last; -1 for a point that is alone there."""
+    """Return the next point at the same position, (n,), cyclically; -1 for a point that is alone there."""
     order = np.argsort(places, kind="stable")
     starts = np.flatnonzero(np.diff(places[order], prepend=-1))
     following = np.roll(order, -1)
@@ -392,7 +393,7 @@ def _split_mesh(lit: _LitTriangles, refinement: Refinement, name: str) -> pv.Pol
     key = source.point_data.active_normals_name
     if key is None:
         key = "Normals"
-        while key in (*source.point_data, name):  # it names something else
+        while key in (*source.point_data, name):  # already taken
             key += "_"
     new_normals = np.ldexp(vertices.stored[added], lit.exponent)
     result.point_data[key] = np.concatenate([lit.normals, new_normals.astype(lit.normals.dtype)])

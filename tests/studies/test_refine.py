@@ -534,7 +534,7 @@ CLOUD.point_data.active_normals = np.eye(3)
     [
         *(({"tolerance": bad}, "tolerance must be a finite number > 0; got") for bad in (0, -1, np.nan, None, "1")),
         *(
-            ({"max_points": bad}, "max_points must be an integer >= 42, the points that the mesh has")
+            ({"max_points": bad}, "max_points must be an integer >= 42, the mesh's number of points")
             for bad in (41, 0, 100.0, True, "many")
         ),
         ({"placement": "Smooth"}, r"placement must be one of 'linear', 'smooth'; got Smooth\. Did you mean 'smooth'"),

@@ -37,10 +37,10 @@ if TYPE_CHECKING:
     from rich.table import Table
 
 _LINES = 5  # of a printed diagnosis
-_OPPOSED = 0.9  # of the surface: then faces were turned, and turning them back is enough
+_OPPOSED = 0.9  # share of the surface from which the faces, not the normals, are taken to be turned
 _SHOWN = 6  # indices that a report lists of each finding
 
-# Of a surface's area: from which its faces count as all of them.
+# Share of the surface's area that counts as all of it.
 _ALL = 0.99
 
 
@@ -226,7 +226,7 @@ class Diagnosis:
             if not (value if is_whole else len(value)):
                 continue
             if name == "opposed_normals" and self._spoils("misfit_normals"):
-                continue  # it says the same
+                continue  # the same fault
             first = [] if is_whole else value[:_SHOWN].tolist()
             plain = tuple(tuple(index) if isinstance(index, list) else index for index in first)
             share, count = self._shares.get(name, 0.0), 1 if is_whole else len(value)
@@ -255,7 +255,7 @@ class Diagnosis:
         if name == "far_faces" and self.offset is not None:
             remedy += " The offset: ({:.17g}, {:.17g}, {:.17g}).".format(*self.offset)
         if name == "far_faces" and not self._spoils(name):
-            remedy = f"Leave them: they cover little. {remedy}"
+            remedy = f"They cover little and can stay. {remedy}"
         if name == "misfit_normals" and self.normals_fit is not None:
             fit = self.normals_fit
             meaning += (
@@ -265,11 +265,11 @@ class Diagnosis:
             if "flip_faces" in "".join(case.code(name)):
                 remedy = "The faces were turned after the normals were stored. Turn them back:"
         if name == "unlit_points" and case.unlit_have_area:
-            remedy = "Give each of the faces that meet there points of its own:"
+            remedy = "Give each face there its own points:"
         if name == "inconsistent_edges" and case.turned.is_one_sided:
-            remedy = "No turning of faces cures a surface with one side: light it by LightModel(two_sided=True)."
+            remedy = "The surface is one-sided and cannot be oriented; light it by LightModel(two_sided=True)."
         if name == "inside_out_faces" and self.stored_normals and case.normals_opposed:
-            meaning = "of closed parts whose fronts look inwards; stored normals light them from outside all the same"
+            meaning = "of closed parts whose fronts point inwards; the stored normals point outwards and are used"
         return meaning, remedy
 
     @property
@@ -304,7 +304,7 @@ class Diagnosis:
         return "\n".join(lines)
 
     def table(self) -> Table:
-        """The findings as a `rich.table.Table`; print it with a `rich.console.Console`."""
+        """Return the findings as a `rich.table.Table`; print it with a `rich.console.Console`."""
         from rich import box
         from rich.table import Table
 
@@ -410,7 +410,7 @@ def diagnose(mesh: pv.DataSet, *, matrix: MatrixLike | None = None) -> Diagnosis
     Diagnosis of 842 points and 1680 faces: ok
     """
     if not isinstance(mesh, pv.DataSet):
-        remedy = "pyvista.wrap turns VTK's datasets into one; of a MultiBlock diagnose each block."
+        remedy = "Convert a VTK dataset with pyvista.wrap; diagnose each block of a MultiBlock."
         check.refuse("mesh", type(mesh).__name__, "a pyvista.DataSet", remedy)
     singular, nearly, mirrored = (False, False, False) if matrix is None else check_matrix(matrix)
     refuse_wrong_sizes(mesh)

@@ -1,13 +1,13 @@
-"""The kinds of fault: what each means, when it spoils the lighting, and what to do about it."""
+"""The kinds of fault, with their meaning, remedy and the share from which they spoil the lighting."""
 
 from __future__ import annotations
 
 from typing import NamedTuple
 
 _BLACK = 0.01
-"""The share of a surface from which black or blurred places spoil it."""
+"""Share of a surface from which black or blurred areas spoil it."""
 _TURNED = 0.125
-"""The share of a surface from which faces or normals that look the wrong way spoil it: see `geometry.fit.MISFIT`."""
+"""Share of a surface from which reversed faces or normals spoil it: see `geometry.fit.MISFIT`."""
 
 
 class Kind(NamedTuple):
@@ -16,12 +16,12 @@ class Kind(NamedTuple):
     Attributes
     ----------
     spoils_from : float or None
-        The share of the surface, 0 to 1, from which it spoils the lighting, so that `Diagnosis.ok` is False; below that
-        it is a note. 0 spoils whatever the share, None never.
+        Share of the surface, 0 to 1, from which it spoils the lighting, so that `Diagnosis.ok` is False. Below, it is a
+        note. 0 always spoils, None never.
     stored_help : bool
-        Whether stored normals make up for it: where there are some it is a note.
+        True if it is only a note where normals are stored.
     meaning, remedy : str
-        What it is and what to do about it; the remedy ends with a colon where code follows.
+        Description of the fault and of its repair. The remedy ends with a colon if code follows.
     """
 
     spoils_from: float | None
@@ -34,9 +34,9 @@ KINDS: dict[str, Kind] = {
     "invalid_cells": Kind(
         0.0,
         False,
-        "with an index that no point has, with too few points for their type, of a type that VTK has not, or of the "
+        "with an index out of range, with too few points for their type, of a type unknown to VTK, or of the "
         "type convex point set",
-        "Repair the file or the code that made them, and make tetrahedra of point sets: VTK would crash, so pvphong "
+        "Repair the file or the code that made them, and convert point sets to tetrahedra. VTK would crash, so pvphong "
         "refuses the mesh.",
     ),
     "nothing_to_light": Kind(
@@ -79,57 +79,57 @@ KINDS: dict[str, Kind] = {
     "degenerate_faces": Kind(
         None,
         True,
-        "without an area or with a corner that comes twice; they have no weight in the normals",
-        "Nothing shows of them; to remove them:",
+        "without an area or with a repeated corner; they have no weight in the normals",
+        "They are not visible. To remove them:",
     ),
     "duplicate_faces": Kind(
         _TURNED,
         True,
-        "round the same points in the same order as an earlier one: both count in the normals there",
+        "with the same points in the same order as an earlier one; both count in the normals there",
         "Remove them:",
     ),
     "far_faces": Kind(
         _BLACK,
         True,
         "so far from the origin for their size that the coordinates' float type blurs their normals",
-        "Subtract an offset before the coordinates are rounded to this float type (of parts far apart, each its own), "
-        "or keep them in float64.",
+        "Subtract an offset before the coordinates are rounded to this float type (a separate one for each of "
+        "several distant parts), or keep them in float64.",
     ),
     "inconsistent_edges": Kind(
         _TURNED,
         True,
         "whose two faces have opposite fronts, so that their normals cancel",
-        "Turn the faces that look the wrong way:",
+        "Turn the reversed faces:",
     ),
     "inside_out_faces": Kind(
         _TURNED,
         True,
-        "of closed parts whose fronts look inwards: seen from outside they are lit as if from within",
-        "Turn the faces. Leave them if it is a room that is seen from within.",
+        "of closed parts whose fronts point inwards: from outside they are lit as if from within",
+        "Turn the faces. Leave them if the mesh is a room seen from within.",
     ),
     "downward_faces": Kind(
         None,
         False,
-        "that all look down: light from above leaves them black",
+        "that all point down: light from above leaves them black",
         "Turn the surface, or light both of its sides by LightModel(two_sided=True). To turn it:",
     ),
     "singular_matrix": Kind(
         0.0,
         False,
         "flattens the mesh: surfaces lose their normals",
-        "Use a small scale in place of 0.",
+        "Use a small scale instead of 0.",
     ),
     "non_manifold_edges": Kind(
         None,
         False,
-        "of more than two faces: their points are lit by the mean of sheets that may not belong together",
-        'Split them if it shows: feature_angle="auto" does where they are sharp.',
+        "of more than two faces: their points are lit with a mean of normals that may be unrelated",
+        'Split them if it is visible; feature_angle="auto" splits sharp edges.',
     ),
     "thin_faces": Kind(
         None,
         False,
         "so thin that the rounding of their coordinates blurs their normals",
-        "Leave them if they cover little. Else remesh them, or keep the coordinates in float64.",
+        "Leave them if they cover little. Otherwise remesh them, or keep the coordinates in float64.",
     ),
     "opposed_normals": Kind(
         None,
@@ -140,8 +140,8 @@ KINDS: dict[str, Kind] = {
     "duplicate_points": Kind(
         None,
         False,
-        "in the place of an earlier one: a seam, over which computed normals are not smooth",
-        "Merge them if no seam is meant: mesh.clean().",
+        "at the position of an earlier one: a seam, across which computed normals are not smooth",
+        "Merge them if no seam is intended: mesh.clean().",
     ),
     "unused_points": Kind(
         None,
@@ -152,25 +152,25 @@ KINDS: dict[str, Kind] = {
     "nearly_singular_matrix": Kind(
         None,
         False,
-        "flattens the mesh but for the last bits of its entries: where normals point depends on those",
-        "Leave it if they are meant; else use a matrix that flattens exactly, or less.",
+        "flattens the mesh up to rounding: the directions of normals depend on the last bits of its entries",
+        "Leave it if these bits are intended. Otherwise use a matrix that flattens exactly, or less.",
     ),
     "mirrored_matrix": Kind(
         None,
         False,
-        "mirrors: lit rightly here, but VTK's own shader draws it black",
-        "Flip the mesh itself, if VTK is to light it.",
+        "mirrors: pvphong lights it correctly, but VTK's own shader draws it black",
+        "Flip the mesh itself if VTK lights it.",
     ),
 }
-"""Fields of `Diagnosis` that hold indices → what these mean, in the order of the report.
+"""Fields of `Diagnosis` that hold indices → their kinds, in the order of the report.
 
-What is counted is the last word of a name, cells, faces, edges, points or the matrix, but for those in `WHERE`.
+The last word of a name is the affected element: cells, faces, edges, points or matrix. `WHERE` holds the exceptions.
 """
 
 WHERE = {"nothing_to_light": "mesh"} | dict.fromkeys(
     ("zero_normals", "non_finite_normals", "misfit_normals", "opposed_normals"), "points"
 )
-"""What is counted of the kinds whose name does not say it."""
+"""Affected elements of the kinds whose name does not end with them."""
 
 FLAGS: dict[str, int] = {name: 1 << place for place, name in enumerate(KINDS)}
 """The bit of each kind in the arrays of `Diagnosis.to_mesh`."""
