@@ -47,7 +47,7 @@ def sizes(points: Float64Array, corners: IntArray) -> tuple[Float64Array, Float6
 
 
 def area(points: Float64Array, corners: IntArray) -> float:
-    """Return the total area of triangles (m, 3) between points (n, 3); those with a point that is not finite count as 0."""
+    """Return the total area of triangles (m, 3) between points (n, 3). Those with a NaN or infinity count as 0."""
     longest, height = sizes(points, corners)
     return float(np.nan_to_num(longest * height).sum()) / 2.0
 
