@@ -1,12 +1,12 @@
-"""Damaged mesh files of every format that PyVista writes here, through the command line.
+"""Read damaged mesh files of every format that PyVista writes here, by the command line.
 
-`python tests/fuzzing.py 10000` does what the tests do with few: each file is read by `shade`, `diagnose` or `plan`,
-in a process that is forked from this one, which has loaded everything and run nothing. What must not be seen is a
-signal, a traceback, a second line of error, a file that is written all the same or left, or no end.
+`python tests/fuzzing.py 10000` runs more cases than the tests do. `shade`, `diagnose` or `plan` reads each file, in a
+process forked from this one, which has imported everything and run nothing. Failures are a signal, a traceback, a
+second line of error, an output file or temporary file after an error, and a run that does not end.
 
-A file that is accepted is read twice, in memory that is filled with different bytes beforehand: if the colours differ,
-they were made of garbage. And a file that was only cut short, of a format that says how long it is, must not be
-accepted with other colours than the whole.
+An accepted file is read twice, in memory filled with different bytes beforehand: if the colours differ, uninitialised
+memory was used. A truncated file of a format that stores its length must not be accepted with colours other than those
+of the whole file.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ _TELLS_ITS_LENGTH = {".vtp", ".vtu", ".vts", ".vtr", ".vti", ".vtm", ".vtmb", ".
 
 
 def write_formats(folder):
-    """A file of every format, and of some in several forms; gives their names."""
+    """Write a file of every format, and variants of some formats; return their names."""
     import numpy as np
     import pyvista as pv
 
@@ -83,7 +83,7 @@ def write_formats(folder):
 
 
 def damaged(contents, dice):
-    """What was done to a file, and what it has become."""
+    """The damage done to a file, and the damaged content."""
     a, b, c = sorted(dice.randrange(len(contents) + 1) for _ in range(3))
     at = dice.randrange(len(contents))
     kind, result = dice.choice(("cut", "bytes", "digits", "number", "repeat", "remove", "swap", "tag")), contents
@@ -117,7 +117,7 @@ def damaged(contents, dice):
 
 @dataclass
 class Run:
-    """What came of one command."""
+    """Result of one command."""
 
     status: int
     out: str
@@ -126,7 +126,7 @@ class Run:
 
 
 def load_all():
-    """Load what the commands load, without running any of VTK's code here: a fork must not inherit its threads."""
+    """Import the modules of the commands, without running VTK's code: a fork must not inherit its threads."""
     from pvphong.base import processes
     from pvphong.cli import app  # noqa: F401
 
@@ -136,7 +136,7 @@ def load_all():
 
 
 def command(words, folder, fill=0):
-    """Run the command line, with its parent and child, in a folder; `fill` is the byte that new memory holds."""
+    """Run the command line, parent and child, in a folder; `fill` is the byte that fills new memory."""
     out, err = folder.parent / "out", folder.parent / "err"
     began = time.monotonic()
     process = os.fork()
@@ -168,7 +168,7 @@ def _become(words, folder, out, err, fill):
 
 @dataclass
 class Report:
-    """What came of all runs."""
+    """Results of all runs."""
 
     files: int = 0
     slowest: float = 0.0
@@ -177,7 +177,7 @@ class Report:
     cut_and_accepted: Counter = field(default_factory=Counter)
 
     def add(self, name, kind, verb, run, *, left):
-        """Note a run, and what is wrong with it."""
+        """Record a run and its faults."""
         self.slowest = max(self.slowest, run.seconds)
         self.statuses[f"{verb} {run.status}"] += 1
         said = re.sub(r"^note: [^\n]+\n", "", run.err)  # of normals that no longer fit
@@ -229,7 +229,7 @@ def _hunt_one(report, dice, whole, folder, name, colors):
 
 
 def _judge(report, name, kind, folder, lit, colors):
-    """Whether the colours of a damaged file that was accepted are those of the file."""
+    """Return True if an accepted damaged file has the colours of the whole file."""
     first = _contents(lit)
     again = _colors(folder, name, 0xAA)
     if again != first:
@@ -243,7 +243,7 @@ def _output(name):
 
 
 def _contents(lit):
-    """Of a file with colours, whatever its name and those of its blocks."""
+    """Return a digest of a file's colours, independent of file and block names."""
     files = [lit] if lit.suffix == ".ply" else sorted(lit.with_suffix("").glob("*"), key=lambda path: path.name[13:])
     return [path.read_bytes() for path in files if path.exists()]
 
@@ -258,7 +258,7 @@ def _colors(folder, name, fill):
 
 
 def main(count, seed=0):
-    """Hunt, and print what was found as JSON."""
+    """Run the cases and print the results as JSON."""
     signal.signal(signal.SIGTERM, signal.default_int_handler)
     load_all()
     print(json.dumps(vars(hunt(count, seed)), indent=1))

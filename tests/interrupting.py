@@ -1,7 +1,7 @@
-"""Writers that are killed at any moment, or meet a limit on the size of files: there is the old file, or a new one.
+"""Writers that are killed at any moment or hit a file size limit must leave the old file or a complete new one.
 
-`python tests/interrupting.py 500 20` kills so many of them, and sets so many limits. Each writer runs in a
-process that is forked from this one.
+`python tests/interrupting.py 500 20` kills 500 writers and sets 20 limits. Each writer runs in a process forked from
+this one.
 """
 
 import hashlib
@@ -19,7 +19,7 @@ from pvphong.base.files import PREFIX
 
 
 def writers():
-    """Name of a file → how it is written: a function of its path and of a seed."""
+    """File name → writer, a function of its path and a seed."""
     import numpy as np
     import pyvista as pv
 
@@ -58,7 +58,7 @@ def is_read_as_bytes(path):
 
 
 def digest(path):
-    """Of what a file holds: a mesh's points and colours, or the bytes."""
+    """Return a digest of a file's content: a mesh's points and colours, or the bytes."""
     if is_read_as_bytes(path):
         return hashlib.sha256(path.read_bytes()).digest()
     from pvphong.meshes.files import read_mesh
@@ -69,7 +69,7 @@ def digest(path):
 
 
 def forked(work, *, until=None, limit=None):
-    """Do something in a process of its own, which is killed after some seconds; gives its status, and its bytes."""
+    """Run a function in a separate process, killed after some seconds. Return its status and its output."""
     end, start = os.pipe()
     process = os.fork()
     if process == 0:
@@ -93,7 +93,7 @@ def forked(work, *, until=None, limit=None):
 
 
 class Format:
-    """A folder with a file of one format, and the digests of two contents, 1 and 2. Nothing of VTK runs here."""
+    """A folder with a file of one format, and the digests of two contents, 1 and 2. VTK does not run here."""
 
     def __init__(self, name, writer, place):
         self.name, self.folder, self.writer = name, place / name.replace(".", "-"), writer
@@ -114,17 +114,17 @@ class Format:
         return digest(path) if is_read_as_bytes(path) else forked(lambda: digest(path))[1]
 
     def fault(self):
-        """What is wrong with the file that is there, or None."""
+        """Return the fault of the existing file, or None."""
         found = self.digest()
         return None if found in self.known else "neither the old file nor the new one" if found else "cannot be read"
 
     def left(self):
-        """What is there beside the file and its folder."""
+        """Return entries other than the file and its folder."""
         return sorted({path.name for path in self.folder.iterdir()} - {self.name, Path(self.name).stem})
 
 
 def interrupt(count, limits):
-    """Kill writers; gives how many were writing, and what was wrong."""
+    """Kill writers; return the number that were writing, and the faults."""
     faults, writing = [], 0
     with tempfile.TemporaryDirectory() as place:
         formats = [Format(name, writer, Path(place)) for name, writer in writers().items()]
@@ -135,7 +135,7 @@ def interrupt(count, limits):
             faults += [(each.name, fault) for fault in [each.fault()] if fault]
         for each in formats:
             for path in each.folder.glob(f"{PREFIX}*"):
-                if not any(path.iterdir()):  # its writer was killed before it locked it: cleared a minute later
+                if not any(path.iterdir()):  # killed before locking it: removed a minute later
                     os.utime(path, (0, 0))
             assert each.write(1) == 0
             faults += [(each.name, f"left {left}") for left in each.left()]

@@ -1,4 +1,4 @@
-"""The lighting model in exact fractions and 80 digits: the judge of the evaluator.
+"""The lighting model in exact fractions and 80 digits: the reference for the evaluators.
 
 Written from the model's equations alone. Every stored float is taken exactly, so dot products, cofactors and the
 signs and comparisons made of them are exact; roots, powers and cosines are taken once, of exact numbers, in forms
@@ -42,7 +42,7 @@ VTK_LARGEST_POWER = 128.0
 
 @dataclass(frozen=True)
 class LightFacts:
-    """What one light that is on does at one vertex; `None` where a quantity does not exist.
+    """Effect of a switched-on light at a vertex; `None` for quantities that do not exist.
 
     n_dot_l : cosine between normal (flipped if two-sided turned it) and the direction to the light.
     strength : intensity · attenuation · spot factor.
@@ -210,13 +210,13 @@ def _fraction(x: Real) -> Fraction:
 
 
 def _unit(a: Exact) -> Exact:
-    """Exactly along it: a light opposite to the viewer has no half-way direction, and rounding would give one."""
+    """Normalise a vector, with an exact direction: rounding would give a light opposite to the viewer a half vector."""
     square = dot(a, a)
     return scaled(a, _fraction(_placing.sqrt(_placing.mpf(square.denominator) / _placing.mpf(square.numerator))))
 
 
 class Eye:
-    """The viewer: its place, the way it looks, and its orthonormal axes."""
+    """The viewer: its position, view direction and orthonormal axes."""
 
     def __init__(self, viewer: Any) -> None:
         self.position = exact(viewer.position)
@@ -261,7 +261,7 @@ def placed(light: Any, eye: Eye) -> tuple[Exact | None, Exact | None]:
 
 @dataclass(frozen=True)
 class Arrival:
-    """How a light reaches a vertex: the raw vector to it (`None` on the vertex itself) and attenuation · spot."""
+    """Return the raw vector from a vertex to a light (`None` on the vertex itself), and attenuation · spot."""
 
     to_light: Exact | None
     strength: Real
@@ -412,7 +412,7 @@ def _standard_term(light: Any, eye: Eye, vertex: _Vertex, material: Any, model: 
 
 
 def vtk_tier(lights: Iterable[Any]) -> int:
-    """VTK's light complexity; 0 where no light is on. A black light that is on counts.
+    """Return VTK's light complexity; 0 if no light is on. A black light that is on counts.
 
     Measured with VTK 9.7.2: a light that is off counts as well if it has a position, or if it is no headlight and
     comes after one that is on.
@@ -428,7 +428,7 @@ def vtk_tier(lights: Iterable[Any]) -> int:
 
 
 def vtk_unlit(material: Any, albedo: Rgb) -> Rgb:
-    """What VTK draws when no light is on: ambient + diffuse colour. All of it counts as the ambient component.
+    """Return VTK's colour when no light is on: ambient + diffuse colour. All of it counts as the ambient component.
 
     Measured with VTK 9.7.2: ambient 0.3 and diffuse 0.4 on white draw 179/255 = 0.7. Which component holds it is
     not in VTK: no light's diffuse factor is in it, so it stands with what reaches a vertex whatever its normal.
@@ -492,7 +492,7 @@ def shade(points: Any, normals: Any, scene: Any, material: Any, *, matrix: Any =
 
 @lru_cache(maxsize=1024)
 def _shades(arguments: bytes) -> tuple[Shade, ...]:
-    """Kept, for every evaluator is asked the same."""
+    """Cached, because every evaluator is compared on the same cases."""
     points, normals, scene, material, matrix = pickle.loads(arguments)
     placement = PunctualParameters(np.eye(4) if matrix is None else matrix)
     eye = Eye(scene.viewer)

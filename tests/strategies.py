@@ -1,11 +1,10 @@
-"""Lit vertices for property tests: ordinary scenes for tight bounds, hard ones for what must not break.
+"""Lit vertices for property tests: ordinary scenes for tight bounds, hard scenes for robustness.
 
-Hypothesis runs the tests and draws the seed of a die; the die throws the scene: measured, hypothesis' own draws repeat
-themselves so much that a quarter of the examples had no light on. A case prints itself in full, so that a failure can
-be cut down.
+Hypothesis runs the tests and draws the seed of a generator of scenes. Its own draws repeat so often that a quarter of
+the examples had no light on. A case prints itself in full, so that a failure can be reduced by hand.
 
-Ordinary scenes are built around one vertex, the anchor: the viewer is placed first, then lights near the mirror
-direction, within the width of the highlight, so that specular terms are really met.
+Ordinary scenes are built around one vertex, the anchor. The viewer is placed first, then lights near the mirror
+direction, within the width of the highlight, so that specular terms are not negligible.
 """
 
 from __future__ import annotations
@@ -32,7 +31,7 @@ KEPT = 1000
 
 @dataclass(frozen=True)
 class Case:
-    """The arguments of one evaluation; the albedo, a row for each vertex, goes onto the material."""
+    """Arguments of one evaluation. The albedo, with a row for each vertex, is set on the material."""
 
     points: np.ndarray
     normals: np.ndarray
@@ -55,7 +54,7 @@ class Case:
         return replace(self, points=self.points.astype(dtype), normals=self.normals.astype(dtype))
 
     def __repr__(self) -> str:
-        """Every float to the last bit; evaluates again with `from numpy import array, nan, inf` and pvphong's names."""
+        """Exact repr; it can be evaluated with `from numpy import array, nan, inf` and pvphong's names."""
         shown = {name: _literal(getattr(self, name)) for name in ("points", "normals", "matrix", "albedo")}
         return (
             f"Case(points={shown['points']}, normals={shown['normals']}, scene={self.scene!r}, "
@@ -84,7 +83,7 @@ def rotation(axis: np.ndarray, angle: float) -> np.ndarray:
 
 
 class Dice(random.Random):
-    """Throws of numbers, vectors and colours."""
+    """Random numbers, vectors and colours."""
 
     def likely(self, percent: float) -> bool:
         return self.random() * 100 < percent
@@ -93,7 +92,7 @@ class Dice(random.Random):
         return float(10.0 ** self.uniform(math.log10(low), math.log10(high)))
 
     def vector(self) -> np.ndarray:
-        """Any vector of ordinary size, components up to 1."""
+        """Return any vector with components up to 1."""
         return np.array([self.uniform(-1, 1) for _ in range(3)])
 
     def unit_vector(self) -> np.ndarray:
@@ -119,32 +118,32 @@ class Dice(random.Random):
         return self.choice(exponents)
 
     def attenuation(self) -> Triple:
-        """OpenGL's default, another constant, the inverse square, or a mixture that stays above 0.2 at distance 1."""
+        """Return OpenGL's default attenuation, a constant, an inverse square, or a mixture > 0.2 at distance 1."""
         mixed = (self.uniform(0.2, 2.0), self.uniform(0.0, 2.0), self.uniform(0.0, 2.0))
         constant = (self.log_between(0.1, 10.0), 0.0, 0.0)
         return self.choice(((1.0, 0.0, 0.0), constant, (0.0, 0.0, 1.0), mixed, mixed))
 
     def wide(self, lowest: int = -1074, highest: int = 1023) -> float:
-        """A positive float whose exponent is even over a range."""
+        """Return a positive float with an exponent uniform over a range."""
         return math.ldexp(self.uniform(1.0, 1.999), self.randint(lowest, highest))
 
     def wide_vector(self, lowest: int = -1074, highest: int = 1022) -> np.ndarray:
-        """Not zero; one exponent for all three components, or one each with some of them zero."""
+        """Return a nonzero vector, with one exponent for all components, or one for each and some components zero."""
         if self.likely(50):
             return np.ldexp(self.unit_vector(), self.randint(max(lowest, -1000), highest))
         parts = [self.choice((0.0, 1.0, -1.0)) * self.wide(lowest, highest) for _ in range(3)]
         return np.array(parts) if any(parts) else np.array([0.0, 0.0, self.wide(lowest, highest)])
 
     def nudged(self, a: np.ndarray) -> np.ndarray:
-        """Every component moved by at most two float64 steps."""
+        """Return a vector with each component moved by at most two float64 steps."""
         return np.array([x + self.randint(-2, 2) * math.ulp(x) for x in a])
 
 
 def hunt(throw: Callable[[Dice], T], check: Callable[[T], None], examples: int) -> None:
-    """Check many throws. A failure prints the seed; `throw(Dice(seed))` makes the scene again.
+    """Check many random cases. A failure prints the seed; `throw(Dice(seed))` makes the case again.
 
-    Up to a thousand are the same ones in every run, by seeds of ours: those that hypothesis derives from a test change
-    with every constant in our sources, and what is counted over a hundred throws with them. More are new in every run.
+    The first thousand seeds are fixed. Hypothesis derives its seeds from the sources, so each new constant would
+    change the cases, and the counts over them. Further seeds are new in every run.
     """
 
     def run(seed: int) -> None:
@@ -193,7 +192,7 @@ def matrix_of(dice: Dice, kind: str) -> np.ndarray | None:
 
 
 def to_world(matrix: np.ndarray | None, p: np.ndarray, n: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Roughly (this only aims): a point and a unit normal in the world."""
+    """Return a point and a unit normal in world space, roughly; they only aim the scene."""
     if matrix is None:
         return p, unit(n)
     linear, w = matrix[:3, :3], matrix[3, 3]
@@ -205,7 +204,7 @@ def to_world(matrix: np.ndarray | None, p: np.ndarray, n: np.ndarray) -> tuple[n
 
 @dataclass(frozen=True)
 class _Anchor:
-    """The vertex around which a scene is built, in the world: place, normal, and unit vector to the viewer."""
+    """The vertex around which a scene is built, in world space: position, normal, and unit vector to the viewer."""
 
     p: np.ndarray
     n: np.ndarray
@@ -214,7 +213,7 @@ class _Anchor:
 
 
 def _viewer(dice: Dice, p: np.ndarray, v: np.ndarray, *, constant: bool, width: float) -> Viewer:
-    """A viewer seen from p along v; `constant` if only its view axis counts."""
+    """Return a viewer in direction v from p; `constant` if only its view axis counts."""
     eye = p + v * dice.uniform(0.5, 8.0)
     focal = p + dice.vector() * 0.2
     if constant:
@@ -233,7 +232,7 @@ def _to_eye_space(viewer: Viewer, vector: np.ndarray) -> np.ndarray:
 
 
 def _aim(dice: Dice, anchor: _Anchor) -> np.ndarray:
-    """A unit vector to a light: mostly near the mirror direction, else anywhere."""
+    """Return a unit vector to a light: mostly near the mirror direction, else any."""
     if dice.likely(15):
         return dice.unit_vector()
     mirrored = 2 * float(anchor.n @ anchor.v) * anchor.n - anchor.v
@@ -267,7 +266,7 @@ def _light(dice: Dice, anchor: _Anchor, viewer: Viewer, kind: str, frame: str) -
 
 
 def _corners(dice: Dice, position: np.ndarray, normal: np.ndarray) -> list[Triple]:
-    """Of a star around a place, of three to seven corners, convex or not."""
+    """Return the corners of a star-shaped polygon around a place: three to seven, convex or not."""
     across = unit(np.cross(normal, np.eye(3)[int(np.argmin(np.abs(normal)))]))
     other, count, size = np.cross(normal, across), dice.randint(3, 7), dice.log_between(1e-2, 1.0)
     turns = (np.arange(count) + np.array([dice.uniform(0.1, 0.9) for _ in range(count)])) * 2 * math.pi / count
@@ -278,7 +277,7 @@ def _corners(dice: Dice, position: np.ndarray, normal: np.ndarray) -> list[Tripl
 
 
 def _image(dice: Dice) -> Any:
-    """A colour, or an image of a few texels, one of them bright, that is seldom as bright as the lights' colours."""
+    """Return a colour, or an image of a few texels with one bright texel, mostly dimmer than the lights' colours."""
     if dice.likely(20):
         return dice.color()
     texels = np.array([[[dice.random() for _ in range(3)] for _ in range(6)] for _ in range(3)])
@@ -362,7 +361,7 @@ def _light_model(dice: Dice, convention: str) -> LightModel:
 
 
 def _neighbours(dice: Dice, p: np.ndarray, n: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """The anchor first, then up to seven vertices near and far; normals unit or of any ordinary length."""
+    """Return the anchor and up to seven vertices near and far; normals are unit or of any ordinary length."""
     count = dice.randint(1, 8)
     spread = np.array([0.0] + [dice.log_between(1e-4, 1.0) for _ in range(count - 1)])[:, None]
     points = p + spread * np.array([dice.vector() for _ in range(count)])
@@ -382,7 +381,7 @@ def _albedo(dice: Dice, count: int) -> np.ndarray | None:
 
 
 def moderate_case(dice: Dice, convention: str) -> Case:
-    """Coordinates and colours of ordinary size, every kind of light, viewer, matrix and material."""
+    """Generate ordinary coordinates and colours, with every kind of light, viewer, matrix and material."""
     matrix = matrix_of(dice, dice.choice(MATRIX_CLASSES))
     material, model = _material(dice), _light_model(dice, convention)
     p, n = dice.vector(), dice.unit_vector()
@@ -413,7 +412,7 @@ def moderate_case(dice: Dice, convention: str) -> Case:
 
 
 def _hard_matrix(dice: Dice, reach: int) -> np.ndarray | None:
-    """Extreme scales, flattened and nearly flattened, strongly sheared; rank 1 and less are left to their own test."""
+    """Generate extreme, flattening, nearly flattening and strongly sheared matrices; rank <= 1 has its own test."""
     kind = dice.choice(["none", "none", "none", "uniform", "diagonal", "thin", "flat", "shear"])
     if kind == "none":
         return None
@@ -447,7 +446,7 @@ def _finite(p: np.ndarray) -> np.ndarray:
 
 
 def _hard_light(dice: Dice, points: np.ndarray, normals: np.ndarray, reach: int) -> Any:
-    """A light on a vertex, in its tangent plane, far or near, with the vertex on the edge of the cone or not."""
+    """Generate lights on a vertex, in its tangent plane, far or near, or with the vertex on the cone's edge."""
     row = dice.randrange(len(points))
     p, n = _finite(points[row]), normals[row]
     where = dice.choice(["on", "tangent", "wide", "ordinary"])
@@ -479,7 +478,7 @@ def _hard_light(dice: Dice, points: np.ndarray, normals: np.ndarray, reach: int)
 
 
 def _hard_viewer(dice: Dice, points: np.ndarray, reach: int) -> Viewer:
-    """An eye on a vertex, or anywhere."""
+    """Generate an eye on a vertex, or anywhere."""
     row = _finite(dice.choice(list(points)))
     away = dice.wide_vector(-reach, reach) if dice.likely(50) else dice.vector()
     eye = row if dice.likely(30) else row + away
@@ -490,7 +489,7 @@ def _hard_viewer(dice: Dice, points: np.ndarray, reach: int) -> Viewer:
 
 
 def _spoil(dice: Dice, rows: np.ndarray, percent: float) -> None:
-    """Make some rows zero, and put a NaN or an infinity into as many."""
+    """Set some rows to zero, and put a NaN or an infinity into as many others."""
     for row in rows:
         if dice.likely(percent):
             row[:] = 0.0
@@ -499,7 +498,7 @@ def _spoil(dice: Dice, rows: np.ndarray, percent: float) -> None:
 
 
 def hard_case(dice: Dice, convention: str, reach: int = 900, odd_percent: float = 10.0) -> Case:
-    """Inputs of the catalogue of hard cases, mixed: what comes out must be finite, or a documented exception.
+    """Mix inputs of the catalogue of hard cases. Results must be finite, or a documented exception.
 
     Coordinates, attenuations and matrices have exponents from −reach to reach; where that is 900, coordinates are
     subnormal too.
