@@ -333,7 +333,7 @@ class _Edge:
         return np.where(on_line[places], 0, np.where(self._is_lit, 1, -1))
 
     def _turned_over(self, is_cut: BoolArray, along: Float64Array) -> IntArray:
-        """Return the triangles of which rounding would leave a part without an area, or reversed."""
+        """Return the triangles with a part that rounding would reverse or leave without an area."""
         surface, triangles = self._surface, self._surface.triangles
         count = is_cut[triangles.sides].sum(axis=1)
         rows = np.flatnonzero(count)

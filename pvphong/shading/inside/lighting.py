@@ -134,7 +134,7 @@ class Lighting:
     def colors(self, points: FloatArray, normals: FloatArray, maps: Float64Array, seen: Float64Array) -> Float64Array:
         """Return lit colours (n, 3), not clamped, for rows of `maps` and of visible parts."""
         at = {name: maps[:, part] for name, part in self._columns.items()}
-        if "tangents" in at:  # a blend that cancels has no direction; the normal stands for none
+        if "tangents" in at:  # if a blend cancels, the normal: it is no direction
             at["tangents"] = np.where(at["tangents"].any(axis=1, keepdims=True), at["tangents"], normals)
         material = self._material.with_values({name: Map(rows) for name, rows in at.items()})
         vertices = Vertices(points, normals, material.maps, tangents=material.tangents, ranges=self._ranges)

@@ -96,7 +96,7 @@ class _AtCorners:
 
 
 def _chords(term: LightTerm, equation: Equation, points: Float64Array, normals: Float64Array) -> Float64Array:
-    """Return chords D (k, 3): |D|²/2 is one minus the cosine of which a highlight is a power.
+    """Return chords D (k, 3): a highlight is a power of the cosine 1 − |D|²/2.
 
     For example, D is the difference of the mirror direction and the viewer's; see `pvphong.shading.reference`.
     """

@@ -103,7 +103,7 @@ class Triangles:
         return added
 
     def with_tied(self, marks: BoolArray) -> BoolArray:
-        """Return marks of sides (s,) with those of sides with the same tie added."""
+        """Return marks of sides (s,), with all sides marked that have the tie of a marked one."""
         if self._n_ties == len(self.ends):  # none is
             return marks
         return marked(self._n_ties, self.ties[marks])[self.ties]
