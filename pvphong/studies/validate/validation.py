@@ -1,4 +1,4 @@
-"""pvphong's colours against VTK's own shader, vertex by vertex: `validate` and its result."""
+"""Comparison of pvphong's colours with VTK's own shader, vertex by vertex: `validate` and its result."""
 
 from __future__ import annotations
 
@@ -32,17 +32,17 @@ from pvphong.vtk.scenes import in_vtk_terms, refuse_inexpressible, seen_from_inf
 if TYPE_CHECKING:
     from rich.table import Table
 
-# Cosines between normal and viewer below this have no certain sign in float64.
+# Below this, the sign of the cosine between normal and viewer is uncertain in float64.
 _DOUBTFUL_FACING = 2.0**-40
 
-# In sizes of the mesh: float32 loses digits of a mesh that lies farther than this from its own origin.
+# Distance from the origin, in sizes of the mesh, beyond which float32 loses digits.
 _OFF_CENTER = 10.0
 
 # Vertices that a comparison lists.
 _WORST = 8
 
 TIERS = ("unlit", "headlight", "directional lights", "positional lights")
-"""What VTK's shader calls for, by the number of its tier."""
+"""Lighting code that VTK's shader uses, by the number of its tier."""
 
 
 def validate(
@@ -56,25 +56,25 @@ def validate(
 ) -> Comparison:
     """Compare pvphong's colours with those of VTK's own shader, vertex by vertex.
 
-    pvphong's are `evaluate`'s, in its float32 default, before they are clamped. VTK's are `vtk_shade`'s.
-    The scene is compared as it is, in its own convention, whatever VTK's settings must be for it: ambient light and
-    emission as the material's unlit ambient, a viewer at infinity as an eye far away, two-sided lighting
-    as normals turned to the viewer, a mesh far from the origin around its middle. `Comparison.conversions` says what.
+    pvphong's colours are those of `evaluate`, in float32 and before clamping. VTK's are those of `vtk_shade`. The scene
+    is compared in its own convention and converted to equivalent settings of VTK where necessary. Ambient light and
+    emission become the material's unlit ambient, a viewer at infinity becomes a distant eye, normals are turned to the
+    viewer for two-sided lighting, and a mesh far from the origin is centred. `Comparison.conversions` lists these.
 
-    Left out are vertices where float32 leaves VTK's colour open: those where a highlight begins at n·l = 0, those
-    on the edge of a cone, those whose normals turn to the viewer at n·v = 0, those where VTK's own rounding of places
-    and directions may cost more than the bound, and, in the standard convention, those where VTK's floor of 1e-5
-    under a cosine shows (at powers of 1 and less). `Comparison.left_out` counts them.
+    Vertices are left out if rounding in float32 makes VTK's colour uncertain: where a highlight begins at n·l = 0, on
+    the edge of a cone, where a normal turns to the viewer at n·v = 0, and where VTK's rounding of positions and
+    directions may exceed the bound. In the standard convention, vertices affected by VTK's lower limit of 1e-5 on a
+    cosine (at powers of 1 and less) are left out too. `Comparison.left_out` counts them.
 
     Parameters
     ----------
     mesh : pyvista.DataSet
-        A dataset with a surface. Its active point normals are used, computed ones where it has none.
+        A dataset with a surface. Its active point normals are used, or computed ones if it has none.
     scene : Scene, light, sequence of lights, or None
-        None is the scene of `pvphong.default_scene`. Lights, viewer and light model, in either convention.
+        Lights, viewer and light model, in either convention. None is the scene of `pvphong.default_scene`.
     material : Material or str
-        The surface's reflectances. Of maps VTK has but albedo of uint8, as vertex colours, beside grey ambient and
-        diffuse; all others are refused by name.
+        The surface's reflectances. VTK supports only albedo maps of uint8, as vertex colours, with grey ambient and
+        diffuse; other maps raise an error that names them.
     matrix : array_like, optional
         (4, 4) model matrix.
     feature_angle, backend
@@ -83,16 +83,16 @@ def validate(
     Returns
     -------
     Comparison
-        `.passed`, `.max_error`, `.worst` and more; print it for the verdict, `.explain()` for all of it.
+        `.passed`, `.max_error`, `.worst` and more. Print it for the verdict, or `.explain()` for all numbers.
 
     Raises
     ------
     InexpressibleError
-        A ValueError: for a scene that VTK's shader cannot draw (lights with an ambient colour of their own or
-        highlights in another than their diffuse colour, Blinn-Phong, `PBR` in the standard convention, a viewer at
-        infinity beside lights with a position, powers above 128, a matrix that flattens or scales beyond 1e-18 to
-        1e18, a mirrored surface as VTK turns it), where it would have an effect. It holds the nearest scene that VTK
-        can draw.
+        A ValueError, if VTK's shader cannot draw the scene and it would matter. Examples are lights with an ambient
+        colour or with highlights in another colour than their diffuse colour, Blinn-Phong, `PBR` in the standard
+        convention, a viewer at infinity together with positional lights, powers above 128, a matrix that flattens or
+        scales beyond 1e-18 to 1e18, and a mirrored surface, whose normals VTK reverses. The error holds the nearest
+        scene that VTK can draw.
     ValueError
         As `evaluate`, or for a mesh with nothing to light.
 
@@ -165,16 +165,16 @@ def validate(
 def _pose_for_vtk(
     points: FloatArray, normals: FloatArray, scene: Scene, matrix: Float64Array
 ) -> tuple[Pose, BoolArray, tuple[str, ...]]:
-    """Vertices around their middle, with unit normals, which a two-sided scene turns to the viewer.
+    """Centre the vertices, make normals unit length, and turn them to the viewer if the scene is two-sided.
 
     Returns
     -------
     pose : Pose
         Points, normals and matrix.
     doubtful : ndarray
-        Shape (n,): where it is not certain to which side a normal turns.
+        Shape (n,): True where the side to which a normal turns is uncertain.
     conversions : tuple of str
-        What was changed, a phrase each.
+        A phrase for each change.
     """
     conversions = []
     center, size = _box(points.astype(np.float64))
@@ -200,7 +200,7 @@ def _pose_for_vtk(
 
 
 def _box(points: Float64Array) -> tuple[Float64Array, float]:
-    """The middle of the points' bounding box and its largest edge."""
+    """Return the centre of the points' bounding box and its largest edge."""
     if not len(points):
         return np.zeros(3), 0.0
     low, high = points.min(axis=0), points.max(axis=0)
@@ -209,20 +209,20 @@ def _box(points: Float64Array) -> tuple[Float64Array, float]:
 
 @dataclass(frozen=True)
 class Vertex:
-    """A vertex whose colours differ most, with what it takes to look into it.
+    """A vertex with one of the largest errors.
 
     Attributes
     ----------
     index : int
-        Number of the point.
+        Index of the point.
     error : float
-        Its largest error over the channels, without sign.
+        Its largest absolute error over the channels.
     position, normal : tuple of float
-        In the world, the normal unit and turned to the viewer where the scene is two-sided.
+        In the world frame. The normal has unit length and is turned to the viewer if the scene is two-sided.
     pvphong, vtk : tuple of float
-        Both unclamped colours.
+        The unclamped colours.
     tier : int
-        The tier of VTK's shader; an index into `TIERS`.
+        Tier of VTK's shader; an index into `TIERS`.
     """
 
     index: int
@@ -236,33 +236,33 @@ class Vertex:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Comparison:
-    """pvphong's unclamped colours against VTK's own shader.
+    """Comparison of pvphong's unclamped colours with VTK's own shader.
 
-    `print(comparison)` gives the verdict in words, `print(comparison.explain())` all numbers.
+    `print(comparison)` shows the verdict, `print(comparison.explain())` all numbers.
 
-    Errors are pvphong minus VTK: absolute, and relative to the light that arrives where that, times the material's
-    reflectances, is more than 1. float32 rounds in proportion to it.
+    Errors are pvphong minus VTK. They are absolute, or relative to the arriving light times the material's reflectances
+    where this product is more than 1, because rounding in float32 is proportional to it.
 
     Attributes
     ----------
     tolerance : float
-        The bound that applied: 16 · power · 2⁻²⁴ + 1e-6, where the power is the shininess, if there is a
-        highlight, or a spot's exponent, whichever is larger; for physically based shading the power is that of spots,
-        and 6 · 2⁻²⁴ / roughness⁴ + 1e-6 is added.
+        Bound on the errors: 16 · power · 2⁻²⁴ + 1e-6. The power is the larger of the shininess, if there is a
+        highlight, and the largest exponent of a spot. For physically based shading it is the exponent, and
+        6 · 2⁻²⁴ / roughness⁴ + 1e-6 is added to the bound.
     tier : int
-        Which of VTK's three tiers of lighting code drew it; 0 where it drew unlit.
+        Tier of VTK's lighting code, 1 to 3; 0 if the mesh was drawn unlit.
     conversions : tuple of str
-        In which other terms than the scene's VTK was given it.
+        Changes of the scene that express it in VTK's terms.
     driver : str
-        The graphics driver that VTK ran on.
+        Graphics driver used by VTK.
     vertices : ndarray
         Shape (n,): the points compared.
     errors : ndarray
-        Shape (n, 3), signed, a row per point compared.
+        Shape (n, 3), signed, one row per compared point.
     left_out : dict of str to ndarray
-        Reason → points that were not compared for it; a point may have several.
+        Reason → points not compared for that reason; a point may have several reasons.
     pvphong, vtk : ndarray
-        Shape (n_points, 3): all unclamped colours, VTK's NaN where it has none.
+        Shape (n_points, 3): all unclamped colours; VTK's are NaN where it has none.
 
     Examples
     --------
@@ -287,37 +287,37 @@ class Comparison:
 
     @property
     def n(self) -> int:
-        """How many vertices were compared."""
+        """Number of vertices compared."""
         return len(self.vertices)
 
     @property
     def n_left_out(self) -> int:
-        """How many were not."""
+        """Number of vertices left out."""
         return len(self.pvphong) - self.n
 
     @property
     def max_error(self) -> float:
-        """The largest error of any channel; NaN where nothing was compared, as for the three that follow."""
+        """Largest error of any channel. Like `rms`, `p50` and `p99`, NaN if nothing was compared."""
         return float(self._magnitudes.max()) if self.n else math.nan
 
     @property
     def rms(self) -> float:
-        """The root of the mean square of all channels' errors."""
+        """Root mean square of all channels' errors."""
         return math.sqrt(float(np.mean(self.errors**2))) if self.n else math.nan
 
     @property
     def p50(self) -> float:
-        """The median of the vertices' errors, each vertex's that of its worst channel."""
+        """Median over the vertices of the error of the worst channel."""
         return float(np.percentile(self._magnitudes, 50)) if self.n else math.nan
 
     @property
     def p99(self) -> float:
-        """What 99 % of the vertices' errors stay below."""
+        """99th percentile over the vertices of the error of the worst channel."""
         return float(np.percentile(self._magnitudes, 99)) if self.n else math.nan
 
     @property
     def passed(self) -> bool:
-        """Whether every error is within the tolerance; False where nothing was compared."""
+        """True if every error is within the tolerance; False if nothing was compared."""
         return bool(self.max_error <= self.tolerance)
 
     @property
@@ -358,7 +358,7 @@ class Comparison:
         return table
 
     def explain(self) -> str:
-        """All numbers, what VTK was given in other terms, what was left out, and the worst vertices."""
+        """Return all numbers, the conversions, the vertices left out and the worst vertices, as text."""
         return rendered([self.table()])
 
     def _rows(self) -> list[tuple[str, str]]:
@@ -383,7 +383,7 @@ class Comparison:
 
     def __str__(self) -> str:
         if not self.n:
-            return f"Nothing to compare: none of {self.n_left_out} vertices can be held against VTK."
+            return f"Nothing to compare: none of the {self.n_left_out} vertices can be compared with VTK."
         within = int(np.count_nonzero(self._magnitudes <= self.tolerance))
         count = f"all {self.n}" if self.passed else f"{within} of {self.n}"
         sentences = [
@@ -404,7 +404,7 @@ class Comparison:
         return html_table(f"pvphong against VTK's shader: {self._verdict}", (), self._rows())
 
     def to_dict(self) -> dict[str, Any]:
-        """The numbers as plain values, without the arrays; NaN as None."""
+        """Return the numbers as plain values, without the arrays; NaN becomes None."""
         numbers = {name: getattr(self, name) for name in ("max_error", "rms", "p50", "p99", "tolerance")}
         return {
             "passed": self.passed,
@@ -429,13 +429,13 @@ class Comparison:
         write_json(self.to_dict(), path)
 
     def to_mesh(self) -> pv.PolyData:
-        """A copy of the surface with the colours and errors, to look at.
+        """Return a copy of the surface with the colours and errors.
 
         Returns
         -------
         pyvista.PolyData
             Point arrays: ``"phong"`` and ``"vtk"``, the unclamped colours; ``"phong_error"``, the signed errors,
-            NaN where none was taken; ``"phong_error_max"``, active, the largest channel's without sign.
+            NaN where not compared; ``"phong_error_max"``, active, the largest absolute error of a channel.
         """
         mesh = self._surface.copy()
         errors = np.full(self.pvphong.shape, np.nan)

@@ -171,7 +171,7 @@ def test_slivers_of_an_isosurface_are_notes_that_say_to_leave_them():
     finding = next(each for each in found.findings if each.name == "far_faces")
     assert 0 < finding.share < 1e-4
     assert not finding.spoils
-    assert finding.remedy.startswith("Leave them: they cover little.")
+    assert finding.remedy.startswith("They cover little and can stay.")
     assert f"{finding.count} faces (" in finding.sentence
 
 
