@@ -77,51 +77,52 @@ def tradeoff(
     visibility: Visibility | None = None,
     truth: bool = False,
 ) -> Tradeoff:
-    """Measure what accuracy costs in time on a mesh and a scene of one's own.
+    """Measure the accuracy and the time of variants of lighting a mesh in a scene.
 
-    Variants from the float64 reference down to coarse light models are run in turns, so that a machine that drifts
-    favours none, as often as the time budget allows. Their errors are of three kinds, which are measured apart:
-    arithmetic (against the same equation in float64) and light model (between two equations in float64), both at the
-    vertices, and interpolation (colours blended across triangles against per-pixel shading, in float64). Where the
-    scene has shadows or ambient occlusion there is a fourth, sampling: colours by few rays for each vertex against
-    colours by 4096, at vertices chosen at random; highlights of lights with a size that are partly hidden count in it,
-    for their part of the light is not the share that matt surfaces see. Arithmetic and light model then take what the
-    vertices see as known; interpolation casts rays inside triangles, if there is time for them.
+    Variants from the float64 reference down to coarse light models run in turns, as often as the time budget allows, so
+    that a drift of the machine's speed favours none. Three kinds of error are measured separately. Arithmetic (against
+    the same equation in float64) and light model (between two equations in float64) are measured at the vertices.
+    Interpolation compares colours interpolated across triangles with per-pixel shading, in float64.
+
+    A scene with shadows or ambient occlusion adds a fourth kind, sampling: colours by few rays per vertex against
+    colours by 4096, at random vertices. It includes the error of partly hidden highlights of lights with a size, for
+    which evaluators use the visible share of a matt surface. The other two kinds at the vertices then use the known
+    visibility; interpolation casts rays inside triangles if there is time.
 
     Parameters
     ----------
     mesh : pyvista.DataSet
         A dataset with a surface; it is not modified.
     scene : Scene, light, sequence of lights, or None
-        What lights it; None is the scene of `pvphong.default_scene`.
+        Lights, viewer and light model. None is the scene of `pvphong.default_scene`.
     material : Material or str
         The surface's reflectances.
     tolerance : float, default 1/255
-        The largest absolute colour error that is to be allowed, > 0; the default is one step of a display.
+        Largest absolute colour error allowed, > 0; the default is one step of a display.
     seconds : float, default 20
-        What it may take, > 0. On large meshes variants are left out to keep it, with the reason given; the reference,
-        the plan and the variant that it is compared with are always measured. Compiling the kernel, once per
-        installation, is not counted.
+        Time budget, > 0. On large meshes variants are left out to keep it, and `left_out` gives the reason. The
+        reference, the plan and its baseline are always measured. Compiling the kernel, once per installation, is not
+        counted.
     matrix : array_like, optional
         (4, 4) model matrix.
     feature_angle, occluders
         As for `mesh.phong.shade`.
     visibility : Visibility, optional
-        What `mesh.phong.visibility` gives; numbers alone do not do, for rays are cast anew to measure them.
+        Result of `mesh.phong.visibility`. An array is not enough, because rays are cast again to measure them.
     truth : bool, default False
-        Whether models of light, from a constant to all that bounces, are compared with paths of light too; for that
-        there are as many seconds again. Not in VTK's convention, which knows no light that bounces.
+        True to compare light models, from constant ambient light to all bounces, with path tracing as well. This takes
+        up to as many seconds again. Not available in VTK's convention, which has no bounces.
 
     Returns
     -------
     Tradeoff
         `.rows`, `.best(tolerance)`, `.ledger`, `.predicted_bounds`, `.table()`, `.plot(path)`, `.to_csv(path)`,
-        `.to_json(path)`; print it for what to choose, and `.explain()` for all of it.
+        `.to_json(path)`. Print it for the recommendation, or `.explain()` for all results.
 
     Raises
     ------
     ValueError
-        If an argument has the wrong shape, type or range, or the mesh has nothing that can be lit.
+        If an argument has the wrong shape, type or range, or the mesh has nothing to light.
 
     Examples
     --------
@@ -171,16 +172,16 @@ def tradeoff(
 
 
 class _Measurement:
-    """One report in the making.
+    """State of a running measurement.
 
     Attributes
     ----------
     rows : dict of str to Row
-        What was measured so far, before it is timed.
+        Rows measured so far, not timed yet.
     runs, estimates : dict
-        What is to be timed, by name, and the seconds that it took once.
+        Runs to time, by name, and the seconds of a single run.
     left_out : dict of str to str
-        What is not measured, and why.
+        Omitted measurements → the reason.
     """
 
     def __init__(self, mesh: pv.PolyData, subject: Subject, tolerance: float, clock: Clock, stack: ExitStack) -> None:
@@ -195,7 +196,7 @@ class _Measurement:
         self.needed = {REFERENCE, self.baseline, plan_name(tolerance)}
 
     def run(self) -> Tradeoff:
-        """Everything in the order of its importance, as long as there is time."""
+        """Measure everything in order of importance, as long as there is time."""
         s, clock = self.subject, self.clock
         clock.say(REFERENCE)
         _, self.exact_seconds = timed(lambda: s.truth)
@@ -240,14 +241,14 @@ class _Measurement:
         return self.clock.left - max(self.for_rounds, FEWEST_REPEATS * sum(self.estimates.values()))
 
     def _has_time_for(self, what: str, seconds: float) -> bool:
-        """Whether there is time to get something ready; what has none is noted."""
+        """Return True if there is time for a preparation; otherwise record it in `left_out`."""
         fits = seconds <= self._left()
         if not fits:
             self.left_out[what] = "there was no time for it"
         return fits
 
     def _add(self, row: Row, run: Run, seconds: float) -> None:
-        """What ran once, which warmed it up; again if that was short. What cannot be repeated is left out."""
+        """Add a run that has run once as a warm-up; repeat it if short, leave it out if it cannot be repeated."""
         if seconds < 0.01 * self.clock.left:
             seconds = min(seconds, timed(run)[1])
         if row.name not in self.needed and self.clock.left < FEWEST_REPEATS * (sum(self.estimates.values()) + seconds):
@@ -256,7 +257,7 @@ class _Measurement:
         self.rows[row.name], self.runs[row.name], self.estimates[row.name] = row, run, seconds
 
     def _add_all(self, found: list[Variant]) -> None:
-        """Variants that have not run yet."""
+        """Add variants that have not run yet."""
         for row, run, _ in found:
             self._add(row, run, timed(run)[1])
 
@@ -271,7 +272,7 @@ class _Measurement:
         return found
 
     def _light_vertices(self) -> list[Variant]:
-        """Errors and a first time of every variant at the vertices; gives all of them, measured or not."""
+        """Measure errors and a first time of every variant at the vertices; return all, measured or not."""
         s = self.subject
         found, reasons = variants(s, self.tolerance)
         self.left_out |= reasons
@@ -305,7 +306,7 @@ class _Measurement:
         return found
 
     def _drop_effects(self) -> dict[str, float]:
-        """The largest light-model error without each effect or light that is there; runs without it are to be timed."""
+        """Return the largest light-model error without each effect or light of the scene; add runs without it."""
         s, whole, errors = self.subject, self.subject.assembled, dict[str, float]()
         effects, (middle, _) = s.plan().effects, s.sphere
         without = {name: drop(whole, middle) for name, drop in WITHOUT.items() if effects[name].on}
@@ -329,9 +330,9 @@ class _Measurement:
     def _ledger(
         self, errors: dict[str, float], times: dict[str, Float64Array], casting: dict[str, float]
     ) -> tuple[LedgerEntry, ...]:
-        """An entry for every effect of the plan at the tolerance, and every light that is there.
+        """Return an entry for every effect of the plan at the tolerance and every light of the scene.
 
-        Its cost is seconds with minus seconds without, where both were timed in turns, and those of casting its rays.
+        The cost is seconds with minus seconds without it, paired by round, plus the seconds of casting its rays.
         """
         plan = self.subject.plan(self.tolerance)
         kept = {term.index for term in plan.equation.terms}
@@ -366,7 +367,7 @@ class _Measurement:
 
 
 def predicted_bounds(subject: Subject, tolerance: float) -> tuple[PredictedBound, ...]:
-    """Each approximation of the plan at a tolerance: the bound that it took, the largest difference that it makes."""
+    """Return the bound and the measured error of each approximation of the plan at a tolerance."""
     draft, found = Draft.first(subject.assembled, tolerance, subject.vertices), []
     for effect in EFFECTS:
         before, draft = draft, effect.simplify(draft)

@@ -54,18 +54,18 @@ _BRIGHT = 0.995
 
 @dataclass(frozen=True, eq=False)
 class ModelOfLight:
-    """A model of light, and what it gives.
+    """A light model with its time, colours and errors.
 
     Attributes
     ----------
     name : str
-        What it has.
+        Description of the model.
     seconds : float
-        What lighting takes with it, its rays included.
+        Lighting time, including its rays.
     colors : ndarray
         Shape (n, 3), linear and unclamped.
     error : ndarray
-        Shape (n, 3): that less the truth.
+        Shape (n, 3): colours minus reference.
     noise : float
         The root mean square of the truth's standard errors.
     """
@@ -89,16 +89,16 @@ class ModelOfLight:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Physics:
-    """What models of light are worth on one mesh and scene.
+    """Comparison of light models with path tracing on one mesh and scene.
 
     Attributes
     ----------
     models : tuple of ModelOfLight
-        From the textbook's model to all bounces.
+        Light models from constant ambient light to all bounces.
     truth : Truth
-        By paths of light.
+        Reference colours by path tracing.
     surface, matrix, viewer
-        What is lit, where it is, and from where it is seen.
+        The lit surface, its model matrix and the viewer.
     """
 
     models: tuple[ModelOfLight, ...]
@@ -114,7 +114,7 @@ class Physics:
 
     @property
     def exposure(self) -> float:
-        """What colours are multiplied by where they are shown: nearly all of the truth is below white."""
+        """Factor for displayed colours, chosen so that nearly all of the reference is below white."""
         bright = float(np.quantile(self.truth.rgb, _BRIGHT))
         return 1.0 / bright if bright > 0.0 else 1.0
 
@@ -128,7 +128,7 @@ class Physics:
         return f"<Physics of {len(self.models)} models of light: {self.cheapest.name}>"
 
     def sentence(self) -> str:
-        """What to use, and what it brings."""
+        """Return the recommended light model and its gain in a sentence."""
         first, best = self.models[0], self.cheapest
         begun = f"The constant is off by up to {number(first.largest)} ({number(first.rms)} RMS)"
         if best is first:

@@ -1,4 +1,4 @@
-"""What accuracy costs in time, for its reader: sentences, tables and files."""
+"""Report of accuracy and time as sentences, tables and files."""
 
 from __future__ import annotations
 
@@ -43,10 +43,10 @@ from pvphong.studies.accuracy.result import (
 if TYPE_CHECKING:
     from rich.table import Table
 
-# Seconds that a call of `mesh.phong.shade` takes beside the lighting, about; see the whole job's times in the README.
+# Approximate overhead of `mesh.phong.shade` in seconds, without the lighting; see the times in the README.
 _CALL = 1e-3
 
-# Columns of a terminal that names take beside their explanations.
+# Width of the names in characters, next to their explanations.
 _NAMES = 24
 
 _HEADINGS = ("", "variant", "time", "spread", "largest", "RMS", "99 %", "points")
@@ -54,38 +54,38 @@ _HEADINGS = ("", "variant", "time", "spread", "largest", "RMS", "99 %", "points"
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Tradeoff(Result):
-    """What accuracy costs in time on one mesh and scene.
+    """Accuracy and time of the variants of lighting one mesh and scene.
 
-    `print(report)` says what to choose, `print(report.explain())` all of it.
+    `print(report)` recommends a variant, `print(report.explain())` shows all results.
 
     Attributes
     ----------
     tolerance : float
-        The colour error that was to be allowed.
+        The allowed colour error.
     rows : tuple of Row
-        Every variant that was measured: each lights the mesh.
+        Every measured variant of lighting the mesh.
     ledger : tuple of LedgerEntry
-        What each effect and light costs, and what its absence would do.
+        Cost of each effect and light, and the error without it.
     baseline : str
-        The row that the ledger's costs are parts of: what `evaluate` does by itself.
+        Name of the row that the ledger's costs refer to: the default of `evaluate`.
     predicted_bounds : tuple of PredictedBound
-        The approximations of the plan at the tolerance: their bounds, and their measured errors.
+        Approximations of the plan at the tolerance, with their bounds and their measured errors.
     left_out : dict of str to str
-        What was not measured, and why.
+        Measurements that were left out → the reason.
     facts : dict of str to str
         Mesh, scene, machine, threads, versions, date, repeats.
     inside_errors, inside_areas : ndarray
-        Shape (m,): the largest interpolation error of each triangle that was searched, and its part of their area.
+        Shape (m,): the largest interpolation error of each searched triangle, and its share of their area.
     surface : pyvista.PolyData
-        The mesh whose points were lit.
+        The lit mesh.
     scene : Scene
-        What lit it.
+        Its lights, viewer and light model.
     matrix : array_like or None
         The (4, 4) model matrix, None for the identity.
     reference_colors : ndarray
         Shape (n_points, 3): colours of the float64 reference.
     physics : Physics or None
-        Models of light beside paths of it, where that was asked for: `.models`, `.truth`, `.sentence()`, `.table()`.
+        Comparison of light models with path tracing, if requested: `.models`, `.truth`, `.sentence()`, `.table()`.
 
     Examples
     --------
@@ -98,13 +98,13 @@ class Tradeoff(Result):
     physics: Physics | None = None
 
     def to_mesh(self) -> pv.PolyData:
-        """A copy of the surface to look at.
+        """Return a copy of the surface with colours and errors.
 
         Returns
         -------
         pyvista.PolyData
             Point arrays ``phong_reference`` and ``phong_chosen``, the colours, and ``phong_error``, chosen minus
-            reference. Where every triangle was searched and faces are triangles, the cell array
+            reference. If all faces are triangles and all were searched, also the cell array
             ``phong_interpolation_error``.
         """
         mesh = self.surface.copy()
@@ -126,16 +126,16 @@ class Tradeoff(Result):
         return html_table(self.summary()[0], _HEADINGS, (cells for _, cells in self._cells()))
 
     def _questions(self) -> list[Question]:
-        """What is answered: always how to light vertices."""
+        """Return the questions that rows answer; lighting at the vertices is always one of them."""
         return [question for question in QUESTIONS if any(self.rows_for(question))]
 
     def summary(self, *, with_next: bool = False) -> list[str]:
-        """What to choose in plain words: a few lines that fit a terminal.
+        """Return the recommended variants as a few lines that fit a terminal.
 
         Parameters
         ----------
         with_next : bool, default False
-            Whether a line also says what the next step, to less error, would cost.
+            True to add the cost of the next more accurate variant to each line.
         """
         count = sum(not row.is_peer for row in self.rows)
         found = [f"Cheapest within {number(self.tolerance)}, of {count} ways to light {self.surface.n_points} points:"]
@@ -155,7 +155,7 @@ class Tradeoff(Result):
         return [*found, *self._remarks()]
 
     def _remarks(self) -> Iterator[str]:
-        """Whether peers within the tolerance cost less, and whether it matters; what models of light are worth."""
+        """Yield remarks on cheaper peers within the tolerance, on small meshes, and on light models."""
         cheaper = []
         for question in self._questions():
             own, peer = self.best(question=question), self.best(question=question, peers=True)
@@ -170,7 +170,7 @@ class Tradeoff(Result):
             yield self.physics.sentence()
 
     def explain(self) -> str:
-        """All of it: every row, each effect's cost, predicted error bounds, what was left out, where this was run."""
+        """Return all results as text: rows, costs of effects, predicted bounds, omissions and circumstances."""
         title = f"What each effect costs: time with it minus time without it, of {self.baseline}"
         ledger = table(title, "effect", "", "cost", "if dropped", "why", right=("cost", "if dropped"))
         ledger.columns[1].no_wrap = True
@@ -202,9 +202,9 @@ class Tradeoff(Result):
         return rendered(parts)
 
     def table(self) -> Table:
-        """The rows as a `rich.table.Table`; print it with a `rich.console.Console`.
+        """Return the rows as a `rich.table.Table`; print it with a `rich.console.Console`.
 
-        By kind and time; ★ is chosen, ● on its kind's front, a dominated one has no mark.
+        Rows are sorted by kind and time. ★ marks a chosen row, ● a row on its kind's Pareto front.
         """
         title = "What accuracy costs in time: colour errors, each of its row's kind; ★ chosen, ● on the front"
         found = table(title, *_HEADINGS, right=_HEADINGS[2:])
@@ -217,7 +217,7 @@ class Tradeoff(Result):
         return found
 
     def _cells(self) -> Iterator[tuple[Kind, tuple[str, ...]]]:
-        """Each row's kind, and its texts under `_HEADINGS`; in the order of kinds and times."""
+        """Yield each row's kind and its texts under `_HEADINGS`, ordered by kind and time."""
         for row in sorted(self.rows, key=lambda row: (KINDS.index(row.kind), row.time.median)):
             mark, error = "★" if row in self.chosen else "●" if row.on_front else "", row.error
             name, time = f"{row.name} (peer)" if row.is_peer else row.name, row.time
@@ -227,7 +227,7 @@ class Tradeoff(Result):
     # -- files
 
     def to_dict(self) -> dict[str, Any]:
-        """All numbers as plain values."""
+        """Return all numbers as plain values."""
         return {
             "tolerance": self.tolerance,
             "chosen": {row.question: row.name for row in self.chosen},
@@ -297,7 +297,7 @@ def _pairs_table(title: str, rows: list[tuple[str, str]]) -> Table:
 
 
 def circumstances(mesh: pv.PolyData, scene: Scene, material: Material) -> dict[str, str]:
-    """What a report was made on, for people: mesh, scene, material, machine, threads, versions, date."""
+    """Describe the measurement: mesh, scene, material, machine, threads, versions and date."""
     kinds = Counter(type(light).__name__ for light in scene.lights if light.on)
     lights = ", ".join(f"{count} {kind}" for kind, count in kinds.items()) or "no light"
     in_kernel = f", {threads.count()} in the kernel" if "numba" in sys.modules else ""

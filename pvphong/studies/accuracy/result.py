@@ -1,4 +1,4 @@
-"""What was measured of accuracy and time: errors by kind, times, rows and their Pareto fronts, and the choice."""
+"""Measured errors and times, rows with their Pareto fronts, and the choice among them."""
 
 from __future__ import annotations
 
@@ -24,27 +24,27 @@ KINDS: tuple[Kind, ...] = get_args(Kind)
 
 Question = Literal["at the vertices", "casting rays", "inside triangles"]
 QUESTIONS: tuple[Question, ...] = get_args(Question)
-"""What a row answers: how to light vertices, how to cast rays from them, how to light between them."""
+"""Task of a row: to light vertices, to cast rays from them, or to light between them."""
 
-# Vertices that are named as the worst.
+# Number of worst vertices in a report.
 _WORST = 5
 
 
 @dataclass(frozen=True)
 class Errors:
-    """Absolute colour errors of one kind, without sign.
+    """Absolute colour errors of one kind.
 
     Attributes
     ----------
     largest : float
-        Of all places and channels.
+        Maximum over all samples and channels.
     rms : float
-        Root of the mean square: over all channels at the vertices; inside triangles over their areas, each with its
-        largest error.
+        Root mean square: over all channels at the vertices, or over triangles weighted by area, each with its largest
+        error.
     p99 : float
-        What 99 % of the vertices stay below, each in its worst channel, or the triangles that make up 99 % of the area.
+        99th percentile of the worst channel's error over the vertices, or over the triangles by area.
     count : int
-        How many places were looked at: vertices, or triangles.
+        Number of vertices or triangles.
     """
 
     largest: float
@@ -54,7 +54,7 @@ class Errors:
 
     @classmethod
     def at_vertices(cls, colors: FloatArray, truth: FloatArray) -> Errors:
-        """Errors of colours (n, 3) against the truth at the same vertices."""
+        """Return the errors of colours (n, 3) against the reference at the same vertices."""
         differences = np.abs(colors.astype(np.float64) - truth)
         worst = differences.max(axis=1)
         rms = math.sqrt(float(np.mean(differences**2)))
@@ -62,10 +62,10 @@ class Errors:
 
     @classmethod
     def inside_triangles(cls, errors: Float64Array, areas: Float64Array) -> Errors:
-        """Errors of triangles (m,), each with the area of the surface that it represents, in any unit.
+        """Return the errors of triangles (m,), weighted by the area that each represents, in any unit.
 
-        By area, for what is seen of a triangle is its area: counted one by one, the many small triangles of a mesh
-        that is refined where it errs most would make it look worse than it was.
+        Refinement makes many small triangles where errors are large. Counted equally they would make the refined mesh
+        look worse than the original, so errors are weighted by area.
         """
         whole = areas.sum()
         if not whole:  # triangles without an area have no error either
@@ -82,14 +82,14 @@ NO_ERROR = Errors(0.0, 0.0, 0.0, 0)
 
 @dataclass(frozen=True)
 class Timing:
-    """Seconds of a run that was repeated.
+    """Seconds of a repeated run.
 
     Attributes
     ----------
     median, low, high : float
         The median and the quartiles.
     repeats : int
-        How many samples they are taken from, each the least of a few runs in a row where those are short.
+        Number of samples. For short runs, each sample is the minimum of several consecutive runs.
     """
 
     median: float
@@ -99,58 +99,58 @@ class Timing:
 
     @property
     def spread(self) -> float:
-        """From quartile to quartile, as a part of the median."""
+        """Interquartile range divided by the median."""
         return (self.high - self.low) / self.median
 
     @property
     def is_noise(self) -> bool:
-        """Whether a difference of times may be none: by its quartiles, or for too few repeats."""
+        """True if a difference of times may be zero, by its quartiles or because of too few repeats."""
         return self.low <= 0.0 or self.repeats < FEWEST_REPEATS
 
     @classmethod
     def of(cls, seconds: Sequence[float] | Float64Array) -> Timing:
-        """The quartiles of some seconds; NaN is where nothing was measured."""
+        """Return the timing of measured seconds; NaN marks rounds without a measurement."""
         low, median, high = np.nanpercentile(seconds, (25.0, 50.0, 75.0)).tolist()
         return cls(median, low, high, int(np.count_nonzero(~np.isnan(seconds))))
 
 
 UNTIMED = Timing(0.0, 0.0, 0.0, 0)
-"""The timing of a row that is still to be timed."""
+"""Timing of a row that is not timed yet."""
 
 
 @dataclass(frozen=True)
 class Row:
-    """One variant of lighting a mesh: what it costs, how far it is off.
+    """Time and errors of one variant of lighting a mesh.
 
-    The kinds of error are measured apart, each against a float64 truth in which only that kind is missing:
-    `arithmetic` against the same equation in float64, `light_model` between two equations in float64, both at
-    the vertices, `sampling` between colours by few rays and by all, `interpolation` between colours blended across
-    a triangle and lit inside it, in float64.
+    Each kind of error is measured separately, against a float64 reference that differs only in that kind. At the
+    vertices, `arithmetic` compares with the same equation in float64 and `light_model` compares two equations in
+    float64. `sampling` compares colours by few rays with colours by all rays. `interpolation` compares colours
+    interpolated across a triangle with colours evaluated inside it, in float64.
 
     Attributes
     ----------
     name : str
-        What is done.
+        Name of the variant.
     kind : {"arithmetic", "light model", "sampling", "interpolation"}
-        The kind of error that it trades for time; rows of one kind can be compared.
+        Kind of error that the variant trades for time; rows of one kind can be compared.
     backend, precision : str
-        What computes.
+        Evaluator and type of its numbers.
     points : int
-        Vertices that it evaluates.
+        Number of evaluated vertices.
     time : Timing
-        Of one evaluation of all its vertices, the plan included; of a peer that draws, of one frame.
+        Time of one evaluation of all vertices, including the plan, or of one frame for a peer that renders.
     arithmetic, light_model, sampling, interpolation : Errors or None
-        None where that kind was not measured.
+        None if that kind was not measured.
     error_bound : float or None
-        The bound on the light-model error that the plan predicted before anything ran.
+        Bound on the light-model error, predicted by the plan.
     preparation : float
-        Seconds that were spent once, before: splitting triangles.
+        Seconds of one-time preparation: splitting triangles.
     is_peer : bool
-        Whether somebody else's code does it; it is compared, and never chosen.
+        True for another implementation, which is compared but never chosen.
     note : str
-        What else there is to know.
+        Additional information.
     on_front : bool
-        Whether no other row of its kind has less error in less time.
+        True if the row is on the Pareto front of its kind.
     """
 
     name: str
@@ -171,7 +171,7 @@ class Row:
 
     @property
     def question(self) -> Question:
-        """What it is an answer to."""
+        """The question that the row answers."""
         return {"sampling": QUESTIONS[1], "interpolation": QUESTIONS[2]}.get(self.kind, QUESTIONS[0])
 
     @property
@@ -183,11 +183,11 @@ class Row:
 
     @property
     def decisive_error(self) -> float:
-        """What is held against a tolerance.
+        """Error that is compared with a tolerance.
 
-        Of interpolation that is the largest error, and of sampling the root of the mean square, for it is the standard
-        error that rays are cast to; else what the vertices cannot exceed, the largest arithmetic plus the largest
-        light-model error.
+        For interpolation it is the largest error. For sampling it is the root mean square, because rays are cast until
+        the standard error is small enough. Otherwise it is the largest arithmetic plus the largest light-model error,
+        an upper bound at the vertices.
         """
         if self.kind == "interpolation":
             return self.error.largest
@@ -198,19 +198,19 @@ class Row:
 
 @dataclass(frozen=True)
 class LedgerEntry:
-    """What one effect, or one light, costs on a mesh.
+    """Cost of one effect or one light on a mesh.
 
     Attributes
     ----------
     effect : str
-        Its name in the plan, or "light" and the light's.
+        Name of the effect in the plan, or "light" and the light's name.
     cost : Timing or None
-        Seconds with it minus seconds without it, paired in turns, and those of casting its rays. None where it is not
-        there, or was not measured.
+        Seconds with the effect minus seconds without it, paired by round, plus the seconds of casting its rays. None if
+        the scene lacks the effect or it was not measured.
     error : float or None
-        The largest light-model error if it were dropped; None where it is not there.
+        Largest light-model error without the effect; None if the scene lacks it.
     runs : bool
-        Whether the plan at the tolerance runs it.
+        True if the plan at the tolerance includes the effect.
     why : str
         The plan's reason.
     """
@@ -223,24 +223,24 @@ class LedgerEntry:
 
     @property
     def cost_text(self) -> str:
-        """The cost for people; empty where it was not measured."""
+        """The cost as text; empty if it was not measured."""
         return "" if self.cost is None else "in the noise" if self.cost.is_noise else seconds(self.cost.median)
 
 
 @dataclass(frozen=True)
 class PredictedBound:
-    """The bound that the plan took for one approximation, and the error that was measured.
+    """Predicted bound and measured error of one approximation.
 
     Attributes
     ----------
     effect : str
-        What was left out.
+        The effect that was simplified or dropped.
     why : str
-        How, for which lights.
+        Description of the approximation and its lights.
     predicted : float
-        The bound that the plan took for it.
+        The plan's error bound.
     measured : float
-        The largest difference that it made at any vertex, in float64.
+        Largest difference at any vertex, in float64.
     """
 
     effect: str
@@ -250,7 +250,7 @@ class PredictedBound:
 
 
 def with_fronts(rows: Sequence[Row]) -> tuple[Row, ...]:
-    """The rows, each with whether it is on the Pareto front of its kind: no other is better in time and in error.
+    """Return the rows with `on_front` set where no other row of the kind is better in time and in error.
 
     A light-model row is also compared with the exact equation on the same evaluator, an arithmetic row whose
     light-model error is 0.
@@ -270,9 +270,9 @@ def with_fronts(rows: Sequence[Row]) -> tuple[Row, ...]:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Result:
-    """What was measured on one mesh and scene, and the choice among the rows: what the figure is drawn of.
+    """Measurements on one mesh and scene, and the choice among the rows; the data of the figure.
 
-    `Tradeoff`, which adds sentences, tables and files, says what the fields are.
+    The subclass `Tradeoff` adds sentences, tables and files, and documents the fields.
     """
 
     tolerance: float
@@ -289,32 +289,32 @@ class Result:
     matrix: MatrixLike | None
     reference_colors: Float64Array
     _lighting: Mapping[str, Callable[[], FloatArray]] = field(kw_only=True)
-    """Lights the vertices again, by the names of rows."""
+    """Name of a row → function that lights the vertices again."""
 
     def best(
         self, tolerance: float | None = None, question: Question = "at the vertices", *, peers: bool = False
     ) -> Row | None:
-        """The cheapest row within a tolerance.
+        """Return the cheapest row within a tolerance.
 
         Parameters
         ----------
         tolerance : float, optional
-            Largest absolute colour error; the report's own if not given.
+            Largest absolute colour error. The default is the report's tolerance.
         question : {"at the vertices", "casting rays", "inside triangles"}
-            At the vertices the largest arithmetic and light-model error must not add up to more than the tolerance.
-            Of rows that cast rays the root mean square error counts, inside triangles the largest.
+            At the vertices, the sum of the largest arithmetic and light-model errors is compared with the tolerance;
+            for casting rays, the root mean square error; inside triangles, the largest error.
         peers : bool, default False
-            Whether it is one of the peers, which are not chosen otherwise.
+            True to choose among the peers only, False among pvphong's own rows.
 
         Returns
         -------
         Row or None
-            None if no row is within it.
+            None if no row is within the tolerance.
 
         Raises
         ------
         ValueError
-            If the tolerance is not a number >= 0, or the question is another.
+            If the tolerance is not a number >= 0, or the question is unknown.
         """
         allowed = self.tolerance if tolerance is None else check.number("tolerance", tolerance, at_least=0.0)
         check.choice("question", question, QUESTIONS)
@@ -322,7 +322,7 @@ class Result:
         return min(within, key=lambda row: row.time.median, default=None)
 
     def next_step(self, row: Row) -> Row | None:
-        """The cheapest row that errs less than a row and answers the same question; None where there is none."""
+        """Return the cheapest more accurate row for the same question, or None if there is none."""
         better = (other for other in self.rows_for(row.question) if other.decisive_error < row.decisive_error)
         return min(better, key=lambda other: other.time.median, default=None)
 
@@ -333,35 +333,35 @@ class Result:
         return [row for row in best if row is not None]
 
     def rows_for(self, question: Question, *, peers: bool = False) -> Iterator[Row]:
-        """The rows that answer a question: pvphong's own, or those of peers."""
+        """Return the rows that answer a question: pvphong's own, or those of peers."""
         return (row for row in self.rows if row.question == question and row.is_peer == peers)
 
     @property
     def noise(self) -> float:
-        """The spread of times in the middle row: from quartile to quartile, as a part of the median."""
+        """Median over the rows of `Timing.spread`."""
         return float(np.median([row.time.spread for row in self.rows]))
 
     @property
     def name_of_chosen(self) -> str:
-        """The name of the row that is chosen at the vertices, of which there is one: the reference has no error."""
+        """Name of the row chosen at the vertices; there always is one because the reference has no error."""
         chosen = self.best()
         assert chosen is not None, "the reference is within every tolerance"
         return chosen.name
 
     @cached_property
     def chosen_colors(self) -> FloatArray:
-        """Shape (n_points, 3): the colours of the row that is chosen at the vertices, evaluated again."""
+        """Shape (n_points, 3): colours of the row chosen at the vertices, evaluated again."""
         return self._lighting[self.name_of_chosen]()
 
     def worst(self) -> list[tuple[int, float]]:
-        """The vertices where the chosen row errs most: number and error, largest first."""
+        """Return index and error of the vertices with the chosen row's largest errors, largest first."""
         errors = np.abs(self.chosen_colors.astype(np.float64) - self.reference_colors).max(axis=1)
         order = np.argsort(-errors, kind="stable")[:_WORST]
         return [(int(index), float(errors[index])) for index in order]
 
 
 def table(title: str, *headings: str, right: Collection[str] = ()) -> Table:
-    """An empty `rich.table.Table`; columns of some headings are of numbers, which are not broken."""
+    """Return an empty `rich.table.Table`; columns named in `right` are right-aligned and not wrapped."""
     from rich import box
     from rich.table import Table
 
@@ -373,7 +373,7 @@ def table(title: str, *headings: str, right: Collection[str] = ()) -> Table:
 
 
 def seconds(value: float) -> str:
-    """A time in the unit that suits it."""
+    """Format a time in s, ms or µs."""
     for unit, size in (("s", 1.0), ("ms", 1e-3)):
         if abs(value) >= size:
             return f"{value / size:.3g} {unit}"
@@ -381,5 +381,5 @@ def seconds(value: float) -> str:
 
 
 def number(value: float) -> str:
-    """An error in three digits."""
+    """Format an error with three digits."""
     return "0" if value == 0.0 else f"{value:.3g}"

@@ -151,7 +151,7 @@ def test_the_matrix_is_looked_at(matrix, expected):
     assert found.ok is ("singular_matrix" not in expected)
 
 
-NO_MESH = r"mesh must be a pyvista.DataSet; got .*of a MultiBlock diagnose each block"
+NO_MESH = r"mesh must be a pyvista.DataSet; got .*diagnose each block of a MultiBlock"
 
 
 @pytest.mark.parametrize(
