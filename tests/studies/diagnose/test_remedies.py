@@ -221,6 +221,6 @@ def test_stored_normals_that_look_outwards_make_up_for_faces_that_look_inwards()
     found = diagnose(SPHERE.flip_faces())
     (finding,) = (each for each in found.findings if each.name == "inside_out_faces")
     assert not finding.spoils
-    assert "light them from outside all the same" in finding.meaning
+    assert "the stored normals point outwards and are used" in finding.meaning
     (finding,) = (each for each in diagnose(pv.ParametricEllipsoid()).findings if each.name == "inside_out_faces")
     assert finding.spoils
