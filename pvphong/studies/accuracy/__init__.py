@@ -1,7 +1,7 @@
 """Accuracy against time, measured on a given mesh and scene.
 
-Read `measure` first: `tradeoff`, and what it measures, in which order, as long as there is time. `result` is what a row
-says, and the choice among the rows. `variants` light a mesh at its vertices and cast rays from them,
-`interpolation` the meshes that are refined, `peers` other implementations; `timing` runs all of them in turns.
-`physics` sets models of light beside paths of it. `report` has the result for its reader, and `figure` draws it.
+Read `measure` first: `tradeoff` and the order of its measurements. `result` holds the rows and the choice among them.
+`variants` light a mesh at its vertices and cast rays from them; `interpolation` measures errors inside triangles and
+refined meshes; `peers` are other implementations. `timing` runs all of them in turns. `physics` compares light models
+with path tracing. `report` formats the result as text, tables and files, and `figure` draws it.
 """

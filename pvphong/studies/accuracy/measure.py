@@ -118,7 +118,7 @@ def tradeoff(
     Raises
     ------
     ValueError
-        If an argument has the wrong shape, type or range, or the mesh has nothing that can be lit.
+        If an argument has the wrong shape, type or range, or the mesh has nothing to light.
 
     Examples
     --------

@@ -54,18 +54,18 @@ _BRIGHT = 0.995
 
 @dataclass(frozen=True, eq=False)
 class ModelOfLight:
-    """A model of light, and what it gives.
+    """A light model with its time, colours and errors.
 
     Attributes
     ----------
     name : str
-        What it has.
+        Description of the model.
     seconds : float
-        What lighting takes with it, its rays included.
+        Lighting time, including its rays.
     colors : ndarray
         Shape (n, 3), linear and unclamped.
     error : ndarray
-        Shape (n, 3): that less the truth.
+        Shape (n, 3): colours minus reference.
     noise : float
         The root mean square of the truth's standard errors.
     """
@@ -94,11 +94,11 @@ class Physics:
     Attributes
     ----------
     models : tuple of ModelOfLight
-        From the textbook's model to all bounces.
+        Light models from constant ambient light to all bounces.
     truth : Truth
-        By paths of light.
+        Reference colours by path tracing.
     surface, matrix, viewer
-        What is lit, where it is, and from where it is seen.
+        The lit surface, its model matrix and the viewer.
     """
 
     models: tuple[ModelOfLight, ...]

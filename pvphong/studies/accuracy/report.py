@@ -43,10 +43,10 @@ from pvphong.studies.accuracy.result import (
 if TYPE_CHECKING:
     from rich.table import Table
 
-# Seconds that a call of `mesh.phong.shade` takes beside the lighting, about; see the whole job's times in the README.
+# Approximate overhead of `mesh.phong.shade` in seconds, without the lighting; see the times in the README.
 _CALL = 1e-3
 
-# Columns of a terminal that names take beside their explanations.
+# Width of the names in characters, next to their explanations.
 _NAMES = 24
 
 _HEADINGS = ("", "variant", "time", "spread", "largest", "RMS", "99 %", "points")
@@ -104,7 +104,7 @@ class Tradeoff(Result):
         -------
         pyvista.PolyData
             Point arrays ``phong_reference`` and ``phong_chosen``, the colours, and ``phong_error``, chosen minus
-            reference. Where every triangle was searched and faces are triangles, the cell array
+            reference. If all faces are triangles and all were searched, also the cell array
             ``phong_interpolation_error``.
         """
         mesh = self.surface.copy()
@@ -202,7 +202,7 @@ class Tradeoff(Result):
         return rendered(parts)
 
     def table(self) -> Table:
-        """The rows as a `rich.table.Table`; print it with a `rich.console.Console`.
+        """Return the rows as a `rich.table.Table`; print it with a `rich.console.Console`.
 
         Sorted by kind and time; ★ marks the choice, ● the Pareto front of a kind.
         """

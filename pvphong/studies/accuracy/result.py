@@ -24,9 +24,9 @@ KINDS: tuple[Kind, ...] = get_args(Kind)
 
 Question = Literal["at the vertices", "casting rays", "inside triangles"]
 QUESTIONS: tuple[Question, ...] = get_args(Question)
-"""What a row answers: how to light vertices, how to cast rays from them, how to light between them."""
+"""Task of a row: to light vertices, to cast rays from them, or to light between them."""
 
-# Vertices that are named as the worst.
+# Number of worst vertices in a report.
 _WORST = 5
 
 
@@ -114,7 +114,7 @@ class Timing:
 
 
 UNTIMED = Timing(0.0, 0.0, 0.0, 0)
-"""The timing of a row that is still to be timed."""
+"""Timing of a row that is not timed yet."""
 
 
 @dataclass(frozen=True)
@@ -288,7 +288,7 @@ class Result:
     matrix: MatrixLike | None
     reference_colors: Float64Array
     _lighting: Mapping[str, Callable[[], FloatArray]] = field(kw_only=True)
-    """Lights the vertices again, by the names of rows."""
+    """Name of a row → function that lights the vertices again."""
 
     def best(
         self, tolerance: float | None = None, question: Question = "at the vertices", *, peers: bool = False
@@ -308,12 +308,12 @@ class Result:
         Returns
         -------
         Row or None
-            None if no row is within it.
+            None if no row is within the tolerance.
 
         Raises
         ------
         ValueError
-            If the tolerance is not a number >= 0, or the question is another.
+            If the tolerance is not a number >= 0, or the question is unknown.
         """
         allowed = self.tolerance if tolerance is None else check.number("tolerance", tolerance, at_least=0.0)
         check.choice("question", question, QUESTIONS)

@@ -1,4 +1,4 @@
-"""The fixed list of scenes that a report compares with VTK: everything in units of the mesh, around its middle."""
+"""The fixed list of scenes that a report compares with VTK, in units of the mesh's size around its centre."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ MESHES: dict[str, Callable[[], pv.PolyData]] = {
     "ant": examples.load_ant,
     "nut": examples.load_nut,
 }
-"""Real meshes that come with PyVista."""
+"""Meshes from PyVista's bundled examples."""
 
 MATERIALS = {
     "matte": Material(ambient=0.2, diffuse=(0.8, 0.5, 0.3)),
@@ -46,9 +46,9 @@ _LINEAR = {
 
 _WARM = (1.0, 0.85, 0.6)
 _FROM = (0.8, -0.6, 0.9)
-"""Where the world's lights stand."""
+"""Position of the lights in the world frame."""
 _ASIDE = (0.4, 0.5, 0.0)
-"""Where the eye's lights stand: the eye looks from a mesh's length away."""
+"""Position of the lights in the camera frame; the camera is about one mesh length away."""
 
 PICTURED: dict[str, Light] = {
     "sun": DirectionalLight(direction=(-1.0, 0.5, -0.8), intensity=0.9),
@@ -89,13 +89,13 @@ class Case:
     mesh, material : str
         Keys of `MESHES` and `MATERIALS`.
     lights : tuple of str
-        What lights it.
+        Names of the lights.
     model : str
-        The light model.
+        Name of the light model.
     matrix : str
-        The class of the model matrix.
+        Class of the model matrix.
     parallel : bool
-        The projection.
+        True for parallel projection, False for perspective.
     """
 
     mesh: str
@@ -114,7 +114,7 @@ class Case:
         return ", ".join(parts)
 
     def scene(self, mesh: pv.PolyData) -> Scene:
-        """The scene around a mesh; its lights are given for one of length 1 around the origin."""
+        """Return the scene around a mesh; lights are given for a mesh of length 1 around the origin."""
         size, center = mesh.length, np.array(mesh.center)
         eye = center + size * np.array([0.8, -0.8, 0.7])
         viewer = Viewer(position=eye.tolist(), focal_point=mesh.center, up=(0.0, 0.1, 1.0), parallel=self.parallel)
@@ -130,7 +130,7 @@ class Case:
         return Scene(lights, viewer, _MODELS[self.model])
 
     def transform(self, mesh: pv.PolyData) -> Float64Array:
-        """The (4, 4) model matrix; the mesh stays about where it is."""
+        """Return the (4, 4) model matrix, which keeps the mesh's centre."""
         linear, middle = _LINEAR[self.matrix], np.array(mesh.center)
         matrix = np.eye(4)
         matrix[:3, :3] = linear
@@ -165,4 +165,4 @@ CASES = (
     Case("airplane", "clay", ("sun", "fading lamp", "spot", "headlight"), "two-sided VTK model", "scaled"),
     Case("airplane", "plastic", ("sun", "fading lamp", "spot", "headlight"), "two-sided standard model", "scaled"),
 )
-"""Every kind of light in every tier and frame, every class of matrix, both projections, all materials and models."""
+"""Cases for every kind of light in every tier and frame, all matrix classes, projections, materials and models."""

@@ -1,7 +1,7 @@
-"""Lit colours on the screen beside VTK's own lighting of the same mesh, pixel by pixel.
+"""Comparison of rendered lit colours with VTK's own lighting of the same mesh, pixel by pixel.
 
-A picture has 8 bits and shows colours interpolated between vertices, where VTK lights every pixel: this is coarser
-than `pvphong.studies.validate.validation`, which is the judge. It says whether what is drawn is what was computed.
+This is coarser than `pvphong.studies.validate.validation`, because an image has 8 bits and shows colours interpolated
+between vertices, while VTK lights every pixel. It verifies that the computed colours are drawn unchanged.
 """
 
 from __future__ import annotations
@@ -37,12 +37,12 @@ _AMPLIFIED = 16
 """Grey levels of the difference picture for each step of a display."""
 
 _STEEPEST = 6.0
-"""Slope against the picture's plane from which a surface counts as its own silhouette: seen at 80° and more."""
+"""Slope relative to the image plane from which a surface counts as silhouette; about 80°."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class ImageComparison:
-    """Two pictures of one mesh from one camera: its lit colours drawn without lighting, and VTK's lighting.
+    """Two images of a mesh from one camera: its lit colours drawn without lighting, and VTK's lighting.
 
     Attributes
     ----------
@@ -51,8 +51,8 @@ class ImageComparison:
     difference : ndarray
         Shape (height, width, 3), int16: ours minus VTK's, in steps of a display.
     inside : ndarray
-        Shape (height, width), bool: pixels wholly inside the silhouette. They and their eight neighbours are
-        covered, by a surface that is nowhere there about to turn away: a torus has contours inside its outline.
+        Shape (height, width), bool: pixels wholly inside the silhouette. They and their eight neighbours show the
+        surface, not nearly edge-on; this excludes contours inside the outline too, such as a torus has.
     """
 
     ours: Image
@@ -62,7 +62,7 @@ class ImageComparison:
 
     @property
     def max_difference(self) -> int:
-        """The largest difference of any channel inside the silhouette, in steps of 1/255."""
+        """Largest difference of any channel inside the silhouette, in steps of 1/255."""
         return int(np.abs(self.difference[self.inside]).max())
 
     @property
@@ -77,17 +77,17 @@ class ImageComparison:
         return f"<ImageComparison: at most {self.max_difference}/255, 99 % {self.p99:.3g}/255, {pixels} pixels>"
 
     def side_by_side(self) -> Image:
-        """Ours, VTK's, and the difference inside the silhouette: grey is none, a step of a display is 16 levels."""
+        """Return ours, VTK's and the difference inside the silhouette: grey is 0, a display step is 16 levels."""
         amplified = np.clip(128 + _AMPLIFIED * self.difference, 0, 255).astype(np.uint8)
         return np.hstack([self.ours, self.vtks, np.where(self.inside[:, :, None], amplified, np.uint8(255))])
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Write `side_by_side` as a .png file, whole or not at all.
+        """Write `side_by_side` as a .png file; a failed write leaves no partial file.
 
         Raises
         ------
         ValueError
-            If the suffix is another, or the file cannot be written.
+            If the suffix is not ``.png``, or the file cannot be written.
         """
         refuse_suffix(Path(path), "a picture", (".png",))
         save_picture(self.side_by_side(), Path(path))
@@ -96,17 +96,16 @@ class ImageComparison:
 def compare_images(
     mesh: pv.DataSet, scene: SceneLike | None, material: Material, *, size: tuple[int, int] = (400, 300)
 ) -> ImageComparison:
-    """Draw a mesh with its lit colours, and lit by VTK per pixel, and compare the pictures.
+    """Draw a mesh with its lit colours, draw it lit by VTK per pixel, and compare the images.
 
-    Both are drawn by the scene's viewer without multisampling. The lit colours are interpolated across faces, VTK
-    interpolates normals: expect differences of the mesh's interpolation error (`pvphong.interpolation_error`)
-    beside the two roundings to 8 bits. VTK lights the backs of surfaces too, whatever the scene says: compare on
-    closed meshes.
+    Both are drawn from the scene's viewer without multisampling. The lit colours are interpolated across faces, while
+    VTK interpolates normals: expect differences of the mesh's interpolation error (`pvphong.interpolation_error`) and
+    of rounding to 8 bits, twice. VTK lights back faces for every scene, so compare closed meshes.
 
     Parameters
     ----------
     mesh : pyvista.DataSet
-        With faces. Its active point normals are used, computed ones where it has none.
+        A dataset with faces. Its active point normals are used, or computed ones if it has none.
     scene : Scene
         Its viewer must see the mesh.
     material : Material
@@ -122,8 +121,8 @@ def compare_images(
     Raises
     ------
     ValueError
-        As `pvphong.validate`; also for highlights seen from infinity, which VTK draws from a place far away only,
-        for a mesh without faces or out of view, and where this machine cannot draw.
+        As `pvphong.validate`. Also for highlights with a viewer at infinity, which VTK can only approximate by a
+        distant viewer, for a mesh without faces or out of view, and if this machine cannot render.
     """
     material = without_maps(as_material(material), "where pictures are compared")
     refuse_size(size)
@@ -135,8 +134,8 @@ def compare_images(
     terms = in_vtk_terms(scene, material, np.array(source.center), source.length)
     if terms.viewer != scene.viewer:
         remedy = "local_viewer=True and parallel=False, or a material without specular."
-        got = "highlights for a viewer at infinity, which VTK draws from far away only"
-        check.refuse("scene", got, "one that VTK can draw from the viewer's place", remedy)
+        got = "highlights for a viewer at infinity, which VTK draws only from a distant viewer"
+        check.refuse("scene", got, "a scene that VTK can draw from the viewer's position", remedy)
 
     colored = shade_mesh(source, scene, material, name=_ARRAY)
     with (
@@ -149,14 +148,14 @@ def compare_images(
         distances = -ours.get_image_depth(fill_value=-np.inf).astype(np.float64)  # along the view axis
     inside = _inside(distances, scene.viewer)
     if not inside.any():
-        check.refuse("viewer", scene.viewer, "one who sees the mesh", "Its picture is empty.")
+        check.refuse("viewer", scene.viewer, "a viewer that sees the mesh", "Its image is empty.")
     return ImageComparison(lit, lit_by_vtk, lit.astype(np.int16) - lit_by_vtk, inside)
 
 
 def window_of_colors(
     lit: pv.PolyData, viewer: Viewer, size: tuple[int, int], matrix: Float64Array | None = None, *, name: str = _ARRAY
 ) -> pv.Plotter:
-    """An offscreen window that shows a point array of colours as they are, VTK's lighting off."""
+    """Return an offscreen window that shows a point array of colours unchanged, without VTK's lighting."""
     window, _ = _window(drawable(lit, name), viewer, size, matrix, scalars=name, rgb=True, lighting=False)
     return window
 
@@ -164,7 +163,7 @@ def window_of_colors(
 def window_lit_by_vtk(
     mesh: pv.PolyData, terms: Terms, size: tuple[int, int], matrix: Float64Array | None = None
 ) -> pv.Plotter:
-    """An offscreen window in which VTK lights the mesh pixel by pixel, by its active normals or computed ones."""
+    """Return an offscreen window in which VTK lights the mesh per pixel, with its active or computed normals."""
     smooth = shallow_copy(mesh)
     smooth.clear_data()
     smooth.point_data.active_normals = point_normals(mesh)
@@ -178,7 +177,7 @@ def window_lit_by_vtk(
 def _window(
     mesh: pv.PolyData, viewer: Viewer, size: tuple[int, int], matrix: Float64Array | None, **options: Any
 ) -> tuple[pv.Plotter, pv.Actor]:
-    """A mesh as a viewer sees it on white, without lights, and its actor."""
+    """Return a window with a mesh on white seen by a viewer, without lights, and the mesh's actor."""
     with preferring(drawing_window()), pv.vtk_verbosity("off"):
         plotter = pv.Plotter(off_screen=True, window_size=list(size), lighting="none")
     plotter.set_background("white")
@@ -190,9 +189,9 @@ def _window(
 
 
 def _inside(distances: Float64Array, viewer: Viewer) -> BoolArray:
-    """Pixels around which the distance changes by less than `_STEEPEST` pixels' widths from one to the next.
+    """Return the pixels around which the distance changes by less than `_STEEPEST` pixel widths per pixel.
 
-    Nothing covers what lies beyond the border.
+    Pixels beyond the border count as empty.
     """
     padded = np.pad(distances, 1, constant_values=np.inf)
     around = np.lib.stride_tricks.sliding_window_view(padded, (3, 3))

@@ -1,4 +1,4 @@
-"""A report for a doubtful reader: pvphong against VTK's own lighting, scene by scene, with two pictures."""
+"""Report that compares pvphong with VTK's own lighting, scene by scene, with two images."""
 
 from __future__ import annotations
 
@@ -43,11 +43,11 @@ class CaseRow:
 
     @property
     def ratio(self) -> float:
-        """The largest error as a part of the bound."""
+        """The largest error divided by the bound."""
         return self.comparison.max_error / self.comparison.tolerance
 
     def cells(self) -> tuple[str, ...]:
-        """Text under each heading."""
+        """Return the text under each heading."""
         case, compared = self.case, self.comparison
         counts = f"{compared.tier}, {TIERS[compared.tier]}", f"{compared.n} of {compared.n + compared.n_left_out}"
         errors = f"{compared.max_error:.2e}", f"{compared.tolerance:.2e}", f"{self.ratio:.2f}"
@@ -61,9 +61,9 @@ class VTKReport:
     Attributes
     ----------
     rows : tuple of CaseRow
-        A comparison for each of a fixed list of scenes.
+        One comparison per scene of a fixed list.
     pictures : dict of str to ImageComparison
-        Name of the file → one mesh drawn with lit colours and lit by VTK.
+        File name → a mesh drawn with lit colours and lit by VTK.
     """
 
     rows: tuple[CaseRow, ...]
@@ -75,7 +75,7 @@ class VTKReport:
         return all(row.comparison.passed for row in self.rows)
 
     def summary(self) -> str:
-        """The verdict and the largest ratio in a sentence."""
+        """Return the verdict and the largest ratio in a sentence."""
         failed = sum(not row.comparison.passed for row in self.rows)
         vertices = sum(row.comparison.n for row in self.rows)
         verdict = f"{failed} of {len(self.rows)} scenes failed" if failed else f"All {len(self.rows)} scenes passed"
@@ -94,12 +94,12 @@ class VTKReport:
         return "\n".join(lines)
 
     def explain(self) -> str:
-        """Every scene, what was compared in it and the results."""
+        """Return every scene and its results as text."""
         tiers = ", ".join(f"{number} {tier}" for number, tier in enumerate(TIERS))
         return rendered([self.table(), f"VTK's tiers: {tiers}. The bound is {_FORMULA}.", self.summary()])
 
     def table(self) -> Table:
-        """The rows as a `rich.table.Table`."""
+        """Return the rows as a `rich.table.Table`."""
         from rich import box
         from rich.table import Table
 
@@ -115,14 +115,14 @@ class VTKReport:
         return table
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Write the report as Markdown, and its pictures into the folder ``<name>-pictures`` beside it.
+        """Write the report as Markdown, and its images into the folder ``<name>-pictures`` next to it.
 
-        The report itself comes last and whole: where it is, its pictures are.
+        The report is written last, so that a complete report always has its images.
 
         Raises
         ------
         ValueError
-            If the suffix is another than ``.md``, or the files cannot be written.
+            If the suffix is not ``.md``, or the files cannot be written.
         """
         refuse_path(path)
         target = Path(path)
@@ -148,13 +148,13 @@ class VTKReport:
         yield f"- driver: {driver()}\n"
         yield "## Every vertex, in float32\n"
         yield "VTK's unmodified fragment shader runs once per vertex and is read back in float32, unclamped. Errors are"
-        yield f"absolute, relative where more light than 1 arrives; the bound is {_FORMULA}, and the ratio is that of"
-        yield "error to bound. Vertices where float32 leaves VTK's colour open, as on a cone's edge, are left out.\n"
+        yield f"absolute, or relative where more light than 1 arrives. The bound is {_FORMULA}; the ratio is error over"
+        yield "bound. Vertices where float32 makes VTK's colour uncertain, as on a cone's edge, are left out.\n"
         yield from map(line, (_HEADINGS, ["---"] * len(_HEADINGS), *(row.cells() for row in self.rows)))
         yield "\n## On the screen, in 8 bits\n"
         yield "Left: the lit colours, drawn without lighting. Middle: VTK lights every pixel. Right: their difference"
-        yield "inside the silhouette; grey is none, each display step 16 levels. What differs by more than a step is"
-        yield "interpolation between vertices: these pictures show that what is drawn is what was computed.\n"
+        yield "inside the silhouette; grey is 0, each display step is 16 levels. Differences of more than a step come"
+        yield "from interpolation between vertices. The images show that the computed colours are drawn unchanged.\n"
         for name, images in self.pictures.items():
             title = _TITLES[name]
             yield f"{title}: at most {images.max_difference}/255, 99 % of the pixels {images.p99:.3g}/255.\n"
@@ -162,7 +162,7 @@ class VTKReport:
 
 
 def refuse_path(path: str | os.PathLike[str]) -> None:
-    """Raise ``ValueError`` for a path where no report can be written."""
+    """Raise ``ValueError`` if a report cannot be written to the path."""
     refuse_suffix(Path(path), "a report", (".md",))
     folder = Path(path).resolve().parent
     if not folder.is_dir():
@@ -184,7 +184,7 @@ def vtk_report() -> VTKReport:
     ValueError
         If this machine cannot draw.
     """
-    # Pictures first: they say what is missing where VTK cannot draw.
+    # Images first: their error explains what is missing if VTK cannot render.
     eye = Viewer(position=(1.6, -1.2, 1.0), up=(0.0, 0.0, 1.0), view_angle=36.0)
     torus = pv.ParametricTorus(ringradius=0.35, crosssectionradius=0.15, u_res=300, v_res=200, w_res=2)
     sphere = pv.Sphere(theta_resolution=300, phi_resolution=200)

@@ -32,17 +32,17 @@ from pvphong.vtk.scenes import in_vtk_terms, refuse_inexpressible, seen_from_inf
 if TYPE_CHECKING:
     from rich.table import Table
 
-# Cosines between normal and viewer below this have no certain sign in float64.
+# Below this, the sign of the cosine between normal and viewer is uncertain in float64.
 _DOUBTFUL_FACING = 2.0**-40
 
-# In sizes of the mesh: float32 loses digits of a mesh that lies farther than this from its own origin.
+# Distance from the origin, in sizes of the mesh, beyond which float32 loses digits.
 _OFF_CENTER = 10.0
 
 # Vertices that a comparison lists.
 _WORST = 8
 
 TIERS = ("unlit", "headlight", "directional lights", "positional lights")
-"""What VTK's shader calls for, by the number of its tier."""
+"""Lighting code that VTK's shader uses, by the number of its tier."""
 
 
 def validate(
@@ -83,7 +83,7 @@ def validate(
     Returns
     -------
     Comparison
-        `.passed`, `.max_error`, `.worst` and more; print it for the verdict, `.explain()` for all of it.
+        `.passed`, `.max_error`, `.worst` and more. Print it for the verdict, or `.explain()` for all numbers.
 
     Raises
     ------
@@ -199,7 +199,7 @@ def _pose_for_vtk(
 
 
 def _box(points: Float64Array) -> tuple[Float64Array, float]:
-    """The middle of the points' bounding box and its largest edge."""
+    """Return the centre of the points' bounding box and its largest edge."""
     if not len(points):
         return np.zeros(3), 0.0
     low, high = points.min(axis=0), points.max(axis=0)
@@ -213,15 +213,15 @@ class Vertex:
     Attributes
     ----------
     index : int
-        Number of the point.
+        Index of the point.
     error : float
         Largest absolute error of its channels.
     position, normal : tuple of float
         In the world; a unit normal that faces the viewer if the scene is two-sided.
     pvphong, vtk : tuple of float
-        Both unclamped colours.
+        The unclamped colours.
     tier : int
-        The tier of VTK's shader; an index into `TIERS`.
+        Tier of VTK's shader; an index into `TIERS`.
     """
 
     index: int
@@ -382,7 +382,7 @@ class Comparison:
 
     def __str__(self) -> str:
         if not self.n:
-            return f"Nothing to compare: none of {self.n_left_out} vertices can be held against VTK."
+            return f"Nothing to compare: none of the {self.n_left_out} vertices can be compared with VTK."
         within = int(np.count_nonzero(self._magnitudes <= self.tolerance))
         count = f"all {self.n}" if self.passed else f"{within} of {self.n}"
         sentences = [
@@ -403,7 +403,7 @@ class Comparison:
         return html_table(f"pvphong against VTK's shader: {self._verdict}", (), self._rows())
 
     def to_dict(self) -> dict[str, Any]:
-        """The numbers as plain values, without the arrays; NaN as None."""
+        """Return the numbers as plain values, without the arrays; NaN becomes None."""
         numbers = {name: getattr(self, name) for name in ("max_error", "rms", "p50", "p99", "tolerance")}
         return {
             "passed": self.passed,

@@ -171,7 +171,7 @@ def test_slivers_of_an_isosurface_are_notes_that_say_to_leave_them():
     finding = next(each for each in found.findings if each.name == "far_faces")
     assert 0 < finding.share < 1e-4
     assert not finding.spoils
-    assert finding.remedy.startswith("Leave them: they cover little.")
+    assert finding.remedy.startswith("They cover little and can stay.")
     assert f"{finding.count} faces (" in finding.sentence
 
 
@@ -221,6 +221,6 @@ def test_stored_normals_that_look_outwards_make_up_for_faces_that_look_inwards()
     found = diagnose(SPHERE.flip_faces())
     (finding,) = (each for each in found.findings if each.name == "inside_out_faces")
     assert not finding.spoils
-    assert "light them from outside all the same" in finding.meaning
+    assert "the stored normals point outwards and are used" in finding.meaning
     (finding,) = (each for each in diagnose(pv.ParametricEllipsoid()).findings if each.name == "inside_out_faces")
     assert finding.spoils

@@ -140,8 +140,8 @@ def test_a_picture_is_saved(tmp_path):
 CLOUD = pv.PolyData(SPHERE.points)
 CLOUD.point_data.active_normals = SPHERE.point_normals
 REFUSED = {
-    "viewer must be one who sees the mesh": {"scene": Scene([SUN], replace(EYE, focal_point=(9.0, 9.0, 9.0)))},
-    "scene must be one that VTK can draw from the viewer's place": {"scene": Scene([SUN], PARALLEL)},
+    "viewer must be a viewer that sees the mesh": {"scene": Scene([SUN], replace(EYE, focal_point=(9.0, 9.0, 9.0)))},
+    "scene must be a scene that VTK can draw from the viewer's position": {"scene": Scene([SUN], PARALLEL)},
     "Blinn-Phong": {"scene": Scene([SUN], EYE, LightModel(reflection="blinn-phong"))},
     "mesh must be a mesh with faces": {"mesh": CLOUD},
     "width must be": {"size": (0, 10)},
