@@ -132,7 +132,7 @@ def test_when_the_scheduler_is_killed_what_is_finished_stays_and_the_next_run_go
     thread.join()
     assert time.monotonic() - began < 30
     assert batch.failed
-    assert all(why.startswith("the scheduler is gone") for why in batch.failed.values())
+    assert all(why.startswith("the connection to the scheduler was lost") for why in batch.failed.values())
     assert len(batch.done) + len(batch.failed) == COUNT
     again = ph.shade_files(files, "lit", SCENE, client=client)
     assert not again.failed
