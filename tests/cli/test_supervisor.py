@@ -80,7 +80,7 @@ def test_the_works_output_and_status_are_the_commands(forks, status):
     assert run(work, forks=forks, status=status) == (status, "out\n", "err\n")
 
 
-KILLED = "A library crashed ({}); an input file may be corrupt. --verbose shows what it says."
+KILLED = "A library crashed ({}); an input file may be corrupt. --verbose shows its output."
 MESH = "mesh must be a mesh file that PyVista can read; got mesh.vtk. "
 CRASHES = {
     **{
