@@ -1,4 +1,4 @@
-"""The figure of a report: Pareto fronts, linked pictures, the histogram of errors, the ledger. Needs Matplotlib."""
+"""Figure of a report: Pareto fronts, linked pictures, histogram of errors, and ledger. Needs Matplotlib."""
 
 from __future__ import annotations
 
@@ -36,28 +36,28 @@ _COLORS: dict[str, str] = {
 }
 _MARKERS: dict[str, str] = {"arithmetic": "o", "light model": "s", "sampling": "D", "interpolation": "^"}
 
-# The part of a front's width that markers take; names are beside it.
+# Fraction of a front's width for markers; names are to the right.
 _DATA = 0.5
 
-# Of the pictures: pixels, and the part of them that a mesh covers at least where it counts as seen.
+# Size of the pictures in pixels, and the smallest fraction of them that a visible mesh covers.
 _PICTURE, _LEAST_SEEN = (640, 480), 0.002
 
-# In parts of the tolerance: errors inside triangles from here on have a colour.
+# Smallest error inside triangles that has a colour, as a fraction of the tolerance.
 _LEAST_SHOWN = 0.01
 
 
 def save_figure(report: Result, path: str | os.PathLike[str], physics: Physics | None = None) -> None:
-    """Draw a report into a file, and under it the panel of models of light where they were measured.
+    """Draw a report into a file, with the panel of light models at the bottom if they were measured.
 
     Raises
     ------
     ValueError
-        If Matplotlib is missing, the suffix is none that it is drawn in, or the file cannot be written.
+        If Matplotlib is missing, the suffix is not supported, or the file cannot be written.
     """
     facts, has_physics = report.facts, physics is not None
     with figure_in(path, _HEIGHT + PANEL_HEIGHT * has_physics) as figure:
         rows: Any = figure.subfigures(3 + has_physics, 1, height_ratios=(1.1, 0.6, 0.9, 0.9)[: 3 + has_physics])
-        rows[0].suptitle(f"What accuracy costs in time: {facts['mesh']}", fontsize=15, fontweight="bold")
+        rows[0].suptitle(f"Accuracy against time: {facts['mesh']}", fontsize=15, fontweight="bold")
         draw_fronts(rows[0], report)
         _draw_pictures(rows[1], report)
         left, right = rows[2].subplots(1, 2)
@@ -69,11 +69,11 @@ def save_figure(report: Result, path: str | os.PathLike[str], physics: Physics |
         figure.supxlabel(footnote, fontsize=9, color=_INK)
 
 
-# --- Pareto fronts: time against error, one marker a row, for each kind of error
+# --- Pareto fronts: time against error, one marker per row, for each kind of error
 
 
 def draw_fronts(part: Any, report: Result) -> None:
-    """Every kind of row beside the others, in a part of a Matplotlib figure."""
+    """Draw the fronts of all kinds of error side by side, in a part of a Matplotlib figure."""
     shown = [kind for kind in KINDS if any(row.kind == kind for row in report.rows)]
     for axes, kind in zip(np.atleast_1d(part.subplots(1, len(shown))), shown, strict=True):
         _draw_front(axes, report, kind)
@@ -83,8 +83,8 @@ def _how_it_falls(rows: Sequence[Row]) -> list[str]:
     """Label with the rate at which RMS interpolation errors fall with the points, for uniform and for adaptive
     splitting.
 
-    Split everywhere, a jump of the colour becomes a finer saw: the triangles along it are off, whose area falls with
-    the root of the points, and so the RMS with their fourth root. Where they are cut along it, it falls at once.
+    With uniform splitting, the triangles along a jump of the colour keep their errors. Their area falls with the root
+    of the number of points, so the RMS falls with its fourth root. Cuts along the jump remove these errors.
     """
     named = {row.name: row for row in rows if row.error.rms}
     start, lines = named.get(AS_IT_IS), list[str]()
@@ -99,14 +99,14 @@ def _how_it_falls(rows: Sequence[Row]) -> list[str]:
 
 
 def _height(row: Row, zero: float) -> float:
-    """Height of a row's marker: its largest error, or a stand-in for 0, which has no logarithm."""
+    """Height of a row's marker: its largest error, or `zero` for 0, which has no logarithm."""
     return row.error.largest or zero
 
 
 def _draw_front(axes: Any, report: Result, kind: Kind) -> None:
     rows = sorted((row for row in report.rows if row.kind == kind), key=lambda row: row.time.median)
     tolerance, chosen = report.tolerance, report.chosen
-    # An error of 0 is drawn a decade and a half below the least that is not.
+    # An error of 0 is drawn one and a half decades below the smallest other error.
     least = min([row.error.rms for row in rows if row.error.rms] + [tolerance])
     zero = float(10.0 ** (np.floor(np.log10(least)) - 1.5))
     where = "inside triangles" if kind == "interpolation" else "at the vertices"
@@ -114,7 +114,7 @@ def _draw_front(axes: Any, report: Result, kind: Kind) -> None:
     falls = _how_it_falls(rows) if kind == "interpolation" else []
     axes.set_xlabel("\n".join(["time in ms: median and quartiles", *falls]))
     axes.set_ylabel("colour error: largest (marker) and RMS (tick)")
-    _set_limits(axes, rows, zero, tolerance)  # first, for Matplotlib finds no limits of its own around one time
+    _set_limits(axes, rows, zero, tolerance)  # first: Matplotlib finds no limits if there is only one time
 
     front = [row for row in rows if row.on_front]
     xs, ys = [row.time.median * 1e3 for row in front], [_height(row, zero) for row in front]
@@ -145,7 +145,7 @@ def _draw_front(axes: Any, report: Result, kind: Kind) -> None:
 
 
 def _set_limits(axes: Any, rows: Sequence[Row], zero: float, tolerance: float) -> None:
-    """Room for the column of labels on the right, ticks that can be read, and a label for an error of 0."""
+    """Set limits with room for the labels on the right, readable ticks, and a label for an error of 0."""
     from matplotlib.ticker import FixedLocator, LogLocator
 
     low, high = min(row.time.low for row in rows) * 1e3, max(row.time.high for row in rows) * 1e3
@@ -166,10 +166,10 @@ def _set_limits(axes: Any, rows: Sequence[Row], zero: float, tolerance: float) -
 
 
 def _label(axes: Any, rows: Sequence[Row], zero: float) -> None:
-    """A column of names on the right, in the order of the errors, each with a thin line to its marker."""
+    """Draw a column of names on the right, in the order of the errors, each with a thin line to its marker."""
     low, high = np.log10(axes.get_ylim())
     ordered = sorted(rows, key=lambda row: (_height(row, zero), row.time.median))
-    places: list[float] = []  # in [0, 1], near the markers' heights and apart from each other
+    places: list[float] = []  # in [0, 1], near the markers' heights and without overlap
     least, ceiling = 0.062, 0.97
     for row in ordered:
         height = (np.log10(_height(row, zero)) - low) / (high - low)
@@ -200,11 +200,11 @@ class Picture(NamedTuple):
     Parameters
     ----------
     title : str
-        What it shows.
+        Title of the picture.
     pixels : ndarray
         Shape (height, width, 3), uint8.
     scale : matplotlib.cm.ScalarMappable or None
-        Of errors and their colours, for a colour bar; None where colours are those of the mesh.
+        Colours of errors, for a colour bar; None for a picture of the mesh's colours.
     """
 
     title: str
@@ -213,10 +213,10 @@ class Picture(NamedTuple):
 
 
 def linked_pictures(report: Result) -> list[Picture]:
-    """One mesh from one place: the reference, the chosen colours, their errors, the errors inside triangles.
+    """Draw one mesh from one viewer: the reference, the chosen colours, their errors, the errors inside triangles.
 
-    The scene's own viewer is used where it sees the mesh, else one that does. Errors at the vertices have a colour
-    scale to the largest of them on both sides; those inside triangles one of powers of ten.
+    The scene's viewer is used if it sees the mesh, else one that frames it. The colour scale of errors at the vertices
+    is symmetric and ends at the largest error; that of errors inside triangles is logarithmic.
 
     Raises
     ------
@@ -237,7 +237,7 @@ def linked_pictures(report: Result) -> list[Picture]:
     ]
     if len(report.inside_errors) == mesh.n_cells and has_only_triangles(mesh):
         scale = error_scale(report.inside_errors, report.tolerance)
-        corners = mesh.regular_faces  # each triangle has points of its own, and so one colour
+        corners = mesh.regular_faces  # triangles do not share points, so that each has one colour
         apart = pv.PolyData.from_regular_faces(mesh.points[corners.ravel()], np.arange(corners.size).reshape(-1, 3))
         colors = np.repeat(_scaled(report.inside_errors, scale), 3, axis=0)
         pictures.append(Picture("interpolation error inside triangles", drawn(apart, colors, viewer, _PICTURE), scale))
@@ -245,16 +245,17 @@ def linked_pictures(report: Result) -> list[Picture]:
 
 
 def _covered(pixels: NDArray[np.uint8]) -> BoolArray:
-    """Shape (height, width): which pixels are not the background's, which is in the corner."""
+    """Mask of the pixels that differ from the background, the colour of the corner; shape (height, width)."""
     covered: BoolArray = (pixels != pixels[0, 0]).any(axis=2)
     return covered
 
 
 def error_scale(errors: Float64Array, tolerance: float | None = None) -> Any:
-    """Colours of errors, as a `matplotlib.cm.ScalarMappable`.
+    """Return colours of errors, as a `matplotlib.cm.ScalarMappable`.
 
-    Signed errors: white for none, red above, blue below, up to the largest; up to a display step where there is none.
-    With a tolerance errors have no sign: logarithmic, from white, a small part of it, to the largest of both.
+    Without a tolerance, errors are signed: white is 0, red positive, blue negative, up to the largest error, or one
+    display step if all are 0. With a tolerance, errors are unsigned on a logarithmic scale, from a small fraction of
+    the tolerance (white) to the larger of tolerance and largest error.
     """
     from matplotlib.cm import ScalarMappable
     from matplotlib.colors import LogNorm, Normalize
@@ -267,8 +268,8 @@ def error_scale(errors: Float64Array, tolerance: float | None = None) -> Any:
 
 
 def _scaled(errors: Float64Array, scale: Any) -> Float64Array:
-    """Colours (n, 3) in [0, 1] of errors on a scale."""
-    return np.asarray(scale.to_rgba(np.maximum(errors, scale.norm.vmin)))[:, :3]  # a logarithm of 0 would be masked
+    """Return colours (n, 3) in [0, 1] of errors on a scale."""
+    return np.asarray(scale.to_rgba(np.maximum(errors, scale.norm.vmin)))[:, :3]  # a logarithmic scale masks 0
 
 
 def _draw_pictures(part: Any, report: Result) -> None:
@@ -278,7 +279,7 @@ def _draw_pictures(part: Any, report: Result) -> None:
         part.subplots().set_axis_off()
         part.text(0.5, 0.5, str(error), ha="center", wrap=True)
         return
-    # The same part of every picture: where the mesh is, with a margin.
+    # Crop all pictures to the mesh, with a margin.
     seen = _covered(pictures[0].pixels)
     cut = [slice(None), slice(None)]
     if seen.any():
@@ -312,7 +313,7 @@ def _draw_histogram(axes: Any, report: Result) -> None:
     each = np.full(len(at_vertices), 1.0 / len(at_vertices))
     shown = [(f"at {len(at_vertices)} vertices: {report.name_of_chosen}", at_vertices, each, _COLORS["light model"])]
     if len(report.inside_errors):
-        label = f"inside {len(report.inside_errors)} triangles of the mesh as it is"
+        label = f"inside {len(report.inside_errors)} triangles of the original mesh"
         shown.append((label, report.inside_errors, report.inside_areas, _COLORS["interpolation"]))
     some = np.concatenate([values[values > 0.0] for _, values, _, _ in shown])
     low = max(float(np.percentile(some, 1.0)), 1e-17) if len(some) else 1e-17
@@ -323,8 +324,8 @@ def _draw_histogram(axes: Any, report: Result) -> None:
         axes.hist(values, bins=bins, weights=100.0 * parts, color=color, alpha=0.65, label=label + below)
     axes.axvline(report.tolerance, color=_RED, linestyle="--", linewidth=1.2)
     axes.axvline(1.0 / 255.0, color=_GREY, linestyle=":", linewidth=1.0)
-    axes.set_ylim(0.05, 100.0)  # before the scale, which finds no limits where all errors are 0
-    axes.set(xscale="log", yscale="log", title="How errors are spread")
+    axes.set_ylim(0.05, 100.0)  # before the scale, which finds no limits if all errors are 0
+    axes.set(xscale="log", yscale="log", title="Distribution of errors")
     axes.set(xlabel="colour error", ylabel="% of vertices, or of the area")
     axes.legend(fontsize=9, frameon=False)
 
@@ -335,7 +336,7 @@ def _draw_ledger(axes: Any, report: Result) -> None:
         for entry in reversed(report.ledger)
         if entry.cost is not None and entry.error is not None
     ]
-    axes.set_title("What each effect costs, and the largest error without it")
+    axes.set_title("Cost of each effect, and the largest error without it")
     axes.set_xlabel("time with it minus time without it, in ms: median and quartiles")
     for place, (entry, cost, error) in enumerate(measured):
         color = _GREY if cost.is_noise else _COLORS["arithmetic"]

@@ -1,4 +1,4 @@
-"""Variants inside triangles: the mesh as it is, refined uniformly, and refined where it errs."""
+"""Variants inside triangles: the original mesh, refined uniformly, and refined adaptively."""
 
 from __future__ import annotations
 
@@ -32,35 +32,35 @@ _HIDDEN = "_pvphong_"
 _LEVELS = (1, 2, 3)
 _MOST_POINTS = 5_000_000
 
-# Seconds to split a triangle of a large mesh, generously.
+# Generous estimate of the seconds to split a triangle of a large mesh.
 _PER_SPLIT = 4e-6
 
-# Triangles in which the error is searched, of a large mesh a random choice, in a part of the time; and of these the
-# ones that represent all on the refined meshes: those that are worst on the mesh as it is, and a random choice of the
+# Number of triangles in which the error is searched, chosen at random in a large mesh, and the fraction of the time for
+# it. On refined meshes fewer of them are searched: the worst ones of the original mesh, and a random choice of the
 # others.
 _FEWEST_SEARCHED, _MOST_SEARCHED, _FOR_SEARCH = 2_000, 50_000, 0.3
 _WORST, _OTHERS = 400, 300
 
-# Measured: evaluations that the search of a triangle takes.
+# Measured: evaluations per searched triangle.
 _EVALUATIONS = 40.0
 
-# Measured: places of a triangle from which rays are cast; to a quarter of a display step, whatever the vertices were
-# cast to, and the standard error falls with the number of rays to this power. And vertices from which some are cast to
-# know what they take.
+# Measured: places per triangle from which rays are cast, and the power of the number of rays with which the standard
+# error falls. Rays inside triangles are always cast to a quarter of a display step. Their time is measured on some
+# vertices.
 _PLACES, _FALLS, _PROBED = 15.0, 3.0 / 4.0, 500
 
-# Measured, generously: seconds in which all of a surface is looked at for the edge of a hard shadow.
+# Measured, generous: seconds to search a whole surface for the edge of a hard shadow.
 _PER_EDGE = 1.0
 
-# Measured: a point that refinement adds costs some times the search of one triangle, and never less than this.
+# Measured: the cost of a point that refinement adds, in searches of a triangle, and its minimum in seconds.
 _SEARCHES_PER_POINT, _LEAST_PER_POINT = 3.0, 5e-5
 
-# What stopped the refinement, and why it left a mesh as it is.
+# Reason why the refinement stopped → note of the variant, and reason if no point was added.
 _STOPPED = {
-    "tolerance": ("reached the tolerance", "the mesh as it is, is within the tolerance"),
+    "tolerance": ("reached the tolerance", "the original mesh is within the tolerance"),
     "max_points": ("stopped by the time budget", "there was no time to split a triangle"),
-    "jump": ("within the tolerance but for jumps of the colour", "only jumps of the colour are left to split"),
-    "resolution": ("within the tolerance but for the least triangles", "its triangles are as small as can be"),
+    "jump": ("within the tolerance except at jumps of the colour", "only jumps of the colour are left to split"),
+    "resolution": ("within the tolerance except in the smallest triangles", "its triangles are as small as possible"),
 }
 
 
@@ -70,13 +70,13 @@ class Triangles(NamedTuple):
     Parameters
     ----------
     points, normals : ndarray
-        Shape (n, 3), float32 or float64 as the mesh's own.
+        Shape (n, 3), in the mesh's type, float32 or float64.
     corners : ndarray
         Shape (m, 3), indices of points.
     areas : ndarray
-        Shape (m,): how much of the surface each represents.
+        Shape (m,): the part of the surface that each triangle represents.
     material : Material
-        With maps for the points.
+        Material, with maps for the points.
     """
 
     points: FloatArray
@@ -92,11 +92,11 @@ class Interpolation(NamedTuple):
     Parameters
     ----------
     variants : list of Variant
-        The mesh as it is, and refined, with their interpolation errors.
+        The original and the refined meshes, with their interpolation errors.
     errors, areas : ndarray
-        Shape (m,): of the triangles that were searched, the largest error, and their parts of these triangles' area.
+        Shape (m,): largest errors of the searched triangles, and their shares of the total area of these.
     left_out : dict of str to str
-        What is left out, and why.
+        Variants that are left out, and the reasons.
     """
 
     variants: list[Variant]
@@ -106,14 +106,14 @@ class Interpolation(NamedTuple):
 
 
 def seconds_of_rays(subject: Subject, tolerance: float) -> float:
-    """About the seconds that rays inside triangles add to a float64 evaluation of all vertices; 0 where all is open.
+    """Estimate the seconds that rays inside triangles add to a float64 evaluation of all vertices; 0 without occlusion.
 
     Parameters
     ----------
     subject : Subject
-        What is lit.
+        Mesh, scene and material.
     tolerance : float
-        The standard error that the vertices' rays were cast to.
+        Standard error to which the vertices' rays were cast.
     """
     equation, visibility = subject.equation, subject.visibility
     if visibility is None or not equation.needs_visibility:
@@ -128,30 +128,30 @@ def seconds_of_rays(subject: Subject, tolerance: float) -> float:
 
 
 def least_seconds(mesh: pv.PolyData, exact_seconds: float) -> float:
-    """About how long `interpolation` takes at least, where a float64 evaluation of all vertices takes some seconds."""
+    """Estimate the shortest time of `interpolation`, from the seconds of a float64 evaluation of all vertices."""
     return _EVALUATIONS * exact_seconds * min(mesh.n_cells, _FEWEST_SEARCHED) / mesh.n_points
 
 
 def interpolation(
     mesh: pv.PolyData, subject: Subject, tolerance: float, exact_seconds: float, clock: Clock
 ) -> Interpolation:
-    """The mesh as it is and refined, with the errors that blending colours across triangles leaves.
+    """Measure the interpolation errors of the original and the refined meshes.
 
     Parameters
     ----------
     mesh : pyvista.PolyData
         A checked surface.
     subject : Subject
-        Its points and normals, and what lights them; rays are cast inside triangles where it has a visibility.
+        Its points, normals, scene and material; with a visibility, rays are cast inside triangles.
     tolerance : float
-        What it is refined to where it errs.
+        Tolerance of the adaptive refinement.
     exact_seconds : float
-        What a float64 evaluation of all vertices takes, with its rays.
+        Seconds of a float64 evaluation of all vertices, rays included.
     clock : Clock
-        Its budget is what this may take.
+        Time budget.
     """
     if not has_faces(mesh):
-        return Interpolation([], np.zeros(0), np.zeros(0), {"inside triangles": "points without faces have no inside"})
+        return Interpolation([], np.zeros(0), np.zeros(0), {"inside triangles": "point clouds have no triangles"})
     triangles = mesh if has_only_triangles(mesh) else mesh.triangulate()
     corners = triangles.regular_faces.astype(np.intp, copy=False)
 
@@ -174,7 +174,7 @@ def interpolation(
     else:
         found.append(adaptive)
 
-    # Uniform refinement: the worst triangles, and some others that represent all others, are searched.
+    # Uniform refinement: search the worst triangles, and a sample that represents the others.
     order = np.argsort(-errors, kind="stable")
     worst, others = order[:_WORST], order[_WORST:]
     chosen = others
@@ -184,10 +184,10 @@ def interpolation(
     rows = np.concatenate([worst, chosen])
     sample = _with_own_corners(subject, searched[rows], np.concatenate([areas[worst], represented]))
     whole = as_it_is
-    preparation, spent = 0.0, seconds * len(rows) / len(searched)  # what searching these took, unsplit
+    preparation, spent = 0.0, seconds * len(rows) / len(searched)  # seconds to search these, unsplit
     for level in _LEVELS:
         name = UNIFORM.format(level)
-        count = len(whole.points) + 3 * len(whole.corners) // 2  # of a closed mesh: as many as it has sides
+        count = len(whole.points) + 3 * len(whole.corners) // 2  # one point per edge of a closed mesh
         if count > _MOST_POINTS:
             left_out[name] = f"it would have {count / 1e6:.1f} million points"
             continue
@@ -208,10 +208,10 @@ def interpolation(
 def _variant(
     subject: Subject, name: str, whole: Triangles, errors: Errors, note: str, preparation: float = 0.0
 ) -> Variant:
-    """A mesh that is evaluated at its points."""
+    """Return a variant that evaluates a mesh at its points."""
     backend = subject.backend_for(subject.equation, len(whole.points))
     seen = None
-    if subject.visibility is not None:  # known, as at the mesh's own vertices; its values do not count in the time
+    if subject.visibility is not None:  # given, as at the mesh's own vertices; its values do not affect the time
         seen = GivenVisibility("visibility", np.ones((subject.equation.lights + 1, len(whole.points)), np.float32))
 
     def run() -> FloatArray:
@@ -227,11 +227,11 @@ def _variant(
 
 
 def _areas(subject: Subject, points: FloatArray, corners: IntArray) -> Float64Array:
-    """Each triangle's part of the area of all of them in the world; 0 where a point is not finite."""
+    """Each triangle's share of the total area in the world; 0 if a point is not finite."""
     placed = points.astype(np.float64)
     if subject.assembled.matrix is not None:
         placed = transform_points(placed, subject.assembled.matrix)
-    scale = np.abs(placed[np.isfinite(placed)]).max(initial=0.0) or 1.0  # squares of far coordinates would overflow
+    scale = np.abs(placed[np.isfinite(placed)]).max(initial=0.0) or 1.0  # else squares of large coordinates overflow
     a, b, c = (placed / scale)[corners].transpose(1, 0, 2)
     with np.errstate(invalid="ignore"):
         double = np.linalg.norm(np.cross(b - a, c - a), axis=1)
@@ -240,24 +240,24 @@ def _areas(subject: Subject, points: FloatArray, corners: IntArray) -> Float64Ar
 
 
 def _with_own_corners(subject: Subject, corners: IntArray, areas: Float64Array) -> Triangles:
-    """Triangles that share no points, so that each can be searched and split by itself."""
+    """Return triangles that share no points, so that each can be searched and split separately."""
     own, points = np.arange(corners.size).reshape(-1, 3), corners.ravel()
     material = _with_maps(subject.material, lambda values: values[points])
     return Triangles(subject.points[points], subject.normals[points], own, areas, material)
 
 
 def _with_maps(material: Material, change: Callable[[Any], Any]) -> Material:
-    """A material whose maps, which are arrays, are changed; as floats, for between integers there are more colours."""
+    """Apply a function to a material's maps, as floats: integers would round the colours in between."""
     maps = given_maps(material).items()
     return material.with_values({name: Map(change(fractions(name, np.asarray(each)))) for name, each in maps})
 
 
 def _errors(subject: Subject, triangles: Triangles) -> Float64Array:
-    """The largest interpolation error in each triangle, shape (m,)."""
+    """Return the largest interpolation error in each triangle, shape (m,)."""
     mesh = pv.PolyData.from_regular_faces(triangles.points, triangles.corners)
     mesh.point_data.active_normals = triangles.normals
     options: dict[str, Any] = {"matrix": subject.matrix}
-    if subject.visibility is not None:  # they are some of the mesh's triangles, and all of it blocks light
+    if subject.visibility is not None:  # the whole mesh blocks light, not only these triangles
         options["occluders"] = KnownOccluders(subject.visibility.blocking[0], None)
     result = interpolation_error(mesh, subject.scene, triangles.material, **options)
     return np.asarray(result.cell_data[_ERROR], np.float64)
@@ -266,7 +266,7 @@ def _errors(subject: Subject, triangles: Triangles) -> Float64Array:
 def _adaptive(
     mesh: pv.PolyData, subject: Subject, tolerance: float, seconds_each: float, count: int, clock: Clock
 ) -> Variant | str:
-    """The mesh refined to the tolerance, or as far as the time reaches; or the reason why it was not."""
+    """Return the mesh refined to the tolerance, or as far as time allows; or the reason why it is left out."""
     left = clock.left
     edges = 0
     if subject.visibility is not None:
@@ -279,7 +279,7 @@ def _adaptive(
     most = mesh.n_points + max(int((left - search) / per_point), 0)
     clock.say(ADAPTIVE)
     named, carrier = subject.material, shallow_copy(mesh)
-    for name, each in given_maps(subject.material).items():  # as point arrays they are refined with the mesh
+    for name, each in given_maps(subject.material).items():  # as point arrays, so that refinement interpolates them
         carrier.point_data[f"{_HIDDEN}{name}"] = fractions(name, np.asarray(each))
         named = named.with_values({name: f"{_HIDDEN}{name}"})
     options: dict[str, Any] = {"tolerance": tolerance, "max_points": most, "matrix": subject.matrix}
@@ -298,10 +298,10 @@ def _adaptive(
 
 
 def split(triangles: Triangles) -> Triangles:
-    """Every triangle as four, by the middles of its sides, which neighbours share.
+    """Split every triangle into four at the midpoints of its sides, which neighbours share.
 
-    Normals in the middle are not made unit length: blending them further is then blending the corners', and
-    per-pixel shading of the split mesh is per-pixel shading of the whole.
+    Normals at midpoints are not normalised. Interpolating them is then the same as interpolating the corners' normals,
+    so per-pixel shading of the split mesh equals that of the original.
     """
     corners, count = triangles.corners, len(triangles.points)
     sides = np.sort(np.stack([corners, np.roll(corners, -1, axis=1)], axis=2), axis=2).reshape(-1, 2)

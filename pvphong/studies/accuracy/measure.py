@@ -46,21 +46,20 @@ from pvphong.studies.accuracy.variants import (
     variants,
 )
 
-# The part of the time budget that is left over, so that it is kept.
+# Fraction of the time budget held in reserve.
 _SPARE = 0.05
 
-# Parts of the time budget: the least that is kept for measuring in turns, and, of what is left for getting ready,
-# for rays and for meshes that are refined.
+# Fractions of the time budget: the minimum for measuring in turns, and, of the rest, for rays and for refined meshes.
 _FOR_ROUNDS, _FOR_SAMPLING, _FOR_INSIDE = 0.4, 0.4, 0.5
 
-# Float64 evaluations that it takes to get ready to measure, with errors: a variant or an equation without an effect,
+# Time to prepare a measurement and find its errors, in float64 evaluations: a variant or an equation without an effect,
 # the error bounds, the textbook.
 _FOR_VARIANT, _FOR_BOUNDS, _FOR_TEXTBOOK = 2.0, 6.0, 6.0
 
-# The part of the seconds for models of light that paths of light take.
+# Fraction of the time for light models that path tracing takes.
 _FOR_TRUTH = 0.7
 
-# Seconds that VTK needs to open two windows, and for a frame drawn by the processor: its pixels, and each face.
+# Seconds in which VTK opens two windows, and software rendering draws a frame: its pixels, and each face.
 _FOR_WINDOWS, _PER_FRAME, _PER_FACE = 1.5, 0.1, 2e-6
 
 
@@ -94,7 +93,8 @@ def tradeoff(
     scene : Scene, light, sequence of lights, or None
         Lights, viewer and light model; by default the scene of `pvphong.default_scene`.
     material : Material or str
-        Material of the surface. tolerance : float, default 1/255
+        Material of the surface.
+    tolerance : float, default 1/255
         Largest allowed absolute colour error, > 0; the default is one step of a display.
     seconds : float, default 20
         Time budget, > 0. On large meshes variants are left out to keep it, with the reason; the reference, the plan and
@@ -128,16 +128,16 @@ def tradeoff(
     True
     """
     material, truth = as_material(material), check.flag("truth", truth)
-    given: Any = visibility  # which callers may not have checked
+    given: Any = visibility  # type not checked yet
     if not isinstance(given, Visibility | None):
-        remedy = "Leave it out, and rays are cast here."
-        check.refuse("visibility", type(given).__name__, "what mesh.phong.visibility gives", remedy)
+        remedy = "Leave it out to cast rays here."
+        check.refuse("visibility", type(given).__name__, "a result of mesh.phong.visibility", remedy)
     tolerance = check.number("tolerance", tolerance, above=0.0)
     clock = Clock((1.0 - _SPARE) * check.number("seconds", seconds, above=0.0))
     source, maps, tangents = surface_and_maps(mesh, material, feature_angle)
     scene = scene_for(source, scene, matrix)
     if truth and scene.light_model.convention != "standard":
-        remedy = "VTK's shader knows no light that bounces: LightModel()."
+        remedy = "VTK's shader has no bounces; use the standard convention: LightModel()."
         check.refuse("truth", True, "False in VTK's convention", remedy)
     bounces, scene = scene.light_model.bounces, replace(scene, light_model=replace(scene.light_model, bounces=0))
     placed = None if matrix is None else check.matrix4("matrix", matrix)
@@ -147,7 +147,7 @@ def tradeoff(
     if material.reflectance is not None and "tangents" in material.reflectance.needs:
         arrays = arrays | {"tangents": vertices.tangents}
     lit = replace(material, tangents=None).with_values({name: Map(rows) for name, rows in arrays.items()})
-    seen = vertices.visibility  # None where nothing casts a shadow
+    seen = vertices.visibility  # None if nothing casts a shadow
     assert seen is None or isinstance(seen, Visibility)
     subject = Subject(vertices.points, vertices.normals, scene, lit, placed, seen)
     with progress(clock, "measuring"), ExitStack() as stack:
@@ -155,14 +155,14 @@ def tradeoff(
         clock.seconds += kernel.seconds_compiling(lambda: subject.has_kernel)
         measurement = _Measurement(source, subject, tolerance, clock, stack)
         if bounces and not truth:
-            measurement.left_out["bounces"] = "all of this is of direct light"
+            measurement.left_out["bounces"] = "only direct light is measured"
         if truth and scene.light_model.two_sided:
             measurement.left_out["bounces"] = "the light model is two-sided"
         report = measurement.run()
     if not truth:
         return report
     clock = Clock(seconds)
-    with progress(clock, "models of light"):
+    with progress(clock, "light models"):
         found = physics.measure(mesh, scene, material, setting, budget=_FOR_TRUTH * seconds, say=clock.say)
     return replace(report, physics=found)
 
@@ -187,7 +187,7 @@ class _Measurement:
         self.estimates: dict[str, float] = {}
         self.left_out: dict[str, str] = {}
         self.for_rounds = _FOR_ROUNDS * clock.left
-        # Effects are left out of this variant; without it, the reference and the plan there is no report.
+        # Variants that a report needs: effects are removed from the baseline.
         self.baseline = "float32 kernel" if subject.backend_for(subject.equation) == "numba" else "float32 NumPy"
         self.needed = {REFERENCE, self.baseline, plan_name(tolerance)}
 
@@ -259,7 +259,7 @@ class _Measurement:
         for row, run, _ in found:
             self._add(row, run, timed(run)[1])
 
-    # -- what is measured
+    # -- measurements
 
     def _cast_rays(self) -> SampledRows:
         visibility = self.subject.visibility
@@ -320,7 +320,7 @@ class _Measurement:
             errors[effect] = Errors.at_vertices(s.exact(equation), s.truth).largest
             gone = {term.index for term in whole.terms} - {term.index for term in equation.terms}
             lights = tuple(light for index, light in enumerate(s.scene.lights) if index not in gone)
-            scene = replace(s.scene, lights=lights) if gone else None  # what is not there is not assembled either
+            scene = replace(s.scene, lights=lights) if gone else None  # a removed light is not assembled either
             run = s.run_of(equation, scene=scene)
             self.runs[name], self.estimates[name] = run, min(timed(run)[1] for _ in range(2))
         return errors

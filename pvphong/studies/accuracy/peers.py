@@ -1,4 +1,4 @@
-"""Other implementations that light a mesh: a textbook's NumPy, VTK's per-pixel shading."""
+"""Other implementations for comparison: textbook NumPy, and VTK's per-pixel shading."""
 
 from __future__ import annotations
 
@@ -26,13 +26,13 @@ from pvphong.vtk.scenes import InexpressibleError, in_vtk_terms, refuse_inexpres
 TEXTBOOK, PER_PIXEL, LIT_ARRAY = "textbook NumPy", "VTK per pixel", "VTK drawing lit array"
 
 FRAME = (1024, 768)
-"""Pixels of a frame that VTK draws."""
+"""Size of VTK's frames in pixels."""
 
-# --- a textbook's NumPy
+# --- textbook NumPy
 
 
 def textbook(subject: Subject) -> Variant:
-    """The textbook's colours, with their arithmetic error; raises ``ValueError`` for what it does not know."""
+    """Return the textbook variant with its arithmetic error; raise ``ValueError`` if it does not support the scene."""
     s = subject
 
     def run() -> Float64Array:
@@ -41,7 +41,7 @@ def textbook(subject: Subject) -> Variant:
     row = Row(
         TEXTBOOK, "arithmetic", "textbook", "float64", len(s.points),
         arithmetic=Errors.at_vertices(run(), s.truth), light_model=NO_ERROR,
-        is_peer=True, note="normalises, mirrors and raises to powers as a textbook writes it",
+        is_peer=True, note="textbook formulas for normalisation, mirror direction and powers",
     )  # fmt: skip
     return Variant(row, run)
 
@@ -49,11 +49,10 @@ def textbook(subject: Subject) -> Variant:
 def textbook_colors(
     points: FloatArray, normals: FloatArray, scene: Scene, material: Material, matrix: MatrixLike | None = None
 ) -> Float64Array:
-    """The lighting model as a textbook writes it in NumPy.
+    """Evaluate the lighting model as in a textbook, in NumPy.
 
-    Whole (n, 3) float64 arrays, vectors divided by their norms, the mirror direction, `np.power`, `np.clip`. It is
-    right for comfortable numbers and for nothing else: no zero normals, no huge or tiny vectors, no light on a
-    vertex.
+    It uses whole (n, 3) float64 arrays, vectors divided by their norms, the mirror direction, `np.power` and `np.clip`.
+    It is only correct for well-scaled input: no zero normals, no huge or tiny vectors, no light at a vertex.
 
     Parameters
     ----------
@@ -70,14 +69,14 @@ def textbook_colors(
     Raises
     ------
     ValueError
-        For a scene or a material that the formula does not know: another convention, lights with a size, rays,
+        If the formula does not support the scene or the material: another convention, lights with a size, rays,
         another reflectance.
     """
     model, viewer = scene.light_model, scene.viewer
     if model.convention != "standard":
         check.refuse("convention", model.convention, "'standard' for the textbook formula")
     for index, light in enumerate(scene.lights):
-        refuse_unless_in_vtk(light, f"lights[{index}]", "one that the textbook knows")
+        refuse_unless_in_vtk(light, f"lights[{index}]", "one that the textbook formula supports")
     refuse_rays(scene, "for the textbook formula")
     material = without_maps(material, "for the textbook formula")
     if material.reflectance is not None:
@@ -123,30 +122,30 @@ def textbook_colors(
     return np.clip(color, 0.0, 1.0) if model.clamp else color
 
 
-# --- VTK's per-pixel shading, beside the lit array
+# --- VTK's per-pixel shading, and the lit array
 
 
 def vtk_frames(mesh: pv.PolyData, subject: Subject, stack: ExitStack, lit_error: Errors | None) -> list[Variant]:
-    """A frame of the mesh with VTK's own per-pixel lighting, and one of the lit array with VTK's lighting off.
+    """Return variants for a frame with VTK's per-pixel lighting, and for one of the lit array with lighting off.
 
-    Of a scene that VTK's shader cannot draw it draws the nearest that it can. Normals are the mesh's active ones, or
-    those that pvphong computes.
+    If VTK's shader cannot draw the scene, the nearest scene that it can draw is used. Normals are the mesh's active
+    ones, or those that pvphong computes.
 
     Parameters
     ----------
     mesh : pyvista.PolyData
-        What is drawn.
+        Mesh to draw.
     subject : Subject
-        Its points, and what lights them.
+        Its points, scene and material.
     stack : ExitStack
         Closes the windows.
     lit_error : Errors or None
-        The interpolation error of the lit array; None leaves its frame out.
+        Interpolation error of the lit array; None leaves its frame out.
 
     Raises
     ------
     ValueError
-        If VTK cannot draw here, or nothing like the scene.
+        If VTK cannot draw on this machine, or no similar scene.
     """
     scene, matrix, changed = subject.scene, subject.matrix, ""
     material = without_maps(subject.material, "for VTK's picture")
@@ -185,5 +184,5 @@ def vtk_frames(mesh: pv.PolyData, subject: Subject, stack: ExitStack, lit_error:
     given = f"drawn {changed}" if changed else "its error is 0 by definition"
     found = [variant(PER_PIXEL, windows[0].render_window, NO_ERROR, given)]
     if lit_error is not None:
-        found.append(variant(LIT_ARRAY, windows[1].render_window, lit_error, "not evaluated anew"))
+        found.append(variant(LIT_ARRAY, windows[1].render_window, lit_error, "not evaluated again"))
     return found

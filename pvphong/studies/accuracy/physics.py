@@ -1,8 +1,8 @@
-"""Phong's model beside the rendering equation: what the constant ambient light hides, and what it costs to do better.
+"""Light models against the rendering equation: the error of constant ambient light, and the cost of better models.
 
-Models of light go from the textbook's to light that bounces until nothing changes; all are compared, vertex by vertex,
-with colours by paths of light, whose noise is known. Light is linear and is not clamped here. `measure` takes the
-models in turn; `Physics` is the result, in sentences and a table, and `draw_physics` the panel of a report's figure.
+The models range from the textbook's to light with all bounces. They are compared, vertex by vertex, with path tracing
+of known noise. Colours are linear and unclamped. `measure` evaluates the models in turn, `Physics` is the result, as
+sentences and a table, and `draw_physics` is the panel of a report's figure.
 """
 
 from __future__ import annotations
@@ -38,17 +38,17 @@ from pvphong.studies.accuracy.timing import timed
 if TYPE_CHECKING:
     from rich.table import Table
 
-# Paths of each vertex for a first look, and the most.
+# Initial and largest number of paths per vertex.
 _FIRST_PATHS, _MOST_PATHS = 16, 1024
-# So many bounces are all: with an albedo of 0.9 the rest is 1 %.
+# Number of bounces taken as all: with an albedo of 0.9, further bounces add about 1 %.
 _ALL_BOUNCES = 64
-# A model is as good as the best where its error is at most so many times that one's.
+# A model is as good as the best if its error is at most this many times the best one's.
 _AS_GOOD = 1.25
 _FORMATS = ".png", ".pdf", ".svg"
 _WIDTH, PANEL_HEIGHT = 16.0, 5.5  # inches of figures, and of the panel alone
 _PICTURE, _BACKGROUND = (400, 360), "#dce6f2"  # pixels, and the colour around the mesh
 _TITLE_WIDTH = 18  # letters
-# What this part of a channel's values is below becomes white.
+# Quantile of the truth that is displayed as white.
 _BRIGHT = 0.995
 
 
@@ -67,7 +67,7 @@ class ModelOfLight:
     error : ndarray
         Shape (n, 3): colours minus reference.
     noise : float
-        The root mean square of the truth's standard errors.
+        Root mean square of the truth's standard errors.
     """
 
     name: str
@@ -78,12 +78,12 @@ class ModelOfLight:
 
     @property
     def rms(self) -> float:
-        """The root mean square of the error, beside the truth's noise: squares of both add up to that of `error`."""
+        """Root mean square of the error without the truth's noise; the mean square of `error` is the sum of both."""
         return max(float(np.square(self.error).mean()) - self.noise**2, 0.0) ** 0.5
 
     @property
     def largest(self) -> float:
-        """The largest absolute error."""
+        """Largest absolute error."""
         return float(np.abs(self.error).max())
 
 
@@ -109,7 +109,7 @@ class Physics:
 
     @property
     def noise(self) -> float:
-        """The root mean square of the truth's standard errors."""
+        """Root mean square of the truth's standard errors."""
         return _rms(self.truth.standard_error)
 
     @property
@@ -120,7 +120,7 @@ class Physics:
 
     @property
     def cheapest(self) -> ModelOfLight:
-        """The cheapest model that is about as good as the best."""
+        """Cheapest model that is about as good as the best."""
         least = max(min(each.rms for each in self.models), self.noise / 4.0)
         return min((each for each in self.models if each.rms <= _AS_GOOD * least), key=lambda each: each.seconds)
 
@@ -132,25 +132,25 @@ class Physics:
         first, best = self.models[0], self.cheapest
         begun = f"The constant is off by up to {number(first.largest)} ({number(first.rms)} RMS)"
         if best is first:
-            return f"{begun}, and nothing here is better; the truth is known to {number(self.noise)}."
+            return f"{begun}, and no other model is better; the noise of the truth is {number(self.noise)}."
         back = 1.0 - best.rms / first.rms
         price = seconds(max(best.seconds - first.seconds, 0.0))
-        return f"{begun}. {best.name.capitalize()}: {back:.0%} of that comes back, for {price} more."
+        return f"{begun}. {best.name.capitalize()}: {back:.0%} less RMS error, for {price} more."
 
     def table(self) -> Table:
         """The models as a `rich.table.Table`."""
         numbers = ("time", "RMS", "largest", "mean")
         found = table(
-            "Phong beside the rendering equation: linear light at the vertices", "light", *numbers, right=numbers
+            "Phong against the rendering equation: linear light at the vertices", "light", *numbers, right=numbers
         )
         for each in self.models:
             signed = f"{each.error.mean():+.2g}"
             found.add_row(each.name, seconds(each.seconds), number(each.rms), number(each.largest), signed)
-        found.add_row(f"paths of light, ± {number(self.noise)}", seconds(self.truth.seconds))
+        found.add_row(f"path tracing, ± {number(self.noise)}", seconds(self.truth.seconds))
         return found
 
     def to_dict(self) -> dict[str, Any]:
-        """All numbers as plain values."""
+        """Return all numbers as plain values."""
         models = [
             {"name": each.name, "seconds": each.seconds, "rms": each.rms, "largest": each.largest}
             for each in self.models
@@ -186,18 +186,18 @@ def measure(
     budget: float,
     say: Callable[[str], object],
 ) -> Physics:
-    """Light a mesh by each model, and by paths of light; two-sided surfaces without bounces.
+    """Light a mesh by each model, and by path tracing. Two-sided surfaces have no models with bounces.
 
     Parameters
     ----------
     mesh, scene, material
-        As for `mesh.phong.shade`; the scene is in the standard convention.
+        As for `mesh.phong.shade`; the scene must be in the standard convention.
     setting : Setting
-        Where the mesh stands, which of its edges are sharp, and what blocks light; its visibility is not taken.
+        Matrix, feature angle and occluders; its visibility is ignored.
     budget : float
-        Seconds that paths of light may take, about; there are from 16 to 1024 of each vertex.
+        Approximate seconds for path tracing, with 16 to 1024 paths per vertex.
     say : callable
-        Is told what is being measured.
+        Called with the name of each step.
 
     Raises
     ------
@@ -207,7 +207,7 @@ def measure(
     matrix, occluders = setting.matrix, setting.occluders
     bare_setting = Setting(matrix, setting.feature_angle, occluders)
     where: Any = {"matrix": matrix, "feature_angle": setting.feature_angle, "occluders": occluders}
-    say("paths of light")
+    say("path tracing")
     found = truth(mesh, scene, material, samples=_FIRST_PATHS, **where)
     affordable = int(_FIRST_PATHS * budget / max(found.seconds, 1e-9))
     samples = min(1 << max(affordable.bit_length() - 1, 0), _MOST_PATHS)
@@ -247,27 +247,27 @@ def measure(
 
 
 def _ambient_of(prepared: Prepared) -> FloatArray:
-    """The ambient light alone."""
+    """Return the colours of ambient light alone."""
     plan = prepared.plan
     alone = replace(plan, equation=interreflection.ambient_alone(plan.equation))
     return alone.run(prepared.vertices).rgb
 
 
 class _Models:
-    """Models of light in the making."""
+    """Collects light models as they are measured."""
 
     def __init__(self, truth: Truth, say: Callable[[str], object]) -> None:
         self.found: list[ModelOfLight] = []
         self._true, self._noise, self._say = truth.rgb, _rms(truth.standard_error), say
 
     def add(self, name: str, run: Callable[[], FloatArray], before: float = 0.0) -> None:
-        """A model, after rays that took some seconds."""
+        """Run and add a model; `before` are the seconds of its rays."""
         self._say(name)
         colors, taken = timed(run)
         self.found.append(ModelOfLight(name, before + taken, colors, colors - self._true, self._noise))
 
     def fit(self, name: str, direct: tuple[FloatArray, float], ambient: FloatArray) -> float:
-        """One of direct light and as much ambient light as makes the error least, which its name says; gives it."""
+        """Add direct light plus the ambient light of least square error; return that constant, which the name shows."""
         power = float(np.vdot(ambient, ambient))
         constant = max(float(np.vdot(ambient, self._true - direct[0])) / power, 0.0) if power else 0.0
         colors = direct[0] + constant * ambient
@@ -275,11 +275,11 @@ class _Models:
         return constant
 
 
-# --- pictures, of models of light and of a whole report
+# --- pictures of light models and of a whole report
 
 
 def bare_surface(lit: Physics | Result) -> pv.PolyData:
-    """A copy of what was lit, where it is in the world, without any arrays."""
+    """Return a copy of the lit surface in world coordinates, without arrays."""
     bare = lit.surface.copy()
     bare.clear_data()
     if lit.matrix is not None:
@@ -288,27 +288,27 @@ def bare_surface(lit: Physics | Result) -> pv.PolyData:
 
 
 def drawn(mesh: pv.PolyData, colors: FloatArray, viewer: Viewer, size: tuple[int, int]) -> Any:
-    """A picture of a mesh in colours at its points, which become its array "phong"."""
+    """Draw a mesh with colours at its points, which become its array "phong"."""
     mesh.point_data["phong"] = np.clip(colors, 0.0, 1.0)
     return draw(mesh, viewer, size=size, background=_BACKGROUND)
 
 
 def in_worst_channel(errors: FloatArray) -> Float64Array:
-    """Shape (n,): of signed errors (n, 3) those with the greatest magnitude."""
+    """Return the signed errors (n, 3) of the worst channel at each vertex, shape (n,)."""
     return errors[np.arange(len(errors)), np.abs(errors).argmax(axis=1)].astype(np.float64, copy=False)
 
 
-# --- figures, and the panel
+# --- figures and the panel
 
 
 def refuse_format(path: str | os.PathLike[str], name: str = "path") -> None:
-    """Raise ``ValueError``, which names the path, unless figures have its suffix."""
+    """Raise ``ValueError`` unless the path has a suffix for figures."""
     check.choice(f"suffix of {name}", Path(path).suffix.lower(), _FORMATS)
 
 
 @contextmanager
 def figure_in(path: str | os.PathLike[str], height: float) -> Iterator[Any]:
-    """A Matplotlib figure of so many inches to draw in, which is then written into a .png, .pdf or .svg file."""
+    """Yield a Matplotlib figure of a height in inches, and write it to a .png, .pdf or .svg file at the end."""
     refuse_format(path)
     from matplotlib.figure import Figure
 
@@ -319,23 +319,23 @@ def figure_in(path: str | os.PathLike[str], height: float) -> Iterator[Any]:
 
 
 def draw_physics(part: Any, physics: Physics) -> None:
-    """Time against error, pictures side by side, and signed differences, in a part of a Matplotlib figure."""
+    """Draw error against time, pictures side by side, and signed differences, in a part of a Matplotlib figure."""
     part.suptitle(physics.sentence(), fontsize=12)
     left, right = part.subfigures(1, 2, width_ratios=(0.8, 1.7))
     axes = left.subplots()
     times = [each.seconds * 1e3 for each in physics.models]
     errors = [max(each.rms, 1e-9) for each in physics.models]
-    axes.set(xscale="log", yscale="log", title="models of light, at the vertices")
+    axes.set(xscale="log", yscale="log", title="light models, at the vertices")
     axes.set_xlabel("time in ms, rays included")
-    axes.set_ylabel("RMS error of linear light, beside that noise")
+    axes.set_ylabel("RMS error of linear light, without noise")
     axes.plot(times, errors, color="#b9b9b9", linewidth=1.0, zorder=1)
     axes.scatter(times, errors, color="#1b6ca8", zorder=2)
     least, noise = min(errors) / 3.0, max(physics.noise, 1e-9)
-    axes.set_xlim(min(times) / 2.0, max(times) * (max(times) / min(times)) ** 0.9)  # names are beside the points
+    axes.set_xlim(min(times) / 2.0, max(times) * (max(times) / min(times)) ** 0.9)  # room for the names
     axes.set_ylim(min(least, noise / 2.0), 2.0 * max(errors))
     axes.axhspan(min(least, noise / 2.0), noise, color="#6b4c9a", alpha=0.15)
     axes.annotate(
-        "noise of each colour of the truth", (axes.get_xlim()[1], axes.get_ylim()[0]),
+        "noise of the truth per colour", (axes.get_xlim()[1], axes.get_ylim()[0]),
         xytext=(-4, 4), textcoords="offset points", ha="right", va="bottom", fontsize=9,
     )  # fmt: skip
     for turn, (each, x, y) in enumerate(zip(physics.models, times, errors, strict=True)):
@@ -351,13 +351,13 @@ def draw_physics(part: Any, physics: Physics) -> None:
         below.set_axis_off()
         if difference is not None:
             below.imshow(difference)
-            below.set_title(f"less the truth, ± {number(scale)}", fontsize=9)
-    note = f"linear light × {physics.exposure:.3g}, shown by the power 1/2.2; red: too bright, blue: too dark"
+            below.set_title(f"minus the truth, ± {number(scale)}", fontsize=9)
+    note = f"linear light × {physics.exposure:.3g}, shown with gamma 2.2; red: too bright, blue: too dark"
     right.supxlabel(note, fontsize=9)
 
 
 def _pictures(physics: Physics) -> Iterator[tuple[str, Any, Any, float]]:
-    """Of some models: title, picture, picture of the signed difference and its scale; of the truth the first two."""
+    """Yield title, picture, picture of the signed difference, and its scale, of some models and of the truth."""
     from matplotlib import colormaps
 
     bare = bare_surface(physics)

@@ -171,7 +171,7 @@ class Tradeoff(Result):
 
     def explain(self) -> str:
         """Return everything: rows, costs of effects, predicted error bounds, variants left out, and circumstances."""
-        title = f"What each effect costs: time with it minus time without it, of {self.baseline}"
+        title = f"Cost of each effect: time with it minus time without it, of {self.baseline}"
         ledger = table(title, "effect", "", "cost", "if dropped", "why", right=("cost", "if dropped"))
         ledger.columns[1].no_wrap = True
         for entry in self.ledger:
@@ -189,14 +189,14 @@ class Tradeoff(Result):
         if notes := [(row.name, row.note) for row in self.rows if row.note]:
             parts.append(_pairs_table("notes", notes))
         if self.left_out:
-            names: dict[str, list[str]] = {}  # one line for all that is left out for the same reason
+            names: dict[str, list[str]] = {}  # one line per reason
             for name, reason in self.left_out.items():
                 names.setdefault(reason, []).append(name)
             parts.append(_pairs_table("left out", [(", ".join(some), reason) for reason, some in names.items()]))
         widest = max(self.rows, key=lambda row: row.time.spread)
-        spread = f"times spread by {self.noise:.1%} of their median, quartile to quartile, in the middle row"
-        most = f"by {widest.time.spread:.0%} in {widest.name}"
-        noise = f"{spread}, {most}; differences below that may be none"
+        spread = f"median interquartile range of the times: {self.noise:.1%}"
+        most = f"largest: {widest.time.spread:.0%}, {widest.name}"
+        noise = f"{spread}; {most}; smaller differences may be noise"
         worst = ", ".join(f"{error:.2g} at vertex {index}" for index, error in self.worst())
         parts.append(_pairs_table("measured on", [*self.facts.items(), ("noise", noise), ("worst vertices", worst)]))
         return rendered(parts)
@@ -206,7 +206,7 @@ class Tradeoff(Result):
 
         Sorted by kind and time; ★ marks the choice, ● the Pareto front of a kind.
         """
-        title = "What accuracy costs in time: colour errors, each of its row's kind; ★ chosen, ● on the front"
+        title = "Accuracy against time: colour errors of each row's kind; ★ chosen, ● on the front"
         found = table(title, *_HEADINGS, right=_HEADINGS[2:])
         found.padding = 0  # so that every name fits
         for kind, rows in groupby(self._cells(), key=itemgetter(0)):

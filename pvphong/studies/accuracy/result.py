@@ -67,7 +67,7 @@ class Errors:
         before.
         """
         whole = areas.sum()
-        if not whole:  # triangles without an area have no error either
+        if not whole:  # triangles without an area have no error
             return cls(0.0, 0.0, 0.0, len(errors))
         order = np.argsort(errors)
         cumulative = np.cumsum(areas[order])
@@ -177,7 +177,7 @@ class Row:
     def error(self) -> Errors:
         """Error of the row's kind."""
         error: Errors | None = getattr(self, self.kind.replace(" ", "_"))
-        assert error is not None, "a row is made with the error of its own kind"
+        assert error is not None, "a row has the error of its own kind"
         return error
 
     @property

@@ -1,4 +1,4 @@
-"""Time budgets, and runs that are timed in turns."""
+"""Time budgets, and timing of runs in turns."""
 
 from __future__ import annotations
 
@@ -18,15 +18,15 @@ Run = Callable[[], object]
 Result = TypeVar("Result")
 
 FEWEST_REPEATS = 5
-"""Rounds without which a run is not worth measuring."""
+"""Smallest number of rounds for which a run is worth measuring."""
 
 _MOST_REPEATS = 51
 
-# A sample is the least of a few runs in a row, as many as take this many seconds: another process that interrupts
-# one of them does not count. Long runs are taken as they are. Where a budget is short, rounds go first.
+# A sample of a short run is the minimum of a few runs in a row, which take about _SAMPLE seconds. This discards runs
+# that another process interrupts. Long runs are not repeated. If the budget is short, more rounds have priority.
 _SAMPLE, _MOST_IN_A_ROW, _ROUNDS_FIRST = 3e-2, 7, 15
 
-# A run is slow that takes this many times as long as the middle one.
+# A run is slow if it takes this many times as long as the median run.
 _SLOW = 5.0
 
 
@@ -36,9 +36,9 @@ class Clock:
     Parameters
     ----------
     seconds : float
-        From now.
+        Budget, from now.
     report : callable, optional
-        Called with the part of the budget that is spent, from 0 to 1, and what is being done.
+        Called with the spent fraction of the budget, from 0 to 1, and a description of the current step.
     """
 
     def __init__(self, seconds: float, report: Callable[[float, str], None] = lambda *_: None) -> None:
@@ -53,21 +53,21 @@ class Clock:
 
     @property
     def left(self) -> float:
-        """Seconds that are left; negative when it is over."""
+        """Remaining seconds; negative after the end."""
         return self.seconds - self.spent
 
     def say(self, what: str) -> None:
-        """Report what is being done."""
+        """Report the current step."""
         self.report(min(self.spent / self.seconds, 1.0), what)
 
     def part(self, seconds: float) -> Clock:
-        """A budget inside this one, which reports to it."""
+        """Return a budget inside this one, which reports to it."""
         return Clock(seconds, lambda _, what: self.say(what))
 
 
 @contextmanager
 def progress(clock: Clock, what: str) -> Iterator[None]:
-    """A progress bar of a clock's budget on the error output, if that is a terminal."""
+    """Show a progress bar of a clock's budget on stderr, if that is a terminal."""
     from rich.console import Console
     from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
@@ -80,7 +80,7 @@ def progress(clock: Clock, what: str) -> Iterator[None]:
 
 
 def timed(run: Callable[[], Result]) -> tuple[Result, float]:
-    """The result of a single run, and its seconds."""
+    """Return the result of a single run, and its seconds."""
     start = perf_counter()
     result = run()
     return result, perf_counter() - start
@@ -89,29 +89,29 @@ def timed(run: Callable[[], Result]) -> tuple[Result, float]:
 def interleaved(
     runs: Mapping[str, Run], estimates: Mapping[str, float], clock: Clock, needed: Collection[str] = ()
 ) -> dict[str, Float64Array]:
-    """Seconds of every repeat of every run.
+    """Return the seconds of every repeat of every run.
 
-    All runs take turns, in an order that is shuffled for every round, so that a machine that drifts slows all of
-    them alike. Slow ones take a turn in some rounds only, evenly spread, so that the others are repeated more often.
-    Rounds end before one would outlast the clock; there is always one. Every run must have run before: this does not
-    warm anything up.
+    All runs take turns, in an order that is shuffled in every round, so that a drifting machine slows all of them
+    alike. Slow runs take part in some rounds only, evenly spread, so that the others are repeated more often. There is
+    at least one round; a further one starts only if it fits the budget. Every run must have run before: there is no
+    warm-up.
 
     Parameters
     ----------
     runs : mapping of str to callable
-        What is measured.
+        Runs to measure.
     estimates : mapping of str to float
-        About how many seconds each takes.
+        Estimated seconds of each run.
     clock : Clock
         The budget.
     needed : collection of str
-        Names of runs that are measured whatever they take. Of the others the slowest are left out as long as not all
-        can be repeated often enough.
+        Names of runs that are always measured. The slowest of the others are left out until all can be repeated often
+        enough.
 
     Returns
     -------
     dict of str to ndarray
-        Shape (rounds,), for the runs that are not left out; NaN where a run took no turn.
+        Shape (rounds,), for the runs that are not left out; NaN for rounds without the run.
     """
     kept = list(runs)
     for name in sorted(runs, key=estimates.__getitem__, reverse=True):
@@ -149,7 +149,7 @@ def interleaved(
 
 
 def _turns(costs: Mapping[str, float], seconds: float) -> dict[str, int]:
-    """Number of rounds of each run: equal for quick ones, fewer for slow ones if time is short."""
+    """Return the number of rounds of each run: equal for quick ones, fewer for slow ones if time is short."""
     limit = _SLOW * median(costs.values())
     slow = {name for name, cost in costs.items() if cost > limit}
     in_slow = sum(costs[name] for name in slow)

@@ -34,22 +34,22 @@ REFERENCE = "float64 reference"
 WITHOUT = {effect.name: effect.without for effect in EFFECTS}
 """Name of each of the plan's effects → equation, point → the equation without it."""
 
-# Numbers of lights without a size that are tried in place of one that has it.
+# Numbers of point lights that are tried in place of a light with a size.
 _NODES = 1, 4, 16, 64
 
-# In radii of the mesh: from here the plan asks whether a light may be taken as directional.
+# Distance from which the plan tests if a light may be treated as directional, in radii of the mesh.
 _FAR = 2.0
 
-# Numbers of rays that are tried; those that are cast to a tolerance are at least so many.
+# Numbers of rays that are tried, and the smallest number when rays are cast to a tolerance.
 _RAYS, _FEWEST_RAYS = (4, 16, 64, 256), 16
 
-# The part of the time budget that colours by all rays may take, and vertices at which they are found in any case.
+# Largest fraction of the time budget for colours by all rays, and the smallest number of vertices with them.
 _FOR_ALL_RAYS, _FEWEST_CHECKED = 0.2, 100
 
-# So many nodes of each light with a size have a ray of their own, where highlights are checked.
+# Number of nodes per light with a size, each with a ray of its own, in the truth of highlights.
 _NODES_OF_HIGHLIGHT = 256
 
-# A row is cast so often at most, as long as that takes no more than a part of what is left.
+# Largest number of repeats of a sampling row, and their largest fraction of the remaining time.
 _REPEATS, _FOR_REPEATS = 5, 0.1
 
 
@@ -64,7 +64,7 @@ class Subject:
     scene, material, matrix
         As for `evaluate`; the material's maps are arrays.
     visibility : Visibility, optional
-        What the points see, where the scene has shadows or ambient occlusion.
+        Visibility at the points, if the scene has shadows or ambient occlusion.
     """
 
     points: FloatArray
@@ -76,46 +76,46 @@ class Subject:
 
     @cached_property
     def vertices(self) -> Vertices:
-        """Points and normals as evaluators take them."""
+        """Points and normals for the evaluators."""
         return self.vertices_that_see(self.visibility)
 
     def vertices_that_see(self, visibility: Visibility | None) -> Vertices:
-        """The same with another visibility."""
+        """Return the vertices with another visibility."""
         material = self.material
         return Vertices(self.points, self.normals, material.maps, visibility, tangents=material.tangents)
 
     def plan(self, tolerance: float = 0.0) -> Plan:
-        """The plan at a tolerance."""
+        """Return the plan at a tolerance."""
         return Plan.of(self.scene, self.material, self.vertices, matrix=self.matrix, tolerance=tolerance)
 
     @cached_property
     def assembled(self) -> Equation:
-        """The whole lighting equation, about the mesh where that is very far out, as plans have it."""
+        """Whole lighting equation, as in plans: relative to the mesh if that is very far from the origin."""
         return relative_to_mesh(self.vertices.equation(self.scene, self.material, self.matrix))
 
     @cached_property
     def equation(self) -> Equation:
-        """The lighting equation without what adds exactly nothing."""
+        """Lighting equation without terms that are exactly zero."""
         return self.plan().equation
 
     @cached_property
     def truth(self) -> Float64Array:
-        """Shape (n, 3): colours of the float64 reference."""
+        """Colours of the float64 reference, shape (n, 3)."""
         return self.exact(self.equation)
 
     def exact(
         self, equation: Equation, rows: IntArray | None = None, channels: FloatArray | None = None
     ) -> Float64Array:
-        """The float64 reference of any equation, shape (m, 3).
+        """Evaluate an equation by the float64 reference, shape (m, 3).
 
         Parameters
         ----------
         equation : Equation
-            What is evaluated.
+            Equation to evaluate.
         rows : ndarray, optional
             Shape (m,): the vertices; all of them if not given.
         channels : ndarray, optional
-            Shape (k, m): what these see, as `Visibility.channels` gives it of them.
+            Shape (k, m): visibility at these vertices, from `Visibility.channels`.
         """
         part: Any = slice(None) if rows is None else rows
         points, normals = self.points[part], self.normals[part]
@@ -133,15 +133,15 @@ class Subject:
     def highlights_beyond_shares(self, seen: Visibility, rows: IntArray) -> Float64Array:
         """Excess of area lights' highlights over their visible share, (m, 3).
 
-        That is by nodes, each with a ray of its own. Evaluators multiply a highlight by the part of its light that
-        reaches a matt surface.
+        Evaluators multiply a highlight by the visible part of its light for diffuse reflection. This function computes
+        the highlight by nodes, each with a ray of its own, and returns the difference.
 
         Parameters
         ----------
         seen : Visibility
-            What the vertices of these rows see.
+            Visibility at these vertices.
         rows : ndarray
-            Shape (m,).
+            Shape (m,): the vertices.
         """
         whole, lights = self.vertices.equation(self.scene, self.material, self.matrix), self.equation.shadowed
         result = np.zeros((len(rows), 3))
@@ -163,7 +163,7 @@ class Subject:
 
     @cached_property
     def sphere(self) -> Sphere:
-        """Around the mesh in the world; of no size at the origin where it is not known."""
+        """Bounding sphere of the mesh in the world; of radius 0 at the origin if unknown."""
         return self.vertices.extent(self.assembled.matrix).sphere or Sphere((0.0, 0.0, 0.0), 0.0)
 
     @cached_property
@@ -177,7 +177,7 @@ class Subject:
         return all(kernel.shade(*arrays, result, channels=first) for result in results)
 
     def backend_for(self, equation: Equation, count: int | None = None) -> Backend:
-        """The evaluator that `evaluate` takes by itself for an equation and so many vertices; None is all of them."""
+        """Return the default evaluator for an equation and a number of vertices; None for all of them."""
         count = len(self.points) if count is None else count
         return "numba" if self.has_kernel and is_worth_loading(count, equation) else "numpy"
 
@@ -189,18 +189,18 @@ class Subject:
         backend: Backend | None = None,
         scene: Scene | None = None,
     ) -> Callable[[], FloatArray]:
-        """A run as `evaluate` does it: the equation of a scene is assembled, planned and evaluated.
+        """Return a run with the steps of `evaluate`: assemble the scene's equation, plan it and evaluate it.
 
         Parameters
         ----------
         equation : Equation
-            The whole one, or one that was rewritten from it.
+            The whole equation, or one that was rewritten from it.
         precision : {"float32", "float64"}
-            Of the colours.
+            Type of the colours.
         backend : str, optional
-            What computes; what `evaluate` takes by itself, if not given.
+            Evaluator; by default that of `evaluate`.
         scene : Scene, optional
-            What the equation is assembled from, if not the whole scene: the time for that counts.
+            Scene from which the equation is assembled, because this time counts; by default the whole scene.
         """
 
         def run() -> FloatArray:
@@ -217,11 +217,11 @@ class Variant(NamedTuple):
     Parameters
     ----------
     row : Row
-        Its row of the report, without what is still to be measured.
+        Its row of the report, not yet measured.
     run : callable
-        Lights once; at the vertices it gives the colours (n, 3).
+        Lights the mesh once; a run at the vertices returns the colours (n, 3).
     equation : Equation, optional
-        What it evaluates, where its errors at the vertices are still to be found.
+        Its equation, if its errors at the vertices are still to be computed.
     """
 
     row: Row
@@ -230,22 +230,22 @@ class Variant(NamedTuple):
 
 
 def plan_name(tolerance: float) -> str:
-    """The name of the plan's variant."""
+    """Return the name of the plan's variant."""
     return f"plan at {_in_steps(tolerance)}"
 
 
 def _in_steps(tolerance: float) -> str:
-    """A tolerance of whole display steps by these, any other as a number."""
+    """Format a tolerance in display steps if it is a whole number of them, else as a number."""
     steps = tolerance * 255.0
     whole = round(steps)
     return f"{whole}/255" if whole and abs(steps - whole) < 1e-9 else f"{tolerance:.3g}"
 
 
 def variants(subject: Subject, tolerance: float) -> tuple[list[Variant], dict[str, str]]:
-    """Every variant of pvphong's own that the scene has a place for, and the reasons why others are left out.
+    """Return all variants of pvphong that apply to the scene, and the reasons why others are left out.
 
-    The evaluators and precisions come first, then simpler light models in float32, by the evaluator that
-    `evaluate` takes by itself, and the plan at the tolerance.
+    The evaluators and precisions come first, then simpler light models in float32 by the default evaluator, and the
+    plan at the tolerance.
     """
     whole, count, reasons, found = subject.assembled, len(subject.points), dict[str, str](), list[Variant]()
     computed: list[tuple[str, Backend, Precision]] = [
@@ -279,7 +279,7 @@ def variants(subject: Subject, tolerance: float) -> tuple[list[Variant], dict[st
 
 
 def _simpler_models(subject: Subject) -> Iterator[tuple[str, Equation, str]]:
-    """Name, equation, and a reason to leave it out or an empty string."""
+    """Yield name, equation, and the reason to leave it out, or an empty string."""
     whole, needed, (middle, radius) = subject.assembled, subject.equation, subject.sphere
     no_highlight = "" if needed.has_highlights else "there is no highlight that depends on the viewer"
     at_infinity = "" if needed.eye is not None else "the viewer is at infinity already"
@@ -288,7 +288,7 @@ def _simpler_models(subject: Subject) -> Iterator[tuple[str, Equation, str]]:
     if other := counterpart_of(whole.reflectance):
         name, reflectance = other
         yield name, replace(whole, reflectance=reflectance), no_highlight
-    has_maps = bool(subject.material.maps)  # what stands in is one material
+    has_maps = bool(subject.material.maps)  # the replacement is a single material without maps
     if whole.gamma == 1.0 and not has_maps and (simpler := stand_in(whole.reflectance, subject.material)):
         name, material = simpler
         yield name, replace(subject, material=material).assembled, ""
@@ -317,11 +317,11 @@ class SampledRows(NamedTuple):
     Parameters
     ----------
     rows : list of Row
-        Timed, with their sampling errors.
+        Timed rows with their sampling errors.
     costs : dict of str to float
         Seconds of casting to the tolerance, by effect.
     left_out : dict of str to str
-        What is left out, and why.
+        Rows that are left out, and the reasons.
     """
 
     rows: list[Row]
@@ -330,23 +330,23 @@ class SampledRows(NamedTuple):
 
 
 def sampling(subject: Subject, visibility: Visibility, tolerance: float, clock: Clock) -> SampledRows:
-    """Rows for shadows and occlusion by few rays and many, and by as many as the tolerance needs.
+    """Measure shadows and occlusion by few rays and many, and by as many as the tolerance needs.
 
-    A row's time is that of casting its rays and lighting the vertices by them. What is done once for all rays, such as
-    the tree of the occluders' triangles, is not counted. Its errors are those of its colours against colours by 4096
-    rays, at vertices chosen at random; in these the highlight of a light with a size that is partly hidden is that of
-    its visible nodes, not the share of it that evaluators take.
+    A row's time includes casting its rays and lighting the vertices with them, but not work that is shared by all rays,
+    such as building the tree of the occluders' triangles. Its errors are differences from colours by 4096 rays, at
+    random vertices. In the latter, the highlight of a partly hidden area light is that of its visible nodes, not the
+    visible share of the whole highlight, which evaluators use.
 
     Parameters
     ----------
     subject : Subject
-        What is lit.
+        Mesh, scene and material.
     visibility : Visibility
-        What it sees, cast to the tolerance before.
+        Visibility at its vertices, cast to the tolerance before.
     tolerance : float
-        The largest standard error of its colours.
+        Largest standard error of the colours.
     clock : Clock
-        Its budget is what this may take.
+        Time budget.
     """
     equation, effects, count = subject.equation, subject.plan().effects, len(subject.points)
     if not equation.needs_visibility:
@@ -381,11 +381,11 @@ def sampling(subject: Subject, visibility: Visibility, tolerance: float, clock: 
             vertices = subject.vertices_that_see(cast)
             plan = Plan.of_equation(equation, vertices)
             seconds.append(timed(partial(plan.run, vertices, backend=backend))[1])
-        errors, note = NO_ERROR, f"{cast.rays / count:.3g} rays a vertex"
+        errors, note = NO_ERROR, f"{cast.rays / count:.3g} rays per vertex"
         if sampled:
             channels = cast.channels(equation.shadowed, **how)[:, checked]
             errors = Errors.at_vertices(subject.exact(equation, checked, channels), truth)
-            note += f"; held against all {MOST_RAYS} at {len(checked)} of {count} vertices"
+            note += f"; compared with {MOST_RAYS} rays at {len(checked)} of {count} vertices"
         time = Timing.of(seconds)
         return Row(name, "sampling", backend, "float32", count, time, sampling=errors, note=note)
 

@@ -1,4 +1,4 @@
-"""The checks behind `pvphong.diagnose`, on plain arrays: faces, edges, duplicates, and the model matrix."""
+"""Checks for `pvphong.diagnose`, on plain arrays: faces, edges, duplicates, and the model matrix."""
 
 from __future__ import annotations
 
@@ -13,32 +13,32 @@ from pvphong.geometry.fit import Areas
 from pvphong.geometry.normals import FaceBlock, Faces
 from pvphong.geometry.transform import affine_matrix, common_integers
 
-# A normal is uncertain where the rounding of its corners may turn it further (radians): by Lambert's law
-# that may change a colour by one of 255 steps.
+# A normal is uncertain if the rounding of its corners may turn it by more than this angle (radians), which by Lambert's
+# law may change a colour by one of 255 steps.
 _UNCERTAIN = 1 / 255
 
-# A determinant 2**-50 of its terms or less may be rounding alone: 3 roundings of 2**-53 in each, and some more.
+# A determinant of at most 2**-50 of its terms may be rounding error: 3 roundings of 2**-53 per term, and a margin.
 _ROUNDING_BITS = 50
 
 
 class FaceChecks(NamedTuple):
-    """Faces with faults, in rising order.
+    """Faces with faults, in ascending order.
 
     Parameters
     ----------
     degenerate : ndarray
-        Without an area, or with a corner that comes twice.
+        Faces without an area, or with a repeated corner.
     far : ndarray
-        The coordinates' rounding blurs the normal, and would not if the face lay at the origin.
+        Faces whose normal is blurred by rounding of the coordinates, and would not be if the face were at the origin.
     thin : ndarray
-        The coordinates' rounding blurs the normal wherever the face lies.
+        Faces whose normal is blurred by rounding of the coordinates anywhere.
     folded : ndarray
-        Without an area and with a corner that comes twice: its edges say nothing about its neighbours.
+        Faces without an area and with a repeated corner; their edges contain no information about neighbours.
     areas : ndarray
-        Those of all faces, in units of their own that do not overflow.
+        Areas of all faces, in a unit that avoids overflow.
     offset : tuple of 3 floats or None
-        The middle of the mesh, as few digits as keep it within a tenth of the mesh's size, where no face would be far
-        if that lay at the origin; None where no face is far, or some would still be.
+        The middle of the mesh, to the fewest digits within a tenth of the mesh's size. None if no face is far, or if
+        subtracting it would leave some of them far.
     """
 
     degenerate: IntArray
@@ -50,9 +50,9 @@ class FaceChecks(NamedTuple):
 
 
 def check_faces(points: FloatArray, faces: Faces) -> FaceChecks:
-    """Look at every face by itself; those with a point that is not finite are passed over.
+    """Check every face; faces with a point that is not finite are skipped.
 
-    The rounding of coordinates may turn a normal by step · magnitude / height radians: the relative spacing of the
+    Rounding of the coordinates may turn a normal by step · magnitude / height radians, with the relative spacing of the
     coordinates' float type, the face's largest coordinate, and its height over its longest edge.
     """
     finite, wide = finite_rows(points), points.astype(np.float64)
@@ -60,7 +60,7 @@ def check_faces(points: FloatArray, faces: Faces) -> FaceChecks:
     low, high = (used.min(axis=0), used.max(axis=0)) if len(used) else (np.zeros(3), np.zeros(3))
     with np.errstate(all="ignore"):
         middle, size = low / 2 + high / 2, math.hypot(*(high - low))
-        typical = size / math.sqrt(max(faces.count, 1))  # size of a face, for those that have collapsed
+        typical = size / math.sqrt(max(faces.count, 1))  # typical size of a face, used for collapsed faces
         magnitudes = _largest(wide), _largest(wide - middle)
     step = float(np.finfo(points.dtype).eps)
 
@@ -69,7 +69,7 @@ def check_faces(points: FloatArray, faces: Faces) -> FaceChecks:
     areas = Areas(faces)
 
     def look(block: FaceBlock) -> None:
-        with np.errstate(all="ignore"):  # which a thread has of its own
+        with np.errstate(all="ignore"):  # errstate is local to the thread
             vectors = block.area_vectors()
             twice = np.sqrt(np.square(vectors).sum(axis=0))
             areas.put(block, twice / 2.0)
@@ -87,7 +87,7 @@ def check_faces(points: FloatArray, faces: Faces) -> FaceChecks:
             as_it_lies, about_the_middle = (
                 np.ldexp(magnitude[block.corners.T].max(axis=0), -block.exponents) for magnitude in magnitudes
             )
-            # Whether rounding blurs the normal: where it lies, about the middle of the mesh, and about its own.
+            # True if rounding blurs the normal: in place, relative to the mesh's middle, and relative to its own.
             here, centred, own = (
                 np.where(magnitude > 0, step * magnitude / height, 0.0) > _UNCERTAIN
                 for magnitude in (as_it_lies, about_the_middle, longest)
@@ -123,7 +123,7 @@ def finite_rows(points: NDArray[Any]) -> BoolArray:
 
 
 def _largest(points: Float64Array) -> Float64Array:
-    """The largest magnitude in each row."""
+    """Return the largest magnitude in each row."""
     sizes = np.abs(points)
     rows: Float64Array = np.maximum(np.maximum(sizes[:, 0], sizes[:, 1]), sizes[:, 2])
     return rows
@@ -139,10 +139,10 @@ def _has_twice(corners: IntArray) -> BoolArray:
 
 
 def first_alike(rows: NDArray[Any]) -> IntArray:
-    """For each row the lowest index of one that equals it; a NaN equals nothing.
+    """Return for each row the lowest index of an equal row; a NaN equals nothing.
 
-    Rows are sorted by a hash, which equal rows share; that takes a fifth of sorting them by all of their entries. Where
-    rows that differ share a hash, they are sorted by all of their entries.
+    Rows are sorted by a hash, which takes a fifth of the time of sorting by all entries. If different rows share a
+    hash, all rows are sorted by their entries instead.
     """
     numbers = _hashes(rows)
     order = np.argsort(numbers)
@@ -152,7 +152,7 @@ def first_alike(rows: NDArray[Any]) -> IntArray:
         return first
     is_new = np.ones(len(rows), dtype=bool)
     is_new[1:] = (rows[order[1:]] != rows[order[:-1]]).any(axis=1)
-    if (shared & is_new[1:]).any():  # by chance, or a NaN
+    if (shared & is_new[1:]).any():  # a collision, or a NaN
         order = np.lexsort(rows.T)
         is_new[1:] = (rows[order[1:]] != rows[order[:-1]]).any(axis=1)
     starts = np.flatnonzero(is_new)
@@ -161,7 +161,7 @@ def first_alike(rows: NDArray[Any]) -> IntArray:
 
 
 def _hashes(rows: NDArray[Any]) -> NDArray[np.uint64]:
-    """Hash of each row, by its entries' bits (the finaliser of S. Vigna's splitmix64); 0 and −0 are the same."""
+    """Return a hash of each row, by its entries' bits (the finaliser of S. Vigna's splitmix64); 0 and −0 are equal."""
     result = np.zeros(len(rows), np.uint64)
     for column in rows.T:
         wide = column.astype(np.float64 if rows.dtype.kind == "f" else np.int64)
@@ -174,11 +174,11 @@ def _hashes(rows: NDArray[Any]) -> NDArray[np.uint64]:
 
 
 def repeated_faces(faces: Faces, edges: Edges, weightless: IntArray) -> IntArray:
-    """Faces that go round the same points in the same order as one with a lower index, in rising order.
+    """Return the faces with the same points in the same cyclic order as a face with a lower index, in ascending order.
 
-    The weightless ones are passed over: they count for nothing, however often they come.
+    Weightless faces are skipped, because repeating them has no effect.
     """
-    if (edges.forth < 2).all():  # once around, each would run along some edge forth, and so twice
+    if (edges.forth < 2).all():  # a repeated face runs along at least one of its edges forth, twice in total
         return np.empty(0, dtype=np.intp)
     sizes = faces.sizes.copy()
     sizes[weightless] = 0
@@ -196,7 +196,7 @@ def repeated_faces(faces: Faces, edges: Edges, weightless: IntArray) -> IntArray
 
 
 def _from_their_lowest(corners: IntArray) -> IntArray:
-    """Faces (m, k) turned so that each begins with its lowest point."""
+    """Rotate faces (m, k) so that each begins with its lowest point."""
     if corners.shape[1] == 3:
         a, b, c = corners.T
         at_b, at_c = (b < a) & (b <= c), (c < a) & (c < b)
@@ -208,7 +208,7 @@ def _from_their_lowest(corners: IntArray) -> IntArray:
 
 
 def edges_of(faces: Faces) -> tuple[IntArray, IntArray]:
-    """First and last point of each edge of each face; a face of n corners has n edges."""
+    """Return the first and last point of each edge of each face; a face of n corners has n edges."""
     begin = faces.connectivity
     if faces.are_triangles:
         end = np.roll(begin.reshape(-1, 3), -1, axis=1).ravel()
@@ -221,24 +221,24 @@ def edges_of(faces: Faces) -> tuple[IntArray, IntArray]:
 
 
 def owners_of(faces: Faces) -> IntArray:
-    """Number of the face to which each edge of `edges_of` belongs."""
+    """Return the number of the face of each edge of `edges_of`."""
     return np.repeat(np.arange(faces.count), faces.sizes)
 
 
 class Edges(NamedTuple):
-    """The edges of a mesh, each once, and how often faces run along it."""
+    """Unique edges of a mesh, with the number of faces that run along them in each direction."""
 
     lower: IntArray
-    """(m,): the lower of its points."""
+    """(m,): the lower point number."""
     higher: IntArray
     forth: IntArray
-    """(m,): how often from the lower to the higher point."""
+    """(m,): number of times from the lower to the higher point."""
     back: IntArray
 
     @classmethod
     def between(cls, begin: IntArray, end: IntArray, n_points: int) -> Edges:
-        """Those of faces that run from points to others; from a point to itself is no edge."""
-        # one integer for each edge of each face: its lower point, its higher point, its direction
+        """Return the unique edges between pairs of points; an edge from a point to itself does not count."""
+        # one integer per edge of a face: its lower point, its higher point, its direction
         bits = n_points.bit_length()
         keys = np.minimum(begin, end)
         keys <<= bits
@@ -257,26 +257,26 @@ class Edges(NamedTuple):
         return cls(once >> bits, once & ((1 << bits) - 1), forth, np.diff(starts, append=len(keys)) - forth)
 
     def ends(self, some: BoolArray) -> IntArray:
-        """Points (k, 2) of some of them, the lower first."""
+        """Return the points (k, 2) of some edges, the lower first."""
         return np.stack([self.lower[some], self.higher[some]], axis=1)
 
 
 def check_edges(faces: Faces, whole: Edges, folded: IntArray, repeated: IntArray) -> tuple[IntArray, IntArray]:
-    """Edges with more than two faces, and edges whose two faces disagree about their front.
+    """Return edges with more than two faces, and edges whose two faces have opposite fronts.
 
-    Two neighbours with the same orientation run along their common edge in opposite directions. A face that is
-    repeated counts as one more at its edges, but does not disagree with itself.
+    Two neighbours with the same orientation run along their common edge in opposite directions. A repeated face counts
+    as a further face of its edges, but is not compared with its original.
 
     Parameters
     ----------
     faces : Faces
-        All.
+        All faces.
     whole : Edges
-        Of all of them.
+        Edges of all faces.
     folded : ndarray
-        Faces that are passed over.
+        Faces that are skipped.
     repeated : ndarray
-        Faces that are there before.
+        Faces that repeat an earlier one.
 
     Returns
     -------
@@ -300,15 +300,15 @@ def check_edges(faces: Faces, whole: Edges, folded: IntArray, repeated: IntArray
 
 
 def check_matrix(matrix: MatrixLike) -> tuple[bool, bool, bool]:
-    """Return whether a model matrix is singular, nearly singular, or mirrors, decided in exact arithmetic.
+    """Test if a model matrix is singular, is nearly singular, and mirrors, in exact arithmetic.
 
-    It counts as nearly singular where its determinant is no larger than what the rounding of its entries leaves
-    of a zero: a flattening that was multiplied with a rotation is found, a small scale is not blamed.
+    It is nearly singular if its determinant is no larger than the rounding of its entries can make of a zero. This
+    includes a flattening that was multiplied with a rotation, but not a small scale.
 
     Raises
     ------
     ValueError
-        If it is no finite affine 4x4 matrix.
+        If it is not a finite affine 4x4 matrix.
     """
     values = affine_matrix(matrix)
     a, b, c, d, e, f, g, h, i = common_integers(values[:3, :3].ravel().tolist())

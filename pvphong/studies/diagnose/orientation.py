@@ -1,4 +1,4 @@
-"""Faces that have the wrong side for their front, found by their neighbours."""
+"""Reversed faces, found by comparison with their neighbours."""
 
 from __future__ import annotations
 
@@ -20,9 +20,9 @@ class TurnedFaces(NamedTuple):
     faces : ndarray
         Their numbers.
     is_one_sided : bool
-        Whether there are parts where no turning helps, as of a Möbius strip.
+        True if a part cannot be oriented, like a Möbius strip.
     is_closed : bool
-        Whether each edge has two faces.
+        True if each edge has two faces.
     """
 
     faces: IntArray
@@ -31,21 +31,21 @@ class TurnedFaces(NamedTuple):
 
 
 def turned_faces(points: FloatArray, faces: Faces, areas: Float64Array, weightless: IntArray) -> TurnedFaces:
-    """Find the faces that disagree with most about their front.
+    """Find the reversed faces.
 
-    Neighbours share an edge that no third face has. Of a part that is closed those are turned whose fronts then look
-    inwards, of another one those that cover less.
+    Neighbours share an edge that has no third face. A part can be oriented consistently in two ways. In a closed part,
+    the faces whose fronts then point inwards are reversed; in an open part, those that cover the smaller area.
 
     Parameters
     ----------
     points : ndarray
-        (n, 3).
+        Shape (n, 3).
     faces : Faces
-        All with indices of points.
+        All faces with valid indices.
     areas : ndarray
-        (n_faces,), of the faces.
+        Shape (n_faces,): areas of the faces.
     weightless : ndarray
-        Faces that are passed over.
+        Faces that are skipped.
     """
     (begin, end), owner = edges_of(faces), owners_of(faces)
     counted = np.ones(faces.count, dtype=bool)
@@ -61,14 +61,14 @@ def turned_faces(points: FloatArray, faces: Faces, areas: Float64Array, weightle
     agree = (begin[first] < end[first]) != (begin[second] < end[second])
     one, two = owner[first], owner[second]
 
-    # Each face twice, as it is and turned: one that agrees with a neighbour goes with it, else with its turned self.
+    # Each face has two nodes, original and turned. Faces that agree connect equal nodes, others opposite nodes.
     count = faces.count
     other, other_turned = np.where(agree, two, two + count), np.where(agree, two + count, two)
     labels = connected(2 * count, np.concatenate([one, one + count]), np.concatenate([other, other_turned]))
     as_it_is, turned = labels[:count], labels[count:]
     part, is_turned = np.minimum(as_it_is, turned), as_it_is > turned
 
-    # Of each part the area of the turned ones, less that of the others, or its volume where it is closed
+    # Per part: the area of the faces that keep their orientation minus that of the turned ones; the volume if closed.
     sign = np.where(is_turned, -1.0, 1.0)
     preferred = np.bincount(part, sign * areas, 2 * count)
     is_open = np.zeros(2 * count, dtype=bool)

@@ -1,4 +1,4 @@
-"""The code of remedies: lines of PyVista's that take the mesh under the name `mesh`, and leave it there cured."""
+"""Code of remedies: lines of PyVista that repair the mesh in the variable `mesh`."""
 
 from __future__ import annotations
 
@@ -19,23 +19,23 @@ class Case:
     Parameters
     ----------
     is_surface : bool
-        Whether the mesh is a PolyData; of others the surface is cured.
+        True if the mesh is a PolyData; otherwise its surface is repaired.
     has_strips : bool
-        Whether faces are in triangle strips, which cannot be turned or removed by themselves.
+        True if faces are in triangle strips, which cannot be turned or removed individually.
     cells_before : bool
-        Whether vertices or lines are counted before the faces.
+        True if vertex or line cells come before the faces.
     stored_normals : bool
-        Whether there are stored normals, which follow faces that are turned.
+        True if the mesh has stored normals, which are flipped with the faces.
     normals_opposed : bool
-        Whether stored normals point out of the backs of nearly all faces.
+        True if stored normals point out of the backs of nearly all faces.
     is_outside_in : bool
-        Whether all faces are those of closed parts that look inwards.
+        True if all faces belong to closed parts with inward fronts.
     faces_are_outward : bool
-        Whether the surface is closed, and none looks inwards.
+        True if the surface is closed and no face points inwards.
     turned : TurnedFaces
-        What would have to be turned so that neighbours agree about their front.
+        Faces to turn so that neighbours agree about their front.
     unlit_have_area : bool
-        Whether faces with an area meet at points without a computed normal.
+        True if faces with an area meet at points without a computed normal.
     """
 
     is_surface: bool
@@ -49,7 +49,7 @@ class Case:
     unlit_have_area: bool
 
     def code(self, name: str) -> tuple[str, ...]:
-        """The lines that cure a kind of fault; none where code cannot."""
+        """Return the lines that repair a kind of fault; empty if code cannot repair it."""
         lines = self._lines(name)
         if not lines:
             return ()
@@ -76,7 +76,7 @@ class Case:
         if name == "inconsistent_edges" and not self.turned.is_one_sided:
             if self.turned.is_closed:
                 return (_ORIENT,)
-            # of what is open it turns all to the first
+            # open parts are oriented like their first face
             flip = "flip_normals=True" if self.turned.faces[:1].tolist() == [0] else ""
             return (f"mesh = mesh.compute_normals({flip})",)
         if name == "inside_out_faces" and not self.is_outside_in:

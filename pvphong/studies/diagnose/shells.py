@@ -1,4 +1,4 @@
-"""Closed parts of a surface that are inside out, by the sign of the volume that they enclose."""
+"""Closed parts of a surface that are inside out, by the sign of their enclosed volume."""
 
 from __future__ import annotations
 
@@ -12,40 +12,39 @@ from pvphong.base.vectors import columns, cross, dot
 from pvphong.geometry.normals import Faces
 from pvphong.studies.diagnose.checks import Edges, edges_of, finite_rows, owners_of
 
-_AT_ONCE = 2**13  # triangles of which a thread takes the volumes together: they stay in its caches
-_ROUNDING = 1e-9  # of the sum of a volume's terms, below which its sign is nobody's
+_AT_ONCE = 2**13  # triangles per batch of a thread, to stay in its caches
+_ROUNDING = 1e-9  # volumes below this fraction of the sum of their terms' magnitudes have no certain sign
 
 
 def inside_out_faces(
     points: FloatArray, faces: Faces, first_in_place: IntArray, edges: Edges | None
 ) -> tuple[IntArray, bool]:
-    """Faces of closed parts whose fronts look inwards, in rising order, and whether all parts are closed.
+    """Return the faces of closed parts with inward fronts, in ascending order, and True if all parts are closed.
 
-    A part is what hangs together by edges, where points in one place count as one. It is closed if each of its edges
-    is run along as often in one direction as in the other; then 1/6 of the sum of all p · (q × r) over its triangles
-    is its volume, wherever the origin lies (Gauss's theorem), and it is negative where the fronts look inwards. A part
-    that lies within another whose fronts look outwards is the wall of a cavity, and right.
+    A part is connected by edges; coincident points count as one. It is closed if faces run along each of its edges
+    equally often in both directions. Its volume is then 1/6 of the sum of p · (q × r) over its triangles, for any
+    origin (Gauss's theorem); it is negative if the fronts point inwards. An inward part inside an outward one is the
+    wall of a cavity, which is correct.
 
     Parameters
     ----------
     points : ndarray
-        (n, 3).
+        Shape (n, 3).
     faces : Faces
-        All with indices of points.
+        All faces with valid indices.
     first_in_place : ndarray
-        (n,): for each point the lowest index of one in the same place.
+        Shape (n,): for each point the lowest index of a coincident point.
     edges : Edges, optional
-        Those of all faces, where each point is the only one in its place.
+        Edges of all faces, if no points coincide.
     """
     finite, count = finite_rows(points), len(points)
     if edges is None:
         begin, end = edges_of(faces)
         edges = Edges.between(first_in_place[begin], first_in_place[end], count)
-    parts = connected(count, edges.lower, edges.higher)  # by the number of their first point
+    parts = connected(count, edges.lower, edges.higher)  # the number of a part is its first point
     part_of_face = _parts_of(faces, first_in_place, parts)
 
-    # Open is a part with an edge that is run along more often in one direction than in the other; one that is not
-    # finite, too.
+    # A part is open if faces run along an edge more often in one direction, or if a point is not finite.
     is_part, is_open = np.zeros((2, count), dtype=bool)
     is_part[parts[edges.lower]] = True
     is_open[parts[edges.lower[edges.forth != edges.back]]] = True
@@ -55,12 +54,12 @@ def inside_out_faces(
     if not len(closed):
         return closed, all_closed
 
-    # A fan of triangles from each face's first corner, and the sums of the volumes to a point of the part.
+    # Split faces into fans of triangles, and sum their signed volumes relative to a point of the part.
     triangles, face = fan(faces)
     part = part_of_face[face]
     if (is_folded := part < 0).any():
         triangles, part = triangles[~is_folded], part[~is_folded]
-    # By a power of two the finite coordinates come to 1, so that their products stay in range.
+    # Scale the finite coordinates to about 1 by a power of two, so that their products do not overflow.
     wide = points.astype(np.float64)
     wide = np.ldexp(wide, -int(np.frexp(np.abs(wide[finite]).max(initial=0.0))[1]))
     each = np.empty(len(part))
@@ -94,7 +93,7 @@ def inside_out_faces(
 
 
 def _parts_of(faces: Faces, first_in_place: IntArray, parts: IntArray) -> IntArray:
-    """Of each face its part, by those of places; −1 where all of its corners are in one place."""
+    """Return the part of each face; −1 if all of its corners coincide."""
     if faces.are_triangles:
         a, b, c = first_in_place[faces.connectivity.reshape(-1, 3)].T
         return np.where((a == b) & (b == c), -1, parts[a])
@@ -106,11 +105,10 @@ def _parts_of(faces: Faces, first_in_place: IntArray, parts: IntArray) -> IntArr
 
 
 def connected(count: int, begin: IntArray, end: IntArray) -> IntArray:
-    """For each of so many points the lowest that edges connect it with.
+    """Return for each of `count` points the lowest point that edges connect it with.
 
-    The higher of two parts that an edge connects is hooked to the lowest that any connects it with, in rounds; edges
-    are then those between parts that are left (Y. Shiloach and U. Vishkin, "An O(log n) parallel connectivity
-    algorithm", 1982).
+    In each round, every part is hooked to the lowest part that an edge connects it with; only edges between different
+    parts are kept (Y. Shiloach and U. Vishkin, "An O(log n) parallel connectivity algorithm", 1982).
     """
     labels = np.arange(count)
     while len(begin):
@@ -124,18 +122,18 @@ def connected(count: int, begin: IntArray, end: IntArray) -> IntArray:
 
 
 def fan(faces: Faces) -> tuple[IntArray, IntArray]:
-    """Each face as triangles from its first corner: their points (m, 3), and the numbers of their faces (m,)."""
+    """Split faces into triangles from the first corner; return their points (m, 3) and their faces' numbers (m,)."""
     if faces.are_triangles:
         return faces.connectivity.reshape(-1, 3), np.arange(faces.count)
     owner = np.repeat(np.arange(faces.count), faces.sizes)
-    place = np.arange(len(owner)) - faces.offsets[owner]  # of a corner in its face
+    place = np.arange(len(owner)) - faces.offsets[owner]  # position of the corner in its face
     second = np.flatnonzero((place >= 1) & (place < faces.sizes[owner] - 1))
     face, corners = owner[second], faces.connectivity
     return np.stack([corners[faces.offsets[face]], corners[second], corners[second + 1]], axis=1), face
 
 
 def solid_angle(triangles: Float64Array) -> float:
-    """The solid angle of triangles (m, 3 corners, 3) as the origin sees them, positive where it sees their backs.
+    """Return the solid angles of triangles (m, 3 corners, 3) from the origin, positive if their backs are seen.
 
     Source: van Oosterom & Strackee, The Solid Angle of a Plane Triangle, IEEE Trans. Biomed. Eng. 30 (1983).
     """

@@ -54,7 +54,7 @@ PICTURED: dict[str, Light] = {
     "sun": DirectionalLight(direction=(-1.0, 0.5, -0.8), intensity=0.9),
     "lamp": PointLight(position=(1.0, -1.2, 1.4), attenuation=(0.4, 0.2, 0.1), diffuse=(1.0, 0.9, 0.7)),
 }
-"""The lights of the report's pictures."""
+"""Lights of the report's pictures."""
 
 _LIGHTS: dict[str, Light] = {
     "sun": DirectionalLight(direction=(-1.0, 0.6, -1.1), diffuse=_WARM),
@@ -107,7 +107,7 @@ class Case:
 
     @property
     def title(self) -> str:
-        """The scene in words."""
+        """Description of the scene."""
         parts = [" and ".join(self.lights) or "no light", self.model]
         parts += [] if self.matrix == "identity" else [f"{self.matrix} actor"]
         parts += ["parallel projection"] if self.parallel else []

@@ -107,9 +107,9 @@ def compare_images(
     mesh : pyvista.DataSet
         A dataset with faces. Its active point normals are used, or computed ones if it has none.
     scene : Scene
-        Its viewer must see the mesh.
+        Scene whose viewer sees the mesh.
     material : Material
-        The surface's reflectances.
+        Material of the surface.
     size : tuple of int, default (400, 300)
         Width and height in pixels.
 
@@ -124,7 +124,7 @@ def compare_images(
         As `pvphong.validate`. Also for highlights with a viewer at infinity, which VTK can only approximate by a
         distant viewer, for a mesh without faces or out of view, and if this machine cannot render.
     """
-    material = without_maps(as_material(material), "where pictures are compared")
+    material = without_maps(as_material(material), "for a comparison of pictures")
     refuse_size(size)
     source = surface(mesh)
     scene = scene_for(source, scene)

@@ -56,7 +56,7 @@ class CaseRow:
 
 @dataclass(frozen=True)
 class VTKReport:
-    """The results of `vtk_report`.
+    """Results of `vtk_report`.
 
     Attributes
     ----------
@@ -172,7 +172,7 @@ def refuse_path(path: str | os.PathLike[str]) -> None:
 def vtk_report() -> VTKReport:
     """Compare a fixed list of scenes with VTK: every kind of light, tier, frame, matrix class and projection.
 
-    The meshes come with PyVista.
+    The meshes are bundled with PyVista.
 
     Returns
     -------

@@ -38,7 +38,7 @@ _DOUBTFUL_FACING = 2.0**-40
 # Distance from the origin, in sizes of the mesh, beyond which float32 loses digits.
 _OFF_CENTER = 10.0
 
-# Vertices that a comparison lists.
+# Number of worst vertices that a comparison lists.
 _WORST = 8
 
 TIERS = ("unlit", "headlight", "directional lights", "positional lights")

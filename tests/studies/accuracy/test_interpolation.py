@@ -31,7 +31,7 @@ def test_it_is_refined_to_the_tolerance_and_only_where_it_is_not_within():
     assert ADAPTIVE not in left_out
     found, _, left_out = refined(0.9)
     assert ADAPTIVE not in found
-    assert left_out[ADAPTIVE] == "the mesh as it is, is within the tolerance"
+    assert left_out[ADAPTIVE] == "the original mesh is within the tolerance"
 
 
 def test_triangles_of_strips_are_searched_beside_those_that_are_polygons():

@@ -140,7 +140,7 @@ def test_a_cloud_has_no_inside():
     cloud = pv.PolyData(np.eye(3, dtype=np.float32))
     cloud.point_data.active_normals = np.eye(3, dtype=np.float32)
     found = tradeoff(cloud, SCENE, SHINY, seconds=1)
-    assert "no inside" in found.left_out["inside triangles"]
+    assert "no triangles" in found.left_out["inside triangles"]
     assert "at the vertices" in str(found)
     assert "inside" not in str(found)
     assert not any(row.kind == "interpolation" and not row.is_peer for row in found.rows)
@@ -196,7 +196,7 @@ def test_very_far_out_the_whole_equation_is_the_one_that_evaluate_runs(mesh):
     [
         ({"truth": "yes"}, "truth must be True or False"),
         ({"truth": True}, "truth must be False in VTK's convention"),
-        ({"visibility": np.ones((4, 3))}, "visibility must be what mesh.phong.visibility gives; got ndarray"),
+        ({"visibility": np.ones((4, 3))}, "visibility must be a result of mesh.phong.visibility; got ndarray"),
     ],
 )
 def test_what_is_wrong_is_refused_before_anything_is_measured(mesh, monkeypatch, given, message):

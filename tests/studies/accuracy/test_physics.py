@@ -44,7 +44,7 @@ def test_it_says_what_to_use(report):
     assert physics.sentence().startswith("The constant is off by up to 0.")
     assert physics.cheapest.rms <= 1.25 * max(min(each.rms for each in physics.models), physics.noise / 4)
     assert "all bounces" in report.explain()
-    assert "paths of light, ±" in report.explain()
+    assert "path tracing, ±" in report.explain()
     numbers = json.loads(json.dumps(report.to_dict()))["physics"]
     assert [each["name"] for each in numbers["models"]] == [each.name for each in physics.models]
     assert "Physics of 7" in repr(physics)
