@@ -1,4 +1,4 @@
-"""Refined meshes: their errors against dense sampling, their topology, their arrays, and why they stop."""
+"""Refined meshes: their errors against dense sampling, topology, arrays, and stopping conditions."""
 
 import math
 from dataclasses import replace
@@ -27,7 +27,7 @@ def lamp_at(*position):
 
 
 def evaluated(scene, material, **options):
-    """Per-pixel shading, as `evaluate` gives it at any places."""
+    """Return per-pixel shading at any places, by `evaluate`."""
 
     def colors(points, normals):
         rows = points.reshape(-1, 3), normals.reshape(-1, 3)
@@ -40,7 +40,7 @@ SHARP_TRUTH = evaluated(SUNNY, SHARP)
 
 
 def dense_errors(mesh, truth, count=60):
-    """Each triangle's largest error at random places, other ones in every triangle."""
+    """Return each triangle's largest error at random places, which differ between triangles."""
     rng = np.random.default_rng(7)
     corners = mesh.regular_faces
     arrays = mesh.points, mesh.point_data.active_normals, mesh["phong"]
@@ -62,7 +62,7 @@ def left(mesh, name="phong"):
 
 
 def stopped(mesh, name="phong"):
-    """Why it ended; whether the tolerance is reached, and the sentence, agree with it."""
+    """Return why the refinement stopped, after checking that the flag and the summary agree."""
     why = mesh.field_data[f"{name}_refinement_stopped"]
     reached = mesh.field_data[f"{name}_refinement_reached"]
     assert (reached.shape, reached.dtype) == ((1,), bool)
@@ -81,7 +81,7 @@ def coarse_sphere():
 
 
 def uneven_torus():
-    """With normals whose lengths differ, as VTK makes them."""
+    """Return a torus with normals of different lengths, as VTK generates them."""
     mesh = pv.ParametricTorus(u_res=16, v_res=12, w_res=8).clean().triangulate()
     lengths = np.linalg.norm(mesh.point_data.active_normals, axis=1)
     assert lengths.max() > 2 * lengths.min()
@@ -146,12 +146,12 @@ def test_dense_samples_are_within_the_tolerance(make, scene, material, options):
     assert stopped(fine) == "tolerance"
     assert left(fine) <= options["tolerance"]
     assert errors.max() <= options["tolerance"]
-    assert errors.max() <= left(fine) * 1.07  # what it reports is what is left, but for places between its samples
+    assert errors.max() <= left(fine) * 1.07  # the reported error, except between its samples
     reported = fine["phong_interpolation_error"]
-    close = reported > 0.7 * options["tolerance"]  # there samples are dense
+    close = reported > 0.7 * options["tolerance"]  # samples are dense there
     assert (errors[close] <= 1.1 * reported[close]).all()
     if "matrix" in options:
-        assert largest(fine, scene, material, matrix=MATRIX) <= STEP < largest(fine, scene, material)  # lit elsewhere
+        assert largest(fine, scene, material, matrix=MATRIX) <= STEP < largest(fine, scene, material)  # other lighting
 
 
 def test_what_is_already_fine_is_not_split():
@@ -179,7 +179,7 @@ def test_sharp_edges_are_split_before_triangles_and_stay_where_they_are():
     assert np.abs(errors - interpolation_error(cube, lamp, MATT)["phong_interpolation_error"]).max() > 0.01
 
 
-# Needles: what falls between all corners
+# Needles: features between all corners
 
 
 CORNERS = np.array([(0.0, 0, 0), (1, 0, 0), (0.2, 1, 0)])
@@ -190,7 +190,7 @@ def triangle():
 
 
 def needle(weights, shininess, model="phong"):
-    """A flat triangle's mirror image of the sun, seen at one place of it only."""
+    """Return a scene and a material in which the sun's reflection is visible at one place of a flat triangle only."""
     place = np.array(weights) @ CORNERS
     eye = place + np.array([0.9, -1.2, 3.0])
     v = (eye - place) / np.linalg.norm(eye - place)
@@ -209,7 +209,7 @@ def test_a_needle_that_all_middles_and_the_centroid_miss_is_found(weights, model
     places = np.array([*np.eye(3), *middles]) @ CORNERS
     up = np.broadcast_to((0.0, 0, 1), places.shape)
     colors = ph.evaluate(places, up, scene, material, precision="float64").rgb
-    assert np.ptp(colors) < 1e-3  # a pattern of samples finds nothing
+    assert np.ptp(colors) < 1e-3  # a fixed pattern of samples misses it
     assert largest(triangle(), scene, material) > 0.69
     fine = refine(triangle(), scene, material, tolerance=STEP)
     assert fine["phong"].max() > 0.85
@@ -253,7 +253,7 @@ def test_interpolation_error_is_that_of_dense_samples():
     assert large.sum() > 20
     assert (errors[large] >= 0.8 * dense[large]).all()
     assert errors.max() >= dense.max()
-    assert (errors <= 1.25 * dense + 0.01)[dense > 0.01].mean() > 0.95  # nor does it invent any
+    assert (errors <= 1.25 * dense + 0.01)[dense > 0.01].mean() > 0.95  # no spurious errors
 
 
 # Topology
@@ -266,14 +266,14 @@ def strips():
 
 
 def triangle_and_strip():
-    """A triangle beside two that are one strip, over a square and half of one."""
+    """Return a triangle next to a strip of two triangles."""
     mesh = pv.PolyData(np.array([(0, 0, 0), (1, 0, 0), (0, 1, 0), (1, 1, 0), (0, 2, 0)], float), faces=[3, 0, 1, 2])
     mesh.SetStrips(pv.CellArray([4, 2, 1, 4, 3]))
     return mesh
 
 
 def book():
-    """Three pages that meet in a spine."""
+    """Return three triangles that share one side."""
     points = [(0, 0, 0), (0, 0, 1), (1, 0, 0.5), (-0.5, 0.8, 0.5), (-0.5, -0.8, 0.5)]
     return pv.PolyData(np.array(points, dtype=float), faces=[3, 0, 1, 2, 3, 0, 1, 3, 3, 0, 1, 4])
 
@@ -293,7 +293,7 @@ SHAPES = {
 
 
 def sides_of(mesh):
-    """How many there are; of those at which not two triangles meet, the number and total length by how many do."""
+    """Return the number of sides, and, by their count of triangles if not 2, numbers and total lengths."""
     corners = mesh.regular_faces
     sides = np.sort(np.stack([corners, np.roll(corners, -1, axis=1)], axis=2).reshape(-1, 2), axis=1)
     sides, counts = np.unique(sides, axis=0, return_counts=True)
@@ -305,7 +305,7 @@ def sides_of(mesh):
 @pytest.mark.parametrize("placement", ["linear", "smooth"])
 @pytest.mark.parametrize("shape", SHAPES)
 def test_what_hangs_together_stays_so_and_nothing_of_the_input_changes(shape, placement):
-    """A vertex inside of another triangle's side, or a crack, would show in the lengths of open sides."""
+    """T-junctions and cracks would change the total length of open sides."""
     mesh = SHAPES[shape]()
     before, whole = mesh.copy(), surface(mesh).triangulate()
     scene = ph.Scene(lights=[SUN, ph.PointLight(position=(0.9, 0.8, 0.7))], viewer=ph.Viewer(position=EYE))
@@ -325,7 +325,7 @@ def test_what_hangs_together_stays_so_and_nothing_of_the_input_changes(shape, pl
         assert areas(fine).sum() == pytest.approx(areas(whole).sum())
     corners, normals = fine.points[fine.regular_faces], fine.point_data.active_normals[fine.regular_faces]
     own = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    assert ((own * normals.sum(axis=1)).sum(axis=1) > 0).all() or shape == "pages that meet"  # orientations stay
+    assert ((own * normals.sum(axis=1)).sum(axis=1) > 0).all() or shape == "pages that meet"  # same orientation
 
 
 def test_angles_stay_above_half_of_the_smallest():
@@ -363,9 +363,9 @@ def test_point_arrays_are_interpolated():
     assert set(fine["label"]) == set(mesh["label"])  # labels are not averaged
     assert set(fine["word"]) == set(mesh["word"])
     assert np.array_equal(np.char.add("p", (fine["label"] // 10).astype(str)), fine["word"])
-    assert len(set(fine["color"][:, 0])) > n  # colours are
+    assert len(set(fine["color"][:, 0])) > n  # colours are averaged
     assert fine.active_texture_coordinates == pytest.approx(fine.points[:, :2] + 1, abs=1e-6)
-    mesh = triangle()  # a label comes from the end with the lower number
+    mesh = triangle()  # a label is copied from the end with the lower number
     mesh["label"] = [7, 8, 9]
     fine = refine(mesh, lamp_at(0.4, 0.3, 0.1), MATT, tolerance=0.01)
     for low, high in ((0, 1), (1, 2), (0, 2)):
@@ -402,7 +402,7 @@ def test_a_mesh_without_normals_gets_those_it_had_before_it_was_split():
     fine = refine(mesh, SUNNY, SHARP, tolerance=STEP)
     assert np.array_equal(fine.point_data.active_normals[: mesh.n_points], mesh.phong.normals())
     assert mesh.point_data.active_normals is None
-    mesh["Normals"] = np.ones(mesh.n_points)  # a name that is taken
+    mesh["Normals"] = np.ones(mesh.n_points)  # the default name is taken
     fine = refine(mesh, SUNNY, SHARP, tolerance=STEP)
     assert fine["Normals"] == pytest.approx(1.0)
     assert fine.point_data.active_normals.shape == (fine.n_points, 3)
@@ -442,7 +442,7 @@ def test_smooth_placement_comes_near_the_sphere():
     assert off[0] == pytest.approx(0.5 * (1 - math.cos(angle / 2) * math.cos(angle / 3)), rel=0.35)
     # On an arc of angle a, the cubic's middle is low by (1 - cos(a/2)) - sin²(a/2) cos(a/2) / 2 = 3 a⁴/128 + O(a⁶).
     assert off[1] < 1.25 * 0.5 * 3 * angle**4 / 128
-    assert abs(smooth.volume - math.pi / 6) < abs(flat.volume - math.pi / 6) / 2  # what is not split stays flat
+    assert abs(smooth.volume - math.pi / 6) < abs(flat.volume - math.pi / 6) / 2  # unsplit triangles stay flat
 
 
 def test_no_more_points_than_allowed_and_the_worst_places_first():

@@ -1,4 +1,4 @@
-"""Refined meshes in hard shadows and cones: cuts against edges that are known, their topology, and what is promised."""
+"""Refined meshes in hard shadows and cones: cuts against known edges, topology, and documented guarantees."""
 
 from __future__ import annotations
 
@@ -39,18 +39,18 @@ def box(low, high):
 
 
 def areas(mesh):
-    """Signed ones, along z."""
+    """Return the triangles' areas, signed by the z component of their normals."""
     p = mesh.points.astype(float)[mesh.regular_faces]
     return np.cross(p[:, 1] - p[:, 0], p[:, 2] - p[:, 0])[:, 2] / 2
 
 
 def slanted_sheet():
-    """It stands through the floor, where the edges of its shadows run together."""
+    """Return a sheet that intersects the floor, where the edges of its shadows meet."""
     return pv.Plane(i_size=0.6, j_size=1.1).rotate_x(3).rotate_y(75).translate((-0.01, -0.22, 0.25))
 
 
 def behind_ball(light):
-    """Whether places on the floor are in the ball's shadow."""
+    """Return a function that is True for places on the floor in the ball's shadow."""
 
     def dark(places):
         offset = CENTER - places
@@ -65,7 +65,7 @@ def behind_ball(light):
 
 
 def samples(mesh, count=40, seed=3):
-    """Places in triangles, and the colours that are interpolated there."""
+    """Return random places in triangles, and the interpolated colours there."""
     weights = np.random.default_rng(seed).dirichlet(np.ones(3), size=(mesh.n_cells, count))
     corners = mesh.regular_faces
     places, colors = (weights @ each.astype(float)[corners] for each in (mesh.points, mesh["phong"]))
@@ -73,7 +73,7 @@ def samples(mesh, count=40, seed=3):
 
 
 def wrong_area(mesh, dark):
-    """Of places whose colour is not within a display's step of that of their side of the edge; light is almost even."""
+    """Return the area whose colour is not that of its side of the edge within a display step, in nearly even light."""
     places, colors = samples(mesh)
     is_dark = dark(places.reshape(-1, 3)).reshape(places.shape[:2])
     shade = colors[..., 0] - 0.1
@@ -85,7 +85,7 @@ def reported(mesh, what, name="phong"):
     return np.asarray(mesh.field_data[f"{name}_refinement_{what}"])[0]
 
 
-# --- edges that are known
+# --- known edges
 
 
 @pytest.mark.parametrize("light", [SUN, LAMP], ids=["sun", "lamp"])
@@ -101,7 +101,7 @@ def test_the_wrongly_coloured_area_falls_with_the_points_and_not_with_their_root
         cut.append(wrong_area(refined, dark))
         assert cut[-1] <= reported(refined, "strip") < 5e-3
         assert refined.field_data["phong_refinement_reached"][0]
-    assert saw[0] / saw[1] == pytest.approx(4.0, rel=0.35)  # −½ of points, which are 16 times as many
+    assert saw[0] / saw[1] == pytest.approx(4.0, rel=0.35)  # 16 times the points, to the power −½
     assert cut[1] < 1e-4 * 16 < split[1] / 10
     assert cut[1] < saw[1] / 100
 
@@ -158,7 +158,7 @@ def test_vertices_exactly_on_an_edge_are_on_both_sides():
     roof = box((-1, -1, 0.5), (1, 1, 0.6))
     refined = floor(8).phong.refine(scene(replace(SUN, direction=(0, 0, -1))), MATT, tolerance=STEP, occluders=[roof])
     assert wrong_area(refined, lambda p: (np.abs(p[:, :2]) < 1).all(axis=1)) < 1e-5
-    assert refined.n_points < 81 + 40  # not more than those that are doubled
+    assert refined.n_points < 81 + 40  # only the doubled points are added
 
 
 # --- sheets
@@ -177,7 +177,7 @@ HARD = {
 
 @pytest.mark.parametrize("case", HARD)
 def test_areas_stay_sheets_meet_in_pairs_and_colours_hold_but_for_a_strip_that_is_reported(case):
-    """Colours are looked at at 64 places of each triangle, where normals are even."""
+    """Colours are compared at 64 places of each triangle of meshes with constant normals."""
     mesh, occluders, rig = HARD[case]()
     before = mesh.copy()
     refined = mesh.phong.refine(rig, MATT, tolerance=2 * STEP, occluders=occluders, precision="float64")
@@ -190,7 +190,7 @@ def test_areas_stay_sheets_meet_in_pairs_and_colours_hold_but_for_a_strip_that_i
         assert areas(refined).sum() == pytest.approx(16.0, rel=1e-12)
         assert areas(refined).min() > 0.0
         assert looked_at(refined, mesh, occluders, rig).sum() <= reported(refined, "strip") < 0.01
-        # where edges of several lights run together, some are not cut
+        # some triangles are not cut where edges of several lights meet
         assert refined.field_data["phong_refinement_stopped"] == ("jump" if case == "sheet through" else "tolerance")
     pair = refined["phong_refinement_pair"]
     paired = np.flatnonzero(pair >= 0)
@@ -200,7 +200,7 @@ def test_areas_stay_sheets_meet_in_pairs_and_colours_hold_but_for_a_strip_that_i
     assert (refined["pvphong_original_point"][new] == -1).all()
     np.testing.assert_array_equal(refined["pvphong_original_point"][: mesh.n_points], np.arange(mesh.n_points))
     place = np.arange(refined.n_points)
-    for _ in range(8):  # the least of those at one place
+    for _ in range(8):  # the lowest index of coincident points
         place[paired] = np.minimum(place[paired], place[pair[paired]])
     whole = place[faces]
     sides = np.sort(np.stack([whole, np.roll(whole, -1, axis=1)], axis=2).reshape(-1, 2), axis=1)
@@ -214,7 +214,7 @@ def test_areas_stay_sheets_meet_in_pairs_and_colours_hold_but_for_a_strip_that_i
 
 
 def looked_at(refined, mesh, occluders, rig):
-    """Colours at random places, by rays from there; the floor's normals are even."""
+    """Return the wrongly coloured area of each triangle, from rays at random places; the floor has constant normals."""
     places, colors = samples(refined, count=64)
     cloud = pv.PolyData(places.reshape(-1, 3))
     cloud.point_data.active_normals = np.tile((0.0, 0.0, 1.0), (cloud.n_points, 1))
@@ -224,7 +224,7 @@ def looked_at(refined, mesh, occluders, rig):
 
 
 def thrown(seed):
-    """A floor under things of several kinds, which may stand through it, and lights without a size."""
+    """Return a floor, random occluders that may intersect it, and a scene of lights without a size."""
     random = np.random.default_rng(seed)
 
     def thing():
@@ -291,7 +291,7 @@ def test_the_saw_is_an_error_inside_of_triangles():
 
 
 def test_what_is_seen_is_kept_for_other_colours_of_the_lights():
-    """Both sides of a cut are lit again as they were, although they are at the same place."""
+    """Both sides of a cut keep their colours when lit again, although they coincide."""
     rig, given = scene(SUN, LAMP), {"tolerance": STEP, "occluders": [BALL]}
     refined = floor(9).phong.refine(rig, MATT, **given)
     rows = [refined[f"phong_visibility_{name}"] for name in ("sun", "lamp")]
@@ -310,7 +310,7 @@ def test_what_is_seen_is_kept_for_other_colours_of_the_lights():
     assert (again[~is_dark, 1] < refined["phong"][~is_dark, 1] - 0.05).all()
 
 
-# --- what is sampled
+# --- sampled shadows
 
 SCREEN = pv.PolyData(np.array([(0.05, -9, 1), (9, -9, 1), (9, 9, 1), (0.05, 9, 1.0)]), [4, 0, 1, 2, 3])
 GLOW = ph.SphereLight(position=(0, 0, 2), radius=0.3, intensity=4, name="glow")
@@ -326,13 +326,13 @@ def test_penumbrae_are_split_until_they_are_smooth():
     cloud = pv.PolyData(places.reshape(-1, 3))
     cloud.point_data.active_normals = np.tile((0.0, 0.0, 1.0), (cloud.n_points, 1))
     truth = cloud.phong.shade(scene(GLOW), MATT, occluders=[SCREEN], tolerance=STEP)["phong"]
-    assert np.quantile(np.abs(truth - colors.reshape(-1, 3)).max(axis=1), 0.99) < 0.06 * 1.75  # rays' noise is in it
+    assert np.quantile(np.abs(truth - colors.reshape(-1, 3)).max(axis=1), 0.99) < 0.06 * 1.75  # includes noise
     before = ground.phong.interpolation_error(scene(GLOW), MATT, occluders=[SCREEN])["phong_interpolation_error"]
     assert before.max() > 0.1
 
 
 def part_beside_screen(places, count=96):
-    """The part of what the glowing ball sends to places on the floor that passes the screen's edge, by many rays."""
+    """Return the fraction of the sphere light's irradiance at places on the floor that passes the screen."""
     to_ball = np.array(GLOW.position) - places
     distance = np.linalg.norm(to_ball, axis=1, keepdims=True)
     axis = to_ball / distance
@@ -353,7 +353,7 @@ def part_beside_screen(places, count=96):
 
 @pytest.mark.parametrize("steps", [4, 1])
 def test_the_edge_of_a_penumbra_is_not_split_for_rays_that_missed_its_last_part(steps):
-    """Some 64 rays agree where one in a hundred would not; it was split there without an end."""
+    """64 rays may agree where one in a hundred would differ; this once caused endless splitting."""
     ground, tolerance = floor(24, size=3.0), steps * STEP
     refined = ground.phong.refine(scene(GLOW), MATT, tolerance=tolerance, occluders=[SCREEN])
     assert refined.field_data["phong_refinement_reached"][0]
@@ -365,7 +365,7 @@ def test_the_edge_of_a_penumbra_is_not_split_for_rays_that_missed_its_last_part(
     )
     truth = np.clip(dark + part_beside_screen(places)[:, None] * (free - dark), 0.0, 1.0)
     off = np.abs(truth - colors).max(axis=1)
-    # beside the tolerance, three standard errors may hide in the noise at a place and in that of the corners
+    # in addition to the tolerance, noise may hide three standard errors at a place and at the corners
     assert np.quantile(off, 0.99) < 2.5 * tolerance
     assert off.max() < 3.5 * tolerance
 
@@ -382,14 +382,14 @@ def test_places_are_looked_at_once_and_corners_not_again(monkeypatch):
 
 @pytest.mark.parametrize("model", [{}, {"ambient_occlusion": True}])
 def test_noise_is_not_split(model):
-    """All of a little floor is in the middle of a penumbra, or sees half of the sky."""
+    """The small floor lies in the middle of a penumbra, or sees half of the sky."""
     ground = floor(4, size=0.01)
     refined = ground.phong.refine(scene(GLOW, **model), MATT, tolerance=4 * STEP, occluders=[SCREEN])
     assert refined.n_points == ground.n_points
     assert reported(refined, "error") < 4 * STEP
 
 
-# --- what stays
+# --- invariants
 
 
 def test_scenes_without_jumps_get_the_same_bits():
@@ -426,7 +426,7 @@ def test_blocks_shadow_each_other():
 
 
 def test_light_that_bounces_is_interpolated_between_the_vertices_and_changes_no_triangle():
-    """Of a floor with colours of its own, which glows, and gets light from a ball."""
+    """The floor has coloured emission and receives light from a ball."""
     ball = pv.Icosphere(radius=RADIUS, center=CENTER, nsub=2)
     ground, several = floor(9), {"shadows": True, "clamp": False, "ambient": 0.5}
     ground["glow"] = np.random.default_rng(1).random((ground.n_points, 3))
@@ -443,11 +443,11 @@ def test_light_that_bounces_is_interpolated_between_the_vertices_and_changes_no_
     np.testing.assert_array_equal(found.points, direct.points)
     np.testing.assert_allclose(found["phong"], direct["phong"] + direct["bounced"], atol=1e-7)
     meshes = [blocks.phong.interpolation_error(given, materials)["floor"] for given in (rig, dark)]
-    errors = [mesh["phong_interpolation_error"] for mesh in meshes]  # in some triangles other places are looked at
+    errors = [mesh["phong_interpolation_error"] for mesh in meshes]  # the sampled places differ in some triangles
     assert np.quantile(np.abs(errors[0] - errors[1]), 0.9) < 1e-7
 
 
-@pytest.mark.filterwarnings("ignore::pvphong.NormalsWarning")  # the normals still look outwards
+@pytest.mark.filterwarnings("ignore::pvphong.NormalsWarning")  # the normals still point outwards
 def test_a_bowl_lights_itself_by_a_transport_that_is_given_or_is_not():
     bowl = pv.Sphere(end_phi=90, theta_resolution=12, phi_resolution=6).flip_faces()
     bowl = bowl.compute_normals(auto_orient_normals=False, consistent_normals=False)
@@ -463,7 +463,7 @@ def test_a_bowl_lights_itself_by_a_transport_that_is_given_or_is_not():
 
 def test_a_block_that_sees_nothing_reflects_no_light_that_bounces():
     ball = pv.Icosphere(nsub=2)
-    ball["phong_bounced"] = np.ones((ball.n_points, 3))  # of another time
+    ball["phong_bounced"] = np.ones((ball.n_points, 3))  # left from an earlier shading
     rig = scene(LAMP, bounces=2, shadows=False)
     (refined,) = pv.MultiBlock([ball]).phong.refine(rig, MATT, tolerance=0.05)
     np.testing.assert_array_equal(refined["phong"], ball.phong.refine(rig, MATT, tolerance=0.05)["phong"])

@@ -1,4 +1,4 @@
-"""Time budgets are of processor time, which other processes take no part in; the kernel is loaded before."""
+"""Time budgets count processor time, which other processes do not affect; the kernel is loaded in advance."""
 
 import time
 

@@ -1,4 +1,4 @@
-"""The figure of a report: fronts with room for whatever was measured, and errors in colours that show them."""
+"""Figure of a report: limits and labels of the fronts for any measurements, and visible colours of errors."""
 
 from dataclasses import replace
 from types import SimpleNamespace
@@ -15,7 +15,7 @@ figure = pytest.importorskip("matplotlib.figure")
 
 
 def drawn(rows):
-    """The panel of their kind."""
+    """Return the panel of the rows' kind."""
     whole = figure.Figure(layout="constrained")
     draw_fronts(whole, SimpleNamespace(rows=with_fronts(rows), tolerance=1 / 255, chosen=()))
     whole.draw_without_rendering()
@@ -26,7 +26,7 @@ def drawn(rows):
 @pytest.mark.parametrize("error", [0.0, 1e-3, 1.0])
 @pytest.mark.parametrize("seconds", [1e-4, 0.1, 0.11])
 def test_one_row_of_any_time_has_room_in_both_directions(seconds, error):
-    """A power of ten in ms, too, around which Matplotlib finds no limits."""
+    """Matplotlib finds no limits around a single time that is a power of ten."""
     errors = Errors(error, error, error, 10)
     row = Row("VTK per pixel", "interpolation", "VTK", "float32", 10, Timing.of([seconds]), interpolation=errors)
     axes = drawn([row])
@@ -52,12 +52,12 @@ def test_the_panel_of_interpolation_says_how_the_error_falls_with_the_points():
 def report():
     scene = ph.Scene([ph.PointLight(position=(1, 1, 2))], ph.Viewer(position=(0, 0, 3)))
     measured = ph.tradeoff(pv.Sphere(), scene, ph.Material(specular=0.3, shininess=20), seconds=1)
-    # which row is the cheapest is the machine's to say
+    # the cheapest row depends on the machine
     return replace(measured, rows=tuple(row for row in measured.rows if row.name == "float32 NumPy"))
 
 
 def test_errors_inside_triangles_have_no_picture_where_some_are_strips(report):
-    """The errors of a triangle and of a strip of one are as many as the cells."""
+    """A triangle and a strip of one triangle have one error per cell."""
     mesh = pv.PolyData(np.array([(0, 0, 0), (1, 0, 0), (0, 1, 0), (1, 1, 0)], float), faces=[3, 0, 1, 2])
     mesh.SetStrips(pv.CellArray([3, 2, 1, 3]))
     black = np.zeros((4, 3))
@@ -68,7 +68,7 @@ def test_errors_inside_triangles_have_no_picture_where_some_are_strips(report):
 
 
 def colored(pixels):
-    """The part of the mesh's pixels that are not grey."""
+    """Return the fraction of the mesh's pixels that are not grey."""
     inside = pixels[(pixels != pixels[0, 0]).any(axis=2)].astype(int)
     return np.mean(np.ptp(inside, axis=1) > 30)
 

@@ -17,7 +17,7 @@ MODULE = "pvphong.studies.accuracy.interpolation"
 
 
 def refined(tolerance, seconds=20.0, scene=SCENE, mesh=None):
-    """Meshes by name, errors of the triangles that were searched, and what is left out."""
+    """Return rows by name, errors of the searched triangles, and the variants left out."""
     mesh = mesh or pv.Sphere(theta_resolution=12, phi_resolution=12)
     subject = Subject(mesh.points, mesh.point_data.active_normals, scene, SHINY, None)
     found = interpolation(mesh, subject, tolerance, 1e-4, Clock(seconds))
@@ -54,7 +54,7 @@ def test_without_time_meshes_are_left_out_and_few_triangles_searched():
 
 
 def test_the_saw_of_a_hard_shadow_falls_with_the_fourth_root_of_the_points_and_is_cut():
-    """The edge is straight, so that all triangles along it are alike."""
+    """The edge is straight, so all triangles along it have the same errors."""
     ground = pv.Plane(i_size=4, j_size=4, i_resolution=16, j_resolution=16).triangulate()
     roof = pv.Plane(center=(3.03, 0, 1), i_size=6, j_size=8)
     scene = ph.Scene([ph.DirectionalLight(direction=(0, 0, -1))], SCENE.viewer, ph.LightModel(shadows=True))
@@ -80,7 +80,7 @@ def test_rays_that_need_not_be_cast_take_no_time():
 
 
 def test_rays_inside_triangles_take_longer_the_coarser_those_at_vertices_were(monkeypatch):
-    """They are cast to the same standard error in either case, which falls with their number to the power ¾."""
+    """Rays are cast to the same standard error in both cases; it falls with their number to the power ¾."""
     monkeypatch.setattr(f"{MODULE}.timed", lambda run: (run(), 1.0))
     ball, lamp = pv.Sphere(), ph.SphereLight(position=(0, 0, 3), radius=0.5)
     roof = pv.Disc(center=(0, 0, 1), inner=0.0, outer=0.2)
@@ -105,7 +105,7 @@ def test_some_triangles_stand_for_all_on_refined_meshes(monkeypatch):
     monkeypatch.setattr(f"{MODULE}._WORST", mesh.n_cells)
     every = refined(0.9, mesh=mesh)[0]["refined 1×"].error
     assert some.count < every.count == 4 * mesh.n_cells
-    assert some.largest == pytest.approx(every.largest, rel=1e-14)  # many are evaluated by compiled code
+    assert some.largest == pytest.approx(every.largest, rel=1e-14)  # large numbers use compiled code
     assert some.rms == pytest.approx(every.rms, rel=0.1)
 
 
@@ -130,7 +130,7 @@ def test_split_triangles_share_their_new_points_and_lie_where_they_did():
 
 
 def test_refining_where_it_matters_lessens_what_is_seen_of_the_error():
-    """Counted by triangle, its RMS rose with the number of small triangles round the worst places."""
+    """Weighted by count, the RMS would rise with the number of small triangles around the worst places."""
     lamp = ph.SpotLight(position=(0, 0, 2), direction=(0, 0, -1), cone_angle=8)
     found, _, _ = refined(1 / 255, scene=ph.Scene([lamp], ph.Viewer(position=(0, 0, 3))))
     before, after = found[AS_IT_IS].error, found[ADAPTIVE].error

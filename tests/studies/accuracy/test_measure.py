@@ -1,4 +1,4 @@
-"""The report on accuracy and time: its errors are those of `evaluate`, its error bounds hold, its choice is right."""
+"""Report of accuracy against time: errors equal those of `evaluate`, error bounds hold, the choice is right."""
 
 import csv
 import time
@@ -56,7 +56,7 @@ def test_arithmetic_error_is_that_of_evaluate(mesh, report):
 
 def test_light_model_errors_are_those_of_the_changed_scene(mesh, report):
     truth = exact(mesh, SCENE, SHINY)
-    x, y, z = SUN.position  # the mesh's middle is the origin, and the lamp is not far
+    x, y, z = SUN.position  # the mesh is centred at the origin, and the lamp is near
     up = ph.DirectionalLight(direction=(0, 0, 1), diffuse=GLOW.diffuse)
     far, blinn = ph.LightModel(local_viewer=False), ph.LightModel(reflection="blinn-phong")
     changed = {
@@ -166,7 +166,7 @@ def test_no_approximation_errs_by_more_than_is_predicted():
 
 
 def test_approximations_of_physically_based_shading_are_those_that_the_plan_took(mesh):
-    """Its colours are light raised to 1/2.2."""
+    """Colours are light to the power 1/2.2."""
     physical = ph.Material(reflectance=ph.PBR(roughness=0.4))
     lamps = [replace(light, intensity=strength) for light, strength in ((SUN, 1.0), (GLOW, 0.01))]
     scene = replace(SCENE, lights=lamps, light_model=ph.LightModel.vtk())
@@ -221,7 +221,7 @@ def test_the_ledger_tells_error_reason_and_whether_it_runs(mesh, report):
     assert entries["lights"].cost.median > entries["ambient"].cost.median
 
 
-@pytest.mark.usefixtures("report")  # the first report of a process also loads what runs
+@pytest.mark.usefixtures("report")  # the first report of a process also loads code
 def test_the_time_budget_is_kept(mesh):
     for seconds in (0.5, 3.0):
         start = time.process_time()

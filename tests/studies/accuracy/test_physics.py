@@ -1,4 +1,4 @@
-"""Models of light beside paths of it: errors that are known, noise, the sentence, the panel."""
+"""Light models against path tracing: known errors, noise, the sentence, the panel."""
 
 import json
 
@@ -13,7 +13,7 @@ GREY = ph.Material(ambient=0.6, diffuse=0.6, specular=0.0)
 
 @pytest.fixture(scope="module")
 def report():
-    """A sphere of albedo 0.6 that glows inside: the truth is known, and what each model misses of it."""
+    """Measure a sphere of albedo 0.6 that emits light inwards: the truth and each model's error are known."""
     ball = pv.Icosphere(nsub=2)
     ball.point_data.active_normals = -ball.points
     glowing = ph.Material(ambient=0.6, diffuse=0.6, specular=0.0, emission=0.2)
@@ -63,7 +63,7 @@ def test_the_panel_is_drawn_alone_and_in_the_figure(report, tmp_path):
 
 
 def test_noise_is_no_error():
-    """A light without bounces around: the constant is off, and direct light right but for noise."""
+    """Without bounces, constant ambient light is wrong, and direct light is right up to noise."""
     lamp = ph.SphereLight((0, 0, 2), radius=0.5, intensity=3)
     scene = ph.Scene([lamp], light_model=ph.LightModel(ambient=0.0))
     physics = (

@@ -1,4 +1,4 @@
-"""Errors, fronts and the choice among rows, its sentences and its tables, on known numbers."""
+"""Errors, fronts, the choice among rows, sentences and tables, on known numbers."""
 
 from dataclasses import replace
 
@@ -19,7 +19,7 @@ def row(name, seconds, error, kind="arithmetic", is_peer=False, backend="a"):
 
 
 def report(*rows, **fields):
-    """Of rows, given by the arguments of `row`."""
+    """Return a report of rows, given as arguments of `row`."""
     cloud = pv.PolyData(np.eye(3))
     given = {
         "tolerance": 1 / 255,
@@ -49,14 +49,14 @@ def test_vertex_errors_are_largest_rms_and_percentile():
     errors = Errors.at_vertices(colors, truth)
     assert errors.largest == 0.5
     assert errors.rms == pytest.approx(np.sqrt((0.25 + 0.0625) / 300))
-    assert errors.p99 == pytest.approx(0.005)  # between the last but one, 0, and the last, 0.5, at 98.01 of 99
+    assert errors.p99 == pytest.approx(0.005)  # at 98.01 of 99, between the second last, 0, and the last, 0.5
     assert errors.count == 100
 
 
 def test_triangle_errors_count_by_area():
     errors = Errors.inside_triangles(np.array([0.5, 0.1, 0.3]), np.array([1.0, 194.0, 5.0]))
     assert errors.largest == 0.5
-    assert errors.p99 == 0.3  # the one at 0.5 is one part in two hundred, and the one at 0.1 less than 99 in a hundred
+    assert errors.p99 == 0.3  # 0.5 has a share of 1/200, and those up to 0.1 less than 99 %
     assert errors.rms == pytest.approx(np.sqrt((0.25 + 194 * 0.01 + 5 * 0.09) / 200))
     assert errors.count == 3
 
@@ -95,8 +95,8 @@ def test_the_decisive_error_adds_what_can_come_together():
     [
         (Timing(5e-6, 4e-6, 6e-6, 20), False),
         (Timing(5e-6, -1e-6, 6e-6, 20), True),
-        (Timing(-5e-6, -6e-6, -4e-6, 20), True),  # nothing costs less than nothing
-        (Timing(5e-6, 4e-6, 6e-6, 2), True),  # quartiles of two numbers say nothing
+        (Timing(-5e-6, -6e-6, -4e-6, 20), True),  # a negative cost is noise
+        (Timing(5e-6, 4e-6, 6e-6, 2), True),  # two samples have no meaningful quartiles
     ],
 )
 def test_a_cost_is_noise_where_it_cannot_be_told_from_none(cost, noise):

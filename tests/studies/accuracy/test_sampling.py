@@ -1,4 +1,4 @@
-"""What rays cost: rows of the report for shadows and occlusion by few rays and by many."""
+"""Cost of rays: rows of the report for shadows and occlusion by few rays and by many."""
 
 import numpy as np
 import pytest
@@ -28,7 +28,7 @@ RIG = scene(SUN, BALL, shadows=True, ambient_occlusion=True)
 
 
 def sampled(mesh, rig, *occluders):
-    """With time for all rows, on the slowest machine too."""
+    """Measure with enough time for all rows, even on a slow machine."""
     seen = mesh.phong.visibility(rig, occluders=occluders, tolerance=0.005)
     subject = Subject(np.asarray(mesh.points), mesh.phong.normals(), rig, CLAY, None, seen)
     return sampling(subject, seen, 0.005, Clock(3600.0))
@@ -46,12 +46,12 @@ def report():
 
 
 def rays(row):
-    """How many were cast from a vertex, from the row's note: a time would hang on the machine."""
+    """Return the rays per vertex from the row's note; a time would depend on the machine."""
     return float(row.note.split()[0])
 
 
 def test_some_vertices_get_the_colours_that_all_of_them_get():
-    """Each by its own normal, part of lights and sky, and place in maps."""
+    """Each vertex uses its own normal, visibility and map values."""
     random = np.random.default_rng(7)
     material = CLAY.with_values({"diffuse": Map(random.random((FLOOR.n_points, 3)))})
     seen = FLOOR.phong.visibility(RIG, occluders=[ROOF], samples=4)
@@ -132,7 +132,7 @@ def test_where_nothing_is_in_the_way_no_ray_is_priced():
 @pytest.mark.parametrize("reflectance", [ph.Phong(40.0), ph.Ward(0.2, 0.4)])
 @pytest.mark.parametrize("two_sided", [False, True])
 def test_highlights_of_partly_hidden_lights_are_off_by_what_paths_say(reflectance, two_sided):
-    """A screen hides half a panel, and the highlight mirrors the other half or the hidden one."""
+    """A screen hides half of an area light, and the highlight reflects the visible or the hidden half."""
     floor, screen = FLOOR.copy(), pv.Plane(center=(1, 0, 1.5), i_size=2, j_size=9)
     floor["along"] = np.tile([1.0, 0.0, 0.0], (floor.n_points, 1))
     panel = ph.RectangleLight(position=(0, 0, 3), direction=(0, 0, -1), width=1.5, height=1.5, intensity=6.0)

@@ -1,4 +1,4 @@
-"""Time budgets, and runs that are measured in turns, on a clock that only runs do move."""
+"""Time budgets, and runs measured in turns, with a clock that advances only in runs."""
 
 from itertools import cycle
 
@@ -10,7 +10,7 @@ from pvphong.studies.accuracy.timing import Clock, interleaved
 
 
 class Watch:
-    """Seconds that runs take, by their own account."""
+    """Clock that runs advance themselves."""
 
     def __init__(self):
         self.now = 0.0
@@ -20,7 +20,7 @@ class Watch:
         return self.now
 
     def run(self, name, *durations):
-        """A run that takes these seconds in turn."""
+        """Return a run that takes these seconds, one after the other."""
         turns = cycle(durations)
 
         def running():
@@ -80,7 +80,7 @@ def test_a_machine_that_slows_down_costs_rounds_and_not_the_budget(watch):
     clock = Clock(8.0)
     times = interleaved(runs, {"a": 0.1, "b": 0.1}, clock)
     assert 0.0 <= clock.left < 1.0
-    assert len(times["a"]) < 40  # as many as would fit at first
+    assert len(times["a"]) < 40  # the number that would fit at the initial speed
 
 
 def test_a_short_run_is_sampled_by_the_least_of_some_and_there_is_always_one_round(watch):
@@ -90,7 +90,7 @@ def test_a_short_run_is_sampled_by_the_least_of_some_and_there_is_always_one_rou
 
 
 def rounds(watch, estimates, seconds, needed=()):
-    """How often each run takes a turn, single runs being long enough."""
+    """Return the number of turns of each run, if a sample is a single run."""
     runs = {name: watch.run(name, taken) for name, taken in estimates.items()}
     times = interleaved(runs, estimates, Clock(seconds), needed)
     return {name: np.count_nonzero(np.isfinite(taken)) for name, taken in times.items()}

@@ -1,4 +1,4 @@
-"""Rows that are alike, edges and parts, against dictionaries and sets."""
+"""Equal rows, edges and connected parts, against dictionaries and sets."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from pvphong.studies.diagnose.shells import connected
 
 
 def by_a_dictionary(rows):
-    """The first of equal tuples; tuples with a NaN are equal to none."""
+    """Return the index of the first equal tuple; a tuple with a NaN equals no other."""
     first, seen = [], {}
     for index, row in enumerate(map(tuple, rows.tolist())):
         first.append(index if any(x != x for x in row) else seen.setdefault(row, index))

@@ -1,4 +1,4 @@
-"""The diagnosis: each kind of fault by itself, real meshes, and independent counts on random ones."""
+"""Diagnosis: each kind of fault alone, real meshes, and independent counts on random meshes."""
 
 import io
 from collections import Counter, defaultdict
@@ -25,7 +25,7 @@ NAN, INF = np.nan, np.inf
 
 
 def faults(diagnosis):
-    """What was found, as a dictionary of lists."""
+    """Return the findings as a dictionary of lists."""
     return {finding.name: np.asarray(getattr(diagnosis, finding.name)).tolist() for finding in diagnosis.findings}
 
 
@@ -47,7 +47,7 @@ SPOILING = [
     (mesh_of(SQUARE, (0, 1, 2), (0, 2, 9), (0, -1, 3)), {"invalid_cells": [1, 2], "unused_points": [3]}),
     (pv.PolyData(SQUARE, faces=[4, 0, 1, 2, 3], lines=[2, 0, 99]), {"invalid_cells": [0]}),  # the line is first
     (pv.UnstructuredGrid([4, 0, 1, 2, 3, 4, 0, 1, 2, 99], [10, 10], CORNERS), {"invalid_cells": [1]}),  # no surface
-    # The edges of a collapsed quad count; a face folded onto itself says nothing about its neighbours.
+    # The edges of a collapsed quad count; those of a face folded onto itself do not.
     (mesh_of(ROOF, (0, 1, 2, 2), (0, 3, 2)), {"degenerate_faces": [0], "inconsistent_edges": [[0, 2]]}),
     (mesh_of(SQUARE, (0, 1, 2), (0, 2, 1)), {"unlit_points": [0, 1, 2], "unused_points": [3]}),
     (mesh_of([*ROOF, (-1, 2, 3)], (0, 1, 2), (2, 1, 0), (0, 3, 4)), {"unlit_points": [1, 2]}),
@@ -60,7 +60,7 @@ SPOILING = [
     (mesh_of(SQUARE, (0, 1, 2), (0, 2, 3), (2, 0, 1), (1, 2, 0)),
      {"duplicate_faces": [2, 3], "non_manifold_edges": [[0, 1], [0, 2], [1, 2]]}),
     (mesh_of(1e16 + SQUARE * 8, (0, 1, 2, 3)), {"far_faces": [0]}),
-    # Faces without a height, or of points at one place, are far where other faces of the mesh would be.
+    # Faces without a height, or of coincident points, are far if other faces of the mesh would be.
     (mesh_of(1e16 + 8 * np.array([*SQUARE, (0.5, 0.5, 0), (1, 0, 0), (1, 0, 0)]), (0, 1, 2, 3), (0, 2, 4), (1, 5, 6)),
      {"far_faces": [0, 1, 2], "degenerate_faces": [1, 2], "duplicate_points": [5, 6], "unlit_points": [4, 5, 6]}),
     (with_normals(TETRAHEDRON, (0, 0, 0), (1, NAN, 0), (-1, 3, -1), (0, 0, -INF)),
@@ -86,7 +86,7 @@ NOTED = [
     (mesh_of([*SQUARE, *SQUARE[1:3]], (0, 1, 2, 3)), {"duplicate_points": [4, 5], "unused_points": [4, 5]}),
     (mesh_of([*SQUARE, (7, 7, 7)], (0, 1, 2, 3)), {"unused_points": [4]}),
     (mesh_of(SQUARE * (1, 1e-15, 1), (0, 1, 2, 3)), {"thin_faces": [0]}),
-    # Where normals are stored, no face spoils anything.
+    # With stored normals, no face spoils the lighting.
     (with_normals(mesh_of(SQUARE, (0, 1, 2, 3), (3, 2, 1, 0)), Z), {"unlit_points": [0, 1, 2, 3]}),
     (with_normals(mesh_of(SQUARE, (0, 1, 2, 3), (0, 2, 2)), Z), {"degenerate_faces": [1]}),
     (with_normals(mesh_of(SQUARE, (0, 1, 2, 3), (1, 2, 3, 0)), Z), {"duplicate_faces": [1]}),
@@ -167,7 +167,7 @@ def test_what_is_no_dataset_or_no_model_matrix_is_refused(mesh, matrix, message)
         diagnose(mesh, matrix=matrix)
 
 
-# --- real meshes: the counts were read off each file once, and agree with what VTK and brute force say below ---
+# --- real meshes: recorded counts, which agree with VTK and brute force below ---
 
 
 @pytest.mark.parametrize(
@@ -189,7 +189,7 @@ def test_bundled_meshes_are_ok(load, n_faces, expected):
 
 
 def test_the_beam_of_tetrahedra_is_inside_out():
-    """VTK takes each of its cells for one of negative volume, too."""
+    """VTK also reports a negative volume for each of its cells."""
     beam = examples.load_tetbeam()
     assert (beam.compute_cell_sizes()["Volume"] < 0).all()
     assert faults(diagnose(beam)) == {"inside_out_faces": list(range(176))}
@@ -206,7 +206,7 @@ def test_the_globe_has_collapsed_faces_at_its_poles():
 
 
 def by_brute_force(points, faces):
-    """The faults of small meshes, one face and one edge after the other, areas in fractions."""
+    """Return the faults of a small mesh by a loop over faces and edges, with areas as fractions."""
     degenerate, duplicate, edges, once, before = [], [], defaultdict(Counter), defaultdict(Counter), set()
     for number, face in enumerate(faces):
         flat = not any(exact.area_vector(points[face]))
@@ -259,12 +259,12 @@ def test_normals_are_fine_where_no_face_is_blamed_and_where_one_is_an_offset_tha
     blamed = np.zeros(airplane.n_faces, dtype=bool)
     for numbers in (found.far_faces, found.thin_faces, found.degenerate_faces):
         blamed[numbers] = True
-    assert (error[~blamed] <= 2 / 255).all()  # 1/255 by its estimate: both ends of a height are rounded
+    assert (error[~blamed] <= 2 / 255).all()  # twice the estimate, 1/255: both ends of a height are rounded
     is_far = np.abs(offset).max() >= 1e4
     assert [blamed.any(), len(found.far_faces) > 0, found.offset is not None] == [is_far] * 3
-    assert found.ok is not (np.abs(offset).max() >= 1e6)  # before that it is 1/1000 of the surface
+    assert found.ok is not (np.abs(offset).max() >= 1e6)  # at smaller offsets it is 1/1000 of the surface
     assert np.abs(offset).max() < 1e8 or blamed.all()
-    if is_far:  # it brings the middle to within a tenth of the size of the origin
+    if is_far:  # the offset brings the middle to within a tenth of the mesh's size of the origin
         low, high = stored.min(axis=0), stored.max(axis=0)
         assert np.abs((low + high) / 2 - found.offset).max() <= 0.1 * (high - low).max()
         assert "Subtract an offset" in found.explain()
@@ -272,7 +272,7 @@ def test_normals_are_fine_where_no_face_is_blamed_and_where_one_is_an_offset_tha
         moved = (world - found.offset).astype(np.float32)
         assert np.linalg.norm(polygon_normals(moved, *mesh) - true, axis=1).max() < 1e-4 < 2e-3 < error.max()
         assert diagnose(mesh_of(moved, *faces)).ok
-    assert diagnose(mesh_of(world, *faces)).ok  # float64 holds it as it is
+    assert diagnose(mesh_of(world, *faces)).ok  # float64 is precise enough
 
 
 def test_a_part_far_from_the_others_is_far_and_the_others_are_not_thin():
@@ -281,7 +281,7 @@ def test_a_part_far_from_the_others_is_far_and_the_others_are_not_thin():
     found = diagnose(both)
     assert found.far_faces.tolist() == list(range(1680, 3360))
     assert len(found.thin_faces) == 0
-    assert found.offset is None  # none brings both parts to the origin
+    assert found.offset is None  # no single offset brings both parts to the origin
     assert "a separate one for each of several distant parts" in " ".join(found.explain().split())
 
 
@@ -292,7 +292,7 @@ def test_the_text_names_every_finding_and_its_remedy():
     text = MANY_FAULTS.explain()
     assert text.splitlines()[0] == "Diagnosis of 8 points and 3 faces: 2 kinds of fault, 3 notes"
     assert repr(MANY_FAULTS) == f"<{text.splitlines()[0]}>"
-    assert [finding.spoils for finding in MANY_FAULTS.findings] == [True, True, False, False, False]  # these come first
+    assert [finding.spoils for finding in MANY_FAULTS.findings] == [True, True, False, False, False]  # faults first
     for line in (
         "  spoils: 1 cell with an index out of range",
         "  spoils: 1 edge (37 % of the surface) whose two faces have opposite fronts",
@@ -375,7 +375,7 @@ def test_a_closed_surface_is_found_when_it_is_turned_and_only_then(mesh, size, w
     mesh = mesh.copy()
     mesh.points = (mesh.points.astype(float) + where) * size
     right, wrong = mesh, mesh.flip_faces()
-    if diagnose(right).inside_out_faces.size:  # which way round PyVista makes it is not what is asked here
+    if diagnose(right).inside_out_faces.size:  # the orientation that PyVista chooses is not tested here
         right, wrong = wrong, right
     assert not len(diagnose(right).inside_out_faces)
     assert len(diagnose(wrong).inside_out_faces) == mesh.n_cells
@@ -396,7 +396,7 @@ TURNED = ball(turned=True)
         ([ball(2.0), TURNED], []),  # the wall of a cavity
         ([ball(2.0, turned=True), ball()], [0]),
         ([ball(2.0), ball()], []),
-        ([RING, ball(0.2, turned=True)], [1]),  # in its box and its hole, and not in its inside
+        ([RING, ball(0.2, turned=True)], [1]),  # in its box and its hole, but not inside it
         ([RING, ball(0.2, center=(3, 0, 0), turned=True)], []),
     ],
 )

@@ -1,4 +1,4 @@
-"""Normals that do not fit, fronts on the wrong side, severity by share, and remedies that cure what they are for."""
+"""Misfit normals, reversed faces, severity by share, and remedies that repair their faults."""
 
 import numpy as np
 import pytest
@@ -21,7 +21,7 @@ def bare(mesh):
 
 
 def moved(mesh, change):
-    """A mesh whose points were changed after its normals were stored, as users do."""
+    """Return a mesh whose points were changed after its normals were stored, a common mistake."""
     mesh = mesh.copy()
     change(mesh.points)
     return mesh
@@ -46,7 +46,7 @@ def grid(x, y, z):
 
 
 def flipped_faces(mesh, *numbers):
-    """Some faces of a mesh of quads or triangles turned round."""
+    """Return a mesh of quads or triangles with some faces reversed."""
     mesh = mesh.copy()
     faces = mesh.regular_faces.copy()
     faces[list(numbers)] = faces[list(numbers), ::-1]
@@ -115,7 +115,7 @@ def test_the_remedy_works_when_it_is_pasted(name, mesh):
     assert not len(getattr(after, name))
     assert after.ok
     assert after.n_faces
-    if name == "inconsistent_edges":  # most stay as they are
+    if name == "inconsistent_edges":  # most faces keep their orientation
         assert not len(after.downward_faces)
 
 

@@ -1,4 +1,4 @@
-"""What a comparison says of given errors, without VTK."""
+"""Statistics and texts of a comparison with given errors, without VTK."""
 
 import json
 import math
@@ -14,7 +14,7 @@ PLANE = pv.Plane(i_resolution=1, j_resolution=9)  # 20 points
 
 
 def comparison(errors, **left_out):
-    """Of a plane whose last points are left out, with VTK's colours at 0.5."""
+    """Return a comparison on a plane whose last points are left out; VTK's colours are 0.5."""
     count, n = PLANE.n_points, len(errors)
     own = np.full((count, 3), 0.5)
     own[:n] += errors
@@ -35,7 +35,7 @@ def comparison(errors, **left_out):
 
 
 def ramp():
-    """Errors of alternating sign; the largest, 9e-4, is the green one of point 9."""
+    """Errors alternate in sign; the largest, 9e-4, is in the green channel of point 9."""
     errors = np.zeros((10, 3))
     errors[:, 1] = 1e-4 * np.arange(10) * (-1.0) ** np.arange(10)
     return errors

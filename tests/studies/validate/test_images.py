@@ -1,4 +1,4 @@
-"""Pictures of lit colours against pictures that VTK lights."""
+"""Pictures of lit colours against pictures lit by VTK."""
 
 from dataclasses import replace
 from itertools import product
@@ -38,7 +38,7 @@ DRAWN = {
 
 
 def steps_of_interpolation(mesh, scene, material):
-    """The largest interpolation error, in steps of a display."""
+    """Return the largest interpolation error in steps of a display."""
     return 255.0 * float(interpolation_error(mesh, scene, material).cell_data["phong_interpolation_error"].max())
 
 
@@ -106,7 +106,7 @@ def test_the_numbers_are_those_of_the_pixels_inside():
 
 
 def test_contours_inside_the_outline_are_not_inside():
-    """The far side of a torus shows above the near one; where the near one turns away is a silhouette too."""
+    """The far side of a torus is visible above the near one, whose contour is a silhouette too."""
     compared = compare_images(TORUS, Scene([SUN], EYE), MATTE)
     column, height = compared.inside[:, 200], len(compared.inside)
     parts = np.flatnonzero(np.diff(column.astype(int)) == 1)

@@ -1,4 +1,4 @@
-"""The report on pvphong against VTK."""
+"""Report that compares pvphong with VTK."""
 
 import re
 from importlib.metadata import version

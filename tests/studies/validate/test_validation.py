@@ -1,4 +1,4 @@
-"""Random scenes against VTK's own shader, and proof that the comparison can fail; fixed scenes are `test_report`'s."""
+"""Random scenes against VTK's shader, and planted faults that the comparison must find; see also `test_report`."""
 
 import math
 from dataclasses import replace
@@ -33,7 +33,7 @@ HOLLOW.point_data.active_normals = -BALL.point_data.active_normals
 
 
 def assert_equals_vtk(comparison, *, tier=None, converted=None, share=0.9):
-    """`converted`: words of what VTK was told in place of the scene; empty for nothing."""
+    """Assert equal colours; `converted` is part of the listed conversions, or empty if there are none."""
     assert comparison.passed, str(comparison)
     assert comparison.n >= share * len(comparison.pvphong), str(comparison)
     assert tier in (None, comparison.tier)
@@ -51,11 +51,11 @@ in_blocks = pytest.mark.parametrize(
 
 
 def drawable(seed, is_physical):
-    """Any scene and matrix, or the nearest that VTK can draw, and a cloud with normals in all directions in it."""
+    """Draw a scene and matrix, or the nearest that VTK can draw, and a cloud with normals in all directions."""
     case = moderate_case(Dice(seed), "vtk" if is_physical else ("standard", "vtk")[seed % 2])
     scene, material = case.scene, case.material
     if is_physical:
-        # As `pbr=True` draws it; of roughnesses for which the bound is within 1e-4
+        # as drawn with `pbr=True`, with roughnesses for which the bound is within 1e-4
         dice = Dice(f"physical {seed}")
         reflectance = PBR(dice.choice((0.0, 1.0, dice.random())), dice.uniform(0.25, 1.0))
         material = Material(diffuse=np.clip(rgb(dice.color()), 0.0, 1.0), reflectance=reflectance)
@@ -73,7 +73,7 @@ def drawable(seed, is_physical):
 @pytest.mark.parametrize("dark", [0.012, (0.06, 0.0, 0.0), 0.0])
 @pytest.mark.parametrize("metallic", [0.6, 0.9])
 def test_nearly_black_half_metals_are_as_vtk_draws_them(metallic, dark):
-    """There F₉₀ is below 1."""
+    """F₉₀ is below 1 for such materials."""
     mesh, scene, _, matrix = drawable(80, True)
     black = Material(diffuse=dark, reflectance=PBR(metallic, 0.36))
     assert validate(mesh, scene, black, matrix=matrix).passed
@@ -82,7 +82,7 @@ def test_nearly_black_half_metals_are_as_vtk_draws_them(metallic, dark):
 @pytest.mark.parametrize("is_physical", [False, True], ids=["phong", "physical"])
 @in_blocks
 def test_random_scenes(block, is_physical, monkeypatch):
-    """Through the readable evaluator, and through the compiled one where it is installed."""
+    """Use the reference evaluator, and the compiled one if it is installed."""
     compared = count = 0
     for seed in range(block * RANDOM // 10, (block + 1) * RANDOM // 10):
         mesh, scene, material, matrix = drawable(seed, is_physical)
@@ -99,11 +99,11 @@ def test_random_scenes(block, is_physical, monkeypatch):
     assert compared > 0.8 * count
 
 
-# --- it can fail --------------------------------------------------------------------------------------------------
+# --- planted faults --------------------------------------------------------------------------------------------------
 
 
 def changed(what, **fields):
-    """Gives the evaluator other lights, or another material, viewer or light model, than VTK."""
+    """Return a fault that gives the evaluator other lights, material, viewer or light model than VTK."""
 
     def change(scene, material, **_):
         if what == "material":
@@ -187,7 +187,8 @@ def test_a_single_wrong_vertex_fails_and_is_named(monkeypatch, error):
 
 
 OFF = replace(LAMP, on=False)
-# Black or off, another light ends a headlight's own formula; off alone, it draws unlit; some colours are ignored.
+# Another light, even black or off, disables VTK's special formula of a single headlight. A single light that is off
+# draws unlit. VTK ignores some colours.
 QUIRKS = [HEADLIGHT, replace(SUN, diffuse=0.0)], [HEADLIGHT, OFF], [OFF], [replace(SUN, specular="lime", ambient=0.5)]
 
 
@@ -200,9 +201,9 @@ def test_quirks_of_lights(lights, material):
 def test_quirk_the_floor_shows_at_powers_below_1():
     faint = Material(ambient=0.0, diffuse=0.0, specular=1.0, shininess=0.1)
     comparison = validate(BALL, Scene([SUN], EYE, VTK), faint)
-    assert_equals_vtk(comparison, share=0.6)  # a step of float32 in a small cosine shows in its power
+    assert_equals_vtk(comparison, share=0.6)  # powers amplify float32 rounding of small cosines
     reds = comparison.pvphong[:, 0]
-    assert reds[reds > 0.0].min() == pytest.approx(0.8 * 1e-5**0.1, abs=1e-4)  # .316 · .8: nothing is darker
+    assert reds[reds > 0.0].min() == pytest.approx(0.8 * 1e-5**0.1, abs=1e-4)  # .316 · .8 is the darkest
 
 
 # --- physically based shading ---------------------------------------------------------------------------------
@@ -216,7 +217,7 @@ def test_physical_shading_of_a_property_is_its_materials():
     np.testing.assert_allclose(own.rgb, np.clip(drawn, 0, 1), atol=2e-5)
 
 
-# --- what VTK is told in place of the scene -----------------------------------------------------------------------
+# --- conversions of the scene for VTK -----------------------------------------------------------------------
 
 AMBIENT = Scene([SUN], EYE, LightModel(ambient=(0.5, 0.2, 0.9)))
 FAR = LightModel(local_viewer=False)
@@ -234,7 +235,7 @@ CONVERTED = {
     "two-sided, VTK's": (Scene([LAMP], EYE, LightModel.vtk()), PLASTIC, "normals turned"),
     "darkness": (Scene([replace(SUN, on=False)], EYE), PLASTIC, "draw unlit"),
     "a half-space of light": (Scene([HALF_SPACE], EYE), PLASTIC, "cones of 90°"),
-    # what has no effect is no obstacle
+    # settings without effect do not prevent a comparison
     "highlights of a matte material": (
         Scene([replace(LAMP, specular=(1.0, 0.0, 0.0), ambient=0.4)], EYE, replace(FAR, reflection="blinn-phong")),
         Material(ambient=0.0, diffuse=0.6),
@@ -258,7 +259,7 @@ def test_vtk_s_floor_in_its_first_tier_is_left_out_in_the_standard_convention():
     comparison = validate(BALL, OPENGL, Material(diffuse=1.0, specular=1.0, shininess=0.3))
     assert comparison.passed
     assert comparison.tier == 1
-    assert len(comparison.left_out["VTK's floor"]) > 0.3 * BALL.n_points  # what faces away
+    assert len(comparison.left_out["VTK's floor"]) > 0.3 * BALL.n_points  # vertices that face away
 
 
 @pytest.mark.parametrize("local_viewer", [True, False])
@@ -272,7 +273,7 @@ def test_the_normals_of_worst_vertices_are_those_that_face_the_viewer(local_view
 
 @pytest.mark.parametrize("offset", [1e3, 1e9])
 def test_a_mesh_far_from_the_origin_is_compared_around_its_middle(offset):
-    """Moved as a whole, with lights and eye, in float64: pvphong shifts the origin, VTK by itself would not."""
+    """The scene is moved as a whole, in float64: pvphong shifts the origin, VTK does not."""
     step = np.array([offset, -offset, 0.5 * offset])
     mesh = pv.PolyData(np.float64(BALL.points) + step, BALL.faces)
     lamp = replace(LAMP, position=tuple(LAMP.position + step))
@@ -298,7 +299,7 @@ def test_bright_light_is_compared_unclamped_and_in_proportion(light, intensity):
     assert comparison.pvphong.max() > 0.4 * intensity
 
 
-# --- what VTK cannot draw -----------------------------------------------------------------------------------------
+# --- scenes that VTK cannot draw -------------------------------------------------------------------------------
 
 REFUSED = {
     "a light's ambient": (
@@ -383,7 +384,7 @@ def test_a_mirrored_surface_is_refused_in_vtk_s_convention_only():
     assert validate(BALL, Scene([SUN], EYE, LightModel(two_sided=True)), PLASTIC, matrix=MIRROR).passed
 
 
-# --- what is left out ---------------------------------------------------------------------------------------------
+# --- vertices left out ---------------------------------------------------------------------------------------------
 
 
 def test_unlit_vertices_are_left_out_and_counted():
