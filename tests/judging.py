@@ -87,7 +87,7 @@ def _size(a: Exact) -> float:
 
 
 def _summed_from(placement: PunctualParameters, p: Exact) -> Exact:
-    """The sum of the magnitudes that a world coordinate is added up from."""
+    """Sum of the magnitudes of the terms of a world coordinate."""
     x, y, z = (
         (sum(abs(a * b) for a, b in zip(row, p, strict=True)) + abs(shift)) / abs(placement.w)
         for row, shift in zip(placement.linear, placement.offset, strict=True)
@@ -101,7 +101,7 @@ def _ratio(above: Fraction, below: Fraction) -> float:
 
 
 def normal_conditioning(placement: PunctualParameters, n: Exact) -> float:
-    """How much rounding of the terms of C·n can turn it: ‖|C|·|n|‖ / ‖C·n‖."""
+    """Factor by which rounding of the terms of C·n can turn it: ‖|C|·|n|‖ / ‖C·n‖."""
     sizes = [sum(abs(a * b) for a, b in zip(row, n, strict=True)) for row in placement.cofactors]
     turned = placement.normal(n)
     return _ratio(sum((a * a for a in sizes), Fraction(0)), dot(turned, turned))

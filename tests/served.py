@@ -14,7 +14,7 @@ import numpy as np
 from windowed import SIZE, Program, end_at_errors, furnish, told
 
 ESCAPE = "\ue00c"
-"""As WebDriver names the key."""
+"""WebDriver's name of the key."""
 
 
 class Server(Program):

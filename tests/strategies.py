@@ -26,7 +26,7 @@ Triple = tuple[float, float, float]
 T = TypeVar("T")
 
 KEPT = 1000
-"""So many throws, or fewer, are the same in every run."""
+"""Up to this number, the throws are the same in every run."""
 
 
 @dataclass(frozen=True)
@@ -50,7 +50,7 @@ class Case:
         return {"matrix": self.matrix}
 
     def stored_in(self, dtype: type[np.floating[Any]]) -> Case:
-        """The same case with points and normals rounded to a precision."""
+        """Return the case with points and normals rounded to a precision."""
         return replace(self, points=self.points.astype(dtype), normals=self.normals.astype(dtype))
 
     def __repr__(self) -> str:

@@ -1,4 +1,4 @@
-"""Every public name has an example in its docstring, and all examples run and print what they say."""
+"""Every public name has an example in its docstring, and all examples run and print the documented output."""
 
 import doctest
 import inspect
@@ -28,7 +28,7 @@ METHODS = {
     if not name.startswith("_") and ">>>" in (getattr(member, "__doc__", None) or "")
 }
 WAITS = ("PlotterPhong.studio",)
-"""Those whose example is shown and not run: it would wait for a browser."""
+"""Names whose example is not run, because it would wait for a browser."""
 
 
 @pytest.mark.parametrize("name", PUBLIC)

@@ -34,7 +34,7 @@ FLOORS = (
     {"accessor", "plotter", "filter", "chunks", "pipeline", "report", "cli"},
     {"__init__", "__main__"},
 )
-"""Packages, and the faces beside them, from the lowest floor up; a package's `__init__` belongs to it."""
+"""Packages, and the modules next to them, from the lowest layer up; a package's `__init__` belongs to it."""
 
 PACKAGE = Path(pvphong.__file__).parent
 CORE = 4

@@ -18,7 +18,7 @@ from pvphong.vtk.oracle import vtk_shade
 
 KIB = 1024
 COLOURS_KIB = 75
-"""What the colours of the mesh take: no more than half of it may be left each time."""
+"""Size of the mesh's colours: at most half of it may leak per repeat."""
 
 
 def few_or_many(few, many):

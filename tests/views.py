@@ -72,10 +72,10 @@ def triangle(middle, normal):
 
 
 MOVABLE = [kind for kind in KINDS if is_movable(example(kind))]
-"""Kinds that a hand can move: the others have no icon and no handle."""
+"""Lights that can be dragged; the others have no icon and no handle."""
 
 FROM_SOMEWHERE = [kind for kind in MOVABLE if comes_from_somewhere(example(kind))]
-"""Kinds that stand somewhere, or come from somewhere: the others have no highlight to drag, and no double."""
+"""Lights with a position or a direction; the others have no highlight to drag, and no double."""
 
 
 def view(projection="perspective", scale=1.0, *, position=(4.0, -7.0, 5.0), focal_point=(0.1, 0.2, 0.3), up=(0, 0, 1)):

@@ -100,7 +100,7 @@ def shade_files(
 ) -> Batch:
     """Light many files in many processes. Each is written as a .vtp file of its name with its colours.
 
-    A file is written whole or not at all. A receipt beside it, ``.NAME.vtp.json``, has checksums of the input, of
+    A file is written completely or not at all. A receipt next to it, ``.NAME.vtp.json``, has checksums of the input, of
     scene, material and options, and pvphong's version. A file whose receipt matches is not made again, so that an
     interrupted call can be repeated. If a worker is killed, Dask gives its work to others.
 

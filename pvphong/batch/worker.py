@@ -112,7 +112,7 @@ def checksum_of(value: Any) -> str:
 
 @dataclass(frozen=True)
 class Receipt:
-    """Record of the inputs of a lit file, in a small file beside it.
+    """Record of the inputs of a lit file, in a small file next to it.
 
     Attributes
     ----------
@@ -121,7 +121,8 @@ class Receipt:
     lighting : str
         Checksum of the scene, the materials and the options.
     version : str
-        Version of pvphong. run : str
+        Version of pvphong.
+    run : str
         Identifier of the call that made it.
     output : str
         Checksum of the lit file.
@@ -252,7 +253,7 @@ def _checksum_of_input(piece: Piece) -> str:
 
 
 def _surface(piece: Piece) -> tuple[pv.PolyData, bool]:
-    """Return the surface of a file without ghost cells, and whether it is that of a volume.
+    """Return the surface of a file without ghost cells, and True if it bounds a volume.
 
     A file without points, or with only ghost cells, is an empty piece; processes without cells write such files.
     """

@@ -37,7 +37,8 @@ def plan(
     Parameters
     ----------
     mesh
-        File of any format that PyVista reads. tolerance
+        File of any format that PyVista reads.
+    tolerance
         Largest absolute colour error that may be traded for time; 1/255 = 0.0039 is one step of a display.
     """
     outside, scene, material = lighting.read(mesh)
@@ -68,7 +69,7 @@ def validate(
     every
         Compare a fixed list of scenes on PyVista's meshes, in place of a mesh.
     report
-        File (.md) for the results of --all, with pictures in a folder beside it.
+        File (.md) for the results of --all, with pictures in a folder next to it.
     """
     if every:
         if mesh is not None or lighting != DEFAULT_LIGHTING or json is not None or output is not None:

@@ -40,7 +40,7 @@ def studio(
     no_browser
         Do not open a browser. The last line printed is the page's address.
     keep
-        Save each edit of the rig in NAME-rig.json beside the mesh, and start from that file if it exists.
+        Save each edit of the rig in NAME-rig.json next to the mesh, and start from that file if it exists.
     """
     refuse_missing_extra("pvphong studio")
     from pvphong.studio.web.serving import free_port

@@ -50,7 +50,7 @@ def main(tokens: "Sequence[str] | None" = None) -> int:
 
 def _supervise() -> int:
     """Run a child, wait for it, and report errors that it did not report itself."""
-    # one that comes before both have set what it does waits, or it would end this process and leave the child running
+    # block signals until both processes have set handlers: else one could end the parent and leave the child running
     signal.pthread_sigmask(signal.SIG_BLOCK, _quiet())
     listening, speaking = os.pipe()
     if FORKS:

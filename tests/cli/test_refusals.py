@@ -88,7 +88,7 @@ REFUSED = {
     "tradeoff sphere.vtp --tolerance 0": "tolerance must be a finite number > 0",
     "tradeoff sphere.vtp --plot no/a.png": "--plot" + NO_FOLDER,
     "tradeoff sphere.vtp --plot a.bmp": "suffix of --plot must be one of",
-    "demo --folder garbage.json": "folder must be a folder that can be created; got garbage.json",
+    "demo --folder garbage.json": "folder must be one that can be created; got garbage.json",
 }
 
 

@@ -213,7 +213,7 @@ class _Measurement:
         rows = [replace(row, time=Timing.of(times[name])) for name, row in self.rows.items() if name in times]
         measured = (
             f"{len(baseline)} rounds in turns after a warm-up, slow runs in some of them only; "
-            "a sample is the least of up to 7 short runs"
+            "a sample is the minimum of up to 7 short runs"
         )
         return Tradeoff(
             tolerance=self.tolerance,
