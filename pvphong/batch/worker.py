@@ -218,7 +218,8 @@ def light(
     piece : Piece
         Piece to light.
     job : Job
-        Options. neighbours : Neighbours, optional
+        Options.
+    neighbours : Neighbours, optional
         Faces of other pieces of its surface, for normals across them.
     around : PotentialOccluders, optional
         Other pieces of its surface that may block light for it.
