@@ -29,7 +29,7 @@ from oracle import (
     Exact,
     Eye,
     LightFacts,
-    PunctualParameters,
+    Placement,
     Shade,
     as_array,
     dot,
@@ -86,7 +86,7 @@ def _size(a: Exact) -> float:
     return float(root(dot(a, a)))
 
 
-def _summed_from(placement: PunctualParameters, p: Exact) -> Exact:
+def _summed_from(placement: Placement, p: Exact) -> Exact:
     """Sum of the magnitudes of the terms of a world coordinate."""
     x, y, z = (
         (sum(abs(a * b) for a, b in zip(row, p, strict=True)) + abs(shift)) / abs(placement.w)
@@ -100,7 +100,7 @@ def _ratio(above: Fraction, below: Fraction) -> float:
     return float(root(above / below)) if below else 1.0
 
 
-def normal_conditioning(placement: PunctualParameters, n: Exact) -> float:
+def normal_conditioning(placement: Placement, n: Exact) -> float:
     """Factor by which rounding of the terms of C·n can turn it: ‖|C|·|n|‖ / ‖C·n‖."""
     sizes = [sum(abs(a * b) for a, b in zip(row, n, strict=True)) for row in placement.cofactors]
     turned = placement.normal(n)
@@ -109,7 +109,7 @@ def normal_conditioning(placement: PunctualParameters, n: Exact) -> float:
 
 def conditioning(case: Case) -> np.ndarray:
     """κ of every vertex."""
-    placement = PunctualParameters(np.eye(4) if case.matrix is None else case.matrix)
+    placement = Placement(np.eye(4) if case.matrix is None else case.matrix)
     eye = Eye(case.scene.viewer)
     places = [(eye.position, (Fraction(0),) * 3)]
     for light in case.scene.lights:

@@ -176,7 +176,7 @@ def clean_albedo(row: Any) -> Rgb:
 # --- placing: matrix, viewer, lights ---------------------------------------------------------------------------
 
 
-class PunctualParameters:
+class Placement:
     """Model to world: points by M, normals by its inverse-transpose with the right sign."""
 
     def __init__(self, matrix: Any) -> None:
@@ -494,7 +494,7 @@ def shade(points: Any, normals: Any, scene: Any, material: Any, *, matrix: Any =
 def _shades(arguments: bytes) -> tuple[Shade, ...]:
     """Cached, because every evaluator is compared on the same cases."""
     points, normals, scene, material, matrix = pickle.loads(arguments)
-    placement = PunctualParameters(np.eye(4) if matrix is None else matrix)
+    placement = Placement(np.eye(4) if matrix is None else matrix)
     eye = Eye(scene.viewer)
     emission = rgb(material.emission)
     albedo = np.broadcast_to(np.asarray(material.albedo), (len(points), 3))

@@ -13,11 +13,14 @@ import sys
 import threading
 import time
 from collections.abc import Callable, Iterator
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import Future, ThreadPoolExecutor
 from contextvars import ContextVar
-from typing import Any
+from typing import Any, TypeAlias
 
 from pvphong.base import text
+
+Range: TypeAlias = tuple[int, int]
+"""First item of some work, and the one after the last."""
 
 _limit: ContextVar[int] = ContextVar("limit", default=sys.maxsize)
 _stop: ContextVar[threading.Event | None] = ContextVar("stop", default=None)
@@ -77,8 +80,19 @@ def _executor(_process: int) -> ThreadPoolExecutor:
 _WORTH_WAKING = 3e-4
 
 
-def run(work: Callable[[int, int], Any], stop: int, step: int, longest: int = 0) -> None:
-    """Call `work(first, last)` for ranges of equal length from 0 to `stop`, on at most `count()` threads.
+def run(work: Callable[[int, int], Any], stop: int, step: int) -> None:
+    """Call `work(first, last)` for ranges of length `step` from 0 to `stop`, on at most `count()` threads.
+
+    Exceptions and interrupts are as for `shared`.
+    """
+    with shared(work, stop, step) as ranges:
+        for first, last in ranges:
+            work(first, last)
+
+
+@contextlib.contextmanager
+def shared(work: Callable[[int, int], Any], stop: int, step: int, longest: int = 0) -> Iterator[Iterator[Range]]:
+    """Yield the ranges from 0 to `stop` that are left to the calling thread, while others do theirs.
 
     After an exception, an interrupt or a cancellation in the calling thread, no more ranges start. The exception is
     raised when all running ranges have ended.
@@ -86,7 +100,7 @@ def run(work: Callable[[int, int], Any], stop: int, step: int, longest: int = 0)
     Parameters
     ----------
     work : callable
-        Function called for each range.
+        Function that the other threads call with the first and last vertex of each range; the caller does the same.
     stop, step : int
         End of the last range, and the length of the ranges.
     longest : int, optional
@@ -99,39 +113,52 @@ def run(work: Callable[[int, int], Any], stop: int, step: int, longest: int = 0)
     go_on()
     begun, lock, note, has_failed = 0, threading.Lock(), text.counting(stop), threading.Event()
     most = max(1, min(count(), -(-stop // step)))
+    helpers: list[Future[None]] = []
 
-    def take_ranges() -> None:
+    def take_ranges() -> Iterator[Range]:
         nonlocal begun
-        try:
-            while True:
-                go_on()
-                with lock:
-                    first = begun
-                    last = begun = min(first + max(step, min((stop - first) // most, longest)), stop)
-                if first == last:
-                    return
-                work(first, last)
-                note(last - first)
-        except BaseException:
+        while True:
+            go_on()
             with lock:
-                begun = stop
-            has_failed.set()
-            raise
+                first = begun
+                last = begun = min(first + max(step, min((stop - first) // most, longest)), stop)
+            if first == last:
+                return
+            yield first, last
+            note(last - first)
+
+    def end() -> None:
+        nonlocal begun
+        with lock:
+            begun = stop
+        has_failed.set()
 
     def help_out() -> None:
         with contextlib.suppress(StoppedError), stopped_by(has_failed):
-            take_ranges()
+            try:
+                for first, last in take_ranges():
+                    work(first, last)
+            except BaseException:
+                end()
+                raise
 
-    if longest > step and most > 1 and stop < most * longest:
-        start, begun = time.perf_counter(), step // 4
-        work(0, begun)
-        note(begun)
-        if (time.perf_counter() - start) * (stop / begun - 1.0) < _WORTH_WAKING:
-            most = 1
-    helpers = [_executor(os.getpid()).submit(help_out) for _ in range(most - 1)]
+    def own_ranges() -> Iterator[Range]:
+        nonlocal begun, most
+        if longest > step and most > 1 and stop < most * longest:
+            start, begun = time.perf_counter(), step // 4
+            yield 0, begun
+            note(begun)
+            if (time.perf_counter() - start) * (stop / begun - 1.0) < _WORTH_WAKING:
+                most = 1
+        helpers.extend(_executor(os.getpid()).submit(help_out) for _ in range(most - 1))
+        yield from take_ranges()
+
     try:
         with text.listening(None):
-            take_ranges()
+            yield own_ranges()
+    except BaseException:
+        end()
+        raise
     finally:
         for helper in helpers:
             if not helper.cancel():  # a helper that has not started has nothing left to do

@@ -8,6 +8,6 @@ equation. `kernel/` (compiled) evaluates it, or `reference` (NumPy, written to b
 
 The calls from `mesh.phong.shade` to a formula: the accessor's method, `meshes.lit.shade_mesh`, `Plan.run`,
 `reference.shade`, its `_shade_block` and `lobe_factors`, then the reflectance's `factors`. In compiled code, after
-`Plan.run`: `kernel.shade`, `kernel.evaluation.shade`, `base.threads.run` on ranges of vertices, `kernel.driver.shade`
-and its `_add_light`, a stage of `kernel.stages`, and the same `factors`.
+`Plan.run`: `kernel.evaluation.shade` and its `work` on a range of vertices, `kernel.driver.shade` and its `_add_light`,
+a stage of `kernel.stages`, and the same `factors`.
 """

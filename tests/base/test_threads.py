@@ -93,7 +93,12 @@ def test_work_that_may_be_short_is_shared_where_that_is_worth_it(monkeypatch, se
         time.sleep(0.01)
         taken.append((first, last, threading.get_ident()))
 
-    threads.run(work, 1003, 60, 1000)
+    def run(longest):
+        with threads.shared(work, 1003, 60, longest) as ranges:
+            for each in ranges:
+                work(*each)
+
+    run(1000)
     taken.sort()
     assert [first for first, *_ in taken] == [0, *(last for _, last, _ in taken[:-1])]
     assert taken[-1][1] == 1003
@@ -104,7 +109,7 @@ def test_work_that_may_be_short_is_shared_where_that_is_worth_it(monkeypatch, se
     assert (len({thread for *_, thread in taken}) > 1) == is_shared
 
     taken.clear()
-    threads.run(work, 1003, 60, 1003 // threads.count())  # each thread gets a longest range: none is timed first
+    run(1003 // threads.count())  # each thread gets a longest range: none is timed first
     assert max(last - first for first, last, _ in taken) == 1003 // threads.count()
     assert len({thread for *_, thread in taken}) > 1
 

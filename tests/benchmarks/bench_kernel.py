@@ -51,7 +51,7 @@ def compiled(arrays, lights, material, real=np.float32, planned=False, **model):
         if planned:
             at = Vertices(points, normals, material.maps)
             left = ph.Plan.of(scene, material, at).equation
-        assert kernel.shade(points, normals, left, at.tints(left), out, channels=at.channels(left))
+        assert kernel.evaluator()(points, normals, left, at.tints(left), out, channels=at.channels(left))
 
     run.plan = ph.Plan.of(scene, material, given)
     return run

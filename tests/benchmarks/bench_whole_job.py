@@ -128,7 +128,7 @@ def file_job(folder, side, turns, file_turns):
         "plan": lambda: smooth.phong.plan(scene, material),
         "light": lambda: smooth.phong.shade(scene, material),
         "shade, without normals": lambda: mesh.phong.shade(scene, material),
-        "kernel": lambda: kernel.shade(points, normals, equation, {}, out),
+        "kernel": lambda: kernel.evaluator()(points, normals, equation, {}, out),
         "a + b": lambda: np.add(points, normals, out=total),
         "VTK's normals": lambda: mesh.compute_normals(**AS_THEY_ARE),
         "VTK's frame": frame,

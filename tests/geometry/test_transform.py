@@ -9,7 +9,7 @@ import pytest
 import pyvista as pv
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from oracle import PunctualParameters
+from oracle import Placement
 
 from pvphong.geometry.transform import (
     SingularMatrixWarning,
@@ -113,7 +113,7 @@ def test_the_entries_of_a_normal_matrix_are_exact_cofactors_rounded_once(linear)
     observed = normal_matrix(affine(linear))
     assert 0.5 <= np.abs(observed).max() <= 1.0
     assert np.array_equal(normal_matrix(affine(linear, (1e9, -1e300, 7.0), w=8.0)), observed)
-    placement = PunctualParameters(affine(linear))
+    placement = Placement(affine(linear))
     truth = np.array(placement.cofactors).ravel() * placement.sign
     assert not observed.ravel()[truth == 0].any()
     ratios = [Fraction(found) / entry for found, entry in zip(observed.ravel().tolist(), truth, strict=True) if entry]

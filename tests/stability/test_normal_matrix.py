@@ -9,7 +9,7 @@ from itertools import islice
 import numpy as np
 import pytest
 from judging import normal_conditioning
-from oracle import PunctualParameters, as_array, shade
+from oracle import Placement, as_array, shade
 from stability import exact_normals as exact
 from stability.bounds import U, assert_within
 from stability.evaluators import UNLIT
@@ -53,7 +53,7 @@ def judged(cases, transform):
     """Return errors of a normal transform, and their bound A-tol = 4u · max(1, ‖|C|·|n|‖ / ‖C·n‖)."""
     errors, bounds = [], []
     for matrix, normal in cases:
-        placement, n = PunctualParameters(matrix), exact.exact(normal)
+        placement, n = Placement(matrix), exact.exact(normal)
         errors.append(exact.distance(transform(normal, matrix), exact.unit(placement.normal(n))))
         bounds.append(4 * U * max(1.0, normal_conditioning(placement, n)))
     return np.array(errors), np.array(bounds)
@@ -189,7 +189,7 @@ def test_row_as_lit(row, evaluator):
         vertex = np.zeros((1, 3)), normal[None], Scene(SUNS, Viewer(), UNLIT), MATT
         truth = as_array(shade(*vertex, matrix=matrix), "unclamped")
         observed.append(np.abs(asked(*vertex, matrix=matrix).rgb - truth).max())
-        condition = normal_conditioning(PunctualParameters(matrix), exact.exact(normal))
+        condition = normal_conditioning(Placement(matrix), exact.exact(normal))
         bounds.append(4 * U * max(1.0, condition) + 10 * evaluator.step)
     assert_within(row, observed, bounds)
 

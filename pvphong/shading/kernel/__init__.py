@@ -24,10 +24,11 @@ from __future__ import annotations
 
 import functools
 import importlib.util
-from collections.abc import Callable, Mapping, Sequence
+import sys
+from collections.abc import Callable, Sequence
 from concurrent.futures.process import BrokenProcessPool
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, get_args
+from typing import TYPE_CHECKING, Any, NamedTuple, get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,9 +36,6 @@ from numpy.typing import NDArray
 from pvphong.base import check
 from pvphong.base.types import Backend, BoolArray, Float64Array, FloatArray, IntArray, Weighting
 from pvphong.optics.area.sampling import Sampling
-from pvphong.shading.equation import Equation
-from pvphong.shading.reference import Shading
-from pvphong.shading.vertices import Tint
 
 if TYPE_CHECKING:
     from pvphong.shading.kernel.code import Library
@@ -68,7 +66,8 @@ def check_backend(backend: Any) -> None:
 
 def has_run() -> bool:
     """Return True if compiled code has run in this process."""
-    return _Process.has_run
+    code = sys.modules.get("pvphong.shading.kernel.code")
+    return code is not None and code.Library.has_run
 
 
 def seconds_compiling(run: Callable[[], object]) -> float:
@@ -94,12 +93,6 @@ def _library() -> Library | None:
     except ImportError:
         return None
     return None if config.DISABLE_JIT else Library()
-
-
-class _Process:
-    """State of this process."""
-
-    has_run: ClassVar[bool] = False
 
 
 class CannotCompile(Exception):
@@ -139,55 +132,14 @@ def compile_all(report: Callable[[str, int, int], object]) -> Path:
     return folder
 
 
-def shade(
-    points: FloatArray,
-    normals: FloatArray,
-    equation: Equation,
-    tints: Mapping[str, Tint],
-    result: Shading,
-    whole: Equation | None = None,
-    *,
-    channels: FloatArray | None = None,
-    waits: bool = True,
-) -> bool:
-    """Evaluate the equation at every vertex into the arrays of a result, or decline.
-
-    The bits of the result do not depend on the number of threads. Arrays that are not C-contiguous are copied piece by
-    piece, with the same bits as a result. If only one of two arrays is float64, the other is converted to it.
-
-    Parameters
-    ----------
-    points, normals : ndarray
-        Shape (n, 3), float32 or float64, of any memory layout.
-    equation : Equation
-        The equation.
-    tints : mapping
-        Result of `Vertices.tints`.
-    result : Shading
-        `rgb`, C-contiguous, is overwritten: float32, float64, or uint8, which is float32 arithmetic rounded to 0-255
-        for display. Components from `Shading.empty`, if present, are overwritten too; uint8 excludes them.
-    whole : Equation, optional
-        The equation before a plan simplified it; by default the same. It determines whether the kernel declines, and
-        the type in which vertices are read, so that these do not depend on the positions of other vertices.
-    channels : ndarray, optional
-        Shape (k, n), with rows as in `equation.channels`.
-    waits : bool, default True
-        True to compile missing code now, which takes seconds. If False, the equation is declined, and another process
-        compiles the code for later calls.
-
-    Returns
-    -------
-    bool
-        False if the equation was declined and nothing was written.
-    """
+def evaluator() -> Callable[..., bool] | None:
+    """Return `evaluation.shade` of this process's library, which is its first argument; None without Numba."""
     library = _library()
     if library is None:
-        return False
+        return None
     from pvphong.shading.kernel import evaluation
 
-    done = evaluation.shade(library, points, normals, equation, tints, result, whole or equation, channels, waits)
-    _Process.has_run |= done
-    return done
+    return functools.partial(evaluation.shade, library)
 
 
 def point_normals(
@@ -207,7 +159,7 @@ def point_normals(
     weighting : {"angle", "area", "max"}
         As for the NumPy function.
     waits : bool, default True
-        As for `shade`.
+        As for `evaluation.shade`.
     """
     library = _library()
     if library is None:
@@ -217,7 +169,7 @@ def point_normals(
     result = of_meshes.point_normals(
         library if waits else library.cached_only, points, connectivity, offsets, weighting
     )
-    _Process.has_run |= result is not None
+    type(library).has_run |= result is not None
     return result
 
 
@@ -249,7 +201,7 @@ def split_points(
     from pvphong.shading.kernel import edges
 
     result = edges.split_points(library if waits else library.cached_only, points, connectivity, offsets, angle)
-    _Process.has_run |= result is not None
+    type(library).has_run |= result is not None
     return result
 
 

@@ -221,6 +221,9 @@ def code_identity(function: Callable[..., Any]) -> tuple[CodeType, tuple[Any, ..
 class Library:
     """Code that has been compiled or read from disk in this process."""
 
+    has_run: ClassVar[bool] = False
+    """True if compiled code has lit vertices or computed normals in this process."""
+
     def __init__(self) -> None:
         self._lock = threading.RLock()
         self._is_compiling = threading.Event()

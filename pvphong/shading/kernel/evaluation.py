@@ -43,12 +43,44 @@ def shade(
     equation: Equation,
     tints: Mapping[str, Tint],
     result: Shading,
-    whole: Equation,
-    channels: FloatArray | None,
-    waits: bool,
+    whole: Equation | None = None,
+    *,
+    channels: FloatArray | None = None,
+    waits: bool = True,
 ) -> bool:
-    """Implement `pvphong.shading.kernel.shade`."""
-    rgb = result.rgb
+    """Evaluate the equation at every vertex into the arrays of a result, or decline.
+
+    The bits of the result do not depend on the number of threads. Arrays that are not C-contiguous are copied piece by
+    piece, with the same bits as a result. If only one of two arrays is float64, the other is converted to it.
+
+    Parameters
+    ----------
+    library : Library
+        The library that keeps compiled code.
+    points, normals : ndarray
+        Shape (n, 3), float32 or float64, of any memory layout.
+    equation : Equation
+        The equation.
+    tints : mapping
+        Result of `Vertices.tints`.
+    result : Shading
+        `rgb`, C-contiguous, is overwritten: float32, float64, or uint8, which is float32 arithmetic rounded to 0-255
+        for display. Components from `Shading.empty`, if present, are overwritten too; uint8 excludes them.
+    whole : Equation, optional
+        The equation before a plan simplified it; by default the same. It determines whether the kernel declines, and
+        the type in which vertices are read, so that these do not depend on the positions of other vertices.
+    channels : ndarray, optional
+        Shape (k, n), with rows as in `equation.channels`.
+    waits : bool, default True
+        True to compile missing code now, which takes seconds. If False, the equation is declined, and another process
+        compiles the code for later calls.
+
+    Returns
+    -------
+    bool
+        False if the equation was declined and nothing was written.
+    """
+    rgb, whole = result.rgb, whole or equation
     if not rgb.flags.c_contiguous:
         return False
     real = np.dtype(np.float64 if rgb.dtype == np.float64 else np.float32)
@@ -126,7 +158,10 @@ def shade(
             if array is not None:
                 getattr(result, name)[..., part, :][..., left, :] = array
 
-    threads.run(work, len(rgb), SHORTEST, LONGEST)
+    with threads.shared(work, len(rgb), SHORTEST, LONGEST) as ranges:
+        for first, last in ranges:
+            work(first, last)
+    Library.has_run = True
     return True
 
 

@@ -1,7 +1,7 @@
 """The plan for a scene: the simplified equation, its evaluation, and an explanation of each effect.
 
-`Plan.run` chooses the evaluator: the compiled one (`kernel.shade`) if the work is worth its start and it does not
-decline, else the readable one (`reference.shade`).
+`Plan.run` chooses the evaluator: the compiled one (`kernel.evaluation`) if the work is worth its start and it does not
+decline, else the readable one (`reference`).
 """
 
 from __future__ import annotations
@@ -189,9 +189,10 @@ class Plan:
         result = Shading.empty(len(vertices), self.whole.lights, real, components=components)
         normals, channels = vertices.normals_if(equation.needs_normals), vertices.channels(equation)
         waits = backend == "numba"
-        tries_compiled = waits or (backend == "auto" and is_worth_loading(max(len(vertices), among), self.whole))
+        tries_compiled = waits or (backend == "auto" and is_worth_loading(among or len(vertices), self.whole))
+        compiled = kernel.evaluator() if tries_compiled else None
         arrays = vertices.points, normals, equation, vertices.tints(equation), result
-        if not (tries_compiled and kernel.shade(*arrays, self.whole, channels=channels, waits=waits)):
+        if compiled is None or not compiled(*arrays, self.whole, channels=channels, waits=waits):
             reference.shade(*arrays, channels)
         return result
 
@@ -220,7 +221,8 @@ class Plan:
         if not equation.bounces and len(out) * len(self.whole.terms) >= least:
             normals, channels = vertices.normals_if(equation.needs_normals), vertices.channels(equation)
             arrays = vertices.points, normals, equation, vertices.tints(equation), Shading(out)
-            if kernel.shade(*arrays, self.whole, channels=channels, waits=False):
+            compiled = kernel.evaluator()
+            if compiled is not None and compiled(*arrays, self.whole, channels=channels, waits=False):
                 return
         rgb = self.run(vertices, backend="auto" if equation.bounces else "numpy", bounced=bounced).rgb
         np.clip(rgb, 0.0, 1.0, out=rgb)

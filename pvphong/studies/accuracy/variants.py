@@ -172,9 +172,9 @@ class Subject:
         seen = self.vertices.channels(self.equation)
         first = None if seen is None else seen[:, :1]
         tints = {name: tint.at(slice(1)) for name, tint in self.vertices.tints(self.equation).items()}
-        arrays = self.points[:1], self.normals[:1], self.equation, tints
+        arrays, compiled = (self.points[:1], self.normals[:1], self.equation, tints), kernel.evaluator()
         results = (Shading(np.empty((1, 3), real)) for real in ("float32", "float64"))
-        return all(kernel.shade(*arrays, result, channels=first) for result in results)
+        return compiled is not None and all(compiled(*arrays, result, channels=first) for result in results)
 
     def backend_for(self, equation: Equation, count: int | None = None) -> Backend:
         """Return the default evaluator for an equation and a number of vertices; None for all of them."""

@@ -45,7 +45,7 @@ def without_code(monkeypatch):
     monkeypatch.setattr(kernel_code, "store_of", lambda _: None)
     monkeypatch.setattr(kernel, "_library", lambda: library)
     monkeypatch.setattr(kernel_code, "ask_for", lambda *request: asked.append(request))
-    monkeypatch.setattr(kernel._Process, "has_run", False)
+    monkeypatch.setattr(kernel_code.Library, "has_run", False)
     return asked
 
 

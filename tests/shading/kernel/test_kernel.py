@@ -59,8 +59,8 @@ def test_a_large_mesh_has_the_bits_of_its_pieces(vertices, precision, name, has_
     for start in range(0, count, COUNT):
         part = slice(start, start + COUNT)
         own = {field: tint.at(part) for field, tint in tints.items()}
-        assert kernel.shade(points[part], normals[part], equation, own, Shading(pieces[part]))
-    assert kernel.shade(points, normals, equation, tints, Shading(memory[1:-1]))
+        assert kernel.evaluator()(points[part], normals[part], equation, own, Shading(pieces[part]))
+    assert kernel.evaluator()(points, normals, equation, tints, Shading(memory[1:-1]))
     np.testing.assert_array_equal(memory[1:-1], pieces)
     assert np.isnan(memory[[0, -1]]).all()
 
@@ -74,10 +74,10 @@ def test_vertices_that_it_declines_have_the_references_bits(vertices, kind):
     equation = known.equation(scene, material, None)
     tints = known.tints(equation)
     usual, lit, reference = (np.empty((COUNT, 3), kind) for _ in range(3))
-    assert kernel.shade(points, normals, equation, tints, Shading(usual))
+    assert kernel.evaluator()(points, normals, equation, tints, Shading(usual))
     declined = [3, 127, 128, 900, COUNT - 1]
     points[declined] = LAMP.position, scene.viewer.position, (0, np.nan, 0), (1e300, 0, 0), SPOT.position
-    assert kernel.shade(points, normals, equation, tints, Shading(lit))
+    assert kernel.evaluator()(points, normals, equation, tints, Shading(lit))
     others = np.delete(np.arange(COUNT), declined)
     np.testing.assert_array_equal(lit[others], usual[others])
     floats = np.empty((COUNT, 3), "float32" if kind == "uint8" else kind)
@@ -101,7 +101,7 @@ def test_it_declines_what_it_cannot_do_and_writes_nothing(vertices):
     points, normals = vertices
     far = ph.Scene([replace(LAMP, position=(1e200, 0, 0))], ph.Viewer())
     result = Shading(np.full((COUNT, 3), 7.0, np.float32))
-    assert not kernel.shade(points, normals, assemble(far, SHINY, None), {}, result)
+    assert not kernel.evaluator()(points, normals, assemble(far, SHINY, None), {}, result)
     assert (result.rgb == 7.0).all()
 
 
@@ -109,8 +109,8 @@ def test_it_declines_what_it_cannot_do_and_writes_nothing(vertices):
 def test_what_reaches_the_vertices_does_not_choose_the_evaluator_of_a_window(has_run, count, monkeypatch):
     """The work is too little for the kernel with the plan's lights, but enough with the scene's lights."""
     asked = []
-    monkeypatch.setattr(kernel, "shade", lambda *given, waits, **_: asked.append((*given, waits)) or True)
-    monkeypatch.setattr(kernel._Process, "has_run", has_run)
+    monkeypatch.setattr(kernel, "evaluator", lambda: lambda *given, waits, **_: asked.append((*given, waits)) or True)
+    monkeypatch.setattr(kernel, "has_run", lambda: has_run)
     away = ph.SpotLight(position=(0, 0, 50), direction=(0, 0, 1), cone_angle=30)
     scene, points = (
         ph.Scene([away, LAMP], ph.Viewer()),

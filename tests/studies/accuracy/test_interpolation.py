@@ -101,11 +101,12 @@ def test_what_took_long_to_search_is_not_searched_again_as_four_times_as_many_tr
 def test_some_triangles_stand_for_all_on_refined_meshes(monkeypatch):
     mesh = pv.Sphere(theta_resolution=36, phi_resolution=36)
     monkeypatch.setattr(f"{MODULE}._LEVELS", (1,))
+    monkeypatch.setattr("pvphong.shading.plan.plan._WORTH_LOADING", 2**40)  # NumPy evaluates both
     some = refined(0.9, mesh=mesh)[0]["refined 1×"].error
     monkeypatch.setattr(f"{MODULE}._WORST", mesh.n_cells)
     every = refined(0.9, mesh=mesh)[0]["refined 1×"].error
     assert some.count < every.count == 4 * mesh.n_cells
-    assert some.largest == pytest.approx(every.largest, rel=1e-14)  # large numbers use compiled code
+    assert some.largest == every.largest
     assert some.rms == pytest.approx(every.rms, rel=0.1)
 
 
