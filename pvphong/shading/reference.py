@@ -90,12 +90,12 @@ class Shading:
 
     @classmethod
     def empty(cls, count: int, lights: int, real: np.dtype[Any], *, components: bool) -> Shading:
-        """Allocate arrays for `count` vertices: colours uninitialised, components zero."""
+        """Allocate uninitialised arrays for `count` vertices."""
         rgb = np.empty((count, 3), real)
         if not components:
             return cls(rgb)
-        ambient, diffuse, specular, emission, base = (np.zeros((count, 3), real) for _ in range(5))
-        per_light = np.zeros((lights, count, 3), real)
+        ambient, diffuse, specular, emission, base = (np.empty((count, 3), real) for _ in range(5))
+        per_light = np.empty((lights, count, 3), real)
         return cls(rgb, ambient, diffuse, specular, emission, per_light, base)
 
 
@@ -141,7 +141,7 @@ def shade(
     tints : mapping
         Result of `Vertices.tints`.
     result : Shading
-        `rgb` is overwritten, the others are added to. Their type is the precision.
+        Its arrays are overwritten. Their type is the precision.
     channels : ndarray, optional
         Shape (k, n), with rows as in `equation.channels`.
     """
@@ -219,6 +219,9 @@ def seen_by_viewer(points: FloatArray, normals: FloatArray, equation: Equation, 
 def _shade_block(block: Block, equation: Equation, result: Shading) -> None:
     """Evaluate the equation: emission, ambient light, and each light's contribution lobe by lobe."""
     real, reflectance = result.rgb.dtype.type, equation.reflectance
+    for array in vars(result).values():
+        if array is not None:
+            array[:] = 0.0
     color = np.zeros((3, len(result.rgb)), real)
     tints, albedo = block.tints, block.tints.get("albedo")
     _add(equation.emission, 1.0, tints.get("emission"), color, result.emission, result.base)

@@ -65,7 +65,7 @@ def shade(
         Result of `Vertices.tints`.
     result : Shading
         `rgb`, C-contiguous, is overwritten: float32, float64, or uint8, which is float32 arithmetic rounded to 0-255
-        for display. Components from `Shading.empty`, if present, are overwritten too; uint8 excludes them.
+        for display. Components, if present, are overwritten too; uint8 excludes them.
     whole : Equation, optional
         The equation before a plan simplified it; by default the same. It determines whether the kernel declines, and
         the type in which vertices are read, so that these do not depend on the positions of other vertices.
@@ -86,6 +86,7 @@ def shade(
     real = np.dtype(np.float64 if rgb.dtype == np.float64 else np.float32)
     codes = records.codes_of(whole, name_of(real))
     shown, apart = equation, None if result.base is None else _apart(equation, result)
+    black = _black(equation, result)
     if apart is not None:
         equation = replace(equation, terms=tuple(term for share in apart.shares for term in share.terms))
     if codes is not None and equation is not whole:
@@ -127,6 +128,8 @@ def shade(
 
     def work(first: int, last: int) -> None:
         part = slice(first, last)
+        for array in black:
+            array[part] = 0.0
         read = [reader(part) for reader in readers]
         seen = None if channels is None else channels[:, part]
         left_out = None
@@ -178,6 +181,17 @@ def _apart(equation: Equation, result: Shading) -> records.Apart | None:
     components = [offset(getattr(result, name)) if name in used else 0 for name in records.COMPONENTS]
     own: dict[int | None, int] = {None: offset(result.base)}
     return records.Apart(shares, own | dict(enumerate(map(offset, result.per_light))), components)
+
+
+def _black(equation: Equation, result: Shading) -> list[FloatArray]:
+    """Return the components, each of shape (n, 3), to which no share of the equation adds."""
+    if result.base is None or result.per_light is None:
+        return []
+    components, lights = {share.component for share in equation.shares}, {share.light for share in equation.shares}
+    by_light = {None: result.base} | dict(enumerate(result.per_light))
+    return [getattr(result, name) for name in records.COMPONENTS if name not in components] + [
+        array for light, array in by_light.items() if light not in lights
+    ]
 
 
 def _of_lobes(

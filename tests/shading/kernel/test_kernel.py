@@ -97,6 +97,21 @@ def test_colours_for_a_display_are_the_rounded_floats(vertices):
     assert len(np.unique(shown)) > 100
 
 
+@pytest.mark.parametrize("backend", ["numpy", "numba"])
+@pytest.mark.parametrize("lights", [[], [replace(LAMP, on=False)], [LAMP, replace(SUN, on=False)], [SUN]])
+@pytest.mark.parametrize("material", [DULL, ph.Material(diffuse=0.0, ambient=0.0), SHINY])
+def test_every_component_is_written_also_where_it_is_black(vertices, monkeypatch, backend, lights, material):
+    """No memory keeps what was there: here NaN."""
+    points, normals = vertices
+    real_empty = np.empty
+    monkeypatch.setattr("pvphong.shading.reference.np.empty", lambda shape, kind: np.full(shape, np.nan, kind))
+    found = ph.evaluate(points, normals, ph.Scene(lights, ph.Viewer()), material, components=True, backend=backend)
+    monkeypatch.setattr("pvphong.shading.reference.np.empty", real_empty)
+    total = found.base + found.per_light.sum(axis=0)
+    np.testing.assert_allclose(found.ambient + found.diffuse + found.specular + found.emission, total, atol=1e-6)
+    np.testing.assert_allclose(np.clip(total, 0.0, 1.0), found.rgb, atol=1e-6)
+
+
 def test_it_declines_what_it_cannot_do_and_writes_nothing(vertices):
     points, normals = vertices
     far = ph.Scene([replace(LAMP, position=(1e200, 0, 0))], ph.Viewer())
