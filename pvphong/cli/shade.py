@@ -93,8 +93,8 @@ def shade(
     scheduler
         Address of a Dask scheduler, such as tcp://host:8786, whose workers light many files.
     seams
-        "merge": points at one place get the normal of all pieces' faces there. "keep": that of their own piece.
-        Default: "merge" for pieces of a .vtm, .pvtp, .pvtu or .pvd file.
+        merge: points at one place get the normal of all pieces' faces there. keep: that of their own piece. Default:
+        merge for pieces of a .vtm, .pvtp, .pvtu or .pvd file.
     """
     options: dict[str, Any] = {
         "name": "phong" if array is None else array,
