@@ -2,11 +2,11 @@
 Shadows of a coarse ball
 ========================
 
-On a ball with few triangles, the border between light and shade depends on where shadow rays start. With rays from inside
-the faces it is a black staircase. With rays from the vertices, as pvphong casts them, it is smooth.
+On a ball with few triangles, the border between light and shade depends on where shadow rays start. With rays from
+inside the faces it is a black staircase. With rays from the vertices, as pvphong casts them, it is smooth.
 
-Renderers know this as the *shadow terminator problem*. Smooth normals describe a round ball, but the triangles are flat:
-a face that is lit according to its normals may be in the shadow of its neighbours.
+Renderers know this as the *shadow terminator problem*. Smooth normals describe a round ball, but the triangles are
+flat: a face that is lit according to its normals may be in the shadow of its neighbours.
 """
 
 import numpy as np

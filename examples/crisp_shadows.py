@@ -2,8 +2,8 @@
 Crisp shadows
 =============
 
-With colours at vertices, the edge of a shadow is a saw. ``refine`` cuts the triangles along the edge, so that it is crisp
-with the same number of points.
+With colours at vertices, the edge of a shadow is a saw. ``refine`` cuts the triangles along the edge, so that it is
+crisp with the same number of points.
 
 The shadow of a ball under a point light has a known edge, a conic. So the area with the wrong colour can be measured.
 """

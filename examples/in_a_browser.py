@@ -2,8 +2,8 @@
 Lights in a web page
 ====================
 
-Serve a plotter in a browser with trame. The plotter draws in this process and sends pictures to the browser. The browser
-sends the events of the mouse back, so that the gizmos of the lights work there too.
+Serve a plotter in a browser with trame. The plotter draws in this process and sends pictures to the browser. The
+browser sends the events of the mouse back, so that the gizmos of the lights work there too.
 """
 
 import pyvista as pv

@@ -2,8 +2,8 @@
 Light that bounces
 ==================
 
-In Phong's model, a constant ambient light stands for all light that bounces. Here each bounce is computed, as an array of
-its own, and other lights reuse the same rays.
+In Phong's model, a constant ambient light stands for all light that bounces. Here each bounce is computed, as an array
+of its own, and other lights reuse the same rays.
 
 It needs the extra ``rays``.
 """

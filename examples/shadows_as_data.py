@@ -80,8 +80,8 @@ print(f"{time.perf_counter() - start:.3f} s without rays")
 # %%
 # Six arrays
 # ----------
-# The first row shows the light of the sun and of the lamp on white paper, and the visible part of the sky. The second row
-# shows the colours without shadows, with them, and in the evening.
+# The first row shows the light of the sun and of the lamp on white paper, and the visible part of the sky. The second
+# row shows the colours without shadows, with them, and in the evening.
 
 paper = crisp.phong.shade(scene, ph.Material(), components=True, visibility=seen)
 plain = crisp.phong.shade(replace(scene, light_model=scene.light_model.without_rays()), materials)

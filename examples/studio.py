@@ -2,8 +2,8 @@
 The studio
 ==========
 
-Edit a plotter's lights, materials and scene in a web page. Panels and gizmos edit the same lights, every edit is one step
-of undo, and the page writes a Python script that makes the same result.
+Edit a plotter's lights, materials and scene in a web page. Panels and gizmos edit the same lights, every edit is one
+step of undo, and the page writes a Python script that makes the same result.
 """
 
 import asyncio

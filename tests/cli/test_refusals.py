@@ -75,7 +75,7 @@ REFUSED = {
     f"{SHADE} --sun 315": "--sun must be two numbers separated by a comma; got 315.",
     f"{SHADE} --sun 315,100": "elevation must be a finite number >= -90 and <= 90",
     "shade no/*.vtp -o lit/": "paths must be a pattern that matches a file; got no/*.vtp.",
-    "shade sphere.vtp -o lit/ --scheduler tcp://127.0.0.1:1": "error: --scheduler must be the address of a running Dask",
+    "shade sphere.vtp -o lit/ --scheduler tcp://127.0.0.1:1": "error: --scheduler must be the address of a",
     "plan blocks.vtm --scene parts.json": "material must be a mapping with the names of all blocks",
     "validate": "MESH must be given, or --all instead",
     "validate sphere.vtp --output errors.ply": NO_OUTPUT + "signed errors",
