@@ -138,8 +138,8 @@ class Light(metaclass=_Kind):
     frame : {"world", "camera", "headlight"}
         Coordinate system of its position and direction. "world": that of the mesh. "camera": the viewer's, with the eye
         at the origin, y up and the view along −z; the light moves with the viewer. "headlight": the light is at the
-        viewer's eye and shines along the view; its own position and direction are ignored. (0, 1, 0) as its `up`, if it
-        has one, is then the viewer's up.
+        viewer's eye and shines along the view; its own position and direction are ignored, and its `up`, if it has one,
+        is in the viewer's coordinates.
     name : str
         Name of its array in results.
 
