@@ -53,7 +53,8 @@ class LightModel:
         Which formula to use. "vtk" gives the colours of VTK's shader. They differ from the standard ones in this: a
         material's ambient colour is added without any light, and `ambient` here has no effect; ambient and specular
         colours of lights are ignored; a scene without lights is drawn unlit; shininess and spot exponents are at most
-        128; and the viewer is local even in parallel projection. A material with the reflectance `PBR` looks as with VTK's `pbr=True`.
+        128; and the viewer is local even in parallel projection. A material with the reflectance `PBR` looks as with
+        VTK's `pbr=True`.
     shadows : bool, default False
         If True, a vertex receives from each light only the part that it can see; the mesh itself and other meshes hide
         the rest. For a light without a size this part is 0 or 1. For a light with a size it is the fraction that
