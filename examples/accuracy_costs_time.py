@@ -35,8 +35,8 @@ plastic = ph.Material(ambient=0.1, diffuse=(0.2, 0.3, 0.8), specular=0.5, shinin
 # %%
 # One call
 # --------
-# ``tradeoff`` measures for the number of seconds that it is given, in turns, so that all candidates meet the same
-# machine. A report prints what to choose, and why.
+# ``tradeoff`` measures for a given number of seconds. It measures the candidates in turns, so that changes of the
+# machine's speed affect all alike. The report recommends a candidate.
 
 report = mesh.phong.tradeoff(scene, plastic, tolerance=1 / 255, seconds=4)
 print(report)
@@ -44,7 +44,7 @@ print(report)
 # %%
 # The candidates
 # --------------
-# Rows on the front are those that no other row beats in both time and error. The times are those of the machine that
+# A row is on the front if no other row is both faster and more accurate. The times are those of the machine that
 # built this page.
 
 for row in report.rows:
@@ -54,9 +54,9 @@ for row in report.rows:
 # %%
 # The figure
 # ----------
-# ``report.plot`` writes a figure. Its first row has the candidates and their fronts: arithmetic, light model, and
-# interpolation inside triangles. The second row shows where the errors are. The third shows how they are spread, and
-# what each effect costs.
+# ``report.plot`` writes a figure. Its first row has the candidates and their fronts, separately for errors of
+# arithmetic, of the light model, and of interpolation inside triangles. The second row shows where the errors are. The
+# third has their distribution, and the cost of each effect.
 
 with tempfile.TemporaryDirectory() as folder:
     report.plot(Path(folder) / "report.png")

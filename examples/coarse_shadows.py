@@ -2,11 +2,11 @@
 Shadows of a coarse ball
 ========================
 
-Where does light stop reaching a ball with few triangles? Rays that start inside the faces answer with a black
-staircase. Rays that start at the vertices answer with a smooth edge.
+On a ball with few triangles, the border between light and shade depends on where shadow rays start. With rays from
+inside the faces it is a black staircase. With rays from the vertices, as pvphong casts them, it is smooth.
 
-This is the *shadow terminator problem* of renderers. It arises because smooth normals describe a round ball, and the
-triangles are flat: a face that the normals call lit may lie in the shadow of its neighbours.
+Renderers know this as the *shadow terminator problem*. Smooth normals describe a round ball, but the triangles are
+flat: a face that is lit according to its normals may be in the shadow of its neighbours.
 """
 
 import numpy as np
@@ -18,7 +18,7 @@ import pvphong as ph
 # Two balls with the same triangles
 # ---------------------------------
 # ``coarse`` has 11 × 14 points. ``dense`` has many points inside the same flat faces, with normals blended across
-# them: that is what a renderer sees when it casts a ray for each pixel.
+# them. A renderer that casts a ray for each pixel has the same rays.
 
 SUN = ph.DirectionalLight(direction=(-1, 0.3, -0.45), name="sun")
 CLAY = ph.Material(ambient=(0.9, 0.6, 0.4), diffuse=(0.9, 0.6, 0.4))

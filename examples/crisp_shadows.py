@@ -2,10 +2,10 @@
 Crisp shadows
 =============
 
-The edge of a shadow at vertices is a saw. ``refine`` cuts the triangles along the edge, and the same number of points
-gives a crisp one.
+With colours at vertices, the edge of a shadow is a saw. ``refine`` cuts the triangles along the edge, so that it is
+crisp with the same number of points.
 
-A lamp over a ball throws a shadow whose edge is a conic, so that the area with the wrong colour is known.
+The shadow of a ball under a point light has a known edge, a conic. So the area with the wrong colour can be measured.
 """
 
 import matplotlib.pyplot as plt
@@ -32,10 +32,10 @@ def floor(cells: int) -> pv.PolyData:
 
 
 # %%
-# Three ways to spend the same points
-# -----------------------------------
+# Three meshes with the same number of points
+# -------------------------------------------
 # *saw* shades a regular grid at its vertices. *split* halves the edges that the shadow crosses, again and again.
-# *cut* puts vertices on the shadow's edge itself, one on each side.
+# *cut* puts pairs of vertices on the shadow's edge, one lit and one in shadow.
 
 refined = {"occluders": [ball], "tolerance": 1 / 255}
 
@@ -70,7 +70,7 @@ plotter.show()
 # Measure the wrong area
 # ----------------------
 # A place on the floor is in shadow if its ray to the lamp passes the ball's center at less than the radius. Random
-# places inside each triangle tell how much of the floor has the colour of the wrong side.
+# places inside each triangle give the part of the floor that has the colour of the wrong side.
 
 
 def wrong_area(lit: pv.PolyData) -> float:
@@ -89,10 +89,10 @@ def wrong_area(lit: pv.PolyData) -> float:
 
 
 # %%
-# How it falls with the number of points
-# --------------------------------------
-# The wrong area of *saw* falls with the root of the number of points. That of *cut* begins a hundred times lower, and
-# falls at least as fast.
+# The wrong area against the number of points
+# -------------------------------------------
+# With n points, the wrong area of *saw* is proportional to n to the power −½: four times the points halve it. That of
+# *cut* is more than a hundred times smaller, and falls a little faster, with a power of about −0.6.
 
 rows = [floors, three_floors(48), three_floors(96)]
 figure, chart = plt.subplots(figsize=(7, 4.2), layout="constrained")
@@ -101,7 +101,7 @@ for name, color in zip(floors, ("#c8502c", "#b08a1c", "#1c8a68"), strict=True):
     areas = [wrong_area(each[name]) for each in rows]
     chart.loglog(counts, areas, "o-", color=color, label=name)
     slope = np.polyfit(np.log(counts), np.log(areas), 1)[0]
-    print(f"{name}: {areas[0]:.2%} wrong at {counts[0]:,} points; falls as the points to the power {slope:.2f}")
+    print(f"{name}: {areas[0]:.3%} wrong with n = {counts[0]:,} points; proportional to n to the power {slope:.2f}")
 chart.set(xlabel="points", ylabel="part of the floor with the wrong colour")
 chart.grid(alpha=0.3)
 chart.legend()

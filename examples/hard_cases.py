@@ -3,7 +3,7 @@ Hard cases
 ==========
 
 Five meshes on which the usual formulas lose their digits. Each picture shows the usual formula on the left and pvphong
-on the right, from the same stored numbers and under the same light.
+on the right, for the same stored numbers and the same light.
 """
 
 # sphinx_gallery_thumbnail_number = 2
@@ -18,7 +18,7 @@ import pvphong as ph
 # %%
 # The usual formula
 # -----------------
-# Normalise, multiply, take the cosine's power, in float32 from end to end. Shaders compute this way.
+# Normalise, multiply, take the power of the cosine, all in float32. Shaders compute this way.
 
 
 def unit(vectors: np.ndarray) -> np.ndarray:
@@ -47,7 +47,7 @@ def scene_of(light: object, eye: object, focal_point: object = (0, 0, 0)) -> ph.
 
 def show(mesh: pv.PolyData, usual: np.ndarray, ours: np.ndarray, mistake: str) -> None:
     """Draw the mesh with both sets of colours next to each other."""
-    print(f"off by up to {np.abs(usual - ours).max():.2f} of full brightness")
+    print(f"wrong by up to {np.abs(usual - ours).max():.2f} of full brightness")
     plotter = pv.Plotter(shape=(1, 2), window_size=(900, 480), border=False)
     for pane, (colors, caption) in enumerate(((usual, mistake), (ours, "pvphong"))):
         plotter.subplot(0, pane)
@@ -65,9 +65,9 @@ rng = np.random.default_rng(4)
 # %%
 # 1. A matrix without an inverse
 # ------------------------------
-# Each leaf is a dome under its own singular matrix. Normals need the inverse-transpose, and there is none. The
-# pseudo-inverse lays the normals into the leaf. :func:`pvphong.pipeline.normal_matrix` follows the limit of matrices
-# that are less and less flat: the normals stand on the leaf.
+# Each leaf is a dome, flattened by its own singular matrix. Normals need the inverse-transpose, which does not exist.
+# With the pseudo-inverse, normals lie in the plane of the leaf. :func:`pvphong.pipeline.normal_matrix` returns the
+# limit for matrices that are flatter and flatter: the normals are perpendicular to the leaf.
 
 warnings.simplefilter("ignore", ph.SingularMatrixWarning)  # the leaves are flat on purpose
 dome = pv.Sphere(radius=1, end_phi=90, theta_resolution=48, phi_resolution=25)
@@ -90,9 +90,9 @@ show(pv.merge(leaves, merge_points=False), np.concatenate(usual), np.concatenate
 # %%
 # 2. A shear of 6,000
 # -------------------
-# A knot is stored in slanted coordinates. Its matrix, a shear between two rotations, sets it upright. Nearly
-# everything cancels where normals meet the inverse-transpose, and float32 has no digits left. pvphong turns normals
-# in float64, by exact cofactors.
+# A knot is stored in slanted coordinates. Its matrix, a shear between two rotations, straightens it. When its normals
+# are multiplied by the inverse-transpose, nearly everything cancels, and float32 has no digits left. pvphong transforms
+# normals in float64, with exact cofactors.
 
 t = np.linspace(0, 2 * np.pi, 500)
 curve = np.stack([np.sin(t) + 2 * np.sin(2 * t), np.cos(t) - 2 * np.cos(2 * t), -np.sin(3 * t)], axis=1)
@@ -113,9 +113,9 @@ show(knot, usual, ph.evaluate(stored, normals, scene, violet, matrix=matrix).rgb
 # %%
 # 3. Six thousand kilometres from the origin
 # ------------------------------------------
-# In a map's coordinates, float32 has no digits left for the distances between surface, light and eye. pvphong
-# subtracts in float64, and rounds afterwards. The torus is drawn near the origin, where the graphics card can resolve
-# it.
+# In the coordinates of a map, float32 has no digits left for the distances between surface, light and eye. pvphong
+# subtracts in float64 and rounds afterwards. The picture shows the torus near the origin, because graphics cards also
+# compute in float32.
 
 torus = pv.ParametricTorus(ringradius=1.0, crosssectionradius=0.45, u_res=200, v_res=100).rotate_x(35)
 clay = ph.Material(ambient=0.8, diffuse=(0.85, 0.55, 0.35), specular=0.4, shininess=30)
@@ -128,9 +128,9 @@ show(torus, usual, ph.evaluate(points, torus.point_normals, scene, clay).rgb, "f
 # %%
 # 4. A shininess of 100,000
 # -------------------------
-# Close to 1 a float32 cosine moves in steps of 6e-8, and its power in steps of 0.6 %. pvphong takes the power from
-# the chord between the two vectors, which is small and has all its digits. The picture draws contours of the
-# brightness on a patch of six thousandths of a unit, where it mirrors the light to the eye.
+# Close to 1, float32 cosines have steps of 6e-8, and their powers steps of 0.6 %. pvphong computes the power from the
+# chord between the two vectors, which is small and has all its digits. The picture shows contours of the brightness in
+# the highlight, on a patch that is 0.006 units wide.
 
 patch = pv.Plane(i_size=0.006, j_size=0.006, i_resolution=400, j_resolution=400)
 peak, eye = unit(np.array([0.3, 0.2, 1.0])), np.array([-1.2, 0.7, 5.0])
@@ -151,8 +151,8 @@ show(patch, contours(usual), contours(ours), "power of a cosine")
 # %%
 # 5. Slivers
 # ----------
-# Every other row of triangles is 2e-6 high: two steps of float32. Points that are rounded to float32 first have noise
-# for normals, in whatever precision the cross products are taken. pvphong takes float64 points as they are.
+# Every other row of triangles is 2e-6 high, which is two steps of float32. If the points are rounded to float32, their
+# normals are noise, in whatever precision the cross products are computed. pvphong does not round float64 points.
 
 x, y = np.meshgrid(np.linspace(-1.3, 1.3, 160), np.repeat(np.linspace(-1.3, 1.3, 50), 2))
 y[1::2] += 2e-6

@@ -2,8 +2,8 @@
 Lights in a web page
 ====================
 
-Serve a plotter in a browser with trame. The plotter stays in this process and draws. It sends pictures, and the browser
-sends the mouse back, so the gizmos of the lights work there too.
+Serve a plotter in a browser with trame. The plotter draws in this process and sends pictures to the browser. The
+browser sends the events of the mouse back, so that the gizmos of the lights work there too.
 """
 
 import pyvista as pv
@@ -16,7 +16,7 @@ import pvphong as ph
 # %%
 # The page
 # --------
-# ``plotter_ui`` puts a plotter into a page of your own; ``mode="server"`` draws here, which the gizmos need.
+# ``plotter_ui`` puts a plotter into a page of your own. The gizmos need ``mode="server"``, which draws in this process.
 
 server = get_server(client_type="vue3")
 

@@ -2,8 +2,8 @@
 Light that bounces
 ==================
 
-The constant ambient light of the textbook stands for all light that bounces. Here each bounce is an array of its own,
-and other lights reuse the same rays.
+In Phong's model, a constant ambient light stands for all light that bounces. Here each bounce is computed, as an array
+of its own, and other lights reuse the same rays.
 
 It needs the extra ``rays``.
 """
@@ -56,7 +56,7 @@ scene = ph.Scene(
 # %%
 # Cast the rays once
 # ------------------
-# ``transport`` holds how light goes from surface to surface, ``visibility`` what each vertex sees of the lamp.
+# ``transport`` has the paths of light between surfaces, ``visibility`` the part of the lamp that each vertex sees.
 # ``shares_by_bounce=True`` adds one array for each bounce.
 
 start = time.perf_counter()
@@ -77,8 +77,8 @@ for name in room.keys():  # noqa: SIM118 a MultiBlock iterates over its blocks
 # %%
 # Other lights, no new rays between surfaces
 # ------------------------------------------
-# In the evening the lamp is dim and blue, and a small orange sphere glows. Its shadows take rays; how light goes
-# between surfaces does not.
+# In the evening the lamp is dim and blue, and a small orange sphere glows. Its shadows need new rays; light between
+# surfaces does not.
 
 sunset = ph.SphereLight(position=(0.45, -0.65, 0.3), radius=0.08, intensity=0.3, diffuse=(1.0, 0.5, 0.2), name="sunset")
 evening = replace(scene, lights=[replace(lamp, intensity=0.12, diffuse=(0.5, 0.7, 1.0)), sunset])
@@ -87,13 +87,13 @@ relit = room.phong.shade(evening, materials, transport=transport, visibility=roo
 # %%
 # The textbook's constant
 # -----------------------
-# For comparison, a constant ambient light that brings as much light into the room in all.
+# For comparison, a constant ambient light that adds the same amount of light in total.
 
 bounced = sum(float(np.sum(first[name] + later[name])) for name in first)
 reflected = sum(float(np.sum(np.broadcast_to(materials.get(name, white).ambient, first[name].shape))) for name in first)
 constant = replace(scene, light_model=ph.LightModel(ambient=bounced / reflected, shadows=True))
 textbook = room.phong.shade(constant, materials, visibility=seen)
-print(f"the constant with as much light in all: {bounced / reflected:.3f}")
+print(f"the constant that adds as much light in total: {bounced / reflected:.3f}")
 
 # %%
 # The shares, and their sum

@@ -4,8 +4,8 @@ Lights as data
 
 Evaluate the lights once, then switch, dim and tint them with NumPy.
 
-The lit colour is a sum with one term for each light. ``components=True`` returns each term as an array, so that any
-other mix of the same lights is that sum again: ``colour = clip(base + Σ tint · share, 0, 1)``.
+The lit colour is a sum with one term for each light. ``components=True`` returns each term, the light's *share*, as an
+array. With other factors, the same sum is another mix of the lights: ``colour = clip(base + Σ tint · share, 0, 1)``.
 """
 
 import numpy as np
@@ -37,7 +37,7 @@ ivory = ph.Material(ambient=0.9, diffuse=(0.9, 0.87, 0.8), specular=0.4, shinine
 # %%
 # One evaluation
 # --------------
-# ``phong_light_sun`` is the sun's share, ``phong_base`` what remains when all lights are off.
+# ``phong_light_sun`` is the sun's share. ``phong_base`` is the colour when all lights are off.
 
 lit = knot.phong.shade(scene, ivory, components=True)
 share = {name: lit[f"phong_light_{name}"] for name in ("sun", "bulb", "spot")}

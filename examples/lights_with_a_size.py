@@ -4,9 +4,9 @@ Lights with a size
 
 The same ball and floor under five lamps of one intensity, and under a sky. Only the first lamp is a point.
 
-A highlight is the mirror image of its light, blurred by the surface, so it takes the light's shape. The larger a light
-is, the softer it fades towards its horizon. Both are integrals over the light that pvphong computes in closed form, for
-each vertex, without samples.
+A highlight is the mirror image of its light, blurred by the surface, so that it takes the light's shape. The larger a
+light is, the more gradually it fades out where the surface turns away from it. Both are integrals over the light.
+pvphong computes them at each vertex in closed form, without samples.
 """
 
 import numpy as np
@@ -21,7 +21,7 @@ POWER = {"intensity": 15.0, "specular": 14.0}
 # %%
 # A window with four panes
 # ------------------------
-# Any flat polygon can be a light. A window is four of them, which share the intensity.
+# Any flat polygon can be a light. This window is four of them, each with a quarter of the intensity.
 
 
 def window(width: float, height: float, bar: float) -> list[ph.PolygonLight]:

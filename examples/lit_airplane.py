@@ -19,8 +19,8 @@ mesh = pv.examples.load_airplane()
 # %%
 # Lights, a viewer, a material
 # ----------------------------
-# A :class:`pvphong.Scene` holds the lights, the viewer and the light model. The viewer matters for highlights: they
-# move when the viewer moves. All coordinates are those of the mesh.
+# A :class:`pvphong.Scene` has the lights, the viewer and the light model. The viewer matters for highlights, which move
+# with it. All coordinates are in the mesh's coordinate system and unit.
 
 scene = ph.Scene(
     lights=[

@@ -2,8 +2,8 @@
 A live window
 =============
 
-Meshes in a plotter follow the lights, the camera and your edits. They are lit again only when something has changed
-that their colours depend on.
+Meshes in a plotter follow the lights, the camera and your edits. Their colours are computed again only when something
+changes on which they depend.
 """
 
 # sphinx_gallery_thumbnail_number = 2
@@ -16,8 +16,8 @@ import pvphong as ph
 # %%
 # A window with gizmos
 # --------------------
-# Drag the lamp, its target or the highlight on the ball. Press h for the keys. The cube is an ordinary PyVista actor
-# that VTK lights; it stands in the same light.
+# Drag the lamp or the highlight on the ball. Press h for the keys. The cube is an ordinary PyVista actor: VTK lights
+# it, with the same lights.
 
 lamp = ph.PointLight(
     position=(0.2, -1.5, 1.4), attenuation=(1, 0, 0.25), diffuse=(1.0, 0.75, 0.45), intensity=1.4, name="lamp"
@@ -48,8 +48,8 @@ window().show()
 # %%
 # The same window, by a script
 # ----------------------------
-# Here a script sends the events of the mouse: it drags the lamp to the left, then drags the highlight, for which the
-# lamp moves, and undoes both. Undoing restores the colours to the bit.
+# Here a script sends the events of the mouse. It drags the lamp to the left, then the highlight, which moves the lamp
+# again, and undoes both. Undoing restores exactly the same colours.
 
 
 def drag(plotter: pv.Plotter, start: np.ndarray, by: tuple[int, int], steps: int = 8) -> None:
@@ -91,9 +91,9 @@ plotter.close()
 # %%
 # Lit again only when needed
 # --------------------------
-# A mesh counts its evaluations. A dull cone does not depend on the camera; a glossy ball does, because a highlight
-# moves with the viewer. Turning an actor, giving it a material or recolouring a light costs one evaluation of what it
-# touches.
+# A mesh counts how often it is lit. The colours of the dull cone do not depend on the camera. Those of the glossy ball
+# do, because its highlight moves with the viewer. Turning an actor, or giving it another material, lights this mesh
+# again; a change of a light lights all of them.
 
 plotter = window(off_screen=True)
 lit = {name: plotter.phong.mesh(plotter.actors[name]) for name in ("ball", "cone")}

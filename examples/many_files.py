@@ -2,7 +2,7 @@
 Many files
 ==========
 
-A wave in forty files, four moments of ten tiles, lit by a Dask cluster without a seam.
+A wave in forty files, ten tiles at each of four times, lit by a Dask cluster without a seam.
 """
 
 from pathlib import Path
@@ -17,8 +17,8 @@ import pvphong as ph
 # %%
 # Forty files and an index
 # ------------------------
-# Each tile is a tenth of the water at one moment. A ``.pvd`` file names the tiles with their times, as simulations
-# write them.
+# Each tile is a tenth of the water at one time. A ``.pvd`` file, as simulations write it, names the tiles and their
+# times.
 
 TIMES, TILES, SIDE = (0.1, 0.3, 0.5, 0.8), 10, 40
 
@@ -48,9 +48,9 @@ wave.write_text(f'<VTKFile type="Collection">\n<Collection>{"".join(lines)}</Col
 # %%
 # Light them on a cluster
 # -----------------------
-# Any Dask client will do. This one runs two workers in this process; ``Client("tcp://head:8786")`` uses the machines
-# of a cluster, and ``workers=4`` in place of ``client=`` starts processes. Tiles of one moment get the normals of the
-# surface in one piece along their borders. The second call finds everything done.
+# Any Dask client works. This one runs two workers in this process; ``Client("tcp://head:8786")`` uses the machines of a
+# cluster, and ``workers=4`` in place of ``client=`` starts four processes. Along their borders, the tiles of one time
+# get the normals of the whole surface. The second call finds that everything is done.
 
 scene = ph.Scene(
     [
@@ -67,8 +67,8 @@ with Client(processes=False, n_workers=2, threads_per_worker=1, dashboard_addres
         print(ph.shade_files(wave, folder / "lit", scene, water, client=client))
 
 # %%
-# The four moments
-# ----------------
+# The four times
+# --------------
 # The index is written too, so PyVista and ParaView read the lit series as they read the original.
 
 reader = pv.get_reader(folder / "lit" / "wave.pvd")

@@ -4,8 +4,9 @@ Metal and plastic
 
 Why Phong's gold looks like plastic, and what makes it metal.
 
-Plastic scatters its colour and mirrors white. Metal scatters next to nothing; its highlight has its colour, and turns
-white where light grazes the surface. A gold diffuse colour under a highlight is therefore gold plastic.
+Plastic scatters light in its own colour, and its highlights are white. Metal scatters almost no light. Its highlights
+have its colour, and turn white where light grazes the surface. A gold diffuse colour with a highlight is therefore gold
+plastic.
 """
 
 import numpy as np
@@ -45,7 +46,7 @@ scene = ph.Scene(lights, eye, ph.LightModel(ambient=0.08))
 # Four finishes
 # -------------
 # The first two are Phong's. :class:`pvphong.Metal` and :class:`pvphong.GGX` are reflectances: they replace the
-# formula, and bring the colour of the highlight themselves.
+# formula, and have their own colour of the highlight.
 
 GOLD = (1.0, 0.72, 0.29)
 DIM = tuple(0.2 * channel for channel in GOLD)

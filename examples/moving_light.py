@@ -4,8 +4,8 @@ A light that moves
 
 Set a light's position, write a frame, and the shadows of a stone circle sweep over the ground.
 
-``plotter.phong.add_light`` returns a handle. Each field of the light is an attribute of the handle, and the next frame
-shows what was set. GIFs need the extra ``gif``; with the extra ``rays`` a frame takes a fraction of the time.
+``plotter.phong.add_light`` returns a handle. Each field of the light is an attribute of the handle: set it, and the
+next frame shows the change. GIFs need the extra ``gif``; the extra ``rays`` makes each frame many times faster.
 """
 
 import numpy as np
@@ -32,7 +32,7 @@ pearl = pv.Sphere(radius=0.6, center=(0, 0, 0.6), theta_resolution=60, phi_resol
 # %%
 # The lamp goes round
 # -------------------
-# Setting ``lamp.position`` is all there is to do. The meshes notice, and light themselves again before the frame.
+# Set ``lamp.position`` and write a frame. The meshes are lit again before it is drawn.
 
 plotter = pv.Plotter(window_size=(480, 300), lighting="none", off_screen=True)
 plotter.set_background("#06070c")

@@ -2,10 +2,10 @@
 Normals under shear
 ===================
 
-Why normals go through the inverse-transpose: a sheared sphere, lit with right and with wrong normals.
+Why normals are multiplied by the inverse-transpose: a sheared sphere, lit with right and with wrong normals.
 
-A normal is not an arrow that moves along with the surface. It is the direction that stays perpendicular to it. Where
-points transform by a matrix M, normals transform by the transpose of M's inverse.
+A normal is not an arrow that moves along with the surface. It is the direction perpendicular to it. If points are
+multiplied by a matrix M, normals have to be multiplied by the transpose of M's inverse.
 """
 
 import warnings
@@ -18,8 +18,8 @@ import pvphong as ph
 # %%
 # Shear a sphere
 # --------------
-# :mod:`pvphong.pipeline` has the transformations alone. Vectors, which move along with the surface, give the wrong
-# normals here.
+# :mod:`pvphong.pipeline` has the transformations of points, vectors and normals. Normals that are transformed as
+# vectors are wrong.
 
 shear = np.array([[1, 1.2, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]])  # x grows with y
 sphere = pv.Sphere(theta_resolution=90, phi_resolution=91)
@@ -29,13 +29,13 @@ wrong = ph.pipeline.transform_vectors(normals, shear)
 wrong /= np.linalg.norm(wrong, axis=1, keepdims=True)
 
 angles = np.degrees(np.arccos(np.clip((right * wrong).sum(axis=1), -1, 1)))
-print(f"transformed by M itself, normals are off by up to {angles.max():.0f}°, {angles.mean():.0f}° on average")
+print(f"multiplied by M itself, normals are wrong by up to {angles.max():.0f}°, {angles.mean():.0f}° on average")
 
 # %%
 # The light seems to move
 # -----------------------
-# The light comes from the top left. With wrong normals it seems to come from elsewhere, and the arrows lean over.
-# pvphong would warn of such normals; here they are wrong on purpose.
+# The light comes from the top left. With wrong normals it seems to come from elsewhere, and the arrows are not
+# perpendicular to the surface. pvphong warns of such normals; here they are wrong on purpose.
 
 warnings.simplefilter("ignore", ph.NormalsWarning)
 scene = ph.Scene(

@@ -2,10 +2,10 @@
 Only what a scene needs
 =======================
 
-Scenes that call for more and more, which effects each of them runs, and what they cost.
+Scenes with more and more effects: which of them run, and what they cost.
 
-A *plan* decides, before anything is computed, what changes the colours: a dull surface needs no viewer, a sun needs no
-points, ambient light needs no normals. ``print(plan.explain())`` gives the reasons.
+Before anything is computed, a *plan* finds out which effects change the colours: a dull surface needs no viewer, a sun
+needs no points, ambient light needs no normals. ``print(plan.explain())`` gives the reasons.
 """
 
 import time
@@ -67,8 +67,9 @@ plotter.show()
 # %%
 # What they cost
 # --------------
-# The least of several times, taken in turns so that all scenes meet the same machine. The times are those of the
-# machine that built this page; with the extra ``fast`` the loops are compiled.
+# Each bar is the least of several times. All scenes are measured in turns, so that changes of the machine's speed
+# affect all alike. The times are those of the machine that built this page; with the extra ``fast`` the loops are
+# compiled.
 
 BACKEND = "numba" if find_spec("numba") else "numpy"
 
@@ -110,8 +111,8 @@ chart(costs_of(calls, 9), f"{mesh.n_points:,} vertices", "linear")
 # %%
 # Size, shadows, occlusion
 # ------------------------
-# A light with a size and rays cost more. Next to each other: a bulb, the bulb as a ball, their shadows, ambient
-# occlusion, and all of it.
+# A light with a size costs more than a point light, and rays cost more than light without shadows. The pictures show a
+# point light, a ball-shaped light, their shadows, ambient occlusion, and everything together.
 
 table = pv.Plane(center=(0, 0, -0.6), i_size=3, j_size=3, i_resolution=90, j_resolution=90).triangulate()
 scenery = pv.merge([table, pv.Sphere(theta_resolution=50, phi_resolution=50)], merge_points=False)
@@ -142,8 +143,8 @@ plotter.show()
 # %%
 # Rays are cast once and kept
 # ---------------------------
-# Of shadows and of occlusion there are two bars: casting the rays, and lighting again with what they found. The axis
-# is logarithmic.
+# Shadows and occlusion have two bars: one for casting the rays, one for lighting with their results. The axis is
+# logarithmic.
 
 
 def cast(scene: ph.Scene) -> None:

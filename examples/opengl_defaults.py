@@ -14,8 +14,8 @@ import pvphong as ph
 # OpenGL's light
 # --------------
 # :meth:`pvphong.LightModel.opengl` has OpenGL's defaults: ambient light 0.2, a viewer at infinity, half-way
-# reflection. OpenGL gives light positions in homogeneous coordinates, and w = 0 is a direction. The light here is
-# that of the *Programming Guide*: OpenGL's own default, (0, 0, 1, 0), shines from the eye and leaves no shadow side.
+# reflection. In OpenGL, positions of lights are homogeneous coordinates; with w = 0 they are directions. The light here
+# is that of the *Programming Guide*. OpenGL's own default, (0, 0, 1, 0), shines from the eye, so that no side is dark.
 
 scene = ph.Scene(
     lights=[ph.pipeline.light_from_homogeneous((0, 3, 3, 0), frame="camera", name="light 0")],
@@ -26,8 +26,8 @@ scene = ph.Scene(
 # %%
 # The materials
 # -------------
-# ``Material.named`` knows them by name. Those with a reflectance of their own are not OpenGL's, and are left out. The
-# first ball has OpenGL's default material.
+# ``Material.named`` returns them by name. Materials with a reflectance of their own are not OpenGL's and are left out.
+# The first ball has OpenGL's default material.
 
 named = {name: ph.Material.named(name) for name in ph.Material.names()}
 materials = {"default": ph.Material()} | {name: each for name, each in named.items() if each.reflectance is None}

@@ -2,7 +2,7 @@
 Phong and the truth
 ===================
 
-What the constant ambient light hides, and what each step towards the rendering equation costs.
+The errors of light models, from constant ambient light to all bounces, against the rendering equation, and their cost.
 
 It needs the extra ``rays``.
 """
@@ -63,19 +63,19 @@ material = ph.Material(ambient=1.0, diffuse=1.0, specular=0.0, albedo="paint")
 # %%
 # From a constant to all bounces
 # ------------------------------
-# With ``truth=True``, ``tradeoff`` also lights the mesh by shadows, occlusion, and one or more bounces, and compares
-# each with paths of light. The paths are random, so the truth is known up to its noise.
+# With ``truth=True``, ``tradeoff`` also lights the mesh with shadows, with occlusion, and with one or more bounces, and
+# compares each with path tracing. Paths are random, so that the truth itself has some noise.
 
 physics = room.phong.tradeoff(scene, material, seconds=1, truth=True).physics
 print(physics.sentence())
 for model in physics.models:
     print(f"{model.name:30} {model.seconds * 1e3:8.1f} ms, RMS error {model.rms:.4f}, at most {model.largest:.3f}")
-print(f"{'paths of light':30} {physics.truth.seconds * 1e3:8.1f} ms, known to {physics.noise:.4f}")
+print(f"{'path tracing':30} {physics.truth.seconds * 1e3:8.1f} ms, noise {physics.noise:.4f}")
 
 # %%
 # Where each model is wrong
 # -------------------------
-# Above, the room by each model; below, the difference to the truth. Red is too bright, blue too dark. Constant
+# Above, the room by each model; below, its difference from the truth. Red is too bright, blue too dark. Constant
 # ambient light is too bright under the ball and too dark on the ceiling.
 
 with tempfile.TemporaryDirectory() as folder:

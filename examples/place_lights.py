@@ -4,7 +4,7 @@ Placing lights
 
 Start from a preset, drag the gizmos, keep the rig as a file.
 
-When this manual is built, the window is off screen and the script moves the lights. On your machine the window is yours
+When this manual is built, there is no window, and the script moves the lights. On your machine the window stays open
 until you close it.
 """
 
@@ -19,8 +19,8 @@ import pvphong as ph
 # %%
 # A rig from a preset
 # -------------------
-# :func:`pvphong.three_point` returns a key, a fill and a rim light for a mesh, as seen by a viewer. They stand in the
-# world, and each is an ordinary light that :func:`dataclasses.replace` changes.
+# :func:`pvphong.three_point` returns a key, a fill and a rim light for a mesh, as seen by a viewer. They are
+# fixed in the world. Each is an ordinary light; :func:`dataclasses.replace` returns it with other fields.
 
 airplane = pv.examples.load_airplane()
 x, y, z = airplane.center
@@ -40,10 +40,10 @@ bulb = ph.PointLight(position=(x - 700, y - 600, 250), attenuation=(1, 0, 4e-6),
 # %%
 # Gizmos in the window
 # --------------------
-# Each light has handles: its position, its target, its cone. Drag one and the meshes follow; Shift keeps to an axis,
-# Ctrl moves in steps, Escape puts it back. ``in_screenshots=True`` draws the gizmos into pictures too. What a hand
-# does with the mouse, code does with values, and either is one step of undo. The spot is selected, so its whole cone
-# is drawn.
+# Each light has handles, for its position, its target and its cone. Drag one, and the meshes are lit again. With Shift
+# it moves along one axis, with Ctrl in steps; Escape cancels. ``in_screenshots=True`` draws the gizmos into pictures
+# too. Code can change lights as the mouse does: each drag and each ``set_light`` is one step of undo. The spot is
+# selected here, so that its whole cone is drawn.
 
 floor = pv.Plane(center=(x, y, -80), i_size=4500, j_size=4500, i_resolution=240, j_resolution=240)
 silver = ph.Material(ambient=0.1, diffuse=(0.75, 0.75, 0.78), specular=0.35, shininess=50)
@@ -72,8 +72,9 @@ plotter.show()
 # %%
 # The rig as a file
 # -----------------
-# ``plotter.phong.scene`` is the rig: lights, viewer and light model. Saved as JSON and loaded again it is the same to
-# the last bit. ``pvphong shade other.stl -o other.png --scene rig.json`` puts another mesh under it.
+# ``plotter.phong.scene`` returns the lights, the viewer and the light model as they are now. ``save`` writes them as
+# JSON, and ``ph.Scene.load`` returns an equal scene. ``pvphong shade other.stl -o other.png --scene rig.json`` lights
+# another mesh with it.
 
 with tempfile.TemporaryDirectory() as folder:
     path = Path(folder) / "rig.json"

@@ -4,7 +4,7 @@ Reflectances
 
 Every reflectance on the same ball, from rough on the left to smooth on the right.
 
-A reflectance tells how much light leaves a surface in each direction. Phong's is one of ten here.
+A reflectance is the formula for the light that leaves a surface in each direction. Phong's is one of ten families here.
 """
 
 from dataclasses import replace
@@ -17,8 +17,8 @@ import pvphong as ph
 # %%
 # Ten families
 # ------------
-# ``Material(reflectance=...)`` replaces Phong's formula. Metal, GGX and PBR bring the colour of their highlights
-# themselves; the others take it from ``specular``.
+# ``Material(reflectance=...)`` replaces Phong's formula. Metal, GGX and PBR have their own colour of the highlight; the
+# others use the material's ``specular``.
 
 COLUMNS, ROWS = 5, 5
 SHININESS = np.geomspace(2.0, 100.0, COLUMNS)
@@ -63,7 +63,7 @@ around[~around.any(axis=1)] = (1, 0, 0)
 # %%
 # The balls
 # ---------
-# A warm lamp, a cool one behind, and a weak light on the viewer's head, which a road sign (*retro*) sends back.
+# A warm lamp, a cool one behind, and a weak light at the viewer's eye, which a road sign (*retro*) sends back.
 
 lights = [
     ph.PointLight((-4, 5, 6), diffuse=(1.0, 0.93, 0.82), intensity=0.85),

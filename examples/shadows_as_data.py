@@ -3,9 +3,9 @@ Shadows as data
 ===============
 
 The part of each light that every vertex sees, as arrays that are computed once and kept. Dimming, tinting and switching
-lights afterwards takes no ray.
+lights afterwards needs no rays.
 
-With the extra ``rays`` it takes a fraction of the time.
+The extra ``rays`` makes it many times faster.
 """
 
 import time
@@ -19,8 +19,8 @@ import pvphong as ph
 # %%
 # A knot under a sun and a glowing sphere
 # ---------------------------------------
-# The sun's shadow is hard, the lamp's is soft. Ambient occlusion darkens what sees little of the sky, up to a
-# distance of 6.
+# The sun's shadow is hard, the lamp's is soft. Ambient occlusion darkens places that see little of the sky; only
+# geometry up to a distance of 6 counts.
 
 t = np.linspace(0, 2 * np.pi, 400)
 curve = np.column_stack([np.sin(t) + 2 * np.sin(2 * t), -np.sin(3 * t), np.cos(t) - 2 * np.cos(2 * t)])
@@ -80,8 +80,8 @@ print(f"{time.perf_counter() - start:.3f} s without rays")
 # %%
 # Six arrays
 # ----------
-# The first row shows what arrives from the sun and from the lamp on white paper, and the visible part of the sky. The
-# second row has the colours without shadows, with them, and in the evening.
+# The first row shows the light of the sun and of the lamp on white paper, and the visible part of the sky. The second
+# row shows the colours without shadows, with them, and in the evening.
 
 paper = crisp.phong.shade(scene, ph.Material(), components=True, visibility=seen)
 plain = crisp.phong.shade(replace(scene, light_model=scene.light_model.without_rays()), materials)

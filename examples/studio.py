@@ -2,8 +2,8 @@
 The studio
 ==========
 
-Edit a plotter's lights, materials and scene in a web page. Its panels and the gizmos in its view change the same
-document, every edit is one step of undo, and the page writes the Python that makes the result again.
+Edit a plotter's lights, materials and scene in a web page. Panels and gizmos edit the same lights, every edit is one
+step of undo, and the page writes a Python script that makes the same result.
 """
 
 import asyncio
@@ -47,7 +47,7 @@ if not pv.OFF_SCREEN:
 # What an edit does
 # -----------------
 # Inside a running event loop, as in a notebook, ``studio`` returns the page at once. Here the page is served for a
-# moment, and two fields are edited as its panels would. The second edit is undone.
+# moment, and two fields are edited as if in its panels. The second edit is undone.
 
 
 async def edit(plotter: pv.Plotter) -> str:

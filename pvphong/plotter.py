@@ -370,7 +370,11 @@ class PlotterPhong(Handle):
             lights.remove(which)
 
     def undo(self) -> bool:
-        """Undo the last drag or edit, and draw. Lights and colours are restored to the bit.
+        """Undo the last step, and draw. Lights and colours are restored exactly.
+
+        Steps are calls of `add_light`, `set_light` and `remove_light` and, with gizmos, drags, keys and assignments
+        to the fields of a handle. Without gizmos, assignments such as ``lamp.position = (1, 0, 2)`` are no steps, so
+        that an animation records nothing. `add_gizmos` forgets the steps before it.
 
         Returns
         -------

@@ -125,8 +125,8 @@ def shade_files(
         point arrays of the files, colormaps of such names, or paths of image files. A colormap without `clim` has the
         range of all files, which are read once more for it.
     client : distributed.Client or str, optional
-        Dask cluster, or the address of its scheduler, such as "tcp://host:8786". By default a local cluster is started;
-        a script then needs ``if __name__ == "__main__":``, as for all of Python's processes.
+        Dask cluster, or the address of its scheduler, such as ``tcp://host:8786``. By default a local cluster is
+        started; a script then needs ``if __name__ == "__main__":``, as for all of Python's processes.
     workers : int, optional
         Number of processes of the local cluster, with one thread each; by default the number of processors.
     seams : {"merge", "keep"}, optional

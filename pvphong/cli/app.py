@@ -66,6 +66,16 @@ for name, (place, does) in _COMMANDS.items():
 
 _SHORT = {"-o": "--output"}
 
+_OPTIONS = {"client": ("--scheduler",), "name": ("--array",), "tolerance": ("--tolerance", "--refine")}
+"""Options of arguments, where these have other names."""
+
+_PHRASES = {
+    "must be a distributed.Client, or the address": "must be the address",
+    "light_model must be without bounces": "the light model must be without bounces",
+    "Use LightModel(bounces=0), or join the pieces: pyvista.read(path).": "Pass --bounces 0.",
+}
+"""Words for calls in Python → words for the command line."""
+
 
 def _in_its_words(reason: str, words: Sequence[str]) -> str:
     """Reword an error for the command line, with options in place of arguments."""
@@ -80,6 +90,13 @@ def _in_its_words(reason: str, words: Sequence[str]) -> str:
                 f"; got {path}{end}" in f"{reason} " for path in paths for end in (". ", " (")
             ):
                 return f"{_SHORT.get(option, option)}{must}{rest}"
+    given = {word.partition("=")[0] for word in words}
+    for option in _OPTIONS.get(argument, (f"--{argument.replace('_', '-')}",)):
+        if must and option in given:
+            reason = f"{option}{must}{rest}"
+            break
+    for phrase, ours in _PHRASES.items():
+        reason = reason.replace(phrase, ours)
     return reason
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import sys
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -93,8 +94,8 @@ def shade(
     scheduler
         Address of a Dask scheduler, such as tcp://host:8786, whose workers light many files.
     seams
-        "merge": points at one place get the normal of all pieces' faces there. "keep": that of their own piece.
-        Default: "merge" for pieces of a .vtm, .pvtp, .pvtu or .pvd file.
+        merge: points at one place get the normal of all pieces' faces there. keep: that of their own piece. Default:
+        merge for pieces of a .vtm, .pvtp, .pvtu or .pvd file.
     """
     options: dict[str, Any] = {
         "name": "phong" if array is None else array,
@@ -161,6 +162,7 @@ def _shade_many(meshes: Sequence[str], output: str, lighting: LightingOptions, o
         _refuse_given(given, "used with --scene for many files")
     with busy("Lighting many files"):
         batch = shade_files(meshes, output, scene, lighting.materials(), **options)
+    batch = replace(batch, note=batch.note.replace('seams="merge"', "--seams merge"))
     print(batch, file=sys.stderr if batch.failed else sys.stdout)
     return 1 if batch.failed else 0
 

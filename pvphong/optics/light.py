@@ -131,14 +131,15 @@ class Light(metaclass=_Kind):
     ambient : color, default (0, 0, 0)
         Colour that the light adds everywhere it reaches, independent of the normal, La.
     intensity : float, default 1
-        Multiplies all three colours; >= 0. With 1/d² falloff, as area lights have, the intensity must grow with the
-        square of the distance.
+        Factor of all three colours; >= 0. Light that weakens as 1/d², as of area lights, needs an intensity that grows
+        with the square of the distance d.
     on : bool, default True
         True if the light shines.
     frame : {"world", "camera", "headlight"}
-        Frame of its coordinates. "camera": eye space (eye at the origin, looking down −z, y up), so that the light
-        moves with the viewer. "headlight": position and direction are the viewer's, and the light's own are ignored;
-        its `up`, if it has one, is in eye space, where (0, 1, 0) is the viewer's.
+        Coordinate system of its position and direction. "world": that of the mesh. "camera": the viewer's, with the eye
+        at the origin, y up and the view along −z; the light moves with the viewer. "headlight": the light is at the
+        viewer's eye and shines along the view; its own position and direction are ignored, and its `up`, if it has one,
+        is in the viewer's coordinates.
     name : str
         Name of its array in results.
 

@@ -50,24 +50,24 @@ class LightModel:
     clamp : bool, default True
         If True, clamp the summed colour to [0, 1].
     convention : {"standard", "vtk"}
-        "vtk" reproduces VTK's shader: three tiers of lighting code, a floor of 1e-5 under the highlight's cosine,
-        material ambient not multiplied by any light, ambient and specular colours of lights ignored, a local viewer
-        even in parallel projection, exponents of at most 128, and scenes without lights drawn unlit. `ambient` has no
-        effect in it. A material with the reflectance `PBR` is shaded as with VTK's `pbr=True`, including its final
-        power.
+        Which formula to use. "vtk" gives the colours of VTK's shader. They differ from the standard ones in this: a
+        material's ambient colour is added without any light, and `ambient` here has no effect; ambient and specular
+        colours of lights are ignored; a scene without lights is drawn unlit; shininess and spot exponents are at most
+        128; and the viewer is local even in parallel projection. A material with the reflectance `PBR` looks as with
+        VTK's `pbr=True`.
     shadows : bool, default False
-        If True, multiply the diffuse and specular light of each light by its visibility from the vertex, past the mesh
-        itself and other meshes. Visibility is 0 or 1 for a light without a size. For a light with a size it is the
-        fraction that reaches a matt surface, also for highlights, which are therefore wrong where something hides what
-        they mirror. `tradeoff` measures the error; `truth` does not have it.
+        If True, a vertex receives from each light only the part that it can see; the mesh itself and other meshes hide
+        the rest. For a light without a size this part is 0 or 1. For a light with a size it is the fraction that
+        reaches a matt surface. Highlights are multiplied by the same fraction, which is inexact where a part of the
+        light is hidden: `tradeoff` measures this error, and `truth` is free of it.
     ambient_occlusion : bool or float, default False
         If not False, multiply ambient light (`ambient` and that of lights) by the visible fraction of the sky: of the
         hemisphere around the normal, weighted by the cosine. A number > 0 is the distance, in the mesh's unit, up to
         which geometry occludes the sky; True means any distance.
     bounces : int, default 0
-        Number of diffuse reflections between surfaces, up to 65,536. The constant ambient light then replaces only the
-        light that is left after the last bounce. Surfaces reflect on the side of their normals; from behind they are
-        black.
+        Number of diffuse reflections between surfaces to compute, up to 65,536. With 0, `ambient` stands for all of
+        them; otherwise only for those after the last that is computed. Surfaces reflect on the side to which their
+        normals point; from behind they are black.
 
     Raises
     ------

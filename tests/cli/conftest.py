@@ -59,6 +59,7 @@ def _written(tmp_path_factory):
     SCENE.save("rig.json")
     sun.save("sun.json")
     replace(sun, light_model=ph.LightModel(shadows=True, ambient_occlusion=0.5)).save("dark.json")
+    replace(sun, light_model=ph.LightModel(bounces=1)).save("bounces.json")
     ph.Scene([away, ph.PointLight(position=(0, 0, 30), **names)]).save("away.json")
     ph.Scene([ph.PointLight(position=(3, 4, 5))], light_model=ph.LightModel.opengl()).save("opengl.json")
     sun.save("red.json", materials={"default": RED, "deep/a box": GOLD})

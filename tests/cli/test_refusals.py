@@ -38,7 +38,7 @@ REFUSED = {
     f"{SHADE} --reflectance ggx:rough=1": "Did you mean 'roughness'?",
     f"{SHADE} --reflectance ggx": "--reflectance must be given its roughness too; got ggx.",
     f"{SHADE} --reflectance ggx:roughness": "--reflectance ggx must be followed by fields as in",
-    f"{SHADE} --tolerance=-1": "tolerance must be a finite number >= 0",
+    f"{SHADE} --tolerance=-1": "error: --tolerance must be a finite number >= 0",
     f"{SHADE} --albedo pine.png": "albedo must be a point array, or an image file that exists; got pine",
     f"{SHADE} --albedo oak.png": "albedo must be an array, its name, or a texture for a mesh with",
     f"{SHADE} --scalars heigth": "Did you mean 'height'?",
@@ -62,7 +62,9 @@ REFUSED = {
     "shade sphere.vtp -o lit/ --workers 2 --scheduler tcp://a:1": "--workers must be omitted with --scheduler",
     f"{SHADE} --max-points 9": "--max-points must be used with --refine",
     f"{SHADE} --refine 0.1 --components": "--components must be omitted with --refine",
-    f"{SHADE} --refine 0": "tolerance must be a finite number > 0",
+    f"{SHADE} --refine 0": "error: --refine must be a finite number > 0",
+    f"{SHADE} --feature-angle 400": "error: --feature-angle must be a finite number >= 0 and <= 180",
+    "shade blocks.vtm -o lit/ --scene bounces.json": "the light model must be without bounces for a surface in pieces",
     "shade sphere.vtp cube.vtp -o lit --refine 0.1": "--refine must be omitted for many files",
     "shade sphere.vtp cube.vtp -o lit --refine 0": "--refine must be omitted for many files",
     f"{SHADE} --workers 0": "--workers must be omitted for a single mesh and an output file",
@@ -73,7 +75,7 @@ REFUSED = {
     f"{SHADE} --sun 315": "--sun must be two numbers separated by a comma; got 315.",
     f"{SHADE} --sun 315,100": "elevation must be a finite number >= -90 and <= 90",
     "shade no/*.vtp -o lit/": "paths must be a pattern that matches a file; got no/*.vtp.",
-    "shade sphere.vtp -o lit/ --scheduler tcp://127.0.0.1:1": "got tcp://127.0.0.1:1.",
+    "shade sphere.vtp -o lit/ --scheduler tcp://127.0.0.1:1": "error: --scheduler must be the address of a",
     "plan blocks.vtm --scene parts.json": "material must be a mapping with the names of all blocks",
     "validate": "MESH must be given, or --all instead",
     "validate sphere.vtp --output errors.ply": NO_OUTPUT + "signed errors",
@@ -183,6 +185,17 @@ def test_words_become_arguments_of_shade_files(words, expected, monkeypatch, cap
     assert capsys.readouterr().out == "1 done, 0 skipped, 0 failed.\n"
     assert given | expected == given
     assert (given["scene"] is not None and given["scene"].light_model.shadows) == ("--shadows" in words)
+
+
+def test_a_remark_on_many_files_names_the_option(monkeypatch, capsys):
+    from pvphong.batch.shading import _APART, Batch
+    from pvphong.cli import shade
+
+    monkeypatch.setattr(shade, "shade_files", lambda *_, **__: Batch((Path("a.vtp"),), (), {}, _APART))
+    assert run("shade sphere.vtp cube.vtp -o a/") == 0
+    out = capsys.readouterr().out.replace("\n ", "")
+    assert "--seams merge treats them as pieces of one surface." in out
+    assert "seams=" not in out
 
 
 def test_a_tolerance_may_be_a_quotient(capsys):
