@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from pvphong.base import threads
 from pvphong.base.types import Float64Array, FloatArray, IntArray
 from pvphong.geometry.normals import FaceBlock, Faces
 
@@ -35,6 +36,10 @@ class NormalsFit(NamedTuple):
     mean: float
     worst: float
     beyond_60: float
+
+
+# Normals per range of a thread: their arrays stay in its caches.
+_AT_ONCE = 2**14
 
 
 class Areas:
@@ -74,12 +79,17 @@ def fit_of(stored: FloatArray, computed: Float64Array, weights: Float64Array) ->
 
     Points without either normal, or without weight, are ignored. The fit is None if no point is left.
     """
-    wide = stored.astype(np.float64)
-    with np.errstate(all="ignore"):
-        x, y, z = np.abs(wide.T)
-        wide = wide / np.maximum(np.maximum(x, y), z)[:, None]  # squares must not overflow
-        wide /= np.sqrt(np.einsum("ij,ij->i", wide, wide))[:, None]
-        cosines = np.einsum("ij,ij->i", wide, computed)
+    cosines = np.empty(len(stored))
+
+    def compare(first: int, last: int) -> None:
+        with np.errstate(all="ignore"):
+            wide = stored[first:last].astype(np.float64)
+            x, y, z = np.abs(wide.T)
+            wide /= np.maximum(np.maximum(x, y), z)[:, None]  # squares must not overflow
+            lengths = np.sqrt(np.einsum("ij,ij->i", wide, wide))
+            cosines[first:last] = np.einsum("ij,ij->i", wide, computed[first:last]) / lengths
+
+    threads.run(compare, len(stored), _AT_ONCE)
     known = np.flatnonzero(np.isfinite(cosines) & np.logical_or.reduce(computed.T != 0.0) & (weights > 0.0))
     if not len(known):
         return None, known

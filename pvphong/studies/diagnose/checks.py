@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from pvphong.base import threads
 from pvphong.base.types import BoolArray, Float64Array, FloatArray, IntArray, MatrixLike, Vector
 from pvphong.geometry.fit import Areas
 from pvphong.geometry.normals import FaceBlock, Faces
@@ -19,6 +20,9 @@ _UNCERTAIN = 1 / 255
 
 # A determinant of at most 2**-50 of its terms may be rounding error: 3 roundings of 2**-53 per term, and a margin.
 _ROUNDING_BITS = 50
+
+# Edges per range of a thread: their arrays stay in its caches.
+_AT_ONCE = 2**16
 
 
 class FaceChecks(NamedTuple):
@@ -56,13 +60,15 @@ def check_faces(points: FloatArray, faces: Faces) -> FaceChecks:
     coordinates' float type, the face's largest coordinate, and its height over its longest edge.
     """
     finite, wide = finite_rows(points), points.astype(np.float64)
-    used = wide[finite]
-    low, high = (used.min(axis=0), used.max(axis=0)) if len(used) else (np.zeros(3), np.zeros(3))
+    all_finite = bool(finite.all())
+    used = wide if all_finite else wide[finite]
+    low, high = np.array([[column.min(), column.max()] for column in used.T]).T if len(used) else np.zeros((2, 3))
     with np.errstate(all="ignore"):
         middle, size = low / 2 + high / 2, math.hypot(*(high - low))
         typical = size / math.sqrt(max(faces.count, 1))  # typical size of a face, used for collapsed faces
-        magnitudes = _largest(wide), _largest(wide - middle)
     step = float(np.finfo(points.dtype).eps)
+    # A face at least this high is not blurred: no edge, and no distance from the middle, is 4 times the largest number.
+    certain = 4.0 * step * float(np.maximum(high, -low).max()) / _UNCERTAIN
 
     small = np.flatnonzero(faces.sizes < 3)
     degenerate, far, thin, folded, centred_too = [small], list[IntArray](), list[IntArray](), [small], list[IntArray]()
@@ -73,8 +79,8 @@ def check_faces(points: FloatArray, faces: Faces) -> FaceChecks:
             vectors = block.area_vectors()
             twice = np.sqrt(np.square(vectors).sum(axis=0))
             areas.put(block, twice / 2.0)
-            usable = finite[block.corners.T].all(axis=0)
-            flat = ~vectors.any(axis=0)
+            usable = np.ones(len(twice), bool) if all_finite else finite[block.corners.T].all(axis=0)
+            flat = ~(vectors[0].astype(bool) | vectors[1].astype(bool) | vectors[2].astype(bool))
             repeated = _has_twice(block.corners)
             degenerate.append(block.faces[usable & (flat | repeated)])
             folded.append(block.faces[(flat | ~usable) & repeated])
@@ -82,21 +88,24 @@ def check_faces(points: FloatArray, faces: Faces) -> FaceChecks:
             longest = np.sqrt(np.square(block.edges).sum(axis=0).max(axis=0))
             # Twice the area over the base, in units of 2**exponents.
             height = twice / longest
+            some = np.flatnonzero(~(np.ldexp(height, block.exponents) > certain))
+            height, longest, exponents = height[some], longest[some], block.exponents[some]
             collapsed = ~(height > 0)
-            height[collapsed] = np.ldexp(typical, -block.exponents[collapsed])
+            height[collapsed] = np.ldexp(typical, -exponents[collapsed])
+            corners = wide[block.corners[some]]
             as_it_lies, about_the_middle = (
-                np.ldexp(magnitude[block.corners.T].max(axis=0), -block.exponents) for magnitude in magnitudes
+                np.ldexp(np.abs(corners - origin).max(axis=(1, 2)), -exponents) for origin in (0.0, middle)
             )
             # True if rounding blurs the normal: in place, relative to the mesh's middle, and relative to its own.
             here, centred, own = (
                 np.where(magnitude > 0, step * magnitude / height, 0.0) > _UNCERTAIN
                 for magnitude in (as_it_lies, about_the_middle, longest)
             )
-            usable &= ~repeated
-            is_far = usable & here & ~own
-            centred_too.append(block.faces[is_far & centred])
-            far.append(block.faces[is_far])
-            thin.append(block.faces[usable & ~flat & own])
+            whole = (usable & ~repeated)[some]
+            is_far = whole & here & ~own
+            centred_too.append(block.faces[some[is_far & centred]])
+            far.append(block.faces[some[is_far]])
+            thin.append(block.faces[some[whole & ~flat[some] & own]])
 
     faces.in_blocks(look)
     nothing = np.empty(0, np.intp)
@@ -122,11 +131,10 @@ def finite_rows(points: NDArray[Any]) -> BoolArray:
     return rows
 
 
-def _largest(points: Float64Array) -> Float64Array:
-    """Return the largest magnitude in each row."""
-    sizes = np.abs(points)
-    rows: Float64Array = np.maximum(np.maximum(sizes[:, 0], sizes[:, 1]), sizes[:, 2])
-    return rows
+def nonzero_rows(vectors: FloatArray) -> BoolArray:
+    """Return True for rows with an entry other than 0."""
+    x, y, z = vectors.T != 0.0
+    return np.asarray(x | y | z)
 
 
 def _has_twice(corners: IntArray) -> BoolArray:
@@ -239,22 +247,41 @@ class Edges(NamedTuple):
     def between(cls, begin: IntArray, end: IntArray, n_points: int) -> Edges:
         """Return the unique edges between pairs of points; an edge from a point to itself does not count."""
         # one integer per edge of a face: its lower point, its higher point, its direction
-        bits = n_points.bit_length()
-        keys = np.minimum(begin, end)
-        keys <<= bits
-        keys |= np.maximum(begin, end)
-        keys <<= 1
-        keys += begin < end
-        if (is_point := begin == end).any():
-            keys = keys[~is_point]
-        keys.sort()
-        undirected = keys >> 1
-        is_first = np.ones(len(keys), bool)
-        np.not_equal(undirected[1:], undirected[:-1], out=is_first[1:])
-        starts = np.flatnonzero(is_first)
-        forth = np.add.reduceat(keys & 1, starts) if len(starts) else starts
-        once = undirected[starts]
-        return cls(once >> bits, once & ((1 << bits) - 1), forth, np.diff(starts, append=len(keys)) - forth)
+        bits, keys = n_points.bit_length(), np.empty(len(begin), np.int64)
+
+        def put(first: int, last: int) -> None:
+            one, other, key = begin[first:last], end[first:last], keys[first:last]
+            key[:] = np.minimum(one, other)
+            key <<= bits
+            key |= np.maximum(one, other)
+            key <<= 1
+            key |= one < other
+            key[one == other] = -1
+
+        threads.run(put, len(keys), _AT_ONCE)
+        # Each thread takes the edges of a range of lower points.
+        count = threads.count() if len(keys) > _AT_ONCE else 1
+        limits = [part * n_points // count << bits + 1 for part in range(count + 1)]
+        found: list[Edges] = [cls(begin, end, begin, end)] * count
+
+        def look(part: int, _: int) -> None:
+            some = keys[(keys >= limits[part]) & (keys < limits[part + 1])]
+            some.sort()
+            undirected = some >> 1
+            is_first = np.ones(len(some), bool)
+            np.not_equal(undirected[1:], undirected[:-1], out=is_first[1:])
+            starts = np.flatnonzero(is_first)
+            once = undirected[starts]
+            some &= 1
+            forth = np.add.reduceat(some, starts) if len(starts) else starts
+            back = np.empty_like(starts)
+            np.subtract(starts[1:], starts[:-1], out=back[:-1])
+            back[-1:] = len(some) - starts[-1:]
+            back -= forth
+            found[part] = cls(once >> bits, once & ((1 << bits) - 1), forth, back)
+
+        threads.run(look, count, 1)
+        return found[0] if count == 1 else cls(*map(np.concatenate, zip(*found, strict=True)))
 
     def ends(self, some: BoolArray) -> IntArray:
         """Return the points (k, 2) of some edges, the lower first."""

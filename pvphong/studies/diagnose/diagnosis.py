@@ -26,6 +26,7 @@ from pvphong.studies.diagnose.checks import (
     edges_of,
     finite_rows,
     first_alike,
+    nonzero_rows,
     repeated_faces,
 )
 from pvphong.studies.diagnose.kinds import FLAGS, KINDS, WHERE
@@ -441,8 +442,8 @@ def diagnose(mesh: pv.DataSet, *, matrix: MatrixLike | None = None) -> Diagnosis
         turned = turned_faces(points, faces, areas, np.concatenate([by_face.folded, repeated]))
     is_duplicate = first_in_place != np.arange(len(points))
     inside_out, is_closed = inside_out_faces(points, faces, first_in_place, None if is_duplicate.any() else edges)
-    unlit = np.flatnonzero(used & finite & ~computed.any(axis=1))
-    zero, opposed = np.flatnonzero(~stored.any(axis=1)), np.flatnonzero(finite_normals & (along < 0))
+    unlit = np.flatnonzero(used & finite & ~nonzero_rows(computed))
+    zero, opposed = np.flatnonzero(~nonzero_rows(stored)), np.flatnonzero(finite_normals & (along < 0))
     lit_by = computed if active is None else stored
     looks_down = bool(weights.sum()) and _share(np.flatnonzero(lit_by[:, 2] < 0.0), weights) >= _ALL
     of_points = {
@@ -518,7 +519,7 @@ def _share(where: Any, weights: Float64Array) -> float:
 
 def _valid_faces(source: pv.PolyData, points: FloatArray) -> tuple[int, IntArray, Faces]:
     """Number of faces, and the numbers and corners of the faces with valid indices."""
-    connectivity, offsets = (np.array(each, np.int64) for each in unchecked_polygons(source))
+    connectivity, offsets = (np.asarray(each, np.int64) for each in unchecked_polygons(source))
     sizes = np.diff(offsets)
     in_range = (connectivity >= 0) & (connectivity < len(points))
     if in_range.all():

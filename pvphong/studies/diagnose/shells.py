@@ -66,8 +66,8 @@ def inside_out_faces(
 
     def add(first: int, last: int) -> None:
         with np.errstate(all="ignore"):
-            to = wide[part[first:last]]
-            p, q, r = (columns(wide[corner] - to) for corner in triangles[first:last].T)
+            to = np.take(wide, part[first:last], axis=0)
+            p, q, r = (columns(np.take(wide, corner, axis=0) - to) for corner in triangles[first:last].T)
             each[first:last] = dot(p, cross(q, r)) / 6.0
 
     threads.run(add, len(part), _AT_ONCE)
