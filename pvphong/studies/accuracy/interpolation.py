@@ -108,8 +108,10 @@ class Interpolation(NamedTuple):
 
 
 def seconds_of_rays(subject: Subject, tolerance: float) -> float:
-    """Estimate how much longer a float64 evaluation of all vertices would take with rays as they are cast inside
-    triangles, in seconds; 0 if the scene needs no rays.
+    """Estimate the time of rays inside triangles, in seconds per float64 evaluation of all vertices; 0 if the scene
+    needs no rays.
+
+    The search of a triangle evaluates about _EVALUATIONS points, and casts rays from _PLACES of them.
 
     Parameters
     ----------
