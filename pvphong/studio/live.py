@@ -87,8 +87,8 @@ class LightHandle(Handle):
         return self._renderer_light.vtk_light
 
     def light(self, viewer: Viewer | None = None) -> Light:
-        """Return the light's current value. VTK's camera lights are placed relative to `viewer`, by default the window's
-        camera.
+        """Return the light's current value. VTK's camera lights are placed relative to `viewer`, by default the camera
+        of the window.
         """
         return self._renderer_light.light(viewer or self._subplot.lights.viewer)
 
@@ -218,7 +218,7 @@ def changed_light(light: Light, given: Light | None, changes: Mapping[str, Any])
     if given is not None:
         check.refuse("light", given, "omitted when fields are given", "Set the fields in the light instead.")
     if not changes:
-        check.refuse("light", None, "a light, unless fields to change are given", 'Example: set_light("lamp", intensity=2).')
+        check.refuse("light", None, "a light if no fields are given", 'Example: set_light("lamp", intensity=2).')
     known = _names(light)
     for name in changes:
         if name not in known:

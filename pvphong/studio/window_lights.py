@@ -173,7 +173,7 @@ class WindowLights:
             if named or renderer_light.vtk_light is vtk_light:
                 return renderer_light
         names = ", ".join(repr(light.name) for light in lights if light.name)
-        allowed = f"a light of this renderer: the handle from add_light, a pyvista.Light, an index below {len(present)}"
+        allowed = f"a light of this renderer: its handle, its pyvista.Light, an index below {len(present)}"
         return check.refuse("which", which, allowed + (f", or one of the names {names}" if names else ""))
 
     def remove(self, which: Any) -> None:

@@ -182,7 +182,7 @@ def repeated_faces(faces: Faces, edges: Edges, weightless: IntArray) -> IntArray
 
     Weightless faces are skipped, because repeating them has no effect.
     """
-    if (edges.forth < 2).all():  # a repeated face and its original both run along one of their edges from its lower to its higher point
+    if (edges.forth < 2).all():  # repeated faces run forth along an edge twice
         return np.empty(0, dtype=np.intp)
     sizes = faces.sizes.copy()
     sizes[weightless] = 0
