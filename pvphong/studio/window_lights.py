@@ -216,7 +216,7 @@ class WindowLights:
         returning = {
             renderer_light: state
             for renderer_light, state in then.items()
-            if renderer_light not in now and id(renderer_light.vtk_light) not in shining  # else other code has added it again
+            if renderer_light not in now and id(renderer_light.vtk_light) not in shining  # not added by other code
         }
         if not returning:
             return
