@@ -90,8 +90,8 @@ def refine(
     light, and where colours begin to saturate. So a highlight that lies between the corners of a triangle is found too.
 
     Where the colour jumps, at the edge of a hard shadow or of a spot's cone, triangles are cut along that edge. Each
-    point on the cut exists twice, once lit as each side, so that a shadow is as crisp as the edge of a face. Rays find
-    where the edge crosses the sides of triangles, to 2⁻²⁰ of their length. If the edge deviates from a straight line
+    point on the cut exists twice, lit once like each side, so that a shadow is as crisp as the edge of a face. Rays
+    find where the edge crosses the sides of triangles, to 2⁻²⁰ of their length. If it deviates from a straight line
     between two crossings by more than 2⁻¹² of the mesh's diagonal, or a shadow lies inside a triangle, the triangle is
     split first.
 
@@ -141,12 +141,12 @@ def refine(
         Triangles only. The original points, with copies along sharp edges, come first and do not move;
         ``pvphong_original_point`` is -1 for new points. Point arrays are interpolated linearly. Arrays of 3 or 4 uint8
         channels are colours and are rounded. Other integers, booleans and strings may be labels and are copied: a new
-        point on a side takes the value of the end with the lower index. New normals have the mean length of their
-        neighbours. A mesh without active normals gets those of `mesh.phong.normals` before it is split. Cell arrays are
-        copied to the parts of each cell.
+        point on a side takes the value of the end with the lower index. A new normal has the mean length of its
+        neighbours' normals. A mesh without active normals gets those of `mesh.phong.normals` before it is split. Cell
+        arrays are copied to the parts of each cell.
 
         If the mesh was cut, the point array ``<name>_refinement_pair`` is the index of the next point at the same
-        place, on the other side of the cut, or -1. Where two edges cross, four points form a ring.
+        position, on the other side of the cut, or -1. Where two edges cross, four points form a ring.
 
         With shadows or occlusion, the visible fractions of each light and of the sky are in ``<name>_visibility_<name
         or index>`` and ``<name>_sky``, as from `mesh.phong.shade`. They differ on the two sides of a cut. Stacked as an
@@ -165,7 +165,7 @@ def refine(
             Largest remaining error.
         ``<name>_refinement_stopped``
             "tolerance": it is reached. "max_points": the limit is reached. "jump": the tolerance is reached except at
-            jumps that cannot be cut, such as ambient light of a spot, where triangles are smaller than 1/1024 of the
+            jumps that cannot be cut, such as a spot's ambient light, where triangles are smaller than 1/1024 of the
             mesh's diagonal. "resolution": it is reached except where triangles are at the resolution of the points'
             type.
         ``<name>_refinement_points``

@@ -355,8 +355,8 @@ def _by_transfer(
 ) -> tuple[Any, pv.LookupTable]:
     """Return an opacity for each point or cell, and the lookup table with opacities for the scalar bar.
 
-    The opacities are an array or its name if given as one. Otherwise they are looked up from the scalars, by a transfer
-    function or `nan_opacity`.
+    If the opacity is given as an array, or by its name, it is returned. Otherwise opacities are looked up from the
+    scalars, by a transfer function or `nan_opacity`.
     """
     given = options.get("opacity")
     is_named = isinstance(given, str) and isinstance(mesh, pv.DataSet) and _has(mesh, given)

@@ -59,8 +59,8 @@ class LitMesh:
         The user's mesh. It is not modified. The next frame shows edits to it.
     material : Material or SharedMaterial
         A material, or a material shared with other meshes. If arrays that it names, or textures, are edited or
-        replaced, the next frame shows the change. For an array that is passed itself, this holds only if it is an array
-        of a mesh.
+        replaced, the next frame shows the change. Edits of an array that is passed directly are shown only if the array
+        belongs to a mesh.
     feature_angle : float, "auto" or None, default None
         Edges are sharp if the angle between their faces exceeds this, in degrees, as for `shade`. Can be set at any
         time.
@@ -338,7 +338,8 @@ def lit_meshes(
     feature_angle: FeatureAngle,
     opacity: Any = None,
 ) -> dict[str, LitMesh]:
-    """Return path of a block → lit mesh. A mesh without blocks has the path "". A single material is shared by all.
+    """Return the lit meshes by the paths of their blocks. A mesh without blocks has the path "". A single material is
+    shared by all.
 
     Raises
     ------

@@ -88,7 +88,7 @@ def tradeoff(
       inside triangles if there is time.
     - Sampling, if there are shadows or ambient occlusion: colours with few rays per vertex compared with colours with
       4096 rays, at random vertices. It includes an error of partly hidden area lights: their highlights are dimmed by
-      the fraction of the light that is visible to diffuse reflection.
+      the fraction of the light that is visible to diffuse reflection, although another part may make the highlight.
 
     Arithmetic and light-model errors are measured with the same visibility on both sides.
 

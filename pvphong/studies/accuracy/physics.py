@@ -78,8 +78,8 @@ class ModelOfLight:
 
     @property
     def rms(self) -> float:
-        """Root mean square of the error without the noise of path tracing. The mean square of `error` is the sum of the
-        mean squares of both.
+        """Root mean square of the model's error. The mean square of `error` also contains the mean square of the noise
+        of path tracing, which is subtracted.
         """
         return max(float(np.square(self.error).mean()) - self.noise**2, 0.0) ** 0.5
 
@@ -362,8 +362,8 @@ def draw_physics(part: Any, physics: Physics) -> None:
 
 
 def _pictures(physics: Physics) -> Iterator[tuple[str, Any, Any, float]]:
-    """Yield some models' and the path tracing's title, picture, picture of the signed difference from path tracing, and
-    the difference at the end of its colour scale. Path tracing has no difference.
+    """Yield four items for some of the models: title, picture, picture of the signed difference from path tracing, and
+    the difference at the end of its colour scale. At the end, yield title and picture of path tracing, None and 0.
     """
     from matplotlib import colormaps
 

@@ -256,8 +256,8 @@ class PredictedBound:
 
 
 def with_fronts(rows: Sequence[Row]) -> tuple[Row, ...]:
-    """Return the rows with `on_front` set for rows on the Pareto front of their kind. No other row is at least as good
-    in time and error, and better in one of them.
+    """Return the rows with `on_front` set to True for rows on the Pareto front of their kind, else to False. For a row
+    on the front, no other row is at least as good in time and error and better in one of them.
 
     A light-model row is also compared with the arithmetic row of the same evaluator. That row evaluates the exact
     equation, so its light-model error is 0.
@@ -277,7 +277,7 @@ def with_fronts(rows: Sequence[Row]) -> tuple[Row, ...]:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Result:
-    """Measurements on one mesh and scene, with methods that choose a row. `figure` draws it.
+    """Measurements on one mesh and scene, with methods that choose a row. The module `figure` draws it.
 
     The fields are documented in the subclass `Tradeoff`, which adds sentences, tables and files.
     """

@@ -248,8 +248,8 @@ def variants(subject: Subject, tolerance: float) -> tuple[list[Variant], dict[st
     """Return pvphong's variants that apply to the scene; also the names of the others, with the reasons to leave them
     out.
 
-    The evaluators and precisions come first. Simpler light models follow, in float32 by the default evaluator, and at
-    last the plan at the tolerance.
+    The evaluators and precisions come first. Simpler light models follow, in float32 by the default evaluator, and
+    finally the plan at the tolerance.
     """
     whole, count, reasons, found = subject.assembled, len(subject.points), dict[str, str](), list[Variant]()
     computed: list[tuple[str, Backend, Precision]] = [

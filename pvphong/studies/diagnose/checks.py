@@ -178,9 +178,9 @@ def _hashes(rows: NDArray[Any]) -> NDArray[np.uint64]:
 
 
 def repeated_faces(faces: Faces, edges: Edges, weightless: IntArray) -> IntArray:
-    """Return the faces with the same points in the same cyclic order as a face with a lower index, in ascending order.
+    """Return, in ascending order, the faces with the same points in the same cyclic order as a face with a lower index.
 
-    Weightless faces are skipped, because repeating them has no effect.
+    The faces `weightless`, which have no weight in normals, are skipped, because repeating them has no effect.
     """
     if (edges.forth < 2).all():  # repeated faces run forth along an edge twice
         return np.empty(0, dtype=np.intp)
@@ -287,7 +287,7 @@ def check_edges(faces: Faces, whole: Edges, folded: IntArray, repeated: IntArray
     Returns
     -------
     non_manifold, inconsistent : ndarray
-        (m, 2) point indices, the lower first.
+        Indices of the edges' points, shape (m, 2), the lower first.
     """
 
     def without(some: IntArray) -> Edges:

@@ -51,7 +51,7 @@ class Finding:
     Attributes
     ----------
     name : str
-        Field of `Diagnosis` with all its indices.
+        Name of the field of `Diagnosis` that holds all indices.
     where : str
         Kind of elements: "cells", "faces", "edges", "points", "mesh" or "matrix".
     count : int
@@ -113,7 +113,7 @@ class Diagnosis:
     n_points, n_faces : int
         Size of the surface.
     stored_normals : bool
-        True if it has active point normals, which the lighting then uses.
+        True if the surface has active point normals, which the lighting then uses.
     normals_fit : NormalsFit or None
         Angles between the stored normals and the faces: `.mean` and `.worst` in degrees, and `.beyond_60`, the fraction
         of the area where the angle exceeds 60. None without stored normals or without faces.

@@ -170,7 +170,7 @@ def refuse_path(path: str | os.PathLike[str]) -> None:
 
 
 def vtk_report() -> VTKReport:
-    """Compare a fixed list of scenes with VTK: every kind of light, tier, frame, matrix class and projection.
+    """Compare a fixed list of scenes with VTK: every kind of light, tier, frame, matrix and projection.
 
     The meshes are bundled with PyVista.
 

@@ -96,7 +96,8 @@ def validate(
         A ValueError for a scene that VTK's shader cannot draw, if this makes a difference: lights with an ambient
         colour or with a specular colour other than diffuse, Blinn-Phong, `PBR` in the standard convention, a viewer at
         infinity with lights at a position, powers above 128, a matrix that flattens or has scales outside 1e-18 to
-        1e18, a mirrored surface, whose normals VTK turns round. The error holds the nearest scene that VTK can draw.
+        1e18, a mirrored surface, whose normals VTK turns away from the viewer. The error holds the nearest scene that
+        VTK can draw.
     ValueError
         As for `evaluate`, or if the mesh has nothing to light.
 

@@ -61,7 +61,7 @@ def comes_from_somewhere(light: Light) -> bool:
 
 
 def fields(light: Light, kind: type[Role]) -> dict[str, Any]:
-    """Return name → value, for the light's fields whose role is of a kind."""
+    """Return name → value, for the light's fields whose role is an instance of `kind`."""
     return {field: getattr(light, field) for field, role in light.roles.items() if isinstance(role, kind)}
 
 
@@ -381,8 +381,8 @@ class AimHandle(Handle):
         return dict(zip(("azimuth", "elevation"), _angles_of(self._sign * np.array(self.value)), strict=True))
 
     def typed(self, numbers: dict[str, float]) -> Light:
-        """Return the light aimed at the typed target, unless it is there itself, or along the typed direction, whose
-        length stays.
+        """Return the light aimed at the typed coordinates, or along the typed angles; its direction then keeps its
+        length. A light that is itself at the coordinates stays unchanged.
         """
         if self.light.values(Place):
             aim = np.array(list(numbers.values())) - self.shown.origin
@@ -522,7 +522,7 @@ class FalloffHandle(Handle):
         return None if self._half is None else self.shown.origin + self._half * view.viewer.axes[0]
 
     def dragged(self, start: DragStart, cursor: Cursor) -> Light:
-        """Return the light with a falloff of which half remains at the cursor's distance."""
+        """Return the light whose falloff leaves half of the light at the cursor's distance."""
         distance = _distance(self, start, cursor)
         return self.light if distance is None else self.typed({"half left at": distance})
 
@@ -532,8 +532,8 @@ class FalloffHandle(Handle):
         return {"half left at": self._half or math.inf}
 
     def typed(self, numbers: dict[str, float]) -> Light:
-        """Return the light with a falloff of which half remains at this distance. The linear and quadratic coefficients
-        are scaled.
+        """Return the light whose falloff leaves half of the light at this distance. The linear and quadratic
+        coefficients are scaled.
         """
         distance = check.number("half left at", numbers["half left at"], above=0.0)
         if self._half is None:

@@ -182,7 +182,7 @@ def typed_light(shown: LightInScene, handle: str, text: str) -> Light:
         return light
     typed = shown.handles[handle].typed(known | given)
     if typed == light:  # the light and its target would coincide
-        check.refuse(handle, given, "another position", "The light and its target cannot be at the same point.")
+        check.refuse(handle, given, "a different point", "The light and its target cannot be at the same point.")
     return typed
 
 

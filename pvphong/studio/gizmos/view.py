@@ -66,9 +66,10 @@ class View:
         return away @ self.viewer.axes.T * (1.0, 1.0, -1.0)
 
     def is_ahead(self, point: VectorLike | Float64Array) -> bool:
-        """Return True if a point can be projected: in perspective if it is in front of the eye, otherwise always.
+        """Return True if a point can be projected: always in parallel projection, in perspective if it is in front of
+        the eye.
 
-        A point at the eye's depth cannot, even if rounding makes its depth slightly larger than zero.
+        A point beside the eye is not in front, even if rounding makes its depth slightly larger than zero.
         """
         if self.viewer.parallel:
             return True

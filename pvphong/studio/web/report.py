@@ -57,7 +57,7 @@ class Report:
 
 
 class Measuring:
-    """Measures reports, one at a time.
+    """Runs the measurements for reports, one at a time.
 
     Parameters
     ----------
