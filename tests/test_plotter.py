@@ -168,7 +168,7 @@ UNFIT = [
     (ball(), TINTED, {}, r"^albedo must be the name of a point array \(Normals.*; got 'tint'"),
     (ball(), replace(DULL, albedo=np.ones((4, 3))), {}, "^albedo must be .* rows; got 4 rows"),
     (ball(), DULL, {"feature_angle": "sharp"}, "^feature_angle must be"),
-    (pv.MultiBlock([None, pv.PolyData()]), DULL, {}, "^mesh must be a MultiBlock with a mesh in it"),
+    (pv.MultiBlock([None, pv.PolyData()]), DULL, {}, "^mesh must be a MultiBlock that contains a mesh"),
     (pv.MultiBlock({"dots": pv.PolyData([[0.0, 0, 0]])}), DULL, {}, "^block 'dots': mesh must be a mesh with faces"),
     (TWO, replace(DULL, albedo=np.ones((4, 3))), {}, "albedo must be .* rows; got 4 rows"),
     (TWO, TINTED, {}, "albedo must be the name of a point array"),
@@ -505,7 +505,7 @@ def test_set_light_changes_fields(plotter):
     plotter.phong.set_light("sun", intensity=2, diffuse="tan")
     assert plotter.phong.lights == (replace(SUN, intensity=2, diffuse="tan"),)
     for given, message in [
-        ({}, "^light must be a light, or fields to change; got None"),
+        ({}, "^light must be a light if no fields are given; got None"),
         ({"light": LAMP, "intensity": 2}, "^light must be omitted when fields are given"),
         ({"color": "red"}, r"^DirectionalLight has no attribute 'color'\. Did you mean 'diffuse'"),
         ({"intensity": -1}, "^intensity must be"),

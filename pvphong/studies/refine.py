@@ -1,4 +1,4 @@
-"""Refinement of a mesh where interpolated colours miss the evaluated ones, with cuts where colours jump."""
+"""Refinement of a mesh where interpolated colours differ from the evaluated ones, with cuts where colours jump."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ _NOT_REACHED: dict[Stopped, str] = {
     "resolution": "the remaining triangles are as small as the points' type can resolve",
 }
 
-# Standard error allowed to ray sampling, as a fraction of the tolerance.
+# Largest standard error that ray sampling may have, as a fraction of the tolerance.
 OF_RAYS = 1.0 / 4.0
 
 # Suffix of the cell array of errors, after the name of the lit colours.
@@ -60,10 +60,10 @@ _PAIR = "_refinement_pair"
 
 
 class BouncedLight(NamedTuple):
-    """Known bounced light that the vertices of a mesh reflect, in place of a transport."""
+    """Bounced light at the vertices of a mesh that is already known, so that no transport is needed."""
 
     colors: FloatArray
-    """Shape (n, 3), with the remaining ambient light."""
+    """Bounced light that each vertex reflects, shape (n, 3), including the remaining ambient light."""
 
 
 def refine(
@@ -82,21 +82,22 @@ def refine(
     transport: Transport | BouncedLight | None = None,
     cut: bool = True,
 ) -> pv.PolyData:
-    """Return a new lit mesh, split where colours interpolated across its triangles miss the evaluated ones.
+    """Return a new lit mesh whose triangles are split where interpolated colours differ from the evaluated ones.
 
     Colours are compared with per-pixel shading: the lighting equation at the interpolated point, with the interpolated
-    unit normal and the visibility of each light from there. They are compared at 13 places in every triangle, and at
-    places that follow from the scene: peaks of highlights, spots and near lights, and edges of shadow sides and
-    saturated colours. So a highlight between all corners is found too.
+    unit normal and the visibility of each light from there. They are compared at 13 points in every triangle, and at
+    points that the scene suggests: at the peaks of highlights, spots and near lights, where surfaces turn away from a
+    light, and where colours begin to saturate. So a highlight that lies between the corners of a triangle is found too.
 
-    Where the colour jumps, at the edge of a hard shadow or of a spot's cone, triangles are cut along that edge. Points
-    on the cut exist twice, once lit as either side, so that a shadow is as crisp as the edge of a face. Rays find the
-    edge on the sides of triangles, to 2⁻²⁰ of their length. If the edge between is not straight to 2⁻¹² of the mesh's
-    diagonal, or a shadow lies inside a triangle, the triangle is split first.
+    Where the colour jumps, at the edge of a hard shadow or of a spot's cone, triangles are cut along that edge. Each
+    point on the cut exists twice, lit once like each side, so that a shadow is as crisp as the edge of a face. Rays
+    find where the edge crosses the sides of triangles, to 2⁻²⁰ of their length. If it deviates from a straight line
+    between two crossings by more than 2⁻¹² of the mesh's diagonal, or a shadow lies inside a triangle, the triangle is
+    split first.
 
-    Elsewhere triangles are bisected until every error is within the tolerance. A side is split for all triangles that
-    share it, so that there are no T-junctions: manifold meshes stay manifold, and closed ones closed. No angle of a
-    part is less than half of the smallest angle of its triangle.
+    Elsewhere triangles are bisected until every error is within the tolerance. A side is split in all triangles that
+    share it, so that there are no T-junctions: manifold meshes stay manifold, and closed meshes stay closed. No new
+    angle is less than half of the smallest angle of the original triangle.
 
     Parameters
     ----------
@@ -104,31 +105,33 @@ def refine(
         Dataset with faces; it is not modified. Polygons and strips are triangulated first. The surface of other
         datasets is extracted. Vertex and line cells are left out.
     scene, material
-        As for `mesh.phong.shade`; maps are read at the mesh's own points, and interpolated.
+        As for `mesh.phong.shade`. Maps are read at the mesh's original points and interpolated at new ones.
     tolerance : float
         Largest absolute colour error that may remain, > 0; 1/255 is one step of a display.
     max_points : int, optional
-        Largest number of points of the result, at least that of the mesh. Points are added where error times size is
-        largest. Default: a million more than the mesh has.
+        Largest number of points of the result, at least the number of points of the mesh. Points are added where the
+        product of error and triangle size is largest. Default: a million more than the mesh has.
     name : str, default "phong"
         Name of the (n_points, 3) array of lit colours, and prefix of the other arrays.
     placement : {"linear", "smooth"}
-        Position of new vertices. "linear": on the side that they split; the surface does not change. "smooth": on the
-        curve between the side's ends that is perpendicular to their normals (the side of a PN triangle [1]_, at every
-        split). Sides on a boundary, or of more than two triangles, stay straight, so that no cracks open and creases
-        stay sharp.
+        Position of new vertices. "linear": on the side that they split; the surface does not change. "smooth": on a
+        curve between the ends of the side that is perpendicular to their normals (the side of a PN triangle [1]_, at
+        every split). Sides on a boundary and sides of more than two triangles stay straight, so that no cracks open and
+        creases stay sharp.
     matrix : array_like, optional
         (4, 4) model matrix. It affects the lighting only; the mesh's points do not move.
     precision : {"float32", "float64"}
         Type of the colours in the result. They are evaluated in float64.
     feature_angle : float, "auto" or None, default None
-        Angle in degrees from which edges are sharp, as for `mesh.phong.shade`. They are split first, and do not move.
+        Edges are sharp if the angle between their faces exceeds this, in degrees; see `mesh.phong.shade`. Points along
+        them are duplicated first, and do not move.
     occluders : sequence, optional
-        As for `mesh.phong.shade`. Noise of soft shadows and occlusion is not split: only errors above three standard
-        errors count, and rays are cast until a standard error is a quarter of the tolerance.
+        As for `mesh.phong.shade`. Triangles are not split because of the noise of soft shadows and occlusion: only
+        errors above three standard errors count, and rays are cast until a standard error is a quarter of the
+        tolerance.
     transport : Transport, optional
-        As for `mesh.phong.shade`, if the light model has bounces. Bounced light is computed at the mesh's own points,
-        and interpolated like maps.
+        As for `mesh.phong.shade`, if the light model has bounces. Bounced light is computed at the mesh's original
+        points, and interpolated like maps.
     cut : bool, default True
         Cut triangles where the colour jumps. If False, triangles are split there until they are tiny.
 
@@ -137,19 +140,19 @@ def refine(
     pyvista.PolyData
         Triangles only. The original points, with copies along sharp edges, come first and do not move;
         ``pvphong_original_point`` is -1 for new points. Point arrays are interpolated linearly. Arrays of 3 or 4 uint8
-        channels are colours and are rounded. Other integers, booleans and strings may be labels: a new point takes the
-        value of the end of its side with the lower index. New normals have the mean length of their neighbours'. A mesh
-        without active normals gets those of `mesh.phong.normals` before it is split. Cell arrays are copied to the
-        parts of each cell.
+        channels are colours and are rounded. Other integers, booleans and strings may be labels and are copied: a new
+        point on a side takes the value of the end with the lower index. A new normal has the mean length of its
+        neighbours' normals. A mesh without active normals gets those of `mesh.phong.normals` before it is split. Cell
+        arrays are copied to the parts of each cell.
 
         If the mesh was cut, the point array ``<name>_refinement_pair`` is the index of the next point at the same
-        place, on the other side of the cut, or -1. Where two edges cross, four points form a ring.
+        position, on the other side of the cut, or -1. Where two edges cross, four points form a ring.
 
-        With shadows or occlusion, the visible parts of each light and of the sky are in ``<name>_visibility_<name or
-        index>`` and ``<name>_sky``, as from `mesh.phong.shade`; they differ on the two sides of a cut. Stacked as
-        (lights + 1, n_points) they are a `visibility` for `mesh.phong.shade`, with which other colours of the same
-        lights have the same crisp edges. For a light without a size it is 1 where points face away from it, and 0
-        outside its cone.
+        With shadows or occlusion, the visible fractions of each light and of the sky are in ``<name>_visibility_<name
+        or index>`` and ``<name>_sky``, as from `mesh.phong.shade`. They differ on the two sides of a cut. Stacked as an
+        array of shape (lights + 1, n_points), they are a `visibility` for `mesh.phong.shade`, which gives other colours
+        of the same lights the same crisp edges. The fraction of a light without a size is 1 where points face away from
+        it, and 0 outside its cone.
 
         The cell array ``<name>_interpolation_error`` is the remaining error in each triangle. Field data describe the
         result:
@@ -162,7 +165,7 @@ def refine(
             Largest remaining error.
         ``<name>_refinement_stopped``
             "tolerance": it is reached. "max_points": the limit is reached. "jump": the tolerance is reached except at
-            jumps that cannot be cut, such as ambient light of a spot, where triangles are smaller than 1/1024 of the
+            jumps that cannot be cut, such as a spot's ambient light, where triangles are smaller than 1/1024 of the
             mesh's diagonal. "resolution": it is reached except where triangles are at the resolution of the points'
             type.
         ``<name>_refinement_points``
@@ -170,9 +173,9 @@ def refine(
         ``<name>_refinement_cut``
             Number of sides of triangles that were cut.
         ``<name>_refinement_strip``
-            Estimated area along all cuts with colours of the wrong side; a bent edge may exceed it slightly. It
-            includes triangles smaller than 1/1024 of the diagonal that hide the tip of a shadow, and triangles that
-            could not be cut, such as where edges of several lights meet.
+            Estimated area along all cuts that has the colours of the wrong side. Where edges are curved, the true area
+            may be slightly larger. It includes triangles smaller than 1/1024 of the diagonal that hide the tip of a
+            shadow, and triangles that could not be cut, such as those where the edges of several lights meet.
 
     Raises
     ------
@@ -252,8 +255,8 @@ def interpolation_error(
     occluders: Any = (),
     transport: Transport | BouncedLight | None = None,
 ) -> pv.PolyData:
-    """Return a new mesh with the largest difference between interpolated colours and per-pixel shading in each
-    triangle.
+    """Return a new mesh that stores, for each triangle, the largest difference between interpolated colours and
+    per-pixel shading.
 
     Parameters
     ----------
@@ -264,13 +267,14 @@ def interpolation_error(
     -------
     pyvista.PolyData
         The mesh's triangles with the cell array ``phong_interpolation_error``, float64: the largest absolute difference
-        of any channel at the places that `refine` examines. It is 0 in triangles without an area or with a point that
-        is not finite. Other arrays are kept. Like results of `shade`, it shares memory with a mesh of triangles.
+        of any channel at the points that `refine` examines. It is 0 in triangles without an area or with a point that
+        is not finite. Other arrays are kept. Like the results of `shade`, it shares memory with `mesh` if that has only
+        triangles.
 
     Raises
     ------
     ValueError
-        As `refine`.
+        As for `refine`.
 
     Examples
     --------
@@ -294,9 +298,11 @@ class _LitTriangles(NamedTuple):
     mesh: pv.PolyData
     corners: IntArray
     normals: FloatArray
-    """Stored normals."""
+    """Normals as the mesh stores them."""
     blended: Float64Array
-    """Normals divided by 2**exponent, so that the longest is near 1 and no blend overflows; 0 if not finite."""
+    """Normals to interpolate: divided by 2**exponent, so that the longest is near 1 and nothing overflows; 0 if not
+    finite.
+    """
     exponent: int
     lighting: Lighting
 
@@ -345,7 +351,7 @@ def _lit_triangles(
 
 
 def _of_direct_light(scene: Scene) -> Scene:
-    """Return the scene without bounces, and without the ambient light that approximates them."""
+    """Return the scene without bounces and without ambient light."""
     lights = [replace(light, ambient=0.0) for light in scene.lights]
     return replace(scene, lights=lights, light_model=replace(scene.light_model, bounces=0, ambient=0.0))
 
@@ -359,12 +365,16 @@ def _bounced_light(vertices: Vertices, scene: Scene, material: Material, matrix:
 
 
 def _far_ranges_allowed() -> np.errstate:
-    """Ignore overflow: coordinates beyond float64's range lose samples, but nothing else."""
+    """Return a context that ignores overflow. Where coordinates are so large that they overflow, samples of the error
+    are lost, but nothing else.
+    """
     return np.errstate(over="ignore", under="ignore", invalid="ignore")
 
 
 def _others_there(places: IntArray) -> IntArray:
-    """Return the next point at the same position, (n,), cyclically; -1 for a point that is alone there."""
+    """Return for each point the next point at the same position, in a ring, shape (n,); -1 for a point that is alone
+    there. Points with equal `places` have the same position.
+    """
     order = np.argsort(places, kind="stable")
     starts = np.flatnonzero(np.diff(places[order], prepend=-1))
     following = np.roll(order, -1)
@@ -375,7 +385,9 @@ def _others_there(places: IntArray) -> IntArray:
 
 
 def _split_mesh(lit: _LitTriangles, refinement: Refinement, name: str) -> pv.PolyData:
-    """Return the refined triangles with the arrays of their mesh, except `name`."""
+    """Return the refined triangles with the arrays of the original mesh. The name of the lit colours, `name`, is not
+    used for normals.
+    """
     source, surface = lit.mesh, refinement.surface
     triangles, vertices = surface.triangles, surface.vertices
     added = slice(source.n_points, None)
@@ -404,9 +416,9 @@ def _split_mesh(lit: _LitTriangles, refinement: Refinement, name: str) -> pv.Pol
 
 
 def _interpolated(values: NDArray[Any], added: list[Added]) -> NDArray[Any]:
-    """Return a point array with the values of new points.
+    """Extend a point array by the values of new points.
 
-    Floats and colours are blended; possible labels are copied from the end with the lower index.
+    Floats and colours are blended. Other values may be labels; they are copied from the end with the lower index.
     """
     start, kind = len(values), values.dtype
     result = np.empty((start + sum(len(each.along) for each in added), *values.shape[1:]), dtype=kind)

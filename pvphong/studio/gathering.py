@@ -1,4 +1,4 @@
-"""Bounced light between the lit meshes of a window, gathered with rays; in the background if there are many rays.
+"""Bounced light between the lit meshes of a window, gathered with rays. Many rays are cast in the background.
 
 The rays depend only on the positions of the meshes, so lights and materials may be edited while rays are cast. Until
 the result arrives, meshes are drawn with the last light gathered at the same positions, or without bounced light.
@@ -36,9 +36,9 @@ class _Gathered(NamedTuple):
     """Bounced light between meshes: the last result, or the one in progress."""
 
     state: Any
-    """The state it was computed for."""
+    """Lights, light model, versions of the meshes, and number of rays, for which the light was computed."""
     geometry: Any
-    """The meshes, and stamps of their geometry."""
+    """The meshes, and their `LitMesh.geometry` at that time."""
     bounces: int
     among: Transport
     brightness: Float64Array
@@ -74,7 +74,7 @@ class Gathering:
 
     @property
     def bounces(self) -> int:
-        """Number of bounces in the light that is drawn while a background job runs."""
+        """Number of bounces of the light that is drawn while a background job runs."""
         last, awaited = self._last, self._awaited
         return 0 if last is None or awaited is None or last.geometry != awaited.geometry else last.bounces
 
@@ -161,7 +161,9 @@ class Gathering:
 
 
 def _sent(exchanging: dict[LitMesh, tuple[Plan, Vertices]]) -> tuple[Radiosity, set[LitMesh]]:
-    """Return the direct light that all meshes reflect, and the meshes for which it cannot be computed."""
+    """Return the direct light that all meshes reflect, and the meshes for which it cannot be computed; these reflect
+    nothing.
+    """
     sent, silent = list[Radiosity](), set[LitMesh]()
     for mesh, (plan, vertices) in exchanging.items():
         try:

@@ -1,6 +1,6 @@
-"""Keywords of PyVista's `Plotter.add_mesh`: some define the material of a lit mesh, the others are passed on.
+"""Keywords of PyVista's `Plotter.add_mesh`: some define the material of a lit mesh, others are passed on to PyVista.
 
-Source: `pyvista.Plotter.add_mesh` and `add_composite`. Defaults and precedence are the same.
+Source: `pyvista.Plotter.add_mesh` and `add_composite`. Defaults and precedence are the same as there.
 """
 
 from __future__ import annotations
@@ -55,7 +55,7 @@ _USUAL = {
     "nan_opacity": 1.0,
     "preference": "point",
 }
-"""Defaults that are not None."""
+"""Defaults of keywords, where they are not None."""
 
 REFUSED = {
     "backface_params": "Each vertex has one colour for both sides. LightModel(two_sided=True) lights back faces.",
@@ -65,13 +65,15 @@ REFUSED = {
 
 
 class Look(NamedTuple):
-    """The look of a lit mesh, as its keywords define it."""
+    """Appearance of a lit mesh, as its keywords define it."""
 
     materials: Material | Mapping[str, Material]
-    """One material, or one for each block."""
+    """A material, or path of a block → its material."""
     feature_angle: FeatureAngle
     opacity: Any
-    """A number for each vertex or cell, or the name of such an array; None if `options` has one for the whole mesh."""
+    """An array of one opacity for each vertex or cell, or the name of such an array. None if the whole mesh has a
+    single opacity, which is then in `options`.
+    """
     bar: ScalarBar | None
     options: dict[str, Any]
     """Keywords passed on to PyVista."""
@@ -87,7 +89,7 @@ class ScalarBar(NamedTuple):
     """Options of `pyvista.Plotter.add_scalar_bar`."""
 
     def add_to(self, plotter: pv.Plotter) -> None:
-        """Draw the bar. Later scalar bars of the plotter use the same colours."""
+        """Draw the bar. It becomes the plotter's default for later scalar bars."""
         mapper = pv.DataSetMapper(theme=plotter.theme)
         mapper.lookup_table, mapper.scalar_range = self.table, self.table.scalar_range
         plotter.mapper = mapper
@@ -96,7 +98,7 @@ class ScalarBar(NamedTuple):
 
 @cache
 def _known() -> tuple[str, ...]:
-    """Return all keywords of PyVista's `add_mesh`."""
+    """Return the names of all keywords of PyVista's `add_mesh`."""
     found = inspect.signature(pv.Plotter.add_mesh).parameters
     return (*(name for name in found if name not in ("self", "mesh", "kwargs")), *_MORE)
 
@@ -115,7 +117,9 @@ _STYLES = "surface", "wireframe", "points", "points_gaussian"
 
 
 def _refuse_misspelt(options: Mapping[str, Any]) -> None:
-    """Raise ``ValueError`` for names that PyVista does not know; PyVista's own message has many lines."""
+    """Raise ``ValueError`` for names of colours, styles or textures that PyVista does not know. PyVista's own message
+    would have many lines.
+    """
     for name, value in options.items():
         if isinstance(value, str) and (name == "color" or name.endswith("_color")):
             try:
@@ -144,15 +148,15 @@ def look_of(
     mesh : pyvista.DataSet or pyvista.MultiBlock
         The mesh to draw.
     material : Material, str, mapping or None
-        The material. If None, it follows from the keywords and, for missing ones, from PyVista's theme.
+        The material. If None, it follows from the keywords, and from PyVista's theme where keywords are missing.
     feature_angle : float, "auto" or None
-        Angle of sharp edges, as for `mesh.phong.shade`.
+        Angle above which edges are sharp, as for `mesh.phong.shade`.
     given : mapping
         PyVista's keywords.
     theme : pyvista.plotting.themes.Theme
         The plotter's theme.
     next_color : callable
-        Returns PyVista's next colour, for a mesh without one.
+        Returns the next colour of PyVista's colour cycle, for a mesh without a colour.
 
     Raises
     ------
@@ -189,7 +193,7 @@ def _materials(given: Any) -> Material | Mapping[str, Material]:
 
 
 def _angle(given: FeatureAngle, options: dict[str, Any], theme: Any) -> FeatureAngle:
-    """Return the angle of sharp edges, from PyVista's keywords for it."""
+    """Return the angle above which edges are sharp. PyVista's keywords for it are removed from `options`."""
     interpolation = options.pop("interpolation", None)
     is_smooth, is_split = options.pop("smooth_shading", None), options.pop("split_sharp_edges", None)
     if is_smooth is None and interpolation is not None:
@@ -200,7 +204,9 @@ def _angle(given: FeatureAngle, options: dict[str, Any], theme: Any) -> FeatureA
 
 
 def _opacity(options: dict[str, Any]) -> Any:
-    """Take per-vertex opacities out of the options; None if opacity is a single number."""
+    """Remove opacities for each vertex or cell from the options, and return them. Return None if opacity is a single
+    number or is missing.
+    """
     opacity, is_reversed = options.get("opacity"), options.pop("use_transparency", False)
     if isinstance(opacity, Real | np.number):
         options["opacity"] = 1.0 - float(opacity) if is_reversed else float(opacity)
@@ -235,7 +241,7 @@ def _by_keywords(
         check.refuse("texture", texture, "omitted when scalars= is given", "Pass only one of the two.")
     if color is None or color is True:
         color = "white" if texture is not None else next_color()
-    options["color"] = color  # for legends, and for edges that are drawn in it
+    options["color"] = color  # for legends, and for edges drawn in this colour
     colored = {name: check.number(name, asked.pop(name)) for name in _PROPERTY if name in asked}
     shading = "Physically based rendering" if asked.pop("pbr", False) else None
     prop = pv.Property(theme, interpolation=shading, color=color, **colored)
@@ -285,7 +291,7 @@ def _has(mesh: pv.DataSet, name: str) -> bool:
 
 
 def _active(mesh: Any) -> str | None:
-    """Return the name of the active scalars; of a MultiBlock, if all its blocks have the same."""
+    """Return the name of the active scalars. For a MultiBlock, return None unless all blocks have the same name."""
     if not isinstance(mesh, pv.MultiBlock):
         return mesh.active_scalars_name
     names = {each.active_scalars_name for each in leaves(mesh)}
@@ -298,7 +304,7 @@ def _of_each(blocks: Any, colored: Mapping[str, Any], colors: Any, theme: Any) -
 
     if not isinstance(blocks, pv.MultiBlock):
         check.refuse("multi_colors", colors, "omitted for a mesh without blocks")
-    # MultiBlocks themselves take a colour too, parents first, as in VTK's composite datasets
+    # Each nested MultiBlock also takes a colour, before its children, as in VTK's composite datasets.
     nodes, cycle = list(_nodes(blocks)), iter(get_cycler("default" if colors is True else colors))
     given = {id(node): each["color"] for node, each in zip(nodes, cycle, strict=False)}
     props = {path: pv.Property(theme, color=given[id(each)], **colored) for path, each in datasets(blocks)}
@@ -314,7 +320,7 @@ def _nodes(block: Any) -> Iterator[Any]:
 
 
 def _colors(mesh: Any, scalars: Any, preference: str) -> tuple[Any, Float64Array | None]:
-    """Return a map of colours, and the opacities if it is RGBA."""
+    """Return colours for `Material.albedo`, and opacities for each vertex or cell: None unless the array is RGBA."""
     if isinstance(scalars, str):
         rows = _named(mesh, scalars, preference)
         if rows is None:
@@ -322,7 +328,7 @@ def _colors(mesh: Any, scalars: Any, preference: str) -> tuple[Any, Float64Array
     else:
         rows = np.asarray(scalars)
     if rows.ndim != 2 or rows.shape[1] not in (3, 4):
-        check.refuse("scalars", f"an array of shape {rows.shape}", "of shape (n, 3) or (n, 4) when rgb is True")
+        check.refuse("scalars", f"an array of shape {rows.shape}", "an array of shape (n, 3) or (n, 4) when rgb=True")
     if rows.dtype.kind in "iu" and rows.dtype != np.uint8:
         rows = np.clip(rows, 0, 255).astype(np.uint8)
         return rows[:, :3], rows[:, 3] / 255.0 if rows.shape[1] == 4 else None
@@ -347,7 +353,11 @@ def _named(mesh: Any, name: str, preference: str) -> Any:
 def _by_transfer(
     options: dict[str, Any], mesh: Any, numbers: Any, table: pv.LookupTable, nan_opacity: float | None
 ) -> tuple[Any, pv.LookupTable]:
-    """Return an opacity for each point or cell, given or from the scalars, and the lookup table with opacities."""
+    """Return an opacity for each point or cell, and the lookup table with opacities for the scalar bar.
+
+    If the opacity is given as an array, or by its name, it is returned. Otherwise opacities are looked up from the
+    scalars, by a transfer function or `nan_opacity`.
+    """
     given = options.get("opacity")
     is_named = isinstance(given, str) and isinstance(mesh, pv.DataSet) and _has(mesh, given)
     if isinstance(given, np.ndarray | Sequence) and not isinstance(given, str) and isinstance(mesh, pv.DataSet):

@@ -1,7 +1,6 @@
-"""Lit actors: the lit meshes of one renderer, with colours that are kept current.
+"""Lit actors: the lit meshes of one renderer, whose colours are updated before each frame.
 
-All visible meshes are updated before each frame and cast shadows on each other. A mesh that cannot be lit is not drawn,
-and the window shows the reason.
+Visible meshes cast shadows on each other. A mesh that cannot be lit is not drawn, and the window shows the reason.
 """
 
 from __future__ import annotations
@@ -65,9 +64,9 @@ class LitActors:
         self.note = ""
         """Text to show while the colours are not final."""
         self.is_in_a_page = False
-        """True if a web page polls for background results, with `refresh` while `is_awaiting`."""
+        """True if a web page polls for background results: it calls `refresh` while `is_awaiting`. No timer is used."""
         self.is_mixed = False
-        """True while the mix view writes the colours; there are no refined pictures then."""
+        """True while the web page's faders write the colours. Refined pictures are not shown then."""
         self.gathering = Gathering()
         self._gathered = 0  # the gathering's count at the last refresh
         self._renderer, self._scene = renderer, scene
@@ -122,7 +121,9 @@ class LitActors:
         return self.gathering.part is not None or any(each.is_awaited for each in self.refining.values())
 
     def add(self, mesh: LitMesh, refine: float | None = None) -> None:
-        """Keep a mesh current until its actor is removed; `refine`: show it refined within this tolerance."""
+        """Update a mesh's colours before each frame until its actor is removed. With `refine`, show it refined within
+        this tolerance.
+        """
         self._meshes.append(mesh)
         if refine is not None:
             self._refining[mesh] = Refining(mesh, refine)
@@ -133,7 +134,9 @@ class LitActors:
         return names[0] if names and "(Addr=" not in names[0] else ""
 
     def light(self, mesh: LitMesh) -> None:
-        """Light a mesh that is not drawn yet, together with the visible ones; ValueError if it cannot be lit."""
+        """Light a mesh that is not drawn yet, together with the visible meshes; raise ``ValueError`` if it cannot be
+        lit.
+        """
         self._refreshing([*self.shown, mesh])(mesh)
 
     def refresh(self, *, waits: bool = False) -> bool:
@@ -192,7 +195,7 @@ class LitActors:
         return is_new
 
     def _refine(self, unlit: Container[LitMesh], waits: bool) -> bool:
-        """Show the refined pictures of all meshes that can be lit; True if one of them is new."""
+        """Show the refined pictures of all meshes that can be lit. Return True if one of them is new."""
         refined = {mesh: each for mesh, each in self.refining.items() if mesh not in unlit}
         if not refined:
             return False
@@ -208,7 +211,7 @@ class LitActors:
         return is_new
 
     def _ask_again(self) -> None:
-        """Start a timer that polls for background results, or end it if none are awaited."""
+        """Start a timer that polls for background results, or stop it if no result is awaited."""
         window = self._renderer.GetRenderWindow()
         interactor = None if window is None else window.GetInteractor()
         if not self.is_awaiting or self.is_in_a_page:
@@ -259,7 +262,9 @@ class LitActors:
 
     @property
     def _is_on_screen(self) -> bool:
-        """True if more frames follow by themselves; an off-screen frame must show the final light."""
+        """True if the window is on the screen, where later frames can show the final light. An off-screen frame must
+        show it at once.
+        """
         window = self._renderer.GetRenderWindow()
         return window is not None and not window.GetOffScreenRendering()
 
@@ -269,7 +274,7 @@ class LitActors:
         return KnownOccluders(self._occluders, own) if scene.light_model.needs_rays else None
 
     def _gather_occluders(self, meshes: Sequence[LitMesh]) -> None:
-        """Update the occluders to the present geometry of the meshes that cast shadows."""
+        """Update the occluders to the present geometry of those `meshes` that cast shadows."""
         blocking = dict[LitMesh, tuple[Any, BlockingFaces]]()
         for mesh in meshes:
             if mesh.casts_shadows:
@@ -289,11 +294,11 @@ class LitActors:
 
     @property
     def state(self) -> MaterialsState:
-        """The materials of the visible meshes and their values, for `revert`."""
+        """Shared material of each visible mesh → its present value, for `revert`."""
         return {mesh.shared_material: mesh.material for mesh in self.shown}
 
     def revert(self, now: MaterialsState, then: MaterialsState) -> None:
-        """Undo the material changes between `then` and `now`; keep all other changes since."""
+        """Undo the changes of materials that were made between the states `then` and `now`. Keep all other changes."""
         for shared, material in now.items():
             if then.get(shared, material) != material:
                 shared.material = then[shared]
@@ -301,7 +306,7 @@ class LitActors:
     # -- refined pictures and release
 
     def refine(self, tolerance: float | None) -> None:
-        """Show all meshes refined within a tolerance, see `Refining`; None shows their own vertices."""
+        """Show all meshes refined within a tolerance; see `Refining`. If None, show their own vertices."""
         self.show_own_vertices()
         self._refining = {} if tolerance is None else {mesh: Refining(mesh, tolerance) for mesh in self.meshes}
 

@@ -1,4 +1,4 @@
-"""A lit mesh in a window: its colours, and the changes that make them be computed again."""
+"""A lit mesh in a window: its colours, and the changes after which they are recomputed."""
 
 from __future__ import annotations
 
@@ -49,21 +49,24 @@ class SharedMaterial:
 class LitMesh:
     """A surface, its material, and its computed colours.
 
-    The drawn mesh shares points and arrays with the user's mesh and has its own colours, which are written in place
-    while the number of points stays the same. No view of VTK's memory is kept between frames: it would dangle if an
-    array were resized.
+    The drawn mesh shares points and arrays with the user's mesh. It has its own colours, which are written in place
+    while the number of points stays the same. No NumPy view of VTK's memory is kept between frames, because resizing an
+    array would leave it invalid.
 
     Parameters
     ----------
     mesh : pyvista.DataSet
-        The user's mesh. It is not modified, and edits to it are followed.
+        The user's mesh. It is not modified. The next frame shows edits to it.
     material : Material or SharedMaterial
-        A material, or one shared with other meshes. Named arrays and textures in it are followed when they are edited
-        or replaced. Edits of an array that is passed itself are followed only if it is a mesh's array.
+        A material, or a material shared with other meshes. If arrays that it names, or textures, are edited or
+        replaced, the next frame shows the change. Edits of an array that is passed directly are shown only if the array
+        belongs to a mesh.
     feature_angle : float, "auto" or None, default None
-        Edges with at least this angle, in degrees, are sharp, as for `shade`. Can be set at any time.
+        Edges are sharp if the angle between their faces exceeds this, in degrees, as for `shade`. Can be set at any
+        time.
     opacity : array_like or str, optional
-        An opacity for each of the mesh's points or cells, or the name of such an array, which is followed.
+        An opacity for each of the mesh's points or cells, or the name of such an array. The next frame shows edits of
+        the named array.
     """
 
     def __init__(
@@ -87,7 +90,7 @@ class LitMesh:
         self.evaluations = 0
         """Number of times the colours have been computed."""
         self.bounced: FloatArray | None = None
-        """Shape (1, n, 3): the bounced light in the present colours."""
+        """Bounced light in the present colours, shape (1, n, 3)."""
         self._opacity = map_in("opacity", opacity)
         self._colors: Any = None
         self._geometry: Any = None
@@ -121,7 +124,7 @@ class LitMesh:
     def planned(
         self, scene: Scene, occluders: KnownOccluders | None = None, samples: int | None = None
     ) -> tuple[Plan, Vertices]:
-        """Return the shading plan and its vertices. Parameters and errors are those of `refresh`."""
+        """Return the shading plan and its vertices. Parameters and errors are the same as for `refresh`."""
         visibility = None
         if (model := scene.light_model).needs_rays:
             key = self.geometry(), occluders and occluders.occluders, model.two_sided, model.occlusion_distance
@@ -138,7 +141,7 @@ class LitMesh:
 
     @property
     def sharp_angle(self) -> float | None:
-        """The angle of sharp edges in degrees, as last drawn; None if no edge is sharp."""
+        """Angle in degrees above which edges are sharp, as last drawn; None if no edge is split."""
         return sharp_angle(self._whole, self.feature_angle)
 
     def refresh(
@@ -149,9 +152,9 @@ class LitMesh:
         samples: int | None = None,
         bounced: FloatArray | None = None,
     ) -> bool:
-        """Update the colours; return True if they had to be computed.
+        """Update the colours; return True if they had to be recomputed.
 
-        They are computed only if an input of the plan has changed. The viewer is an input only if highlights, flipped
+        They are recomputed only if an input of the plan has changed. The viewer is an input only if highlights, flipped
         normals or a light attached to the viewer depend on it. Rays are traced again only for lights that have moved.
 
         Parameters
@@ -163,7 +166,8 @@ class LitMesh:
         samples : int, optional
             Number of rays from each vertex to an area light; by default as many as accuracy needs.
         bounced : ndarray, optional
-            Shape (1, n, 3): bounced light. A change is detected by identity: pass a new array.
+            Bounced light, shape (1, n, 3). A change is detected by identity, so pass a new array instead of editing the
+            last one.
 
         Raises
         ------
@@ -198,7 +202,7 @@ class LitMesh:
             self.drawn.set_active_scalars(TRANSLUCENT_ARRAY, preference="point")
 
     def opacities(self) -> ByteArray | None:
-        """Return an opacity for each drawn vertex, uint8; None if the actor has a single one."""
+        """Return an opacity for each drawn vertex, uint8; None if the actor has a single opacity."""
         if self._opacity is None:
             return None
         found = opacity_at(self._opacity, self.mesh, self._whole, self.drawn, self._original_points)
@@ -206,7 +210,7 @@ class LitMesh:
 
     @property
     def shown_array(self) -> str:
-        """Name of the drawn mesh's array to show."""
+        """Name of the array of the drawn mesh that VTK shows as colours."""
         return ARRAY if self._opacity is None else TRANSLUCENT_ARRAY
 
     def blank(self) -> None:
@@ -241,12 +245,12 @@ class LitMesh:
         return self._computed_normals
 
     def geometry(self) -> Any:
-        """Share the user's points, faces and arrays again if they have been replaced or edited.
+        """Update the drawn mesh if the user's points, faces or arrays have been replaced or edited.
 
         Returns
         -------
         object
-            A stamp of points, faces, normals and matrix that changes with them; cheap to compare.
+            A stamp that changes with points, faces, normals and matrix; cheap to compare.
 
         Raises
         ------
@@ -258,7 +262,7 @@ class LitMesh:
         if isinstance(mesh, pv.PolyData):
             data = mesh.GetPointData()
             parts = (mesh.GetPoints(), mesh.GetPolys(), mesh.GetStrips(), data.GetNormals(), data.GetTCoords())
-            # include the number of points: resizing an array in place need not change its modification time
+            # The number of points is included because resizing an array in place need not change its modification time.
             geometry: Any = self.feature_angle, mesh.GetNumberOfPoints(), *map(_version, parts)
         else:
             geometry = self.feature_angle, mesh.GetMTime()
@@ -321,7 +325,7 @@ class LitMesh:
 
 
 def _version(part: Any) -> Any:
-    """Return a VTK object and its modification time. Keeping a reference prevents that its address is reused.
+    """Return a VTK object and its modification time. The reference is kept so that no new object gets its address.
 
     The object is wrapped in a `Map` because VTK arrays compare by value.
     """
@@ -334,7 +338,8 @@ def lit_meshes(
     feature_angle: FeatureAngle,
     opacity: Any = None,
 ) -> dict[str, LitMesh]:
-    """Return lit meshes by block path, or one by "" if the mesh has no blocks. A single material is shared by all.
+    """Return the lit meshes by the paths of their blocks. A mesh without blocks has the path "". A single material is
+    shared by all.
 
     Raises
     ------
@@ -354,5 +359,5 @@ def lit_meshes(
             raise ValueError(f"block {path!r}: {error}") from error
         found[path].block = path
     if not found:
-        check.refuse("mesh", "a MultiBlock with no mesh in it", "a MultiBlock with a mesh in it")
+        check.refuse("mesh", "a MultiBlock without a mesh", "a MultiBlock that contains a mesh")
     return found

@@ -1,6 +1,6 @@
-"""Live handles of a light and of a drawn mesh in a window: their fields are read and set as attributes.
+"""Live handles: objects for a light and for a drawn mesh in a window, whose fields are read and set as attributes.
 
-Each assignment creates a new light or material, with the usual checks, and the next frame shows it.
+Each assignment creates a new light or material, with the usual checks. The next frame shows it.
 """
 
 from __future__ import annotations
@@ -87,7 +87,9 @@ class LightHandle(Handle):
         return self._renderer_light.vtk_light
 
     def light(self, viewer: Viewer | None = None) -> Light:
-        """Return the light's current value. `viewer` places VTK's camera lights; by default the window's camera."""
+        """Return the light's current value. VTK's camera lights are placed relative to `viewer`, by default the camera
+        of the window.
+        """
         return self._renderer_light.light(viewer or self._subplot.lights.viewer)
 
     def set(self, light: Light, viewer: Viewer | None = None) -> None:  # noqa: ARG002 kept for compatibility
@@ -117,7 +119,7 @@ class LightHandle(Handle):
             self.set(replace(self._with_field(name), **{name: value}))
 
     def _with_field(self, name: str) -> Light:
-        """Return the light's value; AttributeError if it has no such field."""
+        """Return the light's value; raise ``AttributeError`` if it has no such field."""
         if name.startswith("_"):
             raise AttributeError(f"{type(self).__name__} has no attribute {name!r}.")
         light = self.light()
@@ -131,11 +133,11 @@ class LightHandle(Handle):
 
 
 class MeshHandle(Handle):
-    """One actor drawn by `plotter.phong.add_mesh`. The fields of its material can be read and set.
+    """An actor drawn by `plotter.phong.add_mesh`. The fields of its material can be read and set.
 
-    Blocks that share a material keep sharing it. The attributes of the lit mesh are available too: `feature_angle` and
-    `casts_shadows`, which can be set, and `mesh`, `actor` and `evaluations`, the number of times the colours have been
-    computed.
+    Blocks that share a material keep sharing it. The attributes of the lit mesh are available too. `feature_angle` and
+    `casts_shadows` can be set; `mesh`, `actor` and `evaluations`, the number of times the colours have been computed,
+    can be read.
 
     Parameters
     ----------
@@ -211,12 +213,12 @@ def changed_light(light: Light, given: Light | None, changes: Mapping[str, Any])
     Raises
     ------
     ValueError
-        If the light has no such field, both a light and fields are given, or neither.
+        If the light has no such field, or if both or neither of a light and fields are given.
     """
     if given is not None:
         check.refuse("light", given, "omitted when fields are given", "Set the fields in the light instead.")
     if not changes:
-        check.refuse("light", None, "a light, or fields to change", 'Example: set_light("lamp", intensity=2).')
+        check.refuse("light", None, "a light if no fields are given", 'Example: set_light("lamp", intensity=2).')
     known = _names(light)
     for name in changes:
         if name not in known:

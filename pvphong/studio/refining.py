@@ -1,7 +1,7 @@
 """Refined pictures of lit meshes, computed in the background and shown while they are valid.
 
-After a moment without changes, a thread refines a copy of the drawn mesh. A change cancels it, and the mesh is drawn
-with its own vertices and their present colours again.
+After a moment without changes, a thread refines a copy of the drawn mesh. A change cancels this, and the mesh is drawn
+again with its own vertices and their present colours.
 """
 
 from __future__ import annotations
@@ -40,16 +40,17 @@ class Refining:
     def __init__(self, mesh: LitMesh, tolerance: float) -> None:
         self._mesh, self.tolerance = mesh, tolerance
         self.pictures = 0
-        """Number of pictures made."""
+        """Number of pictures made so far."""
         self.reason = ""
-        """Why the last picture is not refined; "" if it is."""
+        """Reason why the last picture is not refined; "" if it is."""
         self._state: Any = None
         self._since = 0.0
         self._job: Job[pv.PolyData] | None = None
         self._shown: pv.PolyData | None = None
 
     def update(self, scene: Scene, occluders: KnownOccluders | None, *, held: bool, waits: bool) -> None:
-        """Show the refined picture of an up-to-date mesh if it exists, else start making it.
+        """Show the refined picture if there is one for the mesh's present state; otherwise start to make it. The mesh's
+        colours must be up to date.
 
         Parameters
         ----------
@@ -58,7 +59,7 @@ class Refining:
         occluders : KnownOccluders, optional
             The meshes that cast shadows on it.
         held : bool
-            True during a drag: show the mesh's own vertices and refine nothing.
+            True during a drag, for example: show the mesh's own vertices and refine nothing.
         waits : bool
             True to block until the picture is made.
         """
@@ -82,7 +83,7 @@ class Refining:
 
     @property
     def is_awaited(self) -> bool:
-        """True if a picture of the mesh in its present state is still to be made."""
+        """True if the picture of the mesh in its present state is not made yet."""
         return self._state is not None and self._shown is None
 
     def cancel(self) -> None:
@@ -100,7 +101,7 @@ class Refining:
         self._show(self._mesh.drawn)
 
     def _work(self, scene: Scene, occluders: KnownOccluders | None) -> Callable[[], pv.PolyData]:
-        """Return the function that makes the picture; it works on copies, since the originals may be edited."""
+        """Return the function that makes the picture. It uses copies, since the originals may be edited meanwhile."""
         mesh = self._mesh
         _, vertices = mesh.planned(scene, occluders)
         arrays = {name: Map(np.array(fractions(name, values.rows))) for name, values in vertices.maps.items()}

@@ -50,7 +50,9 @@ class Subplot:
         return Scene(lights=self.lights.values, viewer=self.lights.viewer, light_model=self.light_model)
 
     def assigning(self, edited: Editable) -> AbstractContextManager[None]:
-        """Record the assignments inside as one undo step if there are gizmos; otherwise animations record nothing."""
+        """Return a context that records assignments as one undo step. Without gizmos it records nothing, so that
+        animations do not fill the history.
+        """
         return nullcontext() if self.interaction is None else self._history.edit(edited)
 
     def remove_gizmos(self) -> bool:
@@ -78,7 +80,7 @@ class Subplot:
         self.renderer.enable_shadows = enable_shadows
 
     def add_unlit(self, draw: Callable[[], pv.Actor]) -> pv.Actor:
-        """Draw an actor without VTK's lighting; ValueError if VTK's shadows are on."""
+        """Draw an actor without VTK's lighting; raise ``ValueError`` if VTK's shadows are on."""
         if self.renderer._render_passes._shadow_map_pass is not None:
             raise ValueError(f"{_NO_VTK_SHADOWS} and remove plotter.enable_shadows().")
         actor = draw()

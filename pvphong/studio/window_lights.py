@@ -1,4 +1,4 @@
-"""The lights of one renderer as pvphong lights, kept in sync with VTK's light objects in both directions."""
+"""The lights of one renderer as pvphong's lights, kept in sync with VTK's light objects in both directions."""
 
 from __future__ import annotations
 
@@ -59,11 +59,11 @@ class RendererLight:
         return self._converted[1]
 
     def set(self, light: Light, viewer: Viewer) -> None:
-        """Set the light's value, in place."""
+        """Set the light's value, also in its `vtkLight`."""
         vtk_light, before = self.vtk_light, self.light(viewer)
         position, focal_point, cone = vtk_light.GetPosition(), vtk_light.GetFocalPoint(), vtk_light.GetConeAngle()
         write_light(light, vtk_light, viewer)
-        # A vtkLight has fields without effect, such as the position of a directional light: keep the user's values.
+        # Some fields of a vtkLight have no effect, such as the position of a directional light. Keep the user's values.
         if self._is_users and light.frame == before.frame == "world" and type(light) is type(before):
             values = vtk_values(light)
             if not values.is_positional:
@@ -93,12 +93,12 @@ LightStates = dict[RendererLight, LightState]
 
 
 class WindowLights:
-    """The lights of one renderer, in the order in which the renderer has them.
+    """The lights of one renderer, in the renderer's order.
 
     Parameters
     ----------
     renderer : pyvista.Renderer
-        The renderer. Lights that other code adds, changes or removes are followed.
+        The renderer. Its lights are read at every access, so other code may add, change or remove them.
     """
 
     def __init__(self, renderer: pv.Renderer) -> None:
@@ -124,7 +124,7 @@ class WindowLights:
         return tuple(renderer_light.light(viewer) for renderer_light in self.renderer_lights)
 
     def add(self, light: Any) -> RendererLight:
-        """Add a light of pvphong, PyVista or VTK."""
+        """Add a light from pvphong, PyVista or VTK."""
         if isinstance(light, Light):
             renderer_light = RendererLight(light.to_pyvista(self.viewer), light)
         else:
@@ -137,7 +137,7 @@ class WindowLights:
         return renderer_light
 
     def set(self, which: Any, light: Light) -> None:
-        """Set a light's value, in place; `which` as for `find`."""
+        """Set the value of an existing light; `which` selects it as for `find`."""
         vtk_values(light)  # raises for a light without a counterpart in VTK
         renderer_light = self.find(which)
         if light.name != renderer_light.name:
@@ -145,7 +145,7 @@ class WindowLights:
         renderer_light.set(light, self.viewer)
 
     def _refuse_taken(self, name: str) -> None:
-        """Raise ValueError if another light of the renderer has the name; results are looked up by name."""
+        """Raise ``ValueError`` if a light of the renderer has the name already. Results are looked up by name."""
         if name and name in (other.name for other in self.renderer_lights):
             check.refuse("name", name, "unique among the lights of the plotter", "Change a light with set_light.")
 
@@ -162,7 +162,7 @@ class WindowLights:
         self._renderer_lights.append(renderer_light)
 
     def find(self, which: Any) -> RendererLight:
-        """Return a light, given itself, its index, its name or its PyVista light."""
+        """Return the light selected by a handle, an index, a name or a PyVista light."""
         present = self.renderer_lights
         vtk_light = getattr(which, "vtk_light", which)
         if isinstance(which, int) and not isinstance(which, bool) and -len(present) <= which < len(present):
@@ -173,11 +173,11 @@ class WindowLights:
             if named or renderer_light.vtk_light is vtk_light:
                 return renderer_light
         names = ", ".join(repr(light.name) for light in lights if light.name)
-        allowed = f"a light of this renderer: the handle from add_light, a pyvista.Light, an index < {len(present)}"
-        return check.refuse("which", which, allowed + (f", or one of {names}" if names else ""))
+        allowed = f"a light of this renderer: its handle, its pyvista.Light, an index below {len(present)}"
+        return check.refuse("which", which, allowed + (f", or one of the names {names}" if names else ""))
 
     def remove(self, which: Any) -> None:
-        """Remove a light, also its actor and its entry in PyVista's list."""
+        """Remove a light, its actor, and its entry in PyVista's list of lights."""
         renderer_light = self.find(which)
         light = renderer_light.vtk_light
         self._renderer.RemoveLight(light)
@@ -189,13 +189,13 @@ class WindowLights:
 
     @property
     def state(self) -> LightStates:
-        """All lights and their exact states, for `revert`."""
+        """Light → its exact state, for all lights; used by `revert`."""
         return {renderer_light: renderer_light.state for renderer_light in self.renderer_lights}
 
     def revert(self, now: LightStates, then: LightStates) -> None:
-        """Undo the changes between `then` and `now`; keep all other changes since.
+        """Undo the changes that were made between the states `then` and `now`. Keep all other changes.
 
-        A light whose name is taken by now gets a free name.
+        If another light has taken the name of a restored light, the restored light gets a free name.
         """
         for renderer_light, state in now.items():
             if renderer_light not in then and renderer_light in self.renderer_lights:
@@ -211,12 +211,12 @@ class WindowLights:
             taken.add(renderer_light.name)
 
     def _bring_back(self, now: LightStates, then: LightStates) -> None:
-        """Add the lights again that were removed between `then` and `now`, at their old positions in the order."""
+        """Add the lights again that were removed between `then` and `now`, at their old positions in the list."""
         shining = {id(renderer_light.vtk_light) for renderer_light in self.renderer_lights}
         returning = {
             renderer_light: state
             for renderer_light, state in then.items()
-            if renderer_light not in now and id(renderer_light.vtk_light) not in shining  # added again by other code
+            if renderer_light not in now and id(renderer_light.vtk_light) not in shining  # not added by other code
         }
         if not returning:
             return
@@ -232,7 +232,7 @@ class WindowLights:
 
 
 def free_name(wanted: str, taken: set[str]) -> str:
-    """Return the name if it is free, else the name with the lowest free number from 2: names are unique."""
+    """Return the name if no light has it. Otherwise append the lowest free number, at least 2."""
     stem, number, name = re.sub(r" \d+$", "", wanted), 1, wanted
     while name in taken:
         number += 1
@@ -255,12 +255,12 @@ _FIELDS = (
     "AttenuationValues",
     *_PLACES,
 )
-# Unbound functions of vtkLight: attribute access on pyvista.Light runs Python code, which takes longer than VTK's.
+# Unbound methods of vtkLight, because attribute access on a pyvista.Light runs Python code, which is slower.
 _GETTERS = {field: getattr(vtkLight, f"Get{field}") for field in _FIELDS}
 
 
 def _fields(light: Any) -> dict[str, Any]:
-    """Return the fields of a VTK light, without those that VTK overwrites in every frame."""
+    """Return the fields of a VTK light, except those that VTK overwrites in every frame."""
     fields = {field: get(light) for field, get in _GETTERS.items()}
     if fields["LightType"] == VTK_LIGHT_TYPE_HEADLIGHT:
         for field in _PLACES:

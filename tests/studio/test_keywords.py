@@ -209,7 +209,11 @@ BAD = {
         r"^backface_params must be omitted for a lit .*two_sided",
     ),
     "texture and scalars": ({"texture": CHECKS, "scalars": "z"}, ValueError, r"^texture must be omitted when scalars="),
-    "rgb of numbers": ({"scalars": "z", "rgb": True}, ValueError, r"^scalars must be of shape \(n, 3\) or \(n, 4\)"),
+    "rgb of numbers": (
+        {"scalars": "z", "rgb": True},
+        ValueError,
+        r"^scalars must be an array of shape \(n, 3\) or \(n, 4\)",
+    ),
     "opacity": ({"color": "r", "opacity": np.ones(7)}, ValueError, r"^opacity must be a number, or one for each"),
 }
 

@@ -1,7 +1,12 @@
 """Accuracy against time, measured on a given mesh and scene.
 
-Read `measure` first: `tradeoff` and the order of its measurements. `result` holds the rows and the choice among them.
-`variants` light a mesh at its vertices and cast rays from them; `interpolation` measures errors inside triangles and
-refined meshes; `peers` are other implementations. `timing` runs all of them in turns. `physics` compares light models
-with path tracing. `report` formats the result as text, tables and files, and `figure` draws it.
+- `measure`: `tradeoff`, which makes all measurements, the most important ones first. Read it first.
+- `result`: the rows, with their errors and times, and the choice of a row.
+- `variants`: ways to light a mesh at its vertices, and to cast rays from them.
+- `interpolation`: errors inside triangles, for the original mesh and for refined ones.
+- `peers`: other implementations, for comparison.
+- `timing`: time budgets, and interleaved timing of all variants.
+- `physics`: light models compared with path tracing.
+- `report`: the result as text, tables and files.
+- `figure`: the result as a figure.
 """

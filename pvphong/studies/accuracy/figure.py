@@ -36,10 +36,10 @@ _COLORS: dict[str, str] = {
 }
 _MARKERS: dict[str, str] = {"arithmetic": "o", "light model": "s", "sampling": "D", "interpolation": "^"}
 
-# Fraction of a front's width for markers; names are to the right.
+# Fraction of the width of a Pareto plot that its markers use. Their names are to the right of them.
 _DATA = 0.5
 
-# Size of the pictures in pixels, and the smallest fraction of them that a visible mesh covers.
+# Size of the pictures in pixels. If the mesh covers less than _LEAST_SEEN of a picture, another viewer is used.
 _PICTURE, _LEAST_SEEN = (640, 480), 0.002
 
 # Smallest error inside triangles that has a colour, as a fraction of the tolerance.
@@ -47,7 +47,7 @@ _LEAST_SHOWN = 0.01
 
 
 def save_figure(report: Result, path: str | os.PathLike[str], physics: Physics | None = None) -> None:
-    """Draw a report into a file, with the panel of light models at the bottom if they were measured.
+    """Draw a report into a file. If `physics` is given, add the panel that compares light models at the bottom.
 
     Raises
     ------
@@ -73,18 +73,18 @@ def save_figure(report: Result, path: str | os.PathLike[str], physics: Physics |
 
 
 def draw_fronts(part: Any, report: Result) -> None:
-    """Draw the fronts of all kinds of error side by side, in a part of a Matplotlib figure."""
+    """Draw the Pareto fronts of all kinds of error side by side, in the Matplotlib subfigure `part`."""
     shown = [kind for kind in KINDS if any(row.kind == kind for row in report.rows)]
     for axes, kind in zip(np.atleast_1d(part.subplots(1, len(shown))), shown, strict=True):
         _draw_front(axes, report, kind)
 
 
 def _how_it_falls(rows: Sequence[Row]) -> list[str]:
-    """Label with the rate at which RMS interpolation errors fall with the points, for uniform and for adaptive
-    splitting.
+    """Return text lines that tell how fast the RMS interpolation error falls as points are added, by uniform and by
+    adaptive splitting.
 
-    With uniform splitting, the triangles along a jump of the colour keep their errors. Their area falls with the root
-    of the number of points, so the RMS falls with its fourth root. Cuts along the jump remove these errors.
+    With uniform splitting, the triangles along a jump of the colour keep their errors. Their area is proportional to
+    n^(-1/2) for n points, so the RMS error is proportional to n^(-1/4). Cuts along the jump remove these errors.
     """
     named = {row.name: row for row in rows if row.error.rms}
     start, lines = named.get(AS_IT_IS), list[str]()
@@ -99,7 +99,7 @@ def _how_it_falls(rows: Sequence[Row]) -> list[str]:
 
 
 def _height(row: Row, zero: float) -> float:
-    """Height of a row's marker: its largest error, or `zero` for 0, which has no logarithm."""
+    """Return the height of a row's marker: its largest error. An error of 0 has no logarithm; it is drawn at `zero`."""
     return row.error.largest or zero
 
 
@@ -114,7 +114,7 @@ def _draw_front(axes: Any, report: Result, kind: Kind) -> None:
     falls = _how_it_falls(rows) if kind == "interpolation" else []
     axes.set_xlabel("\n".join(["time in ms: median and quartiles", *falls]))
     axes.set_ylabel("colour error: largest (marker) and RMS (tick)")
-    _set_limits(axes, rows, zero, tolerance)  # first: Matplotlib finds no limits if there is only one time
+    _set_limits(axes, rows, zero, tolerance)  # before drawing: Matplotlib finds no limits for a single time
 
     front = [row for row in rows if row.on_front]
     xs, ys = [row.time.median * 1e3 for row in front], [_height(row, zero) for row in front]
@@ -145,7 +145,7 @@ def _draw_front(axes: Any, report: Result, kind: Kind) -> None:
 
 
 def _set_limits(axes: Any, rows: Sequence[Row], zero: float, tolerance: float) -> None:
-    """Set limits with room for the labels on the right, readable ticks, and a label for an error of 0."""
+    """Set limits that leave room for the labels on the right, readable ticks, and a tick label for an error of 0."""
     from matplotlib.ticker import FixedLocator, LogLocator
 
     low, high = min(row.time.low for row in rows) * 1e3, max(row.time.high for row in rows) * 1e3
@@ -166,10 +166,10 @@ def _set_limits(axes: Any, rows: Sequence[Row], zero: float, tolerance: float) -
 
 
 def _label(axes: Any, rows: Sequence[Row], zero: float) -> None:
-    """Draw a column of names on the right, in the order of the errors, each with a thin line to its marker."""
+    """Draw the rows' names in a column on the right, in the order of their errors, with thin lines to the markers."""
     low, high = np.log10(axes.get_ylim())
     ordered = sorted(rows, key=lambda row: (_height(row, zero), row.time.median))
-    places: list[float] = []  # in [0, 1], near the markers' heights and without overlap
+    places: list[float] = []  # heights of the names in [0, 1]: near their markers, without overlap
     least, ceiling = 0.062, 0.97
     for row in ordered:
         height = (np.log10(_height(row, zero)) - low) / (high - low)
@@ -204,7 +204,7 @@ class Picture(NamedTuple):
     pixels : ndarray
         Shape (height, width, 3), uint8.
     scale : matplotlib.cm.ScalarMappable or None
-        Colours of errors, for a colour bar; None for a picture of the mesh's colours.
+        Colour scale of a picture of errors, for its colour bar. None for a picture of the mesh's colours.
     """
 
     title: str
@@ -213,10 +213,11 @@ class Picture(NamedTuple):
 
 
 def linked_pictures(report: Result) -> list[Picture]:
-    """Draw one mesh from one viewer: the reference, the chosen colours, their errors, the errors inside triangles.
+    """Draw pictures of the mesh from one viewer: the reference, the chosen colours, their errors at the vertices, and
+    the errors inside triangles if all were searched.
 
-    The scene's viewer is used if it sees the mesh, else one that frames it. The colour scale of errors at the vertices
-    is symmetric and ends at the largest error; that of errors inside triangles is logarithmic.
+    The viewer is the scene's if it sees the mesh, otherwise one that frames the mesh. The colour scale of errors at the
+    vertices is symmetric and ends at the largest error. The scale of errors inside triangles is logarithmic.
 
     Raises
     ------
@@ -245,17 +246,20 @@ def linked_pictures(report: Result) -> list[Picture]:
 
 
 def _covered(pixels: NDArray[np.uint8]) -> BoolArray:
-    """Mask of the pixels that differ from the background, the colour of the corner; shape (height, width)."""
+    """Return the mask, shape (height, width), of pixels that do not have the background's colour. The top left pixel
+    shows the background.
+    """
     covered: BoolArray = (pixels != pixels[0, 0]).any(axis=2)
     return covered
 
 
 def error_scale(errors: Float64Array, tolerance: float | None = None) -> Any:
-    """Return colours of errors, as a `matplotlib.cm.ScalarMappable`.
+    """Return a colour scale for errors, as a `matplotlib.cm.ScalarMappable`.
 
-    Without a tolerance, errors are signed: white is 0, red positive, blue negative, up to the largest error, or one
-    display step if all are 0. With a tolerance, errors are unsigned on a logarithmic scale, from a small fraction of
-    the tolerance (white) to the larger of tolerance and largest error.
+    Without a tolerance, the scale is linear, for signed errors: 0 is white, positive errors are red, negative ones
+    blue. It ends at the largest absolute error, or at one display step if all errors are 0. With a tolerance, the scale
+    is logarithmic, for absolute errors. It begins at a hundredth of the tolerance (white), and ends at the tolerance or
+    the largest error, whichever is larger.
     """
     from matplotlib.cm import ScalarMappable
     from matplotlib.colors import LogNorm, Normalize
@@ -268,7 +272,7 @@ def error_scale(errors: Float64Array, tolerance: float | None = None) -> Any:
 
 
 def _scaled(errors: Float64Array, scale: Any) -> Float64Array:
-    """Return colours (n, 3) in [0, 1] of errors on a scale."""
+    """Return the colours that a scale gives to errors, shape (n, 3), in [0, 1]."""
     return np.asarray(scale.to_rgba(np.maximum(errors, scale.norm.vmin)))[:, :3]  # a logarithmic scale masks 0
 
 
@@ -324,7 +328,7 @@ def _draw_histogram(axes: Any, report: Result) -> None:
         axes.hist(values, bins=bins, weights=100.0 * parts, color=color, alpha=0.65, label=label + below)
     axes.axvline(report.tolerance, color=_RED, linestyle="--", linewidth=1.2)
     axes.axvline(1.0 / 255.0, color=_GREY, linestyle=":", linewidth=1.0)
-    axes.set_ylim(0.05, 100.0)  # before the scale, which finds no limits if all errors are 0
+    axes.set_ylim(0.05, 100.0)  # before the logarithmic scale, which finds no limits if all errors are 0
     axes.set(xscale="log", yscale="log", title="Distribution of errors")
     axes.set(xlabel="colour error", ylabel="% of vertices, or of the area")
     axes.legend(fontsize=9, frameon=False)

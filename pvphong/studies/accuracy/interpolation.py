@@ -1,4 +1,4 @@
-"""Variants inside triangles: the original mesh, refined uniformly, and refined adaptively."""
+"""Interpolation errors inside triangles, for the original mesh and for uniformly and adaptively refined meshes."""
 
 from __future__ import annotations
 
@@ -35,27 +35,28 @@ _MOST_POINTS = 5_000_000
 # Generous estimate of the seconds to split a triangle of a large mesh.
 _PER_SPLIT = 4e-6
 
-# Number of triangles in which the error is searched, chosen at random in a large mesh, and the fraction of the time for
-# it. On refined meshes fewer of them are searched: the worst ones of the original mesh, and a random choice of the
-# others.
+# Smallest and largest number of triangles in which errors are searched, and the fraction of the time for the search.
+# The triangles of a large mesh are chosen at random. Uniformly refined meshes are searched in fewer places: in the
+# _WORST worst triangles of the original mesh, and in _OTHERS of its other triangles, chosen at random.
 _FEWEST_SEARCHED, _MOST_SEARCHED, _FOR_SEARCH = 2_000, 50_000, 0.3
 _WORST, _OTHERS = 400, 300
 
 # Measured: evaluations per searched triangle.
 _EVALUATIONS = 40.0
 
-# Measured: places per triangle from which rays are cast, and the power of the number of rays with which the standard
-# error falls. Rays inside triangles are always cast to a quarter of a display step. Their time is measured on some
-# vertices.
+# Measured: positions per triangle from which rays are cast, and the power p in "the standard error of n rays falls as
+# n**-p". Rays inside triangles are always cast to a standard error of a quarter of a display step. Their time is
+# estimated from rays at up to _PROBED vertices.
 _PLACES, _FALLS, _PROBED = 15.0, 3.0 / 4.0, 500
 
-# Measured, generous: seconds to search a whole surface for the edge of a hard shadow.
+# Measured, with a margin: seconds to search a whole surface for the edges of one light's hard shadows.
 _PER_EDGE = 1.0
 
-# Measured: the cost of a point that refinement adds, in searches of a triangle, and its minimum in seconds.
+# Measured: the time per point that refinement adds, as a multiple of the time to search one triangle, and its minimum
+# in seconds.
 _SEARCHES_PER_POINT, _LEAST_PER_POINT = 3.0, 5e-5
 
-# Reason why the refinement stopped → note of the variant, and reason if no point was added.
+# Reason why the refinement stopped → the note of the variant, and the reason for leaving it out if no point was added.
 _STOPPED = {
     "tolerance": ("reached the tolerance", "the original mesh is within the tolerance"),
     "max_points": ("stopped by the time budget", "there was no time to split a triangle"),
@@ -74,7 +75,7 @@ class Triangles(NamedTuple):
     corners : ndarray
         Shape (m, 3), indices of points.
     areas : ndarray
-        Shape (m,): the part of the surface that each triangle represents.
+        Shape (m,): the fraction of the surface's area that each triangle represents.
     material : Material
         Material, with maps for the points.
     """
@@ -94,7 +95,8 @@ class Interpolation(NamedTuple):
     variants : list of Variant
         The original and the refined meshes, with their interpolation errors.
     errors, areas : ndarray
-        Shape (m,): largest errors of the searched triangles, and their shares of the total area of these.
+        Shape (m,): the largest error in each searched triangle, and the fraction of their total area that the triangle
+        covers.
     left_out : dict of str to str
         Variants that are left out, and the reasons.
     """
@@ -106,14 +108,17 @@ class Interpolation(NamedTuple):
 
 
 def seconds_of_rays(subject: Subject, tolerance: float) -> float:
-    """Estimate the seconds that rays inside triangles add to a float64 evaluation of all vertices; 0 without occlusion.
+    """Estimate the time of rays inside triangles, in seconds per float64 evaluation of all vertices; 0 if the scene
+    needs no rays.
+
+    The search of a triangle evaluates about _EVALUATIONS points, and casts rays from _PLACES of them.
 
     Parameters
     ----------
     subject : Subject
         Mesh, scene and material.
     tolerance : float
-        Standard error to which the vertices' rays were cast.
+        Standard error to which the rays of the vertices were cast.
     """
     equation, visibility = subject.equation, subject.visibility
     if visibility is None or not equation.needs_visibility:
@@ -128,7 +133,9 @@ def seconds_of_rays(subject: Subject, tolerance: float) -> float:
 
 
 def least_seconds(mesh: pv.PolyData, exact_seconds: float) -> float:
-    """Estimate the shortest time of `interpolation`, from the seconds of a float64 evaluation of all vertices."""
+    """Estimate the least time that `interpolation` needs, in seconds. `exact_seconds` is the time of a float64
+    evaluation of all vertices.
+    """
     return _EVALUATIONS * exact_seconds * min(mesh.n_cells, _FEWEST_SEARCHED) / mesh.n_points
 
 
@@ -142,7 +149,7 @@ def interpolation(
     mesh : pyvista.PolyData
         A checked surface.
     subject : Subject
-        Its points, normals, scene and material; with a visibility, rays are cast inside triangles.
+        The mesh's points, normals, scene and material. If it has a visibility, rays are cast inside triangles.
     tolerance : float
         Tolerance of the adaptive refinement.
     exact_seconds : float
@@ -174,7 +181,7 @@ def interpolation(
     else:
         found.append(adaptive)
 
-    # Uniform refinement: search the worst triangles, and a sample that represents the others.
+    # Uniform refinement: search the worst triangles, and a random sample that represents the others.
     order = np.argsort(-errors, kind="stable")
     worst, others = order[:_WORST], order[_WORST:]
     chosen = others
@@ -184,7 +191,7 @@ def interpolation(
     rows = np.concatenate([worst, chosen])
     sample = _with_own_corners(subject, searched[rows], np.concatenate([areas[worst], represented]))
     whole = as_it_is
-    preparation, spent = 0.0, seconds * len(rows) / len(searched)  # seconds to search these, unsplit
+    preparation, spent = 0.0, seconds * len(rows) / len(searched)  # seconds to search the sample before it is split
     for level in _LEVELS:
         name = UNIFORM.format(level)
         count = len(whole.points) + 3 * len(whole.corners) // 2  # one point per edge of a closed mesh
@@ -208,10 +215,10 @@ def interpolation(
 def _variant(
     subject: Subject, name: str, whole: Triangles, errors: Errors, note: str, preparation: float = 0.0
 ) -> Variant:
-    """Return a variant that evaluates a mesh at its points."""
+    """Return the variant that lights the points of the mesh `whole`, with its interpolation errors."""
     backend = subject.backend_for(subject.equation, len(whole.points))
     seen = None
-    if subject.visibility is not None:  # given, as at the mesh's own vertices; its values do not affect the time
+    if subject.visibility is not None:  # given, so that no rays are cast; its values do not affect the time
         seen = GivenVisibility("visibility", np.ones((subject.equation.lights + 1, len(whole.points)), np.float32))
 
     def run() -> FloatArray:
@@ -227,11 +234,13 @@ def _variant(
 
 
 def _areas(subject: Subject, points: FloatArray, corners: IntArray) -> Float64Array:
-    """Each triangle's share of the total area in the world; 0 if a point is not finite."""
+    """Return the fraction of the total area, in world coordinates, that each triangle covers; 0 if one of its points is
+    not finite.
+    """
     placed = points.astype(np.float64)
     if subject.assembled.matrix is not None:
         placed = transform_points(placed, subject.assembled.matrix)
-    scale = np.abs(placed[np.isfinite(placed)]).max(initial=0.0) or 1.0  # else squares of large coordinates overflow
+    scale = np.abs(placed[np.isfinite(placed)]).max(initial=0.0) or 1.0  # prevents overflow of squares
     a, b, c = (placed / scale)[corners].transpose(1, 0, 2)
     with np.errstate(invalid="ignore"):
         double = np.linalg.norm(np.cross(b - a, c - a), axis=1)
@@ -247,7 +256,9 @@ def _with_own_corners(subject: Subject, corners: IntArray, areas: Float64Array) 
 
 
 def _with_maps(material: Material, change: Callable[[Any], Any]) -> Material:
-    """Apply a function to a material's maps, as floats: integers would round the colours in between."""
+    """Apply a function to a material's maps. They are converted to floats, because integers would round interpolated
+    values.
+    """
     maps = given_maps(material).items()
     return material.with_values({name: Map(change(fractions(name, np.asarray(each)))) for name, each in maps})
 
@@ -266,7 +277,9 @@ def _errors(subject: Subject, triangles: Triangles) -> Float64Array:
 def _adaptive(
     mesh: pv.PolyData, subject: Subject, tolerance: float, seconds_each: float, count: int, clock: Clock
 ) -> Variant | str:
-    """Return the mesh refined to the tolerance, or as far as time allows; or the reason why it is left out."""
+    """Return the variant of a mesh that is refined to the tolerance, or as far as time allows. If it is left out,
+    return the reason. The mesh has `count` triangles; to search one takes `seconds_each`.
+    """
     left = clock.left
     edges = 0
     if subject.visibility is not None:
@@ -298,7 +311,7 @@ def _adaptive(
 
 
 def split(triangles: Triangles) -> Triangles:
-    """Split every triangle into four at the midpoints of its sides, which neighbours share.
+    """Split every triangle into four at the midpoints of its sides. Neighbouring triangles share the midpoints.
 
     Normals at midpoints are not normalised. Interpolating them is then the same as interpolating the corners' normals,
     so per-pixel shading of the split mesh equals that of the original.

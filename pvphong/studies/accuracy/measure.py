@@ -1,4 +1,4 @@
-"""The measurement: every variant's error and time, in the order of their importance, within a time budget."""
+"""Measurement of every variant's error and time within a time budget, the most important ones first."""
 
 from __future__ import annotations
 
@@ -49,17 +49,18 @@ from pvphong.studies.accuracy.variants import (
 # Fraction of the time budget held in reserve.
 _SPARE = 0.05
 
-# Fractions of the time budget: the minimum for measuring in turns, and, of the rest, for rays and for refined meshes.
+# Fraction of the time budget reserved for interleaved timing. Of the rest, the largest fractions for rays, and for
+# errors inside triangles with refined meshes.
 _FOR_ROUNDS, _FOR_SAMPLING, _FOR_INSIDE = 0.4, 0.4, 0.5
 
-# Time to prepare a measurement and find its errors, in float64 evaluations: a variant or an equation without an effect,
-# the error bounds, the textbook.
+# Time to prepare a measurement and compute its errors, as a multiple of a float64 evaluation: for a variant or an
+# equation without an effect, for the predicted error bounds, and for the textbook formula.
 _FOR_VARIANT, _FOR_BOUNDS, _FOR_TEXTBOOK = 2.0, 6.0, 6.0
 
-# Fraction of the time for light models that path tracing takes.
+# When light models are compared, the fraction of their time that path tracing takes.
 _FOR_TRUTH = 0.7
 
-# Seconds in which VTK opens two windows, and software rendering draws a frame: its pixels, and each face.
+# Seconds that VTK needs to open two windows, and that software rendering needs for a frame's pixels and for each face.
 _FOR_WINDOWS, _PER_FRAME, _PER_FACE = 1.5, 0.1, 2e-6
 
 
@@ -78,13 +79,18 @@ def tradeoff(
 ) -> Tradeoff:
     """Measure accuracy against time on a mesh and scene.
 
-    Variants from the float64 reference to coarse light models run in turns, as often as the time budget allows, so that
-    a drifting machine favours none. Three kinds of errors are measured separately: arithmetic (against the same
-    equation in float64) and light model (between two equations in float64), both at the vertices, and interpolation
-    (colours blended across triangles against per-pixel shading, in float64). With shadows or ambient occlusion there is
-    a fourth kind, sampling: colours with few rays per vertex against colours with 4096, at random vertices. It includes
-    highlights of partly hidden area lights, whose visible part differs from that of diffuse reflection. Arithmetic and
-    light model then take the visibility as known; interpolation casts rays inside triangles, if there is time.
+    Variants from the float64 reference to coarse light models are timed in interleaved rounds, as often as the time
+    budget allows. So a machine that becomes slower slows all of them alike. Kinds of errors are measured separately:
+
+    - Arithmetic: colours at the vertices compared with the same equation in float64.
+    - Light model: a simpler equation compared with the full one at the vertices, both in float64.
+    - Interpolation: colours blended across triangles compared with per-pixel shading, both in float64. Rays are cast
+      inside triangles if there is time.
+    - Sampling, if there are shadows or ambient occlusion: colours with few rays per vertex compared with colours with
+      4096 rays, at random vertices. It includes an error of partly hidden area lights: their highlights are dimmed by
+      the fraction of the light that is visible to diffuse reflection, although another part may make the highlight.
+
+    Arithmetic and light-model errors are measured with the same visibility on both sides.
 
     Parameters
     ----------
@@ -97,8 +103,9 @@ def tradeoff(
     tolerance : float, default 1/255
         Largest allowed absolute colour error, > 0; the default is one step of a display.
     seconds : float, default 20
-        Time budget, > 0. On large meshes variants are left out to keep it, with the reason; the reference, the plan and
-        its comparison are always measured. Compilation of the kernel, once per installation, does not count.
+        Time budget, > 0. To keep it, variants of large meshes are left out; the report gives the reasons. The
+        reference, the plan and the baseline of costs are always measured. Compilation of the kernel, once per
+        installation, does not count.
     matrix : array_like, optional
         (4, 4) model matrix.
     feature_angle, occluders
@@ -106,8 +113,8 @@ def tradeoff(
     visibility : Visibility, optional
         Result of `mesh.phong.visibility`; plain arrays are not enough, because rays are cast again to measure them.
     truth : bool, default False
-        Also compare light models, from constant ambient light to all bounces, with path tracing; this takes as many
-        seconds again. Not available in VTK's convention, which has no bounces.
+        Also compare light models, from constant ambient light to all bounces, with path tracing. This takes about
+        `seconds` more. Not available in VTK's convention, which has no bounces.
 
     Returns
     -------
@@ -130,7 +137,7 @@ def tradeoff(
     material, truth = as_material(material), check.flag("truth", truth)
     given: Any = visibility  # type not checked yet
     if not isinstance(given, Visibility | None):
-        remedy = "Leave it out to cast rays here."
+        remedy = "Omit visibility to cast rays in this call."
         check.refuse("visibility", type(given).__name__, "a result of mesh.phong.visibility", remedy)
     tolerance = check.number("tolerance", tolerance, above=0.0)
     clock = Clock((1.0 - _SPARE) * check.number("seconds", seconds, above=0.0))
@@ -175,7 +182,7 @@ class _Measurement:
     rows : dict of str to Row
         Rows measured so far, not yet timed.
     runs, estimates : dict
-        Runs to time, by name, and the seconds of their first run.
+        Runs to time, and estimates of their seconds, by name.
     left_out : dict of str to str
         Variants that are not measured, and the reasons.
     """
@@ -187,12 +194,12 @@ class _Measurement:
         self.estimates: dict[str, float] = {}
         self.left_out: dict[str, str] = {}
         self.for_rounds = _FOR_ROUNDS * clock.left
-        # Variants that a report needs: effects are removed from the baseline.
+        # A report needs these variants. The cost of an effect is the time that removing it from the baseline saves.
         self.baseline = "float32 kernel" if subject.backend_for(subject.equation) == "numba" else "float32 NumPy"
         self.needed = {REFERENCE, self.baseline, plan_name(tolerance)}
 
     def run(self) -> Tradeoff:
-        """Measure everything in the order of importance, as long as there is time."""
+        """Measure everything in order of importance, as long as there is time."""
         s, clock = self.subject, self.clock
         clock.say(REFERENCE)
         _, self.exact_seconds = timed(lambda: s.truth)
@@ -212,7 +219,7 @@ class _Measurement:
         baseline = times[self.baseline]
         rows = [replace(row, time=Timing.of(times[name])) for name, row in self.rows.items() if name in times]
         measured = (
-            f"{len(baseline)} rounds in turns after a warm-up, slow runs in some of them only; "
+            f"{len(baseline)} interleaved rounds after a warm-up, slow runs in some of them only; "
             "a sample is the minimum of up to 7 short runs"
         )
         return Tradeoff(
@@ -233,19 +240,19 @@ class _Measurement:
         )
 
     def _left(self) -> float:
-        """Seconds left for preparation; the repeats of all variants found so far are reserved."""
+        """Return the seconds left for preparation, after reserving time to repeat all variants found so far."""
         return self.clock.left - max(self.for_rounds, FEWEST_REPEATS * sum(self.estimates.values()))
 
     def _has_time_for(self, what: str, seconds: float) -> bool:
-        """Return True if there is time to prepare something; otherwise note its absence."""
+        """Return True if there is time to prepare something. Otherwise add it to `left_out`."""
         fits = seconds <= self._left()
         if not fits:
             self.left_out[what] = "there was no time for it"
         return fits
 
     def _add(self, row: Row, run: Run, seconds: float) -> None:
-        """Add a variant after its first run, which warms it up; a short run is repeated. Variants that cannot be
-        repeated are left out.
+        """Add a variant, given the seconds of its first run. A short run is timed again, because the first one was the
+        warm-up. A variant is left out if there is no time to repeat it.
         """
         if seconds < 0.01 * self.clock.left:
             seconds = min(seconds, timed(run)[1])
@@ -255,7 +262,7 @@ class _Measurement:
         self.rows[row.name], self.runs[row.name], self.estimates[row.name] = row, run, seconds
 
     def _add_all(self, found: list[Variant]) -> None:
-        """Add variants that have not run yet."""
+        """Run variants once and add them."""
         for row, run, _ in found:
             self._add(row, run, timed(run)[1])
 
@@ -270,7 +277,9 @@ class _Measurement:
         return found
 
     def _light_vertices(self) -> list[Variant]:
-        """Measure errors and a first time of every variant at the vertices; return all variants, measured or not."""
+        """Measure the errors of every variant at the vertices, and time it once. Return all variants, also those that
+        were not measured.
+        """
         s = self.subject
         found, reasons = variants(s, self.tolerance)
         self.left_out |= reasons
@@ -304,7 +313,7 @@ class _Measurement:
         return found
 
     def _drop_effects(self) -> dict[str, float]:
-        """Measure the largest light-model error without each effect or light, and queue runs without it for timing."""
+        """Return the largest light-model error without each effect or light. Queue the runs without them for timing."""
         s, whole, errors = self.subject, self.subject.assembled, dict[str, float]()
         effects, (middle, _) = s.plan().effects, s.sphere
         without = {name: drop(whole, middle) for name, drop in WITHOUT.items() if effects[name].on}
@@ -328,9 +337,9 @@ class _Measurement:
     def _ledger(
         self, errors: dict[str, float], times: dict[str, Float64Array], casting: dict[str, float]
     ) -> tuple[LedgerEntry, ...]:
-        """Return an entry for every effect of the plan at the tolerance, and every light.
+        """Return an entry for every effect of the plan at the tolerance, and for every light whose error was measured.
 
-        The cost is the difference of seconds with and without it, timed in turns, plus those of its rays.
+        The cost of an effect is the difference between the times with and without it, plus the time of its rays.
         """
         plan = self.subject.plan(self.tolerance)
         kept = {term.index for term in plan.equation.terms}
@@ -365,7 +374,9 @@ class _Measurement:
 
 
 def predicted_bounds(subject: Subject, tolerance: float) -> tuple[PredictedBound, ...]:
-    """Return the bound and the largest measured difference of each approximation of the plan at a tolerance."""
+    """Return, for each approximation of the plan at a tolerance, its predicted bound and the largest measured
+    difference.
+    """
     state, found = PlanState.first(subject.assembled, tolerance, subject.vertices), []
     for effect in EFFECTS:
         before, state = state, effect.simplify(state)

@@ -59,7 +59,7 @@ def textbook_colors(
     points, normals : ndarray
         Shape (n, 3).
     scene, material, matrix
-        As for `evaluate`; the light model's convention is "standard".
+        As for `evaluate`. The light model's convention must be "standard".
 
     Returns
     -------
@@ -69,14 +69,14 @@ def textbook_colors(
     Raises
     ------
     ValueError
-        If the formula does not support the scene or the material: another convention, lights with a size, rays,
-        another reflectance.
+        If the formula does not support the scene or the material: with another convention, lights with a size, rays,
+        or another reflectance.
     """
     model, viewer = scene.light_model, scene.viewer
     if model.convention != "standard":
         check.refuse("convention", model.convention, "'standard' for the textbook formula")
     for index, light in enumerate(scene.lights):
-        refuse_unless_in_vtk(light, f"lights[{index}]", "one that the textbook formula supports")
+        refuse_unless_in_vtk(light, f"lights[{index}]", "a light that the textbook formula supports")
     refuse_rays(scene, "for the textbook formula")
     material = without_maps(material, "for the textbook formula")
     if material.reflectance is not None:
@@ -126,26 +126,26 @@ def textbook_colors(
 
 
 def vtk_frames(mesh: pv.PolyData, subject: Subject, stack: ExitStack, lit_error: Errors | None) -> list[Variant]:
-    """Return variants for a frame with VTK's per-pixel lighting, and for one of the lit array with lighting off.
+    """Return two variants: a frame that VTK lights per pixel, and a frame of the lit array, drawn with lighting off.
 
-    If VTK's shader cannot draw the scene, the nearest scene that it can draw is used. Normals are the mesh's active
-    ones, or those that pvphong computes.
+    If VTK's shader cannot draw the scene, the nearest scene that it can draw is used. VTK lights with the mesh's active
+    normals, or with those that pvphong computes.
 
     Parameters
     ----------
     mesh : pyvista.PolyData
         Mesh to draw.
     subject : Subject
-        Its points, scene and material.
+        The mesh's points, scene and material.
     stack : ExitStack
         Closes the windows.
     lit_error : Errors or None
-        Interpolation error of the lit array; None leaves its frame out.
+        Interpolation error of the lit array. If None, the frame of the lit array is left out.
 
     Raises
     ------
     ValueError
-        If VTK cannot draw on this machine, or no similar scene.
+        If VTK cannot draw on this machine, or can draw neither the scene nor a similar one.
     """
     scene, matrix, changed = subject.scene, subject.matrix, ""
     material = without_maps(subject.material, "for VTK's picture")

@@ -1,8 +1,8 @@
 """Light models against the rendering equation: the error of constant ambient light, and the cost of better models.
 
 The models range from the textbook's to light with all bounces. They are compared, vertex by vertex, with path tracing
-of known noise. Colours are linear and unclamped. `measure` evaluates the models in turn, `Physics` is the result, as
-sentences and a table, and `draw_physics` is the panel of a report's figure.
+of known noise. Colours are linear and unclamped. `measure` evaluates the models one after another. `Physics` holds the
+result and formats it as sentences and a table. `draw_physics` draws the panel of a report's figure.
 """
 
 from __future__ import annotations
@@ -40,15 +40,15 @@ if TYPE_CHECKING:
 
 # Initial and largest number of paths per vertex.
 _FIRST_PATHS, _MOST_PATHS = 16, 1024
-# Number of bounces taken as all: with an albedo of 0.9, further bounces add about 1 %.
+# Number of bounces that count as all bounces: with an albedo of 0.9, further bounces add about 1 %.
 _ALL_BOUNCES = 64
-# A model is as good as the best if its error is at most this many times the best one's.
+# A model is about as good as the best one if its error is at most this many times the error of the best one.
 _AS_GOOD = 1.25
 _FORMATS = ".png", ".pdf", ".svg"
 _WIDTH, PANEL_HEIGHT = 16.0, 5.5  # inches of figures, and of the panel alone
 _PICTURE, _BACKGROUND = (400, 360), "#dce6f2"  # pixels, and the colour around the mesh
 _TITLE_WIDTH = 18  # letters
-# Quantile of the truth that is displayed as white.
+# Quantile of the path-traced values that is displayed as white.
 _BRIGHT = 0.995
 
 
@@ -65,9 +65,9 @@ class ModelOfLight:
     colors : ndarray
         Shape (n, 3), linear and unclamped.
     error : ndarray
-        Shape (n, 3): colours minus reference.
+        Shape (n, 3): colours minus path-traced colours.
     noise : float
-        Root mean square of the truth's standard errors.
+        Root mean square of the standard errors of the path-traced colours.
     """
 
     name: str
@@ -78,7 +78,9 @@ class ModelOfLight:
 
     @property
     def rms(self) -> float:
-        """Root mean square of the error without the truth's noise; the mean square of `error` is the sum of both."""
+        """Root mean square of the model's error. The mean square of `error` also contains the mean square of the noise
+        of path tracing, which is subtracted.
+        """
         return max(float(np.square(self.error).mean()) - self.noise**2, 0.0) ** 0.5
 
     @property
@@ -109,18 +111,18 @@ class Physics:
 
     @property
     def noise(self) -> float:
-        """Root mean square of the truth's standard errors."""
+        """Root mean square of the standard errors of the path-traced colours."""
         return _rms(self.truth.standard_error)
 
     @property
     def exposure(self) -> float:
-        """Factor of displayed colours, which keeps nearly all of the truth below white."""
+        """Factor applied to colours for display. It keeps nearly all path-traced values below white."""
         bright = float(np.quantile(self.truth.rgb, _BRIGHT))
         return 1.0 / bright if bright > 0.0 else 1.0
 
     @property
     def cheapest(self) -> ModelOfLight:
-        """Cheapest model that is about as good as the best."""
+        """Cheapest model whose error is about as small as that of the best one."""
         least = max(min(each.rms for each in self.models), self.noise / 4.0)
         return min((each for each in self.models if each.rms <= _AS_GOOD * least), key=lambda each: each.seconds)
 
@@ -128,7 +130,7 @@ class Physics:
         return f"<Physics of {len(self.models)} models of light: {self.cheapest.name}>"
 
     def sentence(self) -> str:
-        """Recommendation and its benefit."""
+        """Return the recommended model, its benefit and its additional cost, as text."""
         first, best = self.models[0], self.cheapest
         begun = f"The constant is off by up to {number(first.largest)} ({number(first.rms)} RMS)"
         if best is first:
@@ -138,7 +140,7 @@ class Physics:
         return f"{begun}. {best.name.capitalize()}: {back:.0%} less RMS error, for {price} more."
 
     def table(self) -> Table:
-        """The models as a `rich.table.Table`."""
+        """Return the models as a `rich.table.Table`."""
         numbers = ("time", "RMS", "largest", "mean")
         found = table(
             "Phong against the rendering equation: linear light at the vertices", "light", *numbers, right=numbers
@@ -150,7 +152,7 @@ class Physics:
         return found
 
     def to_dict(self) -> dict[str, Any]:
-        """Return all numbers as plain values."""
+        """Return all numbers as built-in Python types, as for JSON."""
         models = [
             {"name": each.name, "seconds": each.seconds, "rms": each.rms, "largest": each.largest}
             for each in self.models
@@ -186,7 +188,8 @@ def measure(
     budget: float,
     say: Callable[[str], object],
 ) -> Physics:
-    """Light a mesh by each model, and by path tracing. Two-sided surfaces have no models with bounces.
+    """Light a mesh by each model, and by path tracing. If the light model is two-sided, models with bounces are left
+    out.
 
     Parameters
     ----------
@@ -261,13 +264,15 @@ class _Models:
         self._true, self._noise, self._say = truth.rgb, _rms(truth.standard_error), say
 
     def add(self, name: str, run: Callable[[], FloatArray], before: float = 0.0) -> None:
-        """Run and add a model; `before` are the seconds of its rays."""
+        """Run a model and add it. `before` is the time that its rays took, in seconds."""
         self._say(name)
         colors, taken = timed(run)
         self.found.append(ModelOfLight(name, before + taken, colors, colors - self._true, self._noise))
 
     def fit(self, name: str, direct: tuple[FloatArray, float], ambient: FloatArray) -> float:
-        """Add direct light plus the ambient light of least square error; return that constant, which the name shows."""
+        """Add the model "direct light plus a constant times ambient light", with the constant of least square error.
+        Return the constant. `name` is a format string for it.
+        """
         power = float(np.vdot(ambient, ambient))
         constant = max(float(np.vdot(ambient, self._true - direct[0])) / power, 0.0) if power else 0.0
         colors = direct[0] + constant * ambient
@@ -288,13 +293,13 @@ def bare_surface(lit: Physics | Result) -> pv.PolyData:
 
 
 def drawn(mesh: pv.PolyData, colors: FloatArray, viewer: Viewer, size: tuple[int, int]) -> Any:
-    """Draw a mesh with colours at its points, which become its array "phong"."""
+    """Draw a mesh with colours at its points. The colours are stored in its array "phong"."""
     mesh.point_data["phong"] = np.clip(colors, 0.0, 1.0)
     return draw(mesh, viewer, size=size, background=_BACKGROUND)
 
 
 def in_worst_channel(errors: FloatArray) -> Float64Array:
-    """Return the signed errors (n, 3) of the worst channel at each vertex, shape (n,)."""
+    """Return the signed error of the worst channel at each vertex, shape (n,), from errors of shape (n, 3)."""
     return errors[np.arange(len(errors)), np.abs(errors).argmax(axis=1)].astype(np.float64, copy=False)
 
 
@@ -302,13 +307,13 @@ def in_worst_channel(errors: FloatArray) -> Float64Array:
 
 
 def refuse_format(path: str | os.PathLike[str], name: str = "path") -> None:
-    """Raise ``ValueError`` unless the path has a suffix for figures."""
+    """Raise ``ValueError`` unless the path ends in .png, .pdf or .svg."""
     check.choice(f"suffix of {name}", Path(path).suffix.lower(), _FORMATS)
 
 
 @contextmanager
 def figure_in(path: str | os.PathLike[str], height: float) -> Iterator[Any]:
-    """Yield a Matplotlib figure of a height in inches, and write it to a .png, .pdf or .svg file at the end."""
+    """Yield a Matplotlib figure that is `height` inches high. At the end, write it to a .png, .pdf or .svg file."""
     refuse_format(path)
     from matplotlib.figure import Figure
 
@@ -319,7 +324,7 @@ def figure_in(path: str | os.PathLike[str], height: float) -> Iterator[Any]:
 
 
 def draw_physics(part: Any, physics: Physics) -> None:
-    """Draw error against time, pictures side by side, and signed differences, in a part of a Matplotlib figure."""
+    """Draw error against time, pictures side by side, and signed differences, in the Matplotlib subfigure `part`."""
     part.suptitle(physics.sentence(), fontsize=12)
     left, right = part.subfigures(1, 2, width_ratios=(0.8, 1.7))
     axes = left.subplots()
@@ -357,7 +362,9 @@ def draw_physics(part: Any, physics: Physics) -> None:
 
 
 def _pictures(physics: Physics) -> Iterator[tuple[str, Any, Any, float]]:
-    """Yield title, picture, picture of the signed difference, and its scale, of some models and of the truth."""
+    """Yield four items for some of the models: title, picture, picture of the signed difference from path tracing, and
+    the difference at the end of its colour scale. At the end, yield title and picture of path tracing, None and 0.
+    """
     from matplotlib import colormaps
 
     bare = bare_surface(physics)

@@ -46,7 +46,7 @@ if TYPE_CHECKING:
 # Approximate overhead of `mesh.phong.shade` in seconds, without the lighting; see the times in the README.
 _CALL = 1e-3
 
-# Width of the names in characters, next to their explanations.
+# Width in characters of the column of names, next to their explanations.
 _NAMES = 24
 
 _HEADINGS = ("", "variant", "time", "spread", "largest", "RMS", "99 %", "points")
@@ -67,7 +67,7 @@ class Tradeoff(Result):
     ledger : tuple of LedgerEntry
         Cost of each effect and light, and the error without it.
     baseline : str
-        Row to which the ledger's costs refer: the default of `evaluate`.
+        Name of the row to which the ledger's costs refer: the evaluator that `evaluate` uses by default.
     predicted_bounds : tuple of PredictedBound
         Approximations of the plan at the tolerance, with bounds and measured errors.
     left_out : dict of str to str
@@ -75,11 +75,12 @@ class Tradeoff(Result):
     facts : dict of str to str
         Mesh, scene, machine, threads, versions, date, repeats.
     inside_errors, inside_areas : ndarray
-        Largest interpolation error of each searched triangle, and its share of their area, shape (m,).
+        Shape (m,): the largest interpolation error in each searched triangle, and the fraction of their total area that
+        the triangle covers.
     surface : pyvista.PolyData
         Mesh whose points were lit.
     scene : Scene
-        Its scene.
+        Scene that lit it.
     matrix : array_like or None
         (4, 4) model matrix; None for the identity.
     reference_colors : ndarray
@@ -126,16 +127,16 @@ class Tradeoff(Result):
         return html_table(self.summary()[0], _HEADINGS, (cells for _, cells in self._cells()))
 
     def _questions(self) -> list[Question]:
-        """Questions that the report answers, at least the one about vertices."""
+        """Return the questions that the report answers. The one about vertices is always among them."""
         return [question for question in QUESTIONS if any(self.rows_for(question))]
 
     def summary(self, *, with_next: bool = False) -> list[str]:
-        """Recommendation in a few lines that fit a terminal.
+        """Return the recommendation in a few lines that fit a terminal.
 
         Parameters
         ----------
         with_next : bool, default False
-            Add a line with the cost of the next step to a smaller error.
+            Add to each line the cheapest row with a smaller error, and its additional cost.
         """
         count = sum(not row.is_peer for row in self.rows)
         found = [f"Cheapest within {number(self.tolerance)}, of {count} ways to light {self.surface.n_points} points:"]
@@ -155,7 +156,7 @@ class Tradeoff(Result):
         return [*found, *self._remarks()]
 
     def _remarks(self) -> Iterator[str]:
-        """Remarks on peers that are faster within the tolerance, and on light models."""
+        """Yield remarks on peers that are faster within the tolerance, on small meshes, and on light models."""
         cheaper = []
         for question in self._questions():
             own, peer = self.best(question=question), self.best(question=question, peers=True)
@@ -170,7 +171,9 @@ class Tradeoff(Result):
             yield self.physics.sentence()
 
     def explain(self) -> str:
-        """Return everything: rows, costs of effects, predicted error bounds, variants left out, and circumstances."""
+        """Return the whole report as text: rows, costs of effects, predicted error bounds, variants left out, and
+        circumstances.
+        """
         title = f"Cost of each effect: time with it minus time without it, of {self.baseline}"
         ledger = table(title, "effect", "", "cost", "if dropped", "why", right=("cost", "if dropped"))
         ledger.columns[1].no_wrap = True
@@ -217,7 +220,7 @@ class Tradeoff(Result):
         return found
 
     def _cells(self) -> Iterator[tuple[Kind, tuple[str, ...]]]:
-        """Yield each row's kind, and its texts under `_HEADINGS`, sorted by kind and time."""
+        """Yield each row's kind and its table cells, one for each of `_HEADINGS`, sorted by kind and time."""
         for row in sorted(self.rows, key=lambda row: (KINDS.index(row.kind), row.time.median)):
             mark, error = "★" if row in self.chosen else "●" if row.on_front else "", row.error
             name, time = f"{row.name} (peer)" if row.is_peer else row.name, row.time
@@ -227,7 +230,7 @@ class Tradeoff(Result):
     # -- files
 
     def to_dict(self) -> dict[str, Any]:
-        """Return all numbers as plain values."""
+        """Return the report as built-in Python types, as for JSON."""
         return {
             "tolerance": self.tolerance,
             "chosen": {row.question: row.name for row in self.chosen},
@@ -254,7 +257,7 @@ class Tradeoff(Result):
         write_json(self.to_dict(), path)
 
     def to_csv(self, path: str | os.PathLike[str]) -> None:
-        """Write the rows to a CSV file: one line per row, seconds and absolute colour errors.
+        """Write the rows to a CSV file, one line per row, with times in seconds and absolute colour errors.
 
         Raises
         ------
@@ -297,7 +300,7 @@ def _pairs_table(title: str, rows: list[tuple[str, str]]) -> Table:
 
 
 def circumstances(mesh: pv.PolyData, scene: Scene, material: Material) -> dict[str, str]:
-    """Circumstances of a report: mesh, scene, material, machine, threads, versions, date."""
+    """Return the circumstances of a report: mesh, scene, material, machine, threads, versions, date."""
     kinds = Counter(type(light).__name__ for light in scene.lights if light.on)
     lights = ", ".join(f"{count} {kind}" for kind, count in kinds.items()) or "no light"
     in_kernel = f", {threads.count()} in the kernel" if "numba" in sys.modules else ""

@@ -1,4 +1,4 @@
-"""Results of a measurement: errors by kind, times, rows with their Pareto fronts, and the choice."""
+"""Results of a measurement: errors by kind, times, rows with their Pareto fronts, and the choice of a row."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ KINDS: tuple[Kind, ...] = get_args(Kind)
 
 Question = Literal["at the vertices", "casting rays", "inside triangles"]
 QUESTIONS: tuple[Question, ...] = get_args(Question)
-"""Task of a row: to light vertices, to cast rays from them, or to light between them."""
+"""Tasks of rows: to light vertices, to cast rays from them, or to light the points between them."""
 
 # Number of worst vertices in a report.
 _WORST = 5
@@ -37,11 +37,13 @@ class Errors:
     Attributes
     ----------
     largest : float
-        Largest error over all places and channels.
+        Largest error over all vertices or triangles, and all channels.
     rms : float
-        Root mean square: over all channels at the vertices; inside triangles by area, each with its largest error.
+        Root mean square. At vertices, of all channels; inside triangles, of each triangle's largest error, weighted by
+        area.
     p99 : float
-        99th percentile over vertices, each with its worst channel; inside triangles by area.
+        99th percentile. At vertices, of each vertex's worst channel; inside triangles, of each triangle's largest
+        error, weighted by area.
     count : int
         Number of vertices or triangles.
     """
@@ -53,7 +55,7 @@ class Errors:
 
     @classmethod
     def at_vertices(cls, colors: FloatArray, truth: FloatArray) -> Errors:
-        """Return the errors of colours (n, 3) against the truth at the same vertices."""
+        """Return the errors of colours, shape (n, 3), compared with the true colours of the same vertices."""
         differences = np.abs(colors.astype(np.float64) - truth)
         worst = differences.max(axis=1)
         rms = math.sqrt(float(np.mean(differences**2)))
@@ -61,10 +63,11 @@ class Errors:
 
     @classmethod
     def inside_triangles(cls, errors: Float64Array, areas: Float64Array) -> Errors:
-        """Return statistics of errors of triangles (m,), each with the area that it represents, in any unit.
+        """Return area-weighted statistics of the largest errors in triangles, shape (m,). `areas` are the areas that
+        the triangles represent, in any unit.
 
-        Statistics are by area. By count, the many small triangles of a refined mesh would make it look worse than
-        before.
+        Without weights, a refined mesh would look worse than before, because of its many small triangles where errors
+        are large.
         """
         whole = areas.sum()
         if not whole:  # triangles without an area have no error
@@ -88,7 +91,7 @@ class Timing:
     median, low, high : float
         Median and quartiles.
     repeats : int
-        Number of samples; for short runs, each is the minimum of a few runs in a row.
+        Number of samples. For short runs, a sample is the minimum of a few runs in a row.
     """
 
     median: float
@@ -103,12 +106,14 @@ class Timing:
 
     @property
     def is_noise(self) -> bool:
-        """True if a difference of times may be noise: by its quartiles, or because of too few repeats."""
+        """True if this difference of times may be noise: its lower quartile is not positive, or it has too few
+        repeats.
+        """
         return self.low <= 0.0 or self.repeats < FEWEST_REPEATS
 
     @classmethod
     def of(cls, seconds: Sequence[float] | Float64Array) -> Timing:
-        """Return the quartiles of seconds; NaN if nothing was measured."""
+        """Return the median and quartiles of seconds. NaN entries are skipped."""
         low, median, high = np.nanpercentile(seconds, (25.0, 50.0, 75.0)).tolist()
         return cls(median, low, high, int(np.count_nonzero(~np.isnan(seconds))))
 
@@ -121,23 +126,25 @@ UNTIMED = Timing(0.0, 0.0, 0.0, 0)
 class Row:
     """Cost and error of one variant of lighting a mesh.
 
-    The kinds of error are measured separately, each against a float64 truth without that kind of error:
-    `arithmetic` against the same equation in float64, `light_model` between two equations in float64, both at
-    the vertices, `sampling` between colours by few rays and by all, `interpolation` between colours blended across
-    a triangle and lit inside it, in float64.
+    The kinds of error are measured separately, each against float64 colours without that kind of error:
+
+    - `arithmetic`: colours at the vertices compared with the same equation in float64.
+    - `light_model`: a simpler equation compared with the full one at the vertices, both in float64.
+    - `sampling`: colours by few rays compared with colours by 4096 rays.
+    - `interpolation`: colours blended across triangles compared with colours lit inside them, both in float64.
 
     Attributes
     ----------
     name : str
         Name of the variant.
     kind : {"arithmetic", "light model", "sampling", "interpolation"}
-        Kind of error that it trades for time. Rows of one kind can be compared.
+        Kind of error that the variant trades for time. Rows of one kind can be compared.
     backend, precision : str
-        Evaluator and type.
+        Evaluator, and type of the colours.
     points : int
         Number of evaluated vertices.
     time : Timing
-        Time of one evaluation of all its vertices, with the plan; for a peer that draws, of one frame.
+        Time to make the plan and evaluate all vertices once. For a peer that draws, time of one frame.
     arithmetic, light_model, sampling, interpolation : Errors or None
         Errors by kind; None if not measured.
     error_bound : float or None
@@ -145,7 +152,7 @@ class Row:
     preparation : float
         Seconds of preparation, such as splitting triangles.
     is_peer : bool
-        True for code of others, which is compared and never chosen.
+        True for an implementation other than pvphong's, which is compared but never chosen.
     note : str
         Remark.
     on_front : bool
@@ -170,7 +177,7 @@ class Row:
 
     @property
     def question(self) -> Question:
-        """Question that it answers."""
+        """Question that the row answers."""
         return {"sampling": QUESTIONS[1], "interpolation": QUESTIONS[2]}.get(self.kind, QUESTIONS[0])
 
     @property
@@ -184,8 +191,9 @@ class Row:
     def decisive_error(self) -> float:
         """Error that is compared with the tolerance.
 
-        For interpolation it is the largest error; for sampling the root mean square, because rays are cast to a
-        standard error; otherwise the sum of the largest arithmetic and light-model errors, a bound at the vertices.
+        For interpolation it is the largest error. For sampling it is the root mean square, because rays are cast to a
+        standard error. Otherwise it is the sum of the largest arithmetic and light-model errors, which bounds the total
+        error at the vertices.
         """
         if self.kind == "interpolation":
             return self.error.largest
@@ -203,14 +211,14 @@ class LedgerEntry:
     effect : str
         Name in the plan, or "light" and the light's name.
     cost : Timing or None
-        Difference of seconds with and without it, paired in turns, plus those of its rays. None if it is absent or was
-        not measured.
+        Time with the effect minus time without it in the same rounds, in seconds, plus the time of its rays. None if
+        the effect is absent or was not measured.
     error : float or None
-        Largest light-model error without it; None if it is absent.
+        Largest light-model error without the effect; None if the effect is absent or was not measured.
     runs : bool
-        True if the plan at the tolerance runs it.
+        True if the plan at the tolerance runs the effect.
     why : str
-        Reason of the plan.
+        Reason that the plan gives for this.
     """
 
     effect: str
@@ -221,7 +229,7 @@ class LedgerEntry:
 
     @property
     def cost_text(self) -> str:
-        """Formatted cost; empty if not measured."""
+        """Cost as text; empty if it was not measured."""
         return "" if self.cost is None else "in the noise" if self.cost.is_noise else seconds(self.cost.median)
 
 
@@ -236,7 +244,7 @@ class PredictedBound:
     why : str
         Approximation and its lights.
     predicted : float
-        Bound of the plan.
+        Bound that the plan predicted.
     measured : float
         Largest difference at any vertex, in float64.
     """
@@ -248,11 +256,11 @@ class PredictedBound:
 
 
 def with_fronts(rows: Sequence[Row]) -> tuple[Row, ...]:
-    """Return the rows with `on_front` set for those on the Pareto front of their kind, which no other beats in time and
-    error.
+    """Return the rows with `on_front` set to True for rows on the Pareto front of their kind, else to False. For a row
+    on the front, no other row is at least as good in time and error and better in one of them.
 
-    A light-model row is also compared with the exact equation on the same evaluator, an arithmetic row whose
-    light-model error is 0.
+    A light-model row is also compared with the arithmetic row of the same evaluator. That row evaluates the exact
+    equation, so its light-model error is 0.
     """
 
     def dominates(a: Row, b: Row) -> bool:
@@ -269,9 +277,9 @@ def with_fronts(rows: Sequence[Row]) -> tuple[Row, ...]:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Result:
-    """Measurements on one mesh and scene, and the choice among the rows; source of the figure.
+    """Measurements on one mesh and scene, with methods that choose a row. The module `figure` draws it.
 
-    `Tradeoff`, which adds sentences, tables and files, describes the fields.
+    The fields are documented in the subclass `Tradeoff`, which adds sentences, tables and files.
     """
 
     tolerance: float
@@ -300,10 +308,11 @@ class Result:
         tolerance : float, optional
             Largest absolute colour error; by default the report's.
         question : {"at the vertices", "casting rays", "inside triangles"}
-            At the vertices the largest arithmetic and light-model error must not add up to more than the tolerance.
-            For rows that cast rays the root mean square error counts, inside triangles the largest error.
+            Question that the row answers. It decides which error must be within the tolerance: at the vertices, the sum
+            of the largest arithmetic and light-model errors; for casting rays, the root mean square error; inside
+            triangles, the largest error.
         peers : bool, default False
-            Choose among the peers instead.
+            Choose among other implementations instead of pvphong's.
 
         Returns
         -------
@@ -321,7 +330,7 @@ class Result:
         return min(within, key=lambda row: row.time.median, default=None)
 
     def next_step(self, row: Row) -> Row | None:
-        """Return the cheapest row with a smaller error than a row, for the same question; None if there is none."""
+        """Return the cheapest row that answers the same question with a smaller error; None if there is none."""
         better = (other for other in self.rows_for(row.question) if other.decisive_error < row.decisive_error)
         return min(better, key=lambda other: other.time.median, default=None)
 
@@ -337,7 +346,7 @@ class Result:
 
     @property
     def noise(self) -> float:
-        """Median over the rows of the interquartile range relative to the median."""
+        """Median over all rows of `Timing.spread`, the relative interquartile range of their times."""
         return float(np.median([row.time.spread for row in self.rows]))
 
     @property
@@ -353,14 +362,14 @@ class Result:
         return self._lighting[self.name_of_chosen]()
 
     def worst(self) -> list[tuple[int, float]]:
-        """Vertices with the largest errors of the chosen row: index and error, largest first."""
+        """Return index and error of the vertices where the chosen row has the largest errors, largest first."""
         errors = np.abs(self.chosen_colors.astype(np.float64) - self.reference_colors).max(axis=1)
         order = np.argsort(-errors, kind="stable")[:_WORST]
         return [(int(index), float(errors[index])) for index in order]
 
 
 def table(title: str, *headings: str, right: Collection[str] = ()) -> Table:
-    """Return an empty `rich.table.Table`. Columns of numbers are not wrapped."""
+    """Return an empty `rich.table.Table`. The columns named in `right` are right-aligned and not wrapped."""
     from rich import box
     from rich.table import Table
 

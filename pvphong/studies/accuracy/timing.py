@@ -1,4 +1,4 @@
-"""Time budgets, and timing of runs in turns."""
+"""Time budgets and interleaved timing."""
 
 from __future__ import annotations
 
@@ -23,7 +23,8 @@ FEWEST_REPEATS = 5
 _MOST_REPEATS = 51
 
 # A sample of a short run is the minimum of a few runs in a row, which take about _SAMPLE seconds. This discards runs
-# that another process interrupts. Long runs are not repeated. If the budget is short, more rounds have priority.
+# that another process interrupts. A sample of a long run is a single run. If the budget is short, samples have fewer
+# runs, to leave time for _ROUNDS_FIRST rounds.
 _SAMPLE, _MOST_IN_A_ROW, _ROUNDS_FIRST = 3e-2, 7, 15
 
 # A run is slow if it takes this many times as long as the median run.
@@ -36,7 +37,7 @@ class Clock:
     Parameters
     ----------
     seconds : float
-        Budget, from now.
+        Budget in seconds, counted from now.
     report : callable, optional
         Called with the spent fraction of the budget, from 0 to 1, and a description of the current step.
     """
@@ -61,7 +62,7 @@ class Clock:
         self.report(min(self.spent / self.seconds, 1.0), what)
 
     def part(self, seconds: float) -> Clock:
-        """Return a budget inside this one, which reports to it."""
+        """Return a clock with a part of this budget. Its steps are reported by this clock."""
         return Clock(seconds, lambda _, what: self.say(what))
 
 
@@ -89,12 +90,11 @@ def timed(run: Callable[[], Result]) -> tuple[Result, float]:
 def interleaved(
     runs: Mapping[str, Run], estimates: Mapping[str, float], clock: Clock, needed: Collection[str] = ()
 ) -> dict[str, Float64Array]:
-    """Return the seconds of every repeat of every run.
+    """Time all runs in interleaved rounds, and return the seconds of every repeat.
 
-    All runs take turns, in an order that is shuffled in every round, so that a drifting machine slows all of them
-    alike. Slow runs take part in some rounds only, evenly spread, so that the others are repeated more often. There is
-    at least one round; a further one starts only if it fits the budget. Every run must have run before: there is no
-    warm-up.
+    The order is shuffled in every round, so that a machine that becomes slower slows all runs alike. Slow runs take
+    part in some rounds only, evenly spread, so that the others are repeated more often. There is at least one round; a
+    further one starts only if it fits the budget. There is no warm-up, so every run must have run before.
 
     Parameters
     ----------
@@ -105,13 +105,13 @@ def interleaved(
     clock : Clock
         The budget.
     needed : collection of str
-        Names of runs that are always measured. The slowest of the others are left out until all can be repeated often
-        enough.
+        Names of runs that are always measured. Of the other runs, the slowest ones are left out until the rest can be
+        repeated often enough.
 
     Returns
     -------
     dict of str to ndarray
-        Shape (rounds,), for the runs that are not left out; NaN for rounds without the run.
+        Name → seconds, shape (rounds,), for the runs that are not left out; NaN for rounds without the run.
     """
     kept = list(runs)
     for name in sorted(runs, key=estimates.__getitem__, reverse=True):
@@ -149,7 +149,9 @@ def interleaved(
 
 
 def _turns(costs: Mapping[str, float], seconds: float) -> dict[str, int]:
-    """Return the number of rounds of each run: equal for quick ones, fewer for slow ones if time is short."""
+    """Return the number of rounds in which each run takes part: the same for all quick runs, and fewer for slow runs if
+    time is short.
+    """
     limit = _SLOW * median(costs.values())
     slow = {name for name, cost in costs.items() if cost > limit}
     in_slow = sum(costs[name] for name in slow)

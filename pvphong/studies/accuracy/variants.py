@@ -1,4 +1,4 @@
-"""The subject, and variants of lighting its vertices: arithmetic, light models, and numbers of rays."""
+"""The mesh and scene to measure, and variants that light its vertices by other arithmetic, light models and rays."""
 
 from __future__ import annotations
 
@@ -32,21 +32,22 @@ from pvphong.studies.accuracy.timing import Clock, timed
 REFERENCE = "float64 reference"
 
 WITHOUT = {effect.name: effect.without for effect in EFFECTS}
-"""Name of each of the plan's effects → equation, point → the equation without it."""
+"""Name of each of the plan's effects → function of an equation and a point that returns the equation without it."""
 
 # Numbers of point lights that are tried in place of a light with a size.
 _NODES = 1, 4, 16, 64
 
-# Distance from which the plan tests if a light may be treated as directional, in radii of the mesh.
+# Least distance of a light, in radii of the mesh, at which the plan tests whether it may be treated as directional.
 _FAR = 2.0
 
-# Numbers of rays that are tried, and the smallest number when rays are cast to a tolerance.
+# Numbers of rays per vertex that are tried, and the smallest number when rays are cast to a tolerance.
 _RAYS, _FEWEST_RAYS = (4, 16, 64, 256), 16
 
-# Largest fraction of the time budget for colours by all rays, and the smallest number of vertices with them.
+# Largest fraction of the time budget for reference colours by MOST_RAYS rays, and the smallest number of vertices where
+# they are computed.
 _FOR_ALL_RAYS, _FEWEST_CHECKED = 0.2, 100
 
-# Number of nodes per light with a size, each with a ray of its own, in the truth of highlights.
+# Number of nodes, each with its own ray, that replace a light with a size to compute reference highlights.
 _NODES_OF_HIGHLIGHT = 256
 
 # Largest number of repeats of a sampling row, and their largest fraction of the remaining time.
@@ -76,7 +77,7 @@ class Subject:
 
     @cached_property
     def vertices(self) -> Vertices:
-        """Points and normals for the evaluators."""
+        """Points, normals and the other per-vertex data for the evaluators."""
         return self.vertices_that_see(self.visibility)
 
     def vertices_that_see(self, visibility: Visibility | None) -> Vertices:
@@ -90,7 +91,7 @@ class Subject:
 
     @cached_property
     def assembled(self) -> Equation:
-        """Whole lighting equation, as in plans: relative to the mesh if that is very far from the origin."""
+        """Lighting equation with all terms. As in plans, it is relative to the mesh if that is far from the origin."""
         return relative_to_mesh(self.vertices.equation(self.scene, self.material, self.matrix))
 
     @cached_property
@@ -106,14 +107,14 @@ class Subject:
     def exact(
         self, equation: Equation, rows: IntArray | None = None, channels: FloatArray | None = None
     ) -> Float64Array:
-        """Evaluate an equation by the float64 reference, shape (m, 3).
+        """Return the colours of an equation by the float64 reference, shape (m, 3).
 
         Parameters
         ----------
         equation : Equation
             Equation to evaluate.
         rows : ndarray, optional
-            Shape (m,): the vertices; all of them if not given.
+            Shape (m,): indices of the vertices; by default all of them.
         channels : ndarray, optional
             Shape (k, m): visibility at these vertices, from `Visibility.channels`.
         """
@@ -131,17 +132,18 @@ class Subject:
         return result.rgb
 
     def highlights_beyond_shares(self, seen: Visibility, rows: IntArray) -> Float64Array:
-        """Excess of area lights' highlights over their visible share, (m, 3).
+        """Return the correction to highlights of partly hidden area lights, shape (m, 3).
 
-        Evaluators multiply a highlight by the visible part of its light for diffuse reflection. This function computes
-        the highlight by nodes, each with a ray of its own, and returns the difference.
+        Evaluators multiply a highlight by the fraction of its light that is visible to diffuse reflection. This method
+        replaces the light by nodes, each with its own ray. It returns the highlight of the visible nodes minus the
+        evaluators' highlight.
 
         Parameters
         ----------
         seen : Visibility
             Visibility at these vertices.
         rows : ndarray
-            Shape (m,): the vertices.
+            Shape (m,): indices of the vertices.
         """
         whole, lights = self.vertices.equation(self.scene, self.material, self.matrix), self.equation.shadowed
         result = np.zeros((len(rows), 3))
@@ -163,7 +165,7 @@ class Subject:
 
     @cached_property
     def sphere(self) -> Sphere:
-        """Bounding sphere of the mesh in the world; of radius 0 at the origin if unknown."""
+        """Bounding sphere of the mesh in world coordinates; a point at the origin if it is unknown."""
         return self.vertices.extent(self.assembled.matrix).sphere or Sphere((0.0, 0.0, 0.0), 0.0)
 
     @cached_property
@@ -177,7 +179,7 @@ class Subject:
         return compiled is not None and all(compiled(*arrays, result, channels=first) for result in results)
 
     def backend_for(self, equation: Equation, count: int | None = None) -> Backend:
-        """Return the default evaluator for an equation and a number of vertices; None for all of them."""
+        """Return the default evaluator for an equation and `count` vertices; by default for all vertices."""
         count = len(self.points) if count is None else count
         return "numba" if self.has_kernel and is_worth_loading(count, equation) else "numpy"
 
@@ -189,18 +191,19 @@ class Subject:
         backend: Backend | None = None,
         scene: Scene | None = None,
     ) -> Callable[[], FloatArray]:
-        """Return a run with the steps of `evaluate`: assemble the scene's equation, plan it and evaluate it.
+        """Return a function that performs the steps of `evaluate`: it assembles the scene's equation, plans and
+        evaluates.
 
         Parameters
         ----------
         equation : Equation
-            The whole equation, or one that was rewritten from it.
+            Equation to evaluate: the assembled one, or a rewritten one.
         precision : {"float32", "float64"}
             Type of the colours.
         backend : str, optional
-            Evaluator; by default that of `evaluate`.
+            Evaluator; by default the one that `evaluate` uses.
         scene : Scene, optional
-            Scene from which the equation is assembled, because this time counts; by default the whole scene.
+            Scene whose equation is assembled, only to include the time that this takes; by default the subject's.
         """
 
         def run() -> FloatArray:
@@ -212,16 +215,16 @@ class Subject:
 
 
 class Variant(NamedTuple):
-    """One lighting of the mesh, to be measured.
+    """One way to light the mesh, to be measured.
 
     Parameters
     ----------
     row : Row
-        Its row of the report, not yet measured.
+        Row of the report, not yet timed.
     run : callable
-        Lights the mesh once; a run at the vertices returns the colours (n, 3).
+        Lights the mesh once. A run at the vertices returns the colours, shape (n, 3).
     equation : Equation, optional
-        Its equation, if its errors at the vertices are still to be computed.
+        Equation that it evaluates, if its errors at the vertices are yet to be computed.
     """
 
     row: Row
@@ -230,7 +233,7 @@ class Variant(NamedTuple):
 
 
 def plan_name(tolerance: float) -> str:
-    """Return the name of the plan's variant."""
+    """Return the name of the variant that evaluates the plan at a tolerance."""
     return f"plan at {_in_steps(tolerance)}"
 
 
@@ -242,10 +245,11 @@ def _in_steps(tolerance: float) -> str:
 
 
 def variants(subject: Subject, tolerance: float) -> tuple[list[Variant], dict[str, str]]:
-    """Return all variants of pvphong that apply to the scene, and the reasons why others are left out.
+    """Return pvphong's variants that apply to the scene; also the names of the others, with the reasons to leave them
+    out.
 
-    The evaluators and precisions come first, then simpler light models in float32 by the default evaluator, and the
-    plan at the tolerance.
+    The evaluators and precisions come first. Simpler light models follow, in float32 by the default evaluator, and
+    finally the plan at the tolerance.
     """
     whole, count, reasons, found = subject.assembled, len(subject.points), dict[str, str](), list[Variant]()
     computed: list[tuple[str, Backend, Precision]] = [
@@ -279,7 +283,7 @@ def variants(subject: Subject, tolerance: float) -> tuple[list[Variant], dict[st
 
 
 def _simpler_models(subject: Subject) -> Iterator[tuple[str, Equation, str]]:
-    """Yield name, equation, and the reason to leave it out, or an empty string."""
+    """Yield each simpler light model's name and equation, and the reason to leave it out: empty if it applies."""
     whole, needed, (middle, radius) = subject.assembled, subject.equation, subject.sphere
     no_highlight = "" if needed.has_highlights else "there is no highlight that depends on the viewer"
     at_infinity = "" if needed.eye is not None else "the viewer is at infinity already"
@@ -312,14 +316,14 @@ def _simpler_models(subject: Subject) -> Iterator[tuple[str, Equation, str]]:
 
 
 class SampledRows(NamedTuple):
-    """Shadows and occlusion by few rays and by many.
+    """Rows of the report for shadows and occlusion, by few rays per vertex and by many.
 
     Parameters
     ----------
     rows : list of Row
         Timed rows with their sampling errors.
     costs : dict of str to float
-        Seconds of casting to the tolerance, by effect.
+        Name of an effect → seconds to cast its rays to the tolerance.
     left_out : dict of str to str
         Rows that are left out, and the reasons.
     """
@@ -330,19 +334,18 @@ class SampledRows(NamedTuple):
 
 
 def sampling(subject: Subject, visibility: Visibility, tolerance: float, clock: Clock) -> SampledRows:
-    """Measure shadows and occlusion by few rays and many, and by as many as the tolerance needs.
+    """Measure shadows and occlusion by few rays per vertex, by many, and by as many as the tolerance needs.
 
     A row's time includes casting its rays and lighting the vertices with them, but not work that is shared by all rays,
-    such as building the tree of the occluders' triangles. Its errors are differences from colours by 4096 rays, at
-    random vertices. In the latter, the highlight of a partly hidden area light is that of its visible nodes, not the
-    visible share of the whole highlight, which evaluators use.
+    such as building the tree of the occluders' triangles. Its errors are differences from reference colours by 4096
+    rays, at random vertices. The reference includes `Subject.highlights_beyond_shares`, which evaluators lack.
 
     Parameters
     ----------
     subject : Subject
         Mesh, scene and material.
     visibility : Visibility
-        Visibility at its vertices, cast to the tolerance before.
+        Visibility at the subject's vertices, already cast to the tolerance.
     tolerance : float
         Largest standard error of the colours.
     clock : Clock

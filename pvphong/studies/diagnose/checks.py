@@ -14,11 +14,12 @@ from pvphong.geometry.fit import Areas
 from pvphong.geometry.normals import FaceBlock, Faces
 from pvphong.geometry.transform import affine_matrix, common_integers
 
-# A normal is uncertain if the rounding of its corners may turn it by more than this angle (radians), which by Lambert's
-# law may change a colour by one of 255 steps.
+# The normal of a face is uncertain if rounding of the corners may turn it by more than this angle, in radians. By
+# Lambert's law, this may change a colour by one of 255 steps.
 _UNCERTAIN = 1 / 255
 
-# A determinant of at most 2**-50 of its terms may be rounding error: 3 roundings of 2**-53 per term, and a margin.
+# A determinant may be a rounding error if it is at most 2**-50 of the sum of its terms' magnitudes: each term has 3
+# roundings of 2**-53, and there is a margin.
 _ROUNDING_BITS = 50
 
 # Edges per range of a thread: their arrays stay in its caches.
@@ -33,16 +34,17 @@ class FaceChecks(NamedTuple):
     degenerate : ndarray
         Faces without an area, or with a repeated corner.
     far : ndarray
-        Faces whose normal is blurred by rounding of the coordinates, and would not be if the face were at the origin.
+        Faces whose normal is uncertain because of rounded coordinates, but would be certain at the origin.
     thin : ndarray
-        Faces whose normal is blurred by rounding of the coordinates anywhere.
+        Faces whose normal would be uncertain even at the origin.
     folded : ndarray
-        Faces without an area and with a repeated corner; their edges contain no information about neighbours.
+        Faces with a repeated corner that have no area or a point that is not finite, and faces with fewer than three
+        corners. Their edges contain no information about neighbours.
     areas : ndarray
         Areas of all faces, in a unit that avoids overflow.
     offset : tuple of 3 floats or None
-        The middle of the mesh, to the fewest digits within a tenth of the mesh's size. None if no face is far, or if
-        subtracting it would leave some of them far.
+        The middle of the mesh, rounded to the fewest decimals that resolve a tenth of the mesh's size. None if no face
+        is far, or if some faces would still be far after subtracting it.
     """
 
     degenerate: IntArray
@@ -54,10 +56,11 @@ class FaceChecks(NamedTuple):
 
 
 def check_faces(points: FloatArray, faces: Faces) -> FaceChecks:
-    """Check every face; faces with a point that is not finite are skipped.
+    """Check every face. Faces with a point that is not finite are skipped.
 
-    Rounding of the coordinates may turn a normal by step · magnitude / height radians, with the relative spacing of the
-    coordinates' float type, the face's largest coordinate, and its height over its longest edge.
+    Rounding of the coordinates may turn a normal by step · magnitude / height radians. The step is the relative spacing
+    of the coordinates' float type, the magnitude is the face's largest absolute coordinate, and the height is measured
+    from the face's longest edge.
     """
     finite, wide = finite_rows(points), points.astype(np.float64)
     all_finite = bool(finite.all())
@@ -86,7 +89,7 @@ def check_faces(points: FloatArray, faces: Faces) -> FaceChecks:
             folded.append(block.faces[(flat | ~usable) & repeated])
 
             longest = np.sqrt(np.square(block.edges).sum(axis=0).max(axis=0))
-            # Twice the area over the base, in units of 2**exponents.
+            # The height is twice the area divided by the longest edge, in units of 2**exponents.
             height = twice / longest
             some = np.flatnonzero(~(np.ldexp(height, block.exponents) > certain))
             height, longest, exponents = height[some], longest[some], block.exponents[some]
@@ -96,7 +99,8 @@ def check_faces(points: FloatArray, faces: Faces) -> FaceChecks:
             as_it_lies, about_the_middle = (
                 np.ldexp(np.abs(corners - origin).max(axis=(1, 2)), -exponents) for origin in (0.0, middle)
             )
-            # True if rounding blurs the normal: in place, relative to the mesh's middle, and relative to its own.
+            # True if rounding makes the normal uncertain: for the face at its position, for coordinates relative to the
+            # mesh's middle, and for coordinates relative to the face.
             here, centred, own = (
                 np.where(magnitude > 0, step * magnitude / height, 0.0) > _UNCERTAIN
                 for magnitude in (as_it_lies, about_the_middle, longest)
@@ -125,7 +129,7 @@ def check_faces(points: FloatArray, faces: Faces) -> FaceChecks:
 
 
 def finite_rows(points: NDArray[Any]) -> BoolArray:
-    """Return True for rows without NaN and infinity."""
+    """Return a mask, shape (n,), of the rows without NaN and infinity."""
     finite = np.isfinite(points)
     rows: BoolArray = finite[:, 0] & finite[:, 1] & finite[:, 2]  # three times as fast as all(axis=1)
     return rows
@@ -138,7 +142,7 @@ def nonzero_rows(vectors: FloatArray) -> BoolArray:
 
 
 def _has_twice(corners: IntArray) -> BoolArray:
-    """True for faces (m, k) with a repeated corner."""
+    """Return a mask, shape (m,), of the faces with a repeated corner; `corners` has shape (m, k)."""
     if corners.shape[1] == 3:
         a, b, c = corners.T
         return np.asarray((a == b) | (b == c) | (a == c))
@@ -147,7 +151,7 @@ def _has_twice(corners: IntArray) -> BoolArray:
 
 
 def first_alike(rows: NDArray[Any]) -> IntArray:
-    """Return for each row the lowest index of an equal row; a NaN equals nothing.
+    """Return for each row the lowest index of an equal row. A row with a NaN equals no other row.
 
     Rows are sorted by a hash, which takes a fifth of the time of sorting by all entries. If different rows share a
     hash, all rows are sorted by their entries instead.
@@ -182,11 +186,11 @@ def _hashes(rows: NDArray[Any]) -> NDArray[np.uint64]:
 
 
 def repeated_faces(faces: Faces, edges: Edges, weightless: IntArray) -> IntArray:
-    """Return the faces with the same points in the same cyclic order as a face with a lower index, in ascending order.
+    """Return, in ascending order, the faces with the same points in the same cyclic order as a face with a lower index.
 
-    Weightless faces are skipped, because repeating them has no effect.
+    The faces `weightless`, which have no weight in normals, are skipped, because repeating them has no effect.
     """
-    if (edges.forth < 2).all():  # a repeated face runs along at least one of its edges forth, twice in total
+    if (edges.forth < 2).all():  # repeated faces run forth along an edge twice
         return np.empty(0, dtype=np.intp)
     sizes = faces.sizes.copy()
     sizes[weightless] = 0
@@ -204,7 +208,7 @@ def repeated_faces(faces: Faces, edges: Edges, weightless: IntArray) -> IntArray
 
 
 def _from_their_lowest(corners: IntArray) -> IntArray:
-    """Rotate faces (m, k) so that each begins with its lowest point."""
+    """Rotate the corners of faces, shape (m, k), so that each face begins with its lowest point."""
     if corners.shape[1] == 3:
         a, b, c = corners.T
         at_b, at_c = (b < a) & (b <= c), (c < a) & (c < b)
@@ -229,7 +233,7 @@ def edges_of(faces: Faces) -> tuple[IntArray, IntArray]:
 
 
 def owners_of(faces: Faces) -> IntArray:
-    """Return the number of the face of each edge of `edges_of`."""
+    """Return, for each edge in `edges_of`, the number of its face."""
     return np.repeat(np.arange(faces.count), faces.sizes)
 
 
@@ -237,16 +241,18 @@ class Edges(NamedTuple):
     """Unique edges of a mesh, with the number of faces that run along them in each direction."""
 
     lower: IntArray
-    """(m,): the lower point number."""
+    """Shape (m,): the lower index of an edge's two points; `higher` is the other one."""
     higher: IntArray
     forth: IntArray
-    """(m,): number of times from the lower to the higher point."""
+    """Shape (m,): number of faces that run along the edge from the lower to the higher point; `back` counts the
+    others.
+    """
     back: IntArray
 
     @classmethod
     def between(cls, begin: IntArray, end: IntArray, n_points: int) -> Edges:
         """Return the unique edges between pairs of points; an edge from a point to itself does not count."""
-        # one integer per edge of a face: its lower point, its higher point, its direction
+        # Encode each edge of a face as an integer: its lower point, its higher point, its direction.
         bits, keys = n_points.bit_length(), np.empty(len(begin), np.int64)
 
         def put(first: int, last: int) -> None:
@@ -284,7 +290,7 @@ class Edges(NamedTuple):
         return found[0] if count == 1 else cls(*map(np.concatenate, zip(*found, strict=True)))
 
     def ends(self, some: BoolArray) -> IntArray:
-        """Return the points (k, 2) of some edges, the lower first."""
+        """Return the points of the edges in the mask `some`, shape (k, 2), the lower point first."""
         return np.stack([self.lower[some], self.higher[some]], axis=1)
 
 
@@ -308,7 +314,7 @@ def check_edges(faces: Faces, whole: Edges, folded: IntArray, repeated: IntArray
     Returns
     -------
     non_manifold, inconsistent : ndarray
-        (m, 2) point indices, the lower first.
+        Indices of the edges' points, shape (m, 2), the lower first.
     """
 
     def without(some: IntArray) -> Edges:
@@ -327,10 +333,10 @@ def check_edges(faces: Faces, whole: Edges, folded: IntArray, repeated: IntArray
 
 
 def check_matrix(matrix: MatrixLike) -> tuple[bool, bool, bool]:
-    """Test if a model matrix is singular, is nearly singular, and mirrors, in exact arithmetic.
+    """Return three flags for a model matrix, from exact arithmetic: it is singular, it is nearly singular, it mirrors.
 
-    It is nearly singular if its determinant is no larger than the rounding of its entries can make of a zero. This
-    includes a flattening that was multiplied with a rotation, but not a small scale.
+    It is nearly singular if its determinant would be zero without the rounding of its entries. An example is the
+    rounded product of a rotation and a matrix that flattens. A small scale is not nearly singular.
 
     Raises
     ------

@@ -37,11 +37,11 @@ from pvphong.studies.diagnose.shells import inside_out_faces
 if TYPE_CHECKING:
     from rich.table import Table
 
-_LINES = 5  # of a printed diagnosis
-_OPPOSED = 0.9  # share of the surface from which the faces, not the normals, are taken to be turned
-_SHOWN = 6  # indices that a report lists of each finding
+_LINES = 5  # number of lines of a printed diagnosis
+_OPPOSED = 0.9  # if normals are opposed on a larger fraction of the surface, the faces are assumed to be turned
+_SHOWN = 6  # number of indices that a report lists for each finding
 
-# Share of the surface's area that counts as all of it.
+# Least fraction of the surface's area that counts as all of it.
 _ALL = 0.99
 
 
@@ -52,7 +52,7 @@ class Finding:
     Attributes
     ----------
     name : str
-        Field of `Diagnosis` with all its indices.
+        Name of the field of `Diagnosis` that holds all indices.
     where : str
         Kind of elements: "cells", "faces", "edges", "points", "mesh" or "matrix".
     count : int
@@ -60,13 +60,13 @@ class Finding:
     first : tuple
         First few indices; pairs of points for edges.
     share : float
-        Affected share of the surface, 0 to 1: of its area, or of its points if it has no area.
+        Affected fraction of the surface, 0 to 1: of its area, or of its points or faces if it has no area.
     spoils : bool
         True if it spoils the lighting; otherwise it is a note.
     meaning, remedy : str
-        Description and cure.
+        Description of the fault, and how to repair it.
     code : tuple of str
-        Lines of Python that cure a mesh named `mesh`; empty if code cannot.
+        Lines of Python that repair a mesh in the variable `mesh`; empty if code cannot repair it.
     """
 
     name: str
@@ -81,7 +81,7 @@ class Finding:
 
     @property
     def sentence(self) -> str:
-        """Subject of the fault and its extent: the mesh, the matrix, 1 face, 2 faces."""
+        """The affected elements and the fault, as a phrase: "2 faces (1 % of the surface) ..." or "the mesh ..."."""
         if self.where in ("mesh", "matrix"):
             return f"the {self.where} {self.meaning}"
         share = f" ({_percent(self.share)} of the surface)" if self.share else ""
@@ -89,7 +89,7 @@ class Finding:
 
     @property
     def indices(self) -> str:
-        """First indices, with a mark if there are more."""
+        """First few indices as text, with "…" if there are more."""
         return ", ".join(map(str, self.first)) + (", …" if self.count > len(self.first) > 0 else "")
 
     @property
@@ -107,17 +107,17 @@ class Diagnosis:
 
     The surface of a PolyData is the mesh itself. For other datasets the surface's arrays ``vtkOriginalPointIds`` and
     ``vtkOriginalCellIds`` refer to the dataset. Vertices and lines are not faces; a strip has one face per triangle.
-    All fields but the first three are empty or False if there is no such fault.
+    The fields that describe faults are empty or False if there is no such fault.
 
     Attributes
     ----------
     n_points, n_faces : int
         Size of the surface.
     stored_normals : bool
-        True if it has active point normals, which the lighting then uses.
+        True if the surface has active point normals, which the lighting then uses.
     normals_fit : NormalsFit or None
-        Angles between these and the faces: `.mean`, `.worst` in degrees, and `.beyond_60`, the share of the area where
-        the angle exceeds 60. None without stored normals or without faces.
+        Angles between the stored normals and the faces: `.mean` and `.worst` in degrees, and `.beyond_60`, the fraction
+        of the area where the angle exceeds 60. None without stored normals or without faces.
     invalid_cells : ndarray
         Cells with an index outside the points, or with too few points for their type. They are left out of all other
         checks. A dataset other than PolyData with such a cell has no surface.
@@ -128,22 +128,22 @@ class Diagnosis:
     zero_normals, non_finite_normals : ndarray
         Points whose stored normal is zero, or has a NaN or infinity.
     misfit_normals : ndarray
-        Points whose stored normal differs from the faces around by more than 22.5 degrees. It spoils the lighting if
-        `normals_fit.mean` exceeds that, which means that an eighth of the surface may be turned round.
+        Points whose stored normal differs from the faces around them by more than 22.5 degrees. It spoils the lighting
+        if `normals_fit.mean` exceeds 22.5 too: an eighth of the surface may then be turned by 180 degrees.
     unlit_points : ndarray
         Points in faces whose computed normal is zero: no face there has an area and finite points, or the normals
         cancel, as for two coincident opposite faces. It spoils nothing if normals are stored.
     degenerate_faces : ndarray
-        Faces whose area is zero to float64's rounding, or with a repeated corner.
+        Faces whose area is zero within the rounding of float64, or with a repeated corner.
     duplicate_faces : ndarray
-        Faces with the same points in the same order as a face with a lower index. Normals lean towards repeated faces;
-        it spoils nothing if normals are stored.
+        Faces with the same points in the same order as a face with a lower index. Repeated faces have more weight in
+        the normals around them. It spoils nothing if normals are stored.
     far_faces : ndarray
-        Faces whose normal may turn by more than 1/255 rad, about one display step, by the rounding of coordinates, only
-        because they lie far from the origin.
+        Faces so far from the origin that the rounding of coordinates may turn their normal by more than 1/255 rad,
+        which is about one display step.
     inconsistent_edges : ndarray
-        Edges, (m, 2) points, whose two faces have opposite fronts; duplicate faces are left out. The share is that of
-        the faces to turn.
+        Edges, as points of shape (m, 2), whose two faces have opposite fronts. Duplicate faces are left out. The
+        finding's share is the area of the faces that must be turned.
     inside_out_faces : ndarray
         Faces of closed parts with negative signed volume, except walls of cavities: their fronts point inwards. It
         spoils nothing if stored normals point outwards.
@@ -152,24 +152,24 @@ class Diagnosis:
     singular_matrix : bool
         True if the matrix flattens space: its determinant is zero.
     non_manifold_edges : ndarray
-        Edges, (m, 2) points, with more than two faces. A note: normals there are a mean of all.
+        Edges, as points of shape (m, 2), with more than two faces. A note: normals there are a mean of all faces.
     thin_faces : ndarray
-        Slivers whose normal may turn by more than 1/255 rad by the rounding of coordinates, at any position. A note:
-        they cover little.
+        Faces so thin that the rounding of coordinates may turn their normal by more than 1/255 rad, even at the origin.
+        A note: they cover little.
     opposed_normals : ndarray
-        Points whose stored normal is on the back of their faces. A note: it may be intended.
+        Points whose stored normal points out of the back of their faces. A note: it may be intended.
     duplicate_points : ndarray
         Points at exactly the position of a point with a lower index. A note: seams and sharp edges have such points.
     unused_points : ndarray
         Points without a face, if there are faces. A note: they are not visible.
     nearly_singular_matrix : bool
-        True if the matrix's determinant is within the rounding of its entries of zero. A note: normals are exact for
-        the stored matrix.
+        True if the matrix's determinant would be zero without the rounding of its entries. A note: normals are exact
+        for the stored matrix.
     mirrored_matrix : bool
         True if the matrix mirrors. A note: pvphong lights it correctly.
     offset : tuple of 3 floats or None
-        Offset to subtract from the coordinates to cure `far_faces`; None if there are none, or no single offset cures
-        all.
+        Offset that repairs `far_faces` if it is subtracted from the coordinates. None if there are no such faces, or no
+        single offset repairs all of them.
 
     Examples
     --------
@@ -210,7 +210,7 @@ class Diagnosis:
     _shares: dict[str, float]
     _case: Case
     _points: FloatArray
-    _faces: tuple[IntArray, IntArray, IntArray]  # numbers, connectivity and offsets of the valid ones
+    _faces: tuple[IntArray, IntArray, IntArray]  # indices, connectivity and offsets of the valid faces
 
     @property
     def ok(self) -> bool:
@@ -250,7 +250,7 @@ class Diagnosis:
         return self._shares.get(name, 1.0) >= least
 
     def _words(self, name: str) -> tuple[str, str]:
-        """Description of a kind of fault in this mesh, and its remedy."""
+        """Return the description of a kind of fault in this mesh, and its remedy."""
         _, _, meaning, remedy = KINDS[name]
         case = self._case
         if name == "far_faces" and self.offset is not None:
@@ -323,7 +323,7 @@ class Diagnosis:
         return html_table(self._summary, ("", "name", "what", "where", "remedy"), rows)
 
     def to_dict(self) -> dict[str, Any]:
-        """Return `ok`, the numbers of points and faces, and each finding by name with all indices."""
+        """Return `ok`, the numbers of points and faces, and each finding by its name, with all indices."""
         findings = {finding.name: asdict(finding) for finding in self.findings}
         for name, finding in findings.items():
             del finding["name"]
@@ -358,7 +358,7 @@ class Diagnosis:
     def _flags(self, count: int, *places: str) -> dict[str, NDArray[np.int32]]:
         """Return the arrays of `to_mesh` for all points or all faces."""
         severity, flags = np.zeros((2, count), dtype=np.int32)
-        for finding in reversed(self.findings):  # what spoils comes last and overrides
+        for finding in reversed(self.findings):  # findings that spoil the lighting come last and override notes
             if finding.where in places:
                 indices = np.unique(getattr(self, finding.name))
                 flags[indices] |= FLAGS[finding.name]
@@ -367,7 +367,7 @@ class Diagnosis:
 
 
 def _percent(share: float) -> str:
-    """Format a share of the surface with two digits."""
+    """Format a fraction of the surface as a percentage with two digits."""
     return f"{float(f'{100.0 * share:.2g}'):g} %"
 
 
@@ -383,12 +383,12 @@ def diagnose(mesh: pv.DataSet, *, matrix: MatrixLike | None = None) -> Diagnosis
     and coordinates are precise enough for normals. A face that is not convex is no fault here, and a valid mesh may be
     dark.
 
-    No VTK algorithm runs on a mesh with an index out of range, so that a damaged file is reported and not fatal.
+    No VTK algorithm runs on a mesh with an index out of range, so that a damaged file does not crash the process.
 
     Parameters
     ----------
     mesh : pyvista.DataSet
-        Mesh to check; it is not modified. The surface of other datasets than PolyData is extracted.
+        Mesh to check; it is not modified. For datasets other than PolyData, the surface is extracted and checked.
     matrix : array_like or vtkMatrix4x4, optional
         (4, 4) model matrix of the mesh.
 
@@ -510,7 +510,15 @@ def diagnose(mesh: pv.DataSet, *, matrix: MatrixLike | None = None) -> Diagnosis
 
 
 def _share(where: Any, weights: Float64Array) -> float:
-    """Return the share of points or faces in the surface, by weight, or by number without weights."""
+    """Return the fraction of the surface that some points or faces cover: by weight, or by number if all weights are 0.
+
+    Parameters
+    ----------
+    where : ndarray
+        Indices or mask of the points or faces.
+    weights : ndarray
+        Shape (n,): areas of all points or faces.
+    """
     total = float(weights.sum())
     if total > 0.0:
         return float(weights[where].sum()) / total
@@ -518,7 +526,7 @@ def _share(where: Any, weights: Float64Array) -> float:
 
 
 def _valid_faces(source: pv.PolyData, points: FloatArray) -> tuple[int, IntArray, Faces]:
-    """Number of faces, and the numbers and corners of the faces with valid indices."""
+    """Return the number of all faces, and the indices and corners of the faces whose points exist."""
     connectivity, offsets = (np.asarray(each, np.int64) for each in unchecked_polygons(source))
     sizes = np.diff(offsets)
     in_range = (connectivity >= 0) & (connectivity < len(points))

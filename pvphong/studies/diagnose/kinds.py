@@ -1,13 +1,13 @@
-"""The kinds of fault, with their meaning, remedy and the share from which they spoil the lighting."""
+"""The kinds of fault: meaning, remedy, and the share of the surface at which they begin to spoil the lighting."""
 
 from __future__ import annotations
 
 from typing import NamedTuple
 
 _BLACK = 0.01
-"""Share of a surface from which black or blurred areas spoil it."""
+"""Least fraction of a surface at which black areas, or areas with uncertain normals, spoil the lighting."""
 _TURNED = 0.125
-"""Share of a surface from which reversed faces or normals spoil it: see `geometry.fit.MISFIT`."""
+"""Least fraction of a surface at which reversed faces or normals spoil the lighting; see `geometry.fit.MISFIT`."""
 
 
 class Kind(NamedTuple):
@@ -16,10 +16,10 @@ class Kind(NamedTuple):
     Attributes
     ----------
     spoils_from : float or None
-        Share of the surface, 0 to 1, from which it spoils the lighting, so that `Diagnosis.ok` is False. Below, it is a
-        note. 0 always spoils, None never.
+        Fraction of the surface, 0 to 1. A fault that affects at least this much spoils the lighting, so that
+        `Diagnosis.ok` is False; otherwise it is a note. 0: it always spoils the lighting. None: never.
     stored_help : bool
-        True if it is only a note where normals are stored.
+        True if the fault is only a note for a mesh with stored normals.
     meaning, remedy : str
         Description of the fault and of its repair. The remedy ends with a colon if code follows.
     """
@@ -162,7 +162,7 @@ KINDS: dict[str, Kind] = {
         "Flip the mesh itself if VTK lights it.",
     ),
 }
-"""Fields of `Diagnosis` that hold indices → their kinds, in the order of the report.
+"""Field of `Diagnosis` that holds a fault's indices → its kind, in the order of the report.
 
 The last word of a name is the affected element: cells, faces, edges, points or matrix. `WHERE` holds the exceptions.
 """
@@ -170,7 +170,7 @@ The last word of a name is the affected element: cells, faces, edges, points or 
 WHERE = {"nothing_to_light": "mesh"} | dict.fromkeys(
     ("zero_normals", "non_finite_normals", "misfit_normals", "opposed_normals"), "points"
 )
-"""Affected elements of the kinds whose name does not end with them."""
+"""Affected elements of the kinds of fault whose name does not end with them."""
 
 FLAGS: dict[str, int] = {name: 1 << place for place, name in enumerate(KINDS)}
 """The bit of each kind in the arrays of `Diagnosis.to_mesh`."""

@@ -18,11 +18,11 @@ class TurnedFaces(NamedTuple):
     Attributes
     ----------
     faces : ndarray
-        Their numbers.
+        Indices of the faces.
     is_one_sided : bool
         True if a part cannot be oriented, like a Möbius strip.
     is_closed : bool
-        True if each edge has two faces.
+        True if each edge belongs to exactly two faces.
     """
 
     faces: IntArray
@@ -33,8 +33,9 @@ class TurnedFaces(NamedTuple):
 def turned_faces(points: FloatArray, faces: Faces, areas: Float64Array, weightless: IntArray) -> TurnedFaces:
     """Find the reversed faces.
 
-    Neighbours share an edge that has no third face. A part can be oriented consistently in two ways. In a closed part,
-    the faces whose fronts then point inwards are reversed; in an open part, those that cover the smaller area.
+    Two faces are neighbours if they share an edge that has no third face. The faces of a connected part can be oriented
+    consistently in two ways. For a closed part, the right way is the one with outward fronts. For an open part, it is
+    the one that turns the smaller area. A face is reversed if it must be turned for this.
 
     Parameters
     ----------
@@ -61,14 +62,16 @@ def turned_faces(points: FloatArray, faces: Faces, areas: Float64Array, weightle
     agree = (begin[first] < end[first]) != (begin[second] < end[second])
     one, two = owner[first], owner[second]
 
-    # Each face has two nodes, original and turned. Faces that agree connect equal nodes, others opposite nodes.
+    # In a graph, each face has two nodes: as it is, and turned. Neighbours that agree connect nodes of the same kind,
+    # other neighbours connect nodes of opposite kinds.
     count = faces.count
     other, other_turned = np.where(agree, two, two + count), np.where(agree, two + count, two)
     labels = connected(2 * count, np.concatenate([one, one + count]), np.concatenate([other, other_turned]))
     as_it_is, turned = labels[:count], labels[count:]
     part, is_turned = np.minimum(as_it_is, turned), as_it_is > turned
 
-    # Per part: the area of the faces that keep their orientation minus that of the turned ones; the volume if closed.
+    # Per part, positive if this orientation is right: the area of the faces that are kept minus the area of the turned
+    # faces, or the volume of a closed part.
     sign = np.where(is_turned, -1.0, 1.0)
     preferred = np.bincount(part, sign * areas, 2 * count)
     is_open = np.zeros(2 * count, dtype=bool)

@@ -1,4 +1,4 @@
-"""Code of remedies: lines of PyVista that repair the mesh in the variable `mesh`."""
+"""Code of remedies: lines of Python that use PyVista to repair the mesh in the variable `mesh`."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ class Case:
     stored_normals : bool
         True if the mesh has stored normals, which are flipped with the faces.
     normals_opposed : bool
-        True if stored normals point out of the backs of nearly all faces.
+        True if nearly all stored normals point out of the back of their faces.
     is_outside_in : bool
         True if all faces belong to closed parts with inward fronts.
     faces_are_outward : bool
@@ -76,7 +76,7 @@ class Case:
         if name == "inconsistent_edges" and not self.turned.is_one_sided:
             if self.turned.is_closed:
                 return (_ORIENT,)
-            # open parts are oriented like their first face
+            # VTK orients an open part like its first face
             flip = "flip_normals=True" if self.turned.faces[:1].tolist() == [0] else ""
             return (f"mesh = mesh.compute_normals({flip})",)
         if name == "inside_out_faces" and not self.is_outside_in:

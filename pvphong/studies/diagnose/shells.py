@@ -12,7 +12,7 @@ from pvphong.base.vectors import columns, cross, dot
 from pvphong.geometry.normals import Faces
 from pvphong.studies.diagnose.checks import Edges, edges_of, finite_rows, owners_of
 
-_AT_ONCE = 2**13  # triangles per batch of a thread, to stay in its caches
+_AT_ONCE = 2**13  # triangles that a thread processes at once; they fit its caches
 _ROUNDING = 1e-9  # volumes below this fraction of the sum of their terms' magnitudes have no certain sign
 
 
@@ -21,10 +21,10 @@ def inside_out_faces(
 ) -> tuple[IntArray, bool]:
     """Return the faces of closed parts with inward fronts, in ascending order, and True if all parts are closed.
 
-    A part is connected by edges; coincident points count as one. It is closed if faces run along each of its edges
-    equally often in both directions. Its volume is then 1/6 of the sum of p · (q × r) over its triangles, for any
-    origin (Gauss's theorem); it is negative if the fronts point inwards. An inward part inside an outward one is the
-    wall of a cavity, which is correct.
+    A part is a set of faces that edges connect; coincident points count as one. It is closed if faces run along each of
+    its edges equally often in both directions. Its volume is then 1/6 of the sum of p · (q × r) over its triangles
+    (p, q, r), for any origin (Gauss's theorem). The volume is negative if the fronts point inwards. An inward part
+    inside an outward one is the wall of a cavity, which is correct.
 
     Parameters
     ----------
@@ -76,8 +76,8 @@ def inside_out_faces(
     turned, outward = certain[volumes[certain] < 0.0], certain[volumes[certain] > 0.0]
 
     def is_cavity(inner: int) -> bool:
-        """Return True if a part lies within others: their winding number around a point of it, from the sum of solid
-        angles.
+        """Return True if a part lies inside outward parts. Their winding number around one of its points, the sum of
+        their solid angles divided by 4π, is then positive.
         """
         own, turns = wide[triangles[part == inner]], 0.0
         for outer in outward:
@@ -93,7 +93,7 @@ def inside_out_faces(
 
 
 def _parts_of(faces: Faces, first_in_place: IntArray, parts: IntArray) -> IntArray:
-    """Return the part of each face; −1 if all of its corners coincide."""
+    """Return the number of each face's part; −1 if all corners of the face coincide."""
     if faces.are_triangles:
         a, b, c = first_in_place[faces.connectivity.reshape(-1, 3)].T
         return np.where((a == b) & (b == c), -1, parts[a])
@@ -105,9 +105,9 @@ def _parts_of(faces: Faces, first_in_place: IntArray, parts: IntArray) -> IntArr
 
 
 def connected(count: int, begin: IntArray, end: IntArray) -> IntArray:
-    """Return for each of `count` points the lowest point that edges connect it with.
+    """Return for each of `count` points the lowest point to which edges connect it, directly or by other points.
 
-    In each round, every part is hooked to the lowest part that an edge connects it with; only edges between different
+    In each round, every part is joined to the lowest part to which an edge connects it. Only edges between different
     parts are kept (Y. Shiloach and U. Vishkin, "An O(log n) parallel connectivity algorithm", 1982).
     """
     labels = np.arange(count)
@@ -122,7 +122,10 @@ def connected(count: int, begin: IntArray, end: IntArray) -> IntArray:
 
 
 def fan(faces: Faces) -> tuple[IntArray, IntArray]:
-    """Split faces into triangles from the first corner; return their points (m, 3) and their faces' numbers (m,)."""
+    """Split faces into fans of triangles around their first corners.
+
+    Return the points of the triangles, shape (m, 3), and the indices of their faces, shape (m,).
+    """
     if faces.are_triangles:
         return faces.connectivity.reshape(-1, 3), np.arange(faces.count)
     owner = np.repeat(np.arange(faces.count), faces.sizes)
@@ -133,7 +136,8 @@ def fan(faces: Faces) -> tuple[IntArray, IntArray]:
 
 
 def solid_angle(triangles: Float64Array) -> float:
-    """Return the solid angles of triangles (m, 3 corners, 3) from the origin, positive if their backs are seen.
+    """Return the sum of the solid angles of triangles, shape (m, 3 corners, 3), seen from the origin. It is positive
+    where the origin sees their backs.
 
     Source: van Oosterom & Strackee, The Solid Angle of a Plane Triangle, IEEE Trans. Biomed. Eng. 30 (1983).
     """

@@ -1,4 +1,4 @@
-"""The fixed list of scenes that a report compares with VTK, in units of the mesh's size around its centre."""
+"""Fixed list of scenes that a report compares with VTK. Lights are placed relative to the mesh's centre and size."""
 
 from __future__ import annotations
 
@@ -82,18 +82,18 @@ _MODELS = {
 
 @dataclass(frozen=True)
 class Case:
-    """One scene on one mesh, by names.
+    """One scene on one mesh, described by names.
 
     Parameters
     ----------
     mesh, material : str
         Keys of `MESHES` and `MATERIALS`.
     lights : tuple of str
-        Names of the lights.
+        Keys of `_LIGHTS`.
     model : str
-        Name of the light model.
+        Key of `_MODELS`.
     matrix : str
-        Class of the model matrix.
+        Key of `_LINEAR`, a kind of model matrix.
     parallel : bool
         True for parallel projection, False for perspective.
     """
@@ -114,7 +114,7 @@ class Case:
         return ", ".join(parts)
 
     def scene(self, mesh: pv.PolyData) -> Scene:
-        """Return the scene around a mesh; lights are given for a mesh of length 1 around the origin."""
+        """Return the scene, moved and scaled from a mesh of length 1 at the origin to the given mesh."""
         size, center = mesh.length, np.array(mesh.center)
         eye = center + size * np.array([0.8, -0.8, 0.7])
         viewer = Viewer(position=eye.tolist(), focal_point=mesh.center, up=(0.0, 0.1, 1.0), parallel=self.parallel)
@@ -130,7 +130,7 @@ class Case:
         return Scene(lights, viewer, _MODELS[self.model])
 
     def transform(self, mesh: pv.PolyData) -> Float64Array:
-        """Return the (4, 4) model matrix, which keeps the mesh's centre."""
+        """Return the (4, 4) model matrix, which leaves the mesh's centre in its place."""
         linear, middle = _LINEAR[self.matrix], np.array(mesh.center)
         matrix = np.eye(4)
         matrix[:3, :3] = linear
@@ -165,4 +165,4 @@ CASES = (
     Case("airplane", "clay", ("sun", "fading lamp", "spot", "headlight"), "two-sided VTK model", "scaled"),
     Case("airplane", "plastic", ("sun", "fading lamp", "spot", "headlight"), "two-sided standard model", "scaled"),
 )
-"""Cases for every kind of light in every tier and frame, all matrix classes, projections, materials and models."""
+"""Cases that cover all kinds of lights, VTK's tiers, frames, kinds of matrices, projections, materials and models."""

@@ -1,4 +1,4 @@
-"""Comparison of rendered lit colours with VTK's own lighting of the same mesh, pixel by pixel.
+"""Pixel-by-pixel comparison of a mesh drawn with its lit colours and the same mesh lit by VTK.
 
 This is coarser than `pvphong.studies.validate.validation`, because an image has 8 bits and shows colours interpolated
 between vertices, while VTK lights every pixel. It verifies that the computed colours are drawn unchanged.
@@ -34,10 +34,10 @@ Image = NDArray[np.uint8]
 _ARRAY = "phong"
 
 _AMPLIFIED = 16
-"""Grey levels of the difference picture for each step of a display."""
+"""Grey levels in the picture of differences per display step."""
 
 _STEEPEST = 6.0
-"""Slope relative to the image plane from which a surface counts as silhouette; about 80°."""
+"""Least slope, relative to the image plane, at which a surface counts as part of the silhouette; about 80°."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -51,8 +51,8 @@ class ImageComparison:
     difference : ndarray
         Shape (height, width, 3), int16: ours minus VTK's, in steps of a display.
     inside : ndarray
-        Shape (height, width), bool: pixels wholly inside the silhouette. They and their eight neighbours show the
-        surface, not nearly edge-on; this excludes contours inside the outline too, such as a torus has.
+        Shape (height, width), bool: pixels inside the silhouette. They and their eight neighbours show the surface, and
+        not nearly edge-on. So pixels at contours inside the outline, such as those of a torus, are excluded too.
     """
 
     ours: Image
@@ -67,8 +67,8 @@ class ImageComparison:
 
     @property
     def p99(self) -> float:
-        """99th percentile of the differences inside the silhouette; a pixel's difference is that of its worst
-        channel.
+        """99th percentile of the differences inside the silhouette. The difference of a pixel is the largest of its
+        channels.
         """
         return float(np.percentile(np.abs(self.difference[self.inside]).max(axis=1), 99))
 
@@ -77,7 +77,9 @@ class ImageComparison:
         return f"<ImageComparison: at most {self.max_difference}/255, 99 % {self.p99:.3g}/255, {pixels} pixels>"
 
     def side_by_side(self) -> Image:
-        """Return ours, VTK's and the difference inside the silhouette: grey is 0, a display step is 16 levels."""
+        """Return three pictures in a row: ours, VTK's, and their difference inside the silhouette. In the difference,
+        medium grey is 0, and each display step is 16 grey levels.
+        """
         amplified = np.clip(128 + _AMPLIFIED * self.difference, 0, 255).astype(np.uint8)
         return np.hstack([self.ours, self.vtks, np.where(self.inside[:, :, None], amplified, np.uint8(255))])
 
@@ -99,8 +101,9 @@ def compare_images(
     """Draw a mesh with its lit colours, draw it lit by VTK per pixel, and compare the images.
 
     Both are drawn from the scene's viewer without multisampling. The lit colours are interpolated across faces, while
-    VTK interpolates normals: expect differences of the mesh's interpolation error (`pvphong.interpolation_error`) and
-    of rounding to 8 bits, twice. VTK lights back faces for every scene, so compare closed meshes.
+    VTK interpolates normals. So expect differences up to the mesh's interpolation error
+    (`pvphong.interpolation_error`), plus two roundings to 8 bits. VTK lights back faces in every scene, so compare
+    closed meshes.
 
     Parameters
     ----------
@@ -121,8 +124,9 @@ def compare_images(
     Raises
     ------
     ValueError
-        As `pvphong.validate`. Also for highlights with a viewer at infinity, which VTK can only approximate by a
-        distant viewer, for a mesh without faces or out of view, and if this machine cannot render.
+        As for `pvphong.validate`. Also if the scene has highlights and a viewer at infinity, which VTK can only
+        approximate by a distant viewer; if the mesh has no faces or is out of view; or if VTK cannot draw on this
+        machine.
     """
     material = without_maps(as_material(material), "for a comparison of pictures")
     refuse_size(size)
@@ -133,7 +137,7 @@ def compare_images(
     refuse_inexpressible(scene, material, None)
     terms = in_vtk_terms(scene, material, np.array(source.center), source.length)
     if terms.viewer != scene.viewer:
-        remedy = "local_viewer=True and parallel=False, or a material without specular."
+        remedy = "Use local_viewer=True and parallel=False, or a material without specular."
         got = "highlights for a viewer at infinity, which VTK draws only from a distant viewer"
         check.refuse("scene", got, "a scene that VTK can draw from the viewer's position", remedy)
 
@@ -177,7 +181,7 @@ def window_lit_by_vtk(
 def _window(
     mesh: pv.PolyData, viewer: Viewer, size: tuple[int, int], matrix: Float64Array | None, **options: Any
 ) -> tuple[pv.Plotter, pv.Actor]:
-    """Return a window with a mesh on white seen by a viewer, without lights, and the mesh's actor."""
+    """Return a window without lights that shows a mesh on white from a viewer; also return the mesh's actor."""
     with preferring(drawing_window()), pv.vtk_verbosity("off"):
         plotter = pv.Plotter(off_screen=True, window_size=list(size), lighting="none")
     plotter.set_background("white")
@@ -189,9 +193,10 @@ def _window(
 
 
 def _inside(distances: Float64Array, viewer: Viewer) -> BoolArray:
-    """Return the pixels around which the distance changes by less than `_STEEPEST` pixel widths per pixel.
+    """Return the mask of pixels inside the silhouette, from the distances along the view axis, shape (height, width).
 
-    Pixels beyond the border count as empty.
+    Around such a pixel, the distance changes by less than `_STEEPEST` pixel widths per pixel. Neighbours beyond the
+    border of the image count as empty.
     """
     padded = np.pad(distances, 1, constant_values=np.inf)
     around = np.lib.stride_tricks.sliding_window_view(padded, (3, 3))

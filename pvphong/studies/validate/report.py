@@ -63,7 +63,7 @@ class VTKReport:
     rows : tuple of CaseRow
         One comparison per scene of a fixed list.
     pictures : dict of str to ImageComparison
-        File name → a mesh drawn with lit colours and lit by VTK.
+        File name → comparison of a mesh drawn with its lit colours and the same mesh lit by VTK.
     """
 
     rows: tuple[CaseRow, ...]
@@ -170,7 +170,7 @@ def refuse_path(path: str | os.PathLike[str]) -> None:
 
 
 def vtk_report() -> VTKReport:
-    """Compare a fixed list of scenes with VTK: every kind of light, tier, frame, matrix class and projection.
+    """Compare a fixed list of scenes with VTK: every kind of light, tier, frame, matrix and projection.
 
     The meshes are bundled with PyVista.
 
@@ -182,9 +182,9 @@ def vtk_report() -> VTKReport:
     Raises
     ------
     ValueError
-        If this machine cannot draw.
+        If VTK cannot draw on this machine.
     """
-    # Images first: their error explains what is missing if VTK cannot render.
+    # Images first: if VTK cannot draw, the message of their error says what is missing.
     eye = Viewer(position=(1.6, -1.2, 1.0), up=(0.0, 0.0, 1.0), view_angle=36.0)
     torus = pv.ParametricTorus(ringradius=0.35, crosssectionradius=0.15, u_res=300, v_res=200, w_res=2)
     sphere = pv.Sphere(theta_resolution=300, phi_resolution=200)

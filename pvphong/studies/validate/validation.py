@@ -32,7 +32,7 @@ from pvphong.vtk.scenes import in_vtk_terms, refuse_inexpressible, seen_from_inf
 if TYPE_CHECKING:
     from rich.table import Table
 
-# Below this, the sign of the cosine between normal and viewer is uncertain in float64.
+# If the cosine between normal and viewer is at most this, its sign is uncertain in float64.
 _DOUBTFUL_FACING = 2.0**-40
 
 # Distance from the origin, in sizes of the mesh, beyond which float32 loses digits.
@@ -42,7 +42,7 @@ _OFF_CENTER = 10.0
 _WORST = 8
 
 TIERS = ("unlit", "headlight", "directional lights", "positional lights")
-"""Lighting code that VTK's shader uses, by the number of its tier."""
+"""Kinds of lighting code in VTK's shader. The number of a tier is an index into this tuple."""
 
 
 def validate(
@@ -56,15 +56,20 @@ def validate(
 ) -> Comparison:
     """Compare pvphong's colours with those of VTK's own shader, vertex by vertex.
 
-    pvphong's are `evaluate`'s, in its float32 default, before they are clamped. VTK's are `vtk_shade`'s.
-    The scene is compared in its own convention; VTK's settings are adapted. Ambient light and emission become the
-    material's unlit ambient, a viewer at infinity a distant eye, two-sided lighting normals that face the viewer, and a
-    mesh far from the origin is moved there. `Comparison.conversions` lists these.
+    pvphong's colours are those of `evaluate` in float32, before they are clamped. VTK's colours are those of
+    `pvphong.vtk.oracle.vtk_shade`. The scene is compared in its own convention, and VTK's settings are adapted to it:
+    ambient light and emission become the unlit ambient colour of VTK's material; a viewer at infinity becomes a distant
+    one; for two-sided lighting, normals are turned to the viewer; a mesh far from the origin is moved there.
+    `Comparison.conversions` lists these changes.
 
-    Vertices whose colour in VTK is undecided in float32 are left out: where a highlight begins at n·l = 0, on the edge
-    of a cone, where normals turn to the viewer at n·v = 0, where VTK's rounding of positions and directions may exceed
-    the bound, and, in the standard convention, where VTK's floor of 1e-5 under a cosine shows (at powers of 1 and
-    less). `Comparison.left_out` lists them.
+    Vertices where float32 leaves VTK's colour uncertain are not compared; `Comparison.left_out` lists them:
+
+    - where a highlight begins, at n·l = 0;
+    - on the edge of a spot's cone;
+    - where two-sided lighting turns normals, at n·v = 0;
+    - where VTK's rounding of positions and directions may exceed the bound;
+    - in the standard convention, where cosines are so small that VTK raises them to 1e-5 and the difference is visible,
+      at powers of at most 1.
 
     Parameters
     ----------
@@ -73,8 +78,8 @@ def validate(
     scene : Scene, light, sequence of lights, or None
         Lights, viewer and light model, in either convention; by default the scene of `pvphong.default_scene`.
     material : Material or str
-        Material. The only map that VTK supports is albedo of uint8, as vertex colours, with grey ambient and diffuse;
-        others are refused by name.
+        Material. The only map that VTK supports is an albedo of uint8, drawn as vertex colours. Ambient and diffuse
+        must then be grey. For other maps, the ValueError names the map.
     matrix : array_like, optional
         (4, 4) model matrix.
     feature_angle, backend
@@ -88,10 +93,11 @@ def validate(
     Raises
     ------
     InexpressibleError
-        A ValueError for a scene that VTK's shader cannot draw, if it makes a difference: lights with an ambient colour
-        or with a specular colour other than diffuse, Blinn-Phong, `PBR` in the standard convention, a viewer at
-        infinity with lights at a position, powers above 128, a matrix that flattens or scales beyond 1e-18 to 1e18, a
-        mirrored surface as VTK turns it. It holds the nearest scene that VTK can draw.
+        A ValueError for a scene that VTK's shader cannot draw, if this makes a difference: lights with an ambient
+        colour or with a specular colour other than diffuse, Blinn-Phong, `PBR` in the standard convention, a viewer at
+        infinity with lights at a position, powers above 128, a matrix that flattens or has scales outside 1e-18 to
+        1e18, a mirrored surface, whose normals VTK turns away from the viewer. The error holds the nearest scene that
+        VTK can draw.
     ValueError
         As for `evaluate`, or if the mesh has nothing to light.
 
@@ -109,7 +115,7 @@ def validate(
     source, maps, _ = surface_and_maps(mesh, material, feature_angle)
     material = material.with_values({name: Map(rows) for name, rows in maps.items()})
     refuse_maps_in_vtk(material)
-    material = replace(material if maps else material.without_albedo(), tangents=None)  # VTK reads none
+    material = replace(material if maps else material.without_albedo(), tangents=None)  # VTK does not read them
     scene = scene_for(source, scene, matrix)
     given = None if matrix is None else check.matrix4("matrix", matrix)
     refuse_inexpressible(scene, material, given)
@@ -124,7 +130,7 @@ def validate(
     positions, directions = np.full((2, len(points), 3), np.nan)
     positions[rows], directions[rows] = pose.in_world()
 
-    # 16 · power · 2⁻²⁴ + 1e-6, see `pvphong.vtk.oracle`; and `allowed_error` where shading is physically based.
+    # 16 · power · 2⁻²⁴ + 1e-6, see `pvphong.vtk.oracle`. For physically based shading, `allowed_error` replaces 1e-6.
     exponents = [vtk_values(light).exponent for light in shining(scene)]
     physical = in_vtk(material.reflectance)
     power = material.shininess if any(rgb(material.specular)) else 0.0
@@ -164,16 +170,17 @@ def validate(
 def _pose_for_vtk(
     points: FloatArray, normals: FloatArray, scene: Scene, matrix: Float64Array
 ) -> tuple[Pose, BoolArray, tuple[str, ...]]:
-    """Return vertices relative to their middle, with unit normals, which face the viewer in a two-sided scene.
+    """Return the vertices relative to their centre, with unit normals. In a two-sided scene, normals are turned to the
+    viewer.
 
     Returns
     -------
     pose : Pose
         Points, normals and matrix.
     doubtful : ndarray
-        True where the side of a normal is uncertain, shape (n,).
+        True where it is uncertain which side of a normal faces the viewer, shape (n,).
     conversions : tuple of str
-        Changes, one phrase each.
+        Descriptions of the changes, one phrase each.
     """
     conversions = []
     center, size = _box(points.astype(np.float64))
@@ -217,7 +224,7 @@ class Vertex:
     error : float
         Largest absolute error of its channels.
     position, normal : tuple of float
-        In the world; a unit normal that faces the viewer if the scene is two-sided.
+        Position and unit normal in world coordinates. The normal faces the viewer if the scene is two-sided.
     pvphong, vtk : tuple of float
         The unclamped colours.
     tier : int
@@ -239,19 +246,19 @@ class Comparison:
 
     `print(comparison)` prints the verdict, `print(comparison.explain())` all numbers.
 
-    Errors are pvphong minus VTK. They are absolute, or relative to the arriving light times the material's reflectances
-    if that exceeds 1, because float32 rounds in proportion to it.
+    Errors are pvphong's colours minus VTK's. Where the arriving light times the material's reflectances exceeds 1,
+    errors are divided by it, because float32 rounds in proportion to it.
 
     Attributes
     ----------
     tolerance : float
-        Bound on the errors: 16 · power · 2⁻²⁴ + 1e-6, where the power is the shininess, if there is a
-        highlight, or a spot's exponent, whichever is larger; for physically based shading the power is that of spots,
-        and 6 · 2⁻²⁴ / roughness⁴ + 1e-6 is added.
+        Bound on the errors: 16 · p · 2⁻²⁴ + 1e-6. The power p is the largest of the shininess, if there is a highlight,
+        and the spots' exponents. For physically based shading, p is the largest exponent of the spots, and
+        6 · 2⁻²⁴ / roughness⁴ is added.
     tier : int
         Tier of VTK's lighting code, 1 to 3; 0 if unlit.
     conversions : tuple of str
-        Changes of the scene for VTK.
+        Descriptions of changes to the scene for VTK.
     driver : str
         Graphics driver of VTK.
     vertices : ndarray
@@ -259,7 +266,7 @@ class Comparison:
     errors : ndarray
         Signed errors of the compared points, shape (n, 3).
     left_out : dict of str to ndarray
-        Reason → points that were not compared. A point may have several reasons.
+        Reason → indices of the points that were not compared for it. A point may have several reasons.
     pvphong, vtk : ndarray
         Unclamped colours, shape (n_points, 3); NaN where VTK has none.
 
@@ -296,7 +303,7 @@ class Comparison:
 
     @property
     def max_error(self) -> float:
-        """Largest error of any channel. This and the next three are NaN if nothing was compared."""
+        """Largest error of any channel. Like `rms`, `p50` and `p99`, it is NaN if nothing was compared."""
         return float(self._magnitudes.max()) if self.n else math.nan
 
     @property
@@ -306,7 +313,7 @@ class Comparison:
 
     @property
     def p50(self) -> float:
-        """Median of the vertices' errors; a vertex's error is that of its worst channel."""
+        """Median of the vertices' errors. The error of a vertex is the largest of its channels."""
         return float(np.percentile(self._magnitudes, 50)) if self.n else math.nan
 
     @property
@@ -342,7 +349,7 @@ class Comparison:
         return tuple(found)
 
     def table(self) -> Table:
-        """The comparison as a `rich.table.Table`; print it with a `rich.console.Console`."""
+        """Return the comparison as a `rich.table.Table`; print it with a `rich.console.Console`."""
         from rich import box
         from rich.table import Table
         from rich.text import Text
@@ -403,7 +410,7 @@ class Comparison:
         return html_table(f"pvphong against VTK's shader: {self._verdict}", (), self._rows())
 
     def to_dict(self) -> dict[str, Any]:
-        """Return the numbers as plain values, without the arrays; NaN becomes None."""
+        """Return the numbers as built-in Python types, without the arrays; NaN becomes None."""
         numbers = {name: getattr(self, name) for name in ("max_error", "rms", "p50", "p99", "tolerance")}
         return {
             "passed": self.passed,
@@ -433,8 +440,8 @@ class Comparison:
         Returns
         -------
         pyvista.PolyData
-            Point arrays: ``"phong"`` and ``"vtk"``, the unclamped colours; ``"phong_error"``, the signed errors,
-            NaN where not compared; ``"phong_error_max"``, active, the largest channel's without sign.
+            Point arrays: ``"phong"`` and ``"vtk"``, the unclamped colours; ``"phong_error"``, the signed errors, NaN
+            where not compared; and ``"phong_error_max"``, the active array, the largest absolute error of the channels.
         """
         mesh = self._surface.copy()
         errors = np.full(self.pvphong.shape, np.nan)

@@ -1,8 +1,8 @@
-"""Keys: the functions that they run, and `COMMANDS`, the table of all of them, at the end.
+"""Keyboard commands: their functions, and the table `COMMANDS` of all keys at the end.
 
 To add a key, write a function as described at `Command.edits`, add a row to the table, and add the same row to the
-table of keys in the README; a test compares the two. Keys in `TAKEN` belong to PyVista or VTK, and d, x and 4 to
-`pvphong view`. The roles of a light's fields define which commands apply to it.
+table of keys in the README; a test compares the two tables. Keys in `TAKEN` belong to PyVista or VTK; d, x and 4 belong
+to `pvphong view`. The roles of a light's fields define which commands apply to it.
 """
 
 from __future__ import annotations
@@ -43,7 +43,9 @@ def toggle_hidden(gizmos: Gizmos) -> None:
 
 
 def select_next(gizmos: Gizmos) -> None:
-    """Select the next light, also one without handles, since keys act on it; after the last light, select none."""
+    """Select the next light; after the last light, select none. Lights without handles are included, since keys act on
+    them too.
+    """
     ring = [None, *gizmos.all]
     chosen = ring[(ring.index(gizmos.selected) + 1) % len(ring)]
     gizmos.select(chosen)
@@ -67,12 +69,12 @@ def mute(_gizmos: Gizmos, gizmo: Gizmo) -> Light:
 
 
 def reset(_gizmos: Gizmos, gizmo: Gizmo) -> Light:
-    """Reset the light to its value when it got its gizmo."""
+    """Reset the light to the value that it had when it got its gizmo."""
     return gizmo.first
 
 
 def to_camera(gizmos: Gizmos, gizmo: Gizmo) -> Light:
-    """Move the light to the eye, shining along the view axis."""
+    """Move the light to the viewer, and aim it along the view axis."""
     light, viewer = gizmo.light, gizmos.lights.viewer
     world = replace(light, frame="headlight").in_world(viewer)
     aim: Any = tuple(viewer.distance * part for part in viewer.view_direction)  # the focal point is its target
@@ -81,7 +83,7 @@ def to_camera(gizmos: Gizmos, gizmo: Gizmo) -> Light:
 
 
 def brighten(gizmos: Gizmos, gizmo: Gizmo, step: int) -> Light:
-    """Increase the intensity by `step` thirds of a stop; three double it."""
+    """Increase the intensity by `step` thirds of a photographic stop. Three steps double it."""
     light = gizmo.light
     intensity = on_scale(light.intensity, 3, step) if light.intensity else 0.0
     stops = f" = {math.log2(intensity):+.2g} stops" if intensity else "; press Enter to type one"
@@ -90,7 +92,9 @@ def brighten(gizmos: Gizmos, gizmo: Gizmo, step: int) -> Light:
 
 
 def on_scale(value: float, parts: int, step: int) -> float:
-    """Return a number times 2^(step/parts). Powers on this scale are exact: rounding errors do not accumulate."""
+    """Return a number times 2^(step/parts). Results for powers of 2^(1/parts) are exact, so that rounding errors do not
+    accumulate.
+    """
     at = parts * math.log2(value)
     if abs(at - round(at)) < 1e-9:
         return float(2.0 ** ((round(at) + step) / parts))
@@ -98,16 +102,16 @@ def on_scale(value: float, parts: int, step: int) -> float:
 
 
 _HUE_STEP = 15.0  # degrees
-# A colour below the first saturation has no hue to turn; it gets one with the second saturation.
+# A colour with a saturation below _GREY has no hue that could be turned. It gets a hue with the saturation _TINTED.
 _GREY, _TINTED = 0.01, 0.4
 # One step warmer multiplies red by this factor and divides blue by it.
 _WARMER = 2.0**0.25
 
 
 def hue_turned(color: ColorLike, degrees: float) -> Vector:
-    """Return a colour with its hue turned by degrees, from red to yellow to green; value and saturation stay.
+    """Return a colour whose hue is turned by `degrees`, from red towards yellow and green. Value and saturation stay.
 
-    Grey has no hue: it becomes light red, or for negative degrees the violet before it.
+    Grey has no hue. It becomes light red, or for negative degrees a light violet.
     """
     hue, saturation, value = colorsys.rgb_to_hsv(*rgb(color))
     if saturation < _GREY:
@@ -132,7 +136,7 @@ def warm(gizmos: Gizmos, gizmo: Gizmo, step: int) -> Light:
 
 
 def _recolor(gizmos: Gizmos, gizmo: Gizmo, what: str, change: Callable[[ColorLike], Vector]) -> Light:
-    """Apply a change to all colours that the light sets itself."""
+    """Apply a change to all colours of the light that are set and not black."""
     light = gizmo.light
     colors = {"diffuse": light.diffuse, "specular": light.specular, "ambient": light.ambient}
     given = {field: color for field, color in colors.items() if color is not None and any(rgb(color))}
@@ -146,7 +150,7 @@ def _recolor(gizmos: Gizmos, gizmo: Gizmo, what: str, change: Callable[[ColorLik
 
 # -- adding and deleting lights
 
-# In scene sizes: the height of a new light above a surface, and the distance between a light and its duplicate.
+# As fractions of the scene's size: height of a new light above a surface, and distance of a duplicate from its light.
 _ABOVE, _BESIDE = 0.4, 0.15
 
 
@@ -162,7 +166,9 @@ def add(gizmos: Gizmos) -> None:
 
 
 def duplicate(gizmos: Gizmos, gizmo: Gizmo) -> None:
-    """Duplicate the selected light, a little to its right; a light without a place is turned to the right."""
+    """Duplicate the selected light. The duplicate is a little to its right. If the light has no position, the duplicate
+    is turned instead, so that it comes from further right.
+    """
     light, viewer = gizmo.light, gizmos.lights.viewer
     if light.frame == "headlight" or not comes_from_somewhere(light):
         where = "headlight" if light.frame == "headlight" else "light from all around"
@@ -208,7 +214,7 @@ _NAMED = {name: named for name, named in _NAMED.items() if named.reflectance is 
 
 
 def next_material(material: Material, step: int) -> Material:
-    """Return the next or previous named material; for a material without a name, the first or last."""
+    """Return the next or previous named material. For a material without a name, return the first or last one."""
     names, name = list(_NAMED), name_of(material)
     at = names.index(name) if name else min(-step, 0)
     chosen = replace(_NAMED[names[(at + step) % len(names)]], albedo=material.albedo, tangents=material.tangents)
@@ -217,14 +223,14 @@ def next_material(material: Material, step: int) -> Material:
 
 
 def name_of(material: Material) -> str:
-    """Return the name of a material, ignoring reflectance and albedo; "" if it is not a named one."""
+    """Return the name of a material, ignoring reflectance and albedo; "" if it is not a named material."""
     bare = replace(material, albedo=1.0, tangents=None)
     plain = replace(bare, reflectance=None)
     return next((name for name, named in _NAMED.items() if named in (bare, plain)), "")
 
 
 def shine(material: Material, step: int) -> Material:
-    """Multiply the shininess by √2, or divide it, on the scale of powers of √2; values below 1 become 0."""
+    """Multiply the shininess by √2 to the power of `step`. Powers of √2 stay exact; results below 1 become 0."""
     if "shininess" in material.maps:
         return material
     shininess = on_scale(material.shininess or 0.5**0.5, 2, step)  # 0 is one step below 1
@@ -248,7 +254,7 @@ class Command(NamedTuple):
     """A command and its key, or its keys if it takes a step."""
 
     keys: str
-    """VTK's names of the keys, separated by spaces."""
+    """Names of the keys in VTK, separated by spaces."""
 
     what: str
     """The text in the help."""
@@ -299,7 +305,7 @@ _MOUSE = {
 _SHORT = {"comma": ",", "period": ".", "Delete": "Del", "BackSpace": "Backspace"}
 
 TAKEN = frozenset({*"qQeErRwWsSpPbBvVCcfFuUiI3lLjJtTaA+-", "Up", "Down", "plus", "minus"})
-"""Keys of vtkInteractorStyle::OnChar, `Plotter.reset_key_events`, PyVista's picking and VTK's widgets."""
+"""Keys that vtkInteractorStyle::OnChar, `Plotter.reset_key_events`, PyVista's picking and VTK's widgets use."""
 
 _OF_KEYS = {
     key: (command, {"step": command.steps[at]} if command.steps else {})
@@ -307,7 +313,7 @@ _OF_KEYS = {
     for at, key in enumerate(command.keys.split())
 }
 ENTER = frozenset({"Return", "KP_Enter"})
-"""VTK's names of the keys that start typing a value and accept it."""
+"""Names in VTK of the keys that start the typing of a value, and accept it."""
 
 OURS = frozenset({*_OF_KEYS, *ENTER})
 """All keys that gizmos use."""
@@ -371,15 +377,15 @@ def help_entries(more: Keys) -> list[tuple[str, str]]:
 
 
 def check_keys(keys: Keys) -> Keys:
-    """Raise ValueError for a key that is taken, or an entry that is not a text and a function."""
+    """Return the keys. Raise ``ValueError`` if a key is already used, or an entry is not a text and a function."""
     if not isinstance(keys, Mapping):
         check.refuse("keys", keys, "a mapping of key → (help text, function without arguments)")
     for key, entry in keys.items():
         if not isinstance(entry, tuple) or len(entry) != 2:
-            check.refuse(f"keys[{key!r}]", entry, "a tuple of help text and function without arguments")
+            check.refuse(f"keys[{key!r}]", entry, "a tuple (help text, function without arguments)")
         what, action = entry
         if check.text("keys", key) in TAKEN | OURS:
-            check.refuse("keys", key, "keys that are free", "For example, x, d, 4 and 9 are free.")
+            check.refuse("keys", key, "keys that are not used already", "For example, x, d, 4 and 9 are free.")
         check.text(f"keys[{key!r}][0]", what)
         if not callable(action):
             check.refuse(f"keys[{key!r}][1]", action, "a function without arguments")

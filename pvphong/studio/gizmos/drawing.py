@@ -27,12 +27,12 @@ DARK_EDGE, LIGHT_EDGE = (0.08, 0.08, 0.08), (0.75, 0.75, 0.75)
 _THICK_FROM = 0.8  # lines of at least this strength are drawn thick
 _ARROW_MARGIN = 16.0  # pixels between the edge of the subplot and an arrow
 _LABEL_HEIGHT = 16.0
-# In perspective, lines are clipped where their depth is this fraction of their farthest point's.
+# In perspective, lines are clipped where their depth is below this fraction of the depth of their farthest point.
 _NEAR = 1e-3
 
 
 def hue(light: Light) -> Vector:
-    """Return the light's hue and saturation at full value; a light that is off is dimmed."""
+    """Return the light's colour, scaled so that its largest channel is 1; dimmed if the light is off."""
     color = np.array(rgb(light.diffuse))
     full = color / color.max() if color.any() else np.full(3, 0.6)
     red, green, blue = (full if light.on else full * _OFF).tolist()
@@ -40,7 +40,7 @@ def hue(light: Light) -> Vector:
 
 
 def circle(center: Float64Array, normal: Float64Array, radius: float, count: int = 64) -> Float64Array:
-    """Return a closed polygon with `count` sides around a unit normal, shape (count + 1, 3)."""
+    """Return a circle around a unit normal, as a closed polygon with `count` sides, shape (count + 1, 3)."""
     side = np.cross(normal, np.eye(3)[int(np.argmin(np.abs(normal)))])
     side /= np.linalg.norm(side)
     turn = np.linspace(0.0, 2.0 * np.pi, count + 1)[:, None]
@@ -57,7 +57,7 @@ class Drawing:
     view : View
         The subplot.
     color, edge : tuple of float
-        Colour of the elements added next, and of the edges of their areas.
+        Colours of the elements that are added next, and of the edges of their areas.
     """
 
     view: View
@@ -108,7 +108,7 @@ class Drawing:
             self._add_lines(np.array([[end, end + wing]]), strength)
 
     def label(self, point: Float64Array, text: str, right: float = 4.0) -> None:
-        """Add a short text, `right` pixels to the right of a world point."""
+        """Add a short text, `right` pixels to the right of a world point, if the point and the text are visible."""
         if self.view.edge_towards(point, 0.0) is not None:
             return
         place = self.view.project(point) + np.array([right, 4.0])
@@ -162,14 +162,16 @@ class Drawing:
         self._area(middle + (6.0 if hovered else 5.0) * _CIRCLE[:-1], self.color, self.edge)
 
     def ring(self, point: Float64Array, *, hovered: bool = False) -> None:
-        """Add a ring to grab that does not cover its inside; with a second, white ring if hovered."""
+        """Add a ring to grab, which does not cover what is inside; with a second, white ring if hovered."""
         if not self.view.is_ahead(point):
             return
         for radius, color in ((8.0, self.color), (11.0, _WHITE))[: 2 if hovered else 1]:
             self._add_lines(self.view.project(point) + radius * _CHORDS, 1.0, color)
 
     def _on_screen(self, point: Float64Array, along: Float64Array) -> Float64Array:
-        """Return the unit vector of a direction on the screen; downwards if it points at the eye."""
+        """Return the direction on the screen of a world direction at a point, as a unit vector. It is downwards if the
+        world direction points at the eye.
+        """
         step = 20.0 * self.view.unit_per_pixel(point)
         motion = self.view.project(point + step * along) - self.view.project(point)
         length = float(np.hypot(*motion))
@@ -182,7 +184,7 @@ class Drawing:
         self.areas += [(grown, _bytes(edge)), (corners, _bytes(color))]
 
     def _add_lines(self, segments: Float64Array, strength: float, color: Vector | None = None) -> None:
-        """Add segments. Weak lines are darker and thin, not transparent, to be visible on any background."""
+        """Add segments. Weak lines are dark and thin instead of transparent, to be visible on any background."""
         red, green, blue = (0.5 + 0.5 * strength) * np.array(self.color if color is None else color)
         self._lines.append((segments, _bytes((red, green, blue)), strength < _THICK_FROM))
 
@@ -290,7 +292,7 @@ class Overlay:
     def help(self, text: str, size: tuple[float, float]) -> bool:
         """Show a text in the upper left corner of a subplot of this size; hide it if the text is empty.
 
-        Return True if it leaves room for other texts; otherwise it is shrunk to fit.
+        Return True if it fits at its normal size. Otherwise it is shrunk to fit, and there is no room for other texts.
         """
         lines = text.split("\n")
         room = np.array(size) - 2.0 * _MARGIN
@@ -331,7 +333,10 @@ def _text(size: int = _NORMAL) -> Any:
 
 
 def _fill(data: vtkPolyData, points: Float64Array, sizes: Any, colors: ByteArray, set_cells: Any) -> None:
-    """Fill `data` with cells of these sizes; each takes the next points in order."""
+    """Replace the contents of `data` by points in pixels, and by cells that `set_cells` sets.
+
+    Cell i has `sizes[i]` points; cells use the points in order.
+    """
     coordinates = vtkPoints()
     coordinates.SetData(numpy_to_vtk(np.column_stack([points, np.zeros(len(points))]).astype(np.float32), deep=True))
     cells = vtkCellArray()

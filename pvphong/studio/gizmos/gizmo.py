@@ -85,16 +85,19 @@ class Gizmo(Handle):
     def handles(self) -> dict[str, Vector]:
         """Name of each handle → its world position.
 
-        A directional light has "target" and, at its icon, "origin"; a point light "position", and "radius" if it has
-        attenuation; a spot light "position", "target" and "cone"; an environment "rotation". The handles of other
-        lights follow from the roles of their fields. A headlight has none, because it is at the viewer.
+        A directional light has the handles "target" and, at its icon, "origin". A point light has "position", and
+        "radius" if it has attenuation. A spot light has "position", "target" and "cone". An environment has "rotation".
+        The handles of other lights follow from the roles of their fields. A headlight has none, because it is at the
+        viewer.
         """
         view = self._gizmos.view
         return {name: vector(point) for name, point in self.in_scene(view).points(view).items()}
 
     @property
     def highlight(self) -> Vector | None:
-        """World position of the highlight on the lit meshes, which can be dragged too; None if not selected."""
+        """World position of the highlight on the lit meshes, which can be dragged too. None if there is no highlight or
+        the gizmo is not selected.
+        """
         found = self.surface_highlight(self._gizmos.view) if self.is_selected else None
         return None if found is None else found.point
 
@@ -105,8 +108,8 @@ class Gizmo(Handle):
     def in_scene(self, view: View, grabbed: str = "") -> LightInScene:
         """Return the light in world coordinates with the scene around it; a headlight keeps its frame.
 
-        The icon of a light without a place is in front of the scene, or where a drag has left it. From the moment that
-        a handle is grabbed the light turns around its other end, until the scene changes.
+        The icon of a light without a position is in front of the scene, or where a drag has left it. If the handle
+        `grabbed` is given, the light turns around its other end from then on, until the scene changes.
         """
         light = self.renderer_light.light(view.viewer)
         scenery = self._gizmos.scenery
@@ -135,7 +138,7 @@ class Gizmos:
     lit : LitActors
         The renderer's lit meshes.
     history : History
-        Undo history that records finished drags and edits.
+        Undo history, which records finished drags and edits.
     only : sequence of RendererLight, optional
         The lights that get a gizmo; by default all, including those added later.
     options : Options
@@ -194,7 +197,7 @@ class Gizmos:
 
     @property
     def soloed(self) -> RendererLight | None:
-        """The only light of several that is on, or None."""
+        """The light that is on while all others are off; None if there is no such light, or only one light."""
         viewer, present = self.lights.viewer, self.lights.renderer_lights
         shining = [each for each in present if each.light(viewer).on]
         return shining[0] if len(shining) == 1 < len(present) else None
@@ -210,7 +213,7 @@ class Gizmos:
 
     @property
     def scenery(self) -> Scenery:
-        """Extent of the drawn objects, or of the camera's view if there are none, for placing icons."""
+        """Extent of the drawn objects, used to place icons. If there are none, extent of the camera's view."""
         bounds = np.array(self.renderer.ComputeVisiblePropBounds()).reshape(3, 2)
         size = 0.5 * float(np.linalg.norm(bounds[:, 1] - bounds[:, 0]))
         if (bounds[:, 0] > bounds[:, 1]).any() or not 0.0 < size < np.inf:
@@ -260,7 +263,7 @@ class Gizmos:
         view : View
             The subplot.
         highlights : mapping
-            Each visible gizmo → the position of its highlight, or None.
+            Visible gizmo → the position of its highlight, or None.
         active : tuple of Gizmo and str, optional
             The handle that is hovered or edited.
         readout : str

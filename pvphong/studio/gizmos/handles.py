@@ -26,42 +26,42 @@ from pvphong.studio.gizmos.drawing import Drawing, circle
 from pvphong.studio.gizmos.view import STANDS_OFF, Cursor, DragStart, Scenery, View, vector
 
 ORIGIN = "origin"
-"""Handle at the icon of a light without a place; its aim has another handle at the target."""
+"""Name of the handle at the icon of a light without a position. Its aim has another handle, at the target."""
 
 INTENSITY = "intensity"
-"""Name of the handle to type the light's intensity; it has no position."""
+"""Name of the handle for the light's intensity, which has no position and can only be typed."""
 
-# Length of the arrow of a light without a place, in scene sizes.
+# Length of the arrow of a light without a position, in scene sizes.
 _ARROW = 0.6 * STANDS_OFF
-# Range of target distances that can be seen and grabbed, in scene sizes: within it, the target is at the direction's
-# own length.
+# Range of target distances that can be seen and grabbed, in scene sizes. If the length of a light's direction is in
+# this range, it is the distance of the target.
 _NEAREST, _FARTHEST = 0.05, 20.0
 # Circles are drawn up to this radius, in scene sizes.
 _LARGEST = 1e4
 # Length of the normal of an area light in scene sizes, and number of lines that fill its front.
 _NORMAL, _HATCHES = 0.25, 11
-# Spheres around a light with attenuation: the fraction of light left there, the strength of the lines, and the label.
+# Spheres around a light with attenuation: fraction of the light that remains there, strength of the lines, and label.
 _LEFT = ((0.5, 0.9, "1/2 left"), (1.0 / 256.0, 0.35, "1/256 left"))
 # Margin between an angle and its limits, in degrees: a cone of 0° is invisible, and VTK does not treat 90° as a cone.
 _MARGIN = 0.5
-# Angles tried for a turn: more than a full turn, so that the nearest is never at an end. A circle seen edge-on has two
-# points under the cursor: the farther one is penalised by this many pixels per degree.
+# Angles tried for a turn, in degrees: more than a full turn, so that the best angle is never at an end. A circle seen
+# edge-on has two points under the cursor. A penalty of _RELUCTANCE pixels per degree prefers the smaller turn.
 _TURNS = np.linspace(-190.0, 190.0, 761)
 _RELUCTANCE = 0.02
 
 
 def is_movable(light: Light) -> bool:
-    """Return True if the light can be moved by hand: a headlight and a uniform light from all around cannot."""
+    """Return True if the light can be moved by hand. A headlight and a uniform light from all around cannot."""
     return light.frame != "headlight" and (comes_from_somewhere(light) or bool(light.values(Turn)))
 
 
 def comes_from_somewhere(light: Light) -> bool:
-    """Return True if the light comes from a place or direction, not from all around."""
+    """Return True if the light comes from a position or direction, not from all around."""
     return bool(light.places or light.values(Aim))
 
 
 def fields(light: Light, kind: type[Role]) -> dict[str, Any]:
-    """Return name → value of the light's fields with a role."""
+    """Return name → value, for the light's fields whose role is an instance of `kind`."""
     return {field: getattr(light, field) for field, role in light.roles.items() if isinstance(role, kind)}
 
 
@@ -87,9 +87,10 @@ class LightInScene:
 
     @cached_property
     def handles(self) -> dict[str, Handle]:
-        """Name of each handle → the handle. If the role's name is taken, the field's name is used.
+        """Name of each handle → the handle.
 
-        The last one is the intensity, which has no position and can only be typed.
+        A handle has the name that its role defines, or the name of its field if that name is taken. The last handle is
+        the intensity, which has no position and can only be typed.
         """
         light, found = self.light, dict[str, Handle]()
         for field, role in light.roles.items() if is_movable(light) else ():
@@ -118,11 +119,13 @@ class LightInScene:
 
     @cached_property
     def along(self) -> Float64Array | None:
-        """Unit vector along the aim, the first one if there are several."""
+        """Unit vector along the aim, or along the first one of several; None if there is none."""
         return next((np.array(unit_vector(direction)) for direction in self.light.values(Aim)), None)
 
     def reach(self, direction: Any) -> float:
-        """Return the distance of the target from the icon: the direction's length if that can be seen and grabbed."""
+        """Return the distance of the target from the icon. For a light with a position, it is the direction's length,
+        unless the target could not be seen or grabbed there.
+        """
         size = self.scenery.size
         if not self.light.values(Place):
             return _ARROW * size
@@ -151,8 +154,8 @@ class LightInScene:
     def held(self, handle: str) -> Scenery:
         """Return the scenery for the drag of a handle.
 
-        A light without a place turns around its icon if the target is dragged. If the icon is dragged, it turns around
-        the point that it stood in front of, at first the scene's centre.
+        A light without a position turns around its icon if the target is dragged. If the icon is dragged, the light
+        turns around a point in its direction from the icon, which is at first the scene's centre.
         """
         icon, grabbed = self.handles.get(ORIGIN), self.handles.get(handle)
         if icon is None or grabbed is None or grabbed.field != icon.field:
@@ -164,7 +167,7 @@ class LightInScene:
     # -- drawing
 
     def draw(self, drawing: Drawing, selected: bool, active: str | None = None) -> None:
-        """Add the light to a drawing; if selected, with its full shape. `active` is the handle in use.
+        """Add the light to a drawing; if selected, with its full shape. `active` is the name of the handle in use.
 
         The shape of an area light includes its normal, and hatching if the visible side emits light.
         """
@@ -190,7 +193,7 @@ class LightInScene:
         eye = self.origin + self.scenery.size * drawing.view.towards_eye(self.origin)
         if float(np.ravel(light.arrival(eye[:, None]).strength)[0]) == 0.0:
             return
-        # parallel lines from side to side of the outline, which need not be convex
+        # hatching: parallel lines across the outline, which need not be convex
         offsets = outline - outline[0]
         along = max(offsets, key=np.linalg.norm)
         heights = offsets @ np.cross(self.normal, along)
@@ -205,7 +208,7 @@ class LightInScene:
     def draw_circles(
         self, drawing: Drawing, radius: float, strength: float, normals: Float64Array | None = None
     ) -> None:
-        """Add circles around the icon, unless they are too large; by default three that show a sphere."""
+        """Add circles around the icon, unless they are too large; by default three circles that show a sphere."""
         for normal in np.eye(3) if normals is None else normals:
             if radius < _LARGEST * self.scenery.size:
                 drawing.line(circle(self.origin, normal, radius), strength)
@@ -222,7 +225,9 @@ class LightInScene:
 
     @property
     def arriving(self) -> str:
-        """Text with the light that arrives, as a multiple of its colour, and its luminance."""
+        """Text for the light that arrives at the target or the scene's centre: a multiple of its colour, and its
+        luminance.
+        """
         light, where, point = self.light, "at the scene's centre", np.array(self.scenery.center)
         if light.is_uniform:
             where = "everywhere"
@@ -248,7 +253,7 @@ class Handle:
     """
 
     _number_format = ""
-    """Format of `name` and `value` in the readout's line of sizes and angles; "" to leave them out."""
+    """Format of `name` and `value` in the line of sizes and angles of the readout; "" to leave them out."""
 
     def __init__(self, shown: LightInScene, field: str, name: str) -> None:
         self.shown, self.field, self.name = shown, field, name
@@ -270,7 +275,7 @@ class Handle:
         return {self.name: self.value}
 
     def typed(self, numbers: dict[str, float]) -> Light:
-        """Return the light with these numbers; ValueError if a value is not allowed."""
+        """Return the light with these numbers; raise ``ValueError`` if a value is not allowed."""
         return self.with_value(numbers[self.name])
 
     is_always_shown: ClassVar[bool] = True
@@ -281,7 +286,9 @@ class Handle:
 
     @property
     def said(self) -> tuple[str, str]:
-        """The field's own line of the readout, for places and directions, and its part of the line of other numbers."""
+        """Two texts of the readout: a line for positions and directions, and an entry in the line of sizes and angles.
+        Either may be empty.
+        """
         return "", self._number_format.format(name=self.name, value=self.value)
 
     def with_value(self, value: Any) -> Light:
@@ -290,7 +297,7 @@ class Handle:
 
 
 class PlaceHandle(Handle):
-    """A position, or corners moved by their centre. A light that is moved keeps its target."""
+    """Handle of a position, or of the centre of corners, which move as a whole. A moved light keeps its target."""
 
     @property
     def middle(self) -> Float64Array:
@@ -298,7 +305,7 @@ class PlaceHandle(Handle):
         return np.mean(np.atleast_2d(self.value), axis=0)
 
     def typed(self, numbers: dict[str, float]) -> Light:
-        """Return the light at another position, aimed at the same target; unchanged if moved onto its target."""
+        """Return the light at another position, aimed at the same target; unchanged if it would be at its target."""
         point = np.array(list(numbers.values()))
         offset = point - self.middle
         if not offset.any():
@@ -328,21 +335,23 @@ class PlaceHandle(Handle):
 
     @property
     def numbers(self) -> dict[str, float]:
-        """The coordinates."""
+        """Label → coordinate."""
         return dict(zip("xyz", vector(self.middle), strict=True))
 
     @property
     def said(self) -> tuple[str, str]:
-        """The centre."""
+        """A line with the centre."""
         return f"{self.name} {_tuple_of(self.middle)}", ""
 
 
 class AimHandle(Handle):
-    """An aim, with its handle at the target. A light without a place has one at its icon too; its aim is in angles."""
+    """Handle of an aim, at the target. A light without a position has a second one at its icon, and its aim is typed as
+    angles.
+    """
 
     @property
     def _sign(self) -> float:
-        """Sign of the aim: the handle at the icon shows the direction that the light comes from."""
+        """1 for the handle at the target; −1 at the icon, which shows the direction that the light comes from."""
         return -1.0 if self.name == ORIGIN else 1.0
 
     def point(self, view: View) -> Float64Array:  # noqa: ARG002 the same in all views
@@ -364,13 +373,17 @@ class AimHandle(Handle):
 
     @property
     def numbers(self) -> dict[str, float]:
-        """The target's coordinates, or the direction's angles; at the icon, of the direction that light comes from."""
+        """Label → coordinate of the target. For a light without a position, label → angle of its direction; at the
+        icon, of the direction that the light comes from.
+        """
         if self.light.values(Place):
             return dict(zip("xyz", vector(self.shown.target(self.value)), strict=True))
         return dict(zip(("azimuth", "elevation"), _angles_of(self._sign * np.array(self.value)), strict=True))
 
     def typed(self, numbers: dict[str, float]) -> Light:
-        """Return the light aimed at the numbers, unless it stands there itself; a direction keeps its length."""
+        """Return the light aimed at the typed coordinates, or along the typed angles; its direction then keeps its
+        length. A light that is itself at the coordinates stays unchanged.
+        """
         if self.light.values(Place):
             aim = np.array(list(numbers.values())) - self.shown.origin
         else:
@@ -380,7 +393,7 @@ class AimHandle(Handle):
         return self.with_value(vector(aim)) if aim.any() else self.light
 
     def draw(self, drawing: Drawing, selected: bool) -> None:
-        """Add a line to the target; for a selected light without a place also four parallel arrows."""
+        """Add a line to the target; for a selected light without a position also four parallel arrows."""
         is_placed, start, tip = bool(self.light.values(Place)), self.shown.origin, self.shown.target(self.value)
         drawing.line(np.array([start, tip]), (0.8 if is_placed else 1.0) if selected else 0.45)
         if not selected or self.light.places:
@@ -394,7 +407,7 @@ class AimHandle(Handle):
 
     @property
     def said(self) -> tuple[str, str]:
-        """The target and its distance; for a light without a place, the direction and its angles."""
+        """The target and its distance; for a light without a position, the direction and its angles."""
         if self.light.values(Place):
             target = self.shown.target(self.value)
             return f"{self.name} {_tuple_of(target)}", f"distance {self.shown.reach(self.value):.4g}"
@@ -404,12 +417,14 @@ class AimHandle(Handle):
 
 
 class AngleHandle(Handle):
-    """An angle to the aim; the handle is on the rim, at the target's distance, on the side seen best."""
+    """Handle of an angle to the aim, such as that of a cone. It is on the cone's rim, at the target's distance, on the
+    side that is seen best.
+    """
 
     _number_format = "{name} {value:.1f}°"
 
     def _edge(self, degrees: Any, view: View) -> Float64Array:
-        """Return points at angles to the aim."""
+        """Return points at these angles to the aim, at the target's distance."""
         middle, along, turn = self.shown.origin, self.shown.along, np.radians(degrees)[..., None]
         assert along is not None
         far, side = self.shown.reach(self.light.values(Aim)[0]), view.across(along, middle)
@@ -453,7 +468,9 @@ class AngleHandle(Handle):
 
 
 class LengthHandle(Handle):
-    """A size; the handle is at a fraction of it, to the right or above, on the outline if the light has one."""
+    """Handle of a size. Its distance from the light's centre is a fraction of the size, `role.share`. It is to the
+    right or above, and in the light's plane if it has one.
+    """
 
     _number_format = "{name} {value:.4g}"
 
@@ -470,11 +487,11 @@ class LengthHandle(Handle):
         return np.asarray(side if side @ shown >= 0.0 else -side)
 
     def point(self, view: View) -> Float64Array:
-        """Return the point at the fraction of the size."""
+        """Return the point at this fraction of the size."""
         return self.shown.origin + self.role.share * self.value * self._side(view)
 
     def dragged(self, start: DragStart, cursor: Cursor) -> Light:
-        """Return the light with the size that puts the handle under the cursor, along the light's axis if any."""
+        """Return the light whose size puts the handle under the cursor, along the light's axis if it has one."""
         distance = _distance(self, start, cursor, self._side(start.view) if self.light.values(Up) else None)
         return self.light if distance is None else self.with_value(distance / self.role.share)
 
@@ -488,7 +505,7 @@ class LengthHandle(Handle):
 
 
 class FalloffHandle(Handle):
-    """An isotropic falloff; the handle is to the right, where half the light is left.
+    """Handle of a falloff that is the same in all directions. It is to the right, where half of the light remains.
 
     A light with an aim has no such handle: its target shows its range.
     """
@@ -497,7 +514,7 @@ class FalloffHandle(Handle):
 
     @cached_property
     def _half(self) -> float | None:
-        """Distance at which half the light is left."""
+        """Distance at which half of the light remains."""
         return None if self.light.values(Aim) else distance_of(0.5, self.value)
 
     def point(self, view: View) -> Float64Array | None:
@@ -505,17 +522,19 @@ class FalloffHandle(Handle):
         return None if self._half is None else self.shown.origin + self._half * view.viewer.axes[0]
 
     def dragged(self, start: DragStart, cursor: Cursor) -> Light:
-        """Return the light with half left at the cursor's distance."""
+        """Return the light whose falloff leaves half of the light at the cursor's distance."""
         distance = _distance(self, start, cursor)
         return self.light if distance is None else self.typed({"half left at": distance})
 
     @property
     def numbers(self) -> dict[str, float]:
-        """The distance."""
+        """Label → the distance at which half of the light remains."""
         return {"half left at": self._half or math.inf}
 
     def typed(self, numbers: dict[str, float]) -> Light:
-        """Return the light with half left at this distance: linear and quadratic coefficients are scaled."""
+        """Return the light whose falloff leaves half of the light at this distance. The linear and quadratic
+        coefficients are scaled.
+        """
         distance = check.number("half left at", numbers["half left at"], above=0.0)
         if self._half is None:
             return self.light
@@ -523,7 +542,7 @@ class FalloffHandle(Handle):
         return self.with_value((constant, linear * shrink, quadratic * shrink * shrink))
 
     def draw(self, drawing: Drawing, selected: bool) -> None:
-        """Add spheres where 1/2 and 1/256 of the light is left, if selected."""
+        """If selected, add spheres where 1/2 and 1/256 of the light remain."""
         for fraction, strength, label in _LEFT if selected and not self.light.values(Aim) else ():
             radius = distance_of(fraction, self.value)
             if radius is not None and radius < _LARGEST * self.scenery.size:
@@ -537,7 +556,7 @@ class FalloffHandle(Handle):
 
 
 class TurnHandle(Handle):
-    """A turn around the up axis; the handle is at the light's front, on a circle around the scene's centre."""
+    """Handle of a turn around the up axis. It is at the light's front, on a circle around the scene's centre."""
 
     _number_format = "{name} {value:.1f}°"
 
@@ -593,7 +612,7 @@ def _nearest(
     tried: Float64Array,
     reluctance: float = 0.0,
 ) -> float | None:
-    """Return the number in a range whose point is nearest to the cursor on the screen.
+    """Return the number whose point is nearest to the cursor on the screen.
 
     Parameters
     ----------
@@ -602,9 +621,9 @@ def _nearest(
     places : callable
         Maps numbers, shape (n,), to points, shape (n, 3).
     tried : numpy.ndarray
-        Increasing candidate numbers, with steps fine enough to find the nearest.
+        Increasing, evenly spaced candidates. The best one is then refined.
     reluctance : float, default 0
-        Penalty in pixels for each unit that a number differs from zero.
+        Penalty in pixels per unit of the number's absolute value.
 
     Returns
     -------
@@ -625,7 +644,11 @@ def _nearest(
 
 
 def _distance(handle: Handle, start: DragStart, cursor: Cursor, along: Float64Array | None = None) -> float | None:
-    """Return the cursor's distance from the light, > 0, along an axis or parallel to the picture; snaps if asked to."""
+    """Return the cursor's distance from the light, > 0: along an axis, or by default parallel to the picture.
+
+    It is rounded to the grid if the cursor snaps. None if the cursor has not moved, or the light is not in front of the
+    eye.
+    """
     middle, view = handle.shown.origin, start.view
     if not view.is_ahead(middle) or not start.motion(cursor).any():
         return None

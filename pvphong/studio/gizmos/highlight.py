@@ -21,7 +21,7 @@ from pvphong.studio.gizmos.handles import comes_from_somewhere, fields
 from pvphong.studio.gizmos.view import View, vector
 from pvphong.studio.lit_mesh import LitMesh
 
-# Largest number of vertices searched for the brightest; it only places a handle, and does not affect shading.
+# About the largest number of vertices that are searched for the highlight. It affects a handle's position, not shading.
 _ASKED = 20_000
 
 
@@ -34,7 +34,7 @@ class SurfacePoint:
 
 
 def find_highlight(light: Light, view: View, meshes: Sequence[LitMesh]) -> SurfacePoint | None:
-    """Return the highlight of a light, in world coordinates, on the shiny ones of some meshes; None if there is none.
+    """Return the point of a light's highlight on those meshes that are shiny, in world coordinates, or None.
 
     A mesh that cannot be lit is drawn without points and has no highlight.
     """
@@ -53,7 +53,7 @@ def find_highlight(light: Light, view: View, meshes: Sequence[LitMesh]) -> Surfa
 def brightest(
     light: Light, view: View, points: Float64Array, normals: Float64Array
 ) -> tuple[float, SurfacePoint] | None:
-    """Return the point of a surface whose mirror direction is nearest to the eye.
+    """Return the point of a surface that mirrors the light most nearly towards the eye.
 
     Parameters
     ----------
@@ -82,10 +82,10 @@ def brightest(
 
 
 def mirrored_to_eye(light: Light, view: View, held: SurfacePoint, target: SurfacePoint) -> Light:
-    """Return the light moved so that its highlight is at a target.
+    """Return the light, moved so that its highlight is at a target.
 
-    With the normal n and the unit vector v to the eye, light from l = 2(n·v)n − v is mirrored to the eye. A light with
-    a position keeps its distance from the surface, a light with an aim points at the target, and a light with corners
+    With the unit normal n and the unit vector v to the eye, light from l = 2(n·v)n − v is mirrored to the eye. A light
+    with a position keeps its distance from the surface. A light with an aim points at the target. A light with corners
     is turned as a whole.
 
     Parameters
@@ -117,7 +117,9 @@ def mirrored_to_eye(light: Light, view: View, held: SurfacePoint, target: Surfac
 
 
 def _rotation(before: Float64Array, after: Float64Array) -> Float64Array:
-    """Return the smallest rotation, (3, 3), of a direction to a unit vector, as a product of two half-turns."""
+    """Return the matrix, shape (3, 3), of the smallest rotation that turns the direction `before` to the unit vector
+    `after`. It is the product of two half-turns.
+    """
     start = before / np.linalg.norm(before)
     halfway = start + after
     if not halfway @ halfway > 1e-12:  # opposite: any perpendicular direction is halfway
@@ -158,13 +160,15 @@ class Surfaces:
             self._picker.AddLocator(locator)
 
     def mesh(self, cursor: tuple[float, float]) -> LitMesh | None:
-        """Return the mesh under a cursor."""
+        """Return the mesh under the cursor, or None."""
         if not self._picker.Pick(*cursor, 0.0, self._renderer):
             return None
         return next(mesh for mesh in self._meshes if mesh.actor is self._picker.GetActor())
 
     def pick(self, cursor: tuple[float, float]) -> SurfacePoint | None:
-        """Return the surface point under a cursor, with its normal interpolated and turned to the eye."""
+        """Return the surface point under the cursor, with its interpolated normal turned to the eye; None if there is
+        none.
+        """
         picker, mesh = self._picker, self.mesh(cursor)
         if mesh is None:
             return None

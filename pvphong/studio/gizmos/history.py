@@ -17,7 +17,7 @@ class Editable(Protocol):
 
     @property
     def state(self) -> Any:
-        """The present state, comparable, for `revert`."""
+        """The present state, for `revert`. States can be compared by ==."""
 
     def revert(self, now: Any, then: Any) -> None:
         """Undo the changes between the states `then` and `now`."""
@@ -43,7 +43,7 @@ class History:
         """The continuous edit in progress, or None."""
 
     def begin(self, running: Running) -> None:
-        """Register a continuous edit. Call `settle` before the edit saves its initial state."""
+        """Register a continuous edit. The caller must call `settle` before it saves the edit's initial state."""
         self.running = running
 
     def end(self, running: Running) -> None:
@@ -75,7 +75,7 @@ class History:
 
     @contextmanager
     def edit(self, edited: Editable) -> Iterator[None]:
-        """Record the changes made inside as one step."""
+        """Return a context that records the changes made in it as one step."""
         before = edited.state
         yield
         self.record(edited, before)
@@ -89,7 +89,7 @@ class History:
         return self._turn(self._undone, self._done)
 
     def _turn(self, steps: _Steps, turned: _Steps) -> bool:
-        """Revert the last of `steps`, and append its inverse to `turned`."""
+        """Revert the last of `steps`, and append its inverse to `turned`. Return False if there is none."""
         self.settle()
         if not steps:
             return False

@@ -59,7 +59,9 @@ class Edit:
         return self.gizmo.renderer_light in self.gizmos.lights.renderer_lights
 
     def set(self, light: Light) -> None:
-        """Set the light from world coordinates; fields that have not changed keep their exact values in its frame."""
+        """Set the edited light to `light`, given in world coordinates. Fields that have not changed keep their exact
+        values in the light's own frame.
+        """
         before, viewer = self.start.light, self.view.viewer
         if light == before:
             self.put_back()
@@ -75,14 +77,14 @@ class Edit:
 
     @property
     def now(self) -> LightInScene:
-        """The light's present value, in the scenery of the start."""
+        """The light's present value, in the scenery at the start of the edit."""
         return LightInScene(
             self.gizmo.renderer_light.light(self.view.viewer).in_world(self.view.viewer), self.start.scenery
         )
 
 
 class Drag(Edit):
-    """A drag of a handle that was at `point`; the light depends only on the state at the start and the cursor."""
+    """A drag of a handle that was at `point`. The light depends only on the state at the start and on the cursor."""
 
     def __init__(self, gizmos: Gizmos, gizmo: Gizmo, handle: str, point: Float64Array) -> None:
         super().__init__(gizmos, gizmo, handle)
@@ -96,7 +98,7 @@ class Drag(Edit):
         self._grabbed = DragStart(light, handle, vector(point), gizmos.cursor, self.view, scenery, *steps)
 
     def move(self, cursor: Cursor) -> None:
-        """Set the light to its value for the cursor's position."""
+        """Set the light to the value that belongs to the cursor's position."""
         if self._surfaces is None:
             light = self.start.handles[self.handle].dragged(self._grabbed, cursor)
         else:
@@ -121,14 +123,14 @@ _HOW = "Enter: accept  Tab: next  Esc: cancel"
 
 
 class Entry(Edit):
-    """Typing of values for a handle of a light, or for its intensity; the light follows every character."""
+    """Typing of values for a handle of a light, or for its intensity. Each character changes the light at once."""
 
     def __init__(self, gizmos: Gizmos, gizmo: Gizmo, handle: str) -> None:
         super().__init__(gizmos, gizmo, handle)
         self.text = ""
         """The typed text."""
         self.error = ""
-        """Why the text is not a valid value; "" if it is."""
+        """Error message for a text that is not a valid value; "" if it is valid."""
 
     def put(self, text: str) -> None:
         """Set the light from a text; restore it if the text is empty or not allowed."""
@@ -149,9 +151,9 @@ class Entry(Edit):
 
 
 def typed_light(shown: LightInScene, handle: str, text: str) -> Light:
-    """Return the light with the numbers of a text, in the order of the labels.
+    """Return the light with the numbers of a typed text, which are in the order of the handle's labels.
 
-    A one-letter label, such as x, selects the number that follows it.
+    A label of one letter, such as x, tells which number follows it.
 
     Raises
     ------
@@ -180,7 +182,7 @@ def typed_light(shown: LightInScene, handle: str, text: str) -> Light:
         return light
     typed = shown.handles[handle].typed(known | given)
     if typed == light:  # the light and its target would coincide
-        check.refuse(handle, given, "another position", "The light and its target cannot be at the same point.")
+        check.refuse(handle, given, "a different point", "The light and its target cannot be at the same point.")
     return typed
 
 
@@ -189,7 +191,7 @@ def typed_light(shown: LightInScene, handle: str, text: str) -> Light:
 _BEFORE_ALL, _BEFORE_WIDGET = 2.0, 1.0  # priorities; the widget has 0.5, PyVista and the interactor style 0
 
 TOLERANCE = 12
-"""Largest distance from the cursor to a handle to grab it, in pixels; the drawn dot is half as wide."""
+"""Largest distance from the cursor at which a handle is grabbed, in pixels: about twice the radius of the drawn dot."""
 
 
 class Interaction:
@@ -281,7 +283,7 @@ class Interaction:
             return False
         view, before = gizmos.view, gizmos.hovered
         off = {key: math.dist(view.project(point), cursor) for key, point in self._handles.items()}
-        # if dots overlap, prefer the selected light's
+        # if dots overlap, prefer a dot of the selected light
         on_selected = [key for key in off if key[0].is_selected and off[key] <= TOLERANCE / 2]
         candidates = {} if gizmos.is_another_pointed_at else on_selected or off
         self._nearest = min(candidates, key=lambda key: off[key], default=None)
@@ -289,7 +291,7 @@ class Interaction:
         gizmos.hovered = None
         if self._nearest is not None:
             self._representation.SetWorldPosition(self._handles[self._nearest].tolist())
-            self._representation.BuildRepresentation()  # else it would be grabbed at its last frame's position
+            self._representation.BuildRepresentation()  # otherwise it would be grabbed where it was in the last frame
             is_near = self._representation.ComputeInteractionState(*gizmos.interactor.GetEventPosition())
             gizmos.hovered = self._nearest if is_near and gizmos.is_pointed_at else None
         return before != gizmos.hovered
@@ -300,7 +302,7 @@ class Interaction:
 
     @contextmanager
     def out_of_sight(self) -> Iterator[None]:
-        """Hide the gizmos inside, unless `in_screenshots` is set."""
+        """Return a context in which the gizmos are hidden, unless `in_screenshots` is set."""
         if self.gizmos.options.in_screenshots:
             yield
             return
@@ -312,7 +314,7 @@ class Interaction:
             self.update()
 
     def release(self) -> None:
-        """Remove widget, observers and actors; accept an edit in progress."""
+        """Remove widget, observers and actors. Before that, accept an edit in progress."""
         self.settle()
         for subject, tag in self._observed:
             subject.RemoveObserver(tag)
@@ -327,9 +329,10 @@ class Interaction:
     # -- the mouse
 
     def _pointed(self) -> None:
-        """Handle a move of the cursor. The window's size may have changed since the last frame.
+        """Handle a move of the cursor: find the hovered handle.
 
-        While the button is down, trame may draw fewer pixels.
+        This must not wait for the next frame, because the window's size may have changed since the last one: while the
+        button is down, trame may draw fewer pixels.
         """
         if self._hover():
             self.gizmos.render()
@@ -390,8 +393,8 @@ class Interaction:
     def _key_pressed(self) -> bool:
         """Handle a key press; return True if it belongs to the value being typed.
 
-        A press ends with its `CharEvent` or with its release. Before that, trame's remote area reports letters twice,
-        for the browser's `keydown` and `keypress`; the second report is ignored.
+        trame's remote area reports letters twice, for the browser's `keydown` and `keypress`. A second report is
+        ignored, until the press ends with its `CharEvent` or with the key's release.
         """
         gizmos, key = self.gizmos, self.gizmos.interactor.GetKeySym()
         character = _CHARACTER_OF.get(key, key)
@@ -410,7 +413,7 @@ class Interaction:
         elif self.edit is not None:
             if key == "Escape":
                 self.give_up()
-        elif gizmos.is_pointed_at and not isinstance(gizmos.history.running, Interaction):  # else another subplot's
+        elif gizmos.is_pointed_at and not isinstance(gizmos.history.running, Interaction):  # no edit in another subplot
             control, gizmo = bool(gizmos.interactor.GetControlKey()), gizmos.selected
             if key in commands.ENTER and not control and gizmo is not None:
                 # type a value for the handle grabbed last, if it belongs to the selected light

@@ -17,7 +17,7 @@ from pvphong.scene.viewer import Viewer
 
 # Limits of a point's depth when it moves along an axis, in multiples of its depth at the start.
 _NEAREST, _FARTHEST = 0.02, 50.0
-# An axis with a projection shorter than this fraction of the longest points at the eye.
+# An axis counts as pointing at the eye if its projection is shorter than this fraction of the longest projection.
 _END_ON = 0.05
 # A direction points at the eye if the sine of its angle to the view direction is below this.
 _AT_THE_EYE = 1e-3
@@ -25,7 +25,7 @@ _AT_THE_EYE = 1e-3
 _BESIDE = 1e-9
 
 STANDS_OFF = 0.95
-"""Distance between the scene's centre and the icon of a light without a place, in scene sizes."""
+"""Distance between the scene's centre and the icon of a light without a position, in scene sizes."""
 
 Pixel = tuple[float, float]
 
@@ -54,21 +54,22 @@ class View:
 
     @cached_property
     def _zoom(self) -> float:
-        """Pixels per unit of slope in perspective, per unit of length in parallel projection."""
+        """Pixels per unit of slope in perspective, or per unit of length in parallel projection."""
         half = 0.5 * self.size[1]
         if self.viewer.parallel:
             return half / self.viewer.parallel_scale
         return half / math.tan(math.radians(0.5 * self.viewer.view_angle))
 
     def seen(self, points: VectorLike | Float64Array) -> Float64Array:
-        """Return points, (…, 3), in eye space: right, up, and the depth in front of the eye."""
+        """Return points, shape (…, 3), in eye space: right, up, and the depth in front of the eye."""
         away = np.asarray(points, dtype=np.float64) - np.array(self.viewer.position)
         return away @ self.viewer.axes.T * (1.0, 1.0, -1.0)
 
     def is_ahead(self, point: VectorLike | Float64Array) -> bool:
-        """Return True if a point has a projection; in parallel projection every point has one.
+        """Return True if a point can be projected: always in parallel projection, in perspective if it is in front of
+        the eye.
 
-        A point beside the eye has none, even if rounding makes its depth slightly larger than zero.
+        A point beside the eye is not in front, even if rounding makes its depth slightly larger than zero.
         """
         if self.viewer.parallel:
             return True
@@ -76,7 +77,9 @@ class View:
         return bool(seen[2] > _BESIDE * (math.hypot(*seen) + math.hypot(*self.viewer.position)))
 
     def project(self, points: VectorLike | Float64Array) -> Float64Array:
-        """Return the pixels, (…, 2), of points (…, 3); in perspective, NaN at and behind the eye."""
+        """Return the positions of points, shape (…, 3), on the screen, in pixels, shape (…, 2). In perspective they are
+        NaN for points at and behind the eye.
+        """
         seen = self.seen(points)
         flat = seen[..., :2]
         if not self.viewer.parallel:
@@ -85,7 +88,7 @@ class View:
         return self._middle + self._zoom * flat
 
     def edge_towards(self, point: VectorLike | Float64Array, margin: float) -> tuple[Pixel, Pixel] | None:
-        """Return the position `margin` pixels inside the edge that is nearest to a point out of sight.
+        """Return position and direction of an arrow to a point out of sight, `margin` pixels inside the subplot's edge.
 
         Returns
         -------
@@ -111,13 +114,15 @@ class View:
         return 1.0 / self._zoom if self.viewer.parallel else float(self.seen(point)[2]) / self._zoom
 
     def facing(self, point: VectorLike | Float64Array, cursor: VectorLike | Float64Array) -> Float64Array:
-        """Return the point under the cursor in the plane through a point parallel to the picture."""
+        """Return the point under the cursor, in the plane through `point` that is parallel to the picture."""
         x, y = (np.asarray(cursor) - self._middle) * self.unit_per_pixel(point)
         right, up, back = self.viewer.axes
         return np.array(self.viewer.position) + x * right + y * up - self.seen(point)[2] * back
 
     def towards_eye(self, points: VectorLike | Float64Array) -> Float64Array:
-        """Return unit vectors, (…, 3), from points to the eye; zero at the eye, all equal in parallel projection."""
+        """Return unit vectors from points to the eye, shape (…, 3). They are zero at the eye, and all equal in parallel
+        projection.
+        """
         points = np.asarray(points, dtype=np.float64)
         if self.viewer.parallel:
             return np.broadcast_to(-np.array(self.viewer.view_direction), points.shape)
@@ -126,24 +131,30 @@ class View:
         return np.divide(away, length, out=np.zeros_like(away), where=length > 0.0)
 
     def across(self, along: Float64Array, point: VectorLike | Float64Array) -> Float64Array:
-        """Return the unit vector perpendicular to `along` and to the view of a point; to the right if these align."""
+        """Return the unit vector perpendicular to `along` and to the line of sight to a point. It points to the right
+        if these are parallel.
+        """
         return self._square_to(along, self.towards_eye(point))
 
     def level(self, normal: Float64Array) -> Float64Array:
-        """Return the unit vector perpendicular to `normal` and parallel to the picture; to the right if it faces us."""
+        """Return the unit vector perpendicular to `normal` and parallel to the picture. If the normal is along the view
+        axis, it points to the right.
+        """
         return self._square_to(normal, self.viewer.axes[2])
 
     def _square_to(self, axis: Float64Array, other: Float64Array) -> Float64Array:
-        """Return the unit vector perpendicular to both; if they are parallel, perpendicular to `axis`, to the right."""
+        """Return the unit vector perpendicular to both. If they are parallel, it is perpendicular to `axis` and points
+        to the right.
+        """
         side, right = np.cross(axis, other), self.viewer.axes[0]
         if np.linalg.norm(side) < _AT_THE_EYE:
             side = right - (right @ axis) * axis
         return np.asarray(side / np.linalg.norm(side))
 
     def along(self, point: Float64Array, axis: Float64Array, motion: Float64Array) -> Float64Array:
-        """Return a point moved along an axis, by the part of the cursor's motion along the axis on the screen.
+        """Return a point moved along an axis, so that on the screen it follows the cursor's motion along the axis.
 
-        The depth grows at most 50 times towards the vanishing point, and shrinks at most to a fiftieth.
+        Its depth grows at most 50 times towards the vanishing point, and shrinks at most to a fiftieth.
         """
         picture = self._picture_of(point, axis)
         length = float(np.hypot(*picture))
@@ -161,7 +172,9 @@ class View:
         return point + axis * min(max(t, limits[0]), limits[1])
 
     def axis_along(self, point: Float64Array, motion: Float64Array) -> Float64Array | None:
-        """Return the world axis with the projection nearest to a motion, without axes that point at the eye."""
+        """Return the world axis whose projection is most nearly parallel to a motion on the screen; None if there is no
+        motion. Axes that point at the eye are left out.
+        """
         pictures = np.array([self._picture_of(point, axis) for axis in np.eye(3)])
         lengths = np.hypot(*pictures.T)
         if not np.any(motion) or not lengths.any():
@@ -181,7 +194,7 @@ class View:
 
 @dataclass(frozen=True)
 class Scenery:
-    """The extent of the scene around a gizmo, and the pivot of lights without a place.
+    """The extent of the scene around a gizmo, and the pivot of lights without a position.
 
     Parameters
     ----------
@@ -190,9 +203,9 @@ class Scenery:
     size : float
         Half the diagonal of the drawn objects, > 0.
     anchor : tuple of float
-        Fixed point while a light without a place is turned.
+        Point that stays fixed while a light without a position is turned.
     behind : float, default 0
-        Distance from the anchor to the icon of such a light, against its aim.
+        Distance from the anchor back to the icon of such a light, opposite to its aim.
     """
 
     center: Vector
@@ -271,7 +284,9 @@ class DragStart:
         return np.array(cursor.position) - np.array(self.cursor)
 
     def moved(self, cursor: Cursor) -> Float64Array:
-        """Return the handle moved with the cursor, parallel to the picture, or along a world axis if constrained."""
+        """Return the handle's new position: moved with the cursor parallel to the picture, or along a world axis if the
+        cursor is constrained.
+        """
         point = np.array(self.point)
         if not self.view.is_ahead(point) or not self.motion(cursor).any():
             return point

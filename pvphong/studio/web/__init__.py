@@ -2,19 +2,20 @@
 
 Read in this order:
 
-1. `fields`: kind, unit, range and help of a dataclass's fields, for forms, and the parsing of values from the page.
-2. `coloring`: the choice of an array and its colormap; `mix`: faders, which scale each light's contribution.
+1. `fields`: kind, unit, range and help of a dataclass's fields, for forms. It also parses values from the page.
+2. `coloring`: the choice of an array and its colormap. `mix`: faders, which scale each light's contribution.
 3. `document`: the editable values, named by keys, with one undo history for panels and gizmos.
 4. `inputs` and `page`: Vuetify's components around the view.
 5. `access`: access control for HTTP and WebSocket, validation of messages, and uploads.
 6. `downloads`: the files to download, and the Python script that reproduces them.
 7. `report`: the accuracy report, measured in a separate process.
 8. `thumbnails`: spheres that show materials and reflectances.
-9. `studio`: the combination of all of these, and the server.
+9. `studio`: combines all of these, and has the server.
 10. `serving`: runs the studio in its own event loop, or in a notebook's.
 
-An edit goes from `inputs` through `access` and `studio` to `document`. It parses the value with `fields` and sets it in
-`window_lights`, in `lit_mesh`, or in `plotter.phong`; the lit meshes are then updated as after any change.
+An edit goes from `inputs` through `access` and `studio` to `document`. `document` parses the value with `fields`. It
+sets the value in `window_lights`, in `lit_mesh`, in `plotter.phong`, in `mix`, or in itself. Then `studio` requests a
+frame, before which `lit_actors` updates the lit meshes.
 
 Only `inputs`, `page`, `access`, `studio` and `serving` depend on a server.
 """
@@ -27,6 +28,11 @@ from pvphong.base import check
 
 
 def refuse_missing_extra(called: str) -> None:
-    """Raise ``ValueError``, naming the caller, if the extra is not installed."""
+    """Raise ``ValueError`` if the extra is not installed. The message names the function or command, `called`."""
     if importlib.util.find_spec("trame_pyvista") is None:
-        check.refuse(called, "none of its packages", "installed", "Run: pip install trame-pyvista trame-vuetify")
+        check.refuse(
+            called,
+            "a missing package",
+            "used with its packages installed",
+            "Run: pip install trame-pyvista trame-vuetify",
+        )

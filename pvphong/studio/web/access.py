@@ -1,8 +1,8 @@
 """Access to the studio: access control for HTTP and WebSocket, validation of messages, and uploads.
 
 A server on a loopback address admits all local requests, except from pages of another origin. On any other address, all
-paths are inside a folder with a secret token as its name, and other requests are refused. A cookie would not work:
-browsers send none for a page in a frame on another host's page, as in a notebook.
+paths begin with a folder whose name is a secret token, and other requests are refused. A cookie would not work instead:
+browsers do not send cookies for a page in a frame of another host's page, as in a notebook.
 
 Only messages that trame's page sends are accepted. Each is validated before it is used, and a malformed one is answered
 with an error. Otherwise VTK's adapter of remote events, for example, would crash on a missing key.
@@ -32,7 +32,7 @@ from pvphong.base import check
 _LARGEST_MESSAGE = 2**20
 """Largest message, in bytes; files are sent by HTTP."""
 _FRAME = "publish:trame.rca.topic.stream:"
-"""Prefix of the ids of messages with a picture of the view."""
+"""Prefix of the ids of messages that contain a picture of the view."""
 _MOST_PENDING = 4
 """Largest number of incomplete messages of one client."""
 LARGEST_FILE = 2**28
@@ -80,7 +80,7 @@ class Access:
         """Check every request of an application, and move its routes below the root."""
         app.middlewares.append(self._admit)
         if self.token:
-            app.on_startup.append(self._move)  # when all routes are defined
+            app.on_startup.append(self._move)  # all routes are defined then
 
     async def _move(self, app: web.Application) -> None:
         for resource in app.router.resources():
@@ -140,7 +140,7 @@ async def receive(request: web.Request, suffixes: tuple[str, ...], folder: Path)
     Parameters
     ----------
     request : aiohttp.web.Request
-        The file is its body. `name` in its query is the file's name, of which only the suffix is used.
+        The upload. Its body is the file. `name` in its query is the file's name, of which only the suffix is used.
     suffixes : tuple of str
         Allowed suffixes.
     folder : Path
@@ -182,7 +182,7 @@ def upload(
     take: Callable[[str, Path, Mapping[str, str]], Awaitable[None]],
     done: Callable[[str], None],
 ) -> Handler:
-    """Return a handler of uploads that passes each file to a function and then deletes it.
+    """Return a handler of upload requests, which passes each file to a function and then deletes it.
 
     Parameters
     ----------
@@ -191,7 +191,7 @@ def upload(
     take : callable
         Called with name, path and query; raises ValueError if it rejects the file.
     done : callable
-        Called with the reason if the file was rejected, else with "".
+        Called with the error message if the file was rejected, else with "".
     """
 
     async def handle(request: web.Request) -> web.StreamResponse:
@@ -229,7 +229,8 @@ _IDLE = {"StartInteractionEvent", "EndInteractionEvent"}
 
 
 def view_event(given: Any) -> dict[str, Any]:
-    """Return a valid event of mouse, wheel, keyboard or touch for VTK's adapter, with all keys, in range.
+    """Return a validated event of mouse, wheel, keyboard or touch. It has all keys that VTK's adapter reads, and its
+    values are in range.
 
     Raises
     ------
@@ -270,7 +271,7 @@ def view_event(given: Any) -> dict[str, Any]:
 
 
 def view_size(given: Any) -> dict[str, Any]:
-    """Return the size of a view in a browser, limited to the largest window."""
+    """Return the validated size of a view in a browser, limited to the largest window."""
     if not isinstance(given, dict):
         raise Malformed("a size needs a width and a height")
     width, height = (_number(given.get(name, 0.0), 0.0, 1e6) for name in ("w", "h"))
@@ -292,7 +293,9 @@ def _list(given: Any, count: int) -> list[Any]:
 
 
 def plain(given: Any, depth: int = 0) -> Any:
-    """Return a value if it is a text, a number, a flag or None, or a list of these, of limited size."""
+    """Return a value if it is a text, a number, a flag, None, or a list of these, of limited size. Otherwise raise
+    `Malformed`.
+    """
     if isinstance(given, list) and depth < _MOST_NESTED and len(given) <= _LONGEST:
         return [plain(each, depth + 1) for each in given]
     if given is None or (isinstance(given, int | float) and -_LARGEST <= given <= _LARGEST):
@@ -312,7 +315,7 @@ class Messages(AioHttpWsHandler):
     server : wslink's web server
         trame's web server.
     triggers : mapping
-        Name → function, of everything that the page may trigger.
+        Name → function, for everything that the page may trigger.
     closed : callable
         Called when a client has disconnected, with True if it held the left mouse button down in the view.
     """
@@ -349,7 +352,7 @@ class Messages(AioHttpWsHandler):
                 await self.sendWrappedError("malformed", -32600, "Malformed message", client_id=client_id)
 
     def _checked(self, message: Any, client_id: str) -> dict[str, Any]:
-        """Return a message with validated arguments; Malformed if the page does not send such a message."""
+        """Return a message with validated arguments. Raise `Malformed` if the page does not send such messages."""
         if not isinstance(message, dict) or not isinstance(message.get("id"), str) or len(message["id"]) > 200:
             raise Malformed("a message needs an id")
         method, args = message.get("method"), message.get("args", [])
@@ -385,7 +388,7 @@ class Messages(AioHttpWsHandler):
         return {"id": message["id"], "method": method, "args": args}
 
     def _show_to(self, area: str, client_id: str) -> None:
-        """Draw in the size of the browser in use; other clients may have another size."""
+        """Draw the view in the size of this client's browser; other clients may have another size."""
         size = self._sizes.get(client_id)
         if client_id != self._shown_to and size is not None:
             self._shown_to = client_id
@@ -393,7 +396,7 @@ class Messages(AioHttpWsHandler):
             resize(areas, area, "access", size)
 
     async def handleSystemMessage(self, rpcid: str, methodName: str, args: list[Any], client_id: str) -> bool:
-        """Handle a greeting, and limit the message size again: wslink sets it to 4 GiB."""
+        """Handle a greeting. Then limit the message size again, because wslink sets the limit to 4 GiB."""
         is_system: bool = await super().handleSystemMessage(rpcid, methodName, args, client_id)
         self.unchunkers[client_id].set_max_message_size(_LARGEST_MESSAGE)
         return is_system
@@ -421,7 +424,7 @@ class Messages(AioHttpWsHandler):
         client_id: str | None = None,
         skip_last_active_client: bool = False,  # noqa: ARG002 wslink's signature
     ) -> None:
-        """Send to one client; wslink would make all clients wait for the slowest.
+        """Send a message to one client. wslink's own method would make all clients wait for the slowest.
 
         If several frames are pending for a client, only the last one is sent.
         """

@@ -45,7 +45,7 @@ def chosen(before: Any, meshes: Sequence[pv.DataSet], scalars: Any, cmap: Any, l
     scalars, cmap : str
         Names of the array and of the colormap.
     low, high : float, str or None
-        The range, as numbers or text; None or "" is the end of the array's range.
+        Ends of the range, as numbers or text. None or "" uses the end of the array's range.
 
     Raises
     ------
@@ -59,13 +59,13 @@ def chosen(before: Any, meshes: Sequence[pv.DataSet], scalars: Any, cmap: Any, l
     span = spans_in(colormap, meshes)
     own = (span.low, span.high)
     if ends == [None, None] and (len(meshes) == 1 or not own[0] < own[1]):
-        return colormap  # follows edits of the array
+        return colormap  # without limits, the range changes with the array
     first, last = (found if end is None else end for end, found in zip(ends, own, strict=True))
     return replace(colormap, clim=(first, last))
 
 
 def shown(albedo: Any, meshes: Sequence[pv.DataSet]) -> dict[str, Any]:
-    """Return the values for the page: the arrays, and the colormap with its range, colours and names."""
+    """Return the values for the page: the names of arrays, and the colormap with its name, range and colours."""
     entry: dict[str, Any] = {"arrays": list(arrays_of(meshes)), "scalars": "", "cmap": "", "gradient": ""}
     entry |= {"low": None, "high": None}
     if not isinstance(albedo, Colormap) or not isinstance(albedo.scalars, str):

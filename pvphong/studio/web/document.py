@@ -1,7 +1,7 @@
-"""The document that a studio edits: lights, materials, light model and tolerance, with one undo history.
+"""The document that a studio edits: lights, materials, light model, edges, faders and accuracy, with one undo history.
 
 An edit names its field by a key: "light.3.intensity", "material.0.diffuse", "reflectance.0.roughness", "model.shadows",
-"surfaces.feature_angle", "fader.3.gain", "accuracy.tolerance". A light keeps its number while the studio runs.
+"surfaces.feature_angle", "fader.3.gain" or "accuracy.tolerance". A light keeps its number while the studio runs.
 """
 
 from __future__ import annotations
@@ -60,7 +60,7 @@ class Accuracy:
         It applies to the plan and to downloads; the view is exact at vertices.
     refine : float, optional
         Largest colour error inside triangles in the view, where 1 is full intensity. While nothing moves, the view is
-        refined, with crisp edges of shadows and cones. If None, the view has the mesh's own vertices.
+        refined, with crisp edges of shadows and cones. If None, the view shows the mesh's own vertices.
     """
 
     tolerance: float = check.field(partial(check.number, at_least=0.0, at_most=0.1), 0.0, unit="of 1")
@@ -77,7 +77,7 @@ class Surfaces:
     Parameters
     ----------
     feature_angle : float, optional
-        An edge is sharp if the normals of its faces differ by at least this angle, in degrees. 0 is flat shading; if
+        An edge is sharp if the normals of its faces differ by more than this angle, in degrees. 0 is flat shading; if
         None, all edges are smooth.
     """
 
@@ -88,13 +88,13 @@ class Surfaces:
 
 
 _IN_ROW = ("name", "on", "diffuse", "intensity")
-"""Fields in the row of a light."""
+"""Fields of a light that the page always shows; others are shown for the selected light."""
 
 _FIRST_OF_SCENE = ("ambient", "shadows", "ambient_occlusion", "bounces")
-"""Fields of the light model that come first."""
+"""Fields of the light model that the page shows first."""
 
 # A new light's offset from the scene's centre, to the right, up and towards the viewer, and its size, in scene sizes;
-# and the colour that it gives a white surface there.
+# and the brightness that it gives a white surface at the centre.
 _PLACE, _LARGE, _BRIGHT = (-0.6, 0.6, 0.5), 0.2, 0.6
 _APART = 0.45  # distance to the right of an existing light, in scene sizes
 _MOST_STOPS = 100.0
@@ -109,7 +109,7 @@ _ACTS: Mapping[str, Callable[[Gizmos, Gizmo], Any]] = {
 
 
 class DocumentState(NamedTuple):
-    """All editable values; comparable."""
+    """All editable values. States can be compared by ==."""
 
     lights: LightStates
     materials: MaterialsState
@@ -156,7 +156,7 @@ class Document:
 
     @property
     def surfaces(self) -> Surfaces:
-        """Edge shading of the first mesh; setting it sets that of all meshes."""
+        """Shading of the first mesh's edges. Setting it changes all meshes."""
         first = next(iter(self._subplot.lit.meshes), None)
         return Surfaces(None if first is None else first.sharp_angle)
 
@@ -180,7 +180,7 @@ class Document:
         )
 
     def revert(self, now: DocumentState, then: DocumentState) -> None:
-        """Undo the changes between `then` and `now`."""
+        """Undo the changes that were made between the states `then` and `now`."""
         self._subplot.lights.revert(now.lights, then.lights)
         self._subplot.lit.revert(now.materials, then.materials)
         if now.light_model != then.light_model:
@@ -195,7 +195,9 @@ class Document:
 
     @contextmanager
     def _step(self) -> Iterator[None]:
-        """Record the changes made inside as one step; revert them if a mesh cannot be lit with them."""
+        """Return a context that records the changes made in it as one step. If a mesh cannot be lit with them, it
+        reverts them and raises the error.
+        """
         self.history.settle()
         before = self.state
         try:
@@ -219,7 +221,9 @@ class Document:
     # -- cancelling background computations
 
     def cancel_bounces(self) -> str:
-        """Cancel the bounced light and set bounces to those in the present picture; return a message."""
+        """Cancel the computation of bounced light, and set `bounces` to their number in the present picture. Return a
+        message.
+        """
         gathering, model = self._subplot.lit.gathering, self._phong.light_model
         if gathering.part is None:
             return "Bounced light is not being computed."
@@ -248,7 +252,7 @@ class Document:
             self._set(key, lambda value, name: edited(value, name, given, index))
 
     def slide(self, key: str, given: Any) -> None:
-        """Set a number from its slider, or a colour from its picker; all moves until `settle` are one undo step."""
+        """Set a number from its slider, or a colour from its picker. All moves until `settle` are one undo step."""
         if self._sliding is None or self._sliding[0] != key:
             self.history.settle()
             self._sliding = key, self.state
@@ -263,7 +267,9 @@ class Document:
             self.history.record(self, sliding[1])
 
     def _set(self, key: str, change: Callable[[Any, str], Any]) -> None:
-        """Change the field of a key with a function of the dataclass and the field's name."""
+        """Change the field that a key names. `change` takes the dataclass instance and the field's name, and returns
+        the changed instance.
+        """
         match check.text("key", key).split("."):
             case "accuracy", name:
                 self.accuracy = change(self.accuracy, name)
@@ -291,7 +297,7 @@ class Document:
         viewer = self._subplot.lights.viewer
         before: Light = renderer_light.light(viewer)
         after: Light = change(before, name)
-        if after.frame != before.frame:  # keep its place in the world
+        if after.frame != before.frame:  # keep its position in the world
             after = before.in_world(viewer).in_frame(after.frame, viewer)
         self._subplot.lights.set(renderer_light, after)
 
@@ -304,7 +310,7 @@ class Document:
         return self._subplot.interaction.gizmos
 
     def number(self, renderer_light: RendererLight) -> int:
-        """Return the number of a light in keys."""
+        """Return the number that keys use for a light."""
         return self._numbers.setdefault(renderer_light, 1 + len(self._numbers))
 
     def _light(self, number: Any) -> RendererLight:
@@ -314,9 +320,9 @@ class Document:
         return check.refuse("light", number, "the number of an existing light")
 
     def add(self, kind: str) -> None:
-        """Add a light of a kind, given by its name in files, and select it.
+        """Add a light and select it. `kind` is the name of its kind in scene files.
 
-        It shines on the scene from the upper left, to the right of lights that are there already.
+        The light shines on the scene from the upper left. If lights are there already, it is to the right of them.
         """
         made = LIGHT_TYPES[check.choice("kind", kind, LIGHT_TYPES)]
         scenery, viewer = self.gizmos.scenery, self._subplot.lights.viewer
@@ -359,7 +365,7 @@ class Document:
         before = renderer_light.light(self._subplot.lights.viewer)
         names = [field.name for field in fields_of(type(before)) if field.takes == "image"]
         if not names or not isinstance(image, pv.ImageData) or image.active_scalars is None:
-            check.refuse("image", f"one for {called(before)}", "an image for a light from all around")
+            check.refuse("image", f"a file for {called(before)}", "an image file for an environment light")
         width, height, _ = image.dimensions
         texels = np.asarray(image.active_scalars).reshape(height, width, -1)[::-1, :, :3]
         if texels.dtype == np.uint8:
@@ -373,7 +379,7 @@ class Document:
             now.set(replace(now.light(self._subplot.lights.viewer), **changes), self._subplot.lights.viewer)
 
     def select(self, number: Any) -> None:
-        """Select a light in list and view; None selects none."""
+        """Select a light in the list and in the view. None deselects the selected light."""
         self.gizmos.select(None if number is None else self.gizmos.of(self._light(number)))
 
     def replace_all(self, scene: Scene, materials: Mapping[str, Material], default: str) -> None:
@@ -404,7 +410,7 @@ class Document:
             self.mix.start(on=check.flag("on", on))
 
     def solo_fader(self, number: Any) -> None:
-        """Show one light only in the mix, or all again."""
+        """Show only one light in the mix, or all lights again."""
         with self._step():
             chosen = self._light(number)
             self.mix.soloed = None if self.mix.soloed is chosen else chosen
@@ -420,7 +426,7 @@ class Document:
 
     @property
     def materials(self) -> dict[str, SharedMaterial]:
-        """Name of the first mesh with a material → the material, for all visible meshes."""
+        """The materials of all visible meshes. The key of each is the name of the first mesh that has it."""
         found: dict[SharedMaterial, str] = {}
         for mesh in self._subplot.lit.shown:
             found.setdefault(mesh.shared_material, self.mesh_name(mesh))
@@ -429,8 +435,8 @@ class Document:
     def mesh_name(self, mesh: Any) -> str:
         """Return a unique name of a mesh.
 
-        A block has its own name, as in rigs and scripts, unless another mesh has the same. Other meshes have the name
-        of their actor, with the block in brackets, or a number if they were drawn without a name.
+        It is the name of a block, as in rigs and scripts, unless another mesh has the same name. Otherwise it is the
+        name of the mesh's actor, which includes the block in brackets, or a number if it was drawn without a name.
         """
         lit = self._subplot.lit
         others = (other.block or lit.name_of(other) for other in lit.meshes if other is not mesh)
@@ -452,7 +458,7 @@ class Document:
             shared.material = replace(as_material(name), albedo=own.albedo, tangents=own.tangents)
 
     def choose_reflectance(self, number: Any, name: str) -> None:
-        """Set a material's reflectance by its name in files; "" uses the light model's reflection."""
+        """Set a material's reflectance by its kind's name in scene files. "" uses the light model's `reflection`."""
         with self._step():
             shared = self._material(number)
             reflectance = new_reflectance(name) if name else None
@@ -484,7 +490,7 @@ class Document:
             self.textures[Map(texture)] = self._file_name(texture, name)
 
     def set_colormap(self, number: Any, scalars: Any, cmap: Any = None, low: Any = None, high: Any = None) -> str:
-        """Set an array of the meshes with a colormap as a material's albedo; return a message.
+        """Use an array of the meshes, with a colormap, as a material's albedo; return a message.
 
         Parameters
         ----------
@@ -495,7 +501,7 @@ class Document:
         cmap : str, optional
             Name of the colormap; by default the present one, or PyVista's.
         low, high : float or str, optional
-            The range, as numbers or text; by default that of the array.
+            Ends of the range, as numbers or text; by default the ends of the array's range.
 
         Raises
         ------
@@ -520,7 +526,7 @@ class Document:
         return [mesh.mesh for mesh in self._subplot.lit.shown if mesh.shared_material is shared]
 
     def _file_name(self, texture: pv.Texture, name: str) -> str:
-        """Return a unique file name of a texture, for scripts; numbered if another picture has the name."""
+        """Return a unique file name for a texture, for scripts. A number is added if another picture has the name."""
         path, texels = PurePath(name), texture.to_array()
         others = [known for each, known in self.textures.items() if not np.array_equal(each.source.to_array(), texels)]
         names = itertools.chain([name], (f"{path.stem}-{number}{path.suffix}" for number in itertools.count(2)))
@@ -529,7 +535,7 @@ class Document:
     # -- values for the page
 
     def shown(self) -> dict[str, Any]:
-        """Return all values for the page, by their names there."""
+        """Return all values for the page: name in the page's state → value."""
         viewer, gizmos = self._subplot.lights.viewer, self.gizmos
         selected, soloed = gizmos.selected, gizmos.soloed
         lights = []
@@ -587,7 +593,7 @@ class Document:
 def _with_image(light: Light, name: str, image: Any) -> Light:
     changes: dict[str, Any] = {name: image}
     changed = replace(light, **changes)
-    # both cache slow computations of the image: done here, they do not block the drawing thread
+    # Both calls cache slow computations with the image. Done here, these do not block the thread that draws.
     vtk_values(changed)
     changed.bands  # noqa: B018
     return changed
@@ -613,12 +619,14 @@ def textured(material: Material) -> list[str]:
 
 
 def kind_of(light: Light) -> str:
-    """Return the name of a light's kind in scene files."""
+    """Return the name that scene files use for a light's kind."""
     return next((name for name, kind in LIGHT_TYPES.items() if type(light) is kind), type(light).__name__)
 
 
 def new_reflectance(name: str) -> Any:
-    """Return a reflectance by its name in files; parameters without a default are mid-range, or grey."""
+    """Return a reflectance by the name of its kind in scene files. Parameters without a default are set to the middle
+    of their range, or to grey.
+    """
     kind = REFLECTANCES[check.choice("reflectance", name, REFLECTANCES)]
     missing = {each.name for each in dataclass_fields(kind) if each.default is MISSING}
     given: dict[str, Any] = {

@@ -38,15 +38,15 @@ EXAMPLES: Mapping[str, str] = {
 """Name of an example mesh → its function in `pyvista.examples`; PyVista contains their files."""
 
 FILES = ("rig", "vtp", "ply", "vtkhdf", "glb", "png", "py")
-"""The downloads, by suffix; "rig" is a .json."""
+"""The downloads, by suffix, except "rig", which is a .json."""
 
 LIT = ("vtp", "ply", "vtkhdf", "glb", "png")
-"""The downloads made from the lit mesh."""
+"""The downloads that contain the lit mesh."""
 
 
 @dataclass
 class Downloads:
-    """A snapshot of the data in a studio's downloads.
+    """A snapshot of the data from which a studio's downloads are made.
 
     Parameters
     ----------
@@ -57,11 +57,11 @@ class Downloads:
     tolerance : float
         Allowed colour error.
     reading : str
-        Python expression for the mesh or the blocks, using `pv` and `ph`.
+        Python expression that makes the mesh or the blocks, using `pv` and `ph`.
     stem : str
         Prefix of the file names.
     textures : mapping
-        Texture → file name, for textures from files: rig and script refer to these names.
+        Texture → file name, for textures from files. Rig and script refer to textures by these names.
     """
 
     meshes: Mapping[str, LitMesh]
@@ -76,7 +76,7 @@ class Downloads:
 
     @property
     def materials(self) -> dict[str, Material]:
-        """The materials as in a rig: "default" for all meshes, or by mesh name."""
+        """The materials as in a rig: "default" → the material of all meshes, or name of a mesh → its material."""
         found = common_or_named({name: mesh.material for name, mesh in self.meshes.items()})
         return found or {DEFAULT: DEFAULT_MATERIAL}
 
@@ -101,14 +101,18 @@ class Downloads:
         """
         meshes = list(self.meshes.values())
         if not meshes:
-            check.refuse("mesh", "none", "open", "Open one first.")
+            check.refuse("mesh", "none", "open", "Open a mesh first.")
         angles, matrices = {mesh.feature_angle for mesh in meshes}, [mesh.matrix for mesh in meshes]
         matrix = matrices[0]
         if len(angles) > 1 or len({None if each is None else each.tobytes() for each in matrices}) > 1:
-            allowed = "unmoved or moved together, with one feature angle, to be lit in one call"
-            check.refuse("meshes", "different transforms or feature angles", allowed)
+            allowed = "the same for all meshes, so that one call can light them"
+            check.refuse("transform and feature angle", "different transforms or feature angles", allowed)
         if self.scene.light_model.needs_rays and not all(mesh.casts_shadows for mesh in meshes):
-            check.refuse("meshes", "a mesh without shadows", "all shadow-casting, to be lit in one call")
+            check.refuse(
+                "casts_shadows",
+                "a mesh with casts_shadows=False",
+                "True for all meshes, so that one call can light them",
+            )
         found: dict[str, Any] = {"feature_angle": meshes[0].feature_angle}
         if matrix is not None:
             found["matrix"] = matrix.tolist()
@@ -118,7 +122,7 @@ class Downloads:
 
     @cached_property
     def lit(self) -> Any:
-        """The lit mesh or blocks, computed once; can be read in any thread."""
+        """The lit mesh or blocks, computed once. It can be read in any thread."""
         options, materials = self.options, self.materials
         if len(self.meshes) == 1:
             mesh = next(iter(self.meshes.values())).mesh
@@ -129,7 +133,7 @@ class Downloads:
     def script(self) -> str:
         """Return a Python script that reads the mesh, lights it as in the studio, and writes it.
 
-        Lights and materials with images or arrays, which code cannot contain, are read from the rig.
+        If lights or materials have images or arrays, which code cannot contain, the script reads them from the rig.
         """
         options, materials, stem = self.options, self._written, self.stem
         ending = "vtp" if [mesh.block for mesh in self.meshes.values()] == [""] else "vtkhdf"
@@ -193,7 +197,7 @@ class Downloads:
         return path
 
     def save_rig(self, path: Path) -> None:
-        """Write scene and materials; ValueError if they cannot be written."""
+        """Write scene and materials; raise ``ValueError`` if they cannot be written."""
         self.scene.save(path, materials=self._written)
 
     def read(self, what: str, plotter: pv.Plotter, size: tuple[int, int]) -> tuple[str, bytes]:
@@ -213,7 +217,7 @@ class HasArrays(Exception):
 
 
 _CODED = (Scene, Viewer, LightModel, Material, Colormap, *LIGHT_TYPES.values(), *REFLECTANCES.values())
-"""Classes that `ph` exports by name."""
+"""Classes whose instances code can create by their names in `ph`."""
 
 
 def python_of(value: Any, indent: str = "") -> str:

@@ -1,8 +1,8 @@
 """Forms: the fields of a light, material, reflectance or light model in the studio's page, and their editing.
 
 Forms are derived from the classes. The docstring, which help() and the command line show too, defines the type of each
-field ("radius : float, default 1") and its help; the check defines the range; the role or the metadata the unit. A new
-kind of light therefore needs no code here.
+field ("radius : float, default 1") and its help. The field's check defines the range, and its role or metadata the
+unit. So a new kind of light needs no code here.
 """
 
 from __future__ import annotations
@@ -33,13 +33,13 @@ _KINDS: Mapping[str, Kind] = {
     "str": "text",
     "Reflectance": "reflectance",
 }
-"""First word of a docstring's type → kind of input."""
+"""Type of a field in a docstring, up to the first comma or "or" → kind of input."""
 
 _OF_THOUSANDS = re.compile(r"[-+]?[1-9]\d{0,2}(,\d{3})+(\.\d*)?")
-"""A number in which a comma may separate thousands: 1,000 is ambiguous, as some languages use decimal commas."""
+"""A number whose commas may separate thousands. 1,000 is ambiguous, because some languages use decimal commas."""
 
 _STOPS = 8.0
-"""Range of a slider without an upper limit, in stops up and down: a factor of 2⁸ = 256 each."""
+"""Range of the slider of a number without an upper limit: this many stops up and down, a factor of 2⁸ = 256 each."""
 
 
 class Field(NamedTuple):
@@ -54,13 +54,13 @@ class Field(NamedTuple):
     most: float = math.inf
     is_whole: bool = False
     is_open: bool = False
-    """True if the value must be larger than `least`, not equal."""
+    """True if the value must be larger than `least`; False if it may also be equal."""
     is_optional: bool = False
     """True if the value may be None."""
     takes: str = ""
-    """Alternative kind of value: "map" or "image", or "number" for a flag."""
+    """Other kind of value that the field accepts: "map", "image", or for a flag "number"; "" if there is none."""
     default: Any = None
-    """The default, or 0.5 if there is none."""
+    """Default value, or 0.5 if the field has none."""
     choices: tuple[str, ...] = ()
 
 
@@ -86,13 +86,13 @@ def _fields_of(kind: Any) -> tuple[Field, ...]:
 
 
 def field_of(value: Any, name: str) -> Field:
-    """Return a field of a dataclass instance; ValueError if it does not exist."""
+    """Return a field of a dataclass instance; raise ``ValueError`` if it does not exist."""
     known = {each.name: each for each in fields_of(type(value))}
     return known.get(name) or check.refuse("field", name, f"one of {', '.join(known)}")
 
 
 def _documented(kind: Any) -> dict[str, tuple[str, str]]:
-    """Return parameter name → documented type and description, of a class and its bases."""
+    """Return parameter name → documented type and description, from the docstrings of a class and its bases."""
     found: dict[str, tuple[str, str]] = {}
     for each in kind.__mro__:
         said = docstring_parser.parse(each.__dict__.get("__doc__") or "", docstring_parser.DocstringStyle.NUMPYDOC)
@@ -129,17 +129,17 @@ def _field(field: dataclasses.Field[Any], unit: str, what: str, text: str) -> Fi
 
 
 def form_of(value: Any, key: str, middles: dict[str, float], *, hidden: Sequence[str] = ()) -> list[dict[str, Any]]:
-    """Return an entry of plain values for each field of a dataclass, for the page.
+    """Return an entry for each field of a dataclass, with built-in Python types, for the page.
 
     Parameters
     ----------
     value : dataclass instance
         A light, a material, a reflectance, a light model.
     key : str
-        Prefix of the key of each entry, which identifies it in edits.
+        Prefix of the entries' keys, which identify fields in edits.
     middles : dict
-        Key → centre of a slider without limits, in stops. It is kept while the number is within the slider's range, so
-        that the slider does not shift during a drag.
+        Key → centre of the slider of a number without an upper limit, in stops. It is kept while the number is within
+        the slider's range, so that the slider does not shift during a drag.
     hidden : sequence of str
         Fields to leave out.
     """
@@ -181,12 +181,12 @@ def _entry(field: Field, value: Any, key: str, middles: dict[str, float]) -> dic
 
 
 def has_stops(field: Field) -> bool:
-    """Return True if a number's slider is logarithmic, in stops (log2), because it has no upper limit."""
+    """Return True if a number's slider is logarithmic, in stops (log2), because the number has no upper limit."""
     return field.least >= 0.0 and field.most == math.inf and not field.is_whole
 
 
 def _slider(field: Field, value: float | None, key: str, middles: dict[str, float]) -> dict[str, Any]:
-    """Return position and limits of a number's slider; empty if it has none."""
+    """Return the position and limits of a number's slider; empty if the number has no slider."""
     if has_stops(field) and value is not None:
         stops = math.log2(value) if value > 0.0 else -math.inf
         middle = middles.get(key, 0.0)
@@ -216,9 +216,9 @@ def edited(value: Any, name: str, given: Any, index: Sequence[int] = ()) -> Any:
     name : str
         Name of the field.
     given : object
-        A number or its text, a flag, a text, a colour as name, hex string or three numbers; None unsets the field.
+        A number or its text, a flag, a text, or a colour as name, hex string or three numbers. None unsets the field.
     index : sequence of int
-        Index of a number, or indices of a point and its coordinate, if only one number changes.
+        If only one number of several changes: its index, or the indices of a point and of the coordinate.
 
     Raises
     ------
@@ -250,7 +250,7 @@ def edited(value: Any, name: str, given: Any, index: Sequence[int] = ()) -> Any:
 
 
 def number_in(name: str, given: Any) -> float:
-    """Return a number, also from text with a decimal point or comma."""
+    """Return a number, given as a number or as text with a decimal point or comma."""
     if isinstance(given, str):
         typed = given.strip().replace("−", "-")
         if _OF_THOUSANDS.fullmatch(typed):

@@ -1,9 +1,9 @@
 """Inputs of the page: a number with its slider, a colour, a switch, a file, and a form for any fields.
 
-An input sends one trigger: "edit" for a value, "slide" while a slider or a picker moves, "settle" on release. While a
-slider moves, the browser shows its local value (`local`), because the server's values arrive later.
+An input sends one trigger: "edit" for a value, "slide" while a slider or a picker moves, or "settle" on release. While
+a slider moves, the browser shows its own value (`local`), because the server's values arrive later.
 
-Numbers are typed and sent as text: a browser's number input silently turns "1,5" into 15.
+Numbers are typed and sent as text, because a browser's number input silently turns "1,5" into 15.
 """
 
 from __future__ import annotations
@@ -31,9 +31,8 @@ SIX_DIGITS = "Number(({0}).toPrecision(6))"
 
 
 def found_by(name: str, label: Text = "", *, status: bool = False) -> dict[str, Any]:
-    """Return the attributes that identify an element for tests and, with a label, for screen readers.
-
-    With `status`, screen readers announce changes of its content.
+    """Return attributes by which tests find an element. With a label, screen readers name it; with `status`, they also
+    announce changes of its content.
     """
     raw = [f'data-test="{name}"'] if name else []
     if label:
@@ -44,7 +43,7 @@ def found_by(name: str, label: Text = "", *, status: bool = False) -> dict[str, 
 
 
 def icon_button(icon: Text, name: str, label: Text, click: str, *, size: str = "x-small", **more: Any) -> None:
-    """Add a small button with an icon only."""
+    """Add a small button that shows only an icon."""
     v.VBtn(
         icon=icon,
         size=size,
@@ -58,7 +57,7 @@ def icon_button(icon: Text, name: str, label: Text, click: str, *, size: str = "
 
 
 def switch(name: str, value: str, label: Text, changed: str) -> None:
-    """Add a switch; a refused change resets it."""
+    """Add a switch. If the server refuses a change, the switch is reset."""
     v.VSwitch(
         key=(f"'{name}' + {value} + refusals",),
         model_value=(value,),
@@ -69,7 +68,9 @@ def switch(name: str, value: str, label: Text, changed: str) -> None:
 
 
 def color_picker(entry: str) -> None:
-    """Add a swatch that opens Vuetify's picker with the linear numbers under it, which may exceed 1."""
+    """Add a swatch that opens Vuetify's colour picker. Under the picker are inputs for the linear numbers, which may
+    exceed 1.
+    """
     shown = f"(local[{entry}.key] ?? {entry}.hex)"
     picked = "$event.slice(0, 7)"
     with v.VMenu(
@@ -112,7 +113,7 @@ def color_text(entry: str) -> None:
 
 
 def number_input(entry: str, name: str = "number", label: str = "") -> None:
-    """Add a number input with its unit, and a slider if it has limits; the default label is the field's."""
+    """Add a number input with its unit, and a slider if the entry defines one. The default label is the entry's."""
     called = f"'{label}'" if label else f"{entry}.label"
     moved = f"local[{entry}.key]"
     value = f"({moved} === undefined ? {entry}.value : {entry}.stops ? 2 ** {moved} : {moved})"
@@ -144,12 +145,14 @@ def number_input(entry: str, name: str = "number", label: str = "") -> None:
 
 
 def typed(name: str) -> str:
-    """Return the expression for the text in a `typed_number`, also before the server has accepted it."""
+    """Return the JavaScript expression for the text in a `typed_number`, even before the server has accepted it."""
     return f"(local.{name} ?? {name})"
 
 
 def typed_number(name: str, unit: str, *, found: str, label: str = "", classes: str) -> None:
-    """Add an input for a number outside the document; a refused change resets it to the state's value."""
+    """Add an input for a number that is not part of the document. If the server refuses a change, the input shows the
+    state's value again.
+    """
     v.VTextField(
         model_value=(typed(name),),
         update_modelValue=f"local.{name} = $event; flushState('local')",
@@ -166,7 +169,7 @@ def typed_number(name: str, unit: str, *, found: str, label: str = "", classes: 
 
 
 def _numbers(entry: str, values: str, index: str, label: str) -> None:
-    """Add inputs for numbers side by side, each with its index."""
+    """Add inputs for numbers side by side. Each sends its index with its value."""
     v.VTextField(
         v_for=f"(number, k) in {values}",
         key=(f"{entry}.key + {index} + refusals",),
@@ -178,7 +181,7 @@ def _numbers(entry: str, values: str, index: str, label: str) -> None:
 
 
 def form(entries: str) -> None:
-    """Add an input for each of the fields, according to its kind."""
+    """Add an input for each entry, according to the kind of its field."""
     with html.Div(v_for=f"field in {entries}", key=("field.key",), raw_attrs=[':data-field="field.name"']):
         with html.Div(v_if="field.map", classes="studio-row", title=("field.help",)):
             html.Span("{{ field.label }}", classes="studio-label")
@@ -243,7 +246,7 @@ def form(entries: str) -> None:
 
 
 def file_input(what: str, label: str, *, name: str = "", more: str = "", **attributes: Any) -> None:
-    """Add a file input; a chosen file is uploaded by HTTP."""
+    """Add a file input, which uploads the chosen file by HTTP."""
     sent = f"'bring/{what}?name=' + encodeURIComponent([].concat($event)[0].name){more}"
     v.VFileInput(
         key=(f"'{name or what}' + uploads",),

@@ -1,8 +1,8 @@
-"""Faders: each light's contribution to the colours is stored as an array, and a mix is their weighted sum.
+"""Faders: each light's contribution to the colours is stored as an array, and a mix is a weighted sum of these arrays.
 
-The colour of a vertex is the sum of a base, from ambient light and emission, and a share from each light. A share is
-proportional to the light's intensity and, in each channel, to its colours. A fader multiplies a share, so that a mix
-needs no new shading. `Mix.kept` returns lights that produce the mix themselves.
+The colour of a vertex is the sum of a base, from ambient light and emission, and of each light's contribution, which is
+called its share here. A share is proportional to the light's intensity and, in each channel, to its colours. A fader
+multiplies a share, so that a mix needs no new shading. `Mix.kept` returns lights that produce the mix without faders.
 """
 
 from __future__ import annotations
@@ -26,23 +26,23 @@ from pvphong.studio.subplot import Subplot
 from pvphong.studio.window_lights import RendererLight
 
 _ROWS = 2**14
-"""Number of vertices summed at once: three such blocks fit into a processor's cache."""
+"""Number of vertices whose shares are summed at once. Three blocks of this size fit into a processor's cache."""
 _AFTER_LIT = 0.5  # observer priority: after lighting and gizmos
-_ROUNDING = 2e-3  # largest difference between the colour and the sum of its shares
+_ROUNDING = 2e-3  # largest difference between a colour and the sum of base and shares
 
 
 @dataclass(frozen=True)
 class Fader:
-    """The weight of one light's share.
+    """The weight of one light's contribution.
 
     Parameters
     ----------
     gain : float, default 1
-        Factor of the light's share: 1 leaves it unchanged, 2 doubles it.
+        Factor of the light's contribution: 1 leaves it unchanged, 2 doubles it.
     tint : color, default (1, 1, 1)
         Factors of red, green and blue.
     muted : bool, default False
-        True to leave the share out.
+        True to leave the light out.
     """
 
     gain: float = check.field(partial(check.number, at_least=0.0), 1.0)
@@ -69,23 +69,23 @@ class Fader:
 
 
 class Shares:
-    """The shares of one mesh's colours in one scene.
+    """The base and each light's share of the colours of one mesh, in one scene.
 
     Parameters
     ----------
     mesh : LitMesh
         The mesh, lit for the same scene.
     lights : sequence of RendererLight
-        The scene's lights, in its order.
+        The scene's lights, in the scene's order.
     scene : Scene
         The scene with all lights on.
     occluders : KnownOccluders or sequence
-        The occluders; a sequence implies the mesh itself.
+        The occluders. With a sequence, the mesh itself is an occluder too.
 
     Raises
     ------
     ValueError
-        If the colours are not the sum of the shares.
+        If the colours are not the sum of base and shares.
     """
 
     def __init__(self, mesh: LitMesh, lights: Any, scene: Any, occluders: Any) -> None:
@@ -102,15 +102,19 @@ class Shares:
         if scene.light_model.clamp:
             whole = whole.clip(0.0, 1.0)
         if np.abs(whole - lit["phong"]).max(initial=0.0) > _ROUNDING:
-            check.refuse("material", "one with a gamma", "linear, so that the lights' shares add up to the colour")
+            check.refuse(
+                "material",
+                "a material with a gamma",
+                "linear, so that the lights' contributions add up to the colour",
+            )
         self._moved: RendererLight | None = None
         self._rest: FloatArray = self._base
         self._factors: dict[RendererLight, Vector] = {}
 
     def mix(self, factors: Mapping[RendererLight, Vector], out: ByteArray) -> None:
-        """Write the colours of a mix, 0 to 255, shape (n, 3).
+        """Write the colours of a mix, 0 to 255, to `out`, shape (n, 3).
 
-        The sum of all shares except the one that changed is cached, because the same fader usually moves again.
+        The sum of base and shares without the share that changed is cached, because the same fader usually moves again.
         """
         known = {each: factors.get(each, (1.0, 1.0, 1.0)) for each in self._shares}
         changed = [each for each in known if self._factors.get(each) != known[each]]
@@ -141,7 +145,7 @@ MixState = tuple[bool, dict[RendererLight, Fader], RendererLight | None]
 
 
 class Mix:
-    """The faders of a subplot's lights. While the mix is on, frames show it.
+    """The faders of a subplot's lights. While the mix is on, frames show the mixed colours.
 
     Parameters
     ----------
@@ -178,7 +182,7 @@ class Mix:
     # -- faders
 
     def fader(self, renderer_light: RendererLight) -> Fader:
-        """Return a light's fader; it starts muted if the light is off."""
+        """Return a light's fader. It is muted at first if the light is off."""
         known = self.faders.get(renderer_light)
         if known is not None:
             return known
@@ -193,7 +197,7 @@ class Mix:
         self.state = on, {}, None
 
     def kept(self) -> dict[RendererLight, Light]:
-        """Return light → its value with the fader applied."""
+        """Return light → its value after its fader is applied."""
         viewer = self._subplot.lights.viewer
         lights = self._subplot.lights.renderer_lights
         return {each: self._heard(each).kept(each.light(viewer)) for each in lights}
@@ -201,7 +205,7 @@ class Mix:
     # -- frames
 
     def refresh(self) -> None:
-        """Write the mix into the drawn colours if it has changed; shares are computed only if the scene has."""
+        """Write the mix into the drawn colours if it has changed. Shares are computed only if the scene has changed."""
         shown = self._subplot.lit.shown
         if not self.is_on:
             self._put_back()
@@ -230,7 +234,7 @@ class Mix:
         return Shares(mesh, lights, lit, self._subplot.lit.occluders_of(mesh, lit) or ())
 
     def _put_back(self) -> None:
-        """Restore the lights' own colours of meshes that have not been lit again since."""
+        """Restore the colours without faders, unless a mesh has been lit again since."""
         for mesh, shares in self._shares.items():
             if mesh in self._subplot.lit.meshes and mesh.evaluations == shares.evaluations:
                 colors_of(mesh)[:] = shares.plain
@@ -238,7 +242,7 @@ class Mix:
         self._shares, self._mixed_for = {}, None
 
     def release(self) -> None:
-        """Detach from the renderer and restore the lights' own colours."""
+        """Detach from the renderer and restore the colours without faders."""
         self._put_back()
         self._subplot.lit.is_mixed = False
         self._subplot.renderer.RemoveObserver(self._tag)

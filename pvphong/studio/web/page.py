@@ -1,6 +1,6 @@
 """The page: Vuetify's components around the view, filled with the document's values.
 
-Each panel is a function, in the order of the page; their inputs are in `inputs.py`.
+Each panel is a function, in the order of the page. The inputs in panels are in `inputs.py`.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ from pvphong.studio.web.inputs import (
 )
 
 _WIDTH, _NARROW = 400, 860
-"""Width of the panels, and largest width of a window in which they cover the view, in pixels."""
+"""Width of the panels, and largest width of a window in which the panels cover the view, in pixels."""
 
 
 _STYLE = """
@@ -77,7 +77,7 @@ window.addEventListener('keydown', (event) => {
   window.trame.trigger(key === 'y' || event.shiftKey ? 'redo' : 'undo');
 });
 """
-"""Keys for undo and redo outside the view, which has its own."""
+"""Keys for undo and redo outside the view. The view handles keys itself."""
 
 _STEPS = """
 window.addEventListener('keydown', ({ key, target: input }) => {
@@ -87,11 +87,11 @@ window.addEventListener('keydown', ({ key, target: input }) => {
   ['input', 'change'].forEach((name) => input.dispatchEvent(new Event(name, { bubbles: true })));
 });
 """
-"""Arrow up and down in a number input: add or subtract 1."""
+"""Arrow keys up and down in a number input: add or subtract 1."""
 
 
 _DRAWN = f"drawer ?? utils.get('innerWidth') > {_NARROW}"
-"""True if the panels are open; initially if there is room next to the view."""
+"""JavaScript expression for whether the panels are open. At first, they are open if there is room next to the view."""
 
 _PANELS = ("lights", "mix", "material", "scene", "plan", "accuracy", "files")
 _JUMP = (
@@ -104,7 +104,7 @@ _SHOW_SELECTED = (
     "utils.get('setTimeout')(() => utils.get('document').querySelector('.studio-selected')"
     "?.scrollIntoView({ block: 'nearest' }), 200)"
 )
-"""Scrolls to the row of the selected light, once it exists."""
+"""JavaScript that scrolls to the row of the selected light, after a moment, when the row exists."""
 
 _SOLO_ICON = "{0} ? 'mdi-alpha-s-circle' : 'mdi-alpha-s-circle-outline'"
 
@@ -119,7 +119,7 @@ def build(server: Any, plotter: Any, kinds: Mapping[str, str]) -> Any:
     plotter : pyvista.Plotter
         The plotter in the view.
     kinds : mapping
-        Kind of light, by its name in files → description for a tooltip.
+        Name of a kind of light in scene files → description for a tooltip.
     """
     own: dict[str, Any] = {"local": {}, "drawer": None, "open_panels": list(range(len(_PANELS)))}
     own |= {"busy": False, "uploads": 0}
@@ -221,7 +221,7 @@ def _lights(kinds: Mapping[str, str]) -> None:
 
 
 def _light_head() -> None:
-    """Add colour, name, on and solo of a light, and a menu with more actions."""
+    """Add a light's colour and name, its buttons "on" and "solo", and a menu with more actions."""
     with html.Div(classes="studio-numbers", **found_by("colour")):
         color_picker("light.diffuse")
         color_text("light.diffuse")
@@ -366,7 +366,7 @@ def _material() -> None:
 
 
 def _colormap() -> None:
-    """Add the choice of an array, its colormap and its range, for the albedo."""
+    """Add inputs that choose an array for the albedo, its colormap and its range."""
     shown = "material.colormap"
     given = f"{shown}.scalars, {shown}.cmap"
     with html.Div(v_if=f"{shown}.arrays.length", classes="mt-2"):
@@ -572,7 +572,9 @@ def _open(name: str) -> None:
 
 
 def _awaited(name: str, doing: str, cancel: str) -> None:
-    """Add a progress card over the view for a background computation; state `name` is its percentage, or null."""
+    """Add a progress card over the view for a background computation. The state variable `name` is its percentage, or
+    null if nothing is computed.
+    """
     with v.VCard(v_if=f"{name} !== null", classes="pl-3 pr-1 py-1 mb-1", **found_by(name)):
         with html.Div(classes="studio-row mt-0"):
             html.Span(doing, classes="text-body-2", **found_by("", status=True))

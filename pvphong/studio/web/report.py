@@ -37,7 +37,7 @@ class Report:
     running : bool
         True while the measurement is running.
     doing : str
-        The present step, or the reason if there is no result.
+        The present step, or the reason why there is no result.
     part : float
         Progress of the step, from 0 to 1.
     lines : list of str
@@ -57,12 +57,12 @@ class Report:
 
 
 class Measuring:
-    """Runner of reports, one at a time.
+    """Runs the measurements for reports, one at a time.
 
     Parameters
     ----------
     changed : callable
-        Called whenever `report` has changed.
+        Called after each change of `report`.
     """
 
     def __init__(self, changed: Callable[[], None]) -> None:
@@ -97,7 +97,7 @@ class Measuring:
     async def _run(self, work: dict[str, Any]) -> None:
         try:
             await self._measure(work)
-        except Exception as error:  # an unhandled error in a task is silent, and the page would wait for ever
+        except Exception as error:  # else an error in a task is silent, and the page would wait for ever
             self._show(Report(doing=f"The report could not be made: {error}"))
 
     async def _measure(self, work: dict[str, Any]) -> None:
@@ -128,10 +128,10 @@ class Measuring:
 
 
 class _Pickler(pickle.Pickler):
-    """A pickler that supports textures, which VTK's own support lacks."""
+    """A pickler that also supports textures, which VTK cannot pickle."""
 
     def reducer_override(self, thing: Any) -> Any:
-        """Return the reconstruction of a texture; use the default for other objects."""
+        """Return the function and the arguments that reconstruct a texture. Other objects use the default."""
         if isinstance(thing, type) or not is_texture(thing) or thing.GetInput() is None:
             return NotImplemented
         settings = thing.GetWrap(), thing.GetBorderColor(), thing.GetUseSRGBColorSpace(), thing.GetColorMode()

@@ -1,4 +1,4 @@
-"""Running a studio: in its own event loop until Ctrl-C, or in a notebook's."""
+"""Running a studio: in its own event loop until Ctrl-C, or in the event loop of a notebook."""
 
 from __future__ import annotations
 
@@ -61,14 +61,14 @@ def serve(
     host: str,
     keep: str | os.PathLike[str] | None,
 ) -> StudioFrame | None:
-    """Serve a studio until Ctrl-C; if an event loop is running, serve it there and return a frame that shows it.
+    """Serve a studio until Ctrl-C. If an event loop is running, serve it there, and return a frame that shows it.
 
-    The options are those of `plotter.phong.studio`.
+    The options are the same as for `plotter.phong.studio`.
 
     Raises
     ------
     ValueError
-        If port or host is invalid, or the server cannot listen on it.
+        If port or host is invalid, or the server cannot listen there.
     """
     check.flag("browser", browser)
     port = free_port(host, port)
@@ -99,12 +99,12 @@ def _is_in_loop() -> bool:
 
 
 def free_port(host: str, port: int) -> int:
-    """Return the port, or a free one if it is 0, after listening on it for a moment.
+    """Return the port, or a free port if it is 0. To test the port, it is opened for a moment.
 
     Raises
     ------
     ValueError
-        If listening on it fails.
+        If the port or host is invalid, or the port cannot be opened.
     """
     check.text("host", host)
     if type(port) is not int or not 0 <= port < 2**16:

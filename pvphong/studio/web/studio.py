@@ -1,7 +1,7 @@
 """The studio: a web page that shows and edits a plotter's lit meshes and lights.
 
-An edit goes from the page to `Document`, which requests a frame. After each frame the page shows all changes, including
-those by gizmos and code. Drawing, messages and files share one asyncio loop.
+An edit goes from the page to a trigger of `Studio`, which calls `Document` and then requests a frame. After each frame,
+the page shows all changes, including those by gizmos and code. Drawing, messages and files share one asyncio loop.
 """
 
 from __future__ import annotations
@@ -50,7 +50,7 @@ from pvphong.studio.web.report import Measuring, Report
 from pvphong.studio.web.thumbnails import thumbnail
 
 _SHOW_AFTER, _PLAN_AFTER, _ASK_AGAIN = 0.06, 0.25, 0.1
-"""Seconds from a frame until the page shows the changes, from then until the plan is updated, and between two polls for
+"""Seconds from a frame until the page is updated, from then until the plan is updated, and between two polls for
 background results."""
 
 _SAID_FOR = 8.0
@@ -108,7 +108,7 @@ class Studio:
         self._loop = asyncio.get_running_loop()
         subplot.lit.is_in_a_page = True
         self._samples = plotter.render_window.GetMultiSamples()
-        plotter.render_window.SetMultiSamples(0)  # on a CPU, four samples slow a frame down five times
+        plotter.render_window.SetMultiSamples(0)  # on a CPU, a frame with four samples takes five times as long
         self._due: dict[Callable[[], None], asyncio.TimerHandle] = {}
         self._planned_for: Any = None
         self._serving: Any = None
@@ -139,7 +139,7 @@ class Studio:
 
     @property
     def _acts(self) -> dict[str, Callable[..., Any]]:
-        """Triggers that are not methods of the document, or that add a message to one."""
+        """Triggers that are not methods of the document, or that add a message to such a method."""
         document = self.document
         return {
             "undo": lambda: None if document.undo() else "nothing to undo",
@@ -155,7 +155,7 @@ class Studio:
         }
 
     def _trigger(self, act: Callable[..., Any]) -> Callable[..., None]:
-        """Return a trigger that calls `act`, shows its message or error, and requests a frame."""
+        """Return a trigger that calls `act`, shows its message or its error, and requests a frame."""
         signature = inspect.signature(act)
 
         def trigger(*args: Any) -> None:
@@ -170,7 +170,7 @@ class Studio:
         return trigger
 
     def _done(self, said: Any) -> None:
-        """Show the message of an action, and the changes."""
+        """Show the message of an action, if any. Request a frame and an update of the page."""
         if isinstance(said, str) and said:
             self.say(said)
         self.draw()
@@ -193,7 +193,7 @@ class Studio:
             state.notice = ""
 
     def _later(self, seconds: float, act: Callable[[], None]) -> None:
-        """Schedule a call in `seconds`; if it is scheduled already, move it."""
+        """Schedule a call after `seconds`. If it is scheduled already, change its time."""
         if act in self._due:
             self._due[act].cancel()
 
@@ -204,7 +204,7 @@ class Studio:
         self._due[act] = self._loop.call_later(seconds, do)
 
     def draw(self) -> None:
-        """Request a frame; requests are merged until it is drawn."""
+        """Request a frame. Several requests before it is drawn result in one frame."""
         self._view.render()
 
     def show(self) -> None:
@@ -242,7 +242,7 @@ class Studio:
         self._later(_PLAN_AFTER, self._show_plan)
 
     def _ask(self) -> None:
-        """Poll for background results and draw them, while any are awaited."""
+        """Poll for background results and draw them. Repeat this while results are awaited."""
         lit = self._subplot.lit
         if lit.is_awaiting:
             if lit.refresh():
@@ -287,7 +287,9 @@ class Studio:
 
     @contextmanager
     def _active(self) -> Iterator[None]:
-        """Make the studio's subplot the plotter's active one inside; a script may have changed it."""
+        """Return a context in which the studio's subplot is the plotter's active one. A script may have activated
+        another.
+        """
         renderers = self._plotter.renderers
         before, own = renderers.active_index, list(renderers).index(self._subplot.renderer)
 
@@ -322,7 +324,7 @@ class Studio:
         before = [each.actor for each in self._subplot.lit.meshes]
         self._measuring.cancel()
         self.mark_worst(False)
-        self.document.history.settle()  # else a step of the old mesh would be recorded later
+        self.document.history.settle()  # otherwise a step with the old mesh would be recorded later
         with self._active():
             phong.add_mesh(outside, DEFAULT_MATERIAL, refine=self.document.accuracy.refine)
             for actor in before:
@@ -412,7 +414,7 @@ class Studio:
         seconds = _seconds(seconds)
         meshes = self._subplot.lit.shown
         if not meshes:
-            check.refuse("mesh", "none", "open", "Open one first.")
+            check.refuse("mesh", "none", "open", "Open a mesh first.")
         self.mark_worst(False)
         measured = max(meshes, key=lambda mesh: mesh.drawn.n_points)
         self._measured_matrix = measured.matrix
@@ -456,7 +458,7 @@ class Studio:
         self.server.state.marked = on and bool(places)
 
     def _left(self, in_mid_drag: bool) -> None:
-        """Handle a client's disconnection; cancel its drag in the view."""
+        """Handle a client's disconnection. Cancel its drag in the view, if there is one."""
         self.document.settle()
         if in_mid_drag:
             if self._subplot.interaction is not None:
@@ -525,7 +527,7 @@ class Studio:
             ready.exception()  # retrieve it: asyncio logs exceptions that are not retrieved
 
     async def serve(self, port: int, *, browser: bool) -> None:
-        """Serve until cancelled; print the address on a separate line."""
+        """Serve until cancelled. At the start, print the address on a line."""
         self.start(port)
         try:
             await self._begun()

@@ -21,7 +21,7 @@ _SIDE = 56  # pixels
 _SMOOTH = 3  # rows of vertices per row of pixels
 _LIGHTS = Scene(key_fill_rim(), Viewer(position=(0.0, 0.0, 5.0), parallel=True), LightModel(ambient=0.4))
 _BASE = Material(ambient=0.2, diffuse=(0.75, 0.35, 0.2), specular=0.5, shininess=25.0)
-"""The material for thumbnails of reflectances."""
+"""The material that shows a reflectance in its thumbnail."""
 
 
 @lru_cache(maxsize=64)
@@ -33,7 +33,7 @@ def thumbnail(kind: str, name: str) -> bytes:
     kind : {"material", "reflectance"}
         The kind of thumbnail.
     name : str
-        Name of a material, or of a reflectance in files.
+        Name of a material, or name of a reflectance in scene files.
 
     Raises
     ------

@@ -132,11 +132,11 @@ def test_more_keys_can_be_added(plotter, mouse):
 @pytest.mark.parametrize(
     ("keys", "message"),
     [
-        ({"q": ("quit", print)}, r"^keys must be keys that are free; got q\. For example, x"),
-        ({"m": ("mine", print)}, r"^keys must be keys that are free; got m"),
+        ({"q": ("quit", print)}, r"^keys must be keys that are not used already; got q\. For example, x"),
+        ({"m": ("mine", print)}, r"^keys must be keys that are not used already; got m"),
         ({"d": ("save", None)}, r"^keys\['d'\]\[1\] must be a function without arguments; got None"),
         ({"d": (7, print)}, r"^keys\['d'\]\[0\] must be a string; got 7"),
-        ({"d": 1}, r"^keys\['d'\] must be a tuple of help text and function without arguments; got 1"),
+        ({"d": 1}, r"^keys\['d'\] must be a tuple \(help text, function without arguments\); got 1"),
         ({1: ("one", print)}, r"^keys must be a string; got 1"),
         (5, r"^keys must be a mapping"),
     ],

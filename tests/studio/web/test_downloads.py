@@ -168,7 +168,7 @@ def test_what_cannot_be_made_is_refused_in_one_line(plotter):
     with pytest.raises(ValueError, match="height must be"):
         taken(plotter).read("png", plotter, (10, 10**9))
     plotter.phong.add_mesh(pv.Cube()).position = (1, 0, 0)
-    with pytest.raises(ValueError, match="meshes must be unmoved or moved together"):
+    with pytest.raises(ValueError, match="transform and feature angle must be the same for all meshes"):
         _ = taken(plotter).lit
 
 
@@ -176,7 +176,7 @@ def test_where_a_mesh_casts_no_shadows_the_lit_mesh_is_refused(plotter):
     plotter.phong.add_mesh(pv.Sphere(), casts_shadows=False)
     assert taken(plotter).lit["phong"].any()  # no shadows in the light model
     plotter.phong.light_model = ph.LightModel(shadows=True)
-    with pytest.raises(ValueError, match="meshes must be all shadow-casting"):
+    with pytest.raises(ValueError, match="casts_shadows must be True for all meshes"):
         _ = taken(plotter).lit
 
 

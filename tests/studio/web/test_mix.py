@@ -168,6 +168,6 @@ def test_what_is_no_sum_of_shares_is_refused(document, plotter):
     plotter.phong.mesh(plotter.actors["mesh"]).material = ph.Material(reflectance=ph.PBR())
     for number in (2, 3):
         document.act("delete", number)
-    with pytest.raises(ValueError, match="shares add up"):
+    with pytest.raises(ValueError, match="contributions add up"):
         document.start_mix(True)
     assert not document.mix.is_on

@@ -159,7 +159,9 @@ def test_what_is_not_allowed_is_refused_before_anything_is_served(plotter, optio
 
 def test_without_the_extra_both_ways_to_the_page_say_how_to_install_it(plotter, monkeypatch, capsys):
     monkeypatch.setattr("importlib.util.find_spec", lambda _name: None)
-    said = "must be installed; got none of its packages. Run: pip install trame-pyvista trame-vuetify"
+    said = (
+        "must be used with its packages installed; got a missing package. Run: pip install trame-pyvista trame-vuetify"
+    )
     with pytest.raises(ValueError, match="^plotter.phong.studio " + re.escape(said)):
         plotter.phong.studio()
     assert main(["studio", "--no-browser"]) == 2
