@@ -115,7 +115,7 @@ def test_arrays_take_a_transport_too():
     given = ROOM.points, ROOM.point_normals, scene, GREY
     expected = ROOM.phong.shade(scene, GREY, transport=TRANSPORT)["phong"]
     np.testing.assert_allclose(ph.evaluate(*given, transport=TRANSPORT).rgb, expected, atol=1e-6)
-    with pytest.raises(ValueError, match=r"^light_model must be without bounces unless transport= is given"):
+    with pytest.raises(ValueError, match=r"^transport must be given for a light model with bounces"):
         ph.evaluate(*given)
     with pytest.raises(ValueError, match=r"^transport must be the result of mesh\.phong\.transport\(\)"):
         ph.evaluate(*given, transport=np.eye(4))
@@ -163,11 +163,11 @@ def test_a_plan_says_what_each_bounce_holds_and_leaves_out_what_cannot_be_seen()
     scene = ph.Scene([ph.PointLight((0, 0, 0.1))], light_model=model(8, ambient=0.2))
     exact = ROOM.phong.plan(scene, GREY, transport=TRANSPORT).effects["bounces"]
     assert exact.on
-    assert exact.why == "each holds at most 0.25, 0.13, 0.063, …"
+    assert exact.why == "the bounces add at most 0.25, 0.13, 0.063, …"
     planned = ROOM.phong.plan(scene, GREY, transport=TRANSPORT, tolerance=0.04)
     bounces = planned.effects["bounces"]
     assert bounces.on
-    assert bounces.why.startswith("5 of 8, the others at most 0.01")
+    assert bounces.why.startswith("5 of 8, the others add at most 0.01")
     assert 0.0 < bounces.bound <= 0.02
     assert planned.equation.bounces == 5
     assert {"points", "normals"} <= planned.needs

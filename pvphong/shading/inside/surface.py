@@ -44,7 +44,7 @@ class LitSurface:
     vertices : LitVertices
         Current vertices; the given ones come first.
     added : list of Added
-        The other vertices, in their order.
+        Records of the added vertices, in order.
     diagonal : float
         Diagonal of the bounding box.
     """
@@ -90,7 +90,7 @@ class LitSurface:
 
     @property
     def _triangles_of(self) -> IntArray:
-        """Number of triangles of each side, shape (s,)."""
+        """Number of triangles that share each side, shape (s,)."""
         return np.bincount(self.triangles.sides.ravel(), minlength=len(self.triangles.ends))
 
     def _opposite(self, sides: IntArray) -> IntArray:

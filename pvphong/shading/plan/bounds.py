@@ -19,7 +19,7 @@ Cone = tuple[Vector, float]
 
 
 def most_color(state: PlanState, term: LightTerm) -> float:
-    """Return the largest sum of a term's colours, for strength 1."""
+    """Return a bound on the colour that a term adds to any vertex, for a light of strength 1."""
     red, green, blue = term.ambient
     for color, largest in zip(term.colors, state.equation.largest, strict=True):
         red += color[0] * largest
