@@ -58,7 +58,7 @@ def shade(
     Parameters
     ----------
     points, normals
-        Consecutive vectors of all vertices; anything if not needed.
+        Consecutive vectors of all vertices; any pointers if not needed.
     albedo, diffuse, specular, emission
         Consecutive colours of fields that have a map.
     channels
@@ -332,7 +332,10 @@ def _byte(intensity: Any) -> Any:
 
 @compiled
 def _multiply_by_albedo(first: int, count: int, albedo: Any, rows: Any, has_ambient: bool) -> None:
-    """Multiply by the albedo, clipped to [0, 1], NaN to 0. It uses the rows of lobes, which are free by now."""
+    """Multiply the colour by the albedo, clipped to [0, 1]; NaN counts as 0.
+
+    The rows of the lobes' factors, which are no longer needed, hold the albedo.
+    """
     at.load_vectors(albedo, first, count, shifted(rows, at.FIRST))
     for i in range(3 * BLOCK):
         given = rows[at.FIRST + i]
@@ -352,7 +355,7 @@ def _multiply_by_diffuse(first: int, count: int, diffuse: Any, rows: Any, over: 
 
 @compiled
 def _add_times_map(first: int, count: int, tints: Any, rows: Any, start: int, over: Any) -> None:
-    """Add the rows from `start` on, times a map that is scaled by `over`, to the colour."""
+    """Add the three rows that begin at `start`, times a map that is scaled by `over`, to the colour."""
     at.load_vectors(tints, first, count, shifted(rows, at.FIRST))
     for i in range(3 * BLOCK):
         rows[at.R + i] = multiply_add(rows[start + i], rows[at.FIRST + i] * over, rows[at.R + i])

@@ -78,7 +78,7 @@ def find_face_normals(points: Any, corners: Any, offsets: Any, first: int, last:
 
 @inlined
 def _touches(surveyed: Any, chunk: int, first: int, last: int) -> bool:
-    """True if a chunk of faces may have one of the points from `first` to `last`."""
+    """Return True if a chunk of faces may have one of the points from `first` to `last`."""
     return (surveyed[2 * chunk] < last) & (surveyed[2 * chunk + 1] >= first)
 
 
@@ -90,7 +90,8 @@ def count_corners(
     Parameters
     ----------
     starts
-        Output: for each point the sum of the counts before it. Zeros at first, one more than points.
+        Output: for each point, the sum of the counts before it. It has one more entry than there are points, and must
+        contain zeros.
     most
         Output: the largest count.
 
@@ -233,8 +234,9 @@ def find_fans(
     starts
         Sums from `count_corners`.
     ends, around, sides, fans, table
-        Scratch memory: the ends of the lists of faces around all points; these lists; for each face in one point's list
-        two slots, and the number of its fan; the slots.
+        Scratch memory. `around` holds the lists of the faces around all points, and `ends` the ends of the lists. For
+        each face in one point's list, `sides` holds two slots, and `fans` the number of its fan. `table` holds the
+        slots.
     numbers
         Output: number of the fan of each corner. Only written where it is not 0.
     extra

@@ -36,9 +36,9 @@ RAYS = 16
 # instance and its part.
 X, Y, Z, BEGIN, DX, DY, DZ, TIME, END, MASK, NUMBER, FLAGS = range(0, 12 * RAYS, RAYS)
 NX, NY, NZ, SECOND, THIRD, TRIANGLE, GEOMETRY, INSTANCE, INSTANCE_PART = range(12 * RAYS, 21 * RAYS, RAYS)
-# Then u and v of each ray, its sampled relative length and weight, and 1 if it has no hit so far; the first triangle
-# hit among all casters, the weights of its second and third corner, and the cosine between the ray and its normal, up
-# to a factor; and the frame of a vertex.
+# Then u and v of each ray, and its sampled relative length and weight. OPEN is 1 for an open ray, which is cast and has
+# no hit so far, else 0. MET is the first triangle hit among all casters; then follow the weights of its second and
+# third corner, and the cosine between the ray and its normal, up to a factor. FRAME is the frame of a vertex.
 U, V, SHARE, WEIGHT, OPEN, MET, MET_SECOND, MET_THIRD, MET_COSINE, FRAME = range(21 * RAYS, 31 * RAYS, RAYS)
 _MOST_IN_FRAME = 30
 _ROWS = FRAME + 2 * RAYS
@@ -123,7 +123,7 @@ def given(origins: Any, directions: Any, lengths: Any, first: int, count: int, r
 
 @inlined
 def _test(count: int, function: int, scenes: Any, numbers: Any, rows: Any, wide: Any, valid: Any) -> None:
-    """Close open rays that hit something."""
+    """Set `OPEN` to 0 for rays that hit something."""
     for c in range(count):
         bring_near(numbers, c, rows, wide, valid)
         cast_rays(function, valid, scenes[c], rows)
@@ -228,7 +228,7 @@ def look_at_part(
     scales
         Output, shape (count,): factors from mean weights to colours.
     rows, marks, wide, valid
-        Scratch memory; the first two are the same.
+        Scratch memory; `rows` and `marks` are the same memory, as float32 and as int32.
 
     Returns
     -------
@@ -367,7 +367,7 @@ def test(
     wide: Any,
     valid: Any,
 ) -> int:
-    """Write for each given ray whether it is blocked; return the number of rays."""
+    """Write 1 for each given ray that is blocked, else 0; return the number of rays."""
     prepare(rows, marks)
     for first in range(0, count, RAYS):
         lanes = given(origins, directions, lengths, first, count, rows, wide)
