@@ -335,9 +335,9 @@ class Occluders:
 
     @cached_property
     def _groups(self) -> list[list[int]]:
-        """Indices of parts that share a caster, from large to small: parts of similar size.
+        """Groups of parts of similar size, as lists of indices, from large to small. Each group shares a caster.
 
-        The parts of one surface share a caster regardless of their sizes.
+        With `within`, the parts are one surface, and share a caster regardless of their sizes.
         """
         left = [(part.sphere.radius, index) for index, part in enumerate(self.parts) if part.sphere is not None]
         left.sort(reverse=True)

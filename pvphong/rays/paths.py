@@ -362,7 +362,10 @@ class PathTracer:
         return Interaction(reflector, points, origins, v, values | {"normal": n}, BEFORE_LIGHT * resolution)
 
     def _along_paths(self, at: Interaction, numbers: _Numbers, rays: list[int]) -> Float64Array:
-        """Return the light of all paths at their first points, shape (3, n), without the deterministic part."""
+        """Return the light that all paths carry to their first points, shape (3, n).
+
+        It excludes the emission of the first points and the light from point-like lights there, which are not random.
+        """
         light, bounces = np.zeros(at.points.shape), 0
         bundles = [_Bundle(at, np.arange(len(at)), np.ones(at.points.shape))]
         while bundles:
@@ -428,7 +431,7 @@ class PathTracer:
         return total, _Rays(paths[rows], weights, to_light[:, rows], hits.triangles, hits.weights.T)
 
     def _met(self, rays: _Rays, numbers: _Numbers, bounces: int) -> Iterator[_Bundle]:
-        """Yield the paths that continue, by the reflectors that they hit. Back faces are black, and end paths."""
+        """Yield the paths that continue, as a bundle for each reflector. Back faces are black, and end paths."""
         weights, goes_on = rays.weights, rays.triangles >= 0
         if bounces >= _BOUNCES_FOR_SURE:
             chance = np.clip(weights.max(axis=0, initial=0.0), _LEAST_LIKELY, _MOST_LIKELY)

@@ -43,7 +43,7 @@ def place_of(light: Light) -> Vector | None:
 
 
 def place_or_direction(light: Light) -> Float64Array:
-    """Return the end point of rays to a light without a size, or the unit vector to it from the origin."""
+    """Return the end point of rays to a light without a size; or, without a position, the unit vector to the light."""
     place = place_of(light)
     if place is None:
         return np.ravel(light.arrival(np.zeros((3, 1))).direction).astype(np.float64)

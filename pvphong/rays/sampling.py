@@ -82,7 +82,7 @@ def look(
     rays_at_once: int,
     around: Around | None = None,
 ) -> Seen:
-    """Compute the visible part for each of `count` vertices.
+    """Compute the visible part of a light or of the sky for each of `count` vertices.
 
     Parameters
     ----------

@@ -66,7 +66,7 @@ class HemisphereTracer:
 
     @cached_property
     def starts(self) -> IntArray:
-        """Number of each receiver's first vertex among all, followed by the number of all vertices."""
+        """Index of each receiver's first vertex among those of all receivers, then the number of all vertices."""
         return np.cumsum([0, *(len(each.points) for each in self.receivers)])
 
     @cached_property
@@ -314,7 +314,7 @@ class Transport:
         """
         met = self._met
         if importlib.util.find_spec("scipy") is None:
-            remedy = "Run pip install scipy, or use `gather`, which works without it."
+            remedy = "`gather` works without SciPy. For the matrix, run pip install scipy."
             check.refuse("matrix", "no SciPy", "computed with SciPy", remedy)
         from scipy import sparse
 

@@ -215,7 +215,7 @@ _PROBED = 256
 
 
 class Cost(NamedTuple):
-    """Cost of rays."""
+    """Estimated cost of rays: their number, and the seconds that they take."""
 
     rays: int
     seconds: float

@@ -296,7 +296,7 @@ class Equation:
 
 
 class Share(NamedTuple):
-    """One component of a light's contribution, or of the colour that is independent of lights (None)."""
+    """One component of a light's contribution; or of the colour that is independent of lights, with None as `light`."""
 
     component: Component | Literal["ambient", "emission"]
     light: int | None

@@ -104,7 +104,7 @@ def without_gain(scattered: FloatArray, equation: Equation) -> FloatArray:
     if most > 1.0 + (_FITTED if equation.diffuse_needs_viewer else _ROUNDED):
         got = f"one that reflects {most:.3g} times the light that arrives"
         remedy = "Reduce its diffuse colour times albedo to at most 1."
-        check.refuse("material", got, "one that reflects at most the light that arrives, if light bounces", remedy)
+        check.refuse("material", got, "one that reflects no more light than arrives, if light bounces", remedy)
     return np.minimum(scattered, 1.0)
 
 

@@ -183,7 +183,9 @@ class Vertices:
         return assemble(scene, self.without_maps(material), matrix, self.ranges, tints)
 
     def channels(self, equation: Equation) -> FloatArray | None:
-        """Return the numbers per vertex that an equation reads, with rows as in `Equation.channels`; None for none.
+        """Return the numbers per vertex that an equation reads, with rows as in `Equation.channels`.
+
+        Return None if it reads none.
 
         Tangents are unit vectors in the world. They are transformed like differences of points.
 

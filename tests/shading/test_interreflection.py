@@ -135,10 +135,10 @@ def test_what_cannot_be_is_refused():
     with pytest.raises(ValueError, match=r"^bounces must be 0 where the light model is two-sided"):
         ph.LightModel(two_sided=True, bounces=1)
     with pytest.raises(
-        ValueError, match=r"^material must be one that reflects at most the light that arrives.*1\.2 times"
+        ValueError, match=r"^material must be one that reflects no more light than arrives.*1\.2 times"
     ):
         lit(1, material=ph.Material(diffuse=1.2))
-    with pytest.raises(ValueError, match=r"^material must be one that reflects at most the light that arrives"):
+    with pytest.raises(ValueError, match=r"^material must be one that reflects no more light than arrives"):
         lit(1, material=ph.Material(diffuse=1.02))
     with pytest.raises(ValueError, match=r"^shares_by_bounce must be False without components"):
         lit(1, shares_by_bounce=True)

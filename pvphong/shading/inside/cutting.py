@@ -222,7 +222,10 @@ class _Edge:
         return _Crossings(along, step, rows, *self._deviations(along, rows))
 
     def _lines(self, along: Float64Array, rows: IntArray) -> tuple[IntArray, Float64Array]:
-        """Return the corner (k,) of crossed triangles that is alone on its side, and the line's ends (k, 2, 3)."""
+        """Return a corner (k,) and the ends (k, 2, 3) of the line across each crossed triangle.
+
+        The corner is the one that is alone on its side of the line.
+        """
         triangles, is_lit = self._surface.triangles, self._is_lit
         at_corners = is_lit[triangles.corners[rows]]
         alone = odd_corner(at_corners)

@@ -79,7 +79,10 @@ def first_errors(vertices: LitVertices, corners: IntArray, enough: float | None 
 
 
 def more_errors(vertices: LitVertices, corners: IntArray, enough: float | None = None) -> Float64Array:
-    """Return the largest error (m,) at further samples, and at all of them if the stored normals are blended."""
+    """Return the largest error (m,) at further samples.
+
+    If blends of the stored normals have other directions, the errors at all samples are computed for these too.
+    """
     result = pattern_errors(_MORE, vertices, corners, enough)
     length, stored = (np.linalg.norm(normals, axis=1) for normals in (vertices.normals, vertices.stored))
     ratio = np.divide(length, stored, out=np.ones_like(length), where=stored > 0.0)

@@ -42,7 +42,7 @@ class SeenFromPlaces(VisibilityLike, Protocol):
 
     @property
     def behind(self) -> SeenFromPlaces | None:
-        """Visibility from their other sides; None if the light model is one-sided."""
+        """Visibility from the other sides of the vertices; None if the light model is one-sided."""
 
     def at(
         self,
@@ -127,7 +127,10 @@ class Lighting:
         self._among = 0
 
     def _has_cone(self, light: int) -> bool:
-        """Return True if a light's cone can be treated as visibility, which would not affect its ambient light."""
+        """Return True if a light's cone can be treated as visibility.
+
+        It cannot if the light has an ambient colour, which visibility does not affect.
+        """
         given = self._lights[light]
         angles = given.values(Angle) if given.values(Aim) else []
         is_alone = self.scene.light_model.convention == "standard" and not any(rgb(given.ambient))

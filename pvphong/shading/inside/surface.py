@@ -76,7 +76,10 @@ class LitSurface:
         return rows
 
     def cut(self, light: int, signs: IntArray, crossed: BoolArray, along: Float64Array, inner: IntArray) -> None:
-        """Cut along the edge of a light's shadow or cone, as `Triangles.cut`. The sheet of 1 sees the light."""
+        """Cut along the edge of a light's shadow or cone, as `Triangles.cut` does.
+
+        Vertices on the sheet of 1 see the light, those on the sheet of -1 do not.
+        """
         opposite = np.repeat(self._opposite(np.flatnonzero(crossed)), 2)
         cut = self.triangles.cut(signs, crossed, along, inner)
         old = len(self.vertices.points)

@@ -257,7 +257,7 @@ class Library:
         return self._code(function, stage_signature, real).where
 
     def call(self, function: Callable[..., Any], signature: Callable[..., Any], *kinds: str) -> Callable[..., int]:
-        """Return any other compiled function. `signature` is called with Numba's types of the names in `kinds`."""
+        """Return a compiled function that is no stage. `signature` is called with Numba's types named in `kinds`."""
         return self._code(function, signature, *kinds).call
 
     def _code(self, function: Callable[..., Any], signature: Callable[..., Any], *kinds: str) -> Code:
@@ -288,7 +288,7 @@ class Library:
 
 
 def stage_signature(real: Any) -> Any:
-    """Return the signature of all stages: numbers, rows and points, to an integer."""
+    """Return the signature of all stages: from numbers, rows and points to an integer."""
     return types.intp(_FLOATS, types.CPointer(real), _FLOATS)
 
 

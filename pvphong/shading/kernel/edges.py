@@ -45,9 +45,10 @@ def _edge(points: Any, origin: int, end: int) -> tuple[float, float, float]:
 
 
 def find_face_normals(points: Any, corners: Any, offsets: Any, first: int, last: int, normals: Any) -> int:
-    """Compute unit normals of faces in float32, as `vtkPolygon::ComputeNormal` of VTK 9.7 does; zero without an area.
+    """Compute unit normals of faces in float32, as `vtkPolygon::ComputeNormal` of VTK 9.7 does.
 
-    Return the largest number of corners, or 0 if a face has fewer than three.
+    The normal of a face without an area is zero. Return the largest number of corners, or 0 if a face has fewer than
+    three.
     """
     largest = 0
     for face in range(first, last):
@@ -149,7 +150,10 @@ def _enter(table: Any, mask: int, point: int, place: int) -> int:
 def _look_around(
     corners: Any, offsets: Any, point: int, around: Any, begin: int, count: int, table: Any, sides: Any
 ) -> None:
-    """Fill the table from the list of a point's faces; `sides` receives the slots of its two neighbours in each."""
+    """Enter the points of all faces around a point into the table.
+
+    `sides` receives, for each face, the slots of the point's two neighbours.
+    """
     others = 0
     for i in range(count):
         others += offsets[around[begin + i] + 1] - offsets[around[begin + i]] - 1
@@ -187,7 +191,10 @@ def _are_alike(normals: Any, one: int, two: int, cosine: Any) -> bool:
 def _number_fans(
     normals: Any, cosine: Any, around: Any, begin: int, count: int, table: Any, sides: Any, fans: Any
 ) -> int:
-    """Number the fans among the faces in a list, and return their number. A fan grows from its first face both ways."""
+    """Assign the faces in a list to fans, and return the number of fans.
+
+    A fan grows from its first face in both directions.
+    """
     for i in range(count):
         fans[i] = -1
     found = 0

@@ -129,7 +129,7 @@ def look_around(
     wide: Any,
     valid: Any,
 ) -> int:
-    """Cast rays from vertices and choose, for each, a corner of the triangle that it hits.
+    """Cast rays from vertices and choose, for each ray, a corner of the triangle that it hits.
 
     The corner is random, with its barycentric weight as the probability.
 
@@ -291,7 +291,7 @@ def vertices_met(
     casters: Any,
     triangles: Any,
 ) -> tuple[NDArray[np.int32], int]:
-    """Return the vertices that rays hit, shape (m, end − begin), as `look_around`, and the number of rays.
+    """Return the vertices that `look_around` chooses, shape (m, end − begin), and the number of rays.
 
     Parameters
     ----------

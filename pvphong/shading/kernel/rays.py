@@ -205,7 +205,9 @@ def look_at_part(
     wide: Any,
     valid: Any,
 ) -> int:
-    """Write the weights of sample points `begin` to `end` of a light per vertex, with and without occlusion.
+    """Write the weights of a light's sample points, from `begin` up to `end`, for each vertex.
+
+    They are written twice: for all rays, and with 0 for rays that are blocked.
 
     Parameters
     ----------
@@ -451,7 +453,9 @@ def part_seen(
     margin: float,
     casters: Any,
 ) -> tuple[FloatArray, FloatArray, Float64Array, int]:
-    """Return weights sent and seen, (end − begin, m) each, float32, factors (m,), and the number of rays.
+    """Return the outputs `sent`, `seen` and `scales` of `look_at_part`, and the number of rays.
+
+    `sent` and `seen` have the shape (end − begin, m) and the type float32; `scales` has the shape (m,).
 
     Parameters
     ----------
@@ -494,10 +498,10 @@ def point_seen(
     seen: Float64Array,
     behind: Float64Array,
 ) -> int:
-    """Write the visibility of a light into `seen`, and from the other side into `behind`, shape (m,), contiguous.
+    """Write the visibility of a light without a size into `seen`, and that from the other sides into `behind`.
 
-    Points, origins and normals have the shape (m, 3). `light` has the numbers that `look_at_point` reads; they include
-    the flag for two sides. Return the number of rays.
+    Both are contiguous arrays of shape (m,). Points, origins and normals have the shape (m, 3). `light` has the numbers
+    that `look_at_point` reads; they include the flag for two sides. Return the number of rays.
     """
     *given, numbers = as_float64(points, origins, origins_behind, normals, light)
     vertices = *map(address, given), len(points), address(numbers)

@@ -218,7 +218,7 @@ _scalars_of, _vectors_of = (
 
 
 class Apart(NamedTuple):
-    """Shares to store separately, and the offsets of their arrays from the colours, counted in numbers."""
+    """Shares to store separately, and the offsets of their arrays from the colours, counted in elements."""
 
     shares: Sequence[Share]
     lights: Mapping[int | None, int]

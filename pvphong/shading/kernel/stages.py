@@ -343,13 +343,13 @@ def integral_stage(integrals: Sequence[Integral | None], forms: Sequence[CosineP
 
 @inlined
 def _towards(place: Any, rows: Any, points: Any, k: int) -> Any:
-    """Return offsets to a place and unit normals of eight listed vertices."""
+    """Return the vectors from eight listed vertices to a position, and the vertices' unit normals."""
     return subtract(place, _listed(points, 0, rows, k)), _unit(_listed(rows, NX, rows, k))
 
 
 @inlined
 def _axis(lobe: Any, rows: Any, k: int, n: Any) -> Any:
-    """Return the viewer's directions mirrored at n, of eight listed vertices; n itself for the power 0."""
+    """Return the directions from eight listed vertices to the viewer, mirrored at n; or n itself for the power 0."""
     if lobe[POWER] > 0.0:  # 0⁰ is 1 in the whole hemisphere around n
         v = _unit(_listed(rows, VX, rows, k))
         return _unit(subtract(times(n, 2.0 * dot(n, v)), v))

@@ -124,9 +124,10 @@ class Effect:
         return Decision(False, noted or (self.absent if state.equation.terms else _NO_LIGHT), bound)
 
     def without(self, equation: Equation, point: Vector) -> Equation:
-        """Return the equation without the effect, regardless of the error. Values that vary are those at the point.
+        """Return the equation without the effect, regardless of the error.
 
-        The accuracy report compares colours with and without the effect. Plans do not call this.
+        A value that varies over the mesh is replaced by its value at the point. The accuracy report compares colours
+        with and without the effect. Plans do not call this.
         """
         if self.neutral:
             return replace(equation, **self.neutral)

@@ -113,7 +113,8 @@ def simpler(light: Any, effect: str, extent: MeshBounds, *, exactly: bool) -> Ap
 def without(light: Any, effect: str, point: Vector) -> tuple[Light, float]:  # noqa: ARG001 there is none
     """Return the light without one of its effects, regardless of the error, and a factor of its strength.
 
-    Varying values are taken at the point. Only position and falloff change; colours and intensity are the original's.
+    A value that varies over the mesh is replaced by its value at the point. Only position and falloff change; colours
+    and intensity are the original's.
     """
     return light, 1.0
 
@@ -158,9 +159,10 @@ def _strongest(seen: BoundingCone, attenuation: VectorLike) -> float:
 
 
 def _evenly_strong(light: Any, extent: MeshBounds, *, exactly: bool) -> Approximation | None:
-    """Return the light without attenuation; None if the error is unbounded, or is not 0 although it must be `exactly`.
+    """Return the light without attenuation; None if it is not accurate enough.
 
-    If a vertex may be at the light's position, the error is unbounded.
+    With `exactly`, the attenuation must be constant. Otherwise no vertex may be at the light's position, where the
+    error is unbounded.
     """
     constant, linear, quadratic = light.attenuation
 
