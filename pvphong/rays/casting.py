@@ -144,7 +144,7 @@ class Embreex:
         self.blocked(np.zeros((1, 3)), np.array([[0.0, 0.0, 1.0]]), np.ones(1))  # the first ray builds the tree
 
     def blocked(self, origins: Float64Array, directions: FloatArray, lengths: Float64Array) -> BoolArray:
-        """As `Embree.blocked`."""
+        """Return True for rays that hit a triangle; arguments as for `Embree.blocked`."""
         rays = (np.ascontiguousarray(a, np.float32) for a in (origins, directions))
         found: BoolArray = self._scene.run(*rays, dists=lengths.astype(np.float32), query="OCCLUDED") >= 0
         return found
@@ -174,11 +174,11 @@ class Locator:
         self._locator.BuildLocator()
 
     def blocked(self, origins: Float64Array, directions: FloatArray, lengths: Float64Array) -> BoolArray:
-        """As `Embree.blocked`."""
+        """Return True for rays that hit a triangle; arguments as for `Embree.blocked`."""
         return self.first(origins, directions, lengths).triangles >= 0
 
     def first(self, origins: Float64Array, directions: FloatArray, lengths: Float64Array) -> Hits:
-        """As `Embreex.first`."""
+        """Find the first hits; arguments as for `blocked`."""
         ends = origins + lengths[:, None] * directions
         meet: Any = self._locator.IntersectWithLine  # VTK's annotations lack output arguments
         of_vtk: list[Any] = [mutable(0.0), mutable(0), mutable(0)]
@@ -335,9 +335,9 @@ class Occluders:
 
     @cached_property
     def _groups(self) -> list[list[int]]:
-        """Indices of parts that share a caster, from large to small: parts of similar size.
+        """Groups of parts of similar size, as lists of indices, from large to small. Each group shares a caster.
 
-        The parts of one surface share a caster regardless of their sizes.
+        With `within`, the parts are one surface, and share a caster regardless of their sizes.
         """
         left = [(part.sphere.radius, index) for index, part in enumerate(self.parts) if part.sphere is not None]
         left.sort(reverse=True)
@@ -405,7 +405,10 @@ class Occluders:
         return casters_of(scenes, [caster.place for caster in self.casters]) if scenes else None
 
     def resolution(self, part: int | None) -> float:
-        """Return the smallest length that is resolved at a part, or at the finest part; 0 without any parts."""
+        """Return the smallest length that the caster of a part resolves.
+
+        If the part has no caster, or is None, return that of the caster with the smallest triangles; 0 without casters.
+        """
         if not self.casters:
             return 0.0
         own = [caster for group, caster in zip(self._groups, self.casters, strict=True) if part in group]

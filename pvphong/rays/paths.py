@@ -46,10 +46,11 @@ MOST_SAMPLES, LEAST_SAMPLES = 2**16, 16
 
 # Approximate number of rays of a path.
 _RAYS_OF_PATH = 4
-# First bounce with Russian roulette, and the least and greatest probability of survival. Rarer events would also be
-# missing from the standard error.
+# First bounce with Russian roulette, and the least and greatest probability of survival. With a smaller probability,
+# survivors could be so rare that the standard error misses them.
 _BOUNCES_FOR_SURE, _LEAST_LIKELY, _MOST_LIKELY = 3, 0.25, 0.95
-# Least share of directions sampled by the cosine, and by the highlight; number of directions that test a reflectance.
+# Least fraction of directions sampled by the cosine, and least fraction by the highlight; number of directions by which
+# the best fractions are estimated.
 _LEAST_SHARE, _TRIED = 0.125, 64
 
 
@@ -83,7 +84,7 @@ class Reflector:
 
     @cached_property
     def cosine_share(self) -> float:
-        """Share of directions sampled by the cosine: the diffuse part of the reflected light, seen at 45°."""
+        """Fraction of directions sampled by the cosine: the diffuse part of the reflected light, seen at 45°."""
         reflectance, colors = self.equation.reflectance, self.equation.colors
         across, _, n = np.eye(3)[:, :, None] * np.ones(_TRIED)
         surface = Surface(n, np.ones(_TRIED), math.sqrt(0.5) * (n + across), across)
@@ -202,7 +203,7 @@ class _Sight:
     def arriving(
         self, to_light: Float64Array, factors: Sequence[Any], *, by_chance: bool
     ) -> tuple[Float64Array, Float64Array]:
-        """Return the reflected light in directions (3, n), weighted by the power heuristic over the density.
+        """Return the light from directions (3, n) after reflection, times the power heuristic over the density.
 
         Parameters
         ----------
@@ -251,9 +252,9 @@ class _Numbers:
         self._seeds = sobol.seeds((self._rounds[:, :, None] + self._points).ravel())
 
     def pairs(self, paths: IntArray, bounces: int, purpose: int) -> tuple[Float64Array, Float64Array]:
-        """Return a pair for each of some paths, or of all paths before the first bounce.
+        """Return a pair for each of the given paths; before the first bounce, a pair for each of all paths.
 
-        The latter are points of the Sobol sequence, shuffled for each round and purpose.
+        Before the first bounce, the pairs are points of the Sobol sequence, shuffled for each round and purpose.
         """
         if bounces:
             number = np.uint32(bounces * self._purposes + purpose)
@@ -361,7 +362,10 @@ class PathTracer:
         return Interaction(reflector, points, origins, v, values | {"normal": n}, BEFORE_LIGHT * resolution)
 
     def _along_paths(self, at: Interaction, numbers: _Numbers, rays: list[int]) -> Float64Array:
-        """Return the light of all paths at their first points, shape (3, n), without the deterministic part."""
+        """Return the light that all paths carry to their first points, shape (3, n).
+
+        It excludes the emission of the first points and the light from point-like lights there, which are not random.
+        """
         light, bounces = np.zeros(at.points.shape), 0
         bundles = [_Bundle(at, np.arange(len(at)), np.ones(at.points.shape))]
         while bundles:
@@ -427,7 +431,7 @@ class PathTracer:
         return total, _Rays(paths[rows], weights, to_light[:, rows], hits.triangles, hits.weights.T)
 
     def _met(self, rays: _Rays, numbers: _Numbers, bounces: int) -> Iterator[_Bundle]:
-        """Yield the paths that continue, by the reflectors that they hit. Back faces are black, and end paths."""
+        """Yield the paths that continue, as a bundle for each reflector. Back faces are black, and end paths."""
         weights, goes_on = rays.weights, rays.triangles >= 0
         if bounces >= _BOUNCES_FOR_SURE:
             chance = np.clip(weights.max(axis=0, initial=0.0), _LEAST_LIKELY, _MOST_LIKELY)

@@ -4,10 +4,10 @@ Rays from points inside coarse faces produce a staircase at the shadow terminato
 terminator", 2021). A vertex and its normal are those of the smooth surface that a mesh approximates. So a ray that
 starts at a vertex and rises above the tangent plane hits no face of a convex surface, however coarse.
 
-An origin is above the tangent plane by the resolution of the triangles. A vertex at the foot of a wall is in the plane
-of the wall, and must be on the side of its own faces. So the origin is also moved by a thousandth into the vertex's
-faces, except below the tangent plane. `Receiver.turned` is the surface seen from its other side, with the tangent
-plane's sides exchanged.
+Rays start above the tangent plane, by the resolution of the triangles. A vertex at the foot of a wall lies in the
+wall's plane, and its rays must start on the side of its own faces. So the origin is also moved by a thousandth of the
+offset to the mean centroid of its faces, without the component against the normal. `Receiver.turned` is the surface
+seen from its other side, with the tangent plane's sides exchanged.
 """
 
 from __future__ import annotations
@@ -37,13 +37,13 @@ BEFORE_LIGHT = 2.0
 
 
 def place_of(light: Light) -> Vector | None:
-    """Return the end point of rays to a light without a size, or None if only its direction is known."""
+    """Return the end point of rays to a light without a size; None if only the direction to the light is known."""
     places: list[Vector] = light.values(Place)
     return places[0] if len(places) == 1 and not light.is_uniform else None
 
 
 def place_or_direction(light: Light) -> Float64Array:
-    """Return the end point of rays to a light without a size, or the unit vector to it from the origin."""
+    """Return the end point of rays to a light without a size; or, without a position, the unit vector to the light."""
     place = place_of(light)
     if place is None:
         return np.ravel(light.arrival(np.zeros((3, 1))).direction).astype(np.float64)
@@ -166,7 +166,7 @@ def may_block(light: Light, vertices: Box | None, parts: Box) -> BoolArray:
         # nodes fill the light except its rim; 1.5 times their radius encloses it
         size = 1.5 * float(np.sqrt(((around - middle) ** 2).sum(axis=1).max()))
         low_step, high_step, last = middle - size - low, middle + size - high, 1.0
-    # each of the six face conditions, begin + t step <= 0, holds from some t on, or up to some t
+    # each face of a box is a condition, begin + t step <= 0, which holds for all t above a limit, or below one
     slack = _slack(vertices, parts)
     begin = np.concatenate([low - parts[1], parts[0] - high], axis=1) - slack
     step = np.concatenate([low_step, -high_step])
@@ -222,7 +222,7 @@ class SendingTriangles(NamedTuple):
 # Largest number of faces for the convexity test; for more, it would take longer than the rays.
 _MOST_FACES = 2**15
 _NORMALS_AT_ONCE = 2**16
-# Share of the offset from a vertex to its faces' centroids by which its origin moves.
+# Fraction of the offset from a vertex to the mean centroid of its faces by which the origin of its rays moves.
 _INTO_FACES = 2.0**-10
 _TRIANGLES_AT_ONCE = 2**15
 
@@ -249,7 +249,7 @@ class Receiver:
     known: Callable[[], Begun] | None = None
 
     def some(self, rows: IntArray) -> Receiver:
-        """Return a receiver of some vertices and the faces between them, with the same origins of rays."""
+        """Return a receiver with some of the vertices and the faces between them. Rays have the same origins."""
         places = np.full(len(self.points), -1)
         places[rows] = np.arange(len(rows))
         corners = places[self.faces.corners]

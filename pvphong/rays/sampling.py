@@ -1,17 +1,17 @@
 """Adaptive sampling of the visible part of a light or of the sky: the error of each vertex sets its number of rays.
 
 Each vertex uses the points of the Sobol sequence in order, scrambled by a hash of its number (`pvphong.base.sobol`).
-So a vertex's rays do not depend on the order of vertices, on threads or on chunks. Each of the first 2ᵐ points is alone
-in one of equal squares, or in half a square. If an edge cuts some of the squares, the error of the visible part falls
-with the number of rays to the power ¾.
+So a vertex's rays do not depend on the order of vertices, on threads or on chunks. The first 2ᵐ points lie one in each
+of equal squares, or of their halves. If an edge cuts some of the squares, the error of the visible part falls with the
+number of rays to the power ¾.
 
 Points in neighbouring squares see the same, except at the edge of a shadow. Their differences give the standard error,
 a conservative estimate (W. G. Cochran, "Sampling techniques", 1977, 5A.12, collapsed strata).
 
-Most vertices see all of a light or nothing. They stop after 16 rays that agree, unless a vertex of a shared face
-differs. That indicates a penumbra, of which rays that agree may have missed the last part. Such vertices continue until
-the part that so many rays can miss is small enough. Most vertices see a part of the sky, of which even a small part may
-be hidden. For the sky, and for points without faces, they stop after 64.
+Most vertices see all of a light or nothing. They stop after 16 rays that agree. But if another vertex of one of their
+faces differs, they may be in a penumbra, of which 16 rays can miss a small part. Then they continue until the part that
+their rays can miss is small enough. The least number of rays is 64 for points without faces, and for the sky: most
+vertices see a part of the sky, of which even a small part may be hidden.
 """
 
 from __future__ import annotations
@@ -31,7 +31,8 @@ MOST_RAYS = sobol.MOST
 
 # Largest number of rays if the error sets the number.
 _MOST_ADAPTIVE = 1024
-# Least number of rays for vertices without a face whose rays agree, and for those next to vertices that differ.
+# Least number of rays, even if they agree, for vertices without a face, and for vertices next to one that sees more or
+# less of the light.
 _LEAST_THAT_GO_ON = 64
 # Number of vertices that continue at once, over all threads: their rays take at most 64 MB.
 _GOING_ON_AT_ONCE = 2**11
@@ -42,7 +43,7 @@ _AT_ONCE = 16
 
 
 class Cast(NamedTuple):
-    """Result of rays from m vertices to k points of a light, with the same sequence numbers for each vertex."""
+    """Result of rays from m vertices to k points of a light. All vertices use the same k numbers of the sequence."""
 
     sent: FloatArray
     """Unoccluded contribution of each point to each vertex, up to a factor, shape (k, m), float32."""
@@ -54,7 +55,7 @@ class Cast(NamedTuple):
 
 
 CastRays = Callable[[IntArray, int, int], Cast]
-"""Function that casts rays from vertices (m,) to the points from one sequence number to another."""
+"""Function that casts rays from vertices (m,) to the points with sequence numbers from the first up to the second."""
 
 
 class Seen(NamedTuple):
@@ -81,7 +82,7 @@ def look(
     rays_at_once: int,
     around: Around | None = None,
 ) -> Seen:
-    """Compute the visible part for each of `count` vertices.
+    """Compute the visible part of a light or of the sky for each of `count` vertices.
 
     Parameters
     ----------
@@ -103,7 +104,7 @@ def look(
     rays_at_once : int
         Approximate number of rays that a thread casts between checks for interruption.
     around : Around, optional
-        Visibility known around the vertices, if there are no triangles.
+        What is known about the visibility around the vertices, if there are no triangles.
     """
     is_adaptive = samples is None
     first = least if samples is None else min(1 << (samples - 1).bit_length(), MOST_RAYS)
@@ -128,7 +129,7 @@ def look(
         is_unknown[vertices] = ~sent.any(axis=0)
 
     def at_edge(vertices: IntArray) -> BoolArray:
-        """True for vertices whose surroundings see more or less than their own rays that agree."""
+        """Return True for vertices around which the visible part may differ from their own."""
         if around is None:
             return ~is_alone[vertices]
         return (around.least[vertices] != part[vertices]) | (around.most[vertices] != part[vertices])

@@ -8,7 +8,7 @@ needs no rays (C. Goral et al., "Modeling the interaction of light between diffu
 form factors: P. Shirley, "Radiosity via ray tracing", 1991).
 
 In order: `HemisphereTracer` casts the rays; `Transport` stores their hits, in memory and in files; `TransportPart`
-provides plans with bounds for the vertices of one mesh.
+supplies bounds to plans, for the vertices of one mesh.
 """
 
 from __future__ import annotations
@@ -66,7 +66,7 @@ class HemisphereTracer:
 
     @cached_property
     def starts(self) -> IntArray:
-        """Number of each receiver's first vertex among all, followed by the number of all vertices."""
+        """Index of each receiver's first vertex among those of all receivers, then the number of all vertices."""
         return np.cumsum([0, *(len(each.points) for each in self.receivers)])
 
     @cached_property
@@ -259,7 +259,9 @@ class Transport:
         return TransportCost(round(rays * share), taken * share / at_once, memory)
 
     def gather(self, colors: Any) -> FloatArray:
-        """Return the cosine-weighted mean colour that each vertex sees; open directions and backs are black.
+        """Return the cosine-weighted mean colour that each vertex sees.
+
+        Directions in which a ray hits nothing, or the back of a surface, count as black.
 
         Parameters
         ----------
@@ -278,7 +280,7 @@ class Transport:
         """
         given = check.real_array("colors", colors, f"an array of shape ({len(self)}, k)")
         if given.ndim != 2 or len(given) != len(self):
-            check.refuse("colors", f"an array of shape {given.shape}", f"one of shape ({len(self)}, k)")
+            check.refuse("colors", f"an array of shape {given.shape}", f"an array of shape ({len(self)}, k)")
         triples, channels = -(-given.shape[1] // 3), given.shape[1]
         sent = np.zeros((len(self) + 1, 3 * triples), np.float32)  # the last row is for misses, whose number is −1
         sent[:-1, :channels] = given
@@ -300,9 +302,10 @@ class Transport:
 
     @property
     def matrix(self) -> Any:
-        """Transport matrix, `scipy.sparse.csr_array` (n, n), float32: a row has the shares that its vertex sees.
+        """Transport matrix, `scipy.sparse.csr_array` (n, n), float32.
 
-        The sum of a row is the cosine-weighted part of the vertex's hemisphere that shows fronts of surfaces.
+        The entries of a row are the fractions of one vertex's rays that hit each other vertex. Their sum is the
+        cosine-weighted part of the vertex's hemisphere that fronts of surfaces fill.
 
         Raises
         ------
@@ -311,8 +314,8 @@ class Transport:
         """
         met = self._met
         if importlib.util.find_spec("scipy") is None:
-            remedy = "Only `matrix` needs SciPy; gather works without. To install it, pip install scipy."
-            check.refuse("matrix", "a scipy.sparse matrix", "omitted if SciPy is not installed", remedy)
+            remedy = "`gather` works without SciPy. For the matrix, run pip install scipy."
+            check.refuse("matrix", "no SciPy", "computed with SciPy", remedy)
         from scipy import sparse
 
         is_met = met >= 0
@@ -328,7 +331,7 @@ class Transport:
         if not self.is_kept:
             need = _BYTES_PER_RAY * len(self) * self.samples
             remedy = "Raise the limit with transport(memory=...); gather works without stored hits."
-            check.refuse("memory", f"{self._memory:.3g} bytes", f"at least {need:.3g} to store the hits", remedy)
+            check.refuse("memory", f"{self._memory:.3g} bytes", f"at least {need:.3g} bytes to store the hits", remedy)
         if self._kept is None:
             found = np.empty((len(self), self.samples), np.int32)
 
@@ -350,19 +353,19 @@ class Transport:
 
     @cached_property
     def _sums(self) -> Float64Array:
-        """Share of rays that hit a front, shape (n,): the sums of the matrix's rows."""
+        """Fraction of each vertex's rays that hit the front of a surface, shape (n,): the sums of the matrix's rows."""
         return (self._met >= 0).mean(axis=1)
 
     # -- files
 
     def refuse_other(self, checksum: str) -> None:
-        """Raise ValueError if it was made for other meshes, by their checksum."""
+        """Raise ValueError if the checksum of the meshes differs, so that this was computed for other meshes."""
         if checksum != self._checksum:
             remedy = "Recompute it with mesh.phong.transport(), with the same matrix, occluders and feature angle."
-            check.refuse("transport", "one of other or moved meshes", "computed for the meshes that are lit", remedy)
+            check.refuse("transport", "one for other or moved meshes", "computed for the meshes that are lit", remedy)
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Save it to a file in NumPy's format .npz; missing rays are cast first.
+        """Save the transport to a file in NumPy's format .npz; missing rays are cast first.
 
         Raises
         ------
@@ -428,7 +431,7 @@ class TransportPart:
         return None if tracer is None else (tracer.occluders, tracer.receivers[self.index].part)
 
     def most(self) -> float:
-        """Return the largest sum of the vertices' rows, or a bound on it before rays are cast."""
+        """Return the largest sum of the vertices' rows of the matrix, or a bound on it before rays are cast."""
         whole, tracer = self.whole, self.whole._tracer
         if whole._kept is not None:
             return float(whole._sums[whole.slices[self.index]].max(initial=0.0))
@@ -451,7 +454,7 @@ class TransportPart:
         return min(sampled, 1.0)
 
     def why_nothing(self) -> str:
-        """Return the reason why no vertex sees a front; "" if one may. It casts no rays."""
+        """Return the reason why no vertex sees the front of a surface; "" if one may. No rays are cast."""
         tracer = self.whole._tracer
         if self.whole._kept is not None:
             return "" if self.most() > 0.0 else "no vertex sees a lit surface"

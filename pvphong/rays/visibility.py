@@ -1,7 +1,7 @@
 """Visibility of a scene's lights and of the sky at the vertices of a mesh.
 
-In order: `Tracer` casts a receiver's rays; `Visibility` stores the results as arrays that can be reused, and provides
-plans with bounds before any ray is cast.
+In order: `Tracer` casts a receiver's rays; `Visibility` stores the results as arrays that can be reused. Before any ray
+is cast, it tells plans whether anything can block a light or the sky.
 """
 
 from __future__ import annotations
@@ -72,7 +72,7 @@ class Tracer:
     first : int
         Number of the first vertex, if the mesh is a piece of a larger one. It determines the random numbers.
     around : Around, optional
-        Visibility known around the vertices.
+        What is known about the visibility around the vertices.
     """
 
     receiver: Receiver
@@ -90,7 +90,7 @@ class Tracer:
         return replace(self, receiver=self.receiver.turned)
 
     def light(self, light: Light, *, behind: bool = False) -> list[Seen]:
-        """Return the visibility of a light from the vertices and, if asked, from their other sides.
+        """Return the visibility of a light from the vertices and, with `behind`, from their other sides.
 
         Parameters
         ----------
@@ -138,7 +138,7 @@ class Tracer:
         return [Seen(part, np.zeros(count), cast * (index == 0)) for index, part in enumerate(parts)]
 
     def _facing(self, light: Light, some: slice) -> IntArray:
-        """Return the indices of vertices that face a light, among some."""
+        """Return the indices, within the slice, of vertices that face a light."""
         normals, points = self.receiver.unit_normals[some], self.receiver.points[some]
         with np.errstate(all="ignore"):
             return np.flatnonzero(dot(normals.T, light.arrival(np.ascontiguousarray(points.T)).direction) > 0.0)
@@ -154,7 +154,10 @@ class Tracer:
         return seen if light.is_uniform else self._with_slivers(seen, light, margin)
 
     def _with_slivers(self, seen: Seen, light: Any, margin: float) -> Seen:
-        """Test one ray to a light's highest point where no sample hit it, as for a light just above the horizon."""
+        """Cast one ray to a light's highest point from each vertex for which no sample contributed.
+
+        Such a vertex may have the light just above its horizon.
+        """
         if seen.is_unknown is None or not (light.places or light.outline is not None):
             return seen
         rows = np.flatnonzero(seen.is_unknown)
@@ -212,7 +215,7 @@ _PROBED = 256
 
 
 class Cost(NamedTuple):
-    """Cost of rays."""
+    """Estimated cost of rays: their number, and the seconds that they take."""
 
     rays: int
     seconds: float
@@ -390,7 +393,8 @@ class Visibility:
         samples : int, optional
             As for the tracer.
         rows : ndarray, optional
-            Vertices to keep, with the faces between them, shape (m,). Adaptive rays may then be more per vertex.
+            Vertices to keep, with the faces between them, shape (m,). Adaptive sampling may then cast more rays per
+            vertex.
         """
         receiver = self._receiver if rows is None else self._receiver.some(rows)
         tracer, two_sided = replace(self._tracer, receiver=receiver, samples=samples), self.behind is not None
@@ -415,7 +419,7 @@ class Visibility:
         points, normals, origins : ndarray
             Shape (n, 3), in the world. Rays start above the origins by the resolution of the triangles.
         around : Around, optional
-            Visibility known around the points.
+            What is known about the visibility around the points.
         """
         nowhere = BlockingFaces(points, np.zeros((0, 3), np.int64))
         begun = Begun(origins, np.zeros(len(origins)))
@@ -498,16 +502,17 @@ class Visibility:
         self._done.add(row)
 
     def channels(self, lights: Sequence[int], *, sky: bool, behind: bool = False) -> FloatArray:
-        """Return `per_light` and, in the last row, `sky`, shape (lights + 1, n); other rows may not be computed yet.
+        """Return an array (lights + 1, n) with the requested rows of `per_light`, and `sky` in the last row.
 
-        With `behind`, the same number of rows follows for the other side.
+        Rows that are not requested may not be computed yet. With `behind`, the same number of rows follows for the
+        other side.
         """
         if behind and self.behind is None:
             self._refuse_one_side()
         for index in (*lights, *[len(self.lights)] * sky):
             if index not in self._done:
                 start, is_sky = time.perf_counter(), index == len(self.lights)
-                self._receiver.origins, self._tracer.occluders.casters  # noqa: B018  now: threads share them
+                self._receiver.origins, self._tracer.occluders.casters  # noqa: B018  threads will share them
                 if len(self._receiver.points) >= _WORTH_A_WARNING and self._tracer.occluders.are_slow:
                     warn_of_slow_rays()
                 with text.about(f"rays to {'the sky' if is_sky else self.lights[index]}"):
@@ -556,14 +561,16 @@ class Visibility:
     def refuse_other(
         self, points: FloatArray, lights: Sequence[Light], labels: Sequence[str], model: LightModel
     ) -> None:
-        """Raise ValueError unless it was computed for these vertices in the world, these lights and this model."""
+        """Raise ValueError unless this was computed for these points, lights and light model, in world coordinates."""
         if len(points) != self._parts.shape[1]:
-            check.refuse("visibility", f"one of {self._parts.shape[1]} points", f"one of the mesh's {len(points)}")
+            check.refuse(
+                "visibility", f"one for {self._parts.shape[1]} points", f"computed for the mesh's {len(points)} points"
+            )
         remedy = "Recompute it with mesh.phong.visibility(scene)."
         if tuple(labels) != self.lights:
             check.refuse("visibility", f"one for {self.lights}", f"computed for the lights {tuple(labels)}", remedy)
         if not np.array_equal(points, self._receiver.points, equal_nan=True):
-            check.refuse("visibility", "one of other points", "computed for the mesh where it is now", remedy)
+            check.refuse("visibility", "one for other points", "computed for the mesh where it is now", remedy)
         for label, now, then in zip(labels, lights, self._lights, strict=True):
             if _geometry_of(now) != _geometry_of(then):
                 check.refuse("visibility", f"one from before {label} moved", "computed for the current lights", remedy)
@@ -627,7 +634,7 @@ def _state_of(header: dict[str, Any], arrays: dict[str, Any]) -> _State:
 
 
 def _is_sound(faces: BlockingFaces) -> bool:
-    """True if all corners are valid point indices."""
+    """Return True if the arrays have valid shapes and types, and all corners are indices of points."""
     points, corners = faces.points, faces.corners
     has_shapes = points.ndim == 2 and points.shape[1] == 3 and corners.ndim == 2 and corners.shape[1] == 3
     is_typed = points.dtype.kind == "f" and corners.dtype == np.int64
@@ -635,6 +642,6 @@ def _is_sound(faces: BlockingFaces) -> bool:
 
 
 def _geometry_of(light: Light) -> str:
-    """Return a key of all that rays to a light depend on: its position, direction, size and nodes."""
+    """Return a key of everything on which rays to a light depend: its position, direction, size and nodes."""
     nodes = [(place_or_direction(node).tolist(), light.has_size and node.intensity) for node in light.nodes(4)]
     return repr((nodes, light.is_uniform))

@@ -60,7 +60,7 @@ class LightTerm:
     is_shadowed : bool
         True if the visible part of the light multiplies the lobes' contributions.
     bands : int, optional
-        Number of the light's bands that are kept; all by default.
+        Number of the light's bands of spherical harmonics that are kept; all by default.
     nodes : tuple of Light, optional
         Replacement of the light's nodes for lobes without a closed form.
     """
@@ -127,7 +127,7 @@ class Equation:
     maps : mapping
         Field of the reflectance → least and greatest of the numbers per vertex that replace it.
     tints : frozenset of str
-        Those of "albedo", "diffuse", "specular" and "emission" that have a map of colours.
+        Names of the fields that have a map of colours: some of "albedo", "diffuse", "specular" and "emission".
     gamma : float
         The sum of all light is raised to 1/gamma before it is clamped.
     bounces : int
@@ -176,7 +176,7 @@ class Equation:
 
     @property
     def forms(self) -> tuple[CosinePower | None, ...]:
-        """The reflectance's forms; None if they vary between vertices because of a map."""
+        """Cosine lobe with a closed form for each lobe, or None. If a map varies, only diffuse lobes have one."""
         forms, diffuse = self.reflectance.forms, self.lobes_of["diffuse"]
         varies = any(least < most for least, most in self.maps.values())
         return tuple(form if k in diffuse else None for k, form in enumerate(forms)) if varies else forms
@@ -244,7 +244,7 @@ class Equation:
         return self.two_sided and self.needs_normals
 
     def toward_viewer(self, v: FloatArray) -> FloatArray:
-        """Return the directions in which normals are turned, (3, n) or (3, 1): unit vectors v, or the view axis."""
+        """Return the directions towards which normals are turned: v, shape (3, n), or the view axis, shape (3, 1)."""
         return v if self.local_facing else np.array(self.to_eye)[:, None]
 
     @cached_property
@@ -296,7 +296,7 @@ class Equation:
 
 
 class Share(NamedTuple):
-    """One component of a light's contribution, or of the colour that is independent of lights (None)."""
+    """One component of a light's contribution; or of the colour that is independent of lights, with None as `light`."""
 
     component: Component | Literal["ambient", "emission"]
     light: int | None
@@ -319,12 +319,12 @@ def assemble(
     maps: Mapping[str, tuple[float, float]] = MappingProxyType({}),
     tints: frozenset[str] = frozenset(),
 ) -> Equation:
-    """Return the equation of a scene and a material without maps, in the scene's convention; the matrix is copied.
+    """Return the lighting equation of a scene and a material, in the scene's convention. The matrix is copied.
 
     Parameters
     ----------
     scene, material, matrix
-        As for `evaluate`. The material's maps are replaced by their greatest numbers.
+        As for `evaluate`, except that the material has bounds in place of its maps; see `Vertices.without_maps`.
     maps, tints
         As in `Equation`.
 
@@ -518,7 +518,7 @@ _VERY_FAR = 2.0**29
 
 
 def relative_to_mesh(equation: Equation) -> Equation:
-    """Return the equation with the mesh's origin as its origin, if that is very far away and a light or the eye near.
+    """Return the equation with its origin moved to the mesh's, if this is very far away and a light or the eye near it.
 
     Otherwise return the equation itself. The decision does not use the vertices, so that no colour depends on other
     vertices. For the same reason, it uses the whole equation, before a plan simplifies it.
@@ -564,8 +564,8 @@ def _seen_from_offset(place: VectorLike, matrix: Float64Array) -> Vector:
 def in_parts(equation: Equation) -> Equation:
     """Return the equation with area lights split into the parts that evaluators run.
 
-    The light itself keeps the lobes with a closed form. Its nodes replace it for the others. Its ambient colour arrives
-    as if from its centre.
+    For lobes with a closed form, the light itself is kept. For the other lobes, its nodes replace it. Its ambient light
+    arrives as if from its centre.
     """
     if not any(term.light.has_size for term in equation.terms):
         return equation
@@ -604,7 +604,10 @@ def _parts(
 
 
 def by_closed_form(term: LightTerm, forms: Sequence[CosinePower | None]) -> tuple[tuple[Vector, ...], ...]:
-    """Return a term's colours for lobes with a closed form, and for the others; each with black for the rest."""
+    """Split a term's colours into those of the lobes with a closed form, and those of the others.
+
+    Both results have an entry for each lobe: black where the other result has the colour.
+    """
     _, light = term.light.tints(term.bands)[0]
     is_exact = [form is not None and light.analytic_integral(form) is not None for form in forms]
     return tuple(

@@ -28,10 +28,10 @@ from pvphong.shading.equation import BLACK, Equation, LightTerm, in_parts
 Gather = Callable[[FloatArray], FloatArray]
 """Function from the colours that vertices send, (n, k), to the mean colours that they see, (n, k)."""
 
-# Allowed excess of the albedo over 1: by a sum over nodes of the white sky, and by a fit such as Oren and Nayar's,
-# which reflects up to 1.018 at grazing angles.
+# Allowed excess of the albedo over 1. The first is the error of a sum over nodes of the white sky. The second is for a
+# fit such as Oren and Nayar's, which reflects up to 1.018 at grazing angles.
 _ROUNDED, _FITTED = 0.01, 0.03
-# Relative change of the sum at which the series ends.
+# The series ends when a bounce changes the sum by at most this fraction.
 _NOTHING = 2.0**-26
 
 
@@ -61,7 +61,7 @@ def without_ambient(equation: Equation) -> Equation:
 
 
 def direct_light(equation: Equation) -> Equation:
-    """Return the equation of direct light, unclamped. Ambient light is left to the series."""
+    """Return the equation of direct light, unclamped. The series adds the ambient light."""
     return replace(without_ambient(equation), bounces=0, clamp=False)
 
 
@@ -102,9 +102,9 @@ def without_gain(scattered: FloatArray, equation: Equation) -> FloatArray:
     """
     most = float(scattered.max(initial=0.0))
     if most > 1.0 + (_FITTED if equation.diffuse_needs_viewer else _ROUNDED):
-        got = f"one that reflects {most:.3g} times what arrives"
+        got = f"one that reflects {most:.3g} times the light that arrives"
         remedy = "Reduce its diffuse colour times albedo to at most 1."
-        check.refuse("material", got, "one that reflects at most the light that arrives, if light bounces", remedy)
+        check.refuse("material", got, "one that reflects no more light than arrives, if light bounces", remedy)
     return np.minimum(scattered, 1.0)
 
 

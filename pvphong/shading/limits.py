@@ -1,10 +1,10 @@
 """Bounds on the factors of reflectances, which plans use before any vertex is lit.
 
 Three functions dispatch on the kind of reflectance: `most` bounds a lobe's factor, `change` bounds its change when
-light or viewer turn, and `extremes` returns the bounding reflectances for a map of a field. Other kinds have no bounds,
-and plans do not simplify them.
+light or viewer turn, and `extremes` returns the bounding reflectances for a map of a field. For kinds that are not
+registered, only Lambert lobes have bounds, so plans do not simplify the other lobes.
 
-In order: these functions; highlights that are a power of a cosine; microfacets; the others.
+In order: these functions; highlights that are a power of a cosine; Schlick's white part; microfacets; the others.
 """
 
 from __future__ import annotations
@@ -55,14 +55,15 @@ def change(reflectance: Any, lobe: int, turn: float, psi: float, *, light_moves:
 
 @singledispatch
 def extremes(reflectance: Any, field: str, low: float, high: float) -> tuple[Any, ...]:
-    """Return reflectances whose `change`s sum to a bound for all with a field from `low` to `high`.
+    """Return reflectances that bound all those whose `field` lies between `low` and `high`.
 
-    One of them also has the largest factor of each lobe.
+    The sum of the results of `change` for them is a bound on the change for any of those. The maximum of `most` over
+    them is a bound on the factor.
     """
     return replace(reflectance, **{field: low}), replace(reflectance, **{field: high})
 
 
-# --- highlights by a power of a cosine
+# --- highlights that are a power of a cosine
 
 
 def _largest_power(reflectance: Shiny, sightline: AngleBounds) -> float:
@@ -88,10 +89,10 @@ def _most_of_power(reflectance: Shiny, lobe: int, sightline: AngleBounds = ANYWH
 
 @change.register
 def _change_of_power(reflectance: Shiny, lobe: int, turn: float, psi: float, *, light_moves: bool) -> float:
-    """Return the power's slope times the turn. If the light moves, it may also cross the horizon of a vertex.
+    """Return the power's slope times the turn, plus a jump if the light moves: it may cross the horizon of a vertex.
 
-    There n·l is at most the sine of the turn, and the angles from the normal are at least π/2 − turn to the light, and
-    that less ψ to the viewer.
+    There n·l is at most the sine of the turn. The angle from the normal is at least π/2 − turn to the light, and at
+    least π/2 − turn − ψ to the viewer.
     """
     if lobe == 0:
         return turn if light_moves else 0.0
@@ -105,7 +106,10 @@ def _change_of_power(reflectance: Shiny, lobe: int, turn: float, psi: float, *, 
 
 @extremes.register
 def _(reflectance: Shiny, field: str, low: float, high: float) -> tuple[Any, ...]:
-    """Include the greatest exponent below 1, where highlights are infinitely steep, if it is in the interval."""
+    """Return both ends of the interval, and the greatest exponent below 1 if it lies between them.
+
+    For exponents between 0 and 1, highlights are infinitely steep.
+    """
     kind: Any = reflectance
     ends = replace(kind, **{field: low}), replace(kind, **{field: high})
     return (*ends, replace(kind, **{field: math.nextafter(1.0, 0.0)})) if low < 1.0 <= high else ends
@@ -120,7 +124,7 @@ def _(reflectance: ModifiedPhong, lobe: int, sightline: AngleBounds = ANYWHERE) 
 
 @change.register
 def _(reflectance: ModifiedPhong, lobe: int, turn: float, psi: float, *, light_moves: bool) -> float:  # noqa: ARG001
-    """Bound the change of a product of two factors. It is continuous at the horizon, where n·l is 0."""
+    """Bound the change of the product of the power and n·l. It is continuous at the horizon, where n·l is 0."""
     if lobe == 0:
         return turn if light_moves else 0.0
     slope = _steepness(reflectance.sharpness) + light_moves
@@ -136,7 +140,8 @@ def _(reflectance: VtkHeadlight, lobe: int, sightline: AngleBounds = ANYWHERE) -
 # --- Schlick's white part of the reflected light
 
 _WHITENESS_SLOPE = 2.5
-"""Largest change per radian of a turn of l or v: h·l is the cosine of half the angle between them."""
+"""Largest change of the white part per radian by which l or v turns. It depends on h·l, the cosine of half the angle
+between l and v."""
 
 
 def _most_whiteness(psi: float) -> float:
@@ -153,7 +158,7 @@ def _(reflectance: Metal, lobe: int, sightline: AngleBounds = ANYWHERE) -> float
 
 @change.register
 def _(reflectance: Metal, lobe: int, turn: float, psi: float, *, light_moves: bool) -> float:
-    """Return the sum of Phong's and Schlick's changes."""
+    """Return the sum of the bounds for Phong's power and for Schlick's white part."""
     result = _change_of_power(reflectance, lobe, turn, psi, light_moves=light_moves)
     return min(result + _WHITENESS_SLOPE * turn, 1.0) if lobe else result
 
@@ -177,7 +182,10 @@ def _(reflectance: Microfacets, lobe: int, sightline: AngleBounds = ANYWHERE) ->
 
 @change.register
 def _(reflectance: Microfacets, lobe: int, turn: float, psi: float, *, light_moves: bool) -> float:  # noqa: ARG001
-    """Bound the change of the base. A highlight may change fully: near the horizon the masking's slope is unbounded."""
+    """Bound the change of the diffuse base by its slope, and of a highlight by its largest value.
+
+    Near the horizon, the slope of a highlight's masking is unbounded.
+    """
     if lobe:
         return most(reflectance, lobe)
     faded = 1.0 + _WHITENESS_SLOPE, _WHITENESS_SLOPE
@@ -196,16 +204,17 @@ def _(reflectance: OrenNayar, lobe: int, sightline: AngleBounds = ANYWHERE) -> f
 
 @change.register
 def _(reflectance: OrenNayar, lobe: int, turn: float, psi: float, *, light_moves: bool) -> float:  # noqa: ARG001
-    """Bound the second part by B, because its slope is unbounded near the horizon."""
+    """Bound the change of A's part by its slope, and of B's part by B: its slope is unbounded near the horizon."""
     a, b = reflectance.parameters({})
     return (a * turn if light_moves else 0.0) + b
 
 
 @most.register
 def _(reflectance: Ward, lobe: int, sightline: AngleBounds = ANYWHERE) -> float:
-    """Return the bound at the largest n·h: x/z² is at most 1/z, and with θ the angle from n to s, |s|²/z² = 1 + tan² θ.
+    """Return the bound at the largest n·h.
 
-    (1 + tan² θ) exp(−E) is at most 1, and decreases with θ if n·v is positive.
+    With s, x, z and E as in `Ward`, and θ the angle from n to s: x/z² is at most 1/z, and |s|²/z² = 1 + tan² θ. The
+    product (1 + tan² θ) exp(−E) is at most 1, and decreases with θ if n·v is positive.
     """
     if lobe == 0:
         return 1.0

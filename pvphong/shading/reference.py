@@ -77,11 +77,11 @@ class Shading:
         return f"<Shading of {self.rgb.shape[0]} vertices, {self.rgb.dtype}{parts}>"
 
     def part(self, rows: slice) -> Shading:
-        """Some of the vertices; it shares memory with all of them."""
+        """Return the record of some of the vertices, with views of these arrays."""
         return self._of_each(lambda array: array[..., rows, :])
 
     def copy(self) -> Shading:
-        """The same in memory of its own."""
+        """Return a copy of the record and its arrays."""
         return self._of_each(np.copy)
 
     def _of_each(self, change: Callable[[NDArray[Any]], NDArray[Any]]) -> Shading:
@@ -106,18 +106,19 @@ _INTEGRATED = 2048
 
 
 class Block(NamedTuple):
-    """Vertices in the form that the equation reads; fields that it does not need are empty."""
+    """Vertices in the form that the equation reads. Fields that it does not need are empty."""
 
     points: Float64Array
     surface: Surface
     unseen: Any
-    """True where v does not exist (the eye on the vertex, or a vertex that is not finite); False for none."""
+    """Array (block,): True where v does not exist, because the eye is on the vertex or the vertex is not finite.
+    The scalar False if v exists everywhere."""
     seen: FloatArray | None
-    """Visible parts of each light, and of the sky in the last row; None if not needed. If normals are turned towards
-    the viewer, the visible side's parts."""
+    """Visible part of each light, and of the sky in the last row, shape (lights + 1, block); None if not needed. If
+    normals are turned towards the viewer, it is the part visible from the side that the viewer sees."""
     tints: dict[str, FloatArray]
-    """Factors of colours, (3, block): "albedo" for ambient colours, "diffuse" for those that the albedo multiplies,
-    "specular" and "emission"."""
+    """Factors of colours, (3, block). "albedo" multiplies ambient light; "diffuse", which includes the albedo, the
+    lobes that take the albedo; "specular" the highlights; "emission" the emission."""
 
 
 def shade(
@@ -128,9 +129,9 @@ def shade(
     result: Shading,
     channels: FloatArray | None = None,
 ) -> None:
-    """Evaluate the equation at every vertex, block by block, into the arrays of `result`.
+    """Evaluate the equation at every vertex and write the colours into the arrays of `result`.
 
-    Vertices are independent of each other, so the block size does not change any bit.
+    This is done block by block. Vertices are independent of each other, so the block size does not change any bit.
 
     Parameters
     ----------
@@ -141,9 +142,9 @@ def shade(
     tints : mapping
         Result of `Vertices.tints`.
     result : Shading
-        Its arrays are overwritten. Their type is the precision.
+        Receives the colours: its arrays are overwritten. Their type determines the precision.
     channels : ndarray, optional
-        Shape (k, n), with rows as in `equation.channels`.
+        Shape (k, n): further numbers per vertex, with rows as in `equation.channels`.
     """
     is_uniform = not (equation.needs_points or equation.needs_normals or equation.is_occluded or tints)
     for start in range(0, len(points), BLOCK):
@@ -197,7 +198,7 @@ def _block(
 
 
 def seen_by_viewer(points: FloatArray, normals: FloatArray, equation: Equation, channels: FloatArray) -> FloatArray:
-    """Return visible parts of each light, and of the sky in the last row, from the side that the viewer sees.
+    """Return the visible part of each light, and of the sky in the last row, for the side that the viewer sees.
 
     The shape is (lights + 1, n).
 
@@ -287,9 +288,10 @@ def tint_of(lobe: Lobe, tints: Mapping[str, FloatArray], surface: Surface) -> Fl
 def _add(
     coefficients: Vector, factor: Any, tint: FloatArray | None, color: FloatArray, *shares: FloatArray | None
 ) -> None:
-    """Add coefficient · factor · tint, channel by channel, to the colour and to each share other than None.
+    """Add coefficient · factor · tint, channel by channel, to the colour and to the arrays in `shares`.
 
-    The colour has vertices as columns, the shares as rows. Skipping a black channel is exact.
+    A share that is None is skipped. Vertices are columns in `color`, and rows in the shares. Skipping a black channel
+    is exact.
     """
     for channel, coefficient in enumerate(coefficients):
         if coefficient:
@@ -303,9 +305,10 @@ def _add(
 
 
 def _integrals(block: Block, reflectance: Reflectance, term: LightTerm) -> Iterator[Any]:
-    """Yield each lobe's integral over an area light, times its strength; in float64, because of cancellation.
+    """Yield each lobe's integral over an area light, times the term's gain.
 
-    The integral is over the whole light; the caller multiplies it by the visible part.
+    Terms of the integral cancel, so it is computed in float64. It covers the whole light; the caller multiplies it by
+    the visible part.
     """
     real = block.surface.raw.dtype.type
     for form, color in zip(reflectance.forms, term.colors, strict=True):
@@ -318,7 +321,7 @@ def _integrals(block: Block, reflectance: Reflectance, term: LightTerm) -> Itera
 
 
 def _integrated(integral: Integral, form: CosinePower, block: Block, *, rounded: bool) -> Float64Array:
-    """Return the integral, shape (n,). It takes few vertices at a time, so that temporaries stay in the caches."""
+    """Return the integral, shape (n,). Few vertices are evaluated at a time, so that temporaries stay in the caches."""
     n, lobe = block.surface.exact_normals, lobe_numbers(form.power, rounded=rounded)
     a = block.surface.mirrored if form.around == "mirror" and form.power else n  # 0⁰ is 1 in the whole hemisphere
     result = np.zeros(n.shape[1])

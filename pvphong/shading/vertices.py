@@ -1,4 +1,4 @@
-"""Data of the vertices to light."""
+"""Per-vertex data for lighting."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ _TO_VISIBILITY = "Pass visibility=mesh.phong.visibility(scene), or call mesh.pho
 
 
 class Tint(NamedTuple):
-    """Factors of colours per vertex: rows of a map divided by a bound on them."""
+    """Per-vertex factors of a colour: the rows of a map, divided by a bound on them."""
 
     name: str
     """Field that the map replaces."""
@@ -61,13 +61,14 @@ class Vertices:
         Field of the material or its reflectance → values per vertex, an array or a `Map`; see `pvphong.optics.maps`.
     tangents : array_like or callable, optional
         Shape (n, 3), of any length but 0: directions along the surface, for anisotropic reflectances; or a function
-        that returns them, as for normals.
+        that returns them, called at the first use as for normals.
     visibility : VisibilityLike, optional
         Visibility of lights and sky, for scenes with shadows or ambient occlusion.
     transport : TransportLike, optional
         Light transport between the vertices, for scenes with bounces.
     ranges : mapping, optional
-        The attribute `ranges` of a larger set of vertices that includes these and determines the equation.
+        The attribute `ranges` of a larger set of vertices that includes these. The equation is then that of the larger
+        set.
 
     Raises
     ------
@@ -95,7 +96,7 @@ class Vertices:
 
     @classmethod
     def of_all(cls, parts: Sequence[Vertices]) -> Vertices:
-        """The vertices of several records, one after the other; of these only points and normals count."""
+        """Concatenate the points and normals of several records. Their other data is left out."""
         points = np.concatenate([part.points for part in parts])
         return cls(points, lambda: np.concatenate([part.normals for part in parts]))
 
@@ -107,13 +108,13 @@ class Vertices:
 
     @cached_property
     def normals(self) -> FloatArray:
-        """Shape (n, 3); computed when they are first read."""
+        """Normals, shape (n, 3), computed when they are first read."""
         given = self._normals() if callable(self._normals) else self._normals
         return check.array("normals", given, count=len(self.points))
 
     @cached_property
     def tangents(self) -> FloatArray:
-        """Shape (n, 3); computed when they are first read.
+        """Tangents, shape (n, 3), computed when they are first read.
 
         Raises
         ------
@@ -153,11 +154,11 @@ class Vertices:
         return {name: Tint(name, self.maps[name].rows, self.maps[name].most) for name in names}
 
     def without_maps(self, material: Material) -> Material:
-        """Return the material with bounds on its maps in their place."""
+        """Return the material with each map replaced by the bound on its values."""
         return material.with_values({name: values.most for name, values in self.maps.items()})
 
     def sending(self, colors: FloatArray, material: Material) -> Vertices:
-        """Return the same vertices with colours, shape (n, 3), added to the material's emission."""
+        """Return these vertices with a map of emission: the material's emission plus `colors`, shape (n, 3)."""
         emitted = self.maps.get("emission")
         own = rgb(material.emission) if emitted is None else fractions("emission", emitted.rows)
         maps = {name: values.rows for name, values in self.maps.items()} | {"emission": colors + own}
@@ -166,7 +167,7 @@ class Vertices:
 
     @property
     def ranges(self) -> dict[str, tuple[float, float]]:
-        """Least and greatest number of each map that is not a map of colours."""
+        """Least and greatest value of each map, except maps of colours."""
         own = {name: (values.least, values.most) for name, values in self.maps.items() if name not in COLORS}
         return own | dict(self._ranges or {})
 
@@ -182,9 +183,11 @@ class Vertices:
         return assemble(scene, self.without_maps(material), matrix, self.ranges, tints)
 
     def channels(self, equation: Equation) -> FloatArray | None:
-        """Return numbers per vertex, with rows as in `Equation.channels`; None if an equation reads none.
+        """Return the numbers per vertex that an equation reads, with rows as in `Equation.channels`.
 
-        Tangents are unit vectors in the world; they are transformed like differences of points.
+        Return None if it reads none.
+
+        Tangents are unit vectors in the world. They are transformed like differences of points.
 
         Raises
         ------
@@ -195,8 +198,8 @@ class Vertices:
         for kind in equation.channels:
             if kind == "visibility":
                 if self.visibility is None:
-                    allowed = "without shadows and ambient occlusion unless visibility= is given"
-                    check.refuse("light_model", "one with at least one of them", allowed, _TO_VISIBILITY)
+                    allowed = "given for a light model with shadows or ambient occlusion"
+                    check.refuse("visibility", None, allowed, _TO_VISIBILITY)
                 how = {"sky": equation.is_occluded, "behind": equation.is_flipped}
                 kinds.append(self.visibility.channels(equation.shadowed, **how))
             elif kind == "tangents":

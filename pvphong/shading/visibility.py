@@ -39,18 +39,21 @@ class VisibilityLike(Protocol):
     def refuse_other(
         self, points: FloatArray, lights: Sequence[Light], labels: Sequence[str], model: LightModel
     ) -> None:
-        """Raise ValueError unless it was computed for these vertices and lights in the world and for this model."""
+        """Raise ValueError unless this was computed for these points, lights and light model, in world coordinates."""
 
 
 class Around(NamedTuple):
-    """Visibility of a light with a size, or of the sky, known around n places before rays are cast from them."""
+    """What is known about n places before rays are cast from them to an area light or the sky.
+
+    A place is a position on the surface. The visible parts around it are those of its triangle's corners.
+    """
 
     least: FloatArray
     """Least visible part around each place, shape (n,)."""
     most: FloatArray
     """Largest visible part around each place, shape (n,)."""
     goal: Goal | None = None
-    """Accuracy at which a place needs no more rays; None if only the tolerance of the rays limits them."""
+    """Comparison that may end the rays from a place early. If None, only the tolerance of the rays ends them."""
 
     def at(self, rows: Any) -> Around:
         """Return the record of some of the places."""
@@ -58,7 +61,10 @@ class Around(NamedTuple):
 
 
 class Goal(NamedTuple):
-    """Comparison of the colours at places, lit by a light, with given colours: it ends the rays at a place early."""
+    """Comparison of the exact colours at places with given colours, as a function of one light's visible part.
+
+    No more rays are cast to the light from a place once the difference is known to be allowed.
+    """
 
     if_hidden: Float64Array
     """Difference from the given colours if the light is hidden, shape (..., 3)."""
@@ -68,16 +74,16 @@ class Goal(NamedTuple):
     """Largest difference that is allowed, shape (...)."""
 
     def at(self, rows: Any) -> Goal:
-        """Return the comparison of some of the places."""
+        """Return the comparison at some of the places."""
         return Goal(*(each[rows] for each in self))
 
     @property
     def flat(self) -> Goal:
-        """The comparison of places in m triangles, arrays (m, s, ...), as rows of places, arrays (m · s, ...)."""
+        """The comparison with its arrays (m, s, ...), for s places in each of m triangles, reshaped to (m · s, ...)."""
         return Goal(self.if_hidden.reshape(-1, 3), self.contribution.reshape(-1, 3), self.allowed.ravel())
 
     def is_reached(self, part: Float64Array, error: Float64Array) -> BoolArray:
-        """Return True (n,) where the difference is allowed, even if the visible part is two standard errors off."""
+        """Return True (n,) where the difference is allowed even if the visible part errs by two standard errors."""
         difference = np.abs(self.if_hidden + part[:, None] * self.contribution)
         uncertainty = 2.0 * error[:, None] * np.abs(self.contribution)
         reached: BoolArray = (difference + uncertainty).max(axis=1) <= self.allowed
@@ -92,17 +98,17 @@ class TransportLike(Protocol):
         """True if vertices of other meshes send light too."""
 
     def most(self) -> float:
-        """Return the largest cosine-weighted part of a vertex's hemisphere that lit surfaces fill."""
+        """Return the largest part of any vertex's hemisphere, weighted by the cosine, that lit surfaces fill."""
 
     def why_nothing(self) -> str:
         """Return the reason why no vertex sees lit surfaces; "" if one may."""
 
     def gather(self, colors: FloatArray) -> FloatArray:
-        """Return the cosine-weighted mean of the colours that each vertex sees, for colours that they send; (n, k)."""
+        """Return the cosine-weighted mean (n, k) of the colours that each vertex sees, if vertices send `colors`."""
 
 
 class GivenVisibility(VisibilityLike):
-    """Visibility as plain numbers, without reasons and without a check of positions.
+    """Visibility that a user passes as an array. It cannot check positions, and gives plans no reasons.
 
     Parameters
     ----------
@@ -110,7 +116,8 @@ class GivenVisibility(VisibilityLike):
         The argument's name.
     given : array_like
         Shape (lights + 1, n): visible part of each light per vertex, and of the sky in the last row; clipped to [0, 1],
-        and NaN counts as 0. As many rows may follow for the other sides; without them, both sides see the same.
+        and NaN counts as 0. As many rows may follow for the other sides of the vertices; without them, both sides see
+        the same.
     """
 
     def __init__(self, name: str, given: Any) -> None:
@@ -145,7 +152,7 @@ class GivenVisibility(VisibilityLike):
 def checked_visibility(
     name: str, given: Any, points: FloatArray, matrix: MatrixLike | None, scene: Scene
 ) -> VisibilityLike:
-    """Return the visibility that a user passes: a `Visibility`, or numbers as for `GivenVisibility`.
+    """Return the visibility that a user passes: a `Visibility`, or an array as for `GivenVisibility`.
 
     Raises
     ------
@@ -186,7 +193,7 @@ def known_transport(vertices: Any) -> TransportLike:
     """
     if vertices.transport is None:
         remedy = "Pass transport=mesh.phong.transport(), or call mesh.phong.shade, which casts the rays."
-        check.refuse("light_model", "one with bounces", "without bounces unless transport= is given", remedy)
+        check.refuse("transport", None, "given for a light model with bounces", remedy)
     return cast(TransportLike, vertices.transport)
 
 
@@ -195,4 +202,4 @@ def refuse_rays(scene: Scene, where: str) -> None:
     if scene.light_model.is_global:
         remedy = "scene.light_model.without_rays() removes them; mesh.phong.shade supports them."
         allowed = f"without shadows, ambient occlusion and bounces {where}"
-        check.refuse("light_model", "one with at least one of them", allowed, remedy)
+        check.refuse("light_model", "one with shadows, ambient occlusion or bounces", allowed, remedy)

@@ -249,7 +249,7 @@ def test_of_another_mesh_or_other_lights_it_is_refused():
     rest = [SUN, replace(LAMP, position=(0, 1, 4))]
     twice = {"matrix": np.diag([2.0, 1, 1, 1])}
     for mesh, other, options, says in (
-        (floor(cells=9), rig, {}, "one of the mesh's 100"),
+        (floor(cells=9), rig, {}, "computed for the mesh's 100 points"),
         (moved, rig, {}, "computed for the mesh where it is now"),
         (ground, rig, twice, "computed for the mesh where it is now"),
         (ground, scene(SUN), {}, "computed for the lights .*sun"),

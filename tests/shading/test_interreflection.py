@@ -115,7 +115,7 @@ def test_arrays_take_a_transport_too():
     given = ROOM.points, ROOM.point_normals, scene, GREY
     expected = ROOM.phong.shade(scene, GREY, transport=TRANSPORT)["phong"]
     np.testing.assert_allclose(ph.evaluate(*given, transport=TRANSPORT).rgb, expected, atol=1e-6)
-    with pytest.raises(ValueError, match=r"^light_model must be without bounces unless transport= is given"):
+    with pytest.raises(ValueError, match=r"^transport must be given for a light model with bounces"):
         ph.evaluate(*given)
     with pytest.raises(ValueError, match=r"^transport must be the result of mesh\.phong\.transport\(\)"):
         ph.evaluate(*given, transport=np.eye(4))
@@ -134,11 +134,9 @@ def test_what_cannot_be_is_refused():
         ph.LightModel(convention="vtk", bounces=1)
     with pytest.raises(ValueError, match=r"^bounces must be 0 where the light model is two-sided"):
         ph.LightModel(two_sided=True, bounces=1)
-    with pytest.raises(
-        ValueError, match=r"^material must be one that reflects at most the light that arrives.*1\.2 times"
-    ):
+    with pytest.raises(ValueError, match=r"^material must be one that reflects no more light than arrives.*1\.2 times"):
         lit(1, material=ph.Material(diffuse=1.2))
-    with pytest.raises(ValueError, match=r"^material must be one that reflects at most the light that arrives"):
+    with pytest.raises(ValueError, match=r"^material must be one that reflects no more light than arrives"):
         lit(1, material=ph.Material(diffuse=1.02))
     with pytest.raises(ValueError, match=r"^shares_by_bounce must be False without components"):
         lit(1, shares_by_bounce=True)
@@ -163,11 +161,11 @@ def test_a_plan_says_what_each_bounce_holds_and_leaves_out_what_cannot_be_seen()
     scene = ph.Scene([ph.PointLight((0, 0, 0.1))], light_model=model(8, ambient=0.2))
     exact = ROOM.phong.plan(scene, GREY, transport=TRANSPORT).effects["bounces"]
     assert exact.on
-    assert exact.why == "each holds at most 0.25, 0.13, 0.063, …"
+    assert exact.why == "the bounces add at most 0.25, 0.13, 0.063, …"
     planned = ROOM.phong.plan(scene, GREY, transport=TRANSPORT, tolerance=0.04)
     bounces = planned.effects["bounces"]
     assert bounces.on
-    assert bounces.why.startswith("5 of 8, the others at most 0.01")
+    assert bounces.why.startswith("5 of 8, the others add at most 0.01")
     assert 0.0 < bounces.bound <= 0.02
     assert planned.equation.bounces == 5
     assert {"points", "normals"} <= planned.needs

@@ -188,7 +188,7 @@ def test_bare_points_can_be_planned_and_not_lit(given):
     points, normals, _ = given
     dim = scene(shadows=True)
     assert ph.plan(points, dim, SHINY).effects["shadow"].on
-    with pytest.raises(ValueError, match=r"light_model must be without shadows .* visibility=mesh\.phong\.visibility"):
+    with pytest.raises(ValueError, match=r"visibility must be given for .* shadows .* visibility=mesh\.phong\.visi"):
         ph.evaluate(points, normals, dim, SHINY)
 
 

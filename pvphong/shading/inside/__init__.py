@@ -1,6 +1,12 @@
 """Errors of colours that are interpolated inside triangles, and the refinement that reduces them.
 
-In reading order: `lighting` computes interpolated and exact colours, `places` selects the samples in triangles, and
-`interpolation` measures errors there. `triangles` bisects and cuts triangles as index arrays, and `surface` adds lit
-vertices. `cutting` finds the edges of shadows and cones and cuts along them; `splitting` bisects the other triangles.
+In reading order:
+
+- `lighting`: interpolated and exact colours
+- `places`: samples in triangles
+- `interpolation`: errors of the interpolated colours at the samples
+- `triangles`: bisection and cuts of triangles as index arrays
+- `surface`: triangles with lit vertices, which are added by bisection and cuts
+- `cutting`: cuts along the edges of shadows and cones
+- `splitting`: rounds of bisections, until the interpolated colours are accurate
 """

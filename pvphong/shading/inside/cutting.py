@@ -173,7 +173,7 @@ class _Edge:
         self._look_closely(rows[is_uniform & ~self._is_hidden[rows]])
 
     def _look_closely(self, rows: IntArray) -> None:
-        """Sample triangles whose corners, sides and middles agree at places a pixel apart."""
+        """Sample triangles at places a pixel apart. So far, their corners, sides and middles agree."""
         corners, is_lit = self._surface.triangles.corners, self._is_lit
         steps = np.maximum(self._sizes(rows)[0] / self._spacing, 1.0)
         orders = np.minimum(2 ** np.rint(np.log2(steps)).astype(np.int64), _FINEST)
@@ -191,7 +191,8 @@ class _Edge:
     def _can_jump(self, corners: IntArray, places: Float64Array, is_other: BoolArray) -> BoolArray:
         """Return True (k,) where the colour may jump by more than the tolerance near the places (k, s) in `is_other`.
 
-        The edge lies between a place and its neighbours. The step there may be larger by a third of its range.
+        The edge lies between a place and its neighbours. The step there may exceed the steps at the places by a third
+        of their range.
         """
         steps = self._steps(corners, places)
         larger = np.ptp(steps, axis=1) / 3.0 if len(steps) else np.zeros(0)
@@ -221,7 +222,10 @@ class _Edge:
         return _Crossings(along, step, rows, *self._deviations(along, rows))
 
     def _lines(self, along: Float64Array, rows: IntArray) -> tuple[IntArray, Float64Array]:
-        """Return the corner (k,) of crossed triangles that is alone on its side, and the line's ends (k, 2, 3)."""
+        """Return a corner (k,) and the ends (k, 2, 3) of the line across each crossed triangle.
+
+        The corner is the one that is alone on its side of the line.
+        """
         triangles, is_lit = self._surface.triangles, self._is_lit
         at_corners = is_lit[triangles.corners[rows]]
         alone = odd_corner(at_corners)
@@ -253,7 +257,7 @@ class _Edge:
             is_same = ((self._seen(rows, between) == is_lit) == is_near)[..., None]
             near, far = np.where(is_same, between, near), np.where(is_same, far, between)
         off = self._distances(far, p, x, y)
-        # in the part of the corner that is alone, the sum below is less than 1
+        # for a place on the same side of the line as the lone corner, the sum below is less than 1
         part = 1.0 - ends[index, :, alone]
         others = np.stack([_INSIDE[:, (alone + turn) % 3].T for turn in (1, 2)], axis=2)
         with np.errstate(divide="ignore", over="ignore"):

@@ -1,6 +1,10 @@
 """Errors of colours that are interpolated across triangles: the largest error of each triangle, and jumps.
 
-Colours are compared at a fixed pattern of samples, and at peaks and creases, which no fixed pattern hits (`places`).
+Colours are compared at a fixed pattern of samples, and at peaks and creases, which no fixed pattern hits (see
+`places`).
+
+Several functions have the argument `enough`. With it, an error below `enough` may be underestimated, because rays to
+lights with a size are cast only until it is known which errors exceed it.
 """
 
 from __future__ import annotations
@@ -26,7 +30,8 @@ _ALL = np.concatenate([_FIRST, _MORE])
 DENSE = lattice(8)
 """Dense samples: errors between them are hardly larger."""
 
-# Largest variation, over a triangle, of the ratio of the normals' two lengths that changes no colour.
+# Each normal has two lengths: `LitVertices.normals` and `LitVertices.stored`. If their ratio varies over a triangle by
+# at most this fraction, blends of both kinds of normals have practically the same direction.
 _SAME_RATIO = 1e-4
 
 # Number of bisections of a distance. A difference that remains after them is a jump.
@@ -44,8 +49,7 @@ def _errors_at(
 ) -> Float64Array:
     """Return the differences (m, s) of blended and lit colours at places in triangles (m, 3), in the worst channel.
 
-    Lights with a size are sampled, and only the part of a difference that exceeds the noise counts. With `enough`, rays
-    are cast until it is known which differences exceed it.
+    Lights with a size are sampled, and only the part of a difference that exceeds the noise counts.
     """
     shape = len(corners), weights.shape[-2]
     colors = blended(vertices.colors, corners, weights, *vertices.lighting.limits).reshape(*shape, 3)
@@ -61,7 +65,7 @@ def _errors_at(
 def first_errors(vertices: LitVertices, corners: IntArray, enough: float | None = None) -> Float64Array:
     """Return the largest error (m,) of triangles (m, 3) at middles of sides, centroids, peaks and creases.
 
-    If `enough` is given, here and below, errors less than `enough` may be too small.
+    With `enough`, an error below `enough` may be underestimated; see the module's description.
     """
     result = pattern_errors(_FIRST, vertices, corners, enough)
 
@@ -75,7 +79,10 @@ def first_errors(vertices: LitVertices, corners: IntArray, enough: float | None 
 
 
 def more_errors(vertices: LitVertices, corners: IntArray, enough: float | None = None) -> Float64Array:
-    """Return the largest error (m,) at further samples, and with blends of the stored normals."""
+    """Return the largest error (m,) at further samples.
+
+    If blends of the stored normals have other directions, the errors at all samples are computed for these too.
+    """
     result = pattern_errors(_MORE, vertices, corners, enough)
     length, stored = (np.linalg.norm(normals, axis=1) for normals in (vertices.normals, vertices.stored))
     ratio = np.divide(length, stored, out=np.ones_like(length), where=stored > 0.0)
@@ -104,10 +111,11 @@ def all_errors(vertices: LitVertices, corners: IntArray) -> Float64Array:
 
 
 def jumps(vertices: LitVertices, corners: IntArray) -> tuple[Float64Array, Float64Array]:
-    """Return the largest jump of the colour in each triangle, which splitting cannot reduce, and the error at it, (m,).
+    """Return the largest jump of the colour in each triangle, and the error next to it, (m,) each.
 
-    The search bisects the segment from the worst sample, peaks excluded, to the corner whose colour differs most from
-    it. It keeps the half with the larger difference. The difference that remains is a jump.
+    Splitting cannot reduce a jump. The search bisects the segment from the worst sample, peaks excluded, to the corner
+    whose colour differs most from it. It keeps the half with the larger difference. The difference that remains is a
+    jump.
     """
     steps, errors = np.zeros((2, len(corners)))
 

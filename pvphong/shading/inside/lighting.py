@@ -42,7 +42,7 @@ class SeenFromPlaces(VisibilityLike, Protocol):
 
     @property
     def behind(self) -> SeenFromPlaces | None:
-        """Visibility from their other sides; None if the light model is one-sided."""
+        """Visibility from the other sides of the vertices; None if the light model is one-sided."""
 
     def at(
         self,
@@ -84,12 +84,14 @@ class Lighting:
     maps : ndarray
         Shape (n, k): the columns of all maps, and of tangents if the reflectance needs them, in float64.
     sharp : tuple of int
-        Indices of the scene's lights that are fully visible or hidden, and may be either.
+        Indices of the lights that are either fully visible or hidden at each place, and not known to be visible
+        everywhere.
     soft : tuple of int
-        Indices of the lights with a size, which may be partly visible. The number of lights stands for the sky.
+        Indices of the lights with a size, which may be partly visible. The index `equation.lights`, one past the last
+        light, stands for the sky.
     settled : set of int
-        Sharp lights whose edges lie between triangles. Inside a triangle, they are seen as from its corners if these
-        agree.
+        Sharp lights whose edges have been cut, so that they lie between triangles. If a triangle's corners agree on
+        the visibility of the light, it is the same inside.
     """
 
     def __init__(
@@ -125,16 +127,19 @@ class Lighting:
         self._among = 0
 
     def _has_cone(self, light: int) -> bool:
-        """Return True if a light's cone can be part of its visibility, which does not affect its ambient colour."""
+        """Return True if a light's cone can be treated as visibility.
+
+        It cannot if the light has an ambient colour, which visibility does not affect.
+        """
         given = self._lights[light]
         angles = given.values(Angle) if given.values(Aim) else []
         is_alone = self.scene.light_model.convention == "standard" and not any(rgb(given.ambient))
         return is_alone and len(angles) == 1 and angles[0] < 90.0
 
     def colors(self, points: FloatArray, normals: FloatArray, maps: Float64Array, seen: Float64Array) -> Float64Array:
-        """Return lit colours (n, 3), not clamped, for rows of `maps` and of visible parts."""
+        """Return lit colours (n, 3), not clamped. `maps`, and the visible parts `seen`, have a row for each vertex."""
         at = {name: maps[:, part] for name, part in self._columns.items()}
-        if "tangents" in at:  # if a blend cancels, the normal: it is no direction
+        if "tangents" in at:  # where blended tangents cancel, the normal, which counts as no tangent
             at["tangents"] = np.where(at["tangents"].any(axis=1, keepdims=True), at["tangents"], normals)
         material = self._material.with_values({name: Map(rows) for name, rows in at.items()})
         vertices = Vertices(points, normals, material.maps, tangents=material.tangents, ranges=self._ranges)
@@ -192,7 +197,8 @@ class Lighting:
     ) -> tuple[Float64Array, Float64Array]:
         """Return the visible part of a light from places on the mesh, and its standard error, (n,) each.
 
-        The places see from the side that the viewer sees. A sharp light is visible where they face away from it.
+        The visibility is that from the side that the viewer sees. Where this side faces away from a sharp light, the
+        light counts as visible.
 
         Rays begin on the blend of the tangent planes at a triangle's corners, if that is above the place. A convex mesh
         lies below the tangent planes of its vertices, and so below their blends. A ray that rises above the blend
@@ -202,14 +208,14 @@ class Lighting:
         Parameters
         ----------
         light : int
-            Index among the scene's lights; their number for the sky.
+            Index among the scene's lights; `equation.lights`, one past the last light, for the sky.
         points, normals : ndarray
             Shape (n, 3), the normals with the lengths with which they are blended.
         level : ndarray, optional
             Shape (n,): the dot product of normal and point in the world, blended from `LitVertices.level`. None if the
             places are the mesh's own vertices.
         around : Around, optional
-            Visibility known around the places.
+            What is known about the visibility around the places.
         """
         p, n = self.in_world(points, normals)
         result, error, source = np.ones(len(p)), np.zeros(len(p)), self._lights.get(light)
@@ -245,7 +251,8 @@ class Lighting:
 def inside_cone(light: Light, points: Float64Array) -> FloatArray:
     """Return values (n,) that are positive inside a light's cone and negative outside.
 
-    They compare the chord between its axis and the ray with that of the cone's angle; see `pvphong.optics.lights.spot`.
+    They compare the chord between the axis and the ray with the chord of the cone's angle; see
+    `pvphong.optics.lights.spot`.
     """
     (direction,), (angle,) = light.values(Aim), light.values(Angle)
     chord = light.arrival(points).direction + np.array(unit_vector(direction))[:, None]
@@ -254,7 +261,9 @@ def inside_cone(light: Light, points: Float64Array) -> FloatArray:
 
 @dataclass(frozen=True)
 class LitVertices:
-    """Lit vertices: float64 arrays of shape (n, 3) except where noted, which are interpolated between the vertices.
+    """Lit vertices, between which their attributes are interpolated.
+
+    The arrays are float64, and have the shape (n, 3) unless noted.
 
     Attributes
     ----------
@@ -271,7 +280,7 @@ class LitVertices:
     seen : ndarray
         Shape (n, lights + 1): visible part of each light and of the sky; (n, 0) if all are fully visible.
     level : ndarray
-        Shape (n,): dot product of the normal with each point of the tangent plane, in the world.
+        Shape (n,): dot product of the normal with any point of the vertex's tangent plane, in the world.
     colors : ndarray
         Lit colours, not clamped.
     noise : ndarray
@@ -301,7 +310,7 @@ class ComparedColors(NamedTuple):
     colors: Float64Array
     """Displayed colours, shape (m, s, 3)."""
     allowed: Float64Array
-    """Difference at each place that is allowed, shape (m, s). The size of smaller differences is not needed."""
+    """Difference that is allowed at each place, shape (m, s). Smaller differences need not be known accurately."""
 
 
 def lit_inside(
@@ -320,8 +329,8 @@ def lit_inside(
     return vertices.lighting.shown(colors).reshape(*shape, 3), noise.reshape(shape)
 
 
-# Part of the way to the centre of its triangle by which the rays' origin is moved, for places on a boundary: the foot
-# of a wall, for example.
+# Fraction of the way to the centre of its triangle by which a ray's origin is moved. It matters for places on a
+# boundary, for example at the foot of a wall.
 INTO_TRIANGLE = 2.0**-10
 
 
@@ -358,9 +367,9 @@ def _seen_inside(
 def seen_at(
     light: int, vertices: LitVertices, corners: IntArray, weights: Float64Array, goal: Goal | None = None
 ) -> tuple[Float64Array, Float64Array]:
-    """Return `Lighting.seen`, (m, s) each, from blends of vertices (m, c) with weights (s, c) or (m, s, c).
+    """Return the result of `Lighting.seen`, (m, s) each, at blends of vertices (m, c).
 
-    The goal's arrays begin with (m, s).
+    The weights of the blends have the shape (s, c) or (m, s, c). The shapes of the goal's arrays begin with (m, s).
     """
     part, error = np.empty((2, len(corners), weights.shape[-2]))
 

@@ -211,7 +211,10 @@ def _shortest(at_corners: Float64Array) -> Float64Array:
 
 
 def _is_at_corner(at_corners: Float64Array) -> BoolArray:
-    """Return True (k,) where the shortest blend of three vectors (k, 3, 3) is one of them: both sides lead away."""
+    """Return True (k,) where the shortest blend of three vectors (k, 3, 3) is one of them.
+
+    The length then increases from this corner along both sides.
+    """
     a, b, c = at_corners.transpose(1, 2, 0)
     ab, bc, ca = b - a, c - b, a - c
     at_a = (dot(a, ab) >= 0.0) & (dot(a, ca) <= 0.0)
@@ -254,7 +257,7 @@ _ASIDE = 2.0**-5
 
 
 def _sign_changes(values: FloatArray) -> Iterator[Places]:
-    """Yield places where a value changes its sign: on two sides of a triangle, half-way between, and next to each.
+    """Yield places where a value changes its sign: on two sides of a triangle, half-way between, and next to these.
 
     Parameters
     ----------

@@ -69,9 +69,9 @@ class Refinement:
         return result
 
     def run(self, tolerance: float, limit: int, *, cut: bool) -> Stopped:
-        """Split until every error is within `tolerance` or splitting does not help, and return the reason for the end.
+        """Split until every error is within `tolerance` or splitting does not help; return the reason for stopping.
 
-        The rounds end, because each adds a point.
+        It always stops: each round adds a point, and `limit` bounds their number.
 
         Parameters
         ----------
@@ -102,7 +102,7 @@ class Refinement:
         return "jump" if self._known["jump"][left].any() else "resolution"
 
     def _next_round(self, tolerance: float) -> IntArray:
-        """Return the triangles to split; none if all that can be split are accurate."""
+        """Return the triangles to split; an empty array if all that can be split are accurate."""
         while True:
             rows = self._poor(tolerance)
             if not len(rows):

@@ -44,7 +44,7 @@ class LitSurface:
     vertices : LitVertices
         Current vertices; the given ones come first.
     added : list of Added
-        The other vertices, in their order.
+        Records of the added vertices, in order.
     diagonal : float
         Diagonal of the bounding box.
     """
@@ -76,7 +76,10 @@ class LitSurface:
         return rows
 
     def cut(self, light: int, signs: IntArray, crossed: BoolArray, along: Float64Array, inner: IntArray) -> None:
-        """Cut along the edge of a light's shadow or cone, as `Triangles.cut`. The sheet of 1 sees the light."""
+        """Cut along the edge of a light's shadow or cone, as `Triangles.cut` does.
+
+        Vertices on the sheet of 1 see the light, those on the sheet of -1 do not.
+        """
         opposite = np.repeat(self._opposite(np.flatnonzero(crossed)), 2)
         cut = self.triangles.cut(signs, crossed, along, inner)
         old = len(self.vertices.points)
@@ -90,7 +93,7 @@ class LitSurface:
 
     @property
     def _triangles_of(self) -> IntArray:
-        """Number of triangles of each side, shape (s,)."""
+        """Number of triangles that share each side, shape (s,)."""
         return np.bincount(self.triangles.sides.ravel(), minlength=len(self.triangles.ends))
 
     def _opposite(self, sides: IntArray) -> IntArray:

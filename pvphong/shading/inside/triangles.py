@@ -26,7 +26,7 @@ _TIE = 2.0**-10
 
 
 def marked(count: int, numbers: IntArray) -> BoolArray:
-    """Return an array of `count` flags, True at the given numbers."""
+    """Return an array of `count` flags, True at the given indices."""
     marks = np.zeros(count, dtype=bool)
     marks[numbers] = True
     return marks
@@ -64,11 +64,13 @@ class Triangles:
     ends : ndarray
         Shape (s, 2): ends of each side.
     ties : ndarray
-        Shape (s,): tie of each side. Copies of a side that a cut makes have the same tie, and ends in the same order.
+        Shape (s,): number that ties sides together. A side and the copies of it that cuts make have the same tie, and
+        their ends are in the same order.
     source : ndarray
         Shape (m,): given triangle that each triangle is a part of.
     places : ndarray
-        Shape (n_vertices,): place of each vertex, the number of a vertex there. Copies that a cut makes have the same.
+        Shape (n_vertices,): number that stands for the position of each vertex. A vertex and the copies of it that cuts
+        make have the same number.
     n_vertices : int
         Current number of vertices.
     """
@@ -94,7 +96,7 @@ class Triangles:
         return len(self.corners)
 
     def _add_sides(self, ends: IntArray, squares: Float64Array, ties: IntArray | None = None) -> IntArray:
-        """Add sides and return their numbers. Without `ties`, each has a tie of its own."""
+        """Add sides and return their numbers. Without `ties`, each side gets a new tie."""
         added = len(self.ends) + np.arange(len(ends))
         ties = self._n_ties + np.arange(len(ends)) if ties is None else ties
         self._n_ties = max(self._n_ties, int(ties.max(initial=-1)) + 1)
@@ -103,8 +105,8 @@ class Triangles:
         return added
 
     def with_tied(self, marks: BoolArray) -> BoolArray:
-        """Return marks of sides (s,), with all sides marked that have the tie of a marked one."""
-        if self._n_ties == len(self.ends):  # none is
+        """Return marks of sides (s,), extended to all sides that have the same tie as a marked side."""
+        if self._n_ties == len(self.ends):  # no sides are tied together
             return marks
         return marked(self._n_ties, self.ties[marks])[self.ties]
 
@@ -122,7 +124,7 @@ class Triangles:
         """
         longest = np.take_along_axis(self.sides, self._squares[self.sides].argmax(axis=1)[:, None], axis=1)[:, 0]
         marks = marked(len(self.ends), longest[rows])
-        while True:  # ends: each pass but the last marks another side
+        while True:  # terminates, because each pass except the last marks another side
             marks = self.with_tied(marks)
             more = longest[marks[self.sides].any(axis=1) & shaped]
             more = more[~marks[more]]
@@ -185,7 +187,10 @@ class Triangles:
     # -- cuts
 
     def from_end(self, sides: IntArray, vertices: IntArray, along: Float64Array) -> Float64Array:
-        """Return the position of the crossing on each side, from the given end; `along` has it from the first end."""
+        """Return the position of the crossing on each side, counted from the end at the given vertex.
+
+        `along` counts from the side's first end.
+        """
         return np.where(self.ends[sides, 0] == vertices, along[sides], 1.0 - along[sides])
 
     def cut(self, signs: IntArray, crossed: BoolArray, along: Float64Array, inner: IntArray) -> Cut:
@@ -204,7 +209,7 @@ class Triangles:
         along : ndarray
             Shape (s,): position of the crossing, from the side's first end to its second.
         inner : ndarray of int
-            Shape (m,): side of the line, 1 or -1, of the inside of a triangle with all corners on the line.
+            Shape (m,): side of the line, 1 or -1, on which a triangle lies if all its corners are on the line.
         """
         sides = np.flatnonzero(crossed)
         ends, t, squares = self.ends[sides], along[sides], self._squares[sides]
@@ -230,7 +235,7 @@ class Triangles:
         return Cut(parents, np.concatenate([at, np.zeros(len(doubled))]), sheets)
 
     def _turned(self, rows: IntArray, first: IntArray) -> tuple[IntArray, ...]:
-        """Return corners and sides of triangles, in their order from the corner `first`."""
+        """Return the three corners, then the three sides, of triangles, in cyclic order from the corner `first`."""
         turn = (first[:, None] + np.arange(3)) % 3
         corners, sides = (np.take_along_axis(each[rows], turn, axis=1) for each in (self.corners, self.sides))
         return *corners.T, *sides.T

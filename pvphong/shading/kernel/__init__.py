@@ -2,9 +2,13 @@
 
 Numba is an optional extra. It is imported at the first use of the kernel, and compiled code is kept on disk. If a call
 must not wait and code is missing, the kernel declines the equation and the reference runs; another process compiles the
-code. The kernel also declines what it does not support: a light without placement, a reflectance whose formula is not
-marked as one, a scene coordinate beyond 2¹⁰⁰, an entry of an attenuation or a matrix that is not between 2⁻¹⁰⁰ and
-2¹⁰⁰, or a light that is too bright for its stage.
+code. The kernel also declines an equation that it does not support:
+
+- a light without `placement`, or a light or reflectance whose formula is not marked by `formula`
+- a scene coordinate beyond 2¹⁰⁰
+- an entry of an attenuation or a matrix that is neither 0 nor between 2⁻¹⁰⁰ and 2¹⁰⁰
+- a light that is too bright for its stage
+
 It declines single vertices too, which the reference then lights: a vertex on a light or the eye, one that is not
 finite, or one so far from a light or so near it that float32 does not hold the products.
 
@@ -12,12 +16,19 @@ The kernel differs from the reference by rounding alone. float32 results are com
 except integrals over area lights. Differences of positions have full relative precision at any distance from the
 origin, and a highlight has an error of at most (4√n + 10) · 2⁻²⁴ for shininess n.
 
-In reading order: `evaluation` runs the driver on ranges of vertices, on several threads; `driver` lights a block of
-vertices, from loading to colours; `vertices` defines the memory of a block and loads it; `stages` puts a loop around
-the formula of a light or a reflectance; `lanes` runs the formulas of area lights on eight vertices at once. `records`
-packs an equation for the driver, `arithmetic` has the operations of compiled code, `code` compiles code and keeps it on
-disk, `ahead` compiles all of it. `normals` computes normals of meshes, `edges` splits their sharp edges, `blends`
-blends vertices inside triangles, `rays` generates and tests rays, and `hits` finds their first hits.
+In reading order:
+
+- `evaluation` runs the driver on ranges of vertices, on several threads
+- `driver` lights a block of vertices, from loading to colours
+- `vertices` defines the memory of a block and loads it
+- `stages` puts a loop around the formula of a light or a reflectance
+- `lanes` runs the formulas of area lights on eight vertices at once
+- `records` packs an equation for the driver
+- `arithmetic` has the operations of compiled code
+- `code` compiles code and keeps it on disk, `ahead` compiles all of it in advance
+- `normals` computes normals of meshes, `edges` splits their points along sharp edges
+- `blends` blends vertices inside triangles
+- `rays` generates and tests rays, `hits` finds their first hits
 """
 
 from __future__ import annotations
@@ -133,7 +144,7 @@ def compile_all(report: Callable[[str, int, int], object]) -> Path:
 
 
 def evaluator() -> Callable[..., bool] | None:
-    """Return `evaluation.shade` of this process's library, which is its first argument; None without Numba."""
+    """Return `evaluation.shade` with this process's library as its first argument; None without Numba."""
     library = _library()
     if library is None:
         return None
@@ -178,15 +189,16 @@ def split_points(
 ) -> tuple[NDArray[np.int64], NDArray[np.int64]] | None:
     """Split a mesh's points along sharp edges, as VTK's filter does; or return None.
 
-    The result equals the filter's and does not depend on the number of threads. None without Numba, and for faces that
-    VTK splits or refuses: with more than 384 corners or fewer than three, or with an index outside the points.
+    The result equals the filter's and does not depend on the number of threads. None is returned without compiled code,
+    and for faces that VTK divides or refuses: those with more than 384 corners or fewer than three, or with an index
+    outside the points.
 
     Parameters
     ----------
     points, connectivity, offsets, waits
         As for `point_normals`.
     angle : float
-        Angle in degrees between the normals of two faces from which their common edge is sharp.
+        Feature angle in degrees: an edge is sharp if the normals of its two faces differ by at least this angle.
 
     Returns
     -------
@@ -221,7 +233,7 @@ class Casters(NamedTuple):
 
 
 def rays_obstacle() -> str:
-    """Return the reason why compiled code cannot cast rays now, or "". Another process compiles missing code."""
+    """Return the reason why compiled code cannot cast rays now; "" if it can. Another process compiles missing code."""
     library = _library()
     if library is None:
         return f"nothing can be compiled {(obstacle() or [''])[0]}"
@@ -233,7 +245,7 @@ def rays_obstacle() -> str:
 
 
 def stages_of(sampling: Sampling) -> tuple[int, int] | None:
-    """Return the addresses of a light's two compiled formulas; None if missing, and another process compiles them."""
+    """Return the addresses of a light's two compiled formulas; None if another process must compile them first."""
     from pvphong.shading.kernel import code, rays
 
     return code.if_compiled(_compiled(), lambda library: rays.stages_of(library, sampling))
@@ -261,7 +273,7 @@ def vertices_met(*arguments: Any) -> tuple[NDArray[np.int32], int]:
 
 
 def gatherer() -> Callable[[NDArray[np.int32], FloatArray], FloatArray] | None:
-    """Return `hits.gathered`; None without Numba, or if its code is missing, and another process compiles it."""
+    """Return `hits.gathered`; None without Numba, or if another process must compile it first."""
     library = _library()
     if library is None:
         return None
@@ -279,7 +291,7 @@ class Blends(NamedTuple):
 
 
 def blending() -> Blends | None:
-    """Return the functions of `blends`; None without Numba, or while another process compiles them."""
+    """Return the functions of `blends`; None without Numba, or if another process must compile them first."""
     library = _library()
     if library is None:
         return None

@@ -54,10 +54,10 @@ def pieces(library: Library) -> list[CompilationUnit]:
         CompilationUnit("edges", partial(edges.fans_code, library)),
         CompilationUnit("rays", partial(rays.test_code, library)),
         CompilationUnit("rays to a point", partial(rays.point_code, library)),
-        CompilationUnit("rays to a part", partial(rays.part_code, library)),
-        CompilationUnit("rays to what is around", partial(hits.around_code, library)),
-        CompilationUnit("light along rays", partial(hits.gather_code, library)),
-        CompilationUnit("rays to what they meet first", partial(hits.find_code, library)),
+        CompilationUnit("rays to an area", partial(rays.part_code, library)),
+        CompilationUnit("rays over hemispheres", partial(hits.around_code, library)),
+        CompilationUnit("colours that rays hit", partial(hits.gather_code, library)),
+        CompilationUnit("first hits of rays", partial(hits.find_code, library)),
     ]
     result += (CompilationUnit(name, partial(library.stage, x, "float32")) for name, x in _of_samplings())
     written = ("factors already written", stages.factors_already_written)
@@ -149,7 +149,7 @@ def _of_lights_with_a_size() -> _Named:
 
 
 def _of_samplings() -> _Named:
-    """Return the stages that sample rays to all kinds of light, to the sky and to an image of it."""
+    """Return the stages that sample rays to all kinds of light, to the sky, and to an image of the sky."""
     found = {name: _sample(kind).sampling for name, kind in LIGHT_TYPES.items()}
     by_light = [(name, each.frame, each.sample) for name, each in found.items() if each is not None]
     chosen = [*by_light, ("sky", sky_frame, sky_sample), ("image", sky_frame, image_sample)]
@@ -205,7 +205,7 @@ def main() -> None:
 
 
 def _request() -> Request | None:
-    """Return the request; None if its lights or reflectances cannot be imported, such as those of an interpreter."""
+    """Return the request; None if its lights or reflectances cannot be imported, as those of an interactive session."""
     try:
         request = pickle.load(sys.stdin.buffer)
     except (AttributeError, ImportError, EOFError):

@@ -16,6 +16,8 @@ float64  log2(1 + t) = z·P(z²), P of degree 7,  2^r = 1 + r·Q(r), Q of
          z = t / (2 + t): 4e-18                 degree 10, |r| <= ½: 7e-18  1.5 · 2⁻⁵³ + n·δd
 =======  =====================================  ==========================  ===========================
 
+Here δd is the error of the given d. The power amplifies it by n.
+
 LLVM may contract a product and a sum into one rounding in these polynomials only, where no result depends on it. The
 rest of the kernel is plain IEEE arithmetic, with `multiply_add` for a single rounding, so that a vertex's bits depend
 neither on its index in a block nor on its neighbours.
@@ -211,8 +213,9 @@ _TAN_22_5, _TINIEST = math.sqrt(2.0) - 1.0, 2.0**-1000
 
 
 def arctan2(y: Any, x: Any) -> Any:
-    """Return the angle of a point, by θ = t + t³ P(t²) for t = tan θ in [0, tan 22.5°], or of 45° less the rest.
+    """Return the angle θ of a point, as `math.atan2` does.
 
+    For angles up to 22.5°, θ = t + t³ P(t²) with t = tan θ. Others are reduced to these by symmetry and a turn by 45°.
     It works in float64, for one point or for lanes. A call of libm's function would prevent vectorisation.
     """
     height, width = abs(y), abs(x)

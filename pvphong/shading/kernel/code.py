@@ -109,7 +109,7 @@ class Store:
         return Path(self._form.locator.get_cache_path())
 
     def load_overload(self, signature: Any, context: Any) -> Any:
-        """Return the code for a signature, or None."""
+        """Return the code for a signature; None if it is not on disk."""
         context.refresh()
         path, key = self._path_and_key(signature, context.codegen())
         with contextlib.suppress(Exception):  # no file, or any error of pickle and Numba while reading it
@@ -249,7 +249,7 @@ class Library:
 
     @property
     def lock(self) -> Path | None:
-        """File that the process that compiles in advance locks; None if `folder` is None."""
+        """File that is locked while a process compiles in advance; None if `folder` is None."""
         return self.folder and self.folder / "pvphong.lock"
 
     def stage(self, function: Callable[..., Any], real: str) -> int:
@@ -257,7 +257,7 @@ class Library:
         return self._code(function, stage_signature, real).where
 
     def call(self, function: Callable[..., Any], signature: Callable[..., Any], *kinds: str) -> Callable[..., int]:
-        """Return any other compiled function. `signature` is called with Numba's types of the names in `kinds`."""
+        """Return a compiled function that is no stage. `signature` is called with Numba's types named in `kinds`."""
         return self._code(function, signature, *kinds).call
 
     def _code(self, function: Callable[..., Any], signature: Callable[..., Any], *kinds: str) -> Code:
@@ -288,7 +288,7 @@ class Library:
 
 
 def stage_signature(real: Any) -> Any:
-    """Return the signature of all stages: numbers, rows and points, to an integer."""
+    """Return the signature of all stages: from numbers, rows and points to an integer."""
     return types.intp(_FLOATS, types.CPointer(real), _FLOATS)
 
 
@@ -322,7 +322,7 @@ def ask_for(missing: Key, request: Request | None, lock: Path | None) -> None:
 
 
 def if_compiled(library: Library, find: Callable[[Library], Found]) -> Found | None:
-    """Return the result of `find`; None if code is missing, and another process compiles it."""
+    """Return the result of `find`. If code is missing, let another process compile it, and return None."""
     try:
         return find(library.cached_only)
     except NotCompiled as missing:

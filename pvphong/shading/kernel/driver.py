@@ -58,7 +58,7 @@ def shade(
     Parameters
     ----------
     points, normals
-        Consecutive vectors of all vertices; anything if not needed.
+        Consecutive vectors of all vertices; any pointers if not needed.
     albedo, diffuse, specular, emission
         Consecutive colours of fields that have a map.
     channels
@@ -235,7 +235,7 @@ def _hide(rows: Any, varies: bool) -> None:
 
 @compiled
 def _add(rows: Any, target: int, factors: int, varies: bool, color: Any) -> None:
-    """Add a colour times the factors in a row and the light's strength to the rows of a colour."""
+    """Add `color`, times the factors in a row and the light's strength, to the three rows that begin at `target`."""
     for i in range(BLOCK):
         factor = rows[factors + i] * _strength(rows, i, varies)
         rows[target + i] = multiply_add(color[0], factor, rows[target + i])
@@ -245,7 +245,7 @@ def _add(rows: Any, target: int, factors: int, varies: bool, color: Any) -> None
 
 @compiled
 def _add_two(rows: Any, varies: bool, color: Any, other: Any) -> None:
-    """Add the first two lobes at once, with half the memory traffic; only if no map multiplies them separately."""
+    """Add the first two lobes at once, with half the memory traffic. No map may multiply only one of them."""
     for i in range(BLOCK):
         strength = _strength(rows, i, varies)
         first, second = rows[at.FIRST + i] * strength, rows[at.SECOND + i] * strength
@@ -256,7 +256,7 @@ def _add_two(rows: Any, varies: bool, color: Any, other: Any) -> None:
 
 @compiled
 def _add_lambert(rows: Any, varies: bool, color: Any, is_uniform: bool, to_light: Any) -> None:
-    """Add a colour times max(n·l, 0) and the light's strength; l is `to_light` if `is_uniform`, else in rows."""
+    """Add a colour times max(n·l, 0) and the light's strength; l is `to_light` if `is_uniform`, else read from rows."""
     inverse = inverse_length(square(to_light))
     for i in range(BLOCK):
         d = to_light if is_uniform else vector(shifted(rows, at.DX), i)
@@ -269,7 +269,7 @@ def _add_lambert(rows: Any, varies: bool, color: Any, is_uniform: bool, to_light
 
 @compiled
 def _arrive_evenly(rows: Any, to_light: Any) -> None:
-    """Fill the rows of the vector D to a uniform light, and of 1/|D|."""
+    """Fill the rows of D, the vector to a uniform light, and of 1/|D|."""
     inverse = inverse_length(square(to_light))
     for i in range(BLOCK):
         put(shifted(rows, at.DX), i, to_light)
@@ -332,7 +332,10 @@ def _byte(intensity: Any) -> Any:
 
 @compiled
 def _multiply_by_albedo(first: int, count: int, albedo: Any, rows: Any, has_ambient: bool) -> None:
-    """Multiply by the albedo, clipped to [0, 1], NaN to 0. It uses the rows of lobes, which are free by now."""
+    """Multiply the colour by the albedo, clipped to [0, 1]; NaN counts as 0.
+
+    The rows of the lobes' factors, which are no longer needed, hold the albedo.
+    """
     at.load_vectors(albedo, first, count, shifted(rows, at.FIRST))
     for i in range(3 * BLOCK):
         given = rows[at.FIRST + i]
@@ -352,7 +355,7 @@ def _multiply_by_diffuse(first: int, count: int, diffuse: Any, rows: Any, over: 
 
 @compiled
 def _add_times_map(first: int, count: int, tints: Any, rows: Any, start: int, over: Any) -> None:
-    """Add the rows from `start` on, times a map that is scaled by `over`, to the colour."""
+    """Add the three rows that begin at `start`, times a map that is scaled by `over`, to the colour."""
     at.load_vectors(tints, first, count, shifted(rows, at.FIRST))
     for i in range(3 * BLOCK):
         rows[at.R + i] = multiply_add(rows[start + i], rows[at.FIRST + i] * over, rows[at.R + i])
@@ -395,7 +398,7 @@ def _add_emission(first: int, count: int, emission: Any, s: Any, rows: Any) -> N
 
 @compiled
 def _add_share(rows: Any, start: int) -> None:
-    """Add the colour's rows to other rows."""
+    """Add the colour's rows to the three rows that begin at `start`."""
     for i in range(3 * BLOCK):
         rows[start + i] = rows[start + i] + rows[at.R + i]
 
@@ -435,7 +438,7 @@ def _end_shares(first: int, count: int, rgb: Any, s: Any, rows: Any) -> None:
 
 @compiled
 def _finish(s: Any, rows: Any) -> None:
-    """Raise the colour to a power."""
+    """Raise the colour to the settings' exponent."""
     if s.exponent != 1.0:
         exponent = as_type_of(rows, s.exponent)
         for i in range(3 * BLOCK):

@@ -45,9 +45,10 @@ def _edge(points: Any, origin: int, end: int) -> tuple[float, float, float]:
 
 
 def find_face_normals(points: Any, corners: Any, offsets: Any, first: int, last: int, normals: Any) -> int:
-    """Compute unit normals of faces in float32, as `vtkPolygon::ComputeNormal` of VTK 9.7 does; zero without an area.
+    """Compute unit normals of faces in float32, as `vtkPolygon::ComputeNormal` of VTK 9.7 does.
 
-    Return the largest number of corners, or 0 if a face has fewer than three.
+    The normal of a face without an area is zero. Return the largest number of corners, or 0 if a face has fewer than
+    three.
     """
     largest = 0
     for face in range(first, last):
@@ -78,7 +79,7 @@ def find_face_normals(points: Any, corners: Any, offsets: Any, first: int, last:
 
 @inlined
 def _touches(surveyed: Any, chunk: int, first: int, last: int) -> bool:
-    """True if a chunk of faces may have one of the points from `first` to `last`."""
+    """Return True if a chunk of faces may have one of the points from `first` to `last`."""
     return (surveyed[2 * chunk] < last) & (surveyed[2 * chunk + 1] >= first)
 
 
@@ -90,7 +91,8 @@ def count_corners(
     Parameters
     ----------
     starts
-        Output: for each point the sum of the counts before it. Zeros at first, one more than points.
+        Output: for each point, the sum of the counts before it. It has one more entry than there are points, and must
+        contain zeros.
     most
         Output: the largest count.
 
@@ -148,7 +150,10 @@ def _enter(table: Any, mask: int, point: int, place: int) -> int:
 def _look_around(
     corners: Any, offsets: Any, point: int, around: Any, begin: int, count: int, table: Any, sides: Any
 ) -> None:
-    """Fill the table from the list of a point's faces; `sides` receives the slots of its two neighbours in each."""
+    """Enter the points of all faces around a point into the table.
+
+    `sides` receives, for each face, the slots of the point's two neighbours.
+    """
     others = 0
     for i in range(count):
         others += offsets[around[begin + i] + 1] - offsets[around[begin + i]] - 1
@@ -186,7 +191,10 @@ def _are_alike(normals: Any, one: int, two: int, cosine: Any) -> bool:
 def _number_fans(
     normals: Any, cosine: Any, around: Any, begin: int, count: int, table: Any, sides: Any, fans: Any
 ) -> int:
-    """Number the fans among the faces in a list, and return their number. A fan grows from its first face both ways."""
+    """Assign the faces in a list to fans, and return the number of fans.
+
+    A fan grows from its first face in both directions.
+    """
     for i in range(count):
         fans[i] = -1
     found = 0
@@ -233,8 +241,9 @@ def find_fans(
     starts
         Sums from `count_corners`.
     ends, around, sides, fans, table
-        Scratch memory: the ends of the lists of faces around all points; these lists; for each face in one point's list
-        two slots, and the number of its fan; the slots.
+        Scratch memory. `around` holds the lists of the faces around all points, and `ends` the ends of the lists. For
+        each face in one point's list, `sides` holds two slots, and `fans` the number of its fan. `table` holds the
+        slots.
     numbers
         Output: number of the fan of each corner. Only written where it is not 0.
     extra

@@ -28,8 +28,8 @@ from pvphong.shading.vertices import Tint
 # enough that converted copies of arrays are small.
 SHORTEST, LONGEST = 2**14, 2**18
 
-# Index of the first lobe's factors among the inputs: points, normals, then colours in the order of `COLORS`. Factors of
-# lobes replace diffuse and specular.
+# Index of the diffuse map among the inputs: points, normals, then maps in the order of `COLORS`. If colours of lobes
+# are blends (see `records.blends`), factors of the first two lobes take the places of diffuse and specular.
 _FIRST_LOBE = 2 + COLORS.index("diffuse")
 
 # Bytes in a cache line, and in the longest vectors.
@@ -48,10 +48,11 @@ def shade(
     channels: FloatArray | None = None,
     waits: bool = True,
 ) -> bool:
-    """Evaluate the equation at every vertex into the arrays of a result, or decline.
+    """Evaluate the equation at every vertex and write the colours into the arrays of `result`, or decline.
 
     The bits of the result do not depend on the number of threads. Arrays that are not C-contiguous are copied piece by
-    piece, with the same bits as a result. If only one of two arrays is float64, the other is converted to it.
+    piece; this does not change the bits of the result. If only one of points and normals is float64, the other is
+    converted to it.
 
     Parameters
     ----------
@@ -64,13 +65,14 @@ def shade(
     tints : mapping
         Result of `Vertices.tints`.
     result : Shading
-        `rgb`, C-contiguous, is overwritten: float32, float64, or uint8, which is float32 arithmetic rounded to 0-255
-        for display. Components, if present, are overwritten too; uint8 excludes them.
+        Receives the colours. `rgb` must be C-contiguous and is overwritten. It is float32, float64, or uint8: float32
+        arithmetic, rounded to 0-255 for display. Components, if present, are overwritten too; with uint8 there must be
+        none.
     whole : Equation, optional
         The equation before a plan simplified it; by default the same. It determines whether the kernel declines, and
         the type in which vertices are read, so that these do not depend on the positions of other vertices.
     channels : ndarray, optional
-        Shape (k, n), with rows as in `equation.channels`.
+        Shape (k, n): further numbers per vertex, with rows as in `equation.channels`.
     waits : bool, default True
         True to compile missing code now, which takes seconds. If False, the equation is declined, and another process
         compiles the code for later calls.
@@ -169,7 +171,10 @@ def shade(
 
 
 def _apart(equation: Equation, result: Shading) -> records.Apart | None:
-    """Return an equation's shares and their offsets in a result; None if not requested, or if all are black."""
+    """Return an equation's shares and their offsets in a result.
+
+    Return None if components are not requested, or if all shares are black.
+    """
     shares, rgb = equation.shares, result.rgb
     if result.base is None or result.per_light is None or not shares:
         return None
@@ -197,8 +202,10 @@ def _black(equation: Equation, result: Shading) -> list[FloatArray]:
 def _of_lobes(
     lobes: Sequence[Lobe], tints: Mapping[str, Tint], maps: Mapping[str, FloatArray], count: int, real: Any
 ) -> tuple[FloatArray, FloatArray, BoolArray | None]:
-    """Return factors of the first two lobes' colours, shape (n, 3), the first without albedo; and where the third
-    lobe's factor is not 1, so that the reference must light the vertex.
+    """Return the factors of the first two lobes' colours, shape (n, 3) each; those of the first exclude the albedo.
+
+    The third result is True, shape (n,), where the third lobe's factor is not 1, so that the reference must light the
+    vertex; None if there is no such vertex.
     """
     of: dict[str, Any] = {name: tints[name].factors(real.type) for name in ("albedo", "diffuse") if name in tints}
     albedo = of.get("albedo", np.ones((3, count), real.type))
@@ -242,13 +249,13 @@ def _nothing(_part: slice) -> tuple[int, None]:
 
 
 def map_colors(tint: Tint, real: Any) -> FloatArray:
-    """Return a map's colours for compiled code, which clips albedo; larger numbers may exceed its type."""
+    """Return a map's colours as compiled code reads them. It clips albedo, so numbers may exceed the type's range."""
     rows = tint.rows if tint.rows.dtype == real else fractions(tint.name, tint.rows, real)
     return as_contiguous(rows if rows.shape[1] == 3 else np.broadcast_to(rows, (len(rows), 3)), real)
 
 
 def driver_code(library: Library, stored: str, real: str) -> Callable[..., int]:
-    """Return the compiled driver for types of vertices and rows."""
+    """Return the compiled driver. `stored` is the type of the vertices, and `real` that of the rows."""
 
     def signature(stored: Any, real: Any) -> Any:
         vertices, reals, floats, octets = map(types.CPointer, (stored, real, types.float64, types.uint8))

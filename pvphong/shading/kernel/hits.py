@@ -77,7 +77,11 @@ def _find(
     wide: Any,
     valid: Any,
 ) -> None:
-    """Find the nearest hits of open rays: `MET` (−1 for none) and the rows after it; `LENGTH` becomes the distance."""
+    """Find the nearest hit of each open ray (`OPEN` > 0).
+
+    Write the triangle's number to `MET`, −1 for a miss; the hit's values to the `MET_…` rows after it; and the distance
+    to `LENGTH`.
+    """
     for j in range(RAYS):
         marks[MET + j] = np.int32(-1)
     for c in range(count):
@@ -125,7 +129,7 @@ def look_around(
     wide: Any,
     valid: Any,
 ) -> int:
-    """Cast rays from vertices and choose, for each, a corner of the triangle that it hits.
+    """Cast rays from vertices and choose, for each ray, a corner of the triangle that it hits.
 
     The corner is random, with its barycentric weight as the probability.
 
@@ -136,16 +140,18 @@ def look_around(
     seeds
         Two seeds per vertex for the points, and one for the corners.
     begin, end : int
-        Numbers of the first point and after the last, multiples of 16.
+        Range of sample points: multiples of 16.
     casters, function, scenes, places, firsts, triangles
-        Number of casters, address of `rtcIntersect16`, data of `Casters`, and numbers of their triangles.
+        Number of casters, address of `rtcIntersect16`, `scenes` and `numbers` of `Casters`, and `starts` and `numbers`
+        of `pvphong.rays.casting.Triangles`.
     sides
         For each triangle 1 if its corners are counter-clockwise seen from the front, −1 if clockwise; 0 without a
         front.
     corners
         Three vertices of each triangle.
     met
-        Output, shape (count, end − begin): number of a vertex; −1 if a ray hits nothing or the back of a triangle.
+        Output, shape (count, end − begin): number of the chosen vertex; −1 if a ray hits nothing or the back of a
+        triangle.
     others
         As for `look_at_part`.
 
@@ -227,7 +233,10 @@ def find(
     wide: Any,
     valid: Any,
 ) -> int:
-    """Find the nearest hits of given rays: triangles, weights of their second and third corners, and lengths."""
+    """Find the nearest hits of given rays: triangles, weights of their second and third corners, and distances.
+
+    The triangle is −1 for a miss. The distances replace the rays' lengths.
+    """
     prepare(rows, marks)
     for first in range(0, count, RAYS):
         lanes = given(origins, directions, lengths, first, count, rows, wide)
@@ -282,7 +291,7 @@ def vertices_met(
     casters: Any,
     triangles: Any,
 ) -> tuple[NDArray[np.int32], int]:
-    """Return the vertices that rays hit, shape (m, end − begin), as `look_around`, and the number of rays.
+    """Return the vertices that `look_around` chooses, shape (m, end − begin), and the number of rays.
 
     Parameters
     ----------
@@ -291,7 +300,7 @@ def vertices_met(
     seeds
         Shape (3, m).
     begin, end : int
-        Numbers of points, multiples of 16, up to `sobol.MOST`.
+        Range of sample points: multiples of 16, up to `sobol.MOST`.
     casters : Casters
         Geometry.
     triangles : Triangles

@@ -218,16 +218,17 @@ def _two_to(_typing: Any, shifted: Any) -> Any:
 
 
 def _listed(builder: Any, row: Any, start: Any, rows: Any, place: Any) -> list[Any]:
-    """Return pointers to eight numbers of a row, whose indices are listed."""
+    """Return pointers to eight numbers of a row; their indices are the entries of `rows` that begin at `place`."""
     places = [builder.load(builder.gep(rows, [builder.add(place, place.type(lane))])) for lane in range(WIDTH)]
     return [builder.gep(row, [builder.add(start, builder.fptosi(each, start.type))]) for each in places]
 
 
 @intrinsic
 def load_listed(_typing: Any, row: Any, start: Any, rows: Any, place: Any) -> Any:  # noqa: ARG001 Numba's names
-    """Return eight numbers of a row that begins at `start`, as float64; `rows` from `place` on list their indices.
+    """Return eight numbers of a row that begins at `start`, as float64.
 
-    If the last index is the first plus seven, the numbers are consecutive and one load suffices.
+    Their indices are the eight entries of `rows` that begin at `place`. If the last index is the first plus seven, the
+    numbers are consecutive and one load suffices.
     """
 
     def generate(_context: Any, builder: Any, _given: Any, values: Any) -> Any:

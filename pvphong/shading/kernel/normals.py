@@ -341,7 +341,7 @@ class FaceArrays(NamedTuple):
         return address(self.corners), address(self.starts), len(self.starts) - 1, address(self.spans)
 
     def points_at_once(self, n_points: int, least: int, most: int) -> int:
-        """Return the number of points in a range: `least`, or so many that a chunk is read twice on average at most.
+        """Return the number of points in a range: at least `least`, and enough to read chunks at most twice on average.
 
         The ranges of all threads together have at most about `most` points, unless they are as short as `least`.
         """

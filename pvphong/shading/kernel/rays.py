@@ -36,9 +36,9 @@ RAYS = 16
 # instance and its part.
 X, Y, Z, BEGIN, DX, DY, DZ, TIME, END, MASK, NUMBER, FLAGS = range(0, 12 * RAYS, RAYS)
 NX, NY, NZ, SECOND, THIRD, TRIANGLE, GEOMETRY, INSTANCE, INSTANCE_PART = range(12 * RAYS, 21 * RAYS, RAYS)
-# Then u and v of each ray, its sampled relative length and weight, and 1 if it has no hit so far; the first triangle
-# hit among all casters, the weights of its second and third corner, and the cosine between the ray and its normal, up
-# to a factor; and the frame of a vertex.
+# Then u and v of each ray, and its sampled relative length and weight. OPEN is 1 for an open ray, which is cast and has
+# no hit so far, else 0. MET is the first triangle hit among all casters; then follow the weights of its second and
+# third corner, and the cosine between the ray and its normal, up to a factor. FRAME is the frame of a vertex.
 U, V, SHARE, WEIGHT, OPEN, MET, MET_SECOND, MET_THIRD, MET_COSINE, FRAME = range(21 * RAYS, 31 * RAYS, RAYS)
 _MOST_IN_FRAME = 30
 _ROWS = FRAME + 2 * RAYS
@@ -123,7 +123,7 @@ def given(origins: Any, directions: Any, lengths: Any, first: int, count: int, r
 
 @inlined
 def _test(count: int, function: int, scenes: Any, numbers: Any, rows: Any, wide: Any, valid: Any) -> None:
-    """Close open rays that hit something."""
+    """Set `OPEN` to 0 for rays that hit something."""
     for c in range(count):
         bring_near(numbers, c, rows, wide, valid)
         cast_rays(function, valid, scenes[c], rows)
@@ -205,7 +205,9 @@ def look_at_part(
     wide: Any,
     valid: Any,
 ) -> int:
-    """Write the weights of sample points `begin` to `end` of a light per vertex, with and without occlusion.
+    """Write the weights of a light's sample points, from `begin` up to `end`, for each vertex.
+
+    They are written twice: for all rays, and with 0 for rays that are blocked.
 
     Parameters
     ----------
@@ -228,7 +230,7 @@ def look_at_part(
     scales
         Output, shape (count,): factors from mean weights to colours.
     rows, marks, wide, valid
-        Scratch memory; the first two are the same.
+        Scratch memory; `rows` and `marks` are the same memory, as float32 and as int32.
 
     Returns
     -------
@@ -367,7 +369,7 @@ def test(
     wide: Any,
     valid: Any,
 ) -> int:
-    """Write for each given ray whether it is blocked; return the number of rays."""
+    """Write 1 for each given ray that is blocked, else 0; return the number of rays."""
     prepare(rows, marks)
     for first in range(0, count, RAYS):
         lanes = given(origins, directions, lengths, first, count, rows, wide)
@@ -451,7 +453,9 @@ def part_seen(
     margin: float,
     casters: Any,
 ) -> tuple[FloatArray, FloatArray, Float64Array, int]:
-    """Return weights sent and seen, (end − begin, m) each, float32, factors (m,), and the number of rays.
+    """Return the outputs `sent`, `seen` and `scales` of `look_at_part`, and the number of rays.
+
+    `sent` and `seen` have the shape (end − begin, m) and the type float32; `scales` has the shape (m,).
 
     Parameters
     ----------
@@ -494,10 +498,10 @@ def point_seen(
     seen: Float64Array,
     behind: Float64Array,
 ) -> int:
-    """Write the visibility of a light into `seen`, and from the other side into `behind`, shape (m,), contiguous.
+    """Write the visibility of a light without a size into `seen`, and that from the other sides into `behind`.
 
-    Points, origins and normals have the shape (m, 3). `light` has the numbers that `look_at_point` reads; they include
-    the flag for two sides. Return the number of rays.
+    Both are contiguous arrays of shape (m,). Points, origins and normals have the shape (m, 3). `light` has the numbers
+    that `look_at_point` reads; they include the flag for two sides. Return the number of rays.
     """
     *given, numbers = as_float64(points, origins, origins_behind, normals, light)
     vertices = *map(address, given), len(points), address(numbers)

@@ -56,9 +56,9 @@ constant factors are in the colours, and `gain`, a power of two, multiplies the 
 black, as the sum of 1, 2 and 4. `visible`: channel of its visible part, or -1. `arrives`, `reflects`: addresses of the
 stages, 0 for those built into the driver. For an area light, `arrives` is `integral_stage`, which writes the
 reflectance's factors too, and `reflects` is `factors_already_written`.
-For separate shares, `component`: the component in `COMPONENTS` of a share that this term completes, or -1; `light_at`:
-the offset from the colours of the array for its light, if this term completes the light, else 0; `is_alone`: its light
-has no other share."""
+The last fields are for separate shares. `component`: index in `COMPONENTS` of the share that this term completes, or
+-1. `light_at`: offset from the colours to the array of its light if this term completes the light, else 0. `is_alone`:
+its light has no other share."""
 
 
 def _packer(kind: np.dtype[Any]) -> Callable[..., bytes]:
@@ -76,8 +76,8 @@ COMPONENTS = "ambient", "diffuse", "specular", "emission"
 MOST_LOBES = 3
 
 _LARGEST = 2.0**100
-"""Largest scene coordinate that compiled code accepts: float32 could not hold squares of larger sums. (Vertices may be
-anywhere.)"""
+"""Largest coordinate of a light or the eye that compiled code accepts. float32 could not hold the squares of larger
+sums. Vertices may be anywhere."""
 
 _NOWHERE, _IDENTITY = (0.0, 0.0, 0.0), np.eye(4)
 
@@ -97,7 +97,7 @@ class TermCode(NamedTuple):
     """True if it writes strengths; otherwise they are 1."""
     divisors: slice = slice(0)
     """Slice of `numbers` with the three coefficients of the attenuation. Dividing them by k multiplies the strength by
-    k. So a light may be so bright and so far away that float32 holds neither its intensity nor its attenuation."""
+    k. This admits lights so bright and so far away that float32 holds neither their intensity nor their attenuation."""
 
 
 _BY_DRIVER = TermCode(None)
@@ -218,11 +218,11 @@ _scalars_of, _vectors_of = (
 
 
 class Apart(NamedTuple):
-    """Shares to store separately, and the offsets of their arrays from the colours, counted in numbers."""
+    """Shares to store separately, and the offsets of their arrays from the colours, counted in elements."""
 
     shares: Sequence[Share]
     lights: Mapping[int | None, int]
-    """Offset for each light; None is the part that is independent of lights."""
+    """Offset for each light. The key None stands for the colour that is independent of lights."""
     components: Sequence[int]
     """Offsets in the order of `COMPONENTS`."""
 
@@ -257,7 +257,10 @@ def codes_of(equation: Equation, real: str) -> list[TermCode] | None:
 
 
 def blends(equation: Equation, tints: Mapping[str, Tint]) -> bool:
-    """Return True if lobes' colours are not products with albedo and diffuse, so that the first two become maps."""
+    """Return True if maps change the lobes' colours other than by multiplication with albedo and diffuse.
+
+    The colours of the first two lobes are then passed to compiled code as maps.
+    """
     varies = "metallic" in equation.maps or "albedo" in tints or "diffuse" in tints
     return varies and any(lobe.tint for lobe in equation.reflectance.lobes)
 
@@ -274,9 +277,10 @@ def records_of(
     channel_length: int = 0,
     apart: Apart | None = None,
 ) -> Records:
-    """Pack an equation with the result of `codes_of`, for types of vertices and rows.
+    """Pack an equation and the result of `codes_of` into records for the driver.
 
-    With `apart`, the equation's terms are those of the shares.
+    `stored` is the type of the vertices and `real` that of the rows, as in `driver_code`. With `apart`, the equation's
+    terms must be those of `apart.shares`, in their order; shares without terms are added here.
     """
     reflectance, base = equation.reflectance, equation.ambient
     field = next((name for name in equation.maps if name != "metallic"), "")
@@ -395,7 +399,7 @@ def records_of(
 
 
 def _ends(apart: Apart) -> tuple[list[tuple[bool, int, int]], list[tuple[bool, int, int]]]:
-    """Return the last fields of the shares that are independent of lights, and of all lights' terms."""
+    """Return the last three fields of `TERM`, for the shares that are independent of lights and for all terms."""
     alone, ends = list[tuple[bool, int, int]](), list[tuple[bool, int, int]]()
     lights = [share.light for share in apart.shares]
     for share, next_light in zip(apart.shares, (*lights[1:], -1), strict=True):
@@ -409,8 +413,10 @@ def _ends(apart: Apart) -> tuple[list[tuple[bool, int, int]], list[tuple[bool, i
 
 
 def _gain_apart(gain: float, numbers: tuple[float, ...], divisors: slice) -> tuple[float, float, tuple[float, ...]]:
-    """Split a gain into a strength from 1 to 2 for the colours, a power of two for the strength per vertex, and the
-    numbers of the stage, whose divisors take the part of that power that float32 cannot hold.
+    """Split a gain into a factor from 1 to 2 and a power of two; return both, and the numbers of the stage.
+
+    The factor multiplies the colours, and the power of two the strength of each vertex. If float32 cannot hold the
+    power, the divisors among the numbers take a part of it.
     """
     mantissa, exponent = math.frexp(gain)
     kept = min(exponent - 1, _IN_FLOAT32)

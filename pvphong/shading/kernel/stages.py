@@ -75,7 +75,7 @@ _STRONGEST = np.float32(2.0**126)
 _OWN_OF_REFLECTANCE, _OWN_OF_LIGHT, _MOST_PARAMETERS = 3, 9, 8
 
 LEAST_NUMBERS = _OWN_OF_LIGHT + _MOST_PARAMETERS
-"""Number of numbers that may be read, even if a formula does not use them."""
+"""Least length of a stage's numbers: that many may be read, even if a formula does not use them."""
 
 _ALL_LOBES = 1 + 2 + 4
 """Result of a reflectance's stage with all lobes: none is known to be 0 everywhere in the block."""
@@ -133,7 +133,7 @@ def _shows(square: Any, n_l: Any, dark: Any) -> bool:
 
 @compiled
 def _take_logarithms(rows: Any, exponent: float, log_floor: float, end: float) -> None:
-    """Replace |C|² in the second row by the power's logarithm; from the squared chord `end` on it is −∞.
+    """Replace |C|² in the second row by the power's logarithm, which is −∞ where |C|² is at least `end`.
 
     `_raised` is the other half, in a separate loop. A processor looks only some hundred instructions ahead, and each
     step of a polynomial depends on the one before. Two loops take a third less time than one.
@@ -147,13 +147,13 @@ def _take_logarithms(rows: Any, exponent: float, log_floor: float, end: float) -
 
 @inlined
 def _end_of(exponent: Any) -> Any:
-    """Return the squared chord from which on a power with this exponent is 0, as in `Power.numbers`."""
+    """Return the least squared chord at which a power with this exponent is 0, as in `Power.numbers`."""
     return TWO if exponent > ZERO else as_type_of(exponent, np.inf)
 
 
 @compiled
 def _take_logarithms_of_each(rows: Any) -> None:
-    """Do the same as `_take_logarithms`, with an exponent per vertex and without a floor."""
+    """Replace |C|² as `_take_logarithms` does, with an exponent per vertex and without a floor."""
     for i in range(BLOCK):
         n, square = rows[FIELD + i], rows[SECOND + i]
         n = min(max(n, as_type_of(n, FAINTEST)), as_type_of(n, BRIGHTEST)) if n > ZERO else n
@@ -168,7 +168,7 @@ def _raised(rows: Any, i: int) -> Any:
 
 
 def factors_already_written(_numbers: Any, _rows: Any, _points: Any) -> int:
-    """Replace a reflectance's stage if the stage of an area light has already written the factors."""
+    """Do nothing: this replaces a reflectance's stage if an area light's stage has already written the factors."""
     return _ALL_LOBES
 
 
@@ -286,7 +286,7 @@ def _weaken(rows: Any, numbers: Any) -> None:
         rows[STRENGTH + i] = minimum(ONE / divisor(constant, linear, quadratic, rows[STRENGTH + i]), _STRONGEST)
 
 
-# Flags of vertices above whose horizon the whole light is, and of those whose horizon may cut it.
+# Flags of vertices: the whole light is above the horizon, or the horizon may cut the light.
 _WHOLE, _CUT = 1.0, 2.0
 
 # Offset of an integral's numbers: after the light's place, gain and radius, and the offsets of the others.
@@ -343,13 +343,13 @@ def integral_stage(integrals: Sequence[Integral | None], forms: Sequence[CosineP
 
 @inlined
 def _towards(place: Any, rows: Any, points: Any, k: int) -> Any:
-    """Return offsets to a place and unit normals of eight listed vertices."""
+    """Return the vectors from eight listed vertices to a position, and the vertices' unit normals."""
     return subtract(place, _listed(points, 0, rows, k)), _unit(_listed(rows, NX, rows, k))
 
 
 @inlined
 def _axis(lobe: Any, rows: Any, k: int, n: Any) -> Any:
-    """Return the viewer's directions mirrored at n, of eight listed vertices; n itself for the power 0."""
+    """Return the directions from eight listed vertices to the viewer, mirrored at n; or n itself for the power 0."""
     if lobe[POWER] > 0.0:  # 0⁰ is 1 in the whole hemisphere around n
         v = _unit(_listed(rows, VX, rows, k))
         return _unit(subtract(times(n, 2.0 * dot(n, v)), v))

@@ -26,7 +26,8 @@ from pvphong.shading.kernel.arithmetic import as_type_of, compiled, inlined, is_
 # first-level cache.
 BLOCK = 128
 
-# Colour. If maps of colours multiply its parts: light that albedo and diffuse multiply, and light that they do not.
+# Colour. If maps of colours multiply parts of it, R, G and B hold the light that albedo and diffuse multiply, and the
+# rows OTHER hold the rest.
 R, G, B, OTHER_R, OTHER_G, OTHER_B = range(0, 6 * BLOCK, BLOCK)
 
 # Factors of one light's lobes, and its strength. Stages also use these rows for temporaries.
@@ -44,8 +45,9 @@ DX, DY, DZ, INVERSE_DISTANCE = range(17 * BLOCK, 21 * BLOCK, BLOCK)
 # Ambient light, if maps multiply the colour's parts; unit tangents orthogonal to n, if the reflectance needs them.
 AMBIENT_R, AMBIENT_G, AMBIENT_B, TX, TY, TZ = range(21 * BLOCK, 27 * BLOCK, BLOCK)
 
-# Visible parts of one light and of the sky; the map of the reflectance's field; not 0 for a declined vertex, which the
-# reference lights; light that no map multiplies, in addition to OTHER; -1 if n was turned towards the viewer, else 1.
+# VISIBLE and SKY: visible parts of one light and of the sky. FIELD: the map of the reflectance's field. DECLINED: not 0
+# for a vertex that the reference must light. UNMAPPED: light that no map multiplies, if maps multiply the light in
+# OTHER. SIDE: -1 if n was turned towards the viewer, else 1.
 VISIBLE, SKY, FIELD, DECLINED, UNMAPPED_R, UNMAPPED_G, UNMAPPED_B, SIDE = range(27 * BLOCK, 35 * BLOCK, BLOCK)
 
 # Points, unless they are in separate memory.
@@ -141,7 +143,7 @@ def transformed(matrix: Any, w: tuple[float, float, float]) -> tuple[float, floa
 
 @inlined
 def exponent_of(x: float, y: float, z: float) -> int:
-    """Return the exponent of the largest of three numbers, with a mantissa in [0.5, 1); 0 for zeros."""
+    """Return the binary exponent of the largest of three absolute values, as `math.frexp` does; 0 for zeros."""
     return math.frexp(max(abs(x), max(abs(y), abs(z))))[1]
 
 
@@ -159,7 +161,7 @@ def scaled(x: float, y: float, z: float, exponent: int) -> tuple[float, float, f
 
 @compiled
 def load_vectors(array: Any, first: int, count: int, rows: Any) -> None:
-    """Load consecutive vectors into the first three rows; the last one pads the block."""
+    """Load consecutive vectors into the first three rows; copies of the last vector pad the block."""
     part = shifted(array, 3 * first)
     for i in range(count):
         rows[i] = part[3 * i]
@@ -292,9 +294,10 @@ def load_tangents(channels: Any, stride: int, first: int, count: int, rows: Any)
 
 @inlined  # LLVM removes the distance if it is not measured
 def approach(rows: Any, points: Any, x: float, y: float, z: float, measures: bool) -> bool:
-    """Write vectors D to a position, 1/|D|, and |D| as strength if `measures`; return True if no vertex is declined.
+    """Write the vectors D to a position, and 1/|D|; return True if no vertex is declined.
 
-    A vertex is declined if it is at the position, if it is not finite, or if its measured distance is out of range.
+    If `measures`, also write |D| into the row of strengths. A vertex is declined if it is at the position, if it is not
+    finite, or if its measured distance is out of range.
     """
     offsets, good = shifted(rows, DX), True
     (x0, x1), (y0, y1), (z0, z1) = _in_two(rows, x), _in_two(rows, y), _in_two(rows, z)

@@ -1,6 +1,10 @@
-"""Effects that a scene needs, and the equation without the others.
+"""Plans: the effects that a scene needs, and the equation without the others.
 
-In reading order: `plan` is the result that callers run and print; `effects` are all effects, with the rules by which
-each is removed and the reasons why it is on or off; `lights` has bounds on each kind of light and cheaper replacements;
-`state` is the equation that effects rewrite one after the other, and `bounds` are bounds on the colour errors.
+In reading order:
+
+- `plan`: the result, which callers run and print
+- `effects`: all effects, with the rules that remove each, and the reasons why it is on or off
+- `lights`: bounds on each kind of light, and cheaper lights that may replace it
+- `state`: the equation, which the effects rewrite one after the other
+- `bounds`: bounds on the colour errors
 """

@@ -19,7 +19,7 @@ Cone = tuple[Vector, float]
 
 
 def most_color(state: PlanState, term: LightTerm) -> float:
-    """Return the largest sum of a term's colours, for strength 1."""
+    """Return a bound on the colour that a term adds to any vertex, for a light of strength 1."""
     red, green, blue = term.ambient
     for color, largest in zip(term.colors, state.equation.largest, strict=True):
         red += color[0] * largest
@@ -114,7 +114,7 @@ def largest_change(state: PlanState, term: LightTerm, turn: float, *, light_move
 
 
 def viewer_seen(state: PlanState, eye: Vector | None) -> Cone | None:
-    """Return the cone of directions to the viewer, at infinity if there is no eye; None if there is no bound."""
+    """Return the cone of directions to the viewer; None if there is no bound. Without an eye, it is at infinity."""
     if eye is None:
         return state.equation.to_eye, TURN_SLACK
     seen = state.extent.sight(eye)

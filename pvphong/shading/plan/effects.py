@@ -65,8 +65,7 @@ class Effect:
     absent : str
         Reason for being off if a scene does not need it.
     neutral : mapping
-        Fields of the equation, with their values without the effect. If empty, the effect is removed from each light's
-        term.
+        Field of the equation → its value without the effect. If empty, the effect is removed from each light's term.
     once, each : float
         Approximate cost in nanoseconds per vertex, in total and for each light for which it runs. These are rounded
         differences of runs with and without it of the compiled evaluator in float32, on one core of a server's
@@ -81,7 +80,10 @@ class Effect:
     each: float = 0.0
 
     def simplify(self, state: PlanState) -> PlanState:
-        """Return the state without the effect where it can be removed; each light accounts for earlier bounds."""
+        """Remove the effect from each light for which the error is allowed, and return the new state.
+
+        The error that is allowed for a light takes the error bounds of the lights before it into account.
+        """
         if type(self).try_remove is Effect.try_remove:
             return state
         terms: list[LightTerm] = []
@@ -112,7 +114,7 @@ class Effect:
     def decide(self, state: PlanState) -> Decision:
         """Return the decision for a finished state.
 
-        The reasons for being off are the simplifications, or that no light remains, or that no light has the effect.
+        An effect is off because of the noted simplifications, because no light remains, or because no light has it.
         """
         noted, bound = state.why_without(self.name), state.bound_of(self.name)
         having = [term for term in state.equation.terms if self.has(state.equation, term)]
@@ -122,16 +124,17 @@ class Effect:
         return Decision(False, noted or (self.absent if state.equation.terms else _NO_LIGHT), bound)
 
     def without(self, equation: Equation, point: Vector) -> Equation:
-        """Return the equation without the effect, regardless of the error; varying values are taken at the point.
+        """Return the equation without the effect, regardless of the error.
 
-        The accuracy report compares with it. Plans do not use it.
+        A value that varies over the mesh is replaced by its value at the point. The accuracy report compares colours
+        with and without the effect. Plans do not call this.
         """
         if self.neutral:
             return replace(equation, **self.neutral)
         return replace(equation, terms=tuple(self.term_without(equation, term, point) for term in equation.terms))
 
     def term_without(self, equation: Equation, term: LightTerm, point: Vector) -> LightTerm:
-        """Return one light's term without the effect, for effects of lights."""
+        """Return one light's term without the effect. Effects of lights override this; here it is unchanged."""
         return term
 
     def nanoseconds(self, decision: Decision) -> float:
@@ -140,7 +143,7 @@ class Effect:
 
 
 def _evaluated(equation: Equation, terms: list[LightTerm]) -> int:
-    """Return the number of lights that are evaluated for terms: each part of an area light counts."""
+    """Return the number of lights that evaluators run for the terms; each part of an area light counts as a light."""
     return len(in_parts(replace(equation, terms=tuple(terms))).terms)
 
 
@@ -179,7 +182,7 @@ class Emission(Effect):
 
 
 class Ambient(Effect):
-    """Ambient light of the light model and of the lights; the latter is constant too for lights without a position."""
+    """Ambient light of the light model and of the lights. For lights without a position, it is constant too."""
 
     def decide(self, state: PlanState) -> Decision:
         equation = state.equation
@@ -196,12 +199,13 @@ class Bounces(Effect):
     """Light that bounces from surface to surface: as many bounces as the tolerance needs.
 
     If direct light is at most s, the light of the k-th bounce is at most rᵏ s. Here r is the largest product of an
-    albedo and the part of the hemisphere that surfaces fill. The remaining ambient light a after n bounces is at most
-    rⁿ a.
+    albedo and the part of the hemisphere that surfaces fill. If the reflected ambient light is at most a, the part of
+    it that remains after n bounces is at most rⁿ a.
 
     With several meshes, the plan of one does not know the light and albedos of the others, so it keeps all bounces. Nor
-    does it know the errors of their plans. But the error of their direct light is at most half the tolerance over
-    1 + n, the number of terms of the series, and r is at most 1. So at most half the tolerance arrives here.
+    does it know the errors of their plans. But each plan limits the error of its direct light to half the tolerance
+    divided by 1 + n, the number of terms of the series. Since r is at most 1, the errors that arrive here are at most
+    half the tolerance.
     """
 
     def simplify(self, state: PlanState) -> PlanState:
@@ -220,7 +224,7 @@ class Bounces(Effect):
             return state.rewritten(replace(without_ambient(equation), bounces=0), Simplification(self.name, "", why))
         if is_shared:
             bound = state.tolerance / 2.0
-            said = f"; simplifications of others contribute at most {bound:.2g}" if bound else ""
+            said = f"; errors of the other meshes add at most {bound:.2g}" if bound else ""
             note = Simplification(self.name, "", f"all {count}, among meshes that light each other{said}", bound)
             return replace(state.rewritten(equation, note), gain=1.0 + count)
         ratio = most_scattered(equation) * (1.0 if transport is None else transport.most()) * ROUNDED_UP
@@ -231,9 +235,9 @@ class Bounces(Effect):
         )
         enough = ((fewer, bound) for fewer, bound in bounds if bound <= state.tolerance / 2.0)
         kept, bound = next(enough, (count, 0.0))
-        why = f"each holds {said}"
+        why = f"the bounces add {said}"
         if kept < count:
-            equation, why = without_ambient(equation), f"{kept} of {count}, the others at most {bound:.2g}; {why}"
+            equation, why = without_ambient(equation), f"{kept} of {count}, the others add at most {bound:.2g}; {why}"
         gain = 1.0 + most_left(ratio, 0, kept, 1.0, 0.0)
         rewritten = state.rewritten(replace(equation, bounces=kept), Simplification(self.name, "", why, bound))
         return replace(rewritten, gain=min(gain, BRIGHTEST))
@@ -269,8 +273,9 @@ class Lights(Effect):
 
 
 class LightEffect(Effect):
-    """Effect of some lights: `lights.py` defines cheaper replacements and their errors, and this class compares the
-    errors with the tolerance.
+    """Effect of some kinds of light, removed by a cheaper light.
+
+    `lights.py` defines the cheaper lights and their errors. This class compares the errors with the tolerance.
     """
 
     def try_remove(self, state: PlanState, term: LightTerm) -> Change | None:
@@ -296,7 +301,7 @@ class LightEffect(Effect):
 
 
 class Size(LightEffect):
-    """Size of an area light: replaced by a point, or by fewer nodes for lobes without a closed form."""
+    """Size of an area light. A point may replace the light; or fewer nodes, for lobes without a closed form."""
 
     def try_remove(self, state: PlanState, term: LightTerm) -> Change | None:
         change = super().try_remove(state, term)
@@ -314,9 +319,9 @@ class Size(LightEffect):
         return None
 
     def decide(self, state: PlanState) -> Decision:
-        """Return the decision; its reason includes how lobes are integrated over the lights: exactly or by nodes.
+        """Return the decision. Its reason says whether lobes are integrated over the lights exactly or by nodes.
 
-        The cost counts integrals. Nodes count as lights of other effects.
+        The cost counts only the exact integrals: nodes are lights, which the other effects count.
         """
         decision, equation, integrals = super().decide(state), state.equation, 0
         by_method: dict[str, list[str]] = {}
@@ -348,7 +353,7 @@ class Sky(Effect):
         return _bands(term) > 1
 
     def decide(self, state: PlanState) -> Decision:
-        """Return the decision; its reason includes a bound on the contribution of the omitted bands."""
+        """Return the decision. Its reason includes a bound on the contribution of the omitted bands."""
         decision, equation = super().decide(state), state.equation
         terms = [term for term in equation.terms if self.has(equation, term)]
         if not terms:
@@ -356,7 +361,7 @@ class Sky(Effect):
         count = max(map(_bands, terms))
         beyond = max(_error_without_bands(equation, term, term.light.bands) for term in terms)
         labels, noted = ", ".join(term.label for term in terms), state.why_without(self.name)
-        why = f"{labels}: {count} bands, those beyond {BANDS} hold at most {beyond:.2g}"
+        why = f"{labels}: {count} bands, those beyond {BANDS} add at most {beyond:.2g}"
         return replace(decision, why=f"{why} (left out: {noted})" if noted else why)
 
     def term_without(self, equation: Equation, term: LightTerm, point: Vector) -> LightTerm:
@@ -408,7 +413,7 @@ class Specular(Reflection):
         is_weak = bound <= state.allowance
         if not is_weak and not (equation.is_flipped or equation.maps):
             known, reflectance = sightline(state, term), equation.reflectance
-            if known is not None:  # part of a lobe that normals and directions can reach
+            if known is not None:  # fraction of a lobe's maximum that occurs within the bounds on angles
                 reached = max(most(reflectance, k, known) / most(reflectance, k) for k in lobes)
                 bound *= reached * ROUNDED_UP
         if not bound <= state.allowance:
@@ -420,7 +425,8 @@ class Specular(Reflection):
 
 # --- the viewer
 
-# In float32, the side of a surface that faces the viewer is certain beyond this angle in radians from its plane.
+# Least angle in radians between a surface and the direction to the viewer for which float32 determines reliably which
+# side faces the viewer.
 _EDGE_ON = 1e-4
 
 
@@ -506,7 +512,7 @@ class Shadow(Effect):
         return term.is_shadowed
 
     def decide(self, state: PlanState) -> Decision:
-        """Return the decision; its reason includes lights whose partly hidden highlights are approximate."""
+        """Return the decision. Its reason lists the lights whose partly hidden highlights are approximate."""
         decision, equation = super().decide(state), state.equation
         terms = [term for term in equation.terms if self.has(equation, term) and equation.has(term, "specular")]
         labels = [term.label for term in terms if term.light.has_size]

@@ -1,8 +1,9 @@
 """Bounds on each kind of light, and the cheaper lights that may replace it in a plan.
 
-These rules answer "why was my light removed?". Four functions dispatch on the kind of light: its `effects`, the bounds
-on its contribution (`reach`), the `simpler` light that may replace it, and the light `without` an effect. Other kinds
-have no bounds, so they run unchanged.
+These rules decide that a light does not reach the mesh, so that it is removed. Black lights, and those too weak for the
+tolerance, are removed by `effects.Lights`. Four functions dispatch on the kind of light: its `effects`, the bounds on
+its contribution (`reach`), the `simpler` light that may replace it, and the light `without` an effect. Kinds that are
+not registered have no bounds, so they run unchanged.
 
 In order: these functions; lights with a position and falloff, and cones; area lights; environment lights.
 """
@@ -27,7 +28,7 @@ from pvphong.optics.lights.point import Weakening
 from pvphong.optics.lights.sized import Flat
 
 POSITION, ATTENUATION, CONE, SIZE, SKY = "position", "attenuation", "cone", "size", "sky"
-"""Effects of lights."""
+"""Names of the effects of lights."""
 
 # Least distance, in radii of the vertices' sphere, at which a light's direction may be replaced by a constant.
 _FAR = 2
@@ -54,8 +55,8 @@ class Approximation(NamedTuple):
     """Cheaper lights that may replace a light, and bounds on the error."""
 
     make: Callable[[], tuple[Light, ...]] | None
-    """Function that returns them. Only their position and falloff are used; colours and intensity are the original's.
-    None if the original does not reach the mesh."""
+    """Function that returns the cheaper lights. Only their position and falloff are used; colours and intensity are
+    the original's. None if the original does not reach the mesh."""
 
     why: str = ""
     """Reason; `{bound}` in it is replaced by the colour error."""
@@ -112,13 +113,14 @@ def simpler(light: Any, effect: str, extent: MeshBounds, *, exactly: bool) -> Ap
 def without(light: Any, effect: str, point: Vector) -> tuple[Light, float]:  # noqa: ARG001 there is none
     """Return the light without one of its effects, regardless of the error, and a factor of its strength.
 
-    Varying values are taken at the point. Only position and falloff change; colours and intensity are the original's.
+    A value that varies over the mesh is replaced by its value at the point. Only position and falloff change; colours
+    and intensity are the original's.
     """
     return light, 1.0
 
 
 def _parallel_at(light: Any, point: Vector) -> tuple[Light, float]:
-    """Return parallel light with a light's direction at a point, and the strength there."""
+    """Return parallel light with the direction that a light has at a point, and the light's strength there."""
     arrival = light.arrival(np.array(point)[:, None])
     x, y, z = (-arrival.direction[:, 0]).tolist()
     if not (x or y or z):  # the light is at the point, so that there is no direction
@@ -152,12 +154,16 @@ def _(light: Weakening, extent: MeshBounds) -> LightBounds:
 
 
 def _strongest(seen: BoundingCone, attenuation: VectorLike) -> float:
-    """Return the largest strength of a light at a position relative to the vertices' sphere."""
+    """Return the largest strength of a light at any vertex; `seen` bounds the directions to the light's position."""
     return strength_at(max(seen.distance - seen.radius, 0.0) / ROUNDED_UP, attenuation) * ROUNDED_UP
 
 
 def _evenly_strong(light: Any, extent: MeshBounds, *, exactly: bool) -> Approximation | None:
-    """Return the light without attenuation, if the error allows it."""
+    """Return the light without attenuation; None if it is not accurate enough.
+
+    With `exactly`, the attenuation must be constant. Otherwise no vertex may be at the light's position, where the
+    error is unbounded.
+    """
     constant, linear, quadratic = light.attenuation
 
     def even() -> tuple[Light]:
@@ -175,7 +181,7 @@ def _evenly_strong(light: Any, extent: MeshBounds, *, exactly: bool) -> Approxim
 
 @simpler.register
 def _(light: PointLight, effect: str, extent: MeshBounds, *, exactly: bool) -> Approximation | None:
-    """Return a point light without attenuation, or parallel light if it has no attenuation."""
+    """Return a point light without attenuation; or parallel light, for a light that has no attenuation."""
     if effect == ATTENUATION:
         return _evenly_strong(light, extent, exactly=exactly)
     if effect != POSITION or exactly or tuple(light.attenuation) != NONE:
@@ -190,7 +196,7 @@ def _(light: PointLight, effect: str, extent: MeshBounds, *, exactly: bool) -> A
 
 @without.register
 def _(light: Weakening, effect: str, point: Vector) -> tuple[Light, float]:
-    """Return the light with the strength at a point, or with the direction there too."""
+    """Return the light with the strength that it has at the point, or parallel light with the direction there too."""
     this: Any = light
     if effect == ATTENUATION:
         distance = np.array([math.dist(light.position, point)])
@@ -206,7 +212,7 @@ def _(light: SpotLight) -> frozenset[str]:
 
 @simpler.register
 def _(light: SpotLight, effect: str, extent: MeshBounds, *, exactly: bool) -> Approximation | None:
-    """Return no light if the mesh is outside the cone, a point light if inside; or a light without attenuation."""
+    """Return no light if the mesh is outside the cone, or a point light if inside; or the light without attenuation."""
     if effect == ATTENUATION:
         return _evenly_strong(light, extent, exactly=exactly)
     seen = extent.sight(light.position) if effect == CONE else None
@@ -245,18 +251,21 @@ def _without_cone(light: SpotLight) -> PointLight:
 
 @reach.register
 def _(light: SphereLight, extent: MeshBounds) -> LightBounds:
-    """Return bounds for its surface."""
+    """Return bounds that hold for all points of the light's surface."""
     return _reach_within(light.places[0], light.radius, extent)
 
 
 @reach.register
 def _(light: Flat, extent: MeshBounds) -> LightBounds:
-    """Return bounds for the sphere that encloses it."""
+    """Return bounds that hold for all points of the sphere that encloses the light."""
     return _reach_within(light.center, light.reach_radius, extent)
 
 
 def _reach_within(center: Vector, radius: float, extent: MeshBounds) -> LightBounds:
-    """Return bounds for a light within a sphere: the sphere's nearest point and edge bound distance and direction."""
+    """Return bounds for a light within a sphere.
+
+    The sphere's nearest point bounds the distance, and its outline the direction.
+    """
     seen = extent.sight(center)
     if seen is None:
         return LightBounds()
@@ -397,6 +406,6 @@ def _(light: EnvironmentLight) -> frozenset[str]:
 
 @reach.register
 def _(light: EnvironmentLight, extent: MeshBounds) -> LightBounds:  # noqa: ARG001 the same everywhere
-    """Return a bound on the strength, without a direction; no lobe reflects more than a factor of 1 does."""
+    """Return a bound on the strength, without a direction. No lobe reflects more light than a factor of 1 would."""
     strongest = max(1.0, _OVERSHOOT * float(light.panorama.total.max())) * ROUNDED_UP
     return LightBounds(strongest, None, 0.0)

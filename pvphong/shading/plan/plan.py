@@ -1,7 +1,7 @@
 """The plan for a scene: the simplified equation, its evaluation, and an explanation of each effect.
 
-`Plan.run` chooses the evaluator: the compiled one (`kernel.evaluation`) if the work is worth its start and it does not
-decline, else the readable one (`reference`).
+With backend="auto", `Plan.run` uses the compiled evaluator (`kernel.evaluation`) for work that is worth loading it. The
+readable evaluator (`reference`) does the rest, and what the compiled one declines.
 """
 
 from __future__ import annotations
@@ -30,12 +30,14 @@ from pvphong.shading.reference import Shading
 from pvphong.shading.vertices import Vertices
 from pvphong.shading.visibility import known_transport
 
-# Vertices times lights from which the compiled evaluator is worth the half second that it takes to load. The rule is
-# independent of earlier calls, so that equal calls on few vertices return equal bits.
+# Least product of the numbers of vertices and lights for which the compiled evaluator is worth the half second that it
+# takes to load. The rule is independent of earlier calls, so that equal calls on few vertices return equal bits.
 _WORTH_LOADING = 2**18
-# Cost of bounces as a number of lights: they evaluate the light sent and the albedo, which is lit by a sky.
+# Cost of bounces as a number of lights: the light that vertices send and their albedo are evaluated, the latter by
+# lighting them with a sky.
 _AS_LIGHT_THAT_BOUNCES = 32
-# The same product for windows once the compiled evaluator is loaded; bits may differ, as colours are rounded anyway.
+# The same product for windows, once the compiled evaluator is loaded. Here bits may depend on earlier calls, because
+# displayed colours are rounded anyway.
 _WORTH_STARTING = 2**13
 
 _FACES_AWAY = (
@@ -113,7 +115,7 @@ class Plan:
         matrix: MatrixLike | None = None,
         tolerance: float = 0.0,
     ) -> Plan:
-        """Return the plan for vertices. Their normals are read only if they may rule out an effect.
+        """Return the plan for vertices. Their normals are read only if this may show that an effect is not needed.
 
         The scene must have a viewer; `as_scene` adds a missing one.
 
@@ -167,7 +169,8 @@ class Plan:
             Shape (k, n, 3): bounced light if other meshes send it too; see `interreflection.bounced`. By default it is
             computed from the vertices' own transport.
         among : int, default 0
-            Number of vertices of all calls that this is one of. `backend="auto"` uses compiled code if there are many.
+            Total number of vertices of a series of calls to which this call belongs; 0 for a single call. It decides
+            whether `backend="auto"` uses compiled code.
 
         Raises
         ------
@@ -316,6 +319,6 @@ def _with_bounced(direct: Shading, bounced: FloatArray, equation: Equation) -> S
 
 
 def is_worth_loading(count: int, equation: Equation) -> bool:
-    """Return True if `backend="auto"` uses the compiled evaluator, provided its code exists: not for few vertices."""
+    """Return True if the work is enough for `backend="auto"` to use the compiled evaluator, if its code exists."""
     lights = len(equation.terms) + (_AS_LIGHT_THAT_BOUNCES if equation.bounces else 0)
     return count * lights >= _WORTH_LOADING

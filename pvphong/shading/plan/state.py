@@ -22,7 +22,7 @@ from pvphong.shading.vertices import Vertices
 from pvphong.shading.visibility import TransportLike, VisibilityLike
 
 BOUNCES = "bounces"
-"""The effect whose bounds are colour errors; the bounds of other effects are errors of direct light."""
+"""Name of the effect whose bounds are errors of the colours. Bounds of other effects are errors of direct light."""
 
 
 @dataclass(frozen=True)
@@ -36,7 +36,7 @@ class Decision:
     why : str
         Reason as text.
     bound : float
-        Largest absolute colour error of omitting it, altogether or for some lights; 0 if that is exact.
+        Largest absolute colour error from omitting the effect, for all lights or some; 0 if this is exact.
     lights : int
         Number of lights for which it runs, if it concerns lights.
     """
@@ -117,12 +117,12 @@ class PlanState:
         return math.fsum(map(self._of_colors, self.simplifications)) * ROUNDED_UP
 
     def _of_colors(self, note: Simplification) -> float:
-        """Return a note's colour error; errors of direct light are amplified by bounces."""
+        """Return the colour error of a simplification; bounces amplify errors of direct light."""
         return note.bound if note.effect == BOUNCES else note.bound * self.gain
 
     @cached_property
     def allowance(self) -> float:
-        """Error that the next approximation may introduce: its share, or the remaining tolerance if that is less."""
+        """Error that the next approximation may add: its share of the tolerance, or the remaining tolerance if less."""
         if not self.tolerance:
             return 0.0
         share = self.tolerance / (2 * max(self.shining, 1))

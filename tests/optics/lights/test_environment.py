@@ -101,7 +101,7 @@ def test_no_band_that_is_left_out_holds_more_than_is_said(seed):
 def test_a_plan_says_how_many_bands_it_takes():
     light, points = sky(1, name="sky"), np.zeros((1, 3))
     why = {t: plan(points, [light], WHITE, tolerance=t).effects["sky"].why for t in (0.0, 0.05)}
-    assert why[0.0].startswith("sky: 32 bands, those beyond 32 hold at most 0.000")
+    assert why[0.0].startswith("sky: 32 bands, those beyond 32 add at most 0.000")
     assert "bands from 3 on, at most 0.0" in why[0.05]
     assert plan(points, [EnvironmentLight()], WHITE).effects["sky"].why == "no environment light varies"
     even = plan(points, [sky(1, intensity=1e-3, name="sky")], WHITE, tolerance=0.05).effects
