@@ -47,7 +47,7 @@ class ModifiedPhong(Shiny):
     Notes
     -----
     E. Lafortune, Y. Willems: Using the modified Phong reflectance model for physically based rendering (1994),
-    equations 3 and 4, times π: a light of intensity 1 that faces a white surface makes it 1.
+    equations 3 and 4, times π: a light of intensity 1 that faces a white surface gives it the colour 1.
 
     Examples
     --------

@@ -1,7 +1,8 @@
 """Phong's reflection: diffuse, and a highlight around the mirror direction.
 
-The cosine is r·v = 1 − ½|C|², with the chord C between r and v. Evaluators raise it to the power `Phong.power`
-(`pvphong.base.formulas.chord_power`), and `Shiny.factors` keeps it where n·l > 0.
+The highlight is a power of r·v = 1 − ½|C|², with the chord C between the mirror direction r and the unit vector v to
+the viewer. Evaluators compute the power (`Phong.power`, `pvphong.base.formulas.chord_power`), and the formula
+`Shiny.factors` keeps it where n·l > 0.
 """
 
 from __future__ import annotations
