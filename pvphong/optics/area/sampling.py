@@ -59,10 +59,10 @@ class Sampling(NamedTuple):
     """Formula of `numbers`, p and n, as described above."""
 
     sample: Callable[..., Any]
-    """Formula of `numbers`, the results of `frame` from the third on, u and v."""
+    """Formula of `numbers`, the results of `frame` after the first two, u and v."""
 
     seen: Callable[..., Any]
-    """Formula of `numbers`, the results of `frame` from the third on, and a unit vector."""
+    """Formula of `numbers`, the results of `frame` after the first two, and a unit vector."""
 
     numbers: Sequence[float] | Float64Array
     """Numbers of the light, which the formulas read by index."""
@@ -302,7 +302,7 @@ def _warped(u: Any, v: Any, corners: Any) -> Any:
 
 @formula
 def _on_rectangle(frame: Any, u: Any, v: Any) -> Any:
-    """Sample a rectangle: offsets from its middle along both sides, and their density."""
+    """Sample a rectangle: return a point's offsets from the middle along both sides, and the density."""
     x, y, density = _warped(u, v, frame[13:17])
     x, first = _on_side(x, frame[17:22], frame[27], frame[29])
     y, second = _on_side(y, frame[22:27], frame[28], frame[29])
@@ -450,7 +450,7 @@ def sky_frame(numbers: Any, _p: Any, n: Any) -> Any:
 
 @formula
 def _by_cosine(frame: Any, u: Any, v: Any) -> Any:
-    """Sample the cosine: the direction above a uniform point on the disk (Nusselt's analogue)."""
+    """Sample directions by the cosine: return the direction above a uniform point on the disk (Nusselt's analogue)."""
     x, y = on_disk(u, v)
     z = sqrt(maximum(ONE - x * x - y * y, ZERO))
     return _combined(x, frame[0:3], y, frame[3:6], z, frame[6:9])
@@ -463,7 +463,7 @@ def sky_sample(_numbers: Any, frame: Any, u: Any, v: Any) -> Any:
 
 
 def sky_seen(_numbers: Any, frame: Any, d: Any) -> Any:
-    """Return the density of a direction; the sky fills all directions."""
+    """Return the distance to the sky, which is the reach in every direction, and the density of a direction."""
     return ONE, maximum(dot(frame[6:9], d), ZERO) * frame[9] / math.pi
 
 
@@ -541,7 +541,7 @@ def image_sample(numbers: Any, frame: Any, u: Any, v: Any) -> Any:
 
 
 def image_seen(numbers: Any, frame: Any, d: Any) -> Any:
-    """Return the density of a direction; the image fills all directions."""
+    """Return the distance to the image, which is the reach in every direction, and the density of a direction."""
     rows, columns = int(numbers[_ROWS]), int(numbers[_COLUMNS])
     row, column = _cell(numbers, d)
     cells = _TABLES + 2 * (rows + 1) + rows * (columns + 1)

@@ -50,7 +50,7 @@ def light_from_homogeneous(position: Any, **common: Any) -> DirectionalLight | P
 
 
 class VtkValues(NamedTuple):
-    """Values of a light in VTK's shader, with coordinates in the light's own frame."""
+    """Values that VTK's shader reads of a light, with coordinates in the light's own frame."""
 
     is_positional: bool
     direction: Vector

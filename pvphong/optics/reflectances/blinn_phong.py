@@ -59,7 +59,9 @@ HALFWAY = Peak(
 
 @dataclass(frozen=True)
 class BlinnPhong(Shiny):
-    """Diffuse max(n·l, 0), and max(n·h, 0)ⁿ where n·l > 0, with h = (l + v)/|l + v| (Blinn 1977; OpenGL 2.1, 2.14.1).
+    """Blinn's reflection: diffuse max(n·l, 0), and a highlight max(n·h, 0)ⁿ where n·l > 0, with h = (l + v)/|l + v|.
+
+    Sources: Blinn 1977; OpenGL 2.1 specification, section 2.14.1.
 
     Parameters
     ----------

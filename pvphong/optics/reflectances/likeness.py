@@ -25,7 +25,7 @@ LIKENESS = 4.0
 
 
 def counterpart_of(reflectance: Reflectance) -> tuple[str, Reflectance] | None:
-    """Return the reflectance that looks most like this one, preceded by its description; None if there is none."""
+    """Return a description of the reflectance that looks most like this one, and the reflectance; None without one."""
     if isinstance(reflectance, Phong):
         return f"Blinn-Phong, shininess × {LIKENESS:g}", BlinnPhong(reflectance.sharpness * LIKENESS)
     if isinstance(reflectance, BlinnPhong):

@@ -23,9 +23,9 @@ between light and viewer."""
 
 @dataclass(frozen=True)
 class Retro(ModifiedPhong):
-    """Retroreflection: max(n·l, 0), and (s + 2)/2 · max(l·v, 0)ˢ · max(n·l, 0), s the shininess.
+    """Retroreflection: diffuse max(n·l, 0), and a highlight (s + 2)/2 · max(l·v, 0)ˢ · max(n·l, 0).
 
-    It is `ModifiedPhong` with the direction to the light in place of the mirror direction. It is reciprocal, and
+    s is the shininess. It is `ModifiedPhong` with the direction to the light in place of the mirror direction. It is reciprocal, and
     conserves energy if diffuse and specular together are at most 1. It is brightest with a headlight.
 
     Parameters

@@ -61,7 +61,7 @@ def _gloss(own: Any, at: Geometry, highlight: Any) -> Any:  # noqa: ARG001 it is
 
 @dataclass(frozen=True)
 class Ward(Reflectance):
-    """Diffuse max(n·l, 0), and a highlight with different widths along the tangents t and along n × t.
+    """Ward's reflection: diffuse max(n·l, 0), and a highlight with different widths along the tangents t and n × t.
 
     With s = l + v, x = max(n·l, 0) and z = x + max(n·v, 0), the highlight is x |s|² / (α_x α_y z⁴) · exp(−E), where
     E = ((s·t / α_x)² + (s·(n × t) / α_y)²) / z². It is reciprocal, and reflects no more light than arrives if diffuse
