@@ -135,7 +135,7 @@ BARE = pv.Plane(i_resolution=2, j_resolution=2)
 BARE.clear_data()
 WRONG = [
     ("scene", "sun", "scene must be a Scene, a light, or a sequence of lights; got sun"),
-    ("material", "gld", "material must be a Material, or the name of one; got gld. Did you mean 'gold'"),
+    ("material", "gld", "material must be a Material or the name of a material; got gld. Did you mean 'gold'"),
     ("material", Material(albedo="no array"), "albedo must be the name of a point array .*; got 'no array'"),
     (
         "material",

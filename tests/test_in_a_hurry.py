@@ -125,8 +125,11 @@ def test_a_sun_stands_where_the_compass_says():
 @pytest.mark.parametrize(
     ("call", "message"),
     [
-        (lambda: ph.Material(color="red"), r"^color must be given as diffuse=; got red\. Material\(diffuse='red'\)\."),
-        (lambda: ph.PointLight(colour=1), r"^colour must be given as diffuse=; got 1\. PointLight\(diffuse=1\)\."),
+        (
+            lambda: ph.Material(color="red"),
+            r"^color must be given as diffuse=; got red\. Use Material\(diffuse='red'\)\.",
+        ),
+        (lambda: ph.PointLight(colour=1), r"^colour must be given as diffuse=; got 1\. Use PointLight\(diffuse=1\)\."),
         (lambda: ph.Material(difuse=1), r"^Material has no 'difuse'\. Did you mean 'diffuse'"),
         (lambda: ph.LightModel(shadow=True), r"^LightModel has no 'shadow'\. Did you mean 'shadows'\?"),
         (lambda: ph.Viewer(eye=(0, 0, 1)), r"^Viewer has no 'eye'\. It has position, "),

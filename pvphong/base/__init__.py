@@ -1,8 +1,18 @@
-"""Shared helpers that every other package uses, in reading order.
+"""Shared helpers that every other package uses.
 
-`types` and `check` (types of arguments, checks and their error messages), `handles` (objects whose unknown attributes
-raise), `vectors` (arithmetic over the whole range of floats), `formulas` (operations for NumPy arrays and compiled
-code), `sobol` (evenly distributed points), `color`, `threads` (ranges of vertices on all cores), `files` and
-`documents` (atomic writes, and JSON), `processes` (a process that monitors a worker), `text` (reports and progress),
-and `host` (functions of PyVista and VTK that the core calls without importing them).
+In reading order:
+
+- `types`: types of arguments.
+- `check`: checks of arguments, and their error messages.
+- `handles`: objects that raise an error when an unknown attribute is set.
+- `vectors`: arithmetic on vectors of any length that floats can represent.
+- `formulas`: operations that run both on NumPy arrays and in compiled code.
+- `sobol`: evenly distributed points.
+- `color`: conversions between colour spaces.
+- `threads`: work on ranges of vertices, divided among all cores.
+- `files`: atomic writes of files.
+- `documents`: JSON files.
+- `processes`: a process that monitors a worker process.
+- `text`: reports and progress.
+- `host`: functions of PyVista and VTK that the core calls without importing them.
 """

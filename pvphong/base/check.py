@@ -21,7 +21,7 @@ from pvphong.base import host
 from pvphong.base.types import Color, Float64Array, FloatArray, Vector
 
 _LONGEST_SHOWN = 80
-_MANY = 9  # a longer list of options starts with the nearest ones
+_MANY = 9  # if there are more options, the message lists the nearest ones first
 _ROWS = "an (n, 3) array of real numbers"
 
 
@@ -33,12 +33,12 @@ def refuse(name: str, got: object, allowed: str, remedy: str = "") -> NoReturn:
     name : str
         The argument or field.
     got : object
-        The given value. A path is shown in full. A string is shown without quotes, any other value by its ``repr``;
-        both are truncated.
+        The given value. A path is shown in full. A string is shown without quotes, and any other value by its
+        ``repr``; both are truncated.
     allowed : str
-        The allowed values, completing the phrase "<name> must be …".
+        The allowed values. The text completes the sentence "<name> must be …".
     remedy : str
-        A sentence with the remedy.
+        A sentence that tells the user what to do.
     """
     shown = " ".join((str(got) if isinstance(got, (str, PurePath)) else repr(got)).split())
     if len(shown) > _LONGEST_SHOWN and not isinstance(got, PurePath):
@@ -56,7 +56,7 @@ def number(
     at_most: float = math.inf,
     remedy: str = "",
 ) -> float:
-    """Return a finite real number within its bounds, as a float."""
+    """Return a finite real number within the bounds, as a float."""
     if type(value) is float and math.isfinite(value) and at_least <= value <= at_most and value > above:
         return value  # the usual case, kept fast for files with many lights
     bounds = [f"> {above:g}"] * (above > -math.inf) + [f">= {at_least:g}"] * (at_least > -math.inf)
@@ -74,14 +74,14 @@ def number(
 
 
 def flag(name: str, value: Any) -> bool:
-    """Return a bool; other types are refused."""
+    """Return True or False as a Python bool; refuse all types but Python's and NumPy's bool."""
     if not isinstance(value, (bool, np.bool_)):
         refuse(name, value, "True or False")
     return bool(value)
 
 
 def choice(name: str, value: Any, allowed: Iterable[str]) -> str:
-    """Return one of the allowed strings; the message lists them and suggests the nearest."""
+    """Return `value` if it is one of the allowed strings; else the message lists them and suggests the nearest."""
     options = list(allowed)
     if isinstance(value, str) and value in options:
         return value
@@ -93,13 +93,13 @@ def choice(name: str, value: Any, allowed: Iterable[str]) -> str:
 
 
 def meant(value: Any, options: Iterable[str]) -> str:
-    """Return a remedy that suggests the nearest of several strings; "" if none is near."""
+    """Return the sentence "Did you mean …?" with the options most similar to `value`; "" if none is similar."""
     close = difflib.get_close_matches(value.lower(), options) if isinstance(value, str) else ()
     return f"Did you mean {' or '.join(repr(c) for c in close)}?" if close else ""
 
 
 def text(name: str, value: Any) -> str:
-    """Return a string."""
+    """Return `value` if it is a string."""
     if not isinstance(value, str):
         refuse(name, value, "a string")
     return value
@@ -112,7 +112,7 @@ def vector(name: str, value: Any) -> Vector:
 
 
 def direction(name: str, value: Any) -> Vector:
-    """Return three finite numbers that are not all zero; any length is allowed, and kept."""
+    """Return three finite numbers that are not all zero. The vector is not normalized."""
     result = vector(name, value)
     if not any(result):
         refuse(name, value, "a direction, three finite numbers that are not all zero")
@@ -124,7 +124,7 @@ def numbers_in(name: str, value: Any, count: int) -> tuple[float, ...]:
     if _are_floats(value, count):
         return tuple(value)
     allowed = f"{count} finite numbers"
-    value = getattr(value, "float_rgb", value)  # a pyvista.Color, which has no length
+    value = getattr(value, "float_rgb", value)  # for a pyvista.Color, which has no len()
     if isinstance(value, np.ndarray) and value.ndim != 1:
         refuse(name, f"an array of shape {value.shape}", allowed)
     if isinstance(value, (str, bytes)) or not isinstance(value, (Sequence, np.ndarray)) or len(value) != count:
@@ -133,7 +133,7 @@ def numbers_in(name: str, value: Any, count: int) -> tuple[float, ...]:
 
 
 def _are_floats(value: Any, count: int) -> bool:
-    """Return True if the value is a tuple of `count` finite floats, which needs no more checks."""
+    """Return True if the value is a tuple of `count` finite floats, which needs no further checks."""
     return type(value) is tuple and len(value) == count and all(type(v) is float and math.isfinite(v) for v in value)
 
 
@@ -153,7 +153,7 @@ def color(name: str, value: Any) -> Color:
         except ValueError:
             listed = "PyVista's colour names are listed in pyvista.hex_colors."
             refuse(name, value, allowed, meant(value, host.answers().color_names()) or listed)
-    value = getattr(value, "float_rgb", value)  # a pyvista.Color, which has no length
+    value = getattr(value, "float_rgb", value)  # for a pyvista.Color, which has no len()
     if isinstance(value, np.ndarray) and value.ndim != 1:
         refuse(name, f"an array of shape {value.shape}", allowed)
     if not isinstance(value, (Sequence, np.ndarray)):
@@ -180,14 +180,14 @@ def array(name: str, value: Any, *, count: int | None = None, allowed: str = _RO
         Shape (n, 3). float32 and float64 are copied only if their byte order is not native. float16, integers and
         long doubles become float64.
     count : int, optional
-        The required number of rows.
+        The required number of rows; by default, any number.
     allowed : str
-        The allowed values in the message, if they are not only arrays.
+        The allowed values, for the message; needed if the argument need not be an array.
 
     Raises
     ------
     ValueError
-        For another shape, another number of rows, or strings, objects and complex numbers.
+        If the shape or the number of rows is wrong, or the entries are strings, objects or complex numbers.
     """
     result = real_array(name, value, allowed)
     if result.ndim != 2 or result.shape[1] != 3:
@@ -204,7 +204,7 @@ def array(name: str, value: Any, *, count: int | None = None, allowed: str = _RO
 
 
 def real_array(name: str, value: Any, allowed: str) -> Any:
-    """Return an array of integers or floats of any shape.
+    """Return an array of integers or floats, of any shape.
 
     Ragged lists, strings, objects, complex numbers and masked entries are refused.
     """
@@ -220,12 +220,12 @@ def real_array(name: str, value: Any, allowed: str) -> Any:
 
 
 def matrix4(name: str, value: Any) -> Float64Array:
-    """Return a finite (4, 4) float64 copy of an array_like, a ``vtkMatrix4x4`` or a transform that has one.
+    """Return a finite (4, 4) float64 copy of an array_like, a ``vtkMatrix4x4``, or a transform with such a matrix.
 
     Raises
     ------
     ValueError
-        For another shape, numbers that are not real, NaN or infinity.
+        If the shape is wrong, or an entry is not a real number, NaN or infinite.
     """
     if hasattr(value, "GetMatrix"):  # a pyvista.Transform or vtkTransform
         value = value.GetMatrix()
@@ -243,23 +243,24 @@ def matrix4(name: str, value: Any) -> Float64Array:
 # --- fields of frozen dataclasses, declared with their checks
 
 Check = Callable[[str, Any], Any]
-"""Function of a field's name and given value that returns the canonical value, or raises ValueError with the name."""
+"""Function of a field's name and its given value. It returns the canonical value, or raises a ValueError that names the
+field."""
 
 
 def field(checked: Check, default: Any = dataclasses.MISSING, **more: Any) -> Any:
-    """Return a dataclass field whose values `fields` checks; `more` is added to its metadata."""
+    """Declare a dataclass field whose value `fields` will check with `checked`; `more` is added to its metadata."""
     return dataclasses.field(default=default, metadata={"check": checked, **more})
 
 
 def fields(instance: Any) -> None:
-    """Check the fields of a new frozen dataclass that are declared with `field`, and set their canonical values."""
+    """Check the fields of a new frozen dataclass that were declared with `field`, and set their canonical values."""
     kind: Any = type(instance)
     for name, checked in _checks(kind):
         object.__setattr__(instance, name, checked(name, getattr(instance, name)))
 
 
 def keywords(kind: Any, given: Iterable[str]) -> None:
-    """Raise ``TypeError`` for an argument that is not a field of a dataclass; the message suggests the nearest."""
+    """Raise ``TypeError`` for an argument that is not a field of a dataclass; the message suggests the nearest one."""
     known = [each.name for each in dataclasses.fields(kind)]
     for name in given:
         if name not in known:
@@ -268,10 +269,10 @@ def keywords(kind: Any, given: Iterable[str]) -> None:
 
 
 def refuse_color(kind: Any, given: Mapping[str, Any]) -> None:
-    """Raise ``ValueError`` for PyVista's argument `color` if a dataclass has `diffuse` instead."""
+    """Raise ``ValueError`` for PyVista's argument `color`, for a dataclass that has the field `diffuse` instead."""
     for name in ("color", "colour"):
         if name in given and name not in kind.__dataclass_fields__:
-            refuse(name, given[name], "given as diffuse=", f"{kind.__name__}(diffuse={given[name]!r}).")
+            refuse(name, given[name], "given as diffuse=", f"Use {kind.__name__}(diffuse={given[name]!r}).")
 
 
 @functools.cache

@@ -1,6 +1,7 @@
-"""Colour spaces: sRGB to and from linear RGB, and linear RGB to CIE XYZ; primaries of ITU-R BT.709, white point D65.
+"""Conversions of colours: sRGB to linear RGB and back, and linear RGB to CIE XYZ.
 
-Source: IEC 61966-2-1:1999, with the matrix to four digits as in the standard.
+The primaries are those of ITU-R BT.709, and the white point is D65. Source: IEC 61966-2-1:1999. The matrix has four
+digits, as in the standard.
 """
 
 from __future__ import annotations
@@ -16,7 +17,8 @@ XYZ_OF_RGB = np.array(
         [0.0193, 0.1192, 0.9505],
     ]
 )
-"""Rows X, Y and Z, columns red, green and blue. Y is the relative luminance: 1 for white."""
+"""Matrix from linear RGB to XYZ. Rows are X, Y and Z, columns red, green and blue. Y is the relative luminance: 1 for
+white."""
 
 
 def linear_from_srgb(encoded: Float64Array) -> Float64Array:

@@ -1,4 +1,7 @@
-"""JSON files and the values in them. Error messages give the place in the file."""
+"""Reading of JSON files, and checks of their values.
+
+The argument `place` is the position of a value in its file, such as "lights[2]". Error messages contain it.
+"""
 
 from __future__ import annotations
 
@@ -20,7 +23,8 @@ def read(path: str | os.PathLike[str], what: str) -> Any:
     Raises
     ------
     ValueError
-        If the file cannot be read or is not JSON. The message says that `what`, such as "a scene file", was expected.
+        If the file cannot be read or is not JSON. The message names the expected kind of file, `what`, such as "a
+        scene file".
     """
     try:
         return json.loads(Path(path).read_text(encoding="utf-8"))
@@ -33,24 +37,24 @@ def read(path: str | os.PathLike[str], what: str) -> Any:
 
 
 def entries(place: str, given: Any) -> dict[str, Any]:
-    """Return a JSON object as a dict; raise ValueError with the place for any other value."""
+    """Return a JSON object as a dict; raise ValueError for any other value."""
     return dict(given) if isinstance(given, Mapping) else check.refuse(place, given, "a JSON object")
 
 
 def check_keys(place: str, given: Mapping[str, Any], allowed: set[str]) -> None:
-    """Raise ValueError for a key that is not allowed."""
+    """Raise ValueError if a JSON object has a key that is not allowed."""
     for key in given:
         if key not in allowed:
             check.refuse(f"field of {place}", key, "one of " + ", ".join(sorted(allowed)))
 
 
 def value(place: str, kind: type[Kind], given: Any) -> Kind:
-    """Create a dataclass from a JSON object of its fields; missing fields have their defaults.
+    """Create an instance of the dataclass `kind` from a JSON object of its fields; missing fields have their defaults.
 
     Raises
     ------
     ValueError
-        If `given` is not an object, or a field is unknown or invalid. The message begins with the place.
+        If `given` is not an object, or a field is unknown or invalid. The message contains the place.
     """
     found = entries(place, given)
     check_keys(place, found, {field.name for field in fields(kind)})  # type: ignore[arg-type] # any dataclass
@@ -61,16 +65,19 @@ def value(place: str, kind: type[Kind], given: Any) -> Kind:
 
 
 def with_type(argument: str, given: Any, kinds: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the fields of a dataclass and its name in `kinds` as "type"; raise ValueError if it has no name there."""
+    """Return the fields of a dataclass as a dict, to which its name in `kinds` is added as "type".
+
+    Raise ValueError if `kinds` does not contain its class.
+    """
     for name, kind in kinds.items():
         if type(given) is kind:
             return {"type": name} | asdict(given)
     remedy = "Files store built-in types only; a user-defined type can be evaluated and planned, but not saved."
-    return check.refuse(argument, given, f"one of {', '.join(kinds)} in a file", remedy)
+    return check.refuse(argument, given, f"of a built-in type ({', '.join(kinds)}) to be saved in a file", remedy)
 
 
 def value_of_type(place: str, given: Any, kinds: Mapping[str, type[Kind]]) -> Kind:
-    """Create a dataclass as `value` does; the object's "type" gives its kind."""
+    """Create a dataclass as `value` does; the object's entry "type" is the name of its class in `kinds`."""
     found = entries(place, given)
     kind = kinds[check.choice(f"{place}.type", found.pop("type", None), kinds)]
     return value(place, kind, found)

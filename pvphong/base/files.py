@@ -1,7 +1,8 @@
 """Atomic writes of files, and locks between processes.
 
-A file is written in a temporary folder next to its destination, named `.pvphong-` and eight letters, and then renamed.
-The folder holds a lock file, locked while the writer runs. The next writer removes the folders of killed processes.
+A file is written in a temporary folder next to its destination, and then renamed. The folder's name is `.pvphong-` and
+eight characters. It contains a lock file, which is locked while the writer runs. So the next writer recognizes the
+folders of killed processes, and removes them.
 """
 
 from __future__ import annotations
@@ -36,26 +37,27 @@ PREFIX = ".pvphong-"
 """Prefix of the names of temporary folders."""
 
 _LOCK = "owner.lock"
-_TRIES = 10  # if files cannot be locked, no folder is ever cleared, and no lock is needed
+_TRIES = 10  # where files cannot be locked, all tries fail; but then no process removes folders, and no lock is needed
 _NO_ROOM = (errno.EFBIG, errno.ENOSPC, errno.EDQUOT)
 
 announce: list[Callable[[Path], None]] = []
-"""Functions called with each new temporary folder, so that a watcher can remove it if this process is killed."""
+"""Functions that are called with each new temporary folder, so that a watcher can remove it if this process is
+killed."""
 
 
 @contextmanager
 def written_aside(path: str | os.PathLike[str]) -> Iterator[Path]:
     """Yield a temporary path next to `path`; the file is moved to `path` at the end, or removed if anything fails.
 
-    The temporary name has the suffix in lower case, because writers choose their format by it. An existing file is
-    replaced atomically once the new file is on the disk. Its mode and owner are kept, and so are links to it. If
-    `path` is a pipe or a character device, the content is copied into it.
+    The temporary name has the suffix of `path` in lower case, because writers choose their format by the suffix. An
+    existing file is replaced atomically once the new file is on the disk. Its mode and owner are kept, and links to it
+    stay valid. If `path` is a pipe or a character device, the content is copied into it.
 
     Raises
     ------
     ValueError
-        If the folder does not exist or is not writable, if the existing file can be neither replaced nor written to,
-        or if writing fails.
+        If the folder does not exist or is not writable, if the existing file cannot be replaced or written to, or if
+        writing fails.
     """
     target = Path(os.path.realpath(path))  # a link keeps pointing to the file
     try:
@@ -89,7 +91,7 @@ def written_aside(path: str | os.PathLike[str]) -> Iterator[Path]:
 
 
 def _refuse_target(target: Path, old: os.stat_result | None) -> None:
-    """Raise ``ValueError`` if no file can be created here, or if the existing file must not be replaced."""
+    """Raise ``ValueError`` if the target's folder does not exist, or if the existing file must not be replaced."""
     if not target.parent.is_dir():
         check.refuse("path", target, "in a folder that exists", f"Create {target.parent} first.")
     if old is None:
@@ -132,7 +134,7 @@ def folder_aside(place: Path) -> Iterator[Path]:
 
 
 def _clear_abandoned(place: Path) -> None:
-    """Remove the folders of processes that have ended."""
+    """Remove temporary folders whose processes have ended."""
     for folder in place.glob(PREFIX + "????????"):
         with suppress(OSError):
             if (folder / _LOCK).exists():
@@ -142,11 +144,11 @@ def _clear_abandoned(place: Path) -> None:
                 if is_abandoned:  # some systems could not remove the lock file while it was locked
                     _remove(folder)
             else:
-                folder.rmdir()  # only if empty; a writer that has just created it creates another
+                folder.rmdir()  # only if empty; if a writer has just created it, the writer creates another
 
 
 def _remove(folder: Path) -> None:
-    """Remove a folder and its content, its lock last, so that another process can finish if this one is killed."""
+    """Remove a folder and its content, the lock file last, so that another process can finish if this one is killed."""
     with suppress(OSError):
         for entry in folder.iterdir():
             if entry.is_dir():
@@ -166,7 +168,7 @@ def reserve(aside: Path, size: int) -> None:
     """
     free = shutil.disk_usage(aside.parent).free
     if free < size:
-        raise OSError(f"it needs up to {size / 2**20:.1f} MiB on its disk, and {free / 2**20:.1f} are free")
+        raise OSError(f"it needs up to {size / 2**20:.1f} MiB on its disk, and only {free / 2**20:.1f} MiB are free")
     if not hasattr(os, "posix_fallocate"):
         return
     trial = aside.with_name("room")
@@ -187,17 +189,17 @@ def sync(written: Path) -> None:
 
 
 def write_json(document: Any, path: str | os.PathLike[str]) -> None:
-    """Write plain values to a JSON file; raise ``ValueError`` if it cannot be written."""
+    """Write a value to a JSON file; raise ``ValueError`` if the file cannot be written."""
     with written_aside(path) as aside:
         aside.write_text(json.dumps(document, indent=2) + "\n", encoding="utf-8")
 
 
 @contextmanager
 def locked(path: Path, *, makes: bool = True) -> Iterator[bool]:
-    """Lock a file for the duration of the block; yield True if this process has the lock, and else False.
+    """Lock a file for the duration of the block; yield True if this process has the lock, else False.
 
-    The system releases the lock when the process that holds it ends. The file is created unless `makes` is false, and
-    is not removed. If it is missing, cannot be created or locked, or is removed meanwhile, the result is False.
+    The file is created if `makes` is true, and it is not removed. False means that it is missing, cannot be created or
+    locked, or was removed in the meantime. The system releases the lock when the process that holds it ends.
     """
     try:
         file = path.open("ab" if makes else "r+b")

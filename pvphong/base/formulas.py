@@ -1,12 +1,15 @@
 """Operations for formulas. Each formula is written once: NumPy runs it on arrays, compiled code on single vertices.
 
-A formula is a function of components that returns components. It is marked by `formula`, and calls only operations of
-this module and other formulas. Most formulas have no branches: `select` chooses, and both sides are computed. Formulas
-of lights with a size also have loops, and `if any_of(...)` to skip work that no vertex needs. A vector is anything
-with three entries: a tuple of numbers in compiled code, an array (3, n) in NumPy.
+A formula is a function of numbers and vectors that returns numbers and vectors. A number is a float in compiled code,
+and an array (n,) in NumPy. A vector is anything with three entries: a tuple of numbers in compiled code, an array
+(3, n) in NumPy.
 
-Numbers may be float32 or float64. A Python float would widen float32 in compiled code. So small constants are float32,
-which is exact in either type (`ZERO`, `HALF`, `ONE`, `TWO`), and others are written `as_type_of(x, 0.3)`.
+A formula is marked by `formula`, and calls only operations of this module and other formulas. Most formulas have no
+branches: `select` chooses, and both sides are computed. Formulas of lights with a size also have loops, and
+`if any_of(...)` to skip work that no vertex needs.
+
+Numbers may be float32 or float64. A Python float would widen float32 in compiled code. So the constants `ZERO`, `HALF`,
+`ONE` and `TWO` are float32, which is exact in either type, and other constants are written `as_type_of(x, 0.3)`.
 
 The compiled form of each operation for one vertex is in `pvphong.shading.kernel.arithmetic`. Formulas of lights with a
 size run on eight vertices at once, with `pvphong.shading.kernel.lanes`.
@@ -31,7 +34,7 @@ BRIGHTEST = 2.0**100
 """Upper limit of strengths, colours and exponents, so that nothing overflows float32; values near it are white.
 
 (The kernel caps a spot's attenuation before its falloff. If the attenuation has no constant term, a spot may be too
-dark off its axis, but only within 2⁻⁵⁰ of the distance where the attenuation is 1.)"""
+dark off its axis, but only at distances below 2⁻⁵⁰ times the distance at which the attenuation is 1.)"""
 
 FAINTEST = 2.0**-126
 """The smallest normal float32."""
@@ -78,7 +81,7 @@ def multiply_add(a: Any, b: Any, c: Any) -> Any:
 
 
 def as_type_of(x: Any, value: Any) -> Any:
-    """Return a number in the type of x."""
+    """Convert a number to the type of x."""
     return x.dtype.type(value)
 
 
@@ -88,12 +91,12 @@ def single(x: Any) -> Any:
 
 
 def wrapped(x: Any) -> Any:
-    """Truncate a whole number to the digits of uint32."""
+    """Convert a whole number to uint32, modulo 2³²."""
     return x.astype(np.uint32, copy=False)
 
 
 def index(x: Any) -> Any:
-    """Round x >= 0 down to an integer, to index a table with."""
+    """Round x >= 0 down to an integer, for indexing a table."""
     return x.astype(np.int64)
 
 
@@ -134,12 +137,12 @@ def power_less_one(less: Any, exponent: Any) -> Any:
 
 
 def any_of(conditions: Any) -> Any:
-    """Return True if any condition holds. `if any_of(...)` skips work that no vertex needs."""
+    """Return True if the condition holds for any vertex. `if any_of(...)` skips work that no vertex needs."""
     return np.any(conditions)
 
 
 def largest(x: Any) -> Any:
-    """Return the largest of whole numbers >= 0 as an integer, for a loop with enough steps for all of them."""
+    """Return the largest of whole numbers >= 0 as an int: the number of loop steps that suffices for all vertices."""
     return int(np.max(x, initial=0.0))
 
 
@@ -149,9 +152,10 @@ def exponential(x: Any) -> Any:
 
 
 def chord_power(squared: Any, exponent: Any, floor: float = 0.0) -> Any:
-    """Return max(f, floor)ⁿ for the cosine f = 1 − ½|C|² of an angle with chord C, given |C|²; 1 for n = 0.
+    """Return max(f, floor)ⁿ for the cosine f = 1 − ½|C|² of an angle, given the square |C|² of its chord C.
 
-    The exponent n is a number or an array. The power is exp(n · log1p(−½|C|²)), which is accurate near f = 1.
+    The exponent n is a number or an array; the power is 1 for n = 0. It is computed as exp(n · log1p(−½|C|²)), which is
+    accurate near f = 1.
     """
     real = squared.dtype.type
     is_flat = np.equal(exponent, 0.0)
@@ -185,12 +189,14 @@ class Power(NamedTuple):
     """A power of a cosine: max(f, floor)ⁿ."""
 
     exponent: Any
-    """The exponent n >= 0: a number, or an array with one per vertex."""
+    """The exponent n >= 0: a number, or an array with an exponent for each vertex."""
     floor: float = 0.0
 
     @property
     def numbers(self) -> tuple[float, float, float]:
-        """For compiled code: n within float32's range, log2(floor), and the |C|² from which the power is 0."""
+        """Three numbers for compiled code: n, limited to float32's range; log2(floor); and the |C|² at and above which
+        the power is 0.
+        """
         exponent = self.exponent and max(FAINTEST, min(self.exponent, BRIGHTEST))
         log_floor = math.log2(self.floor) if self.floor else -math.inf
         return exponent, log_floor, math.inf if self.floor or not self.exponent else 2.0
@@ -198,7 +204,10 @@ class Power(NamedTuple):
 
 @formula
 def horner(t: Any, coefficients: Any) -> Any:
-    """Evaluate a polynomial, coefficients from the highest power down. Compilers unroll the loop for a dozen terms."""
+    """Evaluate a polynomial; coefficients begin with the highest power.
+
+    Compilers unroll the loop for up to about a dozen terms.
+    """
     total = coefficients[0]
     for k in range(1, len(coefficients)):
         total = total * t + coefficients[k]
@@ -250,5 +259,8 @@ def cross(a: Any, b: Any) -> Any:
 
 @formula
 def inverse_length(squared: Any) -> Any:
-    """Return 1 over the length of a vector, given its squared length. Multiplied by it, a zero vector stays zero."""
+    """Return 1 over the length of a vector, given its squared length.
+
+    The result is finite for a zero vector, so that the product of both is zero.
+    """
     return ONE / sqrt(maximum(squared, LEAST_SQUARE))

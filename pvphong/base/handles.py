@@ -1,4 +1,7 @@
-"""Handles: live objects whose attributes users set. A misspelt attribute raises an error that suggests the nearest."""
+"""Handles: live objects whose attributes users set.
+
+Setting a misspelt attribute raises an error that suggests the nearest name.
+"""
 
 from __future__ import annotations
 
@@ -10,14 +13,14 @@ from pvphong.base import check
 
 
 class Handle:
-    """An object with the attributes that its class declares; setting any other raises AttributeError.
+    """Base class of handles: setting an attribute that the class does not declare raises AttributeError.
 
-    Private names (with an underscore) are not checked, and neither are subclasses of handles by users. Attributes that
-    are set in `__init__` are declared by an annotation in the class.
+    Names that begin with an underscore are not checked, nor are attributes of classes that users derive from a handle.
+    Attributes that are set in `__init__` are declared by an annotation in the class.
     """
 
     _instead: ClassVar[Mapping[str, str]] = {}
-    """Common wrong name → attribute that is meant, where the spelling is too different to suggest it."""
+    """Common wrong names → the intended attributes, for names that are spelt too differently to be found."""
 
     def __setattr__(self, name: str, value: Any) -> None:
         kind: Any = type(self)
@@ -28,7 +31,7 @@ class Handle:
 
 @cache
 def declared(kind: Any) -> frozenset[str]:
-    """Return the public attributes that a class declares."""
+    """Return the names of the public attributes that a class declares."""
     annotated = {name for base in kind.__mro__ for name in vars(base).get("__annotations__", ())}
     return frozenset(name for name in {*dir(kind), *annotated} if not name.startswith("_"))
 
@@ -41,13 +44,13 @@ def unknown_attribute(
     Parameters
     ----------
     owner : str
-        The kind of object.
+        Name of the object's class.
     name : str
-        The attribute.
+        Name of the attribute that does not exist.
     known : iterable of str
-        The existing attributes.
+        Names of the existing attributes.
     instead : mapping, optional
-        Common wrong name → attribute that is meant.
+        Common wrong names → the intended attributes.
     """
     known = sorted(known)
     meant = (instead or {}).get(name)

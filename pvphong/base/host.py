@@ -1,6 +1,7 @@
 """Functions of PyVista and VTK that the core calls through `pvphong.vtk.lights`; the core itself imports neither.
 
-`pvphong/__init__.py` registers the module. It always imports this one, so nothing heavy is imported here.
+`pvphong/__init__.py` registers the function that imports `pvphong.vtk.lights`. It also imports `host` at every start,
+so nothing heavy is imported here.
 """
 
 from __future__ import annotations
@@ -14,16 +15,20 @@ _load: list[Callable[[], Any]] = []
 
 
 def answered_by(load: Callable[[], Any]) -> None:
-    """Register a function that returns the module; it is called at the first use."""
+    """Register the function that imports and returns `pvphong.vtk.lights`; it is called when the module is needed."""
     _load[:] = [load]
 
 
 def answers() -> Any:
-    """Return the registered module, `pvphong.vtk.lights`.
+    """Return the module `pvphong.vtk.lights`.
 
-    The core calls its functions `color_by_name`, `color_names` and `colormap_names`; `mapped_colors` and
-    `mapper_colors`, for the colours of an array through a colormap, or of a mapper; `to_pyvista`, which converts a
-    light to a `pyvista.Light`; and `from_vtk` and `as_light`, which convert any light to pvphong's: unchanged, or
-    placed in the world for a viewer.
+    The core calls these functions of the module:
+
+    - `color_by_name`, `color_names` and `colormap_names`.
+    - `mapped_colors`: the colours of an array through a colormap.
+    - `mapper_colors`: the colours that a VTK mapper draws.
+    - `to_pyvista`: converts a light to a `pyvista.Light`.
+    - `from_vtk`: converts a VTK light; a camera light stays a camera light.
+    - `as_light`: converts a VTK light, placed in the world for a viewer.
     """
     return _load[0]()

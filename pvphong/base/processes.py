@@ -17,7 +17,8 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
 SECONDS, BYTES_PER_SECOND = 60.0, 1e6
-"""Time limit for reading a file: seconds, and bytes per additional second; it restarts while the disk returns data."""
+"""Time limit for reading a file: `SECONDS`, and one second for every `BYTES_PER_SECOND` bytes. When it expires, it
+starts again if the worker has read data in the meantime."""
 
 VERBOSE = "--verbose"
 """Option with which the worker shows the output of libraries, and the traceback of an unexpected error."""
@@ -31,16 +32,19 @@ _is_reading = False
 def say(what: str, more: object = "") -> None:
     """Send a message about the next action to the watcher of this process, if it has one.
 
-    "folder": a temporary folder, to be removed if this process is killed. "reading": reading begins, with the seconds
-    allowed and the file. "done": reading has ended or failed. "status": the exit status; the work is complete, even
-    if libraries crash when they are unloaded.
+    Messages, and the text `more` that follows each:
+
+    - "folder", a path: this temporary folder is to be removed if this process is killed.
+    - "reading", the allowed seconds and a path: reading of this file begins.
+    - "done": reading has ended or failed.
+    - "status", the exit status: the work is complete, even if libraries crash when they are unloaded.
     """
     if watcher is not None:
         os.write(watcher, os.fsencode(f"{what} {more}") + b"\0")
 
 
 def environment() -> "dict[str, str]":
-    """Return an environment in which another Python finds the same modules."""
+    """Return environment variables with which another Python process finds the same modules."""
     return os.environ | {"PYTHONPATH": os.pathsep.join(entry or os.getcwd() for entry in sys.path)}
 
 
@@ -50,9 +54,9 @@ class Watch:
     Parameters
     ----------
     end : int
-        The other end of the worker's pipe.
+        Descriptor of the watcher's end of the pipe.
     process : int
-        The worker's process number.
+        Number of the worker's process.
     """
 
     def __init__(self, end: int, process: int) -> None:
@@ -101,7 +105,7 @@ class Watch:
             return 0
 
     def failure(self, code: int, advice: str = "") -> str:
-        """Return one line about the worker's crash; `code` is its exit status, or minus the number of the signal."""
+        """Return one line about the worker's crash; `code` is its exit status, or minus the number of its signal."""
         if self.overdue:
             what = f"Reading timed out: no data from the disk for {self.limit:.0f} s."
         elif code == -signal.SIGKILL:
@@ -117,7 +121,10 @@ class Watch:
 
 
 def begin_work(end: int) -> None:
-    """Make this process a worker, which ends when its watcher ends; `end` is its end of the pipe."""
+    """Make this process a worker. `end` is the descriptor of its end of the pipe.
+
+    On Linux, the system kills the worker when its watcher ends.
+    """
     global watcher
     os.set_inheritable(end, False)
     watcher = end
@@ -129,10 +136,10 @@ def begin_work(end: int) -> None:
 
 @contextmanager
 def reading(path: "str | os.PathLike[str]") -> "Iterator[None]":
-    """Announce to the watcher that a file is being read, and limit memory to the free memory within the block.
+    """Announce to the watcher that the block reads a file; on Linux, also limit the process to the memory that is free.
 
-    A corrupt file may request huge allocations; with the limit they fail before the system stalls. Nested blocks have
-    no effect, and neither have blocks in a process without a watcher.
+    A corrupt file may request huge allocations; with the limit they fail before the system stalls. Nested blocks, and
+    blocks in a process without a watcher, have no effect.
     """
     global _is_reading
     if watcher is None or _is_reading:

@@ -1,14 +1,15 @@
 """Evenly distributed points in the unit square: the first two dimensions of Sobol's sequence, with Owen scrambling.
 
-The sequence is a (0, 2)-sequence in base 2: of any 2ᵐ points from a multiple of 2ᵐ on, one is in each of the 2ᵐ
-elementary rectangles of any shape (I. M. Sobol', "On the distribution of points in a cube and the approximate
-evaluation of integrals", 1967). Scrambling keeps this property and makes each point uniformly distributed (A. B. Owen,
-"Randomly permuted (t,m,s)-nets and (t,s)-sequences", 1995). It is a hash of the digits (S. Laine and T. Karras,
-"Stratified sampling for stochastic transparency", 2011; B. Burley, "Practical hash-based Owen scrambling", 2020;
-constants by N. Vegdahl). So a point depends only on its number and a seed. Digits are stored in reverse order, as the
-hash takes them.
+The sequence is a (0, 2)-sequence in base 2: of 2ᵐ consecutive points that begin at a multiple of 2ᵐ, exactly one is in
+each of the 2ᵐ elementary rectangles of any shape (I. M. Sobol', "On the distribution of points in a cube and the
+approximate evaluation of integrals", 1967). Scrambling keeps this property and makes each point uniformly distributed
+(A. B. Owen, "Randomly permuted (t,m,s)-nets and (t,s)-sequences", 1995).
 
-(SciPy has the sequence too, but it is an optional dependency, and nodes must be the same without it.)
+Scrambling is a hash of the digits (S. Laine and T. Karras, "Stratified sampling for stochastic transparency", 2011;
+B. Burley, "Practical hash-based Owen scrambling", 2020; constants by N. Vegdahl). So a point depends only on its number
+and a seed. Binary digits are stored in reverse order, which is the order that the hash needs.
+
+(SciPy has the sequence too. But SciPy is an optional dependency, and the points must be the same without it.)
 """
 
 from __future__ import annotations
@@ -22,7 +23,7 @@ from numpy.typing import NDArray
 from pvphong.base.formulas import as_type_of, formula, single, wrapped
 
 MOST = 4096
-"""Number of points; a power of two."""
+"""Number of available points; a power of two."""
 
 _ONE, _TWO, _FOUR, _EIGHT, _SIXTEEN = (np.uint32(1 << k) for k in range(5))
 _ODD, _PAIRS, _NIBBLES, _OCTETS = map(np.uint32, (0x55555555, 0x33333333, 0x0F0F0F0F, 0x00FF00FF))
@@ -34,7 +35,7 @@ _MIXERS = tuple(map(np.uint32, (0x3D20ADEA, 0x05526C56, 0x53A22864)))
 def _second_coordinates() -> NDArray[np.uint32]:
     """Compute the second coordinates: each digit of a point's number adds a row of Pascal's triangle modulo 2.
 
-    The first coordinate is the number itself.
+    The first coordinates need no table: their digits are those of the point's number.
     """
     numbers, row = np.arange(MOST, dtype=np.uint32), 1
     result = np.zeros(MOST, np.uint32)
@@ -56,20 +57,20 @@ def _apart(exponent: int) -> int:
 
 
 NEIGHBOURS = (0, *(_apart(exponent) for exponent in range(1, MOST.bit_length())))
-"""Entry m: of 2ᵐ points, points k and (k xor entry) are the only two in a square, or in half of one."""
+"""Entry m, for the first 2ᵐ points: points k and (k xor entry) share one of 2ᵐ⁻¹ equal squares, or half squares."""
 
 
 @functools.lru_cache(maxsize=64)
 def in_squares(begin: int, end: int, size: int) -> NDArray[np.uint32]:
     """Return the digits of both coordinates of points `begin` to `end`, ordered along a Morton curve.
 
-    In this order, any 2ᵐ points from a multiple of 2ᵐ on share a square, or half of one. Scrambling keeps this,
-    because it only swaps halves of squares.
+    In this order, 2ᵐ consecutive points that begin at a multiple of 2ᵐ lie in one square, or in one half of a square.
+    Scrambling keeps this property, because it only swaps halves of squares.
 
     Parameters
     ----------
     begin, end : int
-        Numbers of points, up to `MOST`.
+        Number of the first point, and of the one after the last; at most `MOST`.
     size : int
         The last point is repeated until the count is a multiple of `size`.
 
@@ -79,7 +80,7 @@ def in_squares(begin: int, end: int, size: int) -> NDArray[np.uint32]:
         Shape (2, n), C-contiguous.
     """
     numbers = np.arange(begin, end, dtype=np.uint32)
-    curve = np.zeros(len(numbers), np.uint32)  # Morton's: digits of both coordinates by turns, the first ones first
+    curve = np.zeros(len(numbers), np.uint32)  # Morton code: digits of both coordinates alternate, leading ones first
     for digit in range(MOST.bit_length() - 1):
         for column in (numbers, SECOND[begin:end]):
             curve = curve << _ONE | column >> np.uint32(digit) & _ONE
@@ -101,7 +102,7 @@ def seeds(numbers: NDArray[np.integer[Any]], stream: int = 0) -> NDArray[np.uint
 
 @formula
 def coordinate(digits: Any, seed: Any) -> Any:
-    """Return a coordinate in [0, 1), float32, from its digits, uint32, scrambled by a seed."""
+    """Return a coordinate in [0, 1), float32: its digits, uint32, are scrambled by a seed."""
     x = wrapped(digits ^ wrapped(digits * _MIXERS[0]))
     x = wrapped(x + seed)
     x = wrapped(x * wrapped(wrapped(seed >> _SIXTEEN) | _ONE))

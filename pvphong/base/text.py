@@ -21,7 +21,7 @@ WIDTH = 80
 
 
 def wrapped(sentence: str) -> list[str]:
-    """Wrap a sentence to lines of `WIDTH`; lines after the first are indented by two more. Words are not broken."""
+    """Wrap a sentence to lines of `WIDTH`, without breaking words. Lines after the first are indented by two more."""
     indent = sentence[: len(sentence) - len(sentence.lstrip())]
     return textwrap.wrap(
         sentence, WIDTH, subsequent_indent=f"{indent}  ", break_long_words=False, break_on_hyphens=False
@@ -29,7 +29,7 @@ def wrapped(sentence: str) -> list[str]:
 
 
 def rendered(parts: Iterable[Any]) -> str:
-    """Render sentences and `rich` tables to lines of `WIDTH`; an empty line follows each table."""
+    """Render sentences and `rich` tables as text, in lines of `WIDTH`; an empty line follows each table."""
     from rich.console import Console
 
     lines: list[str] = []
@@ -45,7 +45,10 @@ def rendered(parts: Iterable[Any]) -> str:
 
 
 def changed_fields(value: Any, without: Sequence[str] = ()) -> str:
-    """Return one line with the names and values of a dataclass's fields that differ from their defaults."""
+    """Return the names and values of a dataclass's fields that differ from their defaults, in one line.
+
+    `without` lists fields to omit.
+    """
     shown = {field.name: (getattr(value, field.name), field.default) for field in fields(value)}
     return ", ".join(
         f"{name} {entry}" for name, (entry, default) in shown.items() if entry != default and name not in without
@@ -62,7 +65,8 @@ def html_table(title: str, headings: Sequence[str], rows: Iterable[Sequence[str]
 
 
 Listener = Callable[[str, float], object]
-"""Function called with the name of the work and the fraction done, in [0, 1]; by any thread, but one at a time."""
+"""Function that is called with the name of the work and the fraction done, in [0, 1]. Any thread may call it, but never
+two at once."""
 
 _listener: ContextVar[Listener | None] = ContextVar("listener", default=None)
 _subject: ContextVar[str] = ContextVar("subject", default="")
@@ -70,7 +74,7 @@ _subject: ContextVar[str] = ContextVar("subject", default="")
 
 @contextmanager
 def listening(listener: Listener | None) -> Iterator[None]:
-    """Report the progress of all work in the block to a listener, or to none."""
+    """Within the block, report the progress of all work to a listener; None for no reports."""
     token = _listener.set(listener)
     try:
         yield
@@ -80,7 +84,7 @@ def listening(listener: Listener | None) -> Iterator[None]:
 
 @contextmanager
 def about(what: str) -> Iterator[None]:
-    """Name the work in the block; work without a name is not reported."""
+    """Give the work in the block a name. Work without a name is not reported."""
     token = _subject.set(what)
     try:
         yield
@@ -89,7 +93,10 @@ def about(what: str) -> Iterator[None]:
 
 
 def counting(whole: int) -> Callable[[int], None]:
-    """Return a function that any thread calls with the number of pieces it has just done, of `whole` in total."""
+    """Return a function that reports progress: threads call it with the number of pieces that they have just done.
+
+    `whole` is the total number of pieces.
+    """
     listener, what = _listener.get(), _subject.get()
     if listener is None or not what:
         return lambda _: None

@@ -20,7 +20,7 @@ from typing import Any, TypeAlias
 from pvphong.base import text
 
 Range: TypeAlias = tuple[int, int]
-"""First item of some work, and the one after the last."""
+"""Number of the first item of a piece of work, and of the item after the last."""
 
 _limit: ContextVar[int] = ContextVar("limit", default=sys.maxsize)
 _stop: ContextVar[threading.Event | None] = ContextVar("stop", default=None)
@@ -62,7 +62,10 @@ def _processors(_process: int, _second: int) -> int:
 
 @contextlib.contextmanager
 def limited(threads: int) -> Iterator[None]:
-    """Within the block, limit the threads used by the calling thread; 1 if its caller already runs in parallel."""
+    """Within the block, limit the number of threads that the calling thread uses.
+
+    Pass 1 for work that already runs in several threads.
+    """
     token = _limit.set(threads)
     try:
         yield
@@ -72,18 +75,21 @@ def limited(threads: int) -> Iterator[None]:
 
 @functools.lru_cache(maxsize=1)
 def _executor(_process: int) -> ThreadPoolExecutor:
-    """Return the thread pool of a process: threads do not survive a fork. Threads start when needed, and are kept."""
+    """Return the thread pool of a process. Each process has its own, because threads do not survive a fork.
+
+    Threads start when they are needed, and are kept.
+    """
     return ThreadPoolExecutor(max_workers=2 * (os.cpu_count() or 1), thread_name_prefix="pvphong")
 
 
-# Seconds of work that justify another thread: waking it and waiting for its end take 0.05 to 0.2 ms.
+# Seconds of work that justify another thread. Waking it and waiting for its end take 0.05 to 0.2 ms.
 _WORTH_WAKING = 3e-4
 
 
 def run(work: Callable[[int, int], Any], stop: int, step: int) -> None:
     """Call `work(first, last)` for ranges of length `step` from 0 to `stop`, on at most `count()` threads.
 
-    Exceptions and interrupts are as for `shared`.
+    Exceptions and interrupts have the same effect as in `shared`.
     """
     with shared(work, stop, step) as ranges:
         for first, last in ranges:
@@ -92,7 +98,9 @@ def run(work: Callable[[int, int], Any], stop: int, step: int) -> None:
 
 @contextlib.contextmanager
 def shared(work: Callable[[int, int], Any], stop: int, step: int, longest: int = 0) -> Iterator[Iterator[Range]]:
-    """Yield the ranges from 0 to `stop` that are left to the calling thread, while others do theirs.
+    """Divide the items from 0 to `stop` into ranges for several threads, and yield the calling thread's ranges.
+
+    The block must do the work of the ranges that it receives. Meanwhile other threads call `work` for theirs.
 
     After an exception, an interrupt or a cancellation in the calling thread, no more ranges start. The exception is
     raised when all running ranges have ended.
@@ -100,15 +108,15 @@ def shared(work: Callable[[int, int], Any], stop: int, step: int, longest: int =
     Parameters
     ----------
     work : callable
-        Function that the other threads call with the first and last vertex of each range; the caller does the same.
+        Function that the other threads call with the first item of a range and the item after its last.
     stop, step : int
         End of the last range, and the length of the ranges.
     longest : int, optional
-        Greatest length of a range. If longer than `step`, the work may take less time than waking a thread. Unless
-        each thread gets `longest`, the calling thread first does a quarter of a step, and others join only if its time
-        shows that the rest is worth it. Each thread then takes its even share of the rest, from `step` to `longest`:
-        ranges are few, and the last are short, so that threads end together (guided self-scheduling, Polychronopoulos
-        and Kuck 1987).
+        Greatest length of a range. A value above `step` is for work that may take less time than waking a thread.
+        Unless there is a range of this length for every thread, the calling thread first does a quarter of a step and
+        measures its time; other threads join only if the rest takes long enough. Each range is then an even share of
+        the remaining items, but from `step` to `longest`. So there are few ranges, and the last ones are short, so that
+        all threads end together (guided self-scheduling, Polychronopoulos and Kuck 1987).
     """
     go_on()
     begun, lock, note, has_failed = 0, threading.Lock(), text.counting(stop), threading.Event()

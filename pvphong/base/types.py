@@ -37,7 +37,7 @@ Weighting = Literal["angle", "area", "max"]
 
 
 def rgb(color: ColorLike) -> Vector:
-    """Return red, green and blue of a checked colour; a single float is grey."""
+    """Return red, green and blue of a colour that `check.color` has checked; a single float is grey."""
     if isinstance(color, float):
         return color, color, color
     red, green, blue = cast("Vector", color)
@@ -45,8 +45,8 @@ def rgb(color: ColorLike) -> Vector:
 
 
 class InitSignature:
-    """A class attribute `__signature__`, with which `inspect` shows `__init__` for a class that has `__new__`."""
+    """Descriptor for `__signature__`: makes `inspect` show the parameters of `__init__` and not those of `__new__`."""
 
     def __get__(self, _instance: object, kind: type) -> inspect.Signature:
-        whole = inspect.signature(getattr(kind, "__init__"))  # noqa: B009 a class's own, as mypy would not have it
+        whole = inspect.signature(getattr(kind, "__init__"))  # noqa: B009 mypy refuses `kind.__init__`
         return whole.replace(parameters=list(whole.parameters.values())[1:])

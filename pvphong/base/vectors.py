@@ -17,7 +17,7 @@ from pvphong.base.types import BoolArray, Float64Array, FloatArray, Vector, Vect
 
 Real = TypeVar("Real", bound=np.floating[Any])
 
-# Squared lengths in this range have no underflow in their last bit, and fit float32 too.
+# Squared lengths in this range have lost no bit to underflow, and float32 can represent them too.
 _LEAST, _MOST = 2.0**-60, 2.0**60
 
 
@@ -51,14 +51,14 @@ def columns(rows: FloatArray) -> Float64Array:
 
 
 def unit_vector(vector: VectorLike) -> Vector:
-    """Normalize a single finite vector that is not zero: same bits as `unit`, without the cost of arrays."""
+    """Normalize a single finite vector that is not zero. The bits are the same as from `unit`, at less cost."""
     (x, y, z), _ = moderate_vector(vector)
     length = math.sqrt(x * x + y * y + z * z)
     return x / length, y / length, z / length
 
 
 def moderate_vector(vector: VectorLike) -> tuple[Vector, float]:
-    """Scale a finite nonzero vector by a power of two to a moderate length; return it and 1 over its length."""
+    """Scale a finite nonzero vector by a power of two to a moderate length; return it and 1 over that length."""
     scale = -math.frexp(max(map(abs, vector)))[1]
     x, y, z = (math.ldexp(component, scale) for component in vector)
     return (x, y, z), 1.0 / math.sqrt(x * x + y * y + z * z)
@@ -70,7 +70,7 @@ def angle_between(a: VectorLike, b: VectorLike) -> float:
 
 
 def unit(w: NDArray[Real]) -> tuple[NDArray[Real], NDArray[Real]]:
-    """Return unit vectors and lengths of the columns; a zero or non-finite column gives zero and length 0.
+    """Return unit vectors and lengths of the columns; a zero or non-finite column gives a zero vector and length 0.
 
     Float64 unit vectors are within 4 roundings (4 * 2**-53) of the exact ones.
     """
@@ -87,7 +87,7 @@ def unit(w: NDArray[Real]) -> tuple[NDArray[Real], NDArray[Real]]:
 
 
 def moderate(w: FloatArray, real: Any = np.float64) -> tuple[Any, Any]:
-    """Return columns of the same directions with moderate lengths, and the inverses of these lengths.
+    """Scale columns to moderate lengths; return them, and the inverses of these lengths.
 
     Both are new arrays of the float type `real`. A column in the safe range is only rounded to that type; any other is
     first scaled by a power of two. A zero or non-finite column gives zero, with 0 for its inverse length.
@@ -111,7 +111,10 @@ def _squares(w: NDArray[Real]) -> tuple[NDArray[Real], BoolArray | None]:
 
 
 def _rescaled(w: NDArray[Real]) -> tuple[NDArray[Real], NDArray[np.int32]]:
-    """Scale columns so that their largest entry is in [0.5, 1), zero if not finite; return them and the exponents."""
+    """Scale columns so that their largest entry is in [0.5, 1); return them and the exponents.
+
+    A column that is not finite becomes zero.
+    """
     finite = np.where(np.isfinite(w).all(axis=0), w, 0.0)
     exponents = np.frexp(np.abs(finite).max(axis=0))[1]
     return np.ldexp(finite, -exponents), exponents

@@ -1,4 +1,4 @@
-"""Bounds of a mesh for plans: a box and a sphere around the vertices, a cone around the normals; and a convexity test.
+"""Bounds of a mesh: a box and a sphere around the vertices, and a cone around the normals; and a test for convexity.
 
 Plans use these bounds before they examine single vertices.
 """
@@ -24,7 +24,7 @@ from pvphong.geometry.transform import MatrixClass, class_of, transform_normals,
 ROUNDED_UP = 1.0 + 1e-9
 # Largest error in radians of a direction in float64.
 TURN_SLACK = 1e-7
-# Rows that a thread reduces at once, which fit its caches; and rows that are joined into one long row.
+# Number of rows that a thread reduces at once, which fit its caches; number of rows that are joined into one long row.
 _CHUNK, _FOLD = 2**17, 512
 # Number of normals that are tested first.
 _SOME = 64
@@ -42,19 +42,22 @@ class Sphere(NamedTuple):
 
 
 class BoundingCone(NamedTuple):
-    """Direction and distance of a target, seen from the sphere around the vertices."""
+    """Cone that contains the directions to a target from all points of the sphere around the vertices.
+
+    It also has the target's distance.
+    """
 
     direction: Vector
-    """Unit vector from the centre to the target."""
+    """Axis of the cone: unit vector from the sphere's centre to the target."""
 
     distance: float
-    """Distance from the centre to the target."""
+    """Distance from the sphere's centre to the target."""
 
     radius: float
     """Radius of the sphere."""
 
     turn: float
-    """Largest angle in radians between the directions to the target from the centre and from anywhere in the sphere."""
+    """Half-angle of the cone in radians: the largest angle between its axis and a direction to the target."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,9 +69,9 @@ class MeshBounds:
     points : ndarray
         Shape (n, 3).
     normals : callable or None
-        Returns the normals, shape (n, 3); None if they are unknown.
+        Function that returns the normals, shape (n, 3); None if they are unknown.
     matrix : ndarray or None
-        (4, 4) model matrix.
+        Model matrix, shape (4, 4); None for the identity.
     """
 
     points: FloatArray
@@ -79,7 +82,7 @@ class MeshBounds:
     def box(self) -> Box | None:
         """Smallest and largest world coordinates; None without points, or if a point is not finite.
 
-        With a matrix it is the box around the transformed box, as for the bounds of a VTK actor.
+        With a matrix, it is the box around the transformed box, as VTK computes the bounds of an actor.
         """
         if not len(self.points):
             return None
@@ -96,7 +99,10 @@ class MeshBounds:
         return None if found is None or math.isinf(found.radius) else found
 
     def sight(self, target: VectorLike) -> BoundingCone | None:
-        """Return the view of a target from the sphere; None if the sphere is unknown or the target is its centre."""
+        """Return the cone of directions to a target, or None.
+
+        It is None if the sphere is unknown, or the target is at its centre or infinitely far away.
+        """
         sphere = self.sphere
         if sphere is None:
             return None
@@ -116,7 +122,7 @@ class MeshBounds:
         if kind is MatrixClass.GENERAL:
             return None
         normals = self.normals()
-        some = normals[:: max(len(normals) // _SOME, 1)]  # without a cone around these, there is none around all
+        some = normals[:: max(len(normals) // _SOME, 1)]  # if no cone contains these normals, none contains all
         stored = None if _cone(*box_of(some)) is None else _cone(*box_of(normals))
         if stored is None or self.matrix is None or kind.keeps_normals:
             return stored
@@ -126,11 +132,14 @@ class MeshBounds:
 
 
 ANYWHERE = MeshBounds(np.zeros((0, 3)), None, None)
-"""Extent of unknown vertices."""
+"""Bounds of unknown vertices."""
 
 
 def _cone(low: Float64Array, high: Float64Array) -> tuple[Vector, float] | None:
-    """Return a cone around all normals in a box: n·axis is smallest, and |n| largest, at one of its corners."""
+    """Return the axis and half-angle of a cone around all normals in a box, or None.
+
+    Only the box's corners are examined: n·axis is smallest, and |n| largest, at one of them.
+    """
     largest = max(np.abs(low).max(), np.abs(high).max())
     if not 0.0 < largest < math.inf:
         return None
@@ -159,7 +168,7 @@ def sphere_around(box: Box) -> Sphere:
 
 
 def box_of(rows: FloatArray) -> Box:
-    """Return the smallest and largest entry of each column of (n, 3) rows, n > 0; NaN if a column has a NaN."""
+    """Return the smallest and largest entry of each column of an (n, 3) array, n > 0; NaN for a column with a NaN."""
     lows: list[FloatArray] = []
     highs: list[FloatArray] = []
 
@@ -179,16 +188,18 @@ def box_of(rows: FloatArray) -> Box:
 # --- convex
 
 
-# Largest angle in radians by which neighbouring faces may be concave: rounded coordinates bend flat surfaces as much.
+# Largest angle in radians by which neighbouring faces may be concave: rounding of coordinates may bend flat surfaces by
+# this angle.
 _BENT = 1e-5
-# Faces and points that are tested first: if the body is not convex, nearly every face has points in front of it.
+# Number of faces and of points that are tested first: if the body is not convex, nearly every face has points in front
+# of it.
 _TRIED, _POINTS_TRIED = 16, 4096
 
 
 def is_convex(points: FloatArray, normals: FloatArray, triangles: NDArray[np.int64]) -> bool:
     """Return True if triangles are the whole surface of a convex body, and normals point outwards.
 
-    Rays that start at a point, on the side to which its normal points, then leave the body.
+    Rays that start at a point, on the side to which its normal points, then do not hit the body.
 
     Source: K. Mehlhorn et al., "Checking geometric programs or verification of geometric structures" (1999): a closed
     surface that is convex at each edge bounds a convex body if some point is behind all faces, and a ray from this
@@ -222,13 +233,13 @@ def is_convex(points: FloatArray, normals: FloatArray, triangles: NDArray[np.int
         n = normals[triangles] / np.linalg.norm(normals[triangles].astype(np.float64), axis=2, keepdims=True)
     if not ((n * across[:, None]).sum(axis=2) > 0.0).all():  # inward, zero or not finite
         return False
-    for k in range(3):  # at each corner the edges of the face lie below the tangent plane
+    for k in range(3):  # at each corner, the edges of the face must lie below the tangent plane
         for neighbour in (corners[:, k - 1], corners[:, k - 2]):
             edges = neighbour - corners[:, k]
             rise = (n[:, k] * edges).sum(axis=1)
             if not (rise <= _BENT * np.linalg.norm(edges, axis=1)).all():
                 return False
-    # each edge has two faces, in opposite orders, and neither rises above the other
+    # each edge must have two faces, which run along it in opposite orders, and neither may rise above the other
     rows = np.ascontiguousarray(p + 0.0).view(np.dtype((np.void, 3 * p.itemsize))).ravel()  # sorts whole rows; no -0.0
     _, first, merged = np.unique(rows, return_index=True, return_inverse=True)
     places, indices = p[first], merged.ravel()[triangles]
@@ -243,7 +254,7 @@ def is_convex(points: FloatArray, normals: FloatArray, triangles: NDArray[np.int
     rise = (across[owners[order]] * to_apex).sum(axis=1)
     if not (rise <= _BENT * np.linalg.norm(to_apex, axis=1)).all():
         return False
-    # a ray from the centre through the centre of a face hits no other face
+    # a ray from the centre through the centre of a face must hit no other face
     ray = corners[0].mean(axis=0)
     along = across @ ray
     with np.errstate(divide="ignore", invalid="ignore"):

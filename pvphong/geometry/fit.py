@@ -11,13 +11,13 @@ from pvphong.base.types import Float64Array, FloatArray, IntArray
 from pvphong.geometry.normals import FaceBlock, Faces
 
 MISFIT = 22.5
-"""Threshold in degrees: a stored normal with a larger angle to the faces does not fit them.
+"""Threshold in degrees: a stored normal with a larger angle to the computed one does not fit the faces.
 
-VTK's weights differ from ours, by 10° on average in a mesh with sharp edges. If an eighth of a surface has reversed
-normals, the average is 22.5° (180°/8), and the lighting of that share is wrong.
+VTK weights faces differently, which alone gives a mean angle of 10° in a mesh with sharp edges. If an eighth of a
+surface has reversed normals, the mean angle is 22.5° (180°/8), and the lighting of this eighth is wrong.
 """
 BEYOND = 60.0
-"""Degrees at which Lambert's law gives half of the light."""
+"""Threshold of `NormalsFit.beyond_60`, in degrees: at this angle Lambert's law gives half of the light."""
 
 
 class NormalsFit(NamedTuple):
@@ -43,7 +43,7 @@ _AT_ONCE = 2**14
 
 
 class Areas:
-    """Areas of faces, collected block by block."""
+    """Collector of the areas of faces, which are computed block by block."""
 
     def __init__(self, faces: Faces) -> None:
         self._found, self._exponents = np.zeros(faces.count), np.zeros(faces.count, np.int32)
@@ -77,7 +77,8 @@ def weights_of(faces: Faces, areas: Float64Array) -> Float64Array:
 def fit_of(stored: FloatArray, computed: Float64Array, weights: Float64Array) -> tuple[NormalsFit | None, IntArray]:
     """Compare stored normals with computed ones; return the fit and the points that are off by more than `MISFIT`.
 
-    Points without either normal, or without weight, are ignored. The fit is None if no point is left.
+    Points that lack the stored or the computed normal, or whose weight is 0, are ignored. The fit is None if no point
+    is left.
     """
     cosines = np.empty(len(stored))
 

@@ -3,8 +3,8 @@
 Meshes are plain arrays here, in VTK's form: `connectivity` lists the point indices of all faces one after the other,
 and `offsets` gives the start of each face in it. A point or face without a normal gets the zero vector, which is unlit.
 
-In order: checked faces and their edges, in blocks with the same number of corners, scaled into a safe range; normals
-of faces; normals of points; tangents.
+In order: `Faces`, which checks the faces and yields their edges in blocks with the same number of corners, scaled into
+a safe range; normals of faces; normals of points; tangents.
 """
 
 from __future__ import annotations
@@ -22,10 +22,11 @@ from pvphong.base import check, threads
 from pvphong.base.types import Float64Array, IntArray, Weighting
 from pvphong.base.vectors import columns, cross, dot, unit
 
-# Corners per block, so that its arrays stay in a core's cache.
+# Corners per block, few enough that its arrays stay in a core's cache.
 _BLOCK_CORNERS = 3 * 8192
 
-# Faces whose longest edge is in this range are not scaled: fourth powers of edges stay in range even in slivers.
+# Faces whose longest edge is in this range are not scaled: fourth powers of edges do not overflow or underflow, even in
+# slivers.
 LEAST_SPAN, MOST_SPAN = 2.0**-100, 2.0**100
 
 # Coordinates beyond this are divided by 4 before subtraction, so that no edge overflows.
@@ -75,11 +76,12 @@ class FaceBlock:
     exponents: NDArray[np.int32]
 
     def area_vectors(self) -> Float64Array:
-        """Return normals of twice the faces' area, (3, m), in units of 2**(2 * exponents); zero for degenerate faces.
+        """Return vectors along the faces' normals, as long as twice the areas, shape (3, m); zero for degenerate faces.
 
-        Sums spoke × edge over the fan from corner 0. Newell's sum over the points (M. E. Newell, in Sutherland et al.
-        1974) loses digits far from the origin; this one subtracts first. The last triangle of the fan uses the edge
-        back to corner 0, so that a triangle uses its own two edges there.
+        They are in units of 2**(2 * exponents). Each is the sum of spoke × edge over the fan of triangles around corner
+        0. Newell's sum over the points (M. E. Newell, in Sutherland et al. 1974) loses digits far from the origin; this
+        one subtracts points first. The last triangle of the fan uses the edge back to corner 0. So for a triangular
+        face, the product is that of its two edges at corner 0.
         """
         count = self.spokes.shape[1]
         total = np.zeros((3, len(self.faces)))
@@ -154,7 +156,7 @@ class Faces:
         return bool((self.sizes == 3).all())
 
     def _of_equal_size(self) -> Iterator[tuple[int, IntArray, int]]:
-        """Yield each number of corners from 3, the faces that have it, and the number of faces per block."""
+        """Yield each number of corners >= 3 that occurs, the faces that have it, and the number of faces per block."""
         are_alike = self.count > 0 and bool((self.sizes == self.sizes[0]).all())
         for size in self.sizes[:1].tolist() if are_alike else np.unique(self.sizes).tolist():
             if size >= 3:
@@ -173,7 +175,7 @@ class Faces:
             span = np.abs(edges).reshape(-1, len(corners)).max(axis=0)
         exponents = np.zeros(len(faces), dtype=np.int32)
         rare = ~((span >= LEAST_SPAN) & (span <= MOST_SPAN))  # NaN is rare too
-        if rare.any():  # scale the largest component of the edges into [0.5, 1)
+        if rare.any():  # scale the edges so that the largest component is in [0.5, 1)
             odd = np.where(np.isfinite(points[:, :, rare]).all(axis=(0, 1)), points[:, :, rare], 0.0)
             quarters = -2 * (np.abs(odd).max(axis=(0, 1)) > _FAR).astype(np.int32)
             odd_edges, odd_spokes = _edges_and_spokes(np.ldexp(odd, quarters))
@@ -193,7 +195,7 @@ def _edges_and_spokes(points: Float64Array) -> tuple[Float64Array, Float64Array]
 def _integers(name: str, value: ArrayLike) -> IntArray:
     result = np.asarray(value)
     if result.ndim != 1 or (result.size and result.dtype.kind not in "iu"):
-        check.refuse(name, f"shape {result.shape} of {result.dtype}", "a one-dimensional array of integers")
+        check.refuse(name, f"a {result.dtype} array of shape {result.shape}", "a one-dimensional array of integers")
     return result.astype(np.intp, copy=False)
 
 
@@ -250,7 +252,7 @@ def point_normals(
         As for `polygon_normals`.
     weighting : {"angle", "area", "max"}
         Weight of a face at a corner. "angle": the face's angle there [1]_, which does not depend on the division of
-        the surface into faces; 180° if the point coincides with the previous or next one. "area": the face's area.
+        the surface into faces; 180° if the point coincides with the face's previous or next one. "area": its area.
         "max": the sine of the angle over the product of the two edges' lengths [2]_, which is exact on a sphere.
 
     Returns
@@ -297,12 +299,14 @@ def point_normals(
 
 
 def _weights(block: FaceBlock, areas: Float64Array, weighting: Weighting) -> Float64Array:
-    """Return weights of a block's corners, (k, m), in units of 2**(power * exponents); zero without a normal."""
+    """Return weights of a block's corners, shape (k, m), in units of 2**(power * exponents); zero if the face has no
+    normal.
+    """
     if weighting == "area":
         return np.broadcast_to(np.sqrt(dot(areas, areas)), block.corners.T.shape)
     before = np.roll(block.edges, 1, axis=1)
     crosses = cross(before, block.edges)
-    sines = np.sqrt(dot(crosses, crosses))  # times the two edges' lengths, as the cosines below
+    sines = np.sqrt(dot(crosses, crosses))  # multiplied by the two edges' lengths, as are the cosines below
     if len(sines) > 3:  # at a reflex corner the cross product opposes the normal; triangles have none
         np.negative(sines, out=sines, where=dot(crosses, areas[:, None]) < 0.0)
     if weighting == "angle":
@@ -322,7 +326,7 @@ def _weights(block: FaceBlock, areas: Float64Array, weighting: Weighting) -> Flo
 
 
 def _levels(faces: Faces, power: int) -> NDArray[np.int32] | None:
-    """Return exponents (n,) that keep each point's sum of weights in range; None, as usual, if none are needed."""
+    """Return exponents, shape (n,), that keep each point's sum of weights in range; usually None: none are needed."""
     if power == 0 or not any(block.exponents.any() for block in faces.blocks()):
         return None
     levels = np.full(faces.n_points, _NO_LEVEL, dtype=np.int32)
@@ -376,7 +380,7 @@ def point_tangents(
             with np.errstate(all="ignore"):  # zero where the edges are parallel in the texture
                 along = np.sign(u_one * v_two - v_one * u_two) * (v_two * one - v_one * two)
                 tangent = unit(along - dot(along, across) * across)[0]
-            sine = np.abs(dot(cross(one, two), across))  # of the angle between the edges as seen along the normal
+            sine = np.abs(dot(cross(one, two), across))  # of the angle between the edges, as seen along the normal
             angle = np.arctan2(sine, dot(one, two) - dot(one, across) * dot(two, across))
             weight = angle * tangent.any(axis=0)
             np.add.at(total, here, weight)

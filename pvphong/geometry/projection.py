@@ -1,14 +1,15 @@
-"""OpenGL's viewing pipeline: world → eye → clip → normalised device → window coordinates; normals of planes and of
-implicit surfaces at the end.
+"""OpenGL's viewing pipeline: world → eye → clip → normalised device → window coordinates.
 
 Matrices are (4, 4) float64 and multiply column vectors, ``clip = projection @ view @ (x, y, z, 1)``.
 In eye space the eye is the origin, x is right, y is up and the eye looks down −z.
+
+At the end of the file are normals of planes and of implicit surfaces.
 
 References
 ----------
 OpenGL 2.1 specification, sections 2.11.1 (window coordinates) and 2.11.2 (``glFrustum``, ``glOrtho``);
 the ``gluPerspective`` and ``gluLookAt`` manual pages; ``vtkPerspectiveTransform::SetupCamera`` and
-``vtkCamera::ComputeProjectionTransform``, whose matrices these equal.
+``vtkCamera::ComputeProjectionTransform``, which compute the same matrices.
 """
 
 from __future__ import annotations
@@ -36,8 +37,8 @@ def look_at(eye: VectorLike, target: VectorLike, up: VectorLike) -> Float64Array
     eye, target : sequence of 3 floats
         Two different positions, in world coordinates.
     up : sequence of 3 floats
-        A direction of any length that is not parallel to the view; its component across the view points up in the
-        image.
+        A direction of any length that is not parallel to the view direction; its component across that direction points
+        up in the image.
 
     Returns
     -------
@@ -47,8 +48,8 @@ def look_at(eye: VectorLike, target: VectorLike, up: VectorLike) -> Float64Array
     Raises
     ------
     ValueError
-        If a vector is not three finite numbers, `eye` equals `target`, or `up` is zero or parallel to
-        the view.
+        If a vector is not three finite numbers, `eye` equals `target`, or `up` is zero or parallel to the view
+        direction.
 
     Examples
     --------
@@ -203,7 +204,7 @@ def perspective(view_angle: float, aspect: float, near: float, far: float) -> Fl
 
 
 def _interval(first: str, begin: Any, last: str, end: Any) -> tuple[float, float, float]:
-    """Check two edges of the window, and return them and the size between them."""
+    """Check two opposite edges of the window; return them and their distance."""
     begin, end = check.number(first, begin), check.number(last, end)
     if begin == end or math.isinf(end - begin):
         check.refuse(last, end, f"different from {first}, {begin:g}, at a finite distance")
@@ -220,7 +221,7 @@ def _planes(near: Any, far: Any, above: float = -math.inf) -> tuple[float, float
 def _finite_matrix(rows: list[list[float]]) -> Float64Array:
     result = np.array(rows)
     if not np.isfinite(result).all():
-        check.refuse("the view volume", str(rows), "of a size whose matrix fits into float64")
+        check.refuse("the view volume", str(rows), "neither so small nor so large that its matrix overflows float64")
     return result
 
 
@@ -228,7 +229,7 @@ def project(points: Any, viewer: Any, window_size: tuple[int, int]) -> Float64Ar
     """Project points to window coordinates: pixels and pseudo-depth.
 
     The depth is OpenGL's: 0 on the near plane, 1 on the far plane, and in perspective not linear between them. Points
-    outside the clipping planes or the window are not clipped: their coordinates are outside [0, 1] or the window. The
+    are not clipped: beyond the clipping planes the depth is outside [0, 1], and x and y may be outside the window. The
     row is NaN for a point that is not finite, and in perspective for a point on or behind the plane through the eye.
 
     Parameters
@@ -244,12 +245,12 @@ def project(points: Any, viewer: Any, window_size: tuple[int, int]) -> Float64Ar
     -------
     ndarray
         (n, 3) float64. x and y in pixels from the window's lower left corner (pixel i covers i to i + 1), and the
-        depth; VTK's display coordinates of a renderer that fills the window.
+        depth. They equal VTK's display coordinates if the renderer fills the window.
 
     Raises
     ------
     ValueError
-        If the points are not (n, 3), the window has no size, or the viewer's up is parallel to the view.
+        If the points are not (n, 3), the window has no size, or the viewer's up is parallel to its view direction.
 
     Examples
     --------

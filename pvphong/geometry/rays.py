@@ -1,4 +1,7 @@
-"""Rays in coordinates in which all triangles lie in [−1, 1], so that float32 resolves them evenly."""
+"""Rays in scaled coordinates: all triangles lie in [−1, 1], so that float32 resolves them evenly.
+
+The starts of rays that begin far away are moved near the triangles.
+"""
 
 from __future__ import annotations
 
@@ -7,15 +10,15 @@ from typing import Any
 from pvphong.base.formulas import dot, formula, maximum
 
 NEAR = 4.0
-"""Largest distance of a ray's start from the origin, along each axis; rays from further away are moved ahead."""
+"""Largest coordinate of a ray's start, in magnitude. A start that is farther away is moved along its ray."""
 
 LONGEST = 4.0 * NEAR
-"""Distance beyond which no ray from such a start hits anything."""
+"""Distance along a ray from such a start beyond which there are no triangles."""
 
 
 @formula
 def begun_near(start: Any, direction: Any, length: Any) -> Any:
-    """Move a ray's start ahead to just before the triangles; return it and the remaining length."""
+    """Move a ray's start along the ray to just before the triangles; return it and the remaining length."""
     ahead = maximum(-dot(start, direction) - NEAR / 2, 0.0)
     x, y, z = (start[0] + ahead * direction[0], start[1] + ahead * direction[1], start[2] + ahead * direction[2])
     return (x, y, z), length - ahead

@@ -57,10 +57,12 @@ _NO_EXPONENT = -(2**20)
 
 _ROWS_AT_ONCE = 2**12
 
-# If cofactors differ by more powers of two, a long normal that is mapped to a short one could lose bits.
+# If cofactors differ by more than this number of powers of two, a long normal that is mapped to a short one could lose
+# bits.
 _WIDEST_COFACTORS = 500
 
-# Dividing an underflowed sum by a w further from 1 could bring it back into the range, without its lost bits.
+# Largest w by which plain sums are divided, and inverse of the least. Division by a w farther from 1 could bring an
+# underflowed sum back into range, without its lost bits.
 _MOST_W = 2.0**30
 
 
@@ -89,7 +91,7 @@ def normal_matrix(matrix: MatrixLike) -> Float64Array:
     -------
     ndarray
         Shape (3, 3), float64; the magnitude of its largest entry is between 0.5 and 1. Entries smaller than 5e-324
-        of the largest are zero, but `transform_normals` includes them.
+        times the largest are zero here, but not in `transform_normals`.
 
     Raises
     ------
@@ -138,7 +140,7 @@ def transform_points(points: ArrayLike, matrix: MatrixLike) -> Float64Array:
     Raises
     ------
     ValueError
-        For a matrix that is not finite or whose last row is projective, or for another shape or type.
+        If the matrix is not finite, its last row is projective, or an argument has a wrong shape or type.
 
     Examples
     --------
@@ -186,7 +188,7 @@ def transform_normals(normals: ArrayLike, matrix: MatrixLike) -> Float64Array:
     Raises
     ------
     ValueError
-        As for `normal_matrix`, or for another shape or type of `normals`.
+        As for `normal_matrix`, or if `normals` has a wrong shape or type.
 
     Warns
     -----
@@ -234,7 +236,7 @@ def normalize(vectors: ArrayLike) -> Float64Array:
 
 
 def _unit_rows(rows: FloatArray, coefficients: Float64Array | None = None) -> tuple[Float64Array, Float64Array]:
-    """Apply `unit` to rows, or to coefficients times each row; in chunks that fit a core's cache."""
+    """Return unit vectors and lengths of rows, or of coefficients times each row; in chunks that fit a core's cache."""
     result, lengths = np.empty(rows.shape), np.empty(len(rows))
     for start in range(0, len(rows), _ROWS_AT_ONCE):
         part = slice(start, start + _ROWS_AT_ONCE)
@@ -276,8 +278,8 @@ def _cofactors(matrix: MatrixLike) -> list[int]:
     determinant = a * cofactors[0] + b * cofactors[1] + c * cofactors[2]
     if determinant == 0:
         message = (
-            "The matrix flattens space onto a plane (determinant exactly 0): all normals become the plane's or zero. "
-            "Use a small scale instead of 0 to keep the surface's own normals."
+            "The matrix flattens space onto a plane (determinant exactly 0): all normals become the plane's normal, or "
+            "zero. Use a small scale instead of 0 to keep the surface's own normals."
         )
         warnings.warn(message, SingularMatrixWarning, stacklevel=3)
         return cofactors
@@ -301,7 +303,7 @@ def _product(rows: FloatArray, coefficients: Float64Array, w: float) -> Float64A
 
 
 def _sums(rows: Float64Array, coefficients: Float64Array) -> Float64Array:
-    """Return coefficients times each row, summed in the order x, y, z, 1 (the order in a BLAS product may vary)."""
+    """Return coefficients times each row, summed in the order x, y, z, 1 (a product by BLAS may vary in its order)."""
     x, y, z = rows[:, 0], rows[:, 1], rows[:, 2]
     result = np.empty(rows.shape)
     for axis, factors in enumerate(coefficients.tolist()):
@@ -327,7 +329,7 @@ def common_integers(values: Sequence[float]) -> list[int]:
 def _in_proportion(integers: Sequence[int]) -> Float64Array:
     """Scale nine integers to a (3, 3) matrix of floats, the largest between 0.5 and 1, each rounded once.
 
-    Python divides integers with one correct rounding; entries smaller than 5e-324 of the largest become zero.
+    Python divides integers with one correct rounding. Entries smaller than 5e-324 times the largest become zero.
     """
     whole = 1 << max(abs(entry) for entry in integers).bit_length()
     return np.array([entry / whole for entry in integers]).reshape(3, 3)
@@ -336,12 +338,13 @@ def _in_proportion(integers: Sequence[int]) -> Float64Array:
 def _wide_sums(
     rows: FloatArray, mantissas: Float64Array, exponents: NDArray[np.int32]
 ) -> tuple[Float64Array, NDArray[np.int32]]:
-    """Return coefficients times each row, with separate exponents: no overflow, and no underflow that matters.
+    """Return coefficients times each row, with separate exponents, so that nothing overflows or underflows.
+
+    Rows have the shape (n, 3). The coefficients, mantissas * 2**exponents, have the shape (k, 3); or (k, 4), with
+    a last column that is added unchanged. The two results have the shape (n, k): sums and exponents of the values
+    sums * 2**exponents.
 
     Products and sums are rounded as in plain float64 arithmetic, in the order of the columns.
-
-    Rows have the shape (n, 3). The coefficients, mantissas * 2**exponents, have the shape (k, 3), or (k, 4) with a last
-    column that is added unchanged. The result is a pair of sums and exponents, for (n, k) values sums * 2**exponents.
     """
     if mantissas.shape[1] == 4:
         rows = np.column_stack([rows, np.ones(len(rows))])

@@ -1,8 +1,13 @@
 """Lights, reflectances and materials: the light that arrives at a surface, and the light that leaves it.
 
-Reading order: `roles.py`, meanings of a light's fields; `attenuation.py`, falloff with distance; `light.py`, the base
-class of lights, and `lights/`, one file each; `area/`, integrals over area lights, and `panorama.py`, equirectangular
-images; `reflectance.py`, the base class of reflectances, and `reflectances/`, one file each; `surface.py`, their view
-of a block of vertices; `maps.py`, surface parameters per vertex, and `colormap.py`, colour maps; `material.py` and
-`named_materials.py`.
+In reading order:
+
+- `roles.py`: meanings of a light's fields.
+- `attenuation.py`: falloff of light with distance.
+- `light.py`: the base class of lights; `lights/` has a file for each kind.
+- `area/`: integrals over area lights; `panorama.py`: equirectangular images.
+- `reflectance.py`: the base class of reflectances; `reflectances/` has a file for each kind.
+- `surface.py`: the input of a reflectance for a block of vertices.
+- `maps.py`: surface parameters that vary per vertex; `colormap.py`: colours of a scalar array.
+- `material.py`: materials; `named_materials.py`: ready-made ones.
 """

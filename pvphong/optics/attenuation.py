@@ -44,8 +44,8 @@ def divisor(c: Any, l: Any, q: Any, d: Any) -> Any:
 def attenuate(distance: Float64Array, attenuation: VectorLike) -> Float64Array:
     """Return the attenuation at distances d, at most the largest float.
 
-    It is 0 if the point is not finite (d is NaN). On the light itself (d = 0) it is 1/c, or 0 if c = 0, since the
-    light cannot be seen from inside itself.
+    It is 0 if d is NaN, which means a point that is not finite. On the light itself (d = 0) it is 1/c, with the
+    constant coefficient c; if c = 0 it is 0, because a light does not light its own position.
     """
     constant, linear, quadratic = attenuation
     with np.errstate(over="ignore", divide="ignore", invalid="ignore"):
@@ -60,16 +60,17 @@ def attenuate(distance: Float64Array, attenuation: VectorLike) -> Float64Array:
 
 
 def strength_at(distance: float, attenuation: VectorLike) -> float:
-    """Return the attenuation at one distance, infinite on a light with c = 0."""
+    """Return the attenuation at one distance; it is infinite at the distance 0 if the constant coefficient is 0."""
     constant, linear, quadratic = attenuation
     weakening = divisor(constant, linear, quadratic, distance)
     return 1.0 / weakening if weakening > 0.0 else math.inf
 
 
 def distance_of(fraction: float, attenuation: VectorLike) -> float | None:
-    """Return the distance at which the strength is a fraction of its value at the light, or None.
+    """Return the distance at which the attenuation has fallen to a fraction of its value at the light.
 
-    If c is 0, the strength at the light is unbounded, and the fraction is of 1.
+    The result is None if the attenuation does not fall. If the constant coefficient is 0, the value at the light is
+    infinite; the result is then the distance at which the attenuation equals `fraction`.
     """
     constant, linear, quadratic = attenuation
     rest = (constant or 1.0) / fraction - constant

@@ -1,4 +1,4 @@
-"""Colours of a scalar array, as a plain record; `pvphong/meshes/colormaps.py` does the mapping."""
+"""Record of a scalar array and the options of a colormap; `pvphong/meshes/colormaps.py` computes the colours."""
 
 from __future__ import annotations
 
@@ -27,12 +27,12 @@ def _scalars(name: str, value: Any) -> Any:
 
 
 def numbers_of(name: str, values: Any) -> Any:
-    """Return values as an array of real numbers, complex numbers or bools, shape (n,) or (n, k), not copied.
+    """Return values as an array of real numbers, complex numbers or bools, shape (n,) or (n, k), without a copy.
 
     Raises
     ------
     ValueError
-        If they have another type or shape; the message begins with the name.
+        If the values have another type or shape; the message begins with `name`.
     """
     allowed = "an array of numbers, shape (n,) or (n, k)"
     if np.ma.is_masked(values):
@@ -45,7 +45,7 @@ def numbers_of(name: str, values: Any) -> Any:
         remedy = "Number them with np.unique(array, return_inverse=True)[1], and set categories=True."
         check.refuse(name, "an array of objects" if found.dtype.kind == "O" else "an array of strings", allowed, remedy)
     if found.dtype.kind not in "fiubc" or found.ndim not in (1, 2):
-        check.refuse(name, f"an array of {found.dtype} of shape {found.shape}", allowed)
+        check.refuse(name, f"a {found.dtype} array of shape {found.shape}", allowed)
     return found
 
 
@@ -71,7 +71,7 @@ def _cmap(name: str, value: Any) -> Any:
 
 
 def _nearest(value: str, known: Sequence[str]) -> str:
-    """Return a remedy for a name that differs only in upper and lower case."""
+    """Return a remedy for a name that differs from a known one only in upper and lower case."""
     alike = [name for name in known if name.lower() == value.lower()]
     return f"Did you mean {alike[0]!r}?" if alike else ""
 
@@ -131,37 +131,39 @@ def _preference(name: str, value: Any) -> Any:
 class Colormap:
     """Scalar array mapped through a colormap, for fields of a material that take a map of colours.
 
-    Colours are those of `plotter.add_mesh(mesh, scalars=..., cmap=...)` before lighting: 8-bit colours of VTK's lookup
-    table at each point, or of each face for a cell array. A cell array needs faces with their own points:
-    `feature_angle=0`.
+    The colours are the same as those of `plotter.add_mesh(mesh, scalars=..., cmap=...)` before lighting: 8-bit colours
+    of VTK's lookup table, for each point, or for each face if the array is a cell array. A cell array needs faces with
+    their own points: `feature_angle=0`.
 
     Parameters
     ----------
     scalars : str or array_like
-        Name of a point or cell array, or an array with a row for each of the mesh's points or cells. Rows of several
-        columns map their length, complex numbers their real part. Bools have two colours, regardless of the range.
+        Name of a point or cell array, or an array with a row for each of the mesh's points or cells. If rows have
+        several columns, their length is mapped; of complex numbers, the real part. Bools have two colours, whatever the
+        range.
     cmap : str, sequence of colours, matplotlib.colors.Colormap or pyvista.LookupTable, optional
-        Colormap: a name in PyVista, or colours, each a name or three numbers from 0 to 1; defaults to the colormap of
-        PyVista's theme. A lookup table has its own range and colours, and excludes the options for these.
+        Colormap: a name that PyVista knows, or a sequence of colours, each a name or three numbers from 0 to 1;
+        defaults to the colormap of PyVista's theme. A lookup table has its own range and colours, and excludes the
+        options for these.
     clim : (float, float) or float, optional
         Numbers that map to the first and the last colour; one number c means (-c, c). Defaults to the least and the
         greatest number of the array, over all blocks of a MultiBlock.
     n_colors : int, default 256
-        Number of colours; a list of colours keeps its own number.
+        Number of colours; not used if `cmap` is a list of colours.
     log_scale : bool, default False
-        True for logarithms of numbers and range. A lower end of `clim` that is not positive becomes the least positive
-        float.
+        True to map the logarithms of the numbers, between those of `clim`. A lower end of `clim` that is not positive
+        is replaced by the least positive float.
     nan_color, below_color, above_color : color, optional
-        Colour of NaN, by default the theme's, and of numbers below and above `clim`, by default the first and the last
-        colour.
+        Colour of NaN (by default, the theme's), of numbers below `clim` (by default, the first colour) and of numbers
+        above it (by default, the last colour).
     flip_scalars : bool, default False
         True to reverse the colormap.
     categories : bool or int, default False
         True for one colour per distinct number, or the number of colours.
     annotations : mapping, optional
-        Mapping from numbers to texts on the scalar bar.
+        Mapping from numbers to texts, which the scalar bar shows at these numbers.
     component : int, optional
-        Column of an array of several columns, in place of the rows' lengths.
+        Column to map of an array with several columns; by default, the lengths of its rows are mapped.
     preference : {"point", "cell"}, optional
         Kind of array to use if point and cell data share the name or the length. Without it, a shared name is refused,
         and a shared length means points.
@@ -201,7 +203,7 @@ class Colormap:
 
     @property
     def given(self) -> dict[str, Any]:
-        """Fields that differ from their defaults."""
+        """Mapping field → value, for `scalars` and the other fields that differ from their defaults."""
         others = {
             each.name: getattr(self, each.name) for each in fields(self)[1:] if getattr(self, each.name) != each.default
         }
@@ -244,7 +246,7 @@ class Colormap:
 
     @classmethod
     def from_dict(cls, given: Mapping[str, Any], place: str = "colormap") -> Colormap:
-        """Restore a colormap from `to_dict`; raise ValueError, which begins with the place, for invalid fields."""
+        """Restore a colormap from `to_dict`; raise ValueError, which contains `place`, for invalid fields."""
         if "scalars" not in documents.entries(place, given):
             check.refuse(f"{place}.scalars", "nothing", "the name of a point or cell array")
         return documents.value(place, cls, given)

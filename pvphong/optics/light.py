@@ -1,11 +1,17 @@
 """Base class of lights: the fields and checks that all share, and the methods that a kind of light overrides.
 
-A new light is one file in `pvphong/optics/lights/` and its entry in `LIGHT_TYPES` there, whose key is its name in scene
-files. That package's docstring lists the steps that make it public and tested. A light declares its fields with roles
-(`roles.py`) and must define its position and falloff (`placement`), or the point-like lights that it consists of
-(`nodes`), or the light that arrives at a vertex (`arrival`, which only the readable evaluator runs). All other methods
-have safe defaults here. `pvphong/shading/plan/lights.py` defines cheaper replacements, and `lights/conversion.py` the
-lights that VTK draws. A kind that they do not know is evaluated unchanged, and not drawn.
+A new kind of light is one file in `pvphong/optics/lights/` and its entry in `LIGHT_TYPES` there, whose key is its name
+in scene files. That package's docstring lists the steps that make it public and tested.
+
+A kind of light declares its fields with roles (`roles.py`), and must define one of:
+
+- `placement`: its position and falloff;
+- `nodes`: the lights without a size of which it is the sum;
+- `arrival`: the light that arrives at a vertex, which only the readable evaluator runs.
+
+All other methods have safe defaults here. `pvphong/shading/plan/lights.py` defines cheaper replacements of lights, and
+`lights/conversion.py` the lights that VTK draws in their place. A kind that is not registered there is evaluated
+unchanged, and VTK does not draw it.
 """
 
 from __future__ import annotations
@@ -36,34 +42,37 @@ class Arrival(NamedTuple):
 
     to_light: FloatArray
     """Vectors towards the light, shape (3, n), or (3, 1) if constant. Not necessarily unit length; see
-    `inverse_length`. They decide on which side of a surface the light is."""
+    `inverse_length`. They decide whether the light is in front of a surface or behind it."""
 
     strength: Float64Array | float
-    """Attenuation times spot factor, a · s in the model: shape (n,), or one float if constant."""
+    """Attenuation times spot factor, a · s in the lighting model: shape (n,), or one float if constant."""
 
     inverse_length: FloatArray | float = 1.0
-    """Inverse lengths of `to_light`, shape (n,) or one float; 0 where a vector is zero."""
+    """Inverse lengths of the vectors `to_light`, shape (n,) or one float; 0 for a zero vector."""
 
     @property
     def direction(self) -> FloatArray:
-        """Unit vectors towards the light, l in the model: shaped as `to_light`, zero where there is no direction."""
+        """Unit vectors l towards the light, in the shape of `to_light`; zero where `to_light` is zero."""
         return self.to_light * self.inverse_length
 
 
 NODES = 64
-"""Default number of point-like lights that approximate an area light without a closed form; see `nodes_for`."""
+"""Default number of lights without a size that approximate an area light if there is no closed form; see
+`Light.nodes_for`."""
 
 
 class Integral(NamedTuple):
-    """Light of an area light of intensity 1 that a lobe reflects: the limit of the sum over more and more nodes."""
+    """Light that a lobe reflects from an area light of intensity 1: the limit of the sum over its nodes as their number
+    grows.
+    """
 
     formula: Callable[..., Any]
-    """Function of its numbers, the lobe's numbers (`lobe_numbers`), the offset d from a vertex to `place`, the unit
-    normal n and the unit vector a of the lobe. It reads its numbers by index, and runs on arrays and in compiled code.
-    It returns 0 where n or a is zero."""
+    """Formula with the arguments: the `numbers` below, the lobe's numbers (from `lobe_numbers`), the offset d from a
+    vertex to `place`, the unit normal n, and the unit vector a around which the lobe is a power of the cosine. It reads
+    numbers by index, and runs on arrays and in compiled code. It returns 0 where n or a is zero."""
 
     place: Vector
-    """The end point of d."""
+    """The light's centre, at which the offset d ends."""
 
     radius: float
     """Radius of a sphere around `place` that encloses the light. The formula is not evaluated where the sphere is below
@@ -81,18 +90,19 @@ class PunctualParameters(NamedTuple):
     """Constant, linear and quadratic coefficients."""
 
     falloff: Callable[[Any, Any], tuple[Any, Any]] | None = None
-    """Formula of the parameters and of the unit vector to the light, which is zero on the light itself. It returns 1
-    where the light shines, else 0; and a squared chord. `power` of this chord's cosine multiplies the strength."""
+    """Formula with two arguments: `parameters`, and the unit vector to the light, which is zero on the light itself.
+    It returns two numbers: 1 where the light shines, else 0; and the squared chord |C|² of the angle off the light's
+    axis. The strength is multiplied by `power` of this angle's cosine."""
 
     power: Power | None = None
     """Power of the cosine, if there is a falloff."""
 
     parameters: tuple[float, ...] = ()
-    """Numbers of the formula, at most eight."""
+    """Numbers that the formula `falloff` reads, at most eight."""
 
     most_gain: float = math.inf
-    """Bound on the gain: if the colours times `most_gain` may exceed float32, the readable evaluator lights the
-    scene."""
+    """Largest factor of a term's colours (`gain` in `pvphong.shading.equation`) with which compiled code can compute
+    this light in float32. If the factor is larger, the readable evaluator lights the scene."""
 
 
 def _color_or_none(name: str, value: Any) -> Any:
@@ -131,8 +141,8 @@ class Light(metaclass=_Kind):
     ambient : color, default (0, 0, 0)
         Colour that the light adds everywhere it reaches, independent of the normal, La.
     intensity : float, default 1
-        Factor of all three colours; >= 0. Light that weakens as 1/d², as of area lights, needs an intensity that grows
-        with the square of the distance d.
+        Multiplies all three colours; >= 0. A light with 1/d² falloff, such as an area light, needs an intensity that
+        grows with the square of its distance.
     on : bool, default True
         True if the light shines.
     frame : {"world", "camera", "headlight"}
@@ -141,7 +151,7 @@ class Light(metaclass=_Kind):
         viewer's eye and shines along the view; its own position and direction are ignored, and its `up`, if it has one,
         is in the viewer's coordinates.
     name : str
-        Name of its array in results.
+        Name of the light's array in results.
 
     Raises
     ------
@@ -168,12 +178,12 @@ class Light(metaclass=_Kind):
     """True if the light that arrives is independent of the position."""
 
     intensity_unit: ClassVar[str] = ""
-    """Unit of `intensity`; "" if it is the colour of a white patch that faces the light."""
+    """Unit of `intensity`; "" if an intensity of 1 gives a white patch that faces the light the light's colour."""
 
     __signature__ = InitSignature()
 
     def __new__(cls, *_given: Any, **given: Any) -> Self:
-        """Refuse unknown fields, and PyVista's names of a light's colours."""
+        """Refuse unknown fields, and PyVista's name `color` for `diffuse`."""
         check.refuse_color(cls, given)
         check.keywords(cls, given)
         return super().__new__(cls)
@@ -198,26 +208,26 @@ class Light(metaclass=_Kind):
 
     @property
     def roles(self) -> dict[str, Role]:
-        """Roles of the fields that only this kind of light has, by name."""
+        """Mapping field name → role, for the fields that only this kind of light has."""
         kind: Any = type(self)
         return roles_of(kind)
 
     @cached_property
     def specular_color(self) -> Vector:
-        """Red, green, blue of the light in highlights: `specular`, or `diffuse` if that is None."""
+        """Red, green, blue of the light in highlights: `specular`, or `diffuse` if `specular` is None."""
         return rgb(self.diffuse if self.specular is None else self.specular)
 
     def values(self, kind: type[Role]) -> list[Any]:
-        """Return the values of its fields with a role."""
+        """Return the values of the fields whose role is an instance of `kind`."""
         return [getattr(self, field) for field, role in self.roles.items() if isinstance(role, kind)]
 
     def with_values(self, kind: type[Role], value: Any) -> Self:
-        """Return this light with another value in each of its fields with a role."""
+        """Return this light with `value` in each field whose role is an instance of `kind`."""
         return replace(self, **{field: value for field, role in self.roles.items() if isinstance(role, kind)})
 
     @property
     def places(self) -> list[Vector]:
-        """Positions and corners among its fields."""
+        """All positions and corners that its fields contain."""
         return [*self.values(Place), *(corner for corners in self.values(Corners) for corner in corners)]
 
     def moved(self, move: Callable[[Vector], Vector]) -> Self:
@@ -247,9 +257,9 @@ class Light(metaclass=_Kind):
 
     @property
     def outline(self) -> Float64Array | None:
-        """Points around its edge, shape (k, 3), in its own frame, as a window shows it; None if it has no edge.
+        """Points around the edge of a flat light, shape (k, 3), in its own frame; None for other lights.
 
-        They are in a plane, and run counter-clockwise as seen from its front.
+        They run counter-clockwise as seen from the front. A window draws them.
         """
         return None
 
@@ -257,16 +267,16 @@ class Light(metaclass=_Kind):
 
     @property
     def placement(self) -> PunctualParameters | None:
-        """Position and falloff of a light without a size.
+        """Position and falloff of a light without a size; None for a kind that defines `nodes` or `arrival` instead.
 
-        None if `arrival` is overridden; then only the readable evaluator lights a scene with it, unless `is_uniform`.
+        If a kind defines only `arrival` and `is_uniform` is False, only the readable evaluator lights scenes with it.
         """
         return None
 
     def arrival(self, points: Float64Array, real: Any = np.float64) -> Arrival:
-        """Return the light that arrives at points (3, n) in its own frame; vectors have the float type `real`.
+        """Return the light that arrives at points, shape (3, n), given in the light's own frame.
 
-        For an area light, this is the light from its centre.
+        Its vectors have the float type `real`. For an area light, it is the light from the centre.
         """
         placed = self.placement
         if placed is None:
@@ -282,18 +292,18 @@ class Light(metaclass=_Kind):
 
     @property
     def has_size(self) -> bool:
-        """True if it is a sum of nodes."""
+        """True if the light is a sum of nodes."""
         return type(self).nodes is not Light.nodes
 
     def nodes(self, count: int) -> tuple[Light, ...]:  # noqa: ARG002 a light without a size has one
-        """Return at most `count` lights without a size whose sum approximates it at intensity 1.
+        """Return at most `count` lights without a size, whose sum approximates this light at intensity 1.
 
-        A light without a size is its own only node.
+        A light without a size returns itself.
         """
         return (self,)
 
     def nodes_for(self, sharpness: float) -> int:  # noqa: ARG002 the same for all lobes
-        """Return the number of nodes for a lobe of a sharpness as in `Reflectance.sharpness`."""
+        """Return the number of nodes that a reflectance with this `Reflectance.sharpness` needs."""
         return NODES
 
     @property
@@ -302,19 +312,20 @@ class Light(metaclass=_Kind):
         return 0
 
     def error_without_bands(self, form: CosinePower, bands: int) -> float:  # noqa: ARG002 it has none
-        """Return a bound on the error of the light that a lobe reflects, at intensity 1, with only the first bands.
+        """Return a bound on the error of the reflected light, at intensity 1, if only the first `bands` bands are used.
 
-        With all of its `bands`, it is the error of the expansion itself.
+        `form` is the lobe that reflects the light. If `bands` is the light's own number of bands, it is a bound on the
+        error of the expansion itself.
         """
         return 0.0
 
     def tints(self, bands: int | None = None) -> tuple[tuple[Vector, Light], ...]:  # noqa: ARG002 it has none
-        """Return the lights of one colour each whose sum gives its closed forms, as pairs of a colour and a light.
+        """Split the light into lights of one colour each, for closed forms; return pairs of a colour and a light.
 
         Parameters
         ----------
         bands : int, optional
-            Number of bands to keep, for lights with bands; all by default.
+            Number of bands to keep, for lights with bands; by default, all are kept.
         """
         return (((1.0, 1.0, 1.0), self),)
 
@@ -324,29 +335,29 @@ class Light(metaclass=_Kind):
 
     @property
     def sampling(self) -> Sampling | None:
-        """Importance sampling of an area light; None if it casts no soft shadows."""
+        """Importance sampling of an area light; None for a light that casts no soft shadows."""
         return None
 
     def radiance(self, directions: Float64Array) -> FloatArray:  # noqa: ARG002 it has no visible area
-        """Return the radiance of an area light at intensity 1, as seen along unit vectors (3, n).
+        """Return the radiance of an area light at intensity 1, as seen along unit vectors, shape (3, n).
 
-        Shape (3, n), or (3, 1) if constant.
+        The result has the shape (3, n), or (3, 1) if the radiance is constant.
         """
         return np.zeros((3, 1))
 
     # -- conversion to VTK
 
     def to_pyvista(self, viewer: Any = None) -> pv.Light:
-        """Return the light as a new `pyvista.Light`, its floats unrounded, or the nearest light that VTK has.
+        """Return the light as a new `pyvista.Light`, its floats unrounded; or the nearest light that VTK has.
 
-        A light in the camera frame becomes a camera light, a headlight a headlight, any other a scene light. VTK
-        clamps spot exponents to 128 and does not store names of lights.
+        A light in the camera frame becomes a camera light, a headlight becomes a headlight, and any other light becomes
+        a scene light. VTK clamps spot exponents to 128 and does not store names of lights.
 
         Parameters
         ----------
         viewer : Viewer, optional
-            Provides the distance from eye to focal point, in which VTK measures a camera light's position. Without a
-            viewer, the distance is 1.
+            The viewer. Its distance from eye to focal point is VTK's unit for a camera light's position; without a
+            viewer, this distance is taken as 1.
 
         Raises
         ------

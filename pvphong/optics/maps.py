@@ -1,6 +1,6 @@
-"""Maps: fields of a surface with a value per vertex, in place of one number or colour.
+"""Maps: values of a material's field that vary per vertex, in place of one number or colour.
 
-A map is an array with a row for each vertex, the name of a mesh's point array, a texture, or scalars through a
+A map is an array with a row for each vertex, the name of a mesh's point array, a texture, or a scalar array through a
 colormap. `FIELDS` lists the fields that may be maps; `map_values` checks an array.
 """
 
@@ -22,7 +22,7 @@ MOST_REFLECTED = 16.0
 
 
 class Field(NamedTuple):
-    """Allowed numbers of a field, as a map and as one number or colour."""
+    """Kind and range of the values that a field allows in a map."""
 
     is_color: bool
     least: float
@@ -31,7 +31,7 @@ class Field(NamedTuple):
 
 
 FIELDS: Mapping[str, Field] = {
-    "albedo": Field(True, 0.0, 1.001, "reflectances from 0 to 1"),  # computed ones may exceed 1 by rounding
+    "albedo": Field(True, 0.0, 1.001, "reflectances from 0 to 1"),  # computed values may exceed 1 by rounding
     "diffuse": Field(True, 0.0, MOST_REFLECTED, "reflectances from 0 to 16, where 1 is all light"),
     "specular": Field(True, 0.0, MOST_REFLECTED, "reflectances from 0 to 16, where 1 is all light"),
     "emission": Field(True, 0.0, BRIGHTEST, "finite numbers >= 0"),
@@ -39,19 +39,19 @@ FIELDS: Mapping[str, Field] = {
     "roughness": Field(False, float(np.nextafter(0.0, 1.0)), 1.0, "numbers > 0 and <= 1"),
     "metallic": Field(False, 0.0, 1.0, "numbers from 0 to 1"),
 }
-"""Fields of materials and reflectances that may be maps, by name."""
+"""Name → description of the fields of materials and reflectances that may be maps."""
 
 IMAGES = (".bmp", ".jpeg", ".jpg", ".png", ".tif", ".tiff")
 """Suffixes of image files. A string with such a suffix that does not name a point array is a path."""
 
 SHINIEST = 128.0
-"""Shininess of white in a texture: OpenGL's largest (2.1 specification, table 2.10)."""
+"""Shininess that white in a texture stands for: OpenGL's largest (2.1 specification, table 2.10)."""
 
 COLORS = tuple(name for name, field in FIELDS.items() if field.is_color)
 
 
 class Map:
-    """Array or texture in a field. Two maps are equal if they hold the same object, regardless of its numbers.
+    """Array or texture in a field. Two maps are equal if they hold the same object, whatever its content.
 
     Parameters
     ----------
@@ -75,7 +75,7 @@ class Map:
         return f"<{type(self.source).__name__}{'' if shape is None else f' of shape {shape}'}>"
 
     def __reduce__(self) -> Any:
-        """Pickle an array as it is; a texture, which VTK cannot pickle, as its image and its settings."""
+        """Pickle an array unchanged, and a texture, which VTK cannot pickle, as its image and its settings."""
         texture = self.source
         if not is_texture(texture):
             return Map, (texture,)
@@ -103,9 +103,9 @@ AnyMap = Map | str | Colormap
 
 
 def map_in(name: str, value: Any) -> AnyMap | None:
-    """Return a field's value as a map: a `Map` of an array or a texture, a name, or a colormap; None if it is none.
+    """Return a field's value as a map: a `Map` of an array or a texture, a name, or a colormap; None if it is no map.
 
-    In a field of colours, a string that is a colour's name, and three numbers, are a colour.
+    In a field of colours, a string that is a colour's name, and a sequence of three numbers, are a colour and no map.
     """
     is_color = name in COLORS
     if isinstance(value, Map):
@@ -139,17 +139,17 @@ def is_image_path(value: Any) -> bool:
 
 
 def is_texture(value: Any) -> bool:
-    """True if a value is a `pyvista.Texture` or a `vtkTexture`; neither is imported for the test."""
+    """True if a value is a `pyvista.Texture` or a `vtkTexture`; the test does not import either."""
     return hasattr(value, "GetUseSRGBColorSpace")
 
 
 class NamedColor(tuple[float, float, float]):
-    """Colour given by its name. If a mesh has an array of this name, the name refers to the array."""
+    """Colour given by its name. If a mesh has a point array of this name, the array is used instead."""
 
     name: str
 
     def __new__(cls, name: str, color: Sequence[float]) -> NamedColor:
-        """Make a named colour of three floats from `check.color`."""
+        """Make a named colour from its name and three floats that `check.color` has returned."""
         made = super().__new__(cls, color)
         made.name = name
         return made
@@ -162,7 +162,7 @@ class NamedColor(tuple[float, float, float]):
 
 
 def color_or_map(name: str, value: Any) -> Any:
-    """Return a map, or a checked colour, which keeps its name."""
+    """Return a map, or else a checked colour. A colour that is given by its name is returned as a `NamedColor`."""
     found = value if isinstance(value, NamedColor) else map_in(name, value)
     if found is not None:
         return found
@@ -170,13 +170,13 @@ def color_or_map(name: str, value: Any) -> Any:
 
 
 def number_or_map(name: str, value: Any, **bounds: Any) -> Any:
-    """Return a map, or a number within the bounds, which are those of `check.number`."""
+    """Return a map, or else a checked number; `bounds` are passed to `check.number`."""
     found = map_in(name, value)
     return check.number(name, value, **bounds) if found is None else found
 
 
 def refuse_unnamed(name: str, value: Any) -> None:
-    """Raise ValueError for a map that a file cannot store: only names, and colormaps of names, can be written."""
+    """Raise ValueError for a map that a file cannot store: it can store names, and colormaps of named arrays."""
     if isinstance(value, Colormap):
         value.to_dict(name)
     if isinstance(value, Map):
@@ -189,30 +189,31 @@ class Values(NamedTuple):
     """Checked values of a map for n vertices."""
 
     rows: Any
-    """Values of shape (n, 1), or (n, 3) for colours; uint8, float32 or float64."""
+    """Array of shape (n, 1), or (n, 3) for colours; uint8, float32 or float64."""
     least: float
     """Least value; 0 for colours."""
     most: float
-    """Greatest value; for colours, `above` of it; for albedo, 1."""
+    """Greatest value; for colours, rounded up to a power of two by `above`; for albedo, 1."""
 
 
 def above(largest: float) -> float:
-    """Return the least power of two that is at least a number >= 0; 1 for 0.
+    """Round a number >= 0 up to a power of two; return 1 for 0.
 
-    Division by a power of two is exact, so that no vertex's colour depends on the others, even if all are black.
+    Colours are divided by the result. Division by a power of two is exact, so that no vertex's colour depends on the
+    others.
     """
     mantissa, exponent = math.frexp(largest)
     return math.ldexp(1.0, exponent - (mantissa == 0.5))
 
 
 def map_values(name: str, value: Any, count: int) -> Values:
-    """Return a map's numbers for `count` vertices.
+    """Check a map's values for `count` vertices, and return them with their range.
 
     Raises
     ------
     ValueError
-        For a wrong shape or length, integers other than uint8 as colours, or numbers out of range. Albedo is clipped;
-        only too large values raise.
+        For a wrong shape or length, integers other than uint8 as colours, or numbers out of range. For albedo, only
+        values above 1 raise: NaN and negative values become 0 when the map is used.
     """
     field = FIELDS[name]
     allowed = f"{field.allowed}, shape (n,){' or (n, 3)' if field.is_color else ''}"
@@ -257,10 +258,10 @@ def map_values(name: str, value: Any, count: int) -> Values:
 
 
 def _range_of(numbers: Any) -> tuple[float, float]:
-    """Return the least and the greatest of floats; NaN if there is one. For colours >= 0, the least may be 0 instead.
+    """Return the least and the greatest of an array of floats; NaN if it contains a NaN.
 
-    As unsigned integers, the bits of floats >= 0 are in order, and those of negative floats are larger. So the greatest
-    alone, found in one pass, proves that colours are >= 0.
+    For colours >= 0, the least may be returned as 0. Read as unsigned integers, floats >= 0 keep their order, and
+    negative floats are larger. So the greatest integer, found in one pass, proves that all colours are >= 0.
     """
     if numbers.shape[1] == 3 and numbers.flags.c_contiguous:
         bits = numbers.view(np.uint32 if numbers.itemsize == 4 else np.uint64).max()

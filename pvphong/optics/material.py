@@ -36,14 +36,14 @@ _NEW = (("albedo", 1.0), ("tangents", None), ("reflectance", None))
 
 
 def _reflected(name: str, value: Any, *, checked: check.Check = color_or_map, is_part: bool = False) -> Any:
-    """Check a reflectance, a colour or a map: refuse 0-255 values, and values above 1 if `is_part`."""
+    """Check a reflectance that is a colour or a map: refuse 0-255 values, and values above 1 if `is_part`."""
     found = checked(name, value)
     most = 1.0 if is_part else MOST_REFLECTED
     if not isinstance(found, AnyMap) and max(rgb(found)) > most:
         is_255 = max(rgb(found)) <= 255.0 and all(channel.is_integer() for channel in rgb(found))
         if is_255 or is_part:
             remedy = "These look like 0-255 values: divide them by 255." if is_255 else ""
-            check.refuse(name, found, f"a reflectance, where 1.0 is all light{', and at most 1.0' * is_part}", remedy)
+            check.refuse(name, found, f"a reflectance{' of at most 1.0' * is_part}, where 1.0 is all light", remedy)
     return found
 
 
@@ -54,7 +54,7 @@ def _vectors(_name: str, value: Any) -> Any:
 def _reflectance(name: str, value: Any) -> Any:
     if value is None or isinstance(value, Reflectance):
         return value
-    allowed = "a reflectance, or None for the light model's"
+    allowed = "a reflectance, or None to use the light model's `reflection`"
     return check.refuse(name, value, allowed, "For example, ph.GGX(roughness=0.3).")
 
 
@@ -62,11 +62,17 @@ def _reflectance(name: str, value: Any) -> Any:
 class Material:
     """Phong material with OpenGL's defaults (2.1 specification, table 2.10), except for the shininess.
 
-    A color is a float (grey), RGB floats (1.0 = full), or a colour's name. A map gives a value per vertex. It is the
-    name of a mesh's point array, an array with a row for each vertex, a `pyvista.Texture`, which the mesh's texture
-    coordinates place, or the path of an image file. uint8 colours are divided by 255. A map of colours may also be a
-    `Colormap`: a scalar array through a colormap. A string that is a colour's name is that colour, and three numbers
-    are one colour. White in a texture is a shininess of 128, OpenGL's largest.
+    A color is a float (grey), RGB floats (1.0 = full), or a colour's name.
+
+    A map gives a value for each vertex. It is one of:
+
+    - the name of a point array of the mesh;
+    - an array with a row for each vertex, where uint8 colours are divided by 255;
+    - a `pyvista.Texture` or the path of an image file, for a mesh with texture coordinates;
+    - for colours, a `Colormap`: a scalar array mapped through a colormap.
+
+    For a field that may be either, a string that is a colour's name means that colour, and three numbers mean one
+    colour. In a texture of shininess, white means 128, OpenGL's largest value.
 
     Parameters
     ----------
@@ -77,12 +83,13 @@ class Material:
     specular : color or map, default 0
         Reflectance of light in the highlight, k_specular.
     shininess : float or map, default 30
-        Exponent of the highlight, >= 0; 1 to 200 is usual, 1e6 works. The default is that of three.js and Mitsuba.
-        OpenGL's default of 0 gives no highlight, but adds `specular` to all surfaces that face a light. VTK's is 1.
+        Exponent of the highlight, >= 0; 1 to 200 is usual, and 1e6 works. The default is the same as in three.js and
+        Mitsuba. With OpenGL's default, 0, there is no highlight: `specular` is added to all surfaces that face a light.
+        VTK's default is 1.
     emission : color or map, default 0
         Light that the surface emits.
     albedo : color or map, default 1
-        Multiplies ambient and diffuse. Floats of a map are clipped to [0, 1]; NaN becomes 0.
+        Multiplies `ambient` and `diffuse`. Floats of a map are clipped to [0, 1]; NaN becomes 0.
     tangents : str or array_like, optional
         Vectors along the surface, for an anisotropic reflectance: the name of a point array, or an array of shape
         (n, 3). By default, they follow the mesh's texture coordinate u.
@@ -128,7 +135,7 @@ class Material:
 
     @property
     def _unset(self) -> list[str]:
-        """Fields that have their defaults, among those that earlier files lack."""
+        """Names of fields that have their defaults, among the fields that files of earlier versions lack."""
         return [name for name, default in _NEW if getattr(self, name) == default]
 
     def __post_init__(self) -> None:
@@ -136,9 +143,9 @@ class Material:
 
     @property
     def maps(self) -> dict[str, AnyMap]:
-        """Maps of this material and of its reflectance, by field.
+        """Mapping field → map, for the maps of this material and of its reflectance.
 
-        The reflectance's own number replaces the material's, even if the latter is a map.
+        If the reflectance sets a field, such as the shininess, its value counts, even if the material's is a map.
         """
         own = {name: getattr(self, name) for name in (*COLORS, "shininess")}
         of = vars(self.reflectance) if self.reflectance is not None else {}
@@ -146,7 +153,7 @@ class Material:
         return {name: value for name, value in own.items() if isinstance(value, AnyMap)}
 
     def with_values(self, values: Mapping[str, Any]) -> Self:
-        """Return a copy with other values of some fields: of the reflectance if it sets them, else of the material."""
+        """Return a copy with new values of some fields. Fields that the reflectance sets are replaced there."""
         of = self.reflectance
         inner = {name: value for name, value in values.items() if getattr(of, name, None) is not None}
         changes: dict[str, Any] = {name: value for name, value in values.items() if name not in inner}
@@ -155,7 +162,10 @@ class Material:
         return replace(self, **changes) if changes else self
 
     def without_albedo(self) -> Self:
-        """Return the equal material with an albedo of 1, by scaling ambient and diffuse, which must not be maps."""
+        """Return an equivalent material with an albedo of 1: ambient and diffuse are multiplied by the albedo.
+
+        None of the three may be a map.
+        """
         if self.albedo == 1.0:
             return self
         albedo = rgb(self.albedo)
@@ -169,13 +179,13 @@ class Material:
     def named(cls, name: str) -> Self:
         """Return a material by its name, case-insensitive.
 
-        "gold" and "red plastic" are among the classics of OpenGL teaching, which use the light model's reflection;
-        "metallic gold", "chalk" and "car paint" have their own reflectance.
+        "gold" and "red plastic" are among the classic materials of OpenGL teaching, which use the light model's
+        reflection; "metallic gold", "chalk" and "car paint" have their own reflectance.
 
         Raises
         ------
         ValueError
-            If there is no such material; the message lists all, and suggests close matches.
+            If there is no such material; the message lists all names, and suggests close matches.
         """
         known = check.choice("name", name.lower() if isinstance(name, str) else name, cls.names())
         if known in WITH_REFLECTANCE:
@@ -191,12 +201,12 @@ class Material:
     def to_dict(self) -> dict[str, Any]:
         """Return its fields as a dictionary for JSON; `from_dict` restores the material exactly.
 
-        A reflectance is a dictionary of its fields and its "type"; it is omitted if the light model's is used.
+        A reflectance becomes a dictionary of its fields and its "type". It is omitted if it is None.
 
         Raises
         ------
         ValueError
-            If files do not support the kind of reflectance, or a map is not a name.
+            If the reflectance has a user-defined type, or a map is not a name.
         """
         left_out = (*self._unset, "reflectance")
         found = {each.name: getattr(self, each.name) for each in fields(self) if each.name not in left_out}
@@ -217,7 +227,7 @@ class Material:
         given : mapping
             Values by field; missing fields have their defaults.
         place : str, default "material"
-            Its name in error messages.
+            Name of the material in error messages.
 
         Raises
         ------
@@ -237,9 +247,9 @@ class Material:
     def from_property(cls, prop: Any) -> Self:
         """Make the material of a `pyvista.Property` or `vtkProperty`, its colours unrounded.
 
-        VTK stores a coefficient and a colour for each term; their product is the reflectance. (VTK does not multiply
-        the ambient colour by a light's, nor does `LightModel.vtk()`.) With physically based shading (`pbr=True`), the
-        material has the reflectance `PBR`.
+        VTK stores a coefficient and a colour for each term; their product is the reflectance. (Neither VTK nor
+        `LightModel.vtk()` multiplies the ambient colour by a light's colour.) With physically based shading
+        (`pbr=True`), the material has the reflectance `PBR`.
 
         If a mesh has its own colours, VTK draws them in place of the property's; `from_actor` reads them.
 
@@ -263,9 +273,9 @@ class Material:
     def from_actor(cls, actor: Any) -> Self:
         """Make the material of a `pyvista.Actor` or `vtkActor`, from its property and the colours of its mesh.
 
-        Vertex colours, scalars through a colormap, and a texture become the albedo. VTK draws the first two in place of
-        the property's ambient and diffuse colours, and keeps only the coefficients of these. They are an array with a
-        row for each point or cell that the actor draws.
+        Vertex colours, scalars through a colormap, or a texture become the albedo. Of these, VTK draws vertex colours
+        and scalars in place of the property's ambient and diffuse colours, of which it keeps only the coefficients. The
+        albedo is then an array with a row for each point or cell that the actor draws.
 
         Parameters
         ----------
@@ -275,7 +285,7 @@ class Material:
         Raises
         ------
         ValueError
-            If `actor` is not an actor, or for the reasons of `from_property`.
+            If `actor` is not an actor, or as for `from_property`.
         """
         if not (hasattr(actor, "GetProperty") and hasattr(actor, "GetMapper")):
             check.refuse("actor", actor, "a pyvista.Actor or a vtkActor", "plotter.add_mesh returns one.")
@@ -293,7 +303,7 @@ class Material:
         Parameters
         ----------
         roughness : float
-            0 < roughness <= 1, small is shiny; the shininess is 1/roughness.
+            0 < roughness <= 1; small values are shiny. The shininess is 1/roughness.
         **fields
             The other fields of the material.
         """
@@ -302,7 +312,7 @@ class Material:
         return cls(**fields, shininess=1.0 / roughness)
 
     def for_blinn_phong(self) -> Self:
-        """Return the material that looks about the same with Blinn-Phong reflection: four times the shininess.
+        """Return a material that looks about the same with Blinn-Phong reflection: its shininess is four times as high.
 
         The angle from n to h is about half the angle from r to v, and cos(x/2)^(4n) ≈ cos(x)^n.
 
@@ -321,25 +331,25 @@ DEFAULT_MATERIAL = Material()
 
 
 def as_material(given: Any) -> Material:
-    """Return a material, given itself or its name.
+    """Return a material unchanged, or the material with a given name.
 
     Raises
     ------
     ValueError
-        If it is neither; the message suggests how to make a material of it.
+        If `given` is neither; the message suggests how to make a material from it.
     """
     if isinstance(given, Material):
         return given
     names = Material.names()
     if isinstance(given, str) and given.lower() in names:
         return Material.named(given)
-    allowed = "a Material, or the name of one"
+    allowed = "a Material or the name of a material"
     if is_texture(given):
         remedy = "Use Material(albedo=texture)."
     elif isinstance(given, str) and not is_color_name(given):
         remedy = check.meant(given, names) or "Material.names() lists the names."
     elif isinstance(given, tuple | list) and any(isinstance(each, str | Material) for each in given):
-        remedy = "For blocks, pass a mapping by their names: dict(zip(blocks.keys(), materials))."
+        remedy = "For blocks, pass a mapping from their names: dict(zip(blocks.keys(), materials))."
     elif isinstance(given, str | tuple | list) or hasattr(given, "float_rgb"):
         remedy = f"For a colour, use Material(diffuse={given!r})."
     else:
@@ -348,21 +358,24 @@ def as_material(given: Any) -> Material:
 
 
 def without_maps(material: Material, where: str) -> Material:
-    """Return the material with its albedo in ambient and diffuse; raise ValueError for maps, not allowed `where`."""
+    """Return an equivalent material with an albedo of 1; raise ValueError if a field is a map.
+
+    The message ends with `where`, such as "for VTK's picture".
+    """
     for name, given in material.maps.items():
         check.refuse(name, given, f"one number or colour {where}")
     return material.without_albedo()
 
 
 def refuse_maps_in_vtk(material: Material) -> None:
-    """Raise ValueError for maps that VTK cannot draw, since its property is the same for a whole mesh.
+    """Raise ValueError for maps that VTK cannot draw, because it has one property for a whole mesh.
 
-    VTK's vertex colours can represent albedo, if they are uint8 and the colours that they multiply are grey.
+    Only an albedo can be drawn, as vertex colours: it must be uint8, and the colours that it multiplies must be grey.
     """
     for name, given in material.maps.items():
         if name != "albedo":
             remedy = "VTK's shader takes one value per mesh; only an albedo can be a map, as vertex colours."
-            check.refuse(name, given, "one number or colour, to be compared with VTK", remedy)
+            check.refuse(name, given, "one number or colour, for a comparison with VTK", remedy)
     if "albedo" not in material.maps:
         return
     if np.asarray(material.albedo).dtype != np.uint8:
@@ -371,10 +384,10 @@ def refuse_maps_in_vtk(material: Material) -> None:
     for name in ("ambient", "diffuse"):
         red, green, blue = rgb(getattr(material, name))
         if not red == green == blue:
-            check.refuse(name, getattr(material, name), "grey with a map of albedo, to be compared with VTK")
+            check.refuse(name, getattr(material, name), "grey if albedo is a map, for a comparison with VTK")
     if any(rgb(material.emission)) or material.reflectance is not None:
         name = "reflectance" if material.reflectance is not None else "emission"
-        check.refuse(name, getattr(material, name), "unset with a map of albedo, to be compared with VTK")
+        check.refuse(name, getattr(material, name), "unset if albedo is a map, for a comparison with VTK")
 
 
 def nearest_in_vtk(material: Material) -> str:
@@ -385,7 +398,7 @@ def nearest_in_vtk(material: Material) -> str:
     _, instead = found
     shininess = instead.reflectance.of(instead).sharpness
     shown = [f"diffuse={_rounded(instead.diffuse)}", f"specular={_rounded(instead.specular)}"]
-    return f"The nearest in VTK is without it, {', '.join(shown)}, shininess={shininess:.4g}."
+    return f"The nearest material in VTK has reflectance=None, {', '.join(shown)}, shininess={shininess:.4g}."
 
 
 def _rounded(color: Any) -> str:

@@ -1,9 +1,8 @@
-"""Materials by name: the classics of OpenGL teaching, and some with their own reflectance.
+"""Materials by name: the classic ones of OpenGL teaching, and some with their own reflectance.
 
-The classics define ambient, diffuse, specular, and shininess / 128.
-
-Their values are from M. Kilgard's `teapots.c` in the OpenGL Programming Guide's examples (Silicon Graphics, 1994), and
-from the table that courses have copied from it since.
+Each classic material is a tuple of ambient, diffuse, specular, and shininess / 128. The values are from M. Kilgard's
+`teapots.c` in the OpenGL Programming Guide's examples (Silicon Graphics, 1994), and from the table that courses have
+copied from it since.
 """
 
 from __future__ import annotations
@@ -62,12 +61,12 @@ NAMED: dict[str, tuple[Vector, Vector, Vector, float]] = {
 
 
 def _scattering(color: float | Vector, reflectance: Reflectance, **more: Any) -> dict[str, Any]:
-    """Return the fields of a material whose ambient colour is its diffuse colour."""
+    """Return the fields of a material with the same ambient and diffuse colour."""
     return {"ambient": color, "diffuse": color, "reflectance": reflectance, **more}
 
 
 def _metal(color: Vector, shininess: float) -> dict[str, Any]:
-    """Return the fields of a metal; linear colours at normal incidence are from N. Hoffman's SIGGRAPH courses."""
+    """Return the fields of a metal. Its linear colour at normal incidence is from N. Hoffman's SIGGRAPH courses."""
     red, green, blue = color
     return _scattering((0.2 * red, 0.2 * green, 0.2 * blue), Metal(color, shininess))
 
@@ -83,4 +82,4 @@ WITH_REFLECTANCE: dict[str, dict[str, Any]] = {
     "car paint": {"ambient": (0.3, 0.01, 0.02), "diffuse": (0.5, 0.01, 0.02), "reflectance": GGX(0.2, 0.06)},
     "road sign": _scattering((0.02, 0.12, 0.3), Retro(60.0), specular=(0.1, 0.3, 0.6)),
 }
-"""Fields by name. Brushed steel needs tangents; the others work on any mesh."""
+"""Name → fields of the material. Brushed steel needs tangents; the others work on any mesh."""

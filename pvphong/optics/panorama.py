@@ -1,7 +1,8 @@
 """Environment images: equirectangular, linear, row 0 at the top, stored in scene files.
 
-A direction at the angle θ from the top, and φ around it to the right of the image's middle as seen from inside, is at
-the share θ/π of the rows and 1/2 + φ/2π of the columns. Texels are constant: there is no interpolation.
+Let a direction be at the angle θ from the top, and at the angle φ around the top, from the image's middle to the right
+as seen from inside. Its texel is then at the fraction θ/π of the rows and 1/2 + φ/2π of the columns. Texels are
+constant: there is no interpolation.
 """
 
 from __future__ import annotations
@@ -40,9 +41,9 @@ class Panorama:
     height, width : int
         Size of the image in texels.
     type : {"float32", "float64"}
-        Type of its numbers.
+        Type of the texels' numbers.
     texels : str
-        Red, green, blue of each texel, row by row: little-endian, compressed with zlib, in base64.
+        Red, green, blue of each texel, row by row: little-endian, compressed with zlib, encoded in base64.
 
     Raises
     ------
@@ -60,7 +61,10 @@ class Panorama:
 
     @classmethod
     def of(cls, name: str, image: FloatArray) -> Self:
-        """Make a panorama of an array (h, w, 3) of finite numbers >= 0; else raise ValueError, which names it."""
+        """Make a panorama from an array of finite numbers >= 0, shape (h, w, 3); raise ValueError for other numbers.
+
+        `name` is the argument's name in the message.
+        """
         if not np.isfinite(image).all() or (image < 0.0).any():
             bad = image[~(np.isfinite(image) & (image >= 0.0))][0]
             remedy = "Repair it with np.nan_to_num(image, posinf=...).clip(0.0). Use a DirectionalLight for the sun."
@@ -77,7 +81,7 @@ class Panorama:
 
     @cached_property
     def largest(self) -> float:
-        """Its largest number."""
+        """The image's largest number."""
         return float(self.image.max())
 
     @cached_property
@@ -101,7 +105,7 @@ class Panorama:
 
     @cached_property
     def harmonics(self) -> Float64Array:
-        """Coefficients of each channel from `projected`, divided by the largest number."""
+        """Spherical harmonics of each channel, as `projected` returns them, divided by the image's largest number."""
         scaled = self.image.astype(np.float64) / (self.largest or 1.0)
         return projected(scaled[:1, :1] if self.is_uniform else scaled, 1 if self.is_uniform else BANDS)
 
@@ -113,7 +117,10 @@ def row_areas(height: int, width: int) -> Float64Array:
 
 
 def directions(height: int, width: int) -> Float64Array:
-    """Return unit vectors to texel centres, shape (h, w, 3), along the axes to the image's middle, right and up."""
+    """Return unit vectors to the texels' centres, shape (h, w, 3).
+
+    Their components are along the axes to the image's middle, to its right and up.
+    """
     down, around = _angles(height)[:, None], 2.0 * (_angles(width) - 0.5 * math.pi)
     level, height_above = np.sin(down), np.cos(down)
     return np.stack(np.broadcast_arrays(level * np.cos(around), level * np.sin(around), height_above), axis=-1)
@@ -125,9 +132,9 @@ def _angles(count: int) -> Float64Array:
 
 
 def image_or_color(name: str, value: Any) -> Any:
-    """Return a checked colour, or a `Panorama` of an array, a file's entries, or a texture.
+    """Return a checked colour, or the `Panorama` made from an array, a texture, or a mapping from a scene file.
 
-    A texture's 8-bit values are decoded from sRGB if it is marked as sRGB, and refused otherwise.
+    A texture's 8-bit values are decoded from sRGB if the texture is marked as sRGB, and refused otherwise.
     """
     if isinstance(value, Panorama):
         return value
@@ -149,7 +156,7 @@ def image_or_color(name: str, value: Any) -> Any:
 
 
 def _linear(name: str, values: Any, remedy: str) -> FloatArray:
-    """Check the shape and type of texels, and return floats."""
+    """Check the shape and type of texels, and return them as floats."""
     values = check.real_array(name, values, _ALLOWED)
     if values.dtype.kind != "f":
         check.refuse(name, f"an array of {values.dtype}", _ALLOWED, remedy)
@@ -161,7 +168,7 @@ def _linear(name: str, values: Any, remedy: str) -> FloatArray:
 
 
 def _from_file(name: str, entries: Mapping[str, Any]) -> Panorama:
-    """Make a panorama from the entries that `dataclasses.asdict` gave."""
+    """Make a panorama from its fields, as a scene file stores them."""
     documents.check_keys(name, entries, {field.name for field in fields(Panorama)})
     missing = [field.name for field in fields(Panorama) if field.name not in entries]
     if missing:

@@ -1,11 +1,13 @@
-"""Base class of reflectances: the share of arriving light that leaves towards the viewer.
+"""Base class of reflectances: the fraction of the arriving light that leaves towards the viewer.
 
 A new reflectance is one file in `pvphong/optics/reflectances/` and its entry in `REFLECTANCES` there. That package's
-docstring lists the steps that make it public and tested. A reflectance must define its `lobes`, at most three, and the
-formula of their `factors`; all other methods have defaults here. Bounds for plans are in `shading/limits.py`, similar
-reflectances and VTK's counterparts in `reflectances/likeness.py`. Users pass it as `Material(reflectance=...)`.
-`check.field` declares its fields with their checks. A field without a default must accept 1, with which the formula is
-compiled in advance.
+docstring lists the steps that make it public and tested. Users pass it as `Material(reflectance=...)`.
+
+A reflectance must define its `lobes`, at most three, and the formula of their `factors`; all other methods have
+defaults here. Its fields are declared with their checks, by `check.field`. A field without a default must accept 1,
+because the formula is compiled in advance with this value.
+
+Bounds for plans are in `shading/limits.py`, similar reflectances and VTK's counterparts in `reflectances/likeness.py`.
 """
 
 from __future__ import annotations
@@ -29,13 +31,14 @@ WHITE: Vector = (1.0, 1.0, 1.0)
 
 
 class Geometry(NamedTuple):
-    """Arguments of a formula for a vertex and one light: numbers in compiled code, arrays of n in NumPy.
+    """Directions and cosines at a vertex for one light, which the formula of a reflectance reads.
 
-    Vectors have three entries, and are arrays (3, n) or (3, 1) in NumPy.
+    Numbers are floats in compiled code, and arrays (n,) in NumPy. Vectors are tuples of three floats in compiled code,
+    and arrays (3, n) or (3, 1) in NumPy.
     """
 
     n: Any
-    """Normal, of any moderate length; zero where there is none."""
+    """Normal, of any moderate length; zero if the vertex has no normal."""
     scale: Any
     """1/|n|. It is separate so that the rounding of |n| does not affect signs."""
     n_l: Any
@@ -43,11 +46,11 @@ class Geometry(NamedTuple):
     n_v: Any
     """Cosine n·v."""
     l: Any
-    """Unit vector to the light; zero where there is none."""
+    """Unit vector to the light; zero if the direction is undefined."""
     v: Any
     """Unit vector to the viewer."""
     t: Any
-    """Unit tangent orthogonal to n, for reflectances that need it; zero where there is none."""
+    """Unit tangent orthogonal to n, for reflectances that need it; zero if the vertex has no tangent."""
 
 
 class AngleBounds(NamedTuple):
@@ -71,21 +74,23 @@ class Peak(NamedTuple):
     square: Callable[[Geometry], Any]
     """Formula of |C|²."""
     chord: Callable[[Any, Any, Any], Any]
-    """Function that returns vectors as long as C, for arrays (3, k) or (3, 1) of unit vectors n, l and v."""
+    """Function of arrays (3, k) or (3, 1) of unit vectors n, l and v that returns vectors with the length of C."""
     most: Callable[[AngleBounds], float]
-    """Function that returns the largest f within bounds on angles."""
+    """Function that returns the largest f that bounds on angles allow."""
     axis: Callable[[Surface], FloatArray] | None
-    """Function that returns the unit vectors (3, n), in float64, around which l is sampled; None if h is sampled around
-    n."""
+    """Function that returns the unit vectors, shape (3, n), float64, around which l is sampled; None if instead the
+    half-way direction h is sampled around n."""
     speed: Callable[[float], float] = lambda _: 1.0
-    """Bound on the rotation of the highlight's axis per rotation of l or v, for angles between them up to ψ."""
+    """Function of the largest angle ψ between l and v. It returns a bound on the rotation of the highlight's axis,
+    divided by the rotation of l or v."""
 
 
 class Lobe(NamedTuple):
     """One part of a reflectance: a factor per vertex, times a constant colour."""
 
     component: Component
-    """Colour of the light and of the material that it multiplies, and the result that it contributes to."""
+    """Selects the colours of the light and of the material that multiply the lobe's factor, and the result to which it
+    is added."""
 
     takes_albedo: bool
     """True if the albedo multiplies its colour."""
@@ -94,18 +99,18 @@ class Lobe(NamedTuple):
     """True if its factor depends on the direction to the viewer."""
 
     color: Vector = WHITE
-    """Factor of its colour."""
+    """Constant factor of the lobe's colour."""
 
     is_own: bool = False
-    """True if `color` replaces the material's colour for its component."""
+    """True if `color` replaces the material's colour for this component."""
 
     tint: Callable[[FloatArray, Mapping[str, FloatArray]], FloatArray] | None = None
-    """Function of an albedo (3, n) and maps as in `Surface.maps` that returns the factor of the colour, if this is not
-    the albedo itself."""
+    """Function of an albedo, shape (3, n), and of maps as in `Surface.maps`. It returns the factor that multiplies the
+    colour in place of the albedo. None if the factor is the albedo itself."""
 
 
 LAMBERT = Lobe("diffuse", takes_albedo=True, needs_viewer=False)
-"""The factor max(n·l, 0). If only this lobe is needed, the reflectance's formula is not called."""
+"""Lobe with the factor max(n·l, 0). If only this lobe is needed, the reflectance's formula is not called."""
 
 HIGHLIGHT = Lobe("specular", takes_albedo=False, needs_viewer=True)
 
@@ -121,17 +126,18 @@ class Reflectance(ABC):
         check.fields(self)
 
     gamma: ClassVar[float] = 1.0
-    """Gamma of the picture: the sum of all light is drawn to the power 1/gamma."""
+    """Gamma of the picture: the sum of all light is raised to the power 1/gamma."""
 
     is_physical: ClassVar[bool] = False
-    """True for VTK's physically based branch, where a material has no ambient colour, and a single headlight is at the
+    """True for VTK's physically based shader, where a material has no ambient colour, and a single headlight is at the
     eye."""
 
     needs: ClassVar[frozenset[str]] = frozenset()
-    """Inputs in addition to normals and the viewer: "tangents", as `Geometry.t`."""
+    """Inputs that it needs in addition to normals and the viewer: "tangents" for `Geometry.t`."""
 
     maps: ClassVar[frozenset[str]] = frozenset()
-    """Names of fields that may be maps; also "specular", which evaluators multiply."""
+    """Names of the fields that may be maps. "specular" among them is the material's field, by which evaluators
+    multiply."""
 
     @property
     @abstractmethod
@@ -143,42 +149,45 @@ class Reflectance(ABC):
         return self
 
     def over(self, maps: Mapping[str, tuple[float, float]]) -> Reflectance:  # noqa: ARG002 colours are the same
-        """Return this reflectance for maps of its fields, given their least and greatest numbers.
+        """Return a reflectance whose colours are upper bounds over all vertices, if some of its fields are maps.
 
-        The fields have the greatest numbers. Colours that depend on the fields must be no less than at any vertex.
+        `maps` contains the least and the greatest number of each map. The fields themselves are already set to the
+        greatest. Only a reflectance whose colours depend on such fields overrides this method.
         """
         return self
 
     factors: ClassVar[staticmethod[[Any, Geometry, Any], tuple[Any, ...]]]
-    """Formula of the lobes' factors, from its `parameters`, the geometry, and its highlight, if it has a `power`.
+    """Formula that returns the factor of each lobe. Its arguments are the reflectance's `parameters`, the geometry, and
+    the highlight, which is the `power` of the cosine around the peak, if the reflectance has one.
 
     The first factor does not depend on the highlight, which is not computed if only the first lobe is needed.
 
-    Factors are 0 without a normal or a light's direction. Evaluators zero lobes that need a viewer where there is none.
+    Factors must be 0 if n or l is zero. Evaluators set lobes that need a viewer to 0 where v is undefined.
     """
 
     mapped: ClassVar[Any] = None
-    """Formula of the `parameters`, from the field that a map gives and the parameters without it; None without maps."""
+    """Formula that returns the `parameters` if a field is a map. Its arguments are the field's number at a vertex, and
+    the parameters without the map. None if no field may be a map."""
 
     peak: ClassVar[Peak | None] = None
     """Peak of its highlight; None if it has no highlight."""
 
     def power(self, maps: Mapping[str, Any]) -> Power | None:  # noqa: ARG002 it has none
-        """Return the power of the cosine around its peak that is its highlight; None for other highlights.
+        """Return its highlight as a power of the cosine around its peak; None for a highlight of another form.
 
         Parameters
         ----------
         maps : mapping
-            Numbers per vertex that replace a field, by field.
+            Mapping field → numbers per vertex, which replace this field.
         """
         return None
 
     def parameters(self, maps: Mapping[str, Any]) -> tuple[Any, ...]:  # noqa: ARG002 it has none
-        """Return the numbers that its formula reads, at most eight; `maps` as for `power`."""
+        """Return the numbers that its formula reads, at most eight; `maps` is the same as for `power`."""
         return ()
 
     def directions(self, surface: Surface) -> Directions | None:  # noqa: ARG002 it has no highlight
-        """Return an importance sampling of its highlight; None to sample by the cosine.
+        """Return the importance sampling of its highlight; None to sample directions by the cosine to the normal.
 
         The density must be positive in all directions from which the highlight reflects light.
         """
@@ -186,7 +195,7 @@ class Reflectance(ABC):
 
     @property
     def forms(self) -> tuple[CosinePower | None, ...]:
-        """Each lobe's factor as a power of a cosine; None for other factors.
+        """Each lobe's factor as a power of a cosine; None for a factor of another form.
 
         Powers of a cosine have exact integrals over area lights (`Light.analytic_integral`).
         """
@@ -194,5 +203,5 @@ class Reflectance(ABC):
 
     @property
     def sharpness(self) -> float:
-        """The n of a factor that falls off as exp(−½n|C|²) around a peak at C = 0; 0 if there is no such peak."""
+        """The n with which its highlight falls off as exp(−½n|C|²) around the peak, C = 0; 0 if it has no peak."""
         return 0.0

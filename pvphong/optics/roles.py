@@ -1,6 +1,7 @@
-"""Roles of a light's fields: a role determines a field's check, frame, handle, readout and transformation.
+"""Roles of a light's fields. A field's role determines its check, its handle and readout in a window, and its
+transformation between frames.
 
-Handles and readouts by role are in `studio/gizmos/handles.py`. A light declares its fields with these functions::
+The handles and readouts are in `studio/gizmos/handles.py`. A light declares its fields with functions of this module::
 
     position: VectorLike = place()
     direction: VectorLike = aim()
@@ -30,25 +31,25 @@ class Role:
     Parameters
     ----------
     check : callable
-        Checks a value and returns its canonical form.
+        Function that checks a value and returns its canonical form.
     handle : str
-        Name of its handle in a window; "" for none.
+        Name of the field's handle in a window; "" for no handle.
     """
 
     check: Check
     handle: str = ""
 
     unit: ClassVar[str] = ""
-    """Unit of its numbers."""
+    """Unit of the field's numbers."""
     labels: ClassVar[tuple[str, ...]] = ()
-    """Label of each number, if there are several."""
+    """Label of each number, for a field of several numbers."""
 
     def mapped(self, value: Any, point: Map, vector: Map) -> Any:  # noqa: ARG002 a number is the same in all frames
-        """Return the value in another frame; two functions transform points and vectors."""
+        """Return the value in another frame, into which the functions `point` and `vector` transform."""
         return value
 
     def of_viewer(self, value: Any, viewer: Any) -> Any:
-        """Return the value in the world frame for a headlight; by default, the value is in eye space."""
+        """Return a headlight's value in the world frame; by default, its value is in eye space."""
         return self.mapped(value, viewer.point_to_world, viewer.vector_to_world)
 
 
@@ -110,10 +111,10 @@ class Length(Role):
     Parameters
     ----------
     share : float, default 1
-        Distance of the size's handle from the light's middle, as a share of the size.
+        Distance of the size's handle from the light's middle, as a fraction of the size.
     axis : {0, 1}
-        Direction of the handle: 0 to the right of the middle, 1 above it; of the light, if it has an `Up`, else of the
-        picture.
+        Direction from the light's middle to the handle: 0 for right, 1 for up. These are the light's own directions if
+        it has an `Up`, else those of the picture.
     """
 
     share: float = 1.0
@@ -129,7 +130,7 @@ class Angle(Role):
     Parameters
     ----------
     least, most : float
-        Bounds of its values; `check` decides whether the bounds themselves are valid.
+        Bounds of the angle; `check` decides whether the bounds themselves are valid.
     """
 
     least: float = 0.0
@@ -139,13 +140,13 @@ class Angle(Role):
 
 
 class Turn(Role):
-    """Rotation of a light around its up vector, counter-clockwise in degrees; `axes[0]` is then its front."""
+    """Rotation of a light around its up vector, counter-clockwise, in degrees; the light's `axes[0]` is its front."""
 
     unit: ClassVar[str] = "°"
 
 
 class Falloff(Role):
-    """Falloff of a light: the attenuation coefficients, or a subclass's own number."""
+    """Falloff of a light: the attenuation coefficients, or for a subclass another number."""
 
     unit: ClassVar[str] = f"1, 1/{MESH_UNIT}, 1/{MESH_UNIT}²"
     labels: ClassVar[tuple[str, ...]] = ("constant", "linear", "quadratic")
@@ -196,5 +197,5 @@ def direction_from(position: Any, target: Any) -> Vector:
 
 @cache
 def roles_of(kind: Any) -> dict[str, Role]:
-    """Return a mapping from each field of a dataclass that has a role to this role, in the fields' order."""
+    """Return the mapping field name → role, in order, for the fields of a dataclass that have a role."""
     return {each.name: each.metadata["role"] for each in fields(kind) if "role" in each.metadata}

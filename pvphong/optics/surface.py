@@ -13,7 +13,7 @@ from pvphong.base.types import Float64Array, FloatArray
 from pvphong.base.vectors import cross, dot, unit
 from pvphong.optics.light import Arrival
 
-# From this size on, sums of three products have lost no bit to underflow.
+# Sums of three products that are at least this large have lost no bit to underflow.
 _LEAST_PRODUCT = {np.float32: 2.0**-100, np.float64: 2.0**-970}
 
 
@@ -24,17 +24,17 @@ class Surface:
     Attributes
     ----------
     raw : ndarray
-        Normals before normalisation. They and the vectors to the light decide the sign of n·l, so that the rounding of
-        unit vectors does not affect it.
+        Normals before normalisation. The sign of n·l is computed from them and from vectors to the light of any length,
+        so that the rounding of unit vectors does not affect it.
     inverse_length : ndarray
         1/|n| of `raw`, shape (n,); 0 where there is no normal.
     to_viewer : ndarray
         Unit vectors v.
     raw_tangents : ndarray or None
-        Unit vectors along the surface, only roughly orthogonal to the normals; zero where there is none. None unless
-        the reflectance needs tangents.
+        Unit vectors along the surface, only roughly orthogonal to the normals; zero where a vertex has no tangent. None
+        if the reflectance does not need tangents.
     maps : mapping
-        Numbers of shape (n,) that replace a field of the reflectance, by field.
+        Mapping field → numbers per vertex, shape (n,), which replace this field of the reflectance.
     """
 
     raw: FloatArray
@@ -45,7 +45,7 @@ class Surface:
 
     @cached_property
     def tangents(self) -> FloatArray:
-        """Unit tangents t orthogonal to n, (n × t) × n; zero where there is none, or where it is along n."""
+        """Unit tangents t orthogonal to n: (n × t) × n, normalized; zero if a raw tangent is zero or parallel to n."""
         assert self.raw_tangents is not None, "the reflectance's `needs` does not contain tangents"
         n = self.raw * self.inverse_length
         return unit(cross(unit(cross(n, self.raw_tangents))[0], n))[0]
@@ -57,17 +57,17 @@ class Surface:
 
     @cached_property
     def exact_normals(self) -> Float64Array:
-        """Unit normals in float64, for integrals over a light; zero where there is none."""
+        """Unit normals in float64, for integrals over a light; zero for a vertex without a normal."""
         return unit(self.raw.astype(np.float64, copy=False))[0]
 
     @cached_property
     def mirrored(self) -> Float64Array:
-        """Directions to the viewer mirrored at the normals, 2(n·v)n − v, in float64."""
+        """Unit vectors to the viewer mirrored at the normals, 2(n·v)n − v, in float64."""
         n, v = self.exact_normals, unit(self.to_viewer.astype(np.float64, copy=False))[0]
         return unit(2.0 * dot(n, v) * n - v)[0]
 
     def cosine(self, arrival: Arrival) -> Any:
-        """Return n·l, shape (n,). Its sign is that of n·D, D the vector to the light; exact if the products are."""
+        """Return n·l, shape (n,). It has the sign of n·D, with the vector D to the light; exact if the products are."""
         to_light, inverse = arrival.to_light, arrival.inverse_length
         n_d = dot(self.raw, to_light)
         n_l = n_d * inverse

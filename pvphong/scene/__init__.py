@@ -1,5 +1,8 @@
 """Scenes: lights, viewer and light model as one value.
 
-`viewer.py`, `light_model.py`, then `scene.py`, which combines them and stores them in files; `presets.py` has
-ready-made lights, and `options.py` the errors for options that belong to a scene or a material.
+- `viewer.py`: the viewer.
+- `light_model.py`: the model that combines the contributions of lights.
+- `scene.py`: combines lights, viewer and light model, and stores them in files.
+- `presets.py`: ready-made lights.
+- `options.py`: errors for options that belong to a scene or a material.
 """

@@ -1,4 +1,7 @@
-"""Light models, which combine the contributions of lights: a standard model, OpenGL's and VTK's."""
+"""Light models, which combine the contributions of lights, in the standard convention or in VTK's.
+
+`LightModel.opengl` returns OpenGL's defaults, in the standard convention.
+"""
 
 from __future__ import annotations
 
@@ -21,7 +24,7 @@ def _flag_or_distance(name: str, value: Any) -> bool | float:
     return check.refuse(name, value, "True, False, or a distance > 0")
 
 
-# More bounces make no difference: the light that is left after n bounces falls as rⁿ.
+# More bounces make no difference: the light that is left after n bounces falls as rⁿ, with a reflectance r < 1.
 _MOST_BOUNCES = 2.0**16
 
 
@@ -37,33 +40,33 @@ class LightModel:
     Parameters
     ----------
     ambient : color, default 0.2
-        Ambient light from all directions, A; the default is OpenGL's.
+        Ambient light A, which arrives from all directions; the default is OpenGL's.
     local_viewer : bool, default True
-        If True, compute the direction to the viewer at each vertex. If False, it is the same everywhere: towards the
-        eye along the view axis (OpenGL's default).
+        If True, compute the direction to the viewer at each vertex. If False, it is the same everywhere: along the view
+        axis, towards the eye (OpenGL's default).
     two_sided : bool, default False
-        If True, a vertex whose normal points away from the viewer is lit with the opposite normal, with the shadows
-        and occlusion of that side.
+        If True, a vertex whose normal points away from the viewer is lit with the opposite normal, and with the shadows
+        and the occlusion of that side.
     reflection : {"phong", "blinn-phong"}
         Highlight from the mirror direction, (r·v)ⁿ (Phong 1975), or from the half-way direction, (n·h)ⁿ (Blinn 1977),
         which OpenGL uses.
     clamp : bool, default True
         If True, clamp the summed colour to [0, 1].
     convention : {"standard", "vtk"}
-        Which formula to use. "vtk" gives the colours of VTK's shader. They differ from the standard ones in this: a
-        material's ambient colour is added without any light, and `ambient` here has no effect; ambient and specular
-        colours of lights are ignored; a scene without lights is drawn unlit; shininess and spot exponents are at most
-        128; and the viewer is local even in parallel projection. A material with the reflectance `PBR` looks as with
-        VTK's `pbr=True`.
+        "vtk" reproduces VTK's shader: three tiers of lighting code, a floor of 1e-5 under the highlight's cosine,
+        material ambient not multiplied by any light, ambient and specular colours of lights ignored, a local viewer
+        even in parallel projection, exponents of at most 128, and scenes without lights drawn unlit. `ambient` then has
+        no effect. A material with the reflectance `PBR` is shaded as with VTK's `pbr=True`, which includes a final
+        gamma of 2.2.
     shadows : bool, default False
-        If True, a vertex receives from each light only the part that it can see; the mesh itself and other meshes hide
-        the rest. For a light without a size this part is 0 or 1. For a light with a size it is the fraction that
-        reaches a matt surface. Highlights are multiplied by the same fraction, which is inexact where a part of the
-        light is hidden: `tradeoff` measures this error, and `truth` is free of it.
+        If True, multiply the diffuse and specular light of each light by its visibility from the vertex, past the mesh
+        itself and other meshes. Visibility is 0 or 1 for a light without a size. For a light with a size, it is the
+        fraction of its light that reaches a matt surface. Highlights use the same fraction; they are wrong where
+        geometry hides the part of the light that they mirror. `tradeoff` measures this error; `truth` does not have it.
     ambient_occlusion : bool or float, default False
-        If not False, multiply ambient light (`ambient` and that of lights) by the visible fraction of the sky: of the
-        hemisphere around the normal, weighted by the cosine. A number > 0 is the distance, in the mesh's unit, up to
-        which geometry occludes the sky; True means any distance.
+        If not False, multiply ambient light (`ambient`, and the ambient colours of lights) by the visible fraction of
+        the sky: of the hemisphere around the normal, weighted by the cosine. A number > 0 is the distance, in the
+        mesh's unit, up to which geometry occludes the sky; True means any distance.
     bounces : int, default 0
         Number of diffuse reflections between surfaces to compute, up to 65,536. With 0, `ambient` stands for all of
         them; otherwise only for those after the last that is computed. Surfaces reflect on the side to which their
@@ -94,7 +97,7 @@ class LightModel:
     __signature__ = InitSignature()
 
     def __new__(cls, *_given: Any, **fields: Any) -> Self:
-        """Refuse unknown fields, and suggest the nearest."""
+        """Refuse unknown fields, and suggest the nearest field."""
         check.keywords(cls, fields)
         return super().__new__(cls)
 
@@ -108,7 +111,7 @@ class LightModel:
             check.refuse("bounces", self.bounces, "0 in VTK's convention", "VTK's light does not bounce.")
         if self.bounces and self.two_sided:
             remedy = "The two sides of a surface would reflect different light; set two_sided=False."
-            check.refuse("bounces", self.bounces, "0 where the light model is two-sided", remedy)
+            check.refuse("bounces", self.bounces, "0 if the light model is two-sided", remedy)
 
     @property
     def needs_rays(self) -> bool:

@@ -1,4 +1,4 @@
-"""Errors for unknown options of a call, which suggest where the option belongs or the nearest option."""
+"""Errors for unknown options of a call. They suggest where the option belongs, or the nearest option."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from pvphong.scene.scene import Scene
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
-# Later entries win: material and light model both have `ambient`, and the material's is suggested.
+# Later entries replace earlier ones: material and light model both have `ambient`, and the material's is suggested.
 _PLACES = {
     **{each.name: f"Scene(..., {each.name}=...)" for each in fields(Scene)},
     **{each.name: f"Scene(..., light_model=LightModel({each.name}=...))" for each in fields(LightModel)},
@@ -44,7 +44,7 @@ def known_options(function: Function) -> Function:
 
 
 def refusal_of(function: Callable[..., Any]) -> Callable[[Iterable[str]], None]:
-    """Return a function that raises ``TypeError`` for options that `function` neither takes nor passes on."""
+    """Return a function that raises ``TypeError`` for options that `function` does not accept."""
     parameters = inspect.signature(function).parameters
     known = frozenset(parameters)
     passes_on = any(each.kind is each.VAR_KEYWORD for each in parameters.values())

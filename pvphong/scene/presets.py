@@ -16,19 +16,19 @@ _AWAY = 1.0
 
 
 def three_point(mesh: Any, viewer: Viewer | None = None, *, ratio: float = 4.0) -> tuple[Light, ...]:
-    """Return key, fill and rim light of portrait photography, around a mesh in the world.
+    """Return the key, fill and rim light of portrait photography, placed around a mesh.
 
-    The key is 45° to the left of the viewer and 30° above. The fill is opposite it, lower and weaker. The rim light is
-    behind and above, so that it shows the outline.
+    The key light is 45° to the left of the viewer and 30° above. The fill light is on the other side, lower and weaker.
+    The rim light is behind the mesh and above, so that it shows the outline.
 
     Parameters
     ----------
     mesh : pyvista.DataSet, pyvista.MultiBlock, or sequence of float
         The mesh to be lit, or its bounds (x_min, x_max, y_min, y_max, z_min, z_max).
     viewer : Viewer, optional
-        The viewer; by default as PyVista's camera frames the mesh. The lights do not move with it.
+        The viewer; by default, PyVista's default view of the mesh. The lights do not move with the viewer.
     ratio : float, default 4
-        Intensity of the key over that of the fill, >= 1.
+        Intensity of the key light divided by that of the fill light, >= 1.
 
     Returns
     -------
@@ -71,8 +71,8 @@ def key_fill_rim() -> tuple[Light, ...]:
     Returns
     -------
     tuple of Light
-        "key", warm, from the upper left; "fill", weaker and cool, from the right of the viewer, on all surfaces that
-        face the viewer; "rim", from behind.
+        "key", warm, from the upper left; "fill", weaker and cool, from the right, which lights all surfaces that face
+        the viewer; "rim", from behind.
     """
     return (
         DirectionalLight(direction=(1.0, -1.0, -1.4), diffuse=(0.95, 0.93, 0.9), frame="camera", name="key"),

@@ -1,6 +1,6 @@
-"""Scenes: lights, viewer and light model as one value, and their files, which may hold materials too.
+"""Scenes: lights, viewer and light model as one value, and scene files.
 
-Only this module reads and writes these files, which users call rigs.
+Scene files, also called rigs, may contain materials too. Only this module reads and writes them.
 """
 
 from __future__ import annotations
@@ -36,8 +36,8 @@ class Scene:
     Parameters
     ----------
     lights : iterable of lights
-        pvphong's lights, or `pyvista.Light` and `vtkLight` objects, which `as_light` converts. Camera lights still move
-        with the viewer.
+        pvphong's lights, or `pyvista.Light` and `vtkLight` objects, which are converted. VTK's camera lights then still
+        move with the viewer.
     viewer : Viewer or camera, optional
         The viewer; a `pyvista.Camera` or `vtkCamera` is converted. If None, the default, the viewer is where PyVista
         places its camera to frame the mesh; see `framed`.
@@ -77,7 +77,9 @@ class Scene:
                 check.refuse("lights", f"{count} lights named {name!r}", "lights whose names differ", "Rename one.")
 
     def _converted(self, light: Any) -> Light:
-        """Convert a VTK light; VTK gives the positions of camera lights in units of the distance to the focal point."""
+        """Convert a VTK light. VTK's unit for the position of a camera light is the viewer's distance from the focal
+        point.
+        """
         if self.viewer is not None:
             return host.answers().from_vtk(light, self.viewer.distance)
         converted = host.answers().from_vtk(light, 1.0)
@@ -88,7 +90,7 @@ class Scene:
 
     @cached_property
     def world_lights(self) -> tuple[Light, ...]:
-        """The lights in world coordinates, placed by the viewer, in the order of `lights`; lights that are off too.
+        """The lights in world coordinates, in the order of `lights`, including lights that are off.
 
         Raises
         ------
@@ -100,7 +102,7 @@ class Scene:
         return tuple(light.in_world(self.viewer) for light in self.lights)
 
     def framed(self, bounds: VectorLike) -> Self:
-        """Return this scene; if it has no viewer, with one that frames a box.
+        """Return this scene with a viewer: its own, or else one that frames a box.
 
         Parameters
         ----------
@@ -113,8 +115,8 @@ class Scene:
     def from_plotter(cls, plotter: Any) -> Self:
         """Take a snapshot of a plotter's active renderer: its camera, and its lights at their positions in the world.
 
-        Camera lights are placed at their current positions. The light model is pvphong's standard one;
-        `dataclasses.replace(scene, light_model=LightModel.vtk())` follows VTK's shader.
+        Camera lights keep their current positions and no longer move with the viewer. The light model is pvphong's
+        standard one; `dataclasses.replace(scene, light_model=LightModel.vtk())` follows VTK's shader.
 
         Parameters
         ----------
@@ -154,14 +156,14 @@ class Scene:
         path : path
             The file.
         materials : mapping, optional
-            Materials to store with it, by name. `load_materials` returns them, and `pvphong shade --scene` uses the
-            material named as the block, or else "default". Maps in them are names of point arrays or paths of image
-            files; paths are stored relative to the file's folder.
+            Materials to store with the scene, by name. `load_materials` returns them. `pvphong shade --scene` uses the
+            material with the block's name, or else "default". Maps in materials must be names of point arrays or paths
+            of image files; paths are stored relative to the file's folder.
 
         Raises
         ------
         ValueError
-            If the file cannot be written, or a light has a user-defined type. An existing file is then kept.
+            If the file cannot be written, or a light has a user-defined type. An existing file is then left unchanged.
         """
         lights = [documents.with_type(f"lights[{k}]", light, LIGHT_TYPES) for k, light in enumerate(self.lights)]
         document = {
@@ -240,13 +242,13 @@ def _seen_from(folder: Path, image: str) -> str:
 
 
 def _with_paths(material: Material, change: Callable[[str], str]) -> Material:
-    """Return a material with changed paths of its image files; in a rig they are relative to its folder."""
+    """Return a material with changed paths of its image files: in a scene file, they are relative to its folder."""
     maps = {name: value for name, value in material.maps.items() if is_image_path(value)}
     return material.with_values({name: change(str(value)) for name, value in maps.items()})
 
 
 def is_scene_file(path: str | os.PathLike[str]) -> bool:
-    """Return True if `Scene.save` wrote a file."""
+    """Return True if a file is a scene file, as `Scene.save` writes it."""
     try:
         _document(path)
     except ValueError:
@@ -258,7 +260,8 @@ def _document(path: str | os.PathLike[str]) -> dict[str, Any]:
     """Return the content of a scene file, with checked format, version and keys."""
     document = documents.read(path, "a scene file")
     if not isinstance(document, dict) or document.get("format") != _FORMAT:
-        check.refuse("format", document, f'a JSON object with "format": "{_FORMAT}"', "Scene.save writes one.")
+        allowed = f'a scene file, a JSON object with "format": "{_FORMAT}"'
+        check.refuse("path", Path(path), allowed, "Scene.save writes such files.")
     version = document.get("version")
     if type(version) is not int or version != _VERSION:
         is_number = isinstance(version, int)
@@ -273,19 +276,20 @@ SceneLike = Scene | Light | Iterable[Any]
 
 
 def as_scene(given: SceneLike | None, bounds: Callable[[], VectorLike] | None = None) -> Scene:
-    """Return a scene unchanged, or the scene of some lights, with the standard light model.
+    """Return a scene unchanged; make a scene of a light or of lights, with the standard light model.
 
     Parameters
     ----------
     given : Scene, light, or sequence of lights
         The argument that was passed as a scene.
     bounds : callable, optional
-        Returns bounds for `Scene.framed`; called if the scene has no viewer. By default no viewer is added.
+        Function that returns the bounds for `Scene.framed`; it is called if the scene has no viewer. By default no
+        viewer is added.
 
     Raises
     ------
     ValueError
-        If `given` is none of these.
+        If `given` has another type.
     """
     if isinstance(given, Scene):
         scene = given
@@ -306,14 +310,16 @@ def as_scene(given: SceneLike | None, bounds: Callable[[], VectorLike] | None = 
 
 
 def light_labels(scene: Scene, numbered: str = "") -> tuple[str, ...]:
-    """Return a unique label for each light: its name, or its index if it has no name or one that equals an index.
+    """Return a unique label for each light: its name, or else its index.
+
+    A light whose name equals the index of any light is also labelled by its index.
 
     Parameters
     ----------
     scene : Scene
         The scene; labels are in the order of its lights, including lights that are off.
     numbered : str, default ""
-        Prefix of an index.
+        Prefix of indices.
     """
     names = [light.name for light in scene.lights]
     indices = [f"{numbered}{index}" for index in range(len(names))]

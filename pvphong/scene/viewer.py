@@ -18,8 +18,8 @@ from pvphong.geometry.extent import Box, corners_of
 # Below this sine of the angle between up and the view axis, rounding errors dominate their cross product.
 _PARALLEL = 2.0**-48
 
-# Radius of a single point in vtkRenderer::ResetCamera; and the smallest radius in units of the distance from the
-# origin, so that rounding does not move the eye onto the point.
+# Radius that vtkRenderer::ResetCamera assumes for a single point; and the smallest radius, relative to the largest
+# coordinate of the centre, so that rounding does not move the eye onto the point.
 _POINT_RADIUS, _LEAST_RADIUS = 0.5, 1e-9
 
 
@@ -117,7 +117,7 @@ class Viewer:
         return cls(position=(1.0, 1.0, 1.0), up=(0.0, 0.0, 1.0)).moved_to_see(bounds)
 
     def moved_to_see(self, bounds: VectorLike) -> Self:
-        """Return this viewer moved so that the whole box is in view, with the same view direction.
+        """Return this viewer, moved so that the whole box is in view; the view direction is the same.
 
         Parameters
         ----------
@@ -137,14 +137,16 @@ class Viewer:
         )
 
     def sees(self, bounds: VectorLike, aspect: float) -> bool:
-        """Return True if part of a box may be in the image: not all corners are behind the eye or beyond one edge.
+        """Return True if part of a box may be in the image.
+
+        It is False if all corners are behind the eye, or all are beyond the same edge of the image.
 
         Parameters
         ----------
         bounds : sequence of float
             As for `framing`.
         aspect : float
-            Width of the image over its height.
+            Width of the image divided by its height.
         """
         low, high = finite_box(bounds)
         x, y, back = self.axes @ (corners_of(low, high) - self.position).T
@@ -200,7 +202,7 @@ class Viewer:
 
 
 def finite_box(bounds: VectorLike) -> Box:
-    """Return the smallest and largest coordinates from x_min, x_max, …; the unit cube's if the box is invalid.
+    """Return the smallest and the largest coordinates of a box x_min, x_max, …; the unit cube's if it is invalid.
 
     Raises
     ------

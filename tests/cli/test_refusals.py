@@ -47,7 +47,7 @@ REFUSED = {
     f"{SHADE} --scalars height --clim nan,1": "clim must be two finite numbers, the smaller first",
     f"{SHADE} --scalars height --albedo red": "--albedo must be omitted with --scalars",
     f"{SHADE} --cmap terrain": "--cmap must be used with --scalars",
-    f"{SHADE} --scene other.json": 'format must be a JSON object with "format": "pvphong scene"',
+    f"{SHADE} --scene other.json": '--scene must be a scene file, a JSON object with "format": "pvphong scene"',
     f"{SHADE} --scene parts.json": "material must be one, or one of them named 'default'",
     f"{SHADE} --occluder roof.vtp": "--occluder must be used with shadows, ambient occlusion or bounces; got roof.vtp.",
     f"{SHADE} --background red": "--background must be used with a .png output only",

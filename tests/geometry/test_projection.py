@@ -110,7 +110,7 @@ EYE, HERE = (0, 0, 1), (0, 0, 0)
         (ortho, (-1, 1, 2, 2, 1, 5), "top must be different from bottom, 2"),
         (ortho, (-1e308, 1e308, -1, 1, 1, 5), "right must be .* at a finite distance"),
         (ortho, (-1, 1, -1, 1, 5, 1), "far must be beyond near, > 5"),
-        (ortho, (0, 5e-324, 0, 1, 0, 1), "the view volume must be of a size whose matrix fits"),
+        (ortho, (0, 5e-324, 0, 1, 0, 1), "the view volume must be neither so small nor so large that its matrix"),
         (perspective, (0, 1, 1, 2), "view_angle must be a finite number > 0"),
         (perspective, (180, 1, 1, 2), "view_angle must be a full angle in degrees, > 0 and < 180"),
         (perspective, (30, -1, 1, 2), "aspect must be a finite number > 0"),

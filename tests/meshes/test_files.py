@@ -159,7 +159,7 @@ def failing_writer(monkeypatch, kind):
     monkeypatch.setattr(writer, method, failing)
 
 
-FULL = r"^path must be .* needs up to .* MiB on its disk, and 0\.0 are free"
+FULL = r"^path must be .* needs up to .* MiB on its disk, and only 0\.0 MiB are free"
 FAILING = r"^output could not be written: VTK writer failed"
 
 

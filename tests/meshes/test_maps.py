@@ -107,7 +107,7 @@ def test_studies_read_them(name):
     report = mesh.phong.tradeoff(SCENE, material, seconds=0.5)
     reference = mesh.phong.shade(SCENE, material, precision="float64", backend="numpy")["phong"]
     assert np.abs(report.reference_colors - reference).max() < 1e-12
-    with pytest.raises(ValueError, match="to be compared with VTK"):
+    with pytest.raises(ValueError, match="for a comparison with VTK"):
         mesh.phong.validate(SCENE, material)
 
 

@@ -148,7 +148,7 @@ def test_highlights_have_the_diffuse_colour_unless_told(kind):
 
 @every_light
 def test_a_lights_colour_by_pyvistas_name_is_refused_with_its_own(kind):
-    message = rf"^color must be given as diffuse=; got red\. {kind.__name__}\(diffuse='red'\)\.$"
+    message = rf"^color must be given as diffuse=; got red\. Use {kind.__name__}\(diffuse='red'\)\.$"
     with pytest.raises(ValueError, match=message):
         kind(color="red")
 

@@ -100,7 +100,7 @@ def test_a_rig_names_images_as_they_are_seen_from_its_folder(tmp_path, monkeypat
     ],
 )
 def test_what_is_no_material_is_refused(given, remedy):
-    with pytest.raises(ValueError, match=f"^material must be a Material, or the name of one; .*{remedy}"):
+    with pytest.raises(ValueError, match=f"^material must be a Material or the name of a material; .*{remedy}"):
         as_material(given)
 
 

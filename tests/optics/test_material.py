@@ -202,7 +202,9 @@ def test_a_reflectance_that_files_do_not_know_is_refused():
     class Own(Phong):
         pass
 
-    with pytest.raises(ValueError, match=r"^reflectance must be one of phong, .* in a file; got"):
+    with pytest.raises(
+        ValueError, match=r"^reflectance must be of a built-in type \(phong, .*\) to be saved in a file; got"
+    ):
         Material(reflectance=Own()).to_dict()
 
 

@@ -162,8 +162,8 @@ def point(**fields):
     [
         ("", r"path must be a scene file in JSON; got .*scene\.json"),
         ("{lights: []}", "path must be a scene file in JSON"),
-        ([], 'format must be a JSON object with "format": "pvphong scene"; .*Scene.save writes one'),
-        ({"format": "glTF", "version": 1}, "format must be a JSON object"),
+        ([], 'path must be a scene file, a JSON object with "format": "pvphong scene"; .*Scene.save writes such files'),
+        ({"format": "glTF", "version": 1}, "path must be a scene file, a JSON object"),
         ({"format": "pvphong scene"}, "version must be 1; got null"),
         (head(version=3), r"version must be 1; got 3\. A newer pvphong"),
         (head(version="1"), 'version must be 1; got "1". Give a number'),

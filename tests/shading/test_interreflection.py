@@ -132,7 +132,7 @@ def test_what_cannot_be_is_refused():
         ph.LightModel(bounces=1.5)
     with pytest.raises(ValueError, match=r"^bounces must be 0 in VTK's convention"):
         ph.LightModel(convention="vtk", bounces=1)
-    with pytest.raises(ValueError, match=r"^bounces must be 0 where the light model is two-sided"):
+    with pytest.raises(ValueError, match=r"^bounces must be 0 if the light model is two-sided"):
         ph.LightModel(two_sided=True, bounces=1)
     with pytest.raises(ValueError, match=r"^material must be one that reflects no more light than arrives.*1\.2 times"):
         lit(1, material=ph.Material(diffuse=1.2))

@@ -1,14 +1,13 @@
 """Integrals over the visible part of a disk, and of a sphere, which is seen as the disk across its nearer cap.
 
-The rim x(δ) = m + r (cos δ u + sin δ t), with u the direction upward in the disk's plane and t = e × u, is above the
-horizon for |δ| <= β. Along it |x|² has a single harmonic. So ∫ n·(x × x')/|x|² dδ, which gives Lambert's cosine, is
-elementary, whether the horizon cuts the disk or not; for a whole disk it is Hamilton and Morgan's formula (1952). For
-other powers, the boundary integral of `lobes` follows pieces of the rim that are short compared with a lobe's width,
-and returns along the horizon.
+Symbols: m the vector to the centre, e the axis with e·m > 0, r the radius; n the normal of the horizon; u the unit
+vector upward in the disk's plane, and t = e × u; ω a unit direction in integrals, and dω its solid angle. All lengths
+are first divided by a power of two close to the light's distance or its size.
 
-Symbols: m the vector to the centre, e the axis with e·m > 0, r the radius; n the normal of the horizon. In integrals u
-is a unit direction and du its solid angle. All lengths are first divided by a power of two close to the light's
-distance or its size.
+The rim x(δ) = m + r (cos δ u + sin δ t) is above the horizon for |δ| <= β. Along the rim, |x|² has a single harmonic.
+So ∫ n·(x × x')/|x|² dδ, which gives Lambert's cosine, is elementary, whether the horizon cuts the disk or not; for a
+whole disk it is Hamilton and Morgan's formula (1952). For other powers, the boundary integral of `lobes` follows pieces
+of the rim that are short compared with a lobe's width, and returns along the horizon.
 """
 
 from __future__ import annotations
@@ -51,7 +50,7 @@ from pvphong.optics.area.lobes import (
 )
 from pvphong.optics.area.polygon import is_glowing, scaled
 
-# Layout of a disk's numbers: the normal of its front, 1 if its back emits too, its radius.
+# Layout of a disk's numbers: the normal of its front; 1 if its back emits too, else 0; the radius.
 RADIUS = 4
 # Largest number of pieces of the rim.
 _MOST_PIECES = 2000.0
@@ -84,7 +83,7 @@ def _rim(m: Any, u: Any, t: Any, r: Any, delta: Any) -> Any:
 
 @formula
 def _above(m: Any, u: Any, r: Any, beta: Any) -> Any:
-    """Return the part of a disk above a chord: its share of the area, and the vector to its centroid."""
+    """Return, for the part of a disk above the horizon, its fraction of the area and the vector to its centroid."""
     area = beta - sine(beta) * cosine(beta)
     lift = sine(beta) * sine(beta) * sine(beta) / (1.5 * maximum(area, 1e-300))
     return area / math.pi, add(m, times(u, r * lift))
@@ -95,10 +94,10 @@ def _above(m: Any, u: Any, r: Any, beta: Any) -> Any:
 
 @formula
 def disk_irradiance(own: Any, _lobe: Any, d: Any, n: Any, _w: Any) -> Any:
-    """Integrate 1/(π r²) · max(n·u, 0) du over the part above the horizon.
+    """Integrate 1/(π r²) · max(n·ω, 0) dω over the part above the horizon.
 
-    A whole disk gives (z T + 2 H c) / ((K + S) S), with H = e·m, z = n·e, c = n·m, K = |m|² + r², S² the product of the
-    squares of the least and the greatest distance of the rim, and T = S − (|m|² − r²), computed without cancellation.
+    A whole disk gives (z T + 2 H c) / ((K + S) S), with H = e·m, z = n·e, c = n·m and K = |m|² + r². S is the product
+    of the least and the greatest distance to the rim. T = S − (|m|² − r²) is computed without cancellation.
     """
     m, scale = scaled(d, own[RADIUS])
     r = own[RADIUS] * scale
@@ -145,7 +144,7 @@ def _elementary(middle: Any, beta: Any, K: Any, M: Any, S: Any, least: Any, most
 
 @formula
 def _lag(psi: Any, K: Any, M: Any, most: Any, ratio: Any) -> Any:
-    """Return ½ψ minus the half angle along the rim as seen from the vertex, and this lag divided by M."""
+    """Return ½ψ minus half the angle along the rim as seen from the vertex; and the same divided by M."""
     half = 0.5 * psi - math.pi * nearest(psi * (0.5 / math.pi))
     ahead, aside = cosine(half), sine(half)
     lag = arctan2(2.0 * M / (most * (1.0 + ratio)) * aside * ahead, ahead * ahead + ratio * aside * aside)
@@ -158,11 +157,12 @@ _ARCTAN_REST = tuple((-1.0) ** (k + 1) / (2 * k + 1) for k in range(10, 0, -1))
 
 @formula
 def sphere_irradiance(own: Any, _lobe: Any, d: Any, n: Any, _w: Any) -> Any:
-    """Integrate max(n·u, 0) du / (π r²) over the visible part of a sphere of radius r (Snyder 1996).
+    """Integrate max(n·ω, 0) dω / (π r²) over the visible part of a sphere of radius r (Snyder 1996).
 
-    With s and C the sine and cosine of its angular radius, and c the cosine between its centre and n, the result is
-    c/d² if the sphere is entirely above the horizon. If the horizon cuts it, with W = √(s² − c²) and T = W/C, it is
-    (c · atan2(W, −C c) + T − (T − atan T)/s²) / (π d²), without cancellation, however small the sphere.
+    Let s and C be the sine and cosine of the sphere's angular radius, d the distance to its centre, and c the cosine
+    of the angle between n and the direction to the centre. If the sphere is entirely above the horizon, the result is
+    c/d². If the horizon cuts it, the result is (c · atan2(W, −C c) + T − (T − atan T)/s²) / (π d²), with
+    W = √(s² − c²) and T = W/C. It is computed without cancellation, however small the sphere is.
     """
     m, s, C, distance, scale, is_lit = _cap(own, d, n)
     c = dot(n, m) / distance
@@ -182,7 +182,10 @@ def sphere_irradiance(own: Any, _lobe: Any, d: Any, n: Any, _w: Any) -> Any:
 
 @formula
 def _cap(own: Any, d: Any, n: Any) -> Any:
-    """Return m, the sphere's angular sine and cosine, distance, scale; True if outside it and with a normal."""
+    """Return m, the sine and cosine of the sphere's angular radius, the distance, the scale, and whether it is lit.
+
+    A vertex is lit if it is outside the sphere and has a normal.
+    """
     m, scale = scaled(d, own[0])
     r, distance = own[0] * scale, maximum(sqrt(dot(m, m)), 1e-100)
     s = minimum(r / distance, 1.0)
@@ -195,7 +198,7 @@ def _cap(own: Any, d: Any, n: Any) -> Any:
 
 @formula
 def disk_highlight(own: Any, lobe: Any, d: Any, n: Any, w: Any) -> Any:
-    """Integrate 1/(π r²) · max(w·u, 0)ᵏ du over the part above the horizon."""
+    """Integrate 1/(π r²) · max(w·ω, 0)ᵏ dω over the part above the horizon."""
     m, scale = scaled(d, own[RADIUS])
     e = times(own, select(dot(own, m) < 0.0, -1.0, 1.0))
     r = own[RADIUS] * scale
@@ -204,7 +207,10 @@ def disk_highlight(own: Any, lobe: Any, d: Any, n: Any, w: Any) -> Any:
 
 @formula
 def sphere_highlight(own: Any, lobe: Any, d: Any, n: Any, w: Any) -> Any:
-    """Integrate max(w·u, 0)ᵏ du / (π r²) over a sphere above the horizon: seen as a disk of radius s at distance C."""
+    """Integrate max(w·ω, 0)ᵏ dω / (π r²) over the part of a sphere above the horizon.
+
+    The sphere is seen as a disk with the radius s at the distance C.
+    """
     m, s, C, distance, scale, is_lit = _cap(own, d, n)
     l = times(m, 1.0 / distance)
     return _within_rim(lobe, w, n, times(l, C), l, s, is_lit) / (distance * distance) * scale * scale
@@ -212,9 +218,10 @@ def sphere_highlight(own: Any, lobe: Any, d: Any, n: Any, w: Any) -> Any:
 
 @formula
 def _within_rim(lobe: Any, w: Any, n: Any, m: Any, e: Any, r: Any, is_lit: Any) -> Any:
-    """Integrate 1/(π r²) · max(w·u, 0)ᵏ du over the part above the horizon; 0 where `is_lit` is False.
+    """Integrate 1/(π r²) · max(w·ω, 0)ᵏ dω over the part above the horizon; 0 where `is_lit` is False.
 
-    If the lobe is much wider than the light's angular size, the centroid of the part above the horizon replaces it.
+    If the lobe is much wider than the light's angular size, the centroid of the part above the horizon replaces the
+    light.
     """
     distance = sqrt(dot(m, m))
     is_lit = is_lit & shows(lobe, w, m, distance, r)
@@ -239,7 +246,7 @@ def _within_rim(lobe: Any, w: Any, n: Any, m: Any, e: Any, r: Any, is_lit: Any) 
 
 @formula
 def _along_rim(lobe: Any, w: Any, m: Any, e: Any, u: Any, t: Any, r: Any, beta: Any, is_long: Any) -> Any:
-    """Integrate (1 − max(z, 0)ᵖ) dφ along pieces of the rim, split for low powers at the equator of w."""
+    """Integrate (1 − max(z, 0)ᵖ) dφ along pieces of the rim. For low powers, the rim is split at the equator of w."""
     over = dot(e, m)
     level = subtract(m, times(e, over))
     off = sqrt(dot(level, level)) - r
@@ -292,6 +299,6 @@ def _along_rim(lobe: Any, w: Any, m: Any, e: Any, u: Any, t: Any, r: Any, beta: 
 
 @formula
 def _kept(angle: Any, beta: Any) -> Any:
-    """Wrap an angle and clamp it to [−β, β]."""
+    """Wrap an angle to [−π, π], and clamp it to [−β, β]."""
     angle = angle - 2.0 * math.pi * nearest(angle * (0.5 / math.pi))
     return minimum(maximum(angle, -beta), beta)

@@ -4,8 +4,8 @@ The real harmonics Y are orthonormal; band l has 2l + 1 of them. By the Funk-Hec
 scales each band: ∫ f(w·u) Y(u) du = 2π M Y(w), with M = ∫ f(t) P_l(t) dt over [−1, 1] (for Lambert's cosine: R.
 Ramamoorthi and P. Hanrahan, "An efficient representation for irradiance environment maps", 2001).
 
-Symbols: c, the image's coefficients, are those of Q(z) · ρᵐ cos mφ and sin mφ for a unit vector (x, y, z) with
-x + iy = ρ exp(iφ): Q is the factor of Y that is a polynomial in z alone.
+Symbols: for a unit vector (x, y, z) with x + iy = ρ exp(iφ), the harmonics Y are Q(z) ρᵐ cos mφ and Q(z) ρᵐ sin mφ,
+where Q is a polynomial in z alone. An image has a coefficient for each of them.
 """
 
 from __future__ import annotations
@@ -34,15 +34,15 @@ from pvphong.base.types import Float64Array
 from pvphong.optics.area.lobes import COUNT, NODES, POWER, WINDOW, lobe_numbers
 
 BANDS = 32
-"""Largest number of bands kept of an image."""
+"""Largest number of bands by which an image is represented."""
 
-# Quadrature nodes per row of texels, in addition to those for the row's height.
+# Quadrature nodes per row of texels, in addition to the number that depends on the row's height.
 _NODES = 14
 
 
 @cache
 def _recurrences(l: int) -> tuple[Float64Array, Float64Array]:
-    """The a and b in Q_l = a (z Q_{l−1} − b Q_{l−2}), for all m < l, (l, 1) each."""
+    """Return the a and b of the recurrence Q_l = a (z Q_{l−1} − b Q_{l−2}) for all m < l, shape (l, 1) each."""
     square = np.arange(l)[:, None] ** 2.0
     below = (l - 1.0) ** 2
     return np.sqrt((4.0 * l * l - 1.0) / (l * l - square)), np.sqrt((below - square) / (4.0 * below - 1.0))
@@ -50,15 +50,15 @@ def _recurrences(l: int) -> tuple[Float64Array, Float64Array]:
 
 @cache
 def _first(m: int) -> float:
-    """The polynomial Q for l = m, with the √2 of cosines and sines."""
+    """Return the polynomial Q for l = m, which is constant; it includes the factor √2 of cosines and sines."""
     constant = math.sqrt(0.25 / math.pi) * math.sqrt(2.0 if m else 1.0)
     return constant * math.prod(math.sqrt((2.0 * k + 1.0) / (2.0 * k)) for k in range(1, m + 1))
 
 
 def _polynomials(z: Float64Array, start: Float64Array) -> Iterator[Float64Array]:
-    """Yield the polynomials Q band by band, shape (l + 1, n): for all m of the band.
+    """Yield the polynomials Q of one band after the other: for band l an array (l + 1, n), with a row for each m.
 
-    `start`, shape (bands, n), has the first polynomial of each m. A factor on it carries over to all results.
+    `start`, shape (bands, n), has the first polynomial of each m. If it is multiplied by a factor, so are all results.
     """
     before, here = start[:0], start[:1]
     yield here
@@ -71,9 +71,10 @@ def _polynomials(z: Float64Array, start: Float64Array) -> Iterator[Float64Array]
 
 
 def projected(image: Float64Array, bands: int) -> Float64Array:
-    """Project an image (h, w, 3) with constant texels: coefficients (3, bands, bands, 2), [channel, l, m, cos or sin].
+    """Project an image with constant texels, shape (h, w, 3), onto the harmonics of the first bands.
 
-    Exact up to rounding: integration is analytic along a row, and by Gauss-Legendre quadrature across it.
+    The coefficients have the shape (3, bands, bands, 2), with the indices [channel, l, m, cosine or sine]. They are
+    exact up to rounding: integration is analytic along rows, and by Gauss-Legendre quadrature across them.
     """
     height, width, _ = image.shape
     count = _NODES + 2 * bands // height
@@ -93,28 +94,36 @@ def projected(image: Float64Array, bands: int) -> Float64Array:
 
 
 def _along(edges: Float64Array, m: int) -> tuple[Float64Array, Float64Array]:
-    """∫ cos mφ dφ and ∫ sin mφ dφ between edges."""
+    """Return ∫ cos mφ dφ and ∫ sin mφ dφ between neighbouring edges."""
     if not m:
         return np.diff(edges), np.zeros(len(edges) - 1)
     return np.diff(np.sin(m * edges)) / m, -np.diff(np.cos(m * edges)) / m
 
 
 def energies(coefficients: Float64Array) -> Float64Array:
-    """Return the energy of each band in each channel, shape (3, bands): the integral of its square."""
+    """Return the energy of each channel's bands, shape (3, bands): the integral of a band's square over the sphere."""
     return np.asarray((coefficients**2).sum(axis=(2, 3)))
 
 
-# Layout of a sky's numbers: three axes; ½ / ∫ cosᵏ over a right angle, or 0 if the horizon does not cut the lobe off;
-# factors of x, y and z; 1 if series are in z², 0 if in z; the number of series. For each series: 1 if it is multiplied
-# by z, the number of steps, and the first R. For each step: A, B and C, and the two coefficients.
+# Layout of a sky's numbers:
+# - three axes;
+# - ½ / ∫ cosᵏ over a right angle, or 0 if the horizon does not cut the lobe off;
+# - factors of x, y and z;
+# - 1 if series are in z², 0 if they are in z;
+# - the number of series;
+# - for each series: 1 if it is multiplied by z, else 0; the number of steps; the first R;
+# - for each step of a series: A, B and C, and the coefficients of cosine and sine.
 _AXES, _PER_WHOLE, _LINEAR, _IN_SQUARES, _SERIES, _TERMS = 0, 9, 10, 13, 14, 15
 
 
 def sky_numbers(axes: Float64Array, coefficients: Float64Array, hiding: float | None) -> tuple[float, ...]:
-    """Numbers for `sky`, from coefficients (bands, bands, 2); `hiding` is the power of a lobe cut off by the horizon.
+    """Return the numbers that the formula `sky` reads.
 
-    Each m has a series of polynomials Q in z. A cosine lobe leaves no odd band except the first. Then only every other
-    Q is evaluated: 1 or z times a polynomial R in z².
+    The coefficients of the harmonics have the shape (bands, bands, 2). `hiding` is the power of a lobe that the horizon
+    cuts off, or None.
+
+    Each m has a series of polynomials Q in z. A cosine lobe removes all odd bands except the first. Then only every
+    other Q is evaluated: 1 or z times a polynomial R in z².
     """
     bands, linear = len(coefficients), (0.0, 0.0, 0.0)
     in_squares = bands > 3 and not coefficients[3::2].any()
@@ -129,7 +138,7 @@ def sky_numbers(axes: Float64Array, coefficients: Float64Array, hiding: float | 
 
 
 def _series(m: int, coefficients: Float64Array, *, in_squares: bool) -> list[float]:
-    """Numbers of the series of one m: R_l+1 = (A t + B) R_l − C R_l−1, with t = z or z²."""
+    """Return the numbers of the series of one m: R_l+1 = (A t + B) R_l − C R_l−1, with t = z or z²."""
     bands = len(coefficients)
     a, b = [0.0] * bands, [0.0] * bands
     for l in range(m + 1, bands):
@@ -155,7 +164,7 @@ def _numbers_of(steps: list[tuple[float, float, float, int]], m: int, coefficien
 
 @formula
 def sky(own: Any, lobe: Any, _d: Any, n: Any, a: Any) -> Any:
-    """Sum of harmonics in the direction a, times the fraction of the lobe around it that is above the horizon."""
+    """Return the sum of harmonics in the direction a, times the fraction of the lobe around a above the horizon."""
     x, y, z = dot((own[0], own[1], own[2]), a), dot((own[3], own[4], own[5]), a), dot((own[6], own[7], own[8]), a)
     t = z * z if own[_IN_SQUARES] > 0.0 else z
     total = own[_LINEAR] * x + own[_LINEAR + 1] * y + own[_LINEAR + 2] * z
@@ -190,7 +199,7 @@ def sky(own: Any, lobe: Any, _d: Any, n: Any, a: Any) -> Any:
 def _up_to(lobe: Any, angle: Any) -> Any:
     """Integrate cosᵏ from 0 to an angle of at most 90°.
 
-    Under a gnomonic projection, a lobe max(w·u, 0)ᵏ is Student's t distribution, with this density along a line.
+    Under a gnomonic projection, a lobe max(w·u, 0)ᵏ is Student's t distribution, which has this density along a line.
     """
     half, total = 0.5 * minimum(angle, lobe[WINDOW]), 0.0 * angle
     for k in range(int(lobe[COUNT])):
@@ -200,7 +209,7 @@ def _up_to(lobe: Any, angle: Any) -> Any:
 
 
 def moments(power: float, bands: int) -> Float64Array:
-    """Return the factor M of each band for the function max(t, 0)ᵏ, k the power."""
+    """Return the factor M of each band for the lobe max(t, 0)ᵏ, where k is the power."""
     found = [1.0 / (power + 1.0), 1.0 / (power + 2.0)]
     for l in range(2, bands):
         found.append(found[l - 2] * (power - l + 2.0) / (power + l + 1.0))
@@ -208,6 +217,6 @@ def moments(power: float, bands: int) -> Float64Array:
 
 
 def moments_left(power: float, bands: int) -> float:
-    """Return √(Σ (2l + 1) M²) over all bands from `bands` on, by Parseval's theorem; rounded up."""
+    """Return √(Σ (2l + 1) M²) over all l >= `bands`, by Parseval's theorem; rounded up."""
     kept = moments(power, bands)
     return math.sqrt(max(2.0 / (2.0 * power + 1.0) - float((2.0 * np.arange(bands) + 1.0) @ kept**2), 0.0) + 1e-15)

@@ -5,9 +5,11 @@ real k >= 0
 
     ∫ max(z, 0)ᵏ du = 1/p · ∮ (1 − max(z, 0)ᵖ) dφ,    p = k + 1
 
-counter-clockwise around a region without −w (Arvo 1995 gives a recurrence for integer k). Along a great circle, the
-product of 1 − zᵖ and dφ is regular at z = 1, once 1 − z² is divided out. Far from there zᵖ is nearly 0, and the angle
-remains. So a few Gauss-Legendre nodes within the lobe, and arc tangents elsewhere, are exact to rounding.
+counter-clockwise around a region that does not contain −w (Arvo 1995 gives a recurrence for integer k).
+
+Along a great circle, dφ has the factor 1/(1 − z²). The product (1 − zᵖ)/(1 − z²) is regular at z = 1. Far from there,
+zᵖ is nearly 0, and the integral is an angle. So a few Gauss-Legendre nodes within the lobe, and arc tangents elsewhere,
+give the integral up to rounding.
 """
 
 from __future__ import annotations
@@ -42,20 +44,26 @@ class CosinePower(NamedTuple):
     """The factor max(a·l, 0)ᵏ of a lobe, for n·l > 0, that is integrated over a light."""
 
     around: Literal["normal", "mirror"]
-    """The vector a: the normal, or the direction to the viewer mirrored at it."""
+    """The vector a: the normal, or the direction to the viewer mirrored at the normal."""
 
     power: float
     """The exponent k, >= 0."""
 
 
-# Layout of a lobe's numbers: k and p; the cutoff beyond which the lobe is taken as 0, as 1 − z, as an angle, and as
-# 1 − zᵖ; the angular size below which a light is a point to the lobe; half the angle on a rim that the nodes resolve;
-# half the arc that the fewer nodes resolve, the number of these, and their index; the number of nodes; then nodes on
-# [−1, 1] alternating with their weights.
+# Layout of a lobe's numbers:
+# - POWER and RAISED: k and p;
+# - NOTHING, WINDOW and BEYOND: the cutoff beyond which the lobe is taken as 0, as 1 − z, as an angle, and as 1 − zᵖ;
+# - POINT: the angular size below which the lobe treats a light as a point;
+# - PIECE: half the angle on a rim that the nodes resolve;
+# - SHORT: half the longest arc for which the smaller set of nodes suffices;
+# - FEW and FEW_NODES: the number of nodes in the smaller set, and the index of the first;
+# - COUNT: the number of nodes in the larger set;
+# - from NODES: the nodes on [−1, 1] of the larger set, then of the smaller one, alternating with their weights.
 POWER, RAISED, NOTHING, WINDOW, BEYOND, POINT, PIECE, SHORT, FEW, FEW_NODES, COUNT, NODES = range(12)
 
 SMOOTH_FROM = 8.0
-"""Least smooth power p. For lower ones, integrands are not smooth on the equator of w, and nodes are denser there."""
+"""Least power p whose integrands are smooth. Those of lower powers are not smooth on the equator of w, and nodes are
+denser there."""
 
 
 class _Accuracy(NamedTuple):
@@ -64,20 +72,20 @@ class _Accuracy(NamedTuple):
     nothing: float
     """The zᵖ below which a smooth lobe is taken as 0."""
     nodes: int
-    """Number of nodes along an arc, for a lobe that is a Gaussian cut off there."""
+    """Number of nodes along an arc for a smooth lobe, which is nearly a Gaussian, cut off at `nothing`."""
     crowded_nodes: int
     """Number of nodes for powers below `SMOOTH_FROM`."""
     piece: float
     """Half the length of a curve that the nodes resolve, in lobe widths 1/√p."""
     point: float
-    """The angular size, in lobe widths, below which a region's middle replaces it."""
+    """The angular size, in lobe widths, below which a region is replaced by its middle."""
     few_nodes: int
     """Number of nodes along an arc of at most two lobe widths."""
 
 
 # The zᵖ below which a lobe is taken as 0 for powers below `SMOOTH_FROM`, in both accuracies.
 _NOTHING_AT_LOW_POWERS = 1e-16
-# About 1e-11 and, for results in float32, about 1e-7.
+# The errors of integrals are about 1e-11; for results in float32, about 1e-7.
 _EXACT, _ROUNDED = _Accuracy(1e-12, 32, 64, 5.0, 4e-5, 12), _Accuracy(1e-7, 12, 24, 3.0, 5e-4, 6)
 
 
@@ -90,7 +98,7 @@ def gauss_legendre(count: int) -> tuple[Float64Array, Float64Array]:
 
 @lru_cache(maxsize=128)
 def lobe_numbers(power: float, *, rounded: bool = False) -> tuple[float, ...]:
-    """Return a lobe's numbers for the formulas, for results in float64, or `rounded` to float32."""
+    """Return the numbers that formulas read of a lobe, for results in float64, or `rounded` for results in float32."""
     accuracy, raised = _ROUNDED if rounded else _EXACT, power + 1.0
     is_smooth = raised >= SMOOTH_FROM
     least = accuracy.nothing if is_smooth else _NOTHING_AT_LOW_POWERS
@@ -111,16 +119,16 @@ def great_arc(lobe: Any, along: Any, across: Any, first: Any, length: Any) -> An
 
     At the angle y from the point closest to w, z = across · cos y and dφ = along · dy / (1 − z²). 1 − z is
     pole + 2 across sin² y/2, without cancellation. If only one long side of a thin light is beyond the lobe's cutoff, a
-    step of zᵖ there would be as large as the integral. So zᵖ is constant beyond the cutoff.
+    step of zᵖ at the cutoff would be as large as the integral. So beyond the cutoff zᵖ keeps its value at the cutoff.
 
     Parameters
     ----------
     lobe : sequence of float
         From `lobe_numbers`.
     along, across
-        w·m, and |w × m|.
+        The products w·m and |w × m|.
     first, length
-        Start of the arc, measured from the point closest to w, and its length, less than π, in radians.
+        Start of the arc, measured from the point closest to w; and its length, which is less than π; in radians.
     """
     middle = first + 0.5 * length
     middle = middle - 2.0 * math.pi * nearest(middle * (0.5 / math.pi))
@@ -152,7 +160,7 @@ def great_arc(lobe: Any, along: Any, across: Any, first: Any, length: Any) -> An
 
 @formula
 def _by_nodes(lobe: Any, at: int, count: int, pole: Any, across: Any, center: Any, half: Any) -> Any:
-    """Return twice the mean of (1 − max(z, 0)ᵖ) / (1 − z²) over the arc, by `count` nodes."""
+    """Return twice the mean of (1 − max(z, 0)ᵖ) / (1 − z²) over the arc, by `count` nodes from the index `at`."""
     total = 0.0 * half
     for k in range(count):
         height = sine(0.5 * (center + half * lobe[at + 2 * k]))
@@ -163,14 +171,14 @@ def _by_nodes(lobe: Any, at: int, count: int, pole: Any, across: Any, center: An
 
 @formula
 def _turn(rise: Any, first: Any, last: Any, length: Any) -> Any:
-    """Integrate dφ along an arc, for |w·m|."""
+    """Integrate dφ along an arc of a great circle; `rise` is |w·m| for its pole m."""
     level = rise * rise * cosine(first) * cosine(last) + sine(first) * sine(last)
     return arctan2(rise * sine(length), level)
 
 
 @formula
 def arc_between(lobe: Any, w: Any, x: Any, y: Any, side: Any) -> Any:
-    """Integrate as `great_arc` does, between the directions of x and y = x + side."""
+    """Integrate as `great_arc` does, along the arc between the directions of x and y = x + side."""
     across = cross(x, side)
     length = sqrt(dot(across, across))
     m = times(across, 1.0 / maximum(length, 1e-300))
@@ -184,7 +192,7 @@ def shows(lobe: Any, w: Any, m: Any, distance: Any, size: Any) -> Any:
     """True if a lobe may reach a sphere of radius `size` around the offset m.
 
     With α the angle between w and m, β the angular radius of the sphere, and ω the lobe's cutoff angle, it does if
-    sin(α − β − ω) < 0. NaN, or a vertex inside the sphere, gives True.
+    sin(α − β − ω) < 0. The result is True for NaN, and for a vertex inside the sphere.
     """
     aside, ahead = cross(w, m), dot(w, m)
     off, clear = sqrt(dot(aside, aside)), sqrt(maximum((distance - size) * (distance + size), 0.0))
@@ -197,7 +205,7 @@ def shows(lobe: Any, w: Any, m: Any, distance: Any, size: Any) -> Any:
 def may_rise(n: Any, m: Any, size: Any) -> Any:
     """True if a sphere of radius `size` around the offset m may be partly above the horizon.
 
-    NaN, or an infinite size, as a sky's, gives True.
+    The result is True for NaN, and for an infinite size, such as that of a sky.
     """
     return ~(dot(n, m) <= -size)
 
@@ -210,7 +218,7 @@ def is_whole(n: Any, m: Any, size: Any) -> Any:
 
 @formula
 def seen_as_point(lobe: Any, e: Any, w: Any, x: Any) -> Any:
-    """Integrate max(w·u, 0)ᵏ du over a small flat part at the offset x, divided by its area; e is its normal."""
+    """Integrate max(w·u, 0)ᵏ du over a small flat area at the offset x, and divide by the area; e is its normal."""
     square = dot(x, x)
     inverse = 1.0 / sqrt(maximum(square, 1e-300))
     gap = subtract(times(x, inverse), w)
@@ -219,5 +227,5 @@ def seen_as_point(lobe: Any, e: Any, w: Any, x: Any) -> Any:
 
 @formula
 def whole(turned: Any) -> Any:
-    """Return the integral around a region from the sum along its arcs; a full turn is added if −w is inside."""
+    """Return the integral around a region, given the sum along its arcs. A full turn is added if −w is inside."""
     return maximum(select(turned < -1.0, turned + 2.0 * math.pi, turned), 0.0)

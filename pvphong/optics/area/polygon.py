@@ -1,9 +1,9 @@
 """Integrals over the visible part of a polygon, as sums over its sides: Lambert's formula (1760) and Green's theorem.
 
-Each side of the polygon is clipped at the horizon. The outline is closed along the horizon through one point r, for any
-number of crossings, so the part below the horizon cancels.
+Each side of the polygon is clipped at the horizon. Every point where the outline crosses the horizon is joined to one
+point r of the horizon. These lines close the parts of the outline above the horizon, for any number of crossings.
 
-The two integrals take the arguments of `Integral.formula` in `pvphong.optics.light`.
+The two integrals have the arguments of `Integral.formula` in `pvphong.optics.light`.
 
 Symbols: m the vector to the polygon's middle, e the normal of its front; n the normal of the horizon; u a unit
 direction, du its solid angle. Corners are offsets from the middle. All lengths are first divided by a power of two
@@ -32,8 +32,8 @@ from pvphong.base.formulas import (
 )
 from pvphong.optics.area.lobes import POINT, RAISED, arc_between, seen_as_point, shows, whole
 
-# Layout of a polygon's numbers: e, 1 if its back emits too, the root of its area, the length of its longest offset, the
-# number of corners, and their offsets.
+# Layout of a polygon's numbers: the normal e; 1 if the back emits too, else 0; the square root of the area; the length
+# of the longest offset; the number of corners; and the corners' offsets.
 TWO_SIDED, ROOT, SIZE, COUNT, OFFSETS = range(3, 8)
 
 # Coefficients of (arcsin(√q)/√q − 1)/q for q up to ½, highest power first: from `mpmath.chebyfit`, to 2e-16.
@@ -47,14 +47,17 @@ _ARCSINE = (
 
 @formula
 def _offset(own: Any, k: Any, scale: Any) -> Any:
-    """Return the offset of the corner k; k = −1 is the last one."""
+    """Return the scaled offset of corner k; k = −1 is the last one."""
     at = OFFSETS + 3 * (k if k >= 0 else int(own[COUNT]) - 1)
     return own[at] * scale, own[at + 1] * scale, own[at + 2] * scale
 
 
 @formula
 def scaled(d: Any, size: float) -> Any:
-    """Divide a vector by a power of two; return it and the factor. If it is not finite, NaN, so that it is unlit."""
+    """Scale a vector by a power of two so that it, or else `size`, is near 1; return it and the factor.
+
+    Both are NaN if the vector is not finite, so that the vertex is unlit.
+    """
     far = maximum(maximum(abs(d[0]), abs(d[1])), maximum(abs(d[2]), size))
     scale = select(far < math.inf, over_its_size(far), math.nan)
     return times(d, scale), scale
@@ -62,21 +65,25 @@ def scaled(d: Any, size: float) -> Any:
 
 @formula
 def is_glowing(own: Any, m: Any, n: Any, size: Any) -> Any:
-    """True where an emitting side of a flat light is visible: there is a normal, and part is above its horizon."""
+    """True where a vertex has a normal, an emitting side of a flat light faces it, and part of the light may be above
+    its horizon.
+    """
     behind = dot(own, m)
     return ((behind < 0.0) | (behind * own[TWO_SIDED] > 0.0)) & (dot(n, n) > 0.5) & (dot(n, m) > -size)
 
 
 @formula
 def _horizon(own: Any, m: Any, n: Any) -> Any:
-    """Return the offset of r, the point of the horizon in the polygon's plane that is closest to the middle."""
+    """Return the offset of r: of the horizon's line in the polygon's plane, r is the point closest to the middle."""
     rise = subtract(n, times(own, dot(own, n)))
     return times(rise, -dot(n, m) / maximum(dot(rise, rise), 1e-300))
 
 
 @formula
 def _side(own: Any, scale: Any, n: Any, height: Any, r: Any, is_lit: Any, k: Any) -> Any:
-    """Return the ends of side k's part above the horizon, the ends of its closing line, and the number of both."""
+    """Return the ends of the part of side k above the horizon; the ends of the line along the horizon that closes it;
+    and 2 if any vertex needs the second line, else 1.
+    """
     a, b = _offset(own, k - 1, scale), _offset(own, k, scale)
     height_a, height_b = height + dot(n, a), height + dot(n, b)
     start, stop, closing_start, closing_stop, pieces = a, b, a, a, 1
@@ -99,11 +106,12 @@ def _choose(condition: Any, a: Any, b: Any) -> Any:
 
 @formula
 def polygon_irradiance(own: Any, _lobe: Any, d: Any, n: Any, _a: Any) -> Any:
-    """Irradiance from a polygon of intensity 1: 1/area · ∫ max(n·u, 0) du over the part above the horizon.
+    """Return the irradiance from a polygon of intensity 1: 1/area · ∫ max(n·u, 0) du over the part above the horizon.
 
-    It is ½ |Σ f n·Γ|, with Γ = x × y for the ends of a side and f = θ/|Γ|, θ its angular length. Far away, this sum
-    cancels. The sum of the Γ is twice the vector area, α e, for any m. So a common value F, close to every f, is
-    subtracted: ½ |F α n·e + Σ (f − F) n·Γ|, with f − F = (θ/sin θ − 1)/|x||y| + 1/|x||y| − F by differences of squares.
+    The integral is ½ |Σ f n·Γ|, with Γ = x × y for the ends x and y of a side, and f = θ/|Γ| for its angular length θ.
+    Far away, this sum cancels. For any m, the sum of the Γ is twice the vector area, α e. So a common value F, close to
+    every f, is subtracted: ½ |F α n·e + Σ (f − F) n·Γ|. The difference is f − F = (θ/sin θ − 1)/|x||y| + 1/|x||y| − F,
+    computed by differences of squares.
     """
     m, scale = scaled(d, own[SIZE])
     size, root = own[SIZE] * scale, own[ROOT] * scale
@@ -134,7 +142,10 @@ def polygon_irradiance(own: Any, _lobe: Any, d: Any, n: Any, _a: Any) -> Any:
 
 @formula
 def angle_over_sine(square: Any, cosine: Any) -> Any:
-    """Return θ/sin θ − 1 from sin² θ and cos θ: up to 45° by a polynomial, split in two to shorten its chain."""
+    """Return θ/sin θ − 1, given sin² θ and cos θ.
+
+    Up to 45° it is a polynomial, split in two halves to shorten the chain of dependent operations.
+    """
     fourth = square * square
     found = square * (square * horner(fourth, _ARCSINE[::2]) + horner(fourth, _ARCSINE[1::2]))
     is_wide = (square > 0.5) | (cosine < 0.0)
@@ -148,7 +159,8 @@ def angle_over_sine(square: Any, cosine: Any) -> Any:
 def polygon_highlight(own: Any, lobe: Any, d: Any, n: Any, w: Any) -> Any:
     """Integrate 1/area · max(w·u, 0)ᵏ du over the part above the horizon, along its sides.
 
-    If the lobe is much wider than the light's angular size, the centroid of the part above the horizon replaces it.
+    If the lobe is much wider than the light's angular size, the centroid of the part above the horizon replaces the
+    light.
     """
     m, scale = scaled(d, own[SIZE])
     size, distance = own[SIZE] * scale, sqrt(dot(m, m))

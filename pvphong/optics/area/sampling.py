@@ -1,17 +1,19 @@
-"""Importance sampling of area lights and skies: formulas of two numbers u and v in [0, 1).
+"""Importance sampling of area lights and skies, by formulas of two numbers u and v in [0, 1).
 
-Each light has three formulas. `frame` runs once per vertex, in float64. It reads the light's numbers, the origin p of
-the rays and the unit normal n (zero where there is none). It returns the reach, which is the unit of the distances
-below, the factor that turns a mean of weights into a colour, and the values that the other two need. `sample` runs once
-per ray, in float32. It returns the unit vector to a point of the light, the distance as a share of the reach, and the
-weight: the contribution to a white surface's colour, divided by the density of such points.
+Each light has three formulas:
+
+- `frame` runs once per vertex, in float64. It reads the light's numbers, the origin p of the rays and the unit normal
+  n, which is zero if the vertex has no normal. It returns first the reach, which is the unit of the distances below;
+  then the factor that turns a mean of weights into a colour; then the values that the other two formulas need.
+- `sample` runs once per ray, in float32. It returns three things: the unit vector to a point of the light; the distance
+  to the point as a fraction of the reach; and the weight, which is the contribution to a white surface's colour divided
+  by the density of such points.
+- `seen` is the inverse of `sample`, for rays that hit a light by chance; it runs only in NumPy. For a unit vector, it
+  returns the distance to the light as a fraction of the reach, and the density per solid angle with which `sample`
+  chooses this direction. The density is 0 where the ray misses the light.
 
 If the density is nearly proportional to the contribution, the weights are nearly equal, and visibility is the main
 source of noise. The maps from the square are continuous, so well-distributed points stay well distributed.
-
-`seen` is the inverse of `sample`, for rays that hit a light by chance. For a unit vector it returns the distance to the
-light as a share of the reach, and the density per solid angle with which `sample` chooses it, 0 where the ray misses
-the light. It runs only in NumPy.
 
 `Directions`, at the end, samples the directions of light that a highlight reflects.
 """
@@ -54,13 +56,13 @@ class Sampling(NamedTuple):
     """Importance sampling of an area light of intensity 1."""
 
     frame: Callable[..., Any]
-    """Formula of `numbers`, p and n, as above."""
+    """Formula of `numbers`, p and n, as described above."""
 
     sample: Callable[..., Any]
-    """Formula of `numbers`, the results of `frame` from the third on, u and v."""
+    """Formula of `numbers`, the results of `frame` after the first two, u and v."""
 
     seen: Callable[..., Any]
-    """Formula of `numbers`, the results of `frame` from the third on, and a unit vector."""
+    """Formula of `numbers`, the results of `frame` after the first two, and a unit vector."""
 
     numbers: Sequence[float] | Float64Array
     """Numbers of the light, which the formulas read by index."""
@@ -74,7 +76,7 @@ _SLACK = 1e-6
 
 @formula
 def _polynomial(q: Any, coefficients: Any) -> Any:
-    """Evaluate a polynomial, coefficients highest power first."""
+    """Evaluate a polynomial; coefficients begin with the highest power."""
     total = as_type_of(q, coefficients[0])
     for k in range(1, len(coefficients)):
         total = multiply_add(total, q, as_type_of(q, coefficients[k]))
@@ -88,7 +90,7 @@ _SINE = tuple((-1) ** k * (math.pi / 4) ** (2 * k + 1) / math.factorial(2 * k + 
 
 @formula
 def on_disk(u: Any, v: Any) -> Any:
-    """Map the unit square to the unit disk: concentric squares become rings of the same share of the area.
+    """Map the unit square to the unit disk: concentric squares become circles around the same fraction of the area.
 
     Source: P. Shirley and K. Chiu, "A low distortion map between disk and square" (1997).
     """
@@ -113,7 +115,10 @@ def length_and_direction(d: Any) -> Any:
 
 @formula
 def _across(w: Any) -> Any:
-    """Complete a unit vector to a basis (T. Duff et al., "Building an orthonormal basis, revisited", 2017)."""
+    """Return two unit vectors that form an orthonormal basis with w.
+
+    Source: T. Duff et al., "Building an orthonormal basis, revisited" (2017).
+    """
     sign = select(w[2] < 0.0, -1.0, 1.0)
     a = -1.0 / (sign + w[2])
     b = w[0] * w[1] * a
@@ -122,7 +127,7 @@ def _across(w: Any) -> Any:
 
 @formula
 def _combined(x: Any, a: Any, y: Any, b: Any, z: Any, c: Any) -> Any:
-    """The vector xa + yb + zc."""
+    """Return the vector xa + yb + zc."""
     return (
         multiply_add(z, c[0], multiply_add(y, b[0], x * a[0])),
         multiply_add(z, c[1], multiply_add(y, b[1], x * a[1])),
@@ -135,11 +140,15 @@ def _combined(x: Any, a: Any, y: Any, b: Any, z: Any, c: Any) -> Any:
 
 @formula
 def sphere_frame(numbers: Any, p: Any, n: Any) -> Any:
-    """Frame of a sphere. Numbers: centre and radius. From inside, the sphere fills all directions.
+    """Compute the frame of a sphere. Numbers: centre and radius. From inside, the sphere fills all directions.
 
-    Values for `sample`: 0 to 8 the unit vector to the centre and two unit vectors across it; 9 to 11 their cosines with
-    the normal; 12 one minus the cone's cosine; 13 the sign of the ray's root, 1 from inside, else −1; 14 the distance
-    to the centre as a share.
+    Values for `sample`:
+
+    - 0 to 8: the unit vector to the centre, and two unit vectors across it;
+    - 9 to 11: the cosines of these three with the normal;
+    - 12: 1 − the cosine of the cone's half-angle;
+    - 13: the sign of the root in the ray's distance, 1 from inside, else −1;
+    - 14: the distance to the centre, as a fraction of the reach.
     """
     distance, w = length_and_direction((numbers[0] - p[0], numbers[1] - p[1], numbers[2] - p[2]))
     radius = numbers[3]
@@ -180,9 +189,9 @@ def sphere_seen(_numbers: Any, frame: Any, d: Any) -> Any:
 
 # --- flat lights: points on them, with a density close to their contribution
 
-# Least weight of a corner, relative to its weight if the vertex faced it.
+# Least weight of a corner, relative to the weight that it would have if the vertex faced it.
 _LEAST_CORNER = 2.0**-5
-# Least height of a vertex above the light's plane, as a share of the reach.
+# Least height of a vertex above the light's plane, as a fraction of the reach.
 _LEAST_HEIGHT = 2.0**-10
 # Below this height, in units of the radius, a disk is sampled as the square around it.
 _NEAR_DISK = 0.5
@@ -190,10 +199,11 @@ _NEAR_DISK = 0.5
 
 @formula
 def _slope(side: Any, foot: Any, height: Any) -> Any:
-    """Prepare sampling along a side, uniformly by angle: with a density that falls as 1/(s² + h²).
+    """Prepare sampling along a side, uniformly by angle, which gives a density proportional to 1/(s² + h²).
 
-    The foot is the vertex projected onto the side, measured from its middle; s is the distance from the foot, h the
-    height. Returns the middle angle's cosine and sine, half the range of angles, the foot, and a factor of the density.
+    The foot is the vertex projected onto the side, measured from the side's middle; s is the distance from the foot,
+    and h the height. The results are the cosine and the sine of the middle angle, half the range of angles, the foot,
+    and the factor of the density.
     """
     low, high = arctan2(-side - foot, height), arctan2(side - foot, height)
     middle, half = 0.5 * (low + high), 0.5 * (high - low)
@@ -202,21 +212,28 @@ def _slope(side: Any, foot: Any, height: Any) -> Any:
 
 @formula
 def _corner(c: Any, n: Any, height: Any) -> Any:
-    """Return the contribution of a corner at the offset c, up to a factor, divided by the density along both sides."""
+    """Return the contribution of a corner at the offset c, divided by the density along both sides; up to a factor."""
     square = dot(c, c)
     return maximum(dot(n, c), _LEAST_CORNER * sqrt(square)) / maximum(square * square, 1e-30) * height
 
 
 @formula
 def flat_frame(numbers: Any, p: Any, n: Any) -> Any:
-    """Frame of a flat light. Numbers: centre, normal, two half sides as vectors, 1 if two-sided, corner position.
+    """Compute the frame of a flat light.
 
-    The corner position is a share of the half sides: 1 for a rectangle, √½ for a disk.
+    Numbers: the centre; the normal; two half sides as vectors; 1 if the light is two-sided, else 0; and the corner
+    position, which is the fraction of the half sides at which the corners are: 1 for a rectangle, √½ for a disk.
 
-    Values for `sample`, lengths as shares of the reach: 0 to 2 the offset from the vertex to the light's centre; 3 to 8
-    unit vectors along its sides; 9 to 11 the vertex's normal; 12 its height above the glowing side; 13 to 16 weights of
-    the corners; 17 to 21 and 22 to 26 the results of `_slope` for each side; 27 and 28 the half sides; 29 the height,
-    at least `_LEAST_HEIGHT`.
+    Values for `sample`, with lengths as fractions of the reach:
+
+    - 0 to 2: the offset from the vertex to the light's centre;
+    - 3 to 8: unit vectors along the light's sides;
+    - 9 to 11: the vertex's normal;
+    - 12: the vertex's height above the emitting side;
+    - 13 to 16: weights of the corners;
+    - 17 to 21 and 22 to 26: the results of `_slope` for each side;
+    - 27 and 28: the half sides;
+    - 29: the height, at least `_LEAST_HEIGHT`.
     """
     normal = numbers[3], numbers[4], numbers[5]
     sides = (numbers[6], numbers[7], numbers[8]), (numbers[9], numbers[10], numbers[11])
@@ -248,7 +265,7 @@ def flat_frame(numbers: Any, p: Any, n: Any) -> Any:
 
 @formula
 def _along(u: Any, a: Any, b: Any) -> Any:
-    """Map a uniform number to one in [0, 1] whose density is linear from a to b."""
+    """Map a uniformly distributed number to a number in [0, 1] whose density is linear, from a to b."""
     root = sqrt(multiply_add(u, b * b - a * a, a * a))
     return minimum(u * (a + b) / (a + root), ONE)
 
@@ -260,7 +277,7 @@ _SINE_TO_90 = tuple((-1) ** k / math.factorial(2 * k + 1) for k in range(5, -1, 
 
 @formula
 def _on_side(u: Any, slope: Any, side: Any, height: Any) -> Any:
-    """Return a point on a side, as an offset from its middle, and its density, from the values of `_slope`."""
+    """Return a point on a side, as an offset from the side's middle, and its density. `slope` is from `_slope`."""
     delta = (TWO * u - ONE) * slope[2]
     c, s = _polynomial(delta * delta, _COSINE_TO_90), delta * _polynomial(delta * delta, _SINE_TO_90)
     tangent = (slope[1] * c + slope[0] * s) / maximum(slope[0] * c - slope[1] * s, as_type_of(u, 1e-6))
@@ -271,7 +288,9 @@ def _on_side(u: Any, slope: Any, side: Any, height: Any) -> Any:
 
 @formula
 def _warped(u: Any, v: Any, corners: Any) -> Any:
-    """Warp u and v to a density that is bilinear in the square, given at its corners; return them and the density.
+    """Warp u and v to a density that is bilinear in the unit square; return them and their density.
+
+    `corners` has the densities at the square's corners.
 
     Source: D. Hart et al., "Practical product sampling by fitting and composing warps" (2020), 4.1.
     """
@@ -283,7 +302,7 @@ def _warped(u: Any, v: Any, corners: Any) -> Any:
 
 @formula
 def _on_rectangle(frame: Any, u: Any, v: Any) -> Any:
-    """Sample a rectangle: offsets from its middle along both sides, and their density."""
+    """Sample a rectangle: return a point's offsets from the middle along both sides, and the density."""
     x, y, density = _warped(u, v, frame[13:17])
     x, first = _on_side(x, frame[17:22], frame[27], frame[29])
     y, second = _on_side(y, frame[22:27], frame[28], frame[29])
@@ -292,7 +311,7 @@ def _on_rectangle(frame: Any, u: Any, v: Any) -> Any:
 
 @formula
 def _from_flat(frame: Any, x: Any, y: Any, over_density: Any) -> Any:
-    """Return the direction, distance and weight of the point of a flat light at offsets from its middle."""
+    """Return the direction, distance and weight of a point of a flat light, given by its offsets from the middle."""
     c = _combined(ONE, frame[0:3], x, frame[3:6], y, frame[6:9])
     square = dot(c, c)
     length = sqrt(square)
@@ -310,7 +329,7 @@ def rectangle_sample(_numbers: Any, frame: Any, u: Any, v: Any) -> Any:
 
 @formula
 def disk_sample(_numbers: Any, frame: Any, u: Any, v: Any) -> Any:
-    """Sample a disk; from near, the square around it, with weight 0 for points outside the disk."""
+    """Sample a disk. For a vertex near its plane, sample the square around it, with weight 0 outside the disk."""
     radius = frame[27]
     x, y, density = _warped(u, v, frame[13:17])
     x, y = on_disk(x, y)
@@ -337,7 +356,7 @@ def _on_plane(numbers: Any, frame: Any, d: Any) -> Any:
 
 
 def _of_side(x: Any, slope: Any, height: Any) -> Any:
-    """Invert `_on_side`: return the number that gives an offset, and the density there."""
+    """Invert `_on_side`: return the u that gives an offset, and the density there."""
     off = x - slope[3]
     delta = arctan2(off, height) - arctan2(slope[1], slope[0])
     return HALF + HALF * delta / slope[2], slope[4] / (height * height + off * off)
@@ -380,8 +399,8 @@ def disk_seen(numbers: Any, frame: Any, d: Any) -> Any:
     return far, select(distance <= ONE + _SLACK, density * factor / (radius * radius), ZERO)
 
 
-# Index of a polygon's triangles in its numbers: their count; then for each the cumulative share of the area, its own
-# share, its first corner, and the offsets of the other two from it, in units of the half sides.
+# Index of the number of triangles in a polygon's numbers. For each triangle follow the cumulative fraction of the area,
+# its own fraction, its first corner, and the offsets of the other two corners from it, in units of the half sides.
 TRIANGLES = 14
 
 
@@ -417,9 +436,12 @@ def polygon_seen(numbers: Any, frame: Any, d: Any) -> Any:
 
 @formula
 def sky_frame(numbers: Any, _p: Any, n: Any) -> Any:
-    """Frame of a sky. Numbers: the distance beyond which geometry does not occlude it, and its brightness.
+    """Compute the frame of a sky. Numbers: the distance beyond which geometry does not occlude it, and its brightness.
 
-    Values for `sample`: 0 to 8 two unit vectors across the normal, and the normal; 9 is 1 if there is a normal, else 0.
+    Values for `sample`:
+
+    - 0 to 8: two unit vectors across the normal, and the normal;
+    - 9: 1 if there is a normal, else 0.
     """
     across, up = _across(n)
     has_normal = select(dot(n, n) > 0.0, 1.0, 0.0)
@@ -428,7 +450,7 @@ def sky_frame(numbers: Any, _p: Any, n: Any) -> Any:
 
 @formula
 def _by_cosine(frame: Any, u: Any, v: Any) -> Any:
-    """Sample the cosine: the direction above a uniform point on the disk (Nusselt's analogue)."""
+    """Sample directions by the cosine: return the direction above a uniform point on the disk (Nusselt's analogue)."""
     x, y = on_disk(u, v)
     z = sqrt(maximum(ONE - x * x - y * y, ZERO))
     return _combined(x, frame[0:3], y, frame[3:6], z, frame[6:9])
@@ -441,24 +463,25 @@ def sky_sample(_numbers: Any, frame: Any, u: Any, v: Any) -> Any:
 
 
 def sky_seen(_numbers: Any, frame: Any, d: Any) -> Any:
-    """Return the density of a direction; the sky fills all directions."""
+    """Return the distance to the sky, which is the reach in every direction, and the density of a direction."""
     return ONE, maximum(dot(frame[6:9], d), ZERO) * frame[9] / math.pi
 
 
 def sky_sampling(distance: float, brightness: float) -> Sampling:
-    """Sampling of a uniform sky, which geometry occludes up to a distance."""
+    """Return the sampling of a uniform sky, which geometry occludes up to a distance."""
     return Sampling(sky_frame, sky_sample, sky_seen, (distance, brightness))
 
 
-# An image's numbers after those of `sky_frame`: the count of rows and of columns, powers of two for bisecting them,
-# ∫ L dω of its radiance L, and the axes to its middle, right and up. Then, per row, the cosine of the angle from the
-# top and the cumulative share of the energy where it begins; the cumulative shares of each row's columns; L.
+# An image's numbers after those of `sky_frame`: the number of rows and of columns; powers of two for bisecting them;
+# ∫ L dω of its radiance L; and the axes to its middle, right and up. Then follow tables: the cosine of the angle from
+# the top at which each row begins; the cumulative fraction of the energy there; the cumulative fractions of the columns
+# in each row; and L.
 _ROWS, _COLUMNS, _HALF_ROWS, _HALF_COLUMNS, _TOTAL, _TABLES = 2, 3, 4, 5, 6, 16
 
 
 @formula
 def _place_in(numbers: Any, start: Any, count: Any, half: Any, share: Any) -> Any:
-    """Bisect rising numbers from 0 to 1 for a share: return its interval, and the position within it."""
+    """Find a share in a table of numbers that rise from 0 to 1: return its interval, and its position within it."""
     low, step = index(share * ZERO), int(half)
     while step > 0:
         after = low + step
@@ -471,7 +494,7 @@ def _place_in(numbers: Any, start: Any, count: Any, half: Any, share: Any) -> An
 
 @formula
 def _cell(numbers: Any, d: Any) -> Any:
-    """Return the row and the column of an image's cell in a direction."""
+    """Return the row and the column of the image's cell that a direction points to."""
     rows, columns = int(numbers[_ROWS]), int(numbers[_COLUMNS])
     ahead, right = (numbers[7], numbers[8], numbers[9]), (numbers[10], numbers[11], numbers[12])
     height = minimum(maximum(dot((numbers[13], numbers[14], numbers[15]), d), -1.0), 1.0)
@@ -518,7 +541,7 @@ def image_sample(numbers: Any, frame: Any, u: Any, v: Any) -> Any:
 
 
 def image_seen(numbers: Any, frame: Any, d: Any) -> Any:
-    """Return the density of a direction; the image fills all directions."""
+    """Return the distance to the image, which is the reach in every direction, and the density of a direction."""
     rows, columns = int(numbers[_ROWS]), int(numbers[_COLUMNS])
     row, column = _cell(numbers, d)
     cells = _TABLES + 2 * (rows + 1) + rows * (columns + 1)
@@ -527,7 +550,10 @@ def image_seen(numbers: Any, frame: Any, d: Any) -> Any:
 
 
 def image_numbers(radiance: Float64Array, axes: Float64Array) -> Float64Array:
-    """Return the numbers of `image_sample`, from the radiance of the image's cells (h, w) and its axes, as rows."""
+    """Return the numbers that `image_sample` reads.
+
+    `radiance`, shape (h, w), is that of the image's cells; `axes` has the image's axes as rows.
+    """
     rows, columns = radiance.shape
     tops = np.cos(np.arange(rows + 1) * (math.pi / rows))
     energies = radiance * ((tops[:-1] - tops[1:]) * (2.0 * math.pi / columns))[:, None]
@@ -538,7 +564,7 @@ def image_numbers(radiance: Float64Array, axes: Float64Array) -> Float64Array:
 
 
 def _shares(parts: Float64Array) -> Float64Array:
-    """Return the cumulative distribution of parts, from 0 to 1; a uniform one if all are 0."""
+    """Return the cumulative distribution of parts, from 0 to 1; it is uniform if all parts are 0."""
     ends = np.cumsum(parts if parts.any() else np.ones_like(parts))
     return np.concatenate([[0.0], ends / ends[-1]])
 
@@ -547,17 +573,20 @@ def _shares(parts: Float64Array) -> Float64Array:
 
 
 class Directions(NamedTuple):
-    """Importance sampling of directions at n points, by arrays."""
+    """Importance sampling of directions at n points, with functions of arrays."""
 
     sample: Callable[[Any, Any], Float64Array]
-    """Function of u and v (n,) that returns unit vectors (3, n); zero where they give no direction."""
+    """Function of u and v, shape (n,), that returns unit vectors, shape (3, n); zero where they give no direction."""
 
     density: Callable[[Float64Array], Float64Array]
-    """Function of directions (3, n) that returns their density per solid angle (n,)."""
+    """Function of unit vectors, shape (3, n), that returns their density per solid angle, shape (n,)."""
 
 
 def around(axis: FloatArray, exponent: Any) -> Directions:
-    """Sample with the density max(z, 0)ᵖ, z the cosine with an axis (3, n); p = 1 and the normal give the cosine."""
+    """Sample directions with a density proportional to max(z, 0)ᵖ, where z is the cosine with an axis, shape (3, n).
+
+    The exponent p = 1 and the normal as the axis give sampling by the cosine.
+    """
     raised = exponent + 1.0
     across, up = _across(axis)
 
@@ -586,16 +615,17 @@ def by_halves(
 ) -> Directions:
     """Sample half-way directions h by their slopes h·t/h·n and h·(n × t)/h·n, and mirror the viewer at them.
 
-    A density of slopes divided by (h·n)³ is a density of h; this divided by 4 v·h is a density of mirrored directions.
+    The density of slopes, divided by (h·n)³, is the density of h. This, divided by 4 v·h, is the density of the
+    mirrored directions.
 
     Parameters
     ----------
     n, v : ndarray
         Unit normals and vectors to the viewer, shape (3, n).
     slopes : callable
-        Maps points of the unit disk to slopes.
+        Function that maps points of the unit disk to slopes.
     slope_density : callable
-        Returns the density of slopes.
+        Function that returns the density of slopes.
     t : ndarray, optional
         Unit tangents, shape (3, n); by default, arbitrary ones.
     """

@@ -1,11 +1,19 @@
-"""The kinds of light.
+"""The kinds of light, one file each.
 
-A new kind is a file in this folder and an entry in `LIGHT_TYPES`; then its name and place in `pvphong/__init__.py`, a
-row in the README, and a strategy in `tests/strategies.py`, which includes it in all tests of laws. An area light
-overrides `nodes`. An `analytic_integral` makes it exact; with `sampling`, rays reach it, for soft shadows and `truth`.
-`tests/rays/test_paths.py` has one light of each kind. `aimed.py` is shared by lights with a direction, `sized.py` by
-area lights. `conversion.py` converts lights to other notations; a kind without `nodes` registers there the light that
-VTK draws in its place. `pvphong/shading/plan/lights.py` defines cheaper replacements.
+`aimed.py` is shared by lights with a direction, `sized.py` by flat area lights. `conversion.py` converts lights to
+other notations.
+
+A new kind of light needs:
+
+- a file in this folder, and an entry in `LIGHT_TYPES`;
+- its name and module in `pvphong/__init__.py`, and a row in the README;
+- a strategy in `tests/strategies.py`, which includes it in all property-based tests;
+- a light in `tests/rays/test_paths.py`, which has one of each kind;
+- without `nodes`: the light that VTK draws in its place, registered in `conversion.py`;
+- if there is one, a cheaper replacement in `pvphong/shading/plan/lights.py`.
+
+An area light overrides `nodes`. An `analytic_integral` makes it exact. With `sampling`, rays are cast to it, for soft
+shadows and `truth`.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Lights in other notations: homogeneous positions, and the values that VTK's shader reads."""
+"""Conversion of lights to and from other notations: homogeneous positions, and the values that VTK's shader reads."""
 
 from __future__ import annotations
 
@@ -25,8 +25,8 @@ def light_from_homogeneous(position: Any, **common: Any) -> DirectionalLight | P
     Parameters
     ----------
     position : sequence of float
-        w = 0 gives a directional light that shines from (x, y, z), any other w a point light at
-        (x, y, z)/w (OpenGL 2.1 specification, section 2.14.1).
+        If w = 0, the result is a directional light that shines from the direction (x, y, z); else it is a point light
+        at (x, y, z)/w (OpenGL 2.1 specification, section 2.14.1).
     **common
         Fields of the light; a point light also takes `attenuation`.
 
@@ -50,22 +50,22 @@ def light_from_homogeneous(position: Any, **common: Any) -> DirectionalLight | P
 
 
 class VtkValues(NamedTuple):
-    """Values of a light in VTK's shader, with coordinates in the light's own frame."""
+    """Values that VTK's shader reads of a light, with coordinates in the light's own frame."""
 
     is_positional: bool
     direction: Vector
     position: Vector = (0.0, 0.0, 0.0)
     attenuation: Vector = (1.0, 0.0, 0.0)
     cone_angle: float | None = None
-    """Half the opening angle in degrees; None for no cone, as in VTK from 90° on."""
+    """Half the opening angle in degrees; None for no cone, which is also what VTK makes of 90° or more."""
     exponent: float = 0.0
 
 
 @singledispatch
 def vtk_values(light: Any) -> VtkValues:
-    """Return VTK's values of a light, or of the nearest light that VTK has.
+    """Return the values with which VTK draws a light, or the nearest light that VTK supports.
 
-    A custom light can be drawn and compared after `vtk_values.register(kind, function)`.
+    To draw and compare a user-defined kind of light, call `vtk_values.register(kind, function)`.
 
     Raises
     ------
@@ -81,20 +81,20 @@ def vtk_values(light: Any) -> VtkValues:
 
 @vtk_values.register
 def _(light: DirectionalLight) -> VtkValues:
-    """Return its direction."""
+    """Return the values of a directional light: its direction."""
     x, y, z = light.direction
     return VtkValues(False, (x, y, z))
 
 
 @vtk_values.register
 def _(light: Weakening) -> VtkValues:
-    """Return position and attenuation; VTK's point light is a spot without a cone."""
+    """Return position and attenuation: in VTK, a point light is a spot light without a cone."""
     return VtkValues(True, (0.0, 0.0, -1.0), light.position, light.attenuation)
 
 
 @vtk_values.register
 def _(light: SpotLight) -> VtkValues:
-    """Return all its fields. VTK treats a cone of 90° as no cone, and clamps exponents to 128."""
+    """Return the values of a spot light. VTK treats a cone of 90° as no cone, and clamps exponents to 128."""
     (x, y, z), (px, py, pz), (c, l, q) = light.direction, light.position, light.attenuation
     return VtkValues(True, (x, y, z), (px, py, pz), (c, l, q), light.cone_angle, light.exponent)
 
@@ -106,20 +106,20 @@ def is_in_vtk(light: Light) -> bool:
 
 @singledispatch
 def nearest_in_vtk(light: Any) -> Light:
-    """Return the nearest light without a size, or the light itself if it has no size."""
+    """Return the nearest light that VTK supports; the light itself if it has no size."""
     nearest: Light = light.nodes(1)[0]
     return nearest
 
 
 @nearest_in_vtk.register
 def _(light: Flat) -> SpotLight:
-    """Return a spot light in its middle, with the widest cone that VTK supports."""
+    """Return a spot light in the flat light's middle, with the widest cone that VTK supports."""
     return SpotLight(light.center, light.normal, _NEARLY_90, 1.0, INVERSE_SQUARE)
 
 
 @nearest_in_vtk.register
 def _(light: EnvironmentLight) -> DirectionalLight:
-    """Return parallel light from the mean direction of the energy."""
+    """Return a directional light from the mean direction of the environment's energy."""
     return DirectionalLight(direction=light.nodes(1)[0].direction)
 
 
@@ -129,7 +129,7 @@ def light_from_values(values: VtkValues, **common: Any) -> Light:
     Parameters
     ----------
     values : VtkValues
-        Position and shape.
+        The values.
     **common
         The fields of every light.
 

@@ -51,7 +51,7 @@ class DirectionalLight(Light):
 
     @classmethod
     def at(cls, position: VectorLike, *, target: VectorLike, **fields: Any) -> Self:
-        """Make the light of a sun in the direction of `position` as seen from `target`.
+        """Make a light that shines from the direction of `position`, as seen from `target`.
 
         Parameters
         ----------
@@ -69,7 +69,7 @@ class DirectionalLight(Light):
 
     @classmethod
     def from_angles(cls, azimuth: float, elevation: float, **fields: Any) -> Self:
-        """Make the light of a sun from its compass direction and its height above the horizon.
+        """Make sunlight, given the sun's compass direction and its height above the horizon.
 
         North is +y, east +x, and up +z, as in maps and terrains.
 
@@ -100,6 +100,6 @@ class DirectionalLight(Light):
         return cls(direction=(0.0 - east * across, 0.0 - north * across, 0.0 - up), **fields)
 
     def arrival(self, points: Float64Array, real: Any = np.float64) -> Arrival:  # noqa: ARG002 the same everywhere
-        """Return strength 1, and the reversed `direction`, scaled by a power of two, with its inverse length."""
+        """Return the reversed `direction`, scaled by a power of two, with its inverse length, and the strength 1."""
         direction, inverse_length = moderate_vector(self.direction)
         return Arrival(-np.array(direction, dtype=real)[:, None], 1.0, inverse_length)

@@ -23,15 +23,15 @@ from pvphong.optics.roles import Role, aim, length, meaning, place
 class DiskLight(Aimed, Flat, Light):
     """Disk light with Lambertian emission: `diffuse` · `intensity` is its intensity along its normal.
 
-    A white patch that faces it at a large distance d receives the light's colour over d². Diffuse reflection and
-    Phong's highlight are exact; other reflectances approximate it with 64 nodes.
+    A white patch that faces it at a large distance d receives the light's colour divided by d². Diffuse reflection and
+    Phong's highlight are exact; for other reflectances, 64 spot lights approximate the disk.
 
     Parameters
     ----------
     position : sequence of float, default (0, 0, 0)
         Its centre, in the mesh's unit.
     direction : sequence of float, default (0, 0, -1)
-        Normal of its front, in which most light travels; of any length.
+        Normal of its front, the direction of its strongest emission; of any length.
     radius : float, default 1
         Its radius > 0, in the mesh's unit.
     two_sided : bool, default False
@@ -57,32 +57,32 @@ class DiskLight(Aimed, Flat, Light):
     two_sided: bool = meaning(Role(check.flag), False)
 
     def spots(self, count: int) -> Float64Array:
-        """Return the nodes' positions, on a spiral in golden angles (Vogel 1979)."""
+        """Return the nodes' positions, on a golden-angle spiral (Vogel 1979)."""
         k = np.arange(count)
         far = np.sqrt((k + 0.5) / count) * (count > 1)
         return self._at(far, k * math.pi * (3.0 - math.sqrt(5.0)))
 
     @property
     def outline(self) -> Float64Array:
-        """Points on its rim."""
+        """Points on the disk's rim."""
         return self._at(np.ones(64), np.arange(64) * math.pi / 32.0)
 
     def _at(self, far: Any, around: Any) -> Float64Array:
-        """Return its points at shares of its radius and at angles, shape (k, 3)."""
+        """Return points of the disk, shape (k, 3), given their fractions of the radius and their angles."""
         ways = np.stack([np.cos(around), np.sin(around)]).T @ across(self.normal)
         return np.array(self.position) + self.radius * far[:, None] * ways
 
     @property
     def area(self) -> float:
-        """π times the square of its radius."""
+        """π times the square of the radius."""
         return math.pi * self.radius * self.radius
 
     @property
     def sampling(self) -> Sampling:
-        """Importance sampling of points on it."""
+        """Importance sampling of the disk's points."""
         return self.sampled(disk_sample, disk_seen, self.radius * across(self.normal), math.sqrt(0.5))
 
     def analytic_integral(self, form: CosinePower) -> Integral:
-        """Return the integral along its rim."""
+        """Return the integral of the lobe over the disk, along its rim."""
         formula = disk_irradiance if form.around == "normal" else disk_highlight
         return Integral(formula, self.center, self.radius, (*self.normal, float(self.two_sided), self.radius))

@@ -29,14 +29,14 @@ from pvphong.optics.lights.directional import DirectionalLight
 from pvphong.optics.panorama import Panorama, directions, image_or_color, row_areas
 from pvphong.optics.roles import Role, Turn, Up, meaning
 
-# Sine of the least angle between `up` and the x axis for which the x axis is the middle of the image.
+# Sine of the least angle between `up` and the x axis at which the middle of the image is along the x axis.
 _LEAST = 1e-9
 # Relative size below which harmonics are dropped.
 _NOTHING = 1e-15
 # Least number of rows of directions from which nodes are chosen.
 _ROWS = 48
-# Nodes per sharpness of a lobe; their least number (error of matt GGX under a white sky: 0.5 %; with 64 nodes 2.9 %)
-# and their largest (error of GGX with roughness 0.4: 1 %).
+# Number of nodes divided by a lobe's sharpness; least number of nodes (with 256, the error of matt GGX under a white
+# sky is 0.5 %; with 64, 2.9 %); largest number of nodes (with 1024, the error of GGX with roughness 0.4 is 1 %).
 _NODES_IN_LOBES, _LEAST_NODES, _MOST_NODES = 4.0, 256, 1024
 # Largest number of rows for importance sampling; larger images are averaged to it.
 _MOST_ROWS = 256
@@ -47,14 +47,18 @@ _RED_GREEN_BLUE = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
 class EnvironmentLight(Light):
     """Environment light, infinitely far away in all directions: an image, or one colour.
 
-    Its colours are radiance, in units where a white patch under a uniform image of 1 gets the colour 1. `diffuse` and
-    `intensity` multiply it, and `ambient` arrives everywhere with the strength 1. Diffuse reflection and Phong's
-    highlight use the image's first 32 bands of spherical harmonics; the plan's row "sky" bounds the error of the other
-    bands, and gives the number needed for a tolerance. A highlight is the image blurred by the lobe, looked up in the
-    mirror direction, times the part of the lobe above the horizon. This is exact for one colour; where the horizon cuts
-    the lobe off, the error is at most (brightest − darkest) / (2 (shininess + 1)). Other reflectances approximate the
-    image with 256 parallel lights of equal energy, and up to 1024 for sharp lobes. The error is about 1 % for `GGX`
-    down to a roughness of 0.4, 5 % at 0.3, and 23 % at 0.2, where the lights show as spots.
+    The image's colours are radiance, in units where a white patch under a uniform image of 1 gets the colour 1.
+    `diffuse` and `intensity` multiply it, and `ambient` arrives everywhere with the strength 1.
+
+    Diffuse reflection and Phong's highlight use the image's first 32 bands of spherical harmonics. The plan's row "sky"
+    bounds the error of omitting the other bands, and gives the number of bands that a tolerance needs. A highlight is
+    the image blurred by the lobe, looked up in the mirror direction, times the part of the lobe above the horizon. This
+    is exact for one colour; where the horizon cuts the lobe off, the error is at most
+    (brightest − darkest) / (2 (shininess + 1)).
+
+    For other reflectances, 256 parallel lights of equal energy approximate the image, and up to 1024 for sharp lobes.
+    The error is about 1 % for `GGX` down to a roughness of 0.4, 5 % at 0.3, and 23 % at 0.2, where the lights become
+    visible as spots.
 
     Phong's lobe is not normalised: under a uniform sky its highlight is 2/(shininess + 1), dark for a mirror.
     `ModifiedPhong` and `GGX` are normalised.
@@ -62,16 +66,16 @@ class EnvironmentLight(Light):
     Parameters
     ----------
     image : color, array_like or pyvista.Texture, default 1
-        One colour; or (h, w, 3) linear floats >= 0, equirectangular: row 0 is around `up`, the middle column is along
-        the x axis (the z axis if `up` is along x), and columns run to the right as seen from inside. An 8-bit texture
-        must be marked as sRGB (`texture.SetUseSRGBColorSpace(True)`). Scene files store the texels.
+        One colour; or an equirectangular image of linear floats >= 0, shape (h, w, 3). Row 0 is around `up`, the middle
+        column is along the x axis (the z axis if `up` is along x), and columns run to the right as seen from inside. An
+        8-bit texture must be marked as sRGB (`texture.SetUseSRGBColorSpace(True)`). Scene files store the texels.
     up : sequence of float, default (0, 1, 0)
         Direction to the top of the image; of any length. VTK's environments have the same default.
     rotation : float, default 0
         Rotation around `up` in degrees, counter-clockwise as seen from the top.
     **common
-        The fields of every light: `diffuse`, `specular`, `ambient`, `intensity`, `on`, `frame`, `name`. As a headlight
-        it is in eye space.
+        The fields of every light: `diffuse`, `specular`, `ambient`, `intensity`, `on`, `frame`, `name`. With the frame
+        "headlight", `up` is in eye space.
 
     Raises
     ------
@@ -95,7 +99,7 @@ class EnvironmentLight(Light):
 
     @cached_property
     def panorama(self) -> Panorama:
-        """Its image; one colour gives a single texel."""
+        """The image; for one colour, it has a single texel."""
         image = self.image
         return image if isinstance(image, Panorama) else Panorama.of("image", np.full((1, 1, 3), rgb(image)))
 
@@ -121,21 +125,21 @@ class EnvironmentLight(Light):
     # -- sampling
 
     def nodes(self, count: int) -> tuple[DirectionalLight, ...]:
-        """Return parallel lights of equal energy, which together have the energy of the image.
+        """Return parallel lights of about equal energy, which together have the energy of the image.
 
-        The part with the most energy is halved until there are `count` parts (after P. Debevec, "A median cut algorithm
-        for light probe sampling", 2005).
+        The image is divided into `count` parts, one for each light: the part with the most energy is halved until there
+        are enough (after P. Debevec, "A median cut algorithm for light probe sampling", 2005).
         """
         return _nodes(self.panorama, tuple(self.axes.ravel().tolist()), count)
 
     def nodes_for(self, sharpness: float) -> int:
-        """Return a power of two that places several nodes in any lobe, up to `_MOST_NODES`."""
+        """Return a power of two for which several nodes are within a lobe of this sharpness, up to `_MOST_NODES`."""
         several = 2 ** math.ceil(math.log2(max(_NODES_IN_LOBES * sharpness, 1.0)))
         return min(max(several, _LEAST_NODES), _MOST_NODES)
 
     @cached_property
     def sampling(self) -> Sampling:
-        """Importance sampling by its energy and by the cosine; for one colour, by the cosine alone."""
+        """Importance sampling by the image's energy and by the cosine; for one colour, by the cosine alone."""
         radiance = self.panorama.image.mean(axis=2, dtype=np.float64)
         if self.panorama.is_uniform:
             return sky_sampling(math.inf, float(radiance[0, 0]))
@@ -143,7 +147,7 @@ class EnvironmentLight(Light):
         return Sampling(sky_frame, image_sample, image_seen, image_numbers(cells, self.axes))
 
     def radiance(self, directions: Float64Array) -> FloatArray:
-        """Return its texels in the directions of unit vectors (3, n), shape (3, n)."""
+        """Return the texels, shape (3, n), to which unit vectors, shape (3, n), point."""
         height, width, _ = self.panorama.image.shape
         ahead, right, up = self.axes @ directions
         row = np.arccos(np.clip(up, -1.0, 1.0)) * (height / math.pi)
@@ -155,11 +159,15 @@ class EnvironmentLight(Light):
 
     @property
     def bands(self) -> int:
-        """Number of bands of spherical harmonics that are kept of its image."""
+        """Number of bands of spherical harmonics by which the image is represented."""
         return self.panorama.harmonics.shape[1]
 
     def error_without_bands(self, form: CosinePower, bands: int) -> float:
-        """Return the sum of bounds on the kept bands that are dropped; with all kept, the energy bound of the rest."""
+        """Return a bound on the error of using only the first bands.
+
+        If bands are omitted that the image's expansion has, it is the sum of a bound for each. If all are used, it is a
+        bound from the energy of the image that the expansion lacks.
+        """
         if bands < self.bands:
             kept, orders = self.panorama.harmonics, np.arange(self.bands)
             factors = 2.0 * np.abs(moments(form.power, self.bands)) * np.sqrt((2.0 * orders + 1.0) / (4.0 * math.pi))
@@ -171,7 +179,7 @@ class EnvironmentLight(Light):
         return float(math.sqrt(energy / math.pi) * moments_left(form.power, self.bands) * self.panorama.largest)
 
     def tints(self, bands: int | None = None) -> tuple[tuple[Vector, Light], ...]:
-        """Return its channels, or a single one if they differ only by a factor."""
+        """Return the image's channels, each with its colour; a single one if the channels differ only by a factor."""
         image, most = self.panorama, min(bands or self.bands, self.bands)
         if (image.image == image.image[..., :1]).all():
             return (((1.0, 1.0, 1.0), SkyChannel(source=self, channel=0, most=most)),)
@@ -182,7 +190,7 @@ class EnvironmentLight(Light):
 
 
 def _means(rows: Float64Array, count: int) -> Float64Array:
-    """Average rows to `count` equal parts; return the rows unchanged if they are not more."""
+    """Average rows to `count` rows of equal height; return the rows unchanged if there are no more than `count`."""
     if len(rows) <= count:
         return rows
     ends = np.linspace(0.0, len(rows), count + 1)
@@ -194,7 +202,7 @@ def _means(rows: Float64Array, count: int) -> Float64Array:
 
 
 def _middle(up: VectorLike) -> Vector:
-    """Return the unit x axis without its component along `up`; the z axis if x is along `up`."""
+    """Return the x axis without its component along `up`, normalized; use the z axis if `up` is along the x axis."""
     upward = np.array(unit_vector(up))
     for axis in ((1.0, 0.0, 0.0), (0.0, 0.0, 1.0)):
         across = np.array(axis) - upward * upward[int(np.argmax(axis))]
@@ -205,7 +213,7 @@ def _middle(up: VectorLike) -> Vector:
 
 @dataclass(frozen=True)
 class SkyChannel(Light):
-    """One channel of an environment with a limited number of bands, as evaluators run it.
+    """One colour channel of an environment, with a limited number of bands. Evaluators compute such channels.
 
     Parameters
     ----------
@@ -228,13 +236,16 @@ class SkyChannel(Light):
         return tuple(self.source.nodes(count))
 
     def analytic_integral(self, form: CosinePower) -> Integral:
-        """Return the image blurred by the lobe, times the share of the lobe above the horizon."""
+        """Return the image blurred by the lobe, times the fraction of the lobe above the horizon."""
         return Integral(sky, (0.0, 0.0, 0.0), math.inf, _sky_of(self, form))
 
 
 @lru_cache(maxsize=32)
 def _sky_of(channel: SkyChannel, form: CosinePower) -> tuple[float, ...]:
-    """Return the numbers of the image blurred by a lobe, without trailing bands that are negligible."""
+    """Return the numbers that the formula `sky` reads: the channel's spherical harmonics, convolved with a lobe.
+
+    Trailing bands that are negligible are dropped.
+    """
     image, most = channel.source.panorama, channel.most
     weighted = 2.0 * moments(form.power, most)[:, None, None] * image.harmonics[channel.channel, :most, :most]
     sizes = np.abs(weighted).max(axis=(1, 2))
@@ -253,7 +264,10 @@ def _nodes(image: Panorama, axes: tuple[float, ...], count: int) -> tuple[Direct
 
 
 def _halved(powers: Float64Array, count: int) -> list[tuple[slice, slice]]:
-    """Split an image into at most `count` parts: each time, halve the part with most power across its longer side."""
+    """Split an image into at most `count` parts.
+
+    Each step halves the part with the most power, across its longer side.
+    """
     height, width = powers.shape
     parts, sums = [(slice(0, height), slice(0, width))], [float(powers.sum())]  # −1 for a part of one cell
     while len(parts) < count and max(sums) >= 0.0:

@@ -19,9 +19,9 @@ from pvphong.optics.lights.sized import Flat, across, lattice, over_polygon
 from pvphong.optics.roles import Corners, Role, meaning
 
 _SQUARE = ((-0.5, -0.5, 0.0), (-0.5, 0.5, 0.0), (0.5, 0.5, 0.0), (0.5, -0.5, 0.0))
-_ALLOWED = "three or more points in a plane, whose sides do not cross"
+_ALLOWED = "three or more points in one plane, joined by sides that do not cross"
 
-# Largest distance of a corner from the plane, and least area, relative to the polygon's size and its square.
+# Largest distance of a corner from the plane, relative to the polygon's size; least area, relative to its square.
 _OFF_PLANE, _NO_AREA = 1e-6, 1e-12
 
 
@@ -49,15 +49,15 @@ def _checked(name: str, value: Any) -> tuple[Vector, ...]:
 class PolygonLight(Flat, Light):
     """Polygon light with Lambertian emission: `diffuse` · `intensity` is its intensity along its normal.
 
-    A white patch that faces it at a large distance d receives the light's colour over d². Diffuse reflection and
-    Phong's highlight are exact; other reflectances approximate it with 64 nodes. As a headlight, its corners are in eye
-    space.
+    A white patch that faces it at a large distance d receives the light's colour divided by d². Diffuse reflection and
+    Phong's highlight are exact; for other reflectances, 64 spot lights approximate the polygon. If it is a headlight,
+    its corners are in eye space.
 
     Parameters
     ----------
     corners : sequence of points, default a unit square around the origin that faces along −z
-        Shape (k, 3), k >= 3, in the mesh's unit, in order around the polygon: in one plane, and no two sides cross.
-        From the front they run counter-clockwise.
+        Shape (k, 3), k >= 3, in the mesh's unit, in order around the polygon, counter-clockwise as seen from its front.
+        They must be in one plane, and no two sides may cross.
     two_sided : bool, default False
         True if its back emits too.
     **common
@@ -87,28 +87,28 @@ class PolygonLight(Flat, Light):
 
     @cached_property
     def area(self) -> float:
-        """Total area of its triangles."""
+        """Area of the polygon."""
         return float(_areas(self.triangles).sum())
 
     @cached_property
     def center(self) -> Vector:
-        """Centroid of its area."""
+        """Centroid of the polygon's area."""
         triangles = self.triangles
         x, y, z = self.outline[0] + _areas(triangles) @ triangles.mean(axis=1) / self.area
         return float(x), float(y), float(z)
 
     @cached_property
     def normal(self) -> Vector:
-        """Unit normal by the right-hand rule around its corners."""
+        """Unit normal of the front, by the right-hand rule around the corners."""
         return unit_vector(_vector_area(self.outline - self.outline[0]).tolist())
 
     @cached_property
     def outline(self) -> Float64Array:
-        """Its corners."""
+        """Corners of the polygon."""
         return np.array(self.corners)
 
     def spots(self, count: int) -> Float64Array:
-        """Return the nodes' positions, on a lattice laid over its triangles in sequence."""
+        """Return the nodes' positions, on a lattice that is laid over the polygon's triangles, one after the other."""
         if count == 1:
             return np.array([self.center])
         areas = _areas(self.triangles)
@@ -122,7 +122,7 @@ class PolygonLight(Flat, Light):
 
     @property
     def sampling(self) -> Sampling:
-        """Importance sampling of points on it."""
+        """Importance sampling of the polygon's points."""
         sides = self.reach_radius * across(self.normal)
         flat = (self.triangles + self.outline[0] - np.array(self.center)) @ (sides / self.reach_radius**2).T
         shares = _areas(self.triangles) / self.area
@@ -162,7 +162,7 @@ def _crosses(flat: Float64Array) -> bool:
 
 
 def _ears(flat: Float64Array) -> Iterator[tuple[int, int, int]]:
-    """Yield the corners of triangles of a polygon, by ear clipping."""
+    """Triangulate a polygon by ear clipping; yield the indices of each triangle's corners."""
     left = list(range(len(flat)))
     while len(left) > 3:
         ear = max(range(len(left)), key=lambda k: _goodness(flat, left, k))
@@ -172,7 +172,7 @@ def _ears(flat: Float64Array) -> Iterator[tuple[int, int, int]]:
 
 
 def _goodness(flat: Float64Array, left: list[int], k: int) -> tuple[bool, float]:
-    """Return True if a corner can be clipped, and twice the area of its triangle."""
+    """Return a pair that ranks a corner: True if it can be clipped as an ear; twice the signed area of its triangle."""
     a, b, c = (flat[left[j % len(left)]] for j in (k - 1, k, k + 1))
     turn = _turn(a, b, c)
     is_empty = not any(min(_turn(a, b, p), _turn(b, c, p), _turn(c, a, p)) > 0.0 for p in (flat[j] for j in left))

@@ -25,18 +25,18 @@ _LEAST = 1e-9
 class RectangleLight(Aimed, Flat, Light):
     """Rectangle light with Lambertian emission: `diffuse` · `intensity` is its intensity along its normal.
 
-    A white patch that faces it at a large distance d receives the light's colour over d². Diffuse reflection and
-    Phong's highlight are exact; other reflectances approximate it with 64 nodes.
+    A white patch that faces it at a large distance d receives the light's colour divided by d². Diffuse reflection and
+    Phong's highlight are exact; for other reflectances, 64 spot lights approximate the rectangle.
 
     Parameters
     ----------
     position : sequence of float, default (0, 0, 0)
         Its centre, in the mesh's unit.
     direction : sequence of float, default (0, 0, -1)
-        Normal of its front, in which most light travels; of any length.
+        Normal of its front, the direction of its strongest emission; of any length.
     up : sequence of float, default (0, 1, 0)
-        Direction of its height, after its component along the normal is removed; of any length. If `up` is parallel to
-        the normal, the coordinate axis farthest from the normal replaces it.
+        Direction of its height, of any length; the component along the normal is removed. If `up` is parallel to the
+        normal, the coordinate axis farthest from the normal replaces it.
     width : float, default 1
         Size across `up`, > 0, in the mesh's unit.
     height : float, default 1
@@ -67,7 +67,7 @@ class RectangleLight(Aimed, Flat, Light):
 
     @cached_property
     def axes(self) -> Float64Array:
-        """Unit vectors as rows: along its normal, its width and its height."""
+        """Unit vectors as rows: along the light's normal, its width and its height."""
         normal = np.array(self.normal)
         side = np.cross(normal, unit_vector(self.up))
         if np.linalg.norm(side) < _LEAST:
@@ -82,18 +82,18 @@ class RectangleLight(Aimed, Flat, Light):
 
     @property
     def sides(self) -> Float64Array:
-        """Half its width and half its height, as vectors, shape (2, 3)."""
+        """Half the width and half the height, as vectors in space, shape (2, 3)."""
         return 0.5 * np.array([[self.width], [self.height]]) * self.axes[1:]
 
     @cached_property
     def corners(self) -> Float64Array:
-        """Offsets from its centre, shape (4, 3); counter-clockwise as seen from its front."""
+        """Offsets of the corners from the centre, shape (4, 3); counter-clockwise as seen from the front."""
         width, height = self.sides
         return np.stack([-width - height, height - width, width + height, width - height])
 
     @property
     def outline(self) -> Float64Array:
-        """Its corners."""
+        """Corners of the rectangle."""
         return np.array(self.position) + self.corners
 
     def spots(self, count: int) -> Float64Array:
@@ -102,9 +102,9 @@ class RectangleLight(Aimed, Flat, Light):
 
     @property
     def sampling(self) -> Sampling:
-        """Importance sampling of points on it."""
+        """Importance sampling of the rectangle's points."""
         return self.sampled(rectangle_sample, rectangle_seen, self.sides, 1.0)
 
     def analytic_integral(self, form: CosinePower) -> Integral:
-        """Return the integral along its sides."""
+        """Return the integral of the lobe over the rectangle, along its sides."""
         return over_polygon(form, self.center, self.normal, self.two_sided, self.area, self.corners)

@@ -1,7 +1,8 @@
 """Base of flat area lights, and helpers for area lights.
 
-A flat light emits like a Lambertian surface. An element dA of its area A has the intensity I dA/A · cos θ', θ' the
-angle off its normal: that of a spot light with a cone of 90°, the exponent 1 and 1/d² falloff.
+A flat light of intensity I emits like a Lambertian surface. An element dA of its area A has the intensity
+I dA/A · cos θ', where θ' is the angle off its normal. So it acts as a spot light with a cone of 90°, the exponent 1 and
+1/d² falloff.
 """
 
 from __future__ import annotations
@@ -36,7 +37,7 @@ def over_polygon(
 
 
 class Flat:
-    """Mixin for lights whose front, and optionally back, emits like a Lambertian surface."""
+    """Mixin for flat lights whose front, and optionally also their back, emits like a Lambertian surface."""
 
     position: Any
     direction: Any
@@ -48,7 +49,7 @@ class Flat:
 
     @cached_property
     def center(self) -> Vector:
-        """Centroid of its area; by default its position."""
+        """Centroid of the light's area; by default its position."""
         x, y, z = self.position
         return x, y, z
 
@@ -59,15 +60,15 @@ class Flat:
 
     @cached_property
     def reach_radius(self) -> float:
-        """Radius of a sphere around its centre that encloses it."""
+        """Radius of a sphere around the light's centre that encloses the light."""
         return float(np.linalg.norm(self.outline - np.array(self.center), axis=1).max()) * ROUNDED_UP
 
     def spots(self, count: int) -> Float64Array:
-        """Return points evenly spread over it, shape (count, 3); a single point is its centre."""
+        """Return points evenly spread over the light, shape (count, 3); a single point is its centre."""
         raise NotImplementedError  # pragma: no cover every kind has its own
 
     def nodes(self, count: int) -> tuple[SpotLight, ...]:
-        """Return spot lights of 90° with the exponent 1, evenly spread; pairs of them if two-sided."""
+        """Return spot lights of 90° with the exponent 1, evenly spread; on both sides if the light is two-sided."""
         sides = 2 if self.two_sided else 1
         places = self.spots(max(count // sides, 1))
         return tuple(
@@ -75,23 +76,26 @@ class Flat:
         )
 
     def part(self, place: Sequence[float], sign: float, intensity: float) -> SpotLight:
-        """Return one of its nodes, on its front or, with the sign −1, on its back."""
+        """Return the node at the position `place`, which shines to the front or, with the sign −1, to the back."""
         x, y, z = place
         return SpotLight((x, y, z), times(self.normal, sign), 90.0, 1.0, INVERSE_SQUARE, intensity=intensity)
 
     def sampled(
         self, sample: Callable[..., Any], seen: Callable[..., Any], sides: Float64Array, corner: float
     ) -> Sampling:
-        """Return the sampling of points on it, from two half sides as rows; `corner` as in `flat_frame`."""
+        """Return the importance sampling of the light's points.
+
+        `sides` has two half sides as rows. `corner` is the corner position that `flat_frame` describes.
+        """
         numbers = *self.center, *self.normal, *sides.ravel().tolist(), float(self.two_sided), corner
         return Sampling(flat_frame, sample, seen, numbers)
 
     def radiance(self, directions: Float64Array) -> Float64Array:  # noqa: ARG002 the same from everywhere
-        """Return π divided by its area."""
+        """Return the constant radiance: π divided by the light's area."""
         return np.full((3, 1), math.pi / self.area)
 
     def arrival(self, points: Float64Array, real: Any = np.float64) -> Arrival:
-        """Return the light from its centre."""
+        """Return the light that arrives from the light's centre."""
         x, y, z = self.center
         to_light, inverse, distance = directions_to((x, y, z), points, real)
         cosine = -dot(np.array(self.normal, real)[:, None], to_light) * inverse

@@ -23,10 +23,11 @@ from pvphong.optics.roles import MESH_UNIT, length, place
 class SphereLight(Light):
     """Sphere light: `diffuse` · `intensity` is its intensity, so from far away it acts as a point light.
 
-    A white patch that faces it at a large distance d receives the light's colour over d²; the sphere's own radiance is
-    the colour over radius². Diffuse reflection and Phong's highlight are exact; a vertex inside receives nothing. Other
-    reflectances approximate the sphere with 64 point lights inside it, which also light vertices inside. For a facing
-    patch, the error is at most 3 % at 1.5 radii from the centre, 1.5 % at two and 0.25 % at five.
+    A white patch that faces it at a large distance d receives the light's colour divided by d²; the sphere's own
+    radiance is the colour divided by radius². Diffuse reflection and Phong's highlight are exact; a vertex inside the
+    sphere receives nothing. For other reflectances, 64 point lights inside the sphere approximate it, which also light
+    vertices inside. For a patch that faces the sphere, the error is at most 3 % at 1.5 radii from the centre, 1.5 % at
+    two radii and 0.25 % at five.
 
     Parameters
     ----------
@@ -59,13 +60,13 @@ class SphereLight(Light):
 
         A ball of radius R with an emission density proportional to 1/√(R² − r²) at the distance r from its centre has
         the same radiance along every line through it: along a chord at the distance b from the centre,
-        ∫ 2 r dr / (√(R² − r²) √(r² − b²)) from b to R is π for every b. So it equals the sphere. The share of the
-        emission up to r = R sin t is (2t − sin 2t)/π, which is divided evenly among the nodes.
+        ∫ 2 r dr / (√(R² − r²) √(r² − b²)) from b to R is π for every b. So the ball emits the same light as the sphere.
+        The fraction of the emission up to r = R sin t is (2t − sin 2t)/π, which is divided evenly among the nodes.
         """
         return _nodes(self.places[0], self.radius, count)
 
     def analytic_integral(self, form: CosinePower) -> Integral:
-        """Return the integral over the visible cap."""
+        """Return the integral of the lobe over the sphere's visible cap."""
         formula = sphere_irradiance if form.around == "normal" else sphere_highlight
         return Integral(formula, self.places[0], self.radius, (self.radius,))
 
@@ -75,7 +76,7 @@ class SphereLight(Light):
         return Sampling(sphere_frame, sphere_sample, sphere_seen, (*self.places[0], self.radius))
 
     def radiance(self, directions: Float64Array) -> Float64Array:  # noqa: ARG002 the same from everywhere
-        """Return one over the square of its radius."""
+        """Return the constant radiance: 1 divided by the square of the radius."""
         return np.full((3, 1), 1.0 / self.radius / self.radius)
 
 
@@ -98,7 +99,7 @@ def _ball(count: int) -> Float64Array:
     directions = np.stack([level * np.cos(around), level * np.sin(around), height], axis=1)
     shares = (k * math.sqrt(2.0) + 0.5) % 1.0
     low, high = np.zeros(pairs), np.full(pairs, math.pi / 2)
-    for _ in range(53):  # bisect for t with (2t − sin 2t)/π equal to each share; the function is monotonic
+    for _ in range(53):  # bisect for the t at which (2t − sin 2t)/π, which is monotonic, equals each share
         middle = 0.5 * (low + high)
         is_low = (2.0 * middle - np.sin(2.0 * middle)) / math.pi < shares
         low, high = np.where(is_low, middle, low), np.where(is_low, high, middle)

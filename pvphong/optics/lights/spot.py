@@ -23,10 +23,10 @@ _HALF = "It is half the opening angle, in degrees. Use a PointLight for a light 
 
 @formula
 def _in_cone(own: Any, l: Any) -> Any:
-    """Return 1 inside the cone, else 0, and |C|² for the chord C between the axis and the ray: cos θ = 1 − ½|C|².
+    """Return 1 inside the cone, else 0; and the square of the chord C between the axis and the ray: cos θ = 1 − ½|C|².
 
-    A cosine near 1 has lost the digits that narrow cones and high exponents need; the chord keeps them. On the light
-    itself cos θ is taken as 0.
+    A cosine near 1 has lost the digits that narrow cones and high exponents need, but the chord keeps them. On the
+    light itself, cos θ is taken as 0.
     """
     chord = select(square(l) > ZERO, square(add((own[0], own[1], own[2]), l)), TWO)
     return select(chord <= own[3], ONE, ZERO), chord
@@ -74,13 +74,16 @@ class SpotLight(Aimed, Weakening, Light):
 
     @cached_property
     def axis(self) -> Vector:
-        """Unit vector along the cone's axis, in which the light travels; rounded like unit vectors to the light."""
+        """Unit vector along the cone's axis, the direction in which the light travels.
+
+        It is rounded in the same way as unit vectors to the light.
+        """
         return times(*moderate_vector(self.direction))
 
     @property
     def placement(self) -> PunctualParameters:
-        """Position and attenuation, as of a point light, and the falloff off the axis."""
-        # a larger gain would be clamped before the falloff reduces it again
+        """Position and attenuation, as for a point light, and the falloff off the axis."""
+        # if the gain were larger, the light would be clamped before the falloff reduces it again
         most_gain = BRIGHTEST * (self.attenuation[0] or 1.0) if self.exponent else math.inf
         edge = 2.0 if self.cone_angle == 90.0 else 4.0 * math.sin(math.radians(self.cone_angle) / 2.0) ** 2
         own, power = (*self.axis, edge), Power(self.exponent)

@@ -1,13 +1,15 @@
-"""The reflectances.
-
-A new one is a file in this folder and an entry in `REFLECTANCES`; then its name and place in `pvphong/__init__.py`, a
-line in the README, a strategy in `tests/strategies.py`, which includes it in all tests of laws, and its formula in
-`tests/reflectance_oracle.py`, which the tests compare it with.
-
-(`vtk.py` has no entry: only VTK's convention selects it.)
+"""The reflectances, one file each.
 
 `highlight.py` is shared by all highlights that are a power of a cosine, `microfacets.py` by GGX and PBR.
-`likeness.py` maps reflectances to similar ones.
+`likeness.py` maps reflectances to similar ones. `vtk.py` has no entry in `REFLECTANCES`, because only VTK's convention
+selects it.
+
+A new reflectance needs:
+
+- a file in this folder, and an entry in `REFLECTANCES`;
+- its name and module in `pvphong/__init__.py`, and a line in the README;
+- a strategy in `tests/strategies.py`, which includes it in all property-based tests;
+- its formula in `tests/reflectance_oracle.py`, with which the tests compare it.
 """
 
 from __future__ import annotations

@@ -36,9 +36,10 @@ def _halfway_square(at: Geometry) -> Any:
 
 
 def largest_halfway(line: AngleBounds) -> float:
-    """Return the largest n·h = (cos θ + cos φ) / (2 cos ψ/2), which grows with smaller θ and φ and greater ψ.
+    """Return the largest n·h that the bounds on angles allow.
 
-    The direction h is the middle of the arc from l to v, so its angle from n is at least θ − ψ/2 and φ − ψ/2.
+    n·h = (cos θ + cos φ) / (2 cos ψ/2) grows with smaller θ and φ and with greater ψ. The direction h is the middle of
+    the arc from l to v, so its angle from n is at least θ − ψ/2 and φ − ψ/2.
     """
     theta, phi, psi = line
     nearest = math.cos(max(theta - 0.5 * psi, phi - 0.5 * psi, 0.0))
@@ -58,7 +59,9 @@ HALFWAY = Peak(
 
 @dataclass(frozen=True)
 class BlinnPhong(Shiny):
-    """Diffuse max(n·l, 0), and max(n·h, 0)ⁿ where n·l > 0, with h = (l + v)/|l + v| (Blinn 1977; OpenGL 2.1, 2.14.1).
+    """Blinn's reflection: diffuse max(n·l, 0), and a highlight max(n·h, 0)ⁿ where n·l > 0, with h = (l + v)/|l + v|.
+
+    Sources: Blinn 1977; OpenGL 2.1 specification, section 2.14.1.
 
     Parameters
     ----------

@@ -1,4 +1,7 @@
-"""Rough glass, lacquer and metal: microfacets after Trowbridge and Reitz, known as GGX."""
+"""Rough glass, lacquer and metal: microfacets with Trowbridge and Reitz' distribution, known as GGX.
+
+`microfacets.py` has the formula of the highlight.
+"""
 
 from __future__ import annotations
 
@@ -25,11 +28,11 @@ def _same_roughness(roughness: Any, own: Any) -> Any:
 class GGX(Microfacets):
     """Highlight of microfacets that shadow and mask each other, over a diffuse base.
 
-    The highlight is D·V·F times n·l as in `pvphong.optics.reflectances.microfacets`, for α = roughness². It has its own
+    The highlight is D·K·F as in `pvphong.optics.reflectances.microfacets`, for α = β = roughness². It has its own
     colour: the material's `specular` is not read. The base is the material's `diffuse`, reduced by the light that the
-    highlight reflects (Ashikhmin and Shirley 2000). Both are reciprocal. If `diffuse` is at most 1, they conserve
-    energy; rough surfaces lose some, because light that bounces between facets is not counted. For a metal, `diffuse`
-    should be 0.
+    highlight reflects (Ashikhmin and Shirley 2000). Both are reciprocal. If `diffuse` is at most 1, they never reflect
+    more light than arrives; rough surfaces lose some, because light that bounces between facets is not counted. For a
+    metal, `diffuse` should be 0.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Highlights around a peak, by chords.
+"""Highlights as functions of the chord to their peak.
 
 A highlight is a function of a cosine f that is 1 at its peak. With a chord C that is 0 there, f = 1 − ½|C|². Near the
 peak, a cosine near 1 has lost the digits that a high shininess needs, while |C| is small and has full precision.
@@ -65,12 +65,12 @@ def lambert_and_highlight(own: Any, at: Geometry, highlight: Any) -> Any:  # noq
 
 @formula
 def unchanged(shininess: Any, own: Any) -> Any:  # noqa: ARG001 only the power depends on it
-    """Return the parameters unchanged, for reflectances whose shininess affects only the power."""
+    """Return the parameters unchanged: for reflectances whose shininess affects only the power."""
     return own
 
 
 def own_shininess() -> Any:
-    """Declare a field for a shininess; its default None means the material's."""
+    """Declare a field for a shininess. Its default, None, means the material's shininess."""
     return check.field(_shininess_or_none, None)
 
 
@@ -81,12 +81,12 @@ def _shininess_or_none(name: str, value: Any) -> Any:
 class Shiny(Reflectance):
     """Lambert's cosine, and a highlight that is a power of the cosine around its peak.
 
-    Each subclass has the field `shininess`, whose default None means the material's.
+    Each subclass has the field `shininess`, whose default, None, means the material's shininess.
     """
 
     shininess: float | None
     floor: float = 0.0
-    """Least value of the cosine."""
+    """Least value of the cosine around the peak."""
 
     peak: ClassVar[Peak]
     maps: ClassVar[frozenset[str]] = frozenset({"specular", "shininess"})
@@ -95,16 +95,16 @@ class Shiny(Reflectance):
 
     @property
     def lobes(self) -> tuple[Lobe, ...]:
-        """Lambert's, and the highlight."""
+        """Lambert's lobe, and the highlight."""
         return LAMBERT, HIGHLIGHT
 
     def of(self, material: Any) -> Self:
-        """Return a copy with the material's shininess, unless it has its own."""
+        """Return a copy with the material's shininess if this reflectance has none."""
         own: dict[str, Any] = {"shininess": material.shininess}
         return replace(self, **own) if self.shininess is None else self
 
     def power(self, maps: Mapping[str, Any]) -> Power:
-        """Return its shininess, or the shininess of each vertex, and its floor."""
+        """Return the power of the cosine: its exponent is the shininess, or the shininess of each vertex."""
         return Power(maps.get("shininess", self.sharpness), self.floor)
 
     def directions(self, surface: Surface) -> Directions:

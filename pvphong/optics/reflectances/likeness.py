@@ -1,6 +1,6 @@
 """Similar reflectances: counterparts, cheaper replacements, and VTK's versions.
 
-Kinds register here. A kind that is not registered has no similar one, and VTK does not support it.
+A reflectance that is not registered here has no similar one, and VTK does not support it.
 """
 
 from __future__ import annotations
@@ -21,11 +21,11 @@ from pvphong.optics.reflectances.pbr import PBR, Shaded
 from pvphong.optics.reflectances.phong import Phong
 
 LIKENESS = 4.0
-"""Ratio of Blinn-Phong's shininess to Phong's for the same highlight, roughly; see `Material.for_blinn_phong`."""
+"""Ratio of Blinn-Phong's shininess to Phong's for about the same highlight; see `Material.for_blinn_phong`."""
 
 
 def counterpart_of(reflectance: Reflectance) -> tuple[str, Reflectance] | None:
-    """Return the description and the reflectance that looks most like this one, or None."""
+    """Return a description of the reflectance that looks most like this one, and the reflectance; None without one."""
     if isinstance(reflectance, Phong):
         return f"Blinn-Phong, shininess × {LIKENESS:g}", BlinnPhong(reflectance.sharpness * LIKENESS)
     if isinstance(reflectance, BlinnPhong):
@@ -35,13 +35,13 @@ def counterpart_of(reflectance: Reflectance) -> tuple[str, Reflectance] | None:
 
 @singledispatch
 def stand_in(reflectance: Any, material: Any) -> tuple[str, Any] | None:  # noqa: ARG001 nothing is simpler
-    """Return the name of a cheaper reflectance and the most similar material with it, or None."""
+    """Return the name of a cheaper reflectance, and the most similar material with it; None if there is none."""
     return None
 
 
 @stand_in.register
 def _(reflectance: Metal, material: Any) -> tuple[str, Any]:
-    """Return Phong's highlight in the metal's colour, also at grazing angles."""
+    """Return Phong's reflection with a highlight that has the metal's colour at all angles."""
     return "Phong for Metal", replace(material, specular=reflectance.color, reflectance=Phong(reflectance.shininess))
 
 
@@ -56,10 +56,11 @@ def _(reflectance: OrenNayar, material: Any) -> tuple[str, Any]:
 
 @stand_in.register
 def _(reflectance: Microfacets, material: Any) -> tuple[str, Any]:
-    """Return Phong's highlight with the same peak and half width for light and viewer above the surface.
+    """Return Phong's reflection with the same peak and half width of the highlight, for light and viewer above the
+    surface.
 
-    Its peak is g = 1/(4α²). The highlight is half of that where sin² θ = (√2 − 1)α², which is cos (2θ)ⁿ = ½ for
-    n = ln 4 / (4 (√2 − 1) α²). Lambert's cosine has the total reflectance of the coupled base, 23/28.
+    The peak is g = 1/(4α²). The highlight is half of that where sin² θ = (√2 − 1)α². There Phong's (cos 2θ)ⁿ is ½ if
+    n = ln 4 / (4 (√2 − 1) α²). Lambert's cosine gets the total reflectance of the coupled base, 23/28.
     """
     base, tinted, _ = reflectance.lobes
     square = reflectance.alpha**2
@@ -78,5 +79,5 @@ def in_vtk(reflectance: Any) -> Any:  # noqa: ARG001 not in VTK
 
 @in_vtk.register
 def _(reflectance: PBR) -> PBR:
-    """Return the shader's version; the reflectance must have its colour."""
+    """Return the version of VTK's shader. The reflectance must have the material's colour, as from `PBR.of`."""
     return Shaded(**asdict(reflectance))

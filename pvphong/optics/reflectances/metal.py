@@ -1,4 +1,4 @@
-"""Metal, whose highlight has the metal's colour."""
+"""Phong's reflection for metals: the highlight has the metal's colour, and is white at grazing angles."""
 
 from __future__ import annotations
 
@@ -23,7 +23,8 @@ from pvphong.optics.reflectances.phong import MIRROR
 def _parted_highlight(own: Any, at: Geometry, highlight: Any) -> Any:
     """Compute Phong's factors, with the highlight in two parts: in the metal's colour and in white."""
     n_l, shine = lambert_and_highlight(own, at, highlight)
-    shine = select(shine > as_type_of(shine, 2.0**-80), shine, ZERO)  # the parts of a smaller one may be subnormal
+    # the two parts of a smaller highlight may be subnormal
+    shine = select(shine > as_type_of(shine, 2.0**-80), shine, ZERO)
     white = shine * whiteness(at)
     return n_l, shine - white, white
 
@@ -70,6 +71,6 @@ class Metal(Shiny):
 
     @property
     def lobes(self) -> tuple[Lobe, ...]:
-        """Lambert's, and the highlight in the metal's colour and in white."""
+        """Lambert's lobe, and the highlight in two lobes: in the metal's colour and in white."""
         tinted = HIGHLIGHT._replace(is_own=True, color=rgb(self.color))
         return LAMBERT, tinted, HIGHLIGHT._replace(is_own=True)

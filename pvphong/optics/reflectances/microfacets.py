@@ -1,16 +1,19 @@
-"""Surfaces of small mirrors: Trowbridge and Reitz' distribution, Smith's masking, Schlick's Fresnel.
+"""Surfaces of small mirrors: Trowbridge and Reitz' distribution (GGX), Smith's masking, Schlick's Fresnel.
 
-Symbols: n the normal, l and v unit vectors to light and viewer, h = (l + v)/|l + v|, θ the angle between n and h, x =
-n·l, y = n·v, and S = (1 − h·l)⁵. A facet's factor, times π as in all of pvphong, is
+Symbols: n the normal, l and v unit vectors to light and viewer, h = (l + v)/|l + v|, θ the angle between n and h,
+x = n·l, y = n·v, and S = (1 − h·l)⁵. The highlight is F · g. Without Schlick's factor F, and times π as in all of
+pvphong, it is
 
     g = D · K,   D = (α / (α² cos² θ + sin² θ))²,   K = x / (2 (x √(β² + (1 − β²) y²) + y √(β² + (1 − β²) x²)))
 
-with Trowbridge and Reitz' D (Walter et al., Microfacet models for refraction through rough surfaces, 2007, equation
-33) and Smith's height-correlated masking over 4 n·l n·v (Heitz, Understanding the masking-shadowing function, 2014,
-equation 99) times n·l. In theory β = α. Of F = F₀(1 − S) + S, the first part has the colour F₀, the second is white.
+D is Trowbridge and Reitz' distribution (Walter et al., Microfacet models for refraction through rough surfaces, 2007,
+equation 33). K is Smith's height-correlated masking (Heitz, Understanding the masking-shadowing function, 2014,
+equation 99), divided by 4 n·l n·v and multiplied by n·l. GGX has β = α; PBR, like VTK, has β = √α.
 
-Near the peak, cos² θ has lost the digits that a small α needs. sin² θ = |n × (l + v)|² / |l + v|² keeps full precision,
-so the code uses it.
+F = F₀(1 − S) + S has two parts, which are two lobes: one in the colour F₀, and one in white.
+
+Near the peak, cos² θ has lost the digits that a small α needs. So the code uses sin² θ = |n × (l + v)|² / |l + v|²,
+which keeps full precision.
 """
 
 from __future__ import annotations
@@ -56,7 +59,7 @@ COUPLED = 28.0 / 23.0
 
 @formula
 def _cosines(own: Any, at: Geometry) -> Any:
-    """Return the cosines x and y, clamped to the floor; x is 0 where there is no normal or no light."""
+    """Return the cosines x and y, clamped to the least cosine; x is 0 if n or l is zero."""
     x, y = maximum(at.n_l, own[5]), maximum(at.n_v, own[5])
     return select((square(at.n) > ZERO) & (square(at.l) > ZERO), x, ZERO), y
 
@@ -96,7 +99,7 @@ def _seen(cosine: Any) -> Any:
 
 @formula
 def coupled(own: Any, at: Geometry, highlight: Any) -> Any:  # noqa: ARG001 it is no power
-    """Compute a reciprocal base that keeps the sum at most 1, and the highlight's two parts.
+    """Compute a reciprocal diffuse base, with which the total reflectance is at most 1, and the highlight's two parts.
 
     The base is 28/23 · x(1 − (1 − x/2)⁵)(1 − (1 − y/2)⁵): Ashikhmin and Shirley, An anisotropic Phong BRDF model, 2000,
     equation 5.
@@ -125,7 +128,7 @@ class Microfacets(Reflectance):
     """Least values of the cosines n·l and n·v, and of the denominator in D."""
 
     def fade(self, maps: Mapping[str, Any]) -> Any:  # noqa: ARG002 constant by default
-        """Return the t of a `faded` base: its loss where light grazes the facets."""
+        """Return the t of a `faded` base: the fraction that it loses where light grazes the facets."""
         return 1.0
 
     @property
@@ -154,7 +157,7 @@ class Microfacets(Reflectance):
 
     @property
     def sharpness(self) -> float:
-        """Sharpness of the density D, which is about exp(−2 θ²/α²) at its peak."""
+        """Sharpness of the distribution D, which is proportional to exp(−2 θ²/α²) near its peak."""
         return min(4.0 / self.alpha**2, BRIGHTEST)
 
     def parameters(self, maps: Mapping[str, Any]) -> tuple[Any, ...]:

@@ -29,10 +29,10 @@ def _scale_of(shininess: Any, own: Any) -> Any:  # noqa: ARG001 there are no oth
 
 @dataclass(frozen=True)
 class ModifiedPhong(Shiny):
-    """Diffuse max(n·l, 0), and (s + 2)/2 · max(r·v, 0)ˢ · max(n·l, 0), s the shininess (Lafortune and Willems 1994).
+    """Modified Phong reflection: diffuse max(n·l, 0), and a highlight (s + 2)/2 · max(r·v, 0)ˢ · max(n·l, 0).
 
-    The highlight is normalised: a shinier one is narrower and brighter. It is reciprocal, and conserves energy if
-    diffuse and specular together are at most 1.
+    s is the shininess, and r the mirror direction (Lafortune and Willems 1994). The highlight is normalised: a shinier
+    one is narrower and brighter. It is reciprocal, and conserves energy if diffuse and specular together are at most 1.
 
     Parameters
     ----------
@@ -47,7 +47,7 @@ class ModifiedPhong(Shiny):
     Notes
     -----
     E. Lafortune, Y. Willems: Using the modified Phong reflectance model for physically based rendering (1994),
-    equations 3 and 4, times π: a light of intensity 1 that faces a white surface makes it 1.
+    equations 3 and 4, times π: a light of intensity 1 that faces a white surface gives it the colour 1.
 
     Examples
     --------

@@ -15,7 +15,7 @@ from pvphong.optics.reflectance import Geometry, Lobe, Reflectance
 
 @formula
 def _rough_diffuse(own: Any, at: Geometry, highlight: Any) -> Any:  # noqa: ARG001 it has none
-    """Compute the factor without angles: cos φ sin α sin β = l·v − (n·l)(n·v), cos β the greater of n·l and n·v."""
+    """Compute the factor without angles: cos φ sin α sin β = l·v − (n·l)(n·v). cos β is the greater of n·l and n·v."""
     a, b = own[0], own[1]
     n_l = maximum(at.n_l, ZERO)
     along = maximum(dot(at.l, at.v) - n_l * at.n_v, ZERO)
@@ -30,9 +30,10 @@ class OrenNayar(Reflectance):
     """Rough diffuse surface of small Lambertian facets in all orientations, without a highlight.
 
     The qualitative model of Oren and Nayar, "Generalization of Lambert's reflectance model" (1994), equation 30. With
-    α the greater and β the smaller of the angles from n to l and to v, and φ the angle between l and v around n, it is
-    cos θ · (A + B · max(cos φ, 0) · sin α · tan β). It is reciprocal, apart from the cosine of every reflectance. At
-    grazing angles, a white surface reflects up to 1.5 % more than all light, at the worst sigma, 10.
+    θ the angle from n to l, α the greater and β the smaller of the angles from n to l and to v, and φ the angle between
+    l and v around n, it is cos θ · (A + B · max(cos φ, 0) · sin α · tan β). It is reciprocal, apart from the factor
+    cos θ, which every reflectance has. At grazing angles, a white surface reflects up to 1.5 % more light than arrives;
+    sigma = 10 is the worst case.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""VTK's physically based shading, for `pbr=True`."""
+"""VTK's physically based shading, as with PyVista's `pbr=True`."""
 
 from __future__ import annotations
 
@@ -40,8 +40,8 @@ class PBR(Microfacets):
     (1 − metallic)(1 − F) a n·l + D K F, with F = F₀(1 − S) + F₉₀S. F₉₀ is 1, or less for surfaces that are partly metal
     and nearly black; see `fresnel_ends`. The material's `specular` is not read. In VTK's convention
     (`LightModel.vtk()`), the result matches VTK: divided by π, with cosines of at least 1e-5, without an ambient
-    colour, and with the sum of all light raised to 1/2.2. It is reciprocal. As in VTK, a white surface reflects more
-    than all light at grazing angles.
+    colour, and with the sum of all light raised to the power 1/2.2. It is reciprocal. As in VTK, a white surface
+    reflects more light than arrives at grazing angles.
 
     Parameters
     ----------
@@ -59,9 +59,9 @@ class PBR(Microfacets):
     -----
     Source: VTK 9.7's vtkOpenGLPolyDataMapper.cxx (ReplaceShaderLight). Its anisotropy, clear coat, edge tint, index of
     refraction other than 1.5, emissive and other textures, and light from environment textures are not supported;
-    `Material.from_property` and `Scene.from_plotter` refuse them by name. If F₉₀ is below 1, the base uses the value of
-    the brightest channel, which differs from VTK by at most 3e-7 for a light of 1; and of an albedo of 1, which differs
-    by at most 1e-4.
+    `Material.from_property` and `Scene.from_plotter` refuse them by name. If F₉₀ is below 1, the base has one F for all
+    channels, that of the brightest channel, and for all albedos, that of an albedo of 1. For a light of 1, the first
+    differs from VTK by at most 3e-7, the second by at most 1e-4.
 
     Examples
     --------
@@ -91,10 +91,10 @@ class PBR(Microfacets):
 
 
 def fresnel_ends(metallic: Any, color: Any) -> tuple[Any, Any]:
-    """Return F₀ in each channel of a colour, shape (3, ...), and F₉₀, shared by all channels, shape (...).
+    """Return F₀ for each channel of a colour, shape (3, ...), and F₉₀, which all channels share, shape (...).
 
-    Like VTK and Filament (5.6.2, specular occlusion), it treats an F₀ below 0.02 as a crevice: the nonmetallic part of
-    F₉₀ is 50 times the mean of F₀, at most 1. VTK uses 0.33 for a third.
+    An F₀ below 0.02 is taken for a crevice, as in VTK and Filament (5.6.2, specular occlusion): the nonmetallic part of
+    F₉₀ is 50 times the mean of F₀, at most 1. Like VTK, it uses 0.33 for a third.
     """
     f0 = (1.0 - metallic) * DIELECTRIC + metallic * color
     return f0, (1.0 - metallic) * np.minimum(50.0 * 0.33 * (f0[0] + f0[1] + f0[2]), 1.0) + metallic
@@ -118,15 +118,16 @@ class _Colored(PBR):
         return fade if "metallic" in maps else float(fade[0])
 
     def over(self, maps: Mapping[str, tuple[float, float]]) -> PBR:
-        """Return a copy whose colours are bounds for a map of `metallic`."""
+        """Return a copy whose colours are upper bounds over all values of a map of `metallic`."""
         return replace(self, varies="metallic" in maps)
 
     @property
     def lobes(self) -> tuple[Lobe, ...]:
-        """The base, and the highlight in the colours of F₀ and F₉₀. In a blend, F₀ is not a multiple of the albedo.
+        """The base, and the highlight in two lobes, in the colours F₀ and F₉₀.
 
-        If `metallic` is a map, the colours are the greatest for any value from 0 to 1: the base decreases with
-        `metallic`, and F₀ is linear in it.
+        In a blend of nonmetal and metal, F₀ is not a multiple of the albedo, so that lobes need a `tint`. If `metallic`
+        is a map, the colours are the greatest for any value from 0 to 1: the base decreases with `metallic`, and F₀ is
+        linear in it.
         """
         color, is_blend = np.array(self.color)[:, None], self.varies or 0.0 < self.metallic < 1.0
         low, high = (0.0, 1.0) if self.varies else (self.metallic, self.metallic)
@@ -170,7 +171,7 @@ class Shaded(_Colored):
     gamma: ClassVar[float] = 2.2
     is_physical: ClassVar[bool] = True
     scale: ClassVar[float] = 1.0 / math.pi
-    """Factor 1/π of the shader."""
+    """Factor of the shader, 1/π."""
 
     cutoffs: ClassVar[tuple[float, float]] = _FLOOR, _LEAST
 

@@ -1,7 +1,8 @@
 """Phong's reflection: diffuse, and a highlight around the mirror direction.
 
-The cosine is r·v = 1 − ½|C|², with the chord C between r and v. Evaluators raise it to the power `Phong.power`
-(`pvphong.base.formulas.chord_power`), and `Shiny.factors` keeps it where n·l > 0.
+The highlight is a power of r·v = 1 − ½|C|², with the chord C between the mirror direction r and the unit vector v to
+the viewer. Evaluators compute the power (`Phong.power`, `pvphong.base.formulas.chord_power`), and the formula
+`Shiny.factors` keeps it where n·l > 0.
 """
 
 from __future__ import annotations
@@ -39,7 +40,9 @@ MIRROR = Peak(
 
 @dataclass(frozen=True)
 class Phong(Shiny):
-    """Diffuse max(n·l, 0), and max(r·v, 0)ⁿ where n·l > 0, with r = 2(n·l)n − l (Phong 1975). Not reciprocal.
+    """Phong's reflection: diffuse max(n·l, 0), and a highlight max(r·v, 0)ⁿ where n·l > 0 (Phong 1975).
+
+    r = 2(n·l)n − l is the mirror direction. The reflection is not reciprocal.
 
     Parameters
     ----------
@@ -67,5 +70,5 @@ class Phong(Shiny):
 
     @property
     def forms(self) -> tuple[CosinePower | None, ...]:
-        """Lambert's cosine, and (r·v)ⁿ, which is (l·w)ⁿ for the mirrored v."""
+        """Lambert's cosine, and (r·v)ⁿ, which equals (l·w)ⁿ for the direction w of v mirrored at n."""
         return super().forms[0], None if self.floor else CosinePower("mirror", self.sharpness)

@@ -17,15 +17,16 @@ def _back_square(at: Geometry) -> Any:
 
 
 BACK = Peak(_back_square, lambda _, l, v: l - v, lambda _: 1.0, lambda surface: surface.to_viewer)
-"""Peak where the viewer is in the direction of the light. Bounds on their least angle are unknown."""
+"""Peak where the viewer is in the direction of the light. Its bound is 1, because `AngleBounds` has no least angle
+between light and viewer."""
 
 
 @dataclass(frozen=True)
 class Retro(ModifiedPhong):
-    """Retroreflection: max(n·l, 0), and (s + 2)/2 · max(l·v, 0)ˢ · max(n·l, 0), s the shininess.
+    """Retroreflection: diffuse max(n·l, 0), and a highlight (s + 2)/2 · max(l·v, 0)ˢ · max(n·l, 0).
 
-    It is `ModifiedPhong` with the direction to the light in place of the mirror direction. It is reciprocal, and
-    conserves energy if diffuse and specular together are at most 1. A headlight makes it brightest.
+    s is the shininess. It is `ModifiedPhong` with the direction to the light in place of the mirror direction. It is
+    reciprocal, and conserves energy if diffuse and specular together are at most 1. It is brightest with a headlight.
 
     Parameters
     ----------

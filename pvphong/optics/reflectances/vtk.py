@@ -14,19 +14,21 @@ from pvphong.optics.reflectances.phong import Phong
 HIGHEST_POWER = 128.0
 """Largest exponent in vtkProperty and vtkLight, which clamp to [0, 128]."""
 
-# Least cosines in the shader; the second one is for its first tier.
+# Least cosines in VTK's shader; the second one is for its first tier of code, which handles a single headlight.
 _FLOOR, _HEADLIGHT_FLOOR = 1e-5, 1e-6
 
 
 def vtk_reflectance(shininess: float, *, is_headlight: bool) -> Reflectance:
-    """Return the shader's reflectance: in its first tier, for a single headlight, or in the others."""
+    """Return the reflectance of VTK's shader: for a single headlight, which its first tier of code handles, or for any
+    other lights.
+    """
     shininess = min(shininess, HIGHEST_POWER)
     return VtkHeadlight(shininess) if is_headlight else Phong(shininess, _FLOOR)
 
 
 @formula
 def _headlight(own: Any, at: Geometry, highlight: Any) -> Any:  # noqa: ARG001 any reflectance's
-    """Compute max(n·l, floor) and the highlight; both are 0 without a normal, where the floor does not apply."""
+    """Compute max(n·l, floor) and the highlight; without a normal both are 0, not the floor."""
     is_there = square(at.n) > ZERO
     cosine = maximum(at.n_l, as_type_of(at.n_l, _HEADLIGHT_FLOOR))
     return select(is_there, cosine, ZERO), select(is_there, highlight, ZERO)
@@ -41,12 +43,12 @@ def _normal_square(at: Geometry) -> Any:
 NORMAL = Peak(
     _normal_square, lambda n, l, _: l - n, lambda line: math.cos(line.theta), lambda surface: surface.exact_normals
 )
-"""Peak where light falls along the normal."""
+"""Peak where the light is in the direction of the normal."""
 
 
 @dataclass(frozen=True)
 class VtkHeadlight(Shiny):
-    """Diffuse c and highlight cⁿ with c = max(n·l, 1e-6): the shader's first tier; 0 without a normal.
+    """Diffuse c and highlight cⁿ with c = max(n·l, 1e-6), as in the first tier of VTK's shader; 0 without a normal.
 
     Parameters
     ----------

@@ -37,7 +37,8 @@ LEAST_HEIGHT = 1e-3
 """Least value of n·l + n·v: the formula is unbounded where both are grazing."""
 
 _DARK = 80.0
-"""Exponent from which on the highlight is 0. Its exponential, times the other factors, is within float32's range."""
+"""Exponent E at and above which the highlight is taken as 0. exp(−E) times the other factors is still within float32's
+range."""
 
 _LEAST_ALPHA = 1e-12
 
@@ -60,16 +61,17 @@ def _gloss(own: Any, at: Geometry, highlight: Any) -> Any:  # noqa: ARG001 it is
 
 @dataclass(frozen=True)
 class Ward(Reflectance):
-    """Diffuse max(n·l, 0), and a highlight with different widths along the tangents t and along n × t.
+    """Ward's reflection: diffuse max(n·l, 0), and a highlight with different widths along the tangents t and n × t.
 
     With s = l + v, x = max(n·l, 0) and z = x + max(n·v, 0), the highlight is x |s|² / (α_x α_y z⁴) · exp(−E), where
-    E = ((s·t / α_x)² + (s·(n × t) / α_y)²) / z². It is reciprocal, and conserves energy if diffuse and specular
-    together are at most 1. Tangents come from the mesh's texture coordinates, or are given as `tangents`.
+    E = ((s·t / α_x)² + (s·(n × t) / α_y)²) / z². It is reciprocal, and reflects no more light than arrives if diffuse
+    and specular together are at most 1. Tangents are the material's `tangents`, or else follow the mesh's texture
+    coordinates.
 
     Parameters
     ----------
     alpha_x, alpha_y : float
-        Width along t and along n × t, > 0 and <= 1; 0.05 and 0.3 are brushed steel. Equal widths are Ward's isotropic
+        Width along t and along n × t, > 0 and <= 1; 0.05 and 0.3 are brushed steel. Equal widths give Ward's isotropic
         gloss.
 
     Raises
@@ -122,5 +124,5 @@ class Ward(Reflectance):
 
     @property
     def sharpness(self) -> float:
-        """Sharpness of the narrower direction."""
+        """Sharpness along the direction in which the highlight is narrower."""
         return min(2.0 * max(self.parameters({})) ** 2, BRIGHTEST)

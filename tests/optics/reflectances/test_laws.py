@@ -142,7 +142,7 @@ def test_vtk_is_said_not_to_have_it(name, seed):
     material = Material(reflectance=case.reflectance)
     kind = type(case.reflectance).__name__
     instead = stand_in(case.reflectance, material)
-    remedy = "The nearest in VTK is without it, diffuse=" if instead else "Leave it out"
+    remedy = "The nearest material in VTK has reflectance=None, diffuse=" if instead else "Leave it out"
     for judged in (
         lambda: refuse_inexpressible(Scene(), material, None),
         lambda: evaluate([[0, 0, 0]], [[0, 0, 1]], Scene((), Viewer(), LightModel.vtk()), material),
