@@ -82,8 +82,8 @@ def outer_surface(mesh: pv.DataSet) -> pv.PolyData:
         name += "_"
     is_exact = bool(len(points)) and (isinstance(mesh, pv.Grid) or points.dtype == np.float64)
     if is_exact:
-        # the filter computes points of grids and of nonlinear cells in float32, which is too coarse far from the origin;
-        # arrays keep their type and are interpolated like points, so the points are passed as an array too
+        # the filter computes points of grids and of nonlinear cells in float32, which is too coarse far from the
+        # origin; arrays keep their type and are interpolated like points, so the points are passed as an array too
         numbered.point_data[name] = points.astype(np.float64, copy=False)
     result = numbered.extract_surface(pass_pointid=False, pass_cellid=False, algorithm=None)
     if is_exact and result.n_points:
@@ -128,7 +128,9 @@ def polygons(mesh: pv.PolyData) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
         If `mesh` is not a PolyData, or a face has an index out of range; the message names both.
     """
     if not isinstance(mesh, pv.PolyData):
-        check.refuse("mesh", type(mesh).__name__, "a pyvista.PolyData", "Extract its surface with mesh.extract_surface().")
+        check.refuse(
+            "mesh", type(mesh).__name__, "a pyvista.PolyData", "Extract its surface with mesh.extract_surface()."
+        )
     for array in cells(mesh)[2:]:
         array.refuse_out_of_range(mesh.n_points)
     connectivity, offsets = unchecked_polygons(mesh)
@@ -136,7 +138,7 @@ def polygons(mesh: pv.PolyData) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
 
 
 def unchecked_polygons(mesh: pv.PolyData) -> tuple[NDArray[Any], NDArray[Any]]:
-    """Return `polygons` without checks. Do not modify the arrays: if there are no strips, they are VTK's own memory."""
+    """Return `polygons` without checks, to be read only: without strips, the arrays are VTK's own memory."""
     _, _, faces, strips = cells(mesh)
     if not strips.count:
         return faces.connectivity, faces.offsets
@@ -250,7 +252,7 @@ ORIGINAL_POINT = "pvphong_original_point"
 """Name of the point array with each point's index before edges were split."""
 
 _AUTO = 30.0
-"""Feature angle for "auto", for meshes without point normals. The docstrings of `meshes/lit.py` and `plotter.py` name it."""
+"""Default feature angle, that of "auto". The docstrings in `meshes/lit.py` and `plotter.py` repeat it."""
 
 
 def sharp_angle(mesh: pv.PolyData, feature_angle: FeatureAngle) -> float | None:
@@ -423,7 +425,8 @@ def shallow_copy(mesh: _Mesh) -> _Mesh:
     """
     result = type(mesh)()
     result.shallow_copy(mesh)
-    # A deep copy of PyVista's record of bool arrays: `copy` would share it, and a new array on one mesh change both.
+    # A deep copy of PyVista's record of bool arrays. `copy` would share it, so setting an array of one mesh would
+    # affect both.
     result.copy_meta_from(mesh, deep=True)
     # PyVista replaces the array inside VTK's points object, so each mesh needs its own object. It also needs its own
     # VTK array: putting one array into two objects would mark it as modified.
