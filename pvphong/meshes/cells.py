@@ -1,8 +1,8 @@
 """Access to the cells of a PyVista dataset, and refusal of meshes that would crash VTK.
 
-VTK's algorithms do not check a mesh. They crash the process if a point index is out of range, a cell has too few points,
-or the dimensions or the length of an array are wrong. The functions here read only memory that is known to exist, so
-they are safe for any mesh.
+VTK's algorithms do not check a mesh. They crash the process if a point index is out of range, a cell has too few
+points, or the dimensions or the length of an array are wrong. The functions here read only memory that is known to
+exist, so they are safe for any mesh.
 """
 
 from __future__ import annotations
@@ -83,7 +83,7 @@ class Cells:
         return np.unique(np.searchsorted(self.offsets, bad, side="right") - 1)
 
     def refuse_out_of_range(self, n_points: int) -> None:
-        """Raise ``ValueError`` if a point index is out of range; the message names the first such index and its cell."""
+        """Raise ``ValueError`` if a point index is out of range; the message names the first one and its cell."""
         bad = self.out_of_range(n_points)
         if len(bad):
             corners = self.connectivity[self.offsets[bad[0]] : self.offsets[bad[0] + 1]]

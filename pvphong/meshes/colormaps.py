@@ -141,7 +141,7 @@ def unspanned(material: Material) -> dict[str, Colormap]:
 
 
 def spans_in(colormap: Colormap, meshes: Sequence[pv.DataSet]) -> Span:
-    """Return the range of a colormap's array over several meshes. Those without a numeric array of its name are skipped."""
+    """Return the range of a colormap's array over several meshes; those without a valid one are skipped."""
     spans = []
     for mesh in meshes if isinstance(colormap.scalars, str) else ():
         with contextlib.suppress(ValueError):

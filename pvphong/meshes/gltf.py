@@ -62,7 +62,8 @@ def write(path: Path, parts: Sequence[Part], scene: Scene | None = None, materia
     parts : sequence of Part
         The meshes; their faces are triangulated.
     scene : Scene, optional
-        Scene whose lights are written too. The vertex colours must then be unlit, because the viewer program lights them.
+        Scene whose lights are written too. The vertex colours must then be unlit, because the other program lights
+        them.
     materials : sequence of Material, optional
         Material of each part, for its highlights; required with `scene`.
 

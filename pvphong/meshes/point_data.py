@@ -236,7 +236,7 @@ def _of_faces(name: str, values: Any, source: pv.PolyData) -> Any:
 
 
 def _refuse_unknown(name: str, value: str, source: pv.PolyData) -> NoReturn:
-    """Raise ValueError for a name that is not the name of a point array; suggest similar names of arrays and colours."""
+    """Raise ValueError for a name that no point array has; suggest similar names of arrays and colours."""
     names = list(source.point_data.keys())
     remedy = check.meant(value, [*names, *(host.answers().color_names() if name in COLORS else ())])
     check.refuse(name, repr(value), f"the name of a point array ({', '.join(names) or 'there are none'})", remedy)

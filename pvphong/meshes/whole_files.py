@@ -1,8 +1,8 @@
 """Detection of truncated mesh files, before VTK reads them and after VTK has written them.
 
-VTK's readers accept many truncated files, and some of its writers do not report a full disk. Here only the length that a
-file declares, or its required end, is checked; VTK checks the rest. A truncation at a point where a shorter file could
-end, as between the lines of an .obj file, cannot be detected.
+VTK's readers accept many truncated files, and some of its writers do not report a full disk. Here only the length that
+a file declares, or its required end, is checked; VTK checks the rest. A truncation at a point where a shorter file
+could end, as between the lines of an .obj file, cannot be detected.
 
 In order: VTK's XML files, HDF5, .stl, .ply, legacy .vtk. The argument `contents` is a `mmap.mmap`, whose slices are
 bytes.
