@@ -87,7 +87,7 @@ class PotentialOccluders(Generic[Name]):
         return result
 
     def blocking(self, scene: Scene, faces: BlockingFaces) -> BlockingFaces:
-        """Return the triangles of another piece that may block light; whole runs are kept, so some others are included."""
+        """Return the triangles of another piece that may block light. Whole runs are kept, so some others are too."""
         kept = []
         for start in range(0, len(faces), _RUN * _RUNS_AT_ONCE):
             corners = faces.corners[start : start + _RUN * _RUNS_AT_ONCE]

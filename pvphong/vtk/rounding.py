@@ -33,7 +33,7 @@ _FLOOR, _HEADLIGHT_FLOOR = 1e-5, 1e-6
 """Lower limits, called floors, of the cosine f in VTK: in general, and in its first tier."""
 
 _DOUBT = 0.25
-"""Fraction of the tolerance; a discontinuity of the colour that is smaller leaves no vertex open."""
+"""Fraction of the tolerance. A jump in colour that is smaller leaves no vertex open."""
 
 _LONGEST = 1e18
 """Largest length of a vector whose square fits in float32."""
@@ -199,7 +199,7 @@ def _arrival(surface: _Surface, light: VtkValues) -> _Arrival:
 def _phong_share(
     surface: _Surface, light: Light, terms: Terms, doubt: float
 ) -> tuple[Float64Array, Float64Array, dict[str, BoolArray]]:
-    """Return one light's brightness in VTK's Phong, its error, and by reason the masks of discontinuities above `doubt`."""
+    """Return one light's brightness and its error in VTK's Phong; and reason → mask of colour jumps above `doubt`."""
     matte = max(reflected(terms.material.diffuse, rgb(light.diffuse), light))
     shiny = max(reflected(terms.material.specular, rgb(light.diffuse), light))
     power, is_headlight = terms.material.shininess, terms.tier == 1

@@ -102,7 +102,7 @@ class InexpressibleError(ValueError):
 
 
 def refuse_inexpressible(scene: Scene, material: Material, matrix: Float64Array | None) -> None:
-    """Raise `InexpressibleError` if VTK's shader cannot draw a scene, ValueError for an unsupported light or reflectance.
+    """Raise `InexpressibleError` for a scene that VTK cannot draw; ValueError for an unsupported light or reflectance.
 
     A feature is allowed if it has no effect, such as a light's specular colour if the material has no specular.
     """
