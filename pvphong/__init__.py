@@ -4,7 +4,7 @@
 PyVista finds them through this package's entry points. Each name is imported on first use, so that the command line
 starts quickly, and lighting a mesh loads neither VTK's rendering nor the studies.
 
-The packages, each of which uses only those before it: `base`, `geometry`, `optics` (lights, reflectances, materials),
+The packages, from the lowest layer to the highest: `base`, `geometry`, `optics` (lights, reflectances, materials),
 `scene`, `shading` (the equation, its plan, its two evaluators), `rays`, `meshes` (PyVista's data in and out), `vtk` and
 `batch`, `studies`, `studio`, `cli`. The modules next to them: `accessor` has `mesh.phong`, `plotter` has
 `plotter.phong`, `filter` has the VTK filter, `chunks` lights Dask arrays, `pipeline` has functions for normals,

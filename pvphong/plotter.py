@@ -290,7 +290,7 @@ class PlotterPhong(Handle):
         Returns
         -------
         Comparison
-            Result as from `pvphong.validate`; print it for a table.
+            The comparison, as from `pvphong.validate`; print it for a table.
 
         Raises
         ------

@@ -727,7 +727,7 @@ def test_what_is_lit_already_may_have_opacities(plotter):
         ),
         (
             np.ones(7),
-            r"^opacity must be a number, or an array with one for each point \(162\) or cell \(320\); got an array of shape",
+            r"^opacity must be a number, or an array with one for each point \(162\) or cell \(320\); got an array of",
         ),
         (np.full(162, 255.0), r"^opacity must be numbers from 0 to 1; .*Divide 0-255"),
         (np.full(162, np.nan), r"^opacity must be numbers from 0 to 1"),

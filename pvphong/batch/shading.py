@@ -186,7 +186,7 @@ def shade_files(
     if several and job.scene.light_model.bounces:  # for each bounce, light would travel between all pieces
         remedy = "Use LightModel(bounces=0), or join the pieces: pyvista.read(path)."
         got = f"bounces for the pieces of {several[0].rpartition('@')[0] or 'one surface'}"
-        check.refuse("light_model", got, "one without bounces, for a surface in several pieces", remedy)
+        check.refuse("light_model", got, "without bounces for a surface in several pieces", remedy)
     outputs = [piece.output for piece in pieces] + [index.output for index in indices]
     folders = sorted({folder, *(output.parent for output in outputs)})
     with connected(client, workers, len(pieces)) as workforce, _folders(folders), about("files"):

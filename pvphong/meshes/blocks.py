@@ -124,7 +124,7 @@ def single_material(materials: Mapping[str, Surface]) -> Surface:
         If there are several, and none is named "default".
     """
     if DEFAULT not in materials and len(materials) != 1:
-        check.refuse("material", f"several for {', '.join(materials)}", "a single one, or have a 'default'")
+        check.refuse("material", f"a mapping with {', '.join(materials)}", "one material, or a mapping with 'default'")
     return materials[DEFAULT] if DEFAULT in materials else next(iter(materials.values()))
 
 

@@ -63,7 +63,7 @@ def shade_mesh(
     """Compute lit colours, and return them as a point array of a new mesh.
 
     The mesh's active point normals are used unchanged. If it has none, normals are computed from its faces, weighted
-    by angle. If the dataset is not a PolyData, its surface is extracted and lit.
+    by angle. If the dataset is not a PolyData, its surface is extracted, with its arrays, and lit.
 
     Parameters
     ----------
@@ -186,7 +186,7 @@ def prepare(mesh: pv.DataSet, scene: SceneLike | None, material: Material | str,
 
 def ready(mesh: pv.DataSet, scene: SceneLike | None, material: Material | str, setting: Setting) -> Ready:
     """Return the inputs of a mesh's plan: its surface, its vertices, its material, and a scene with a viewer."""
-    # Another thread may replace arrays of the mesh meanwhile. The copy keeps the present ones, so none are mixed.
+    # Another thread may replace arrays of the mesh meanwhile. The copy keeps the old ones, so old and new do not mix.
     now = shallow_copy(mesh) if isinstance(mesh, pv.PolyData) else mesh
     material = as_material(material)
     source, maps, tangents = surface_and_maps(now, material, setting.feature_angle)
@@ -374,8 +374,8 @@ def plan(
     Parameters
     ----------
     mesh_or_points : pyvista.DataSet or array_like
-        A mesh, or an array of points of shape (n, 3). The normals of a mesh may show that there are no highlights.
-        Points have no normals here. `evaluate`, which gets them, may skip more than the plan; if that could exceed the
+        A mesh, or an array of points of shape (n, 3). The normals of a mesh may show that there are no highlights. An
+        array has no normals; `evaluate`, which also gets normals, may skip more than the plan. If that could exceed the
         plan's own error bound, `error_bound` is the whole tolerance.
     scene : Scene, light, sequence of lights, or None
         The scene. If it has no viewer, PyVista's default camera is used, which frames the mesh or points. For a mesh,
@@ -469,9 +469,9 @@ def visibility(
     """Compute the visibility of each light, and of the sky, from each vertex; `shade` accepts the result.
 
     Rays are cast when an array of the result is first read. A point, spot or directional light needs one ray for each
-    vertex that faces it. A light with a size needs at least 16 rays per vertex, the sky or an environment light at
-    least 64, and more if these disagree, as at the edges of shadows. The directions of a vertex's rays depend only on
-    its index, so equal calls give equal bits.
+    vertex that faces it. A light with a size needs at least 16 rays per vertex, and the sky or an environment light at
+    least 64; they need more if these disagree, as at the edges of shadows. The directions of a vertex's rays depend
+    only on its index, so equal calls give equal bits.
 
     With the extra `rays`, Intel's Embree casts the rays. Without it, VTK casts them, 10 to 50 times slower. Faces
     without area, or with a corner that is not finite, block nothing. Meshes of similar size are traced together;
@@ -485,7 +485,8 @@ def visibility(
         As for `shade`. Its light model need not have shadows. If its `ambient_occlusion` is a number, it is the
         distance up to which geometry occludes the sky.
     occluders : sequence, optional
-        Other meshes that block light, each as a mesh or a pair of a mesh and a 4x4 matrix. The mesh itself also does.
+        Other meshes that block light, each as a mesh or a pair of a mesh and a 4x4 matrix. The mesh itself always
+        blocks light.
     samples : int, optional
         Number of rays per vertex to each light with a size, and to the sky, rounded up to a power of two; at most 4096.
     tolerance : float, default 1/255

@@ -263,7 +263,7 @@ def save_picture(image: np.ndarray[Any, np.dtype[np.uint8]], path: Path) -> None
 def drawing_window() -> str:
     """Return the class of window with which VTK can draw on this machine.
 
-    It is tried once, in a child process, because VTK crashes the process if a library is missing.
+    Drawing is tried once, in a child process, because VTK crashes the process if a library is missing.
 
     Raises
     ------

@@ -85,7 +85,7 @@ def reflecting_blocks(
     matrix: MatrixLike | None = None,
     feature_angle: FeatureAngle = None,
 ) -> Iterator[ReflectingSurfaces]:
-    """Return the `ReflectingSurfaces` for each nonempty dataset in order; they differ only in its own index."""
+    """Return the `ReflectingSurfaces` for each nonempty dataset in order; they differ only in `own_index`."""
     of_blocks = iter(materials)
     reflectors = of_each(
         blocks, lambda block: _reflector(block, scene, as_material(next(of_blocks)), matrix, feature_angle)

@@ -120,7 +120,7 @@ def occluders_of_blocks(
 ) -> Iterator[KnownOccluders]:
     """Return the occluders for each nonempty dataset in order: all datasets, and the meshes in `occluders`.
 
-    The datasets share the triangles; only the index of the dataset itself differs.
+    They share the triangles; only `own_index` differs.
     """
     parts = [world_faces(surface(block), matrix) for _, block in datasets(blocks)]
     together = Occluders([*parts, *checked_occluders(occluders)])
