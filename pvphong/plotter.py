@@ -276,7 +276,7 @@ class PlotterPhong(Handle):
             for lit in subplot.lit.meshes:
                 if lit.actor is actor:
                     return subplot, lit
-        return check.refuse("actor", actor, "an actor that plotter.phong.add_mesh returned and that is still drawn")
+        return check.refuse("actor", actor, "an actor from plotter.phong.add_mesh that has not been removed")
 
     def validate(self, actor: pv.Actor | None = None) -> Comparison:
         """Compare the colours of lit meshes with VTK's shader, for the current lights, camera and matrix.
@@ -372,7 +372,7 @@ class PlotterPhong(Handle):
         if light is None or fields:
             light = changed_light(lights.find(which).light(lights.viewer), light, fields)
         if not isinstance(light, Light):
-            check.refuse("light", light, "a pvphong light", "as_light converts a pyvista.Light.")
+            check.refuse("light", light, "a pvphong light", "Convert a pyvista.Light with pvphong.as_light(...).")
         with self._history.edit(lights):
             lights.set(which, light)
 

@@ -114,7 +114,9 @@ def _local(workers: int | None, held: ExitStack) -> Client:
         )
     except RuntimeError as error:
         remedy = 'In a script, call it below `if __name__ == "__main__":`, because each process imports the script.'
-        check.refuse("workers", f"{count}, which did not start ({error})", "a number of processes to start", remedy)
+        check.refuse(
+            "workers", f"{count}, which did not start ({error})", "a number of processes that can be started", remedy
+        )
     held.enter_context(cluster)
     return held.enter_context(Client(cluster, set_as_default=False))
 

@@ -88,7 +88,7 @@ class Cells:
         if len(bad):
             corners = self.connectivity[self.offsets[bad[0]] : self.offsets[bad[0] + 1]]
             index = corners[(corners < 0) | (corners >= n_points)][0]
-            allowed = f"a mesh whose cells refer to its {n_points} points" + (f", 0 to {n_points - 1}" * (n_points > 0))
+            allowed = f"a mesh whose cells use only its {n_points} points" + (f", 0 to {n_points - 1}" * (n_points > 0))
             remedy = "The file or the code that made the cells numbers the points differently; see pvphong.diagnose."
             check.refuse("mesh", f"index {index} in {self.label} {bad[0]}", allowed, remedy)
 
@@ -133,9 +133,7 @@ def _read(label: str, array: Any, first: int = 0, *, once: bool = False) -> Cell
     version = (*(part.GetMTime() for part in parts), indices.GetNumberOfValues(), count) if once else None
     connectivity = vtk_to_numpy(indices)
     if connectivity.dtype.kind not in "iu":
-        check.refuse(
-            "mesh", f"{label} indices of type {connectivity.dtype}", "a mesh whose cells refer to points by integers"
-        )
+        check.refuse("mesh", f"{label} indices of type {connectivity.dtype}", "a mesh with integer point indices")
     result = Cells(label, first, count, connectivity[: array.GetOffset(count)], version, array)
     if version in _in_order:
         return result

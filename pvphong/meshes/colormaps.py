@@ -62,7 +62,12 @@ def scalars_of(name: str, colormap: Colormap, mesh: pv.DataSet) -> Scalars:
             check.refuse(f"{name}'s scalars", repr(given), allowed, check.meant(given, arrays))
         if len(having) == 2 and preference is None:
             remedy = 'Pass Colormap(..., preference="point") or preference="cell".'
-            check.refuse(f"{name}'s scalars", f"{given!r}, a point and a cell array", "one array", remedy)
+            check.refuse(
+                f"{name}'s scalars",
+                f"{given!r}, the name of two",
+                "the name of one array, of points or of cells",
+                remedy,
+            )
         where = preference if preference in having else having[0]
         values, label = np.asarray(data[where][given]), f"{name}'s scalars {given!r}"
     else:

@@ -309,7 +309,7 @@ def _save_with_folder(blocks: pv.MultiBlock, path: Path, options: dict[str, Any]
     """
     target = Path(os.path.realpath(path))
     if target.exists() and not target.is_file():
-        check.refuse("path", target, "a file; the blocks need a folder next to it")
+        check.refuse("path", target, "a file, because its blocks need a folder next to it")
     try:
         with written_aside(path) as aside:
             mark = "-" + aside.parent.name.removeprefix(PREFIX)

@@ -203,7 +203,7 @@ def _refuse_output(name: str, source: pv.PolyData, components: bool, shares_by_b
 def refuse_name(name: Any, source: pv.PolyData) -> None:
     """Raise ``ValueError`` for an invalid name of lit colours, or the name of an array that the lighting reads."""
     if not isinstance(name, str) or not name:
-        check.refuse("name", name, "a string that is not empty")
+        check.refuse("name", name, "a nonempty string")
     data = source.GetPointData()
     for array, what in ((data.GetNormals(), "normals"), (data.GetTCoords(), "texture coordinates")):
         if array is not None and array.GetName() == name:

@@ -214,5 +214,5 @@ def _refuse_more_than_all(reflector: Reflector) -> None:
         color = np.array(equation.colors[k]) * (tints if equation.reflectance.lobes[k].takes_albedo else 1.0)
         if np.nanmax(color, initial=0.0) > 1.0 + _ROUNDED:
             got = f"up to {np.nanmax(color):.4g} of the light"
-            remedy = "The sum over bounces would diverge; reduce it, or pass max_bounces=0."
-            check.refuse("diffuse", got, "at most 1 in each channel, times the albedo", remedy)
+            remedy = "The sum over bounces would diverge. Reduce diffuse, or pass max_bounces=0."
+            check.refuse("diffuse", got, "at most 1 in each channel, multiplied by the albedo", remedy)

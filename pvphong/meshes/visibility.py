@@ -144,7 +144,7 @@ def visibility_options(blocks: pv.MultiBlock, scene: Scene, options: dict[str, A
     paths = [path for path, _ in datasets(blocks)]
     if not isinstance(given, Mapping) or not given.keys() >= set(paths):
         remedy = "Compute it with blocks.phong.visibility(scene)."
-        check.refuse("visibility", type(given).__name__, f"a mapping with {', '.join(paths)}", remedy)
+        check.refuse("visibility", type(given).__name__, f"a mapping with the keys {', '.join(paths)}", remedy)
     return (options | {"visibility": given[path]} for path in paths)
 
 

@@ -96,7 +96,7 @@ class InexpressibleError(ValueError):
         remedy = ", ".join(remedies)
         if nearest:
             remedy = f"The nearest scene that it can draw: {remedy}"
-        self.message = f"scene must be one that VTK can draw; got {'; '.join(self.reasons)}. {remedy}."
+        self.message = f"scene must be a scene that VTK can draw; got {'; '.join(self.reasons)}. {remedy}."
         attributes = " (`.scene` and `.material` of this error)." if nearest else "."
         super().__init__(self.message.removesuffix(".") + attributes)
 
@@ -110,7 +110,7 @@ def refuse_inexpressible(scene: Scene, material: Material, matrix: Float64Array 
         refuse_unless_in_vtk(light, f"lights[{index}]", "a light that VTK supports")
     is_physical = material.reflectance is not None
     if material.reflectance is not None and in_vtk(material.reflectance) is None:
-        allowed = "None or PBR to be drawn by VTK"
+        allowed = "None or PBR in VTK"
         check.refuse("reflectance", material.reflectance, allowed, nearest_in_vtk(material))
     given = scene.light_model
     obstacles: dict[str, str] = {}  # unsupported feature → replacement or remedy

@@ -77,7 +77,7 @@ REFUSED = {
     "plan blocks.vtm --scene parts.json": "material must be a mapping with the names of all blocks",
     "validate": "MESH must be given, or --all instead",
     "validate sphere.vtp --output errors.ply": NO_OUTPUT + "a mesh with signed errors",
-    "validate sphere.vtp --scene opengl.json --specular 0.5": "scene must be one that VTK can draw",
+    "validate sphere.vtp --scene opengl.json --specular 0.5": "scene must be a scene that VTK can draw",
     "validate sphere.vtp --shadows": "The nearest scene that it can draw: none of these.\n",
     "validate blocks.vtm --output errors.vtp": NO_OUTPUT + "a mesh with signed errors (.vtm,",
     "validate sphere.vtp --report all.md": "--report must be used together with --all",

@@ -250,7 +250,10 @@ def test_validate_has_vtk_draw_the_same_colours():
     ("colormap", "message"),
     [
         (ph.Colormap("Elevaton"), r"^albedo's scalars must be the name of a point or cell array \(.*'Elevation'"),
-        (ph.Colormap("both"), r"^albedo's scalars must be one array; got 'both', a point and a cell.*preference="),
+        (
+            ph.Colormap("both"),
+            r"^albedo's scalars must be the name of one array.*; got 'both', the name of two.*preference=",
+        ),
         (ph.Colormap("empty"), r"^albedo's scalars must be finite in some rows unless clim is given"),
         (ph.Colormap("rock"), r"^albedo's scalars 'rock' must be .*an array of strings.*np\.unique"),
         (ph.Colormap("below", log_scale=True), r"^albedo's scalars must be an array with numbers > 0 for log_scale"),
