@@ -1,14 +1,14 @@
 """Lighting as data for PyVista and VTK.
 
 `import pvphong as ph` gives the names below. `mesh.phong` and `plotter.phong` work even without this import, because
-PyVista loads them by this package's entry points.
-Each name is imported on first use: the command line's supervisor must start quickly, and computing colours needs
-neither rendering nor the studies.
+PyVista finds them through this package's entry points. Each name is imported on first use, so that the command line
+starts quickly, and lighting a mesh loads neither VTK's rendering nor the studies.
 
-The packages, from the lowest: `base`, `geometry`, `optics` (lights, reflectances, materials), `scene`, `shading` (the
-equation, its plan, its two evaluators), `rays`, `meshes` (PyVista's data in and out), `vtk` and `batch`, `studies`,
-`studio`, `cli`. The modules next to them: `accessor` has `mesh.phong`, `plotter` has `plotter.phong`, `filter` has
-the VTK filter, `chunks` lights Dask arrays, `pipeline` has functions for normals, matrices and coordinates.
+The packages, from the lowest layer to the highest: `base`, `geometry`, `optics` (lights, reflectances, materials),
+`scene`, `shading` (the equation, its plan, its two evaluators), `rays`, `meshes` (PyVista's data in and out), `vtk` and
+`batch`, `studies`, `studio`, `cli`. The modules next to them: `accessor` has `mesh.phong`, `plotter` has
+`plotter.phong`, `filter` has the VTK filter, `chunks` lights Dask arrays, `pipeline` has functions for normals,
+matrices and coordinates, and `report` lists versions and hardware.
 """
 
 from pvphong.base import host as _host

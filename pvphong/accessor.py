@@ -1,7 +1,8 @@
-"""`mesh.phong` and `blocks.phong`. PyVista imports this module through its entry point when `phong` is first used.
+"""The accessors `mesh.phong` and `blocks.phong`. PyVista imports this module when `phong` is first used.
 
-Methods of a mesh are functions of `meshes/lit.py` and `meshes/pictures.py`, or of `studies/` if they measure something.
-Modules that load VTK's rendering are imported on demand. Methods of blocks call those of each block.
+Most methods of `mesh.phong` are functions of `pvphong.meshes`; those that measure something are functions of
+`pvphong.studies`. Modules that load VTK's rendering are imported on demand. Most methods of `blocks.phong` call the
+method of the same name for each block.
 """
 
 from __future__ import annotations
@@ -40,7 +41,7 @@ if TYPE_CHECKING:
     from pvphong.studies.accuracy.report import Tradeoff
     from pvphong.studies.validate.validation import Comparison
 
-# Options of `shade` that select what is computed; and options that define a dataset's surface.
+# Options of `shade` for its output arrays, and options that define a dataset's surface.
 _OF_RUN = "name", "components", "shares_by_bounce", "precision"
 _OF_SURFACES = "matrix", "feature_angle"
 
@@ -53,7 +54,7 @@ Materials = Material | str | Mapping[str, Material | str]
 def _of_mesh(
     function: Callable[Concatenate[Any, Options], Result],
 ) -> Callable[Concatenate[MeshPhong, Options], Result]:
-    """Return a method that calls a function with the mesh and its own arguments."""
+    """Return a method that calls `function` with the accessor's mesh, followed by the method's arguments."""
     refuse = refusal_of(function)
 
     @functools.wraps(function)
@@ -147,8 +148,9 @@ class MeshPhong(Handle):
 
 
 def _options_of(method: Callable[..., Any]) -> Callable[[Method], Method]:
-    """Decorate a method of blocks with the options of a mesh's method: help() and completion show them, others are
-    refused.
+    """Give a method of `BlocksPhong` the signature of `method`, a method of `MeshPhong`.
+
+    help() and completion then show its options, and other options are refused.
     """
     refuse = refusal_of(method)
 
@@ -165,12 +167,16 @@ def _options_of(method: Callable[..., Any]) -> Callable[[Method], Method]:
 
 
 class BlocksPhong(Handle):
-    """Lighting of every dataset in a MultiBlock. Structure and names are kept; empty blocks stay empty.
+    """Lighting of every dataset in a MultiBlock. Methods have the same options as those of `MeshPhong`.
 
-    Methods have the options of `MeshPhong`. One scene, with one viewer, lights all blocks, and they shadow each other.
-    A map is the name of an array that every block has, or a texture. `material` is common to all, or a mapping by the
-    blocks' names, with "/" between the names of nested blocks; "default" is for the others. Results other than datasets
-    are dictionaries by these paths. Errors name the block.
+    One scene with one viewer lights all blocks, and the blocks shadow each other. `material` is one material for all
+    blocks, or a mapping from block names to materials. The name of a nested block is its path, such as "car/wheel".
+    The key "default" is for blocks that the mapping does not name. A map of a material is a texture, or the name of an
+    array that every block has.
+
+    A method that makes a mesh from each dataset returns a MultiBlock with the same structure and names; empty blocks
+    stay empty. A method that makes another result from each dataset returns a dictionary by the names above. Errors
+    name the block.
 
     Examples
     --------
@@ -214,8 +220,9 @@ class BlocksPhong(Handle):
     def shade(
         self, scene: SceneLike | None = None, material: Materials = DEFAULT_MATERIAL, **options: Any
     ) -> pv.MultiBlock:
-        """Return a new MultiBlock of lit meshes. `visibility` and `transport` are results of the methods of these
-        names.
+        """Return a new MultiBlock of lit meshes.
+
+        The options `visibility` and `transport` accept the results of the methods with these names.
         """
         scene = self._scene(scene, options)
         run = {name: options.pop(name) for name in _OF_RUN if name in options}
@@ -239,14 +246,14 @@ class BlocksPhong(Handle):
     def plan(
         self, scene: SceneLike | None = None, material: Materials = DEFAULT_MATERIAL, **options: Any
     ) -> dict[str, Plan]:
-        """Return a plan for each dataset. `visibility` is a result of the method `visibility`."""
+        """Return a plan for each dataset. The option `visibility` accepts the result of the method `visibility`."""
         scene = self._scene(scene, options)
         parts = self._exchanging(options).parts if scene.light_model.bounces else None
         return self._by_path(self._each("plan", scene, self._own(scene, material, options, parts)))
 
     @_options_of(MeshPhong.visibility)
     def visibility(self, scene: SceneLike | None = None, **options: Any) -> dict[str, Visibility]:
-        """Return the visibility of each dataset's vertices, by its path; other blocks may block light."""
+        """Return the visibility of lights and sky for each dataset. The other blocks may block light too."""
         scene = self._scene(scene, options)
         among = occluders_of_blocks(self._blocks, options.get("matrix"), options.pop("occluders", ()))
         return self._by_path(lambda block: block.phong.visibility(scene, occluders=next(among), **options))
@@ -260,7 +267,7 @@ class BlocksPhong(Handle):
     def truth(
         self, scene: SceneLike | None = None, material: Materials = DEFAULT_MATERIAL, **options: Any
     ) -> dict[str, rendering.Truth]:
-        """Return the colours of each dataset by the rendering equation; blocks reflect each other's light."""
+        """Compute the colours of each dataset from the rendering equation. Blocks reflect light to each other."""
         where = {name: options.pop(name) for name in (*_OF_SURFACES, "occluders") if name in options}
         scene = self._scene(scene, where)
         among = rendering.reflecting_blocks(self._blocks, scene, self._materials(material), **where)
@@ -291,14 +298,14 @@ class BlocksPhong(Handle):
     def interpolation_error(
         self, scene: SceneLike | None = None, material: Materials = DEFAULT_MATERIAL, **options: Any
     ) -> pv.MultiBlock:
-        """Return a new MultiBlock of meshes with the errors inside triangles."""
+        """Return a new MultiBlock of meshes with the errors of interpolated colours inside triangles."""
         return self._inside("interpolation_error", scene, material, options)
 
     @_options_of(MeshPhong.validate)
     def validate(
         self, scene: SceneLike | None = None, material: Materials = DEFAULT_MATERIAL, **options: Any
     ) -> dict[str, Comparison]:
-        """Return a comparison with VTK's shader for each dataset."""
+        """Compare the lit colours of each dataset with VTK's shader."""
         scene = self._scene(scene, options)
         own = zip(self._materials(material), repeat(options), strict=False)
         return self._by_path(self._each("validate", scene, own))
@@ -312,7 +319,7 @@ class BlocksPhong(Handle):
         feature_angle: FeatureAngle = None,
         **options: Any,
     ) -> Tradeoff:
-        """Measure accuracy against time on all blocks, joined to one surface of one material."""
+        """Measure accuracy against time on all blocks, joined into one surface with one material."""
         from pvphong.studies.accuracy.measure import tradeoff
 
         return tradeoff(lit.one_surface(self._blocks, feature_angle), scene, material, **options)
@@ -339,11 +346,11 @@ class BlocksPhong(Handle):
 
     @_options_of(MeshPhong.save)
     def save(self, path: str | os.PathLike[str], **options: Any) -> None:
-        """Write lit blocks: .vtm, .vtmb, .vtkhdf, .glb, .gltf or .png; see `MeshPhong.save`."""
+        """Write lit blocks to a .vtm, .vtmb, .vtkhdf, .glb, .gltf or .png file; see `MeshPhong.save`."""
         saving.save(self._blocks, path, **options)
 
     def _scene(self, given: SceneLike | None, options: Mapping[str, Any]) -> Scene:
-        """Return the scene for all blocks, with a viewer; by default PyVista's camera, which frames them."""
+        """Return the scene of all blocks. If it has no viewer, PyVista's default camera, which frames all, is added."""
         if isinstance(given, Scene) and given.viewer is not None:
             return given
         return scene_for(map_blocks(self._blocks, surface), given, options.get("matrix"))
@@ -360,8 +367,9 @@ class BlocksPhong(Handle):
     def _each(
         self, method: str, scene: Scene, own: Iterator[tuple[Material | str, dict[str, Any]]]
     ) -> Callable[[pv.DataSet], Any]:
-        """Return a function that calls a method for one dataset after the other, with the common scene and its own
-        arguments.
+        """Return a function that calls a method of a dataset's accessor, with the common scene.
+
+        It must be called for all datasets in order: each call takes the next material and options from `own`.
         """
 
         def call(block: pv.DataSet) -> Any:
@@ -373,8 +381,9 @@ class BlocksPhong(Handle):
     def _inside(
         self, method: str, scene: SceneLike | None, material: Materials, options: dict[str, Any]
     ) -> pv.MultiBlock:
-        """Call a method that looks inside triangles; light that bounces between the blocks is computed at their
-        vertices.
+        """Call `refine` or `interpolation_error`, the methods that evaluate colours inside triangles, for each block.
+
+        Light that bounces between the blocks is computed only at their vertices.
         """
         scene, bounced = self._scene(scene, options), None
         if scene.light_model.bounces:

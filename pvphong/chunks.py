@@ -1,7 +1,7 @@
-"""`pvphong.evaluate` on Dask arrays: chunks are lit lazily, one task each.
+"""`pvphong.evaluate` for Dask arrays: each chunk is a lazy task.
 
-Dask decides how many chunks are lit at once. Each chunk is lit by Dask's thread alone, without the evaluator's own
-threads, so that no more threads run than Dask has.
+Dask decides how many chunks are lit at the same time. The evaluator starts no threads of its own in a task, so that no
+more threads run than Dask has.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ _VISIBILITY = "visibility"
 """The only array with vertices along its second axis: shape (lights + 1, n)."""
 
 _ARGUMENTS = ("points", "normals", _VISIBILITY)
-"""Array arguments of `evaluate`. All other arrays are maps of the material."""
+"""Arguments of `evaluate` that are arrays. All other arrays are maps of the material."""
 
 
 def _taking_chunks(whole: Callable[Given, Shading]) -> Callable[Given, Shading]:
@@ -50,7 +50,7 @@ evaluate = _taking_chunks(evaluation.evaluate)
 
 
 def _arrays_of(given: Mapping[str, Any]) -> dict[str, Any]:
-    """Arrays with a row per vertex: arguments, and the material's maps by field."""
+    """Return the arrays per vertex: those that are arguments, by argument, and the material's maps, by field."""
     found = {name: given.get(name) for name in _ARGUMENTS}
     material = given.get("material")
     if isinstance(material, Material):
@@ -60,7 +60,7 @@ def _arrays_of(given: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _with_colors(material: Any) -> Any:
-    """Replace colormaps of arrays in a material by their colours; Dask arrays give Dask arrays."""
+    """Return a material whose colormaps of arrays are replaced by maps of colours. Dask arrays stay Dask arrays."""
     maps = material.maps if isinstance(material, Material) else {}
     given = {name: each for name, each in maps.items() if isinstance(each, Colormap)}
     colors = {name: Map(_colors(name, each)) for name, each in given.items() if not isinstance(each.scalars, str)}
@@ -68,7 +68,7 @@ def _with_colors(material: Any) -> Any:
 
 
 def _colors(name: str, colormap: Colormap) -> Any:
-    """Return a colormap's colours, shape (n, 3); all chunks are coloured by the range of the whole array."""
+    """Return the colours of an array's colormap, shape (n, 3). The range is that of the whole array, not of a chunk."""
     from pvphong.meshes.colormaps import colors_by, joined, lookup_table, mapped, numbers_in, span_of
 
     if not hasattr(colormap.scalars, "__dask_graph__"):
@@ -91,13 +91,13 @@ def _colors(name: str, colormap: Colormap) -> Any:
 
 
 def _evaluate_chunks(given: dict[str, Any], scene: Any, **options: Any) -> Shading:
-    """Return a `Shading` of Dask arrays. Everything except the arrays' values is checked now."""
+    """Return a `Shading` of Dask arrays. The arguments are checked now, the values of the arrays in each task."""
     from dask.array import blockwise, map_blocks
 
     arrays = _cut_alike(given)
     scene = as_scene(scene)
     kernel.check_backend(options.get("backend", "auto"))
-    # shading zero vertices shows which arrays the result has, and their types
+    # shade zero vertices, to find the arrays of the result and their types
     shapes = {name: (len(array), 0) if name == _VISIBILITY else (0, *array.shape[1:]) for name, array in arrays.items()}
     nothing: dict[str, Any] = {name: np.empty(shape, arrays[name].dtype) for name, shape in shapes.items()}
     form = _evaluated(nothing, scene=scene, **options | {"backend": "numpy"})
@@ -111,7 +111,7 @@ def _evaluate_chunks(given: dict[str, Any], scene: Any, **options: Any) -> Shadi
     blocks = blockwise(_lit, "ik", *pairs, concatenate=True, names=list(arrays), scene=scene, **how, **options)
 
     def field(name: str, like: Any) -> Any:
-        """Join one field of all chunks' `Shading`s; lights are an axis before the others."""
+        """Join one field of the chunks' `Shading`s. An axis for lights, if there is one, comes first."""
         if like is None:
             return None
         lights = [(length,) for length in like.shape[:-2]]
@@ -122,13 +122,13 @@ def _evaluate_chunks(given: dict[str, Any], scene: Any, **options: Any) -> Shadi
 
 
 def _lit(*arrays: Any, names: Sequence[str], **options: Any) -> Shading:
-    """Light one chunk, on this thread alone."""
+    """Light one chunk, without additional threads."""
     with threads.limited(1):
         return _evaluated(dict(zip(names, arrays, strict=True)), **options)
 
 
 def _evaluated(arrays: Mapping[str, Any], *, material: Any, **options: Any) -> Shading:
-    """Call `evaluate` with arrays by name; arrays that are not arguments become maps of the material."""
+    """Call `evaluate` with named arrays; those that are not arguments become maps of the material."""
     own = {name: array for name, array in arrays.items() if name in _ARGUMENTS}
     maps = {name: Map(array) for name, array in arrays.items() if name not in _ARGUMENTS}
     if maps:
@@ -137,7 +137,7 @@ def _evaluated(arrays: Mapping[str, Any], *, material: Any, **options: Any) -> S
 
 
 def _framed(scene: Scene, points: Any, matrix: Any) -> Any:
-    """Return the scene, delayed, with a viewer that sees all points."""
+    """Return a delayed scene with a viewer that sees all points."""
     from dask import delayed
 
     def ends(chunk: Any) -> Float64Array:
@@ -156,7 +156,7 @@ def _framed(scene: Scene, points: Any, matrix: Any) -> Any:
 
 
 def _cut_alike(given: dict[str, Any]) -> dict[str, Any]:
-    """Cut all arrays into the same chunks along vertices; NumPy arrays become Dask arrays."""
+    """Split all arrays into the same chunks along vertices; NumPy arrays become Dask arrays."""
     from dask.array import from_array, unify_chunks
 
     lazy = {name: _checked(name, array) for name, array in given.items() if hasattr(array, "__dask_graph__")}
@@ -175,20 +175,20 @@ def _cut_alike(given: dict[str, Any]) -> dict[str, Any]:
     if not is_known:
         return lazy
     pairs: list[Any] = []
-    for name, array in lazy.items():  # column counts differ between arrays, so each array's column index is its name
+    for name, array in lazy.items():  # arrays have different numbers of columns, so each gets a column index of its own
         pairs += [array, tuple(name if axis == "k" else axis for axis in _axes(name, array))]
     return dict(zip(lazy, unify_chunks(*pairs)[1], strict=True))
 
 
 def _checked(name: str, array: Any) -> Any:
-    """Check that an array is a Dask array cut along vertices only; visibility may be cut along lights too."""
+    """Return a Dask array if it is chunked along vertices only; visibility may be chunked along lights too."""
     from dask.array import Array
 
     if not isinstance(array, Array) or not (name == _VISIBILITY) < array.ndim <= 2:
         check.refuse(name, f"a {type(array).__name__}", f"a Dask array: {_allowed(name)}")
     if name != _VISIBILITY and array.ndim == 2 and array.numblocks[1] > 1:
         got = f"column chunks {array.chunks[1]}"
-        check.refuse(name, got, "cut along vertices only", f"{name}.rechunk({{1: -1}}) joins the columns.")
+        check.refuse(name, got, "chunked along vertices only", f"{name}.rechunk({{1: -1}}) joins the columns.")
     return array
 
 
@@ -203,7 +203,7 @@ def _axes(name: str, array: Any) -> str:
 
 
 def _rows(name: str, array: Any) -> tuple[float, ...]:
-    """Number of vertices of each chunk; NaN if unknown."""
+    """Return the number of vertices in each chunk; NaN if unknown."""
     chunks: tuple[float, ...] = array.chunks[1 if name == _VISIBILITY else 0]
     return chunks
 

@@ -1,4 +1,4 @@
-"""Lighting as a filter of a VTK pipeline."""
+"""`ph.PhongFilter`: lighting as a filter in a VTK pipeline."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ from pvphong.scene.scene import Scene, SceneLike, as_scene
 
 
 class PhongFilter(Handle, VTKPythonAlgorithmBase):  # type: ignore[misc]  # VTK's class has no type
-    """VTK filter that adds the lit array "phong", (n_points, 3) float32 by default, to polydata.
+    """VTK filter that adds lit colours to polydata, by default as the point array "phong", (n_points, 3) float32.
 
-    It runs again only if its input, scene, material or options have changed.
+    It executes again only if its input, scene, material or options have changed.
 
     Examples
     --------
@@ -114,6 +114,6 @@ class PhongFilter(Handle, VTKPythonAlgorithmBase):  # type: ignore[misc]  # VTK'
         ValueError
             If the input cannot be lit. A downstream filter gets VTK's error message instead.
         """
-        super().Update()  # does not execute if nothing has changed; the last error then still holds
+        super().Update()  # does not execute if nothing has changed; then the last error is raised again
         if self._refusal is not None:
             raise self._refusal

@@ -2,10 +2,11 @@
 
 In the order of a renderer's stages:
 
-- surface normals: `face_normals` and `vertex_normals` of meshes, `plane_normal`, `implicit_normals`;
-- object to world: `transform_points`, `transform_vectors`, `transform_normals`, and the `normal_matrix` of a model
-  matrix;
-- a light from homogeneous coordinates: `light_from_homogeneous`;
+- surface normals: `face_normals` and `vertex_normals` for meshes, `plane_normal` for planes, `implicit_normals` for
+  implicit surfaces;
+- object to world: `transform_points`, `transform_vectors`, `transform_normals`, and `normal_matrix` for the matrix that
+  transforms normals;
+- light from homogeneous coordinates: `light_from_homogeneous`;
 - world to eye: `look_at`;
 - eye to clip: `perspective`, `frustum`, `ortho`;
 - world to window in one step, for a viewer: `project`.

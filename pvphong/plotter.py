@@ -1,4 +1,7 @@
-"""`plotter.phong`: lit meshes that follow camera, lights and edits. PyVista loads this module by its entry point."""
+"""`plotter.phong`: lit meshes that follow the camera, the lights and edits.
+
+PyVista imports this module when `plotter.phong` is first used.
+"""
 
 from __future__ import annotations
 
@@ -42,7 +45,7 @@ _OUTPUTS = (
     "export_obj",
     "export_vrml",
 )
-"""Methods of a plotter that write pictures or files. Colours are brought up to date first, and gizmos hidden."""
+"""Methods of a plotter that write pictures or files. Before each, colours are updated and gizmos are hidden."""
 
 
 class PlotterPhong(Handle):
@@ -101,45 +104,50 @@ class PlotterPhong(Handle):
         refine: float | None = None,
         **add_mesh_options: Any,
     ) -> pv.Actor | tuple[pv.Actor, ...]:
-        """Draw a mesh, or all blocks of a MultiBlock, with lit colours, and keep the colours current.
+        """Draw a mesh, or all blocks of a MultiBlock, with lit colours that stay up to date.
 
-        Colours are computed again before a frame only if something that they depend on has changed: a light, the
-        actor's matrix, the material, its maps, the mesh or the light model. The camera counts only with highlights, or
-        with lights that move with it. Hidden actors are updated when they are shown; removed actors are no longer
-        updated.
+        Before a frame, colours are computed again if something that they depend on has changed: a light, the actor's
+        matrix, the material, its maps, the mesh or the light model. They depend on the camera only if there are
+        highlights, or lights that move with it. A hidden actor is updated when it is shown again.
 
         Parameters
         ----------
         mesh : pyvista.DataSet or pyvista.MultiBlock
-            Dataset with a surface, or blocks of such. Edits of the data are followed; added and removed blocks are not.
+            A dataset with a surface, or several in blocks. Later edits of their data are shown. Blocks that are added
+            later are not drawn, and those that are removed later stay.
         material : Material, str or mapping, optional
-            Material, or its name. Blocks share it, or a mapping has one for each, as for `blocks.phong.shade`. By
-            default it follows from PyVista's keywords and theme.
+            Material, or the name of one. For blocks, one for all, or a mapping from block names, as for
+            `blocks.phong.shade`. By default it is made from PyVista's keywords and theme.
         feature_angle : float, "auto" or None, default "auto"
-            Angle in degrees between two faces from which their edge is sharp, as for `mesh.phong.shade`; "auto" is 30
-            if the mesh has no point normals.
+            An edge is sharp if the normals of its two faces differ by more than this angle, in degrees, as for
+            `mesh.phong.shade`. "auto" is 30 if the mesh has no point normals.
         casts_shadows : bool, default True
-            Let it block light if `light_model` has shadows or ambient occlusion. Visible meshes of a subplot shadow
-            each other and themselves.
+            Let the mesh block light, if `light_model` has shadows or ambient occlusion. Visible meshes of a subplot
+            shadow each other and themselves.
         refine : float, optional
-            Largest colour error inside triangles, > 0, as the tolerance of `mesh.phong.refine`; 1/255 is one step of a
-            display. The mesh is refined in the background after each edit, with crisp edges of hard shadows and cones;
-            until then it is drawn at its own vertices. Pictures and exports wait for it. It adds at most 200,000
-            points, and none if vertices or lines are drawn.
+            Refine the mesh until the largest colour error inside triangles is at most this, > 0, as with
+            `mesh.phong.refine`; 1/255 is one step of a display. Edges of hard shadows and cones become crisp. After
+            each edit, the unrefined mesh is drawn until the new one has been computed in the background. Pictures and
+            exports wait for it. At most 200,000 points are added, and none if vertices or lines are drawn.
         **add_mesh_options
-            As for `pyvista.Plotter.add_mesh`; with `LightModel.vtk()` the result looks the same. `color`, `ambient`,
-            `diffuse`, `specular`, `specular_power`, `pbr`, `metallic` and `roughness` define the material; `scalars`
-            with `cmap`, `clim` and related keywords, `rgb` and `texture` its albedo, with a scalar bar of the unlit
-            colours. Cell data give flat faces. `smooth_shading` and `split_sharp_edges` override `feature_angle`. With
-            `lighting=False` PyVista draws the mesh unlit; without a material, also lines, and points without normals.
-            `backface_params` and `emissive` are refused. With a `name`, blocks are called "name[block]" and replace
-            earlier ones of that name. `opacity` may be an array from 0 to 1 per point, or per cell with
-            `feature_angle=0`, or the name of such an array, whose edits are followed.
+            As for `pyvista.Plotter.add_mesh`. With `LightModel.vtk()` the result looks the same as PyVista's.
+
+            - `color`, `ambient`, `diffuse`, `specular`, `specular_power`, `pbr`, `metallic` and `roughness` define the
+              material. `rgb`, `texture`, and `scalars` with `cmap`, `clim` and related keywords define its albedo; the
+              scalar bar shows the unlit colours. Cell data give flat faces.
+            - `smooth_shading` and `split_sharp_edges` override `feature_angle`.
+            - `lighting=False` without a material draws the mesh unlit, as PyVista does. Without a material, lines, and
+              points without normals, are always drawn so.
+            - `opacity` may be an array of numbers from 0 to 1, or the name of one, per point, or per cell with
+              `feature_angle=0`. Later edits of a named array are shown.
+            - With a `name`, blocks are called "name[block]", and replace earlier blocks of the same name.
+            - `backface_params` and `emissive` are refused.
 
         Returns
         -------
         pyvista.Actor or tuple of pyvista.Actor
-            Ordinary actor, drawn with VTK's lighting off; one for each block. `plotter.remove_actor` accepts both.
+            Ordinary actor, drawn with VTK's lighting off; a tuple with one for each block. `plotter.remove_actor`
+            accepts both, and ends the updates.
 
         Raises
         ------
@@ -192,7 +200,7 @@ class PlotterPhong(Handle):
         return actors if isinstance(mesh, pv.MultiBlock) else actors[0]
 
     def _draw(self, mesh: Any, array: str, options: dict[str, Any]) -> pv.Actor:
-        """Draw a mesh in the colours of one of its point arrays."""
+        """Draw a mesh in the colours of the point array `array`."""
         draw = functools.partial(self._plotter.add_mesh, mesh, scalars=array, rgb=True, lighting=False, **options)
         actor = self._subplot.add_unlit(draw)
         actor.prop.color = "white"  # VTK's exporters write this colour too, and glTF multiplies vertex colours by it
@@ -201,14 +209,14 @@ class PlotterPhong(Handle):
     def add_lit(
         self, lit: pv.DataSet | pv.MultiBlock, name: str = "phong", **add_mesh_options: Any
     ) -> pv.Actor | tuple[pv.Actor, ...]:
-        """Draw the colours of a lit mesh as they are, clipped to [0, 1], as `lit.phong.plot()` does.
+        """Draw a lit mesh in its stored colours, clipped to [0, 1], as `lit.phong.plot()` does.
 
-        The colours do not follow lights or the camera.
+        The colours do not change with the plotter's lights or camera.
 
         Parameters
         ----------
         lit : pyvista.DataSet or pyvista.MultiBlock
-            Result of `mesh.phong.shade`, or such a mesh read from a file; it is not modified.
+            Result of `mesh.phong.shade`, also if read from a file; it is not modified.
         name : str, default "phong"
             Name of the point array with the colours.
         **add_mesh_options
@@ -244,12 +252,15 @@ class PlotterPhong(Handle):
         return actors if isinstance(lit, pv.MultiBlock) else actors[0]
 
     def mesh(self, actor: pv.Actor) -> MeshHandle:
-        """Return a live handle of a mesh; its `material`, which blocks share, and each field of it can be set.
+        """Return a handle of a lit mesh, with which its `material` and the material's fields can be set.
+
+        Blocks that share a material change together.
 
         Returns
         -------
         MeshHandle
-            `plotter.phong.mesh(actor).diffuse = "red"` shows in the next frame. With gizmos it is one step of `undo`.
+            For example, `plotter.phong.mesh(actor).diffuse = "red"` shows in the next frame. With gizmos, each
+            assignment is one step of `undo`.
 
         Raises
         ------
@@ -265,20 +276,21 @@ class PlotterPhong(Handle):
             for lit in subplot.lit.meshes:
                 if lit.actor is actor:
                     return subplot, lit
-        return check.refuse("actor", actor, "an actor that plotter.phong.add_mesh returned and that is still drawn")
+        return check.refuse("actor", actor, "an actor from plotter.phong.add_mesh that has not been removed")
 
     def validate(self, actor: pv.Actor | None = None) -> Comparison:
-        """Compare drawn colours with VTK's shader, under the current lights, camera and matrix.
+        """Compare the colours of lit meshes with VTK's shader, for the current lights, camera and matrix.
 
         Parameters
         ----------
         actor : pyvista.Actor, optional
-            One of the lit meshes; by default the one of the active subplot with the largest error.
+            Actor of the mesh to compare. By default, all visible lit meshes of the active subplot are compared, and the
+            comparison with the largest error is returned.
 
         Returns
         -------
         Comparison
-            As returned by `pvphong.validate`; print it for a table.
+            The comparison, as from `pvphong.validate`; print it for a table.
 
         Raises
         ------
@@ -292,8 +304,8 @@ class PlotterPhong(Handle):
             subplot, lit = self._drawn(actor)
             compared = [lit]
         if not compared:
-            allowed = "one whose active subplot has a lit mesh"
-            check.refuse("plotter", "none", allowed, "phong.add_mesh draws one.")
+            allowed = "a plotter whose active subplot shows a lit mesh"
+            check.refuse("plotter", "one without", allowed, "Draw one with plotter.phong.add_mesh(...).")
         comparisons = [validate(lit.drawn, subplot.scene, lit.material, matrix=lit.matrix) for lit in compared]
         return max(comparisons, key=lambda each: each.max_error / each.tolerance)
 
@@ -301,7 +313,7 @@ class PlotterPhong(Handle):
 
     @property
     def lights(self) -> tuple[Light, ...]:
-        """Lights of the active subplot as values, including the plotter's `pyvista.Light` objects."""
+        """Lights of the active subplot, as immutable values; the plotter's `pyvista.Light` objects are converted."""
         return self._subplot.lights.values
 
     def add_light(self, light: Any) -> LightHandle:
@@ -317,13 +329,14 @@ class PlotterPhong(Handle):
         Returns
         -------
         LightHandle
-            Live handle: `lamp.position = (1, 0, 2)` moves the light. With gizmos it is one step of `undo`. It also
-            identifies the light for `set_light` and `remove_light`.
+            Handle of the light: `lamp.position = (1, 0, 2)` moves it. With gizmos, each assignment is one step of
+            `undo`. `set_light` and `remove_light` accept the handle.
 
         Raises
         ------
         ValueError
-            If it is not a light, VTK has no similar light, or the subplot already has it or one of its name.
+            If `light` is not a light, VTK has no similar light, or the subplot already has this light or another of the
+            same name.
 
         Examples
         --------
@@ -352,14 +365,14 @@ class PlotterPhong(Handle):
         Raises
         ------
         ValueError
-            If there is no such light or field, `light` is not a light, VTK has no similar light, another light has its
-            name, or there is nothing to set.
+            If the light or a field does not exist, `light` is not a light, VTK has no similar light, another light has
+            the same name, or neither `light` nor a field is given.
         """
         lights = self._subplot.lights
         if light is None or fields:
             light = changed_light(lights.find(which).light(lights.viewer), light, fields)
         if not isinstance(light, Light):
-            check.refuse("light", light, "a pvphong light", "as_light converts a pyvista.Light.")
+            check.refuse("light", light, "a pvphong light", "Convert a pyvista.Light with pvphong.as_light(...).")
         with self._history.edit(lights):
             lights.set(which, light)
 
@@ -395,7 +408,7 @@ class PlotterPhong(Handle):
 
     @property
     def light_model(self) -> LightModel:
-        """Light model of all subplots; can be set."""
+        """Light model of all subplots. It can be set."""
         return self._light_model
 
     @light_model.setter
@@ -408,7 +421,7 @@ class PlotterPhong(Handle):
 
     @property
     def scene(self) -> Scene:
-        """Snapshot of the active subplot: its lights, its camera and the light model."""
+        """Current scene of the active subplot: its lights, its camera and the light model."""
         return self._subplot.scene
 
     # -- gizmos ------------------------------------------------------------------------------------------
@@ -424,14 +437,15 @@ class PlotterPhong(Handle):
     ) -> tuple[Gizmo, ...]:
         """Add a gizmo for each light of the active subplot, to drag with the mouse.
 
-        Drag a light's position, target, cone, size or half-intensity radius, a sky around the scene, or the highlight
-        of the selected light on the surface. With Shift a handle moves along one axis, with Ctrl in steps; Escape
-        cancels. The key h lists the other keys. `undo` goes back to the lights at this call.
+        Handles move a light's position, its target, its cone, its size or the radius of half intensity, turn a sky
+        around the scene, or move the highlight of the selected light on the surface. With Shift a handle moves along
+        one axis, with Ctrl in steps; Escape cancels. The key h lists the other keys. `undo` reverts only changes that
+        were made after gizmos were first added.
 
         Parameters
         ----------
         lights : sequence, optional
-            The lights, each as for `set_light`; by default all, including those added later.
+            Lights that get a gizmo, each as for `set_light`; by default all, including lights added later.
         in_screenshots : bool, default False
             Show gizmos in `plotter.screenshot` and `save_graphic`.
         angle_step : float, default 5
@@ -439,13 +453,13 @@ class PlotterPhong(Handle):
         length_step : float, optional
             Step of coordinates and lengths with Ctrl; by default a round number between 1/50 and 1/20 of the scene.
         keys : mapping, optional
-            Additional keys: key → (help text, function without arguments). A text that the function returns is shown in
-            the window.
+            Additional keys: key → (help text, function without arguments). If the function returns a text, it is shown
+            in the window.
 
         Returns
         -------
         tuple of Gizmo
-            The property `gizmos`.
+            The gizmos, as in the property `gizmos`.
 
         Raises
         ------
@@ -485,7 +499,7 @@ class PlotterPhong(Handle):
 
     @property
     def gizmos(self) -> tuple[Gizmo, ...]:
-        """Gizmos of the active subplot. Each has `.light`, the current value, and `.handles`, name → position."""
+        """Gizmos of the active subplot. Each has `.light`, its current light, and `.handles`, name → position."""
         interaction = self._subplot.interaction
         return () if interaction is None else interaction.gizmos.all
 
@@ -507,25 +521,25 @@ class PlotterPhong(Handle):
     ) -> Any:
         """Edit lights, materials and light model of the active subplot in a web page that shows the gizmos.
 
-        Needs the extra `trame`. Edits apply to the plotter itself, and remain in `lights`, `scene` and the materials.
-        In a notebook the page appears below the cell, and the cell ends; elsewhere the call prints the page's address
-        and ends with Ctrl-C.
+        Needs the extra `trame`. Edits change the plotter itself: its `lights`, its `scene` and the materials. In a
+        notebook, the call returns and the page appears below the cell. Elsewhere, the call prints the page's address
+        and serves the page until Ctrl-C is pressed.
 
         Parameters
         ----------
         file : str, default "mesh.vtp"
-            File that the mesh was read from. The downloaded script reads it, and other downloads are named after it.
-            The studio itself does not open it.
+            File that the mesh was read from, for the script that the page offers as a download. Other downloads are
+            named after it. The studio does not open the file.
         port : int, default 0
             Port to listen on; 0 selects a free one.
         host : str, default "127.0.0.1"
-            Address to listen on; by default only this machine can connect. For others, the page's address ends with a
-            token, and requests without it get no answer.
+            Address to listen on; by default only this machine can connect. With any other host, the page's address ends
+            with a token, and requests without the token get no answer.
         browser : bool, default True
             Open the page in a browser, except in a notebook.
         keep : path, optional
-            JSON file to which lights, viewer, light model and materials are written after each change, as by
-            `Scene.save`, until another mesh is opened.
+            JSON file to which lights, viewer, light model and materials are saved after each change, as by
+            `Scene.save`. Saving ends when another mesh is opened in the page.
 
         Returns
         -------
@@ -554,7 +568,7 @@ class PlotterPhong(Handle):
     # -- pictures and exports ----------------------------------------------------------------------------
 
     def _prepare_outputs(self) -> None:
-        """Wrap the plotter's pictures and exports in `_prepared`; repeated calls have no effect."""
+        """Wrap the plotter's methods in `_OUTPUTS` by `_prepared`; repeated calls have no effect."""
         component, owner = weakref.ref(self), self._owner
 
         def wrapped(method: Any) -> Any:
@@ -576,9 +590,9 @@ class PlotterPhong(Handle):
 
     @contextmanager
     def _prepared(self, waits: bool) -> Iterator[None]:
-        """Bring colours up to date, because exporters draw no frame, and hide gizmos.
+        """Update colours and hide gizmos during the block. An exporter draws no frame, which would update the colours.
 
-        With `waits`, wait for refined meshes.
+        With `waits`, wait until meshes are refined.
         """
         interactions = self._interactions
         is_refined = max([subplot.lit.refresh(waits=waits) for subplot in self._subplots], default=False)
@@ -612,7 +626,7 @@ class PlotterPhong(Handle):
         return self._subplots[-1]
 
     def __plotter_close__(self) -> None:
-        """Release everything; PyVista calls this at every close."""
+        """Release all resources; PyVista calls this whenever the plotter is closed."""
         for subplot in self._subplots:
             subplot.release()
         plotter = self._owner()  # None if the plotter was collected without being closed
@@ -624,12 +638,12 @@ class PlotterPhong(Handle):
         self._history.clear()
 
     def __plotter_deep_clean__(self) -> None:
-        """Do the same as at a close: a cleaned plotter has no camera, but may still receive events."""
+        """Release all resources too, because a cleaned plotter has no camera but may still receive events."""
         self.__plotter_close__()
 
 
 def _is_bare(mesh: Any) -> bool:
-    """Return True for lines, and for points without normals, which VTK draws as they are."""
+    """Return True for a mesh of lines, or of points without normals, which VTK draws unlit."""
     if not isinstance(mesh, pv.PolyData | pv.PointSet) or not mesh.n_points:
         return False
     if isinstance(mesh, pv.PolyData) and has_faces(mesh):
@@ -638,9 +652,7 @@ def _is_bare(mesh: Any) -> bool:
 
 
 def _as_mesh(given: Any, *, copies: bool) -> Any:
-    """Return a mesh for anything that PyVista's `add_mesh` accepts: a dataset, blocks, a VTK object, points, or a
-    path.
-    """
+    """Convert any mesh that PyVista's `add_mesh` accepts: a dataset, blocks, a VTK object, points, or a path."""
     mesh = pv.read(given) if isinstance(given, str | os.PathLike) else given
     if not isinstance(mesh, pv.DataSet | pv.MultiBlock) and (
         isinstance(mesh, np.ndarray) or hasattr(mesh, "GetDataObjectType")

@@ -14,7 +14,7 @@ _EXTRAS = ["numba", "embreex", "scipy", "imageio", "dask", "distributed", "trame
 
 
 class Report(scooby.Report):
-    """Versions of pvphong's packages, the evaluator, the ray tracer and the renderer in use.
+    """Versions of pvphong and the packages that it uses; the evaluator, ray tracer and renderer in use.
 
     Parameters
     ----------

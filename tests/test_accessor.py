@@ -148,7 +148,7 @@ WRONG = [
     ("tolerance", -1, "tolerance must be a finite number >=? 0; got -1"),
     ("precision", "half", "precision must be one of 'float32', 'float64'; got half"),
     ("backend", "gpu", "backend must be one of 'auto', 'numpy', 'numba'; got gpu"),
-    ("name", "", "name must be a string that is not empty"),
+    ("name", "", "name must be a nonempty string"),
     ("components", "yes", "components must be True or False; got yes"),
     ("seconds", 0, "seconds must be a finite number > 0; got 0"),
 ]

@@ -150,7 +150,7 @@ SHORT = r"^normals must be one row per point; got 990 rows, but points has 1000 
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        ({"points": da.from_array(POINTS, chunks=(100, 2))}, r"^points must be cut along vertices only; .*rechunk"),
+        ({"points": da.from_array(POINTS, chunks=(100, 2))}, r"^points must be chunked along vertices only; .*rechunk"),
         ({"points": cut(POINTS, 10)[:, :2]}, r"^points must be an \(n, 3\) array"),
         ({"points": cut(POINTS, 10)[:, 0]}, r"^points must be an \(n, 3\) array of real numbers"),
         ({"points": cut(POINTS, 10).astype(complex)}, r"^points must be .* got an array of complex"),

@@ -685,7 +685,7 @@ def test_opacities_are_drawn_as_pyvista_draws_them(plotter, mesh, of, is_named):
         opacity = "glass"
     angle = {"feature_angle": 0} if of == "cells" else {}
     if of == "cells" and mesh.n_cells != FINE_BOX.n_cells:
-        with pytest.raises(ValueError, match=r"^opacity must be one per point where faces share points"):
+        with pytest.raises(ValueError, match=r"^opacity must be one row per point, because faces share points"):
             plotter.phong.add_mesh(mesh, RED, opacity=opacity, feature_angle=None)
         assert not plotter.renderer.actors
         return
@@ -727,7 +727,7 @@ def test_what_is_lit_already_may_have_opacities(plotter):
         ),
         (
             np.ones(7),
-            r"^opacity must be a number, or one for each point \(162\) or cell \(320\); got an array of shape",
+            r"^opacity must be a number, or an array with one for each point \(162\) or cell \(320\); got an array of",
         ),
         (np.full(162, 255.0), r"^opacity must be numbers from 0 to 1; .*Divide 0-255"),
         (np.full(162, np.nan), r"^opacity must be numbers from 0 to 1"),
@@ -796,7 +796,7 @@ def test_of_several_meshes_the_worst_is_shown(plotter):
 
 
 def test_what_cannot_be_validated(plotter):
-    with pytest.raises(ValueError, match=r"^plotter must be one whose active subplot has a lit mesh"):
+    with pytest.raises(ValueError, match=r"^plotter must be a plotter whose active subplot shows a lit mesh"):
         plotter.phong.validate()
     mesh = ball()
     draw(plotter, replace(DULL, albedo=np.ones((mesh.n_points, 3))), mesh)

@@ -1,7 +1,9 @@
-"""Many files, lit by many processes.
+"""Lighting of many files by many processes. In reading order:
 
-In reading order: `pieces` (input files, lit files, and the indices that name them), `culling` (pieces of one surface
-that touch, or that may block each other's light), `seams` (normals across such pieces), `worker` (tasks on a piece, and
-the receipt of a finished one), `cluster` (Dask's processes), and `shading` (`shade_files`: order of tasks, and
-results).
+- `pieces`: input files, their lit files, and index files that name them.
+- `culling`: pieces of one surface that touch, or that may block each other's light.
+- `seams`: normals across pieces that touch.
+- `worker`: tasks for a piece, and the receipt of a lit file.
+- `cluster`: Dask's worker processes.
+- `shading`: `shade_files`, which orders the tasks and collects their results.
 """

@@ -1,4 +1,4 @@
-"""Worker processes of a Dask cluster: a given one, or a local one for the duration of a call."""
+"""Worker processes of a Dask cluster: a given cluster, or a local one for the duration of a call."""
 
 from __future__ import annotations
 
@@ -23,23 +23,23 @@ _SECONDS = 5
 _PACKAGES = ("pvphong", "numpy", "pyvista", "vtk")
 """Packages that colours and files depend on; their versions must agree on all workers."""
 
-_KILLED = "each worker that read it was killed: the reader crashes, or the file needs more memory than a worker has"
-_GONE = "the connection to the scheduler was lost; finished files are kept, repeat the call for the others"
+_KILLED = "all workers that read it were killed: the reader crashes, or the file needs more memory than a worker has"
+_GONE = "the connection to the scheduler was lost; finished files are kept; repeat the call to light the others"
 _ADDRESS = "a distributed.Client, or the address of a running Dask scheduler such as tcp://host:8786"
 
 
 class _Task:
-    """Finished task of `Here`; compared by identity."""
+    """Finished task of a `Here` client; compared by identity."""
 
     def __init__(self, value: Any) -> None:
         self.value = value
 
 
 class Here:
-    """Client that works in this process, one task after the other: for a single file without Dask."""
+    """Client that runs tasks in this process, one after the other; for a single file without Dask."""
 
     def submit(self, work: Callable[..., Any], *given: Any, pure: bool) -> Any:  # noqa: ARG002 as of Dask's
-        """Run the function at once; arguments may be tasks."""
+        """Run the function immediately; arguments may be tasks, which stand for their values."""
         try:
             return _Task(work(*(each.value if isinstance(each, _Task) else each for each in given)))
         except Exception as error:  # any error, as in a Dask task
@@ -48,15 +48,14 @@ class Here:
 
 @contextmanager
 def connected(client: Any, workers: int | None, pieces: int) -> Iterator[Client | Here]:
-    """Yield a client of a cluster: the given one, one for an address, or one of a local cluster that ends with the
-    block.
+    """Yield a client of a Dask cluster: the given client, a client for a given address, or that of a local cluster.
 
-    Without Dask, a single piece is lit in this process.
+    A local cluster ends with the `with` block. If Dask is not installed, a single piece is lit in this process.
 
     Raises
     ------
     ValueError
-        If there is no Dask, no scheduler or no worker, or if workers run other versions than this process.
+        If Dask is not installed, no scheduler or worker is found, or workers have other versions than this process.
     """
     try:
         from distributed import Client
@@ -65,7 +64,7 @@ def connected(client: Any, workers: int | None, pieces: int) -> Iterator[Client 
             yield Here()
             return
         remedy = "Run: pip install dask distributed. Without Dask, light each file by its own call."
-        check.refuse("client", f"no Dask ({error})", "used with Dask installed", remedy)
+        check.refuse("client", f"no Dask ({error})", "a Dask client, for which Dask must be installed", remedy)
     if client is not None and workers is not None:
         check.refuse("workers", workers, "omitted with a client, whose cluster has its own workers")
     if client is not None and not isinstance(client, (str, Client)):
@@ -84,7 +83,7 @@ def connected(client: Any, workers: int | None, pieces: int) -> Iterator[Client 
 
 
 def _refuse_silent(address: str) -> None:
-    """Raise an error if no scheduler listens; Dask would try for seconds, and print each attempt."""
+    """Raise an error if no scheduler listens at the address. Dask would retry for seconds, and print each attempt."""
     scheme, _, place = address.rpartition("://")
     host, _, port = place.rpartition(":")
     if scheme in ("", "tcp", "tls"):
@@ -95,8 +94,9 @@ def _refuse_silent(address: str) -> None:
 
 
 def _local(workers: int | None, held: ExitStack) -> Client:
-    """Start processes with one thread each. Each handles one piece at a time, so that a crash is attributed to its
-    piece.
+    """Start a local cluster of processes with one thread each.
+
+    A process gets one piece at a time, so that a crash can be attributed to its piece.
     """
     import dask
     from distributed import Client, LocalCluster
@@ -114,7 +114,9 @@ def _local(workers: int | None, held: ExitStack) -> Client:
         )
     except RuntimeError as error:
         remedy = 'In a script, call it below `if __name__ == "__main__":`, because each process imports the script.'
-        check.refuse("workers", f"{count}, which did not start ({error})", "a number of processes to start", remedy)
+        check.refuse(
+            "workers", f"{count}, which did not start ({error})", "a number of processes that can be started", remedy
+        )
     held.enter_context(cluster)
     return held.enter_context(Client(cluster, set_as_default=False))
 
@@ -123,7 +125,9 @@ def _refuse_other_versions(client: Client) -> None:
     """Refuse a cluster with other versions of packages that colours depend on; Dask warns about its own."""
     found = client.get_versions(packages=list(_PACKAGES))
     if not found["workers"]:
-        check.refuse("client", "a cluster without workers", "one with workers", "Start workers: dask worker ADDRESS.")
+        check.refuse(
+            "client", "a cluster without workers", "a cluster with workers", "Start workers: dask worker ADDRESS."
+        )
     here = found["client"]["packages"]
     for address, there in found["workers"].items():
         for package in _PACKAGES:
@@ -135,9 +139,10 @@ def _refuse_other_versions(client: Client) -> None:
 
 
 def ended(client: Client | Here, tasks: Mapping[Any, Item], *, fetches: bool = True) -> Iterator[tuple[Item, Any]]:
-    """Yield the subject of each task as it ends, and its value, or a `Result` with the reason for a failure.
+    """Yield, as each task ends, the item to which `tasks` maps it, and its value.
 
-    Without `fetches`, values stay with the workers, and the task itself is yielded.
+    For a failed task, the value is a `Result` with the reason. Without `fetches`, values stay on the workers, and the
+    task itself is yielded in place of its value.
     """
     if isinstance(client, Here):
         for task, item in tasks.items():
@@ -151,6 +156,6 @@ def ended(client: Client | Here, tasks: Mapping[Any, Item], *, fetches: bool = T
             error = task.exception()
             value = Result(reason=_KILLED if isinstance(error, KilledWorker) else reason_of(error))
         elif task.status == "finished":
-            with suppress(OSError, CancelledError):  # the scheduler may end in between
+            with suppress(OSError, CancelledError):  # the scheduler may end meanwhile
                 value = task.result() if fetches else task
         yield tasks[task], value

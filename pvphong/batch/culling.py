@@ -1,10 +1,12 @@
 """Culling: selects the pieces of a surface that touch a piece, and those that may block its light.
 
-All pieces are known by their bounding boxes. A piece's normals need the pieces whose boxes touch its own. Its rays need
-the pieces whose boxes meet the hull of its box and a light, or its box swept towards a sun; of these, only triangles
-that may meet the hull are kept. Rays are cast in the coordinates of the whole surface, and vertices are numbered one
-piece after the other. So the visibility of a piece equals, to the bit, that in one mesh whose points along borders are
-kept apart.
+The bounding boxes of all pieces are known. A piece's normals depend on the pieces whose boxes touch its own. Its rays
+depend on the pieces whose boxes meet the hull of its own box and a light, or its box swept towards a directional light;
+of these, only triangles that may meet the hull are kept.
+
+Rays are cast in the coordinates of the whole surface, and vertices are numbered one piece after the other. So a piece
+has, to the bit, the visibility that it would have in a single mesh of all pieces, if points along borders were not
+merged.
 """
 
 from __future__ import annotations
@@ -26,20 +28,20 @@ from pvphong.scene.scene import Scene
 
 Name = TypeVar("Name")
 
-# Consecutive triangles are mostly neighbours, so they are culled in runs.
+# Consecutive triangles are mostly neighbours, so they are culled in runs: triangles per run, and runs at once.
 _RUN, _RUNS_AT_ONCE = 32, 2**11
 
 
 @dataclass(frozen=True)
 class Outline:
-    """Description of a piece that other pieces need.
+    """Bounds of a piece, which the tasks for other pieces need.
 
     Attributes
     ----------
     points : (low, high) or None
-        Box around its points, which meets no other if there are none; None if a point is not finite.
+        Box around its points; None if a point is not finite. Without points, it is a box that meets no other.
     faces : (low, high) or None
-        Box around the triangles that block light; None if there are none.
+        Box around its triangles that block light; None if it has no such triangles.
     count : int
         Number of points.
     """
@@ -51,7 +53,7 @@ class Outline:
 
 @dataclass(frozen=True)
 class PotentialOccluders(Generic[Name]):
-    """Pieces that may block light for a piece, and bounds of the whole surface.
+    """Other pieces that may block a piece's light, and bounds of the whole surface.
 
     Attributes
     ----------
@@ -62,7 +64,7 @@ class PotentialOccluders(Generic[Name]):
     first : int
         Index of the piece's first point among those of all pieces.
     blockers : tuple
-        Names of other pieces that may block its light.
+        Names of the other pieces that may block its light.
     """
 
     within: Box
@@ -71,8 +73,9 @@ class PotentialOccluders(Generic[Name]):
     blockers: tuple[Name, ...]
 
     def may_count(self, scene: Scene, parts: Box) -> BoolArray:
-        """Return True for boxes, shape (m, 3), whose contents may block a light of the scene or its sky for the
-        piece.
+        """Return a mask of boxes: True if their contents may block a light of the scene, or its sky, for the piece.
+
+        `parts` are the low and high corners of m boxes, each of shape (m, 3).
         """
         model = scene.light_model
         result: BoolArray = np.zeros(len(parts[0]), bool)
@@ -84,7 +87,7 @@ class PotentialOccluders(Generic[Name]):
         return result
 
     def blocking(self, scene: Scene, faces: BlockingFaces) -> BlockingFaces:
-        """Return the triangles of another piece that may block light, in runs with some others."""
+        """Return the triangles of another piece that may block light. Whole runs are kept, so some others are too."""
         kept = []
         for start in range(0, len(faces), _RUN * _RUNS_AT_ONCE):
             corners = faces.corners[start : start + _RUN * _RUNS_AT_ONCE]
@@ -98,7 +101,7 @@ class PotentialOccluders(Generic[Name]):
 
 
 def outline_of(surface: pv.PolyData) -> Outline:
-    """Bounds of a surface."""
+    """Return the outline of a surface."""
     if not surface.n_points:
         return Outline((np.full(3, np.inf), np.full(3, -np.inf)), None, 0)
     faces, extent = world_faces(surface), MeshBounds(surface.points, None, None)
@@ -106,7 +109,7 @@ def outline_of(surface: pv.PolyData) -> Outline:
 
 
 class _Boxes:
-    """Hierarchy of boxes around runs of boxes. Consecutive pieces are near each other, so that few boxes are tested.
+    """Boxes, and larger boxes around runs of them. Consecutive pieces are near each other, so few boxes are tested.
 
     Parameters
     ----------
@@ -122,11 +125,11 @@ class _Boxes:
 
     @property
     def whole(self) -> Box:
-        """Box around all."""
+        """Box around all boxes."""
         return self._around[0].min(axis=0), self._around[1].max(axis=0)
 
     def met(self, meets: Callable[[Box], BoolArray]) -> IntArray:
-        """Return the indices of boxes that satisfy a test; a box that does implies all boxes around it."""
+        """Return the indices of boxes that satisfy a test. Every box around such a box must satisfy it too."""
         runs = np.flatnonzero(meets(self._around))
         rows = (self._run * runs[:, None] + np.arange(self._run)).ravel()
         rows = rows[rows < len(self._lows)]
@@ -134,7 +137,7 @@ class _Boxes:
 
 
 def touching(outlines: Sequence[Outline]) -> Iterator[list[int]]:
-    """Return for each piece the indices of the others that may share points with it."""
+    """Yield, for each piece, the indices of the other pieces that may share points with it."""
     everywhere = np.full(3, -np.inf), np.full(3, np.inf)
     boxes = [everywhere if outline.points is None else outline.points for outline in outlines]
     of_all = _Boxes(boxes)
@@ -150,14 +153,14 @@ def _touch(box: Box, parts: Box) -> BoolArray:
 def potential_occluders(
     scene: Scene, names: Sequence[Name], outlines: Sequence[Outline]
 ) -> Iterator[PotentialOccluders[Name]]:
-    """Return for each piece the pieces that may block its light, in order.
+    """Yield, for each piece in order, the other pieces that may block its light.
 
     Parameters
     ----------
     scene : Scene
-        Scene whose light may be blocked.
+        Scene with the lights.
     names, outlines : sequence
-        Those of all pieces of the surface.
+        Names and outlines of all pieces of the surface.
     """
     blocking = [number for number, outline in enumerate(outlines) if outline.faces is not None]
     nowhere = np.zeros(3), np.zeros(3)

@@ -1,7 +1,7 @@
-"""Input files, the places of their lit files, and the index files that name them.
+"""Input files, the paths of their lit files, and index files.
 
-An index is a small XML file that names other files: blocks (.vtm), pieces of a surface (.pvtp, .pvtu), or a time series
-(.pvd).
+An index file is a small XML file that names other files: blocks (.vtm), pieces of a surface (.pvtp, .pvtu), or a time
+series (.pvd).
 """
 
 from __future__ import annotations
@@ -20,26 +20,26 @@ from pvphong.base.files import written_aside
 from pvphong.meshes.blocks import DEFAULT
 
 Seams = Literal["merge", "keep"]
-""""merge" gives coincident points of several pieces one normal, computed from all faces around them."""
+""""merge" gives points of several pieces with equal coordinates one normal, from all faces around them."""
 
 _PATHS = "a pattern, a path, or a sequence of them"
 _INDICES = (".vtm", ".pvtp", ".pvtu", ".pvd")
 _PARALLEL = ("PPolyData", "PUnstructuredGrid")
-_READABLE = f"a file of one of {', '.join(_INDICES)} that can be read"
+_READABLE = f"a readable index file ({', '.join(_INDICES)})"
 
 
 @dataclass(frozen=True)
 class Piece:
-    """File to light: a mesh, or a part of one.
+    """File to light: a mesh, or a piece of one.
 
     Attributes
     ----------
     input, output : Path
-        The file and its lit file, .vtp.
+        The input file and its lit file, a .vtp.
     labels : tuple of str
-        Names of the blocks that it is, for its material; "default" otherwise.
+        Names of the blocks that refer to the file, which select its material; "default" if there are none.
     surface : str
-        Identifier shared by the pieces of one surface; "" for a separate surface.
+        Identifier that all pieces of one surface share; "" for a surface of its own.
     """
 
     input: Path
@@ -50,7 +50,7 @@ class Piece:
 
 @dataclass(frozen=True)
 class Index:
-    """File that names others, and the path of the index of the lit files, in the same order."""
+    """Index file, the path of the new index file for the lit files, and the lit files in the same order."""
 
     input: Path
     output: Path
@@ -58,7 +58,7 @@ class Index:
 
 
 class ArrayType(NamedTuple):
-    """Array of a lit file, as declared in a .pvtp file if all pieces have it."""
+    """Description of an array of a lit file. A .pvtp file declares the arrays that all its pieces have."""
 
     place: str
     """"PointData", "CellData" or "Points"."""
@@ -68,10 +68,10 @@ class ArrayType(NamedTuple):
 
 
 def paths_of(given: Any, out: Path) -> list[Path]:
-    """Return the files that paths and patterns name, in order and without repeats.
+    """Return the files that paths and patterns name, in order and without duplicates.
 
-    Matches inside the folder `out` are results of an earlier call, and are skipped, unless the pattern names only files
-    of that folder.
+    A match of a pattern inside the folder `out` is a result of an earlier call, and is skipped. If the pattern itself
+    begins with that folder, no match is skipped.
 
     Raises
     ------
@@ -98,12 +98,12 @@ def paths_of(given: Any, out: Path) -> list[Path]:
         for match in matches:
             found.setdefault(_place(match), match)
     if not found:
-        check.refuse("paths", "none", "at least one file")
+        check.refuse("paths", "no path", "one or more files or patterns")
     return list(found.values())
 
 
 def _place(path: Path) -> Path:
-    """Return the canonical path of a file; links to folders are resolved, links to files are not."""
+    """Return the canonical path of a file. Links to folders are resolved, links to files are not."""
     return Path(os.path.realpath(path.parent), path.name)
 
 
@@ -112,14 +112,15 @@ def _is_inside(path: Path, folder: Path) -> bool:
 
 
 def is_pattern(path: str) -> bool:
-    """Return True if the name is a pattern; a file of exactly that name takes precedence."""
+    """Return True if the path is a pattern; False if a file of exactly this name exists."""
     return glob.has_magic(path) and not os.path.lexists(path)
 
 
 def pieces_and_indices(paths: Iterable[Path], out: Path, *, as_one: bool = False) -> tuple[list[Piece], list[Index]]:
-    """Return all pieces of some files, with their lit files `out`/name.vtp, and the indices.
+    """Return the pieces that some files consist of, and the index files.
 
-    Files of an index go into a folder of the index's name. An index follows those that it names.
+    The lit file of a mesh is `out`/name.vtp. The lit files of an index file are in a folder named after it. In the
+    result, an index file follows the index files that it names.
 
     Parameters
     ----------
@@ -128,12 +129,12 @@ def pieces_and_indices(paths: Iterable[Path], out: Path, *, as_one: bool = False
     out : Path
         Output folder.
     as_one : bool
-        Treat all files as pieces of one surface; otherwise only those of one index at one time.
+        Treat all files as pieces of one surface. By default only the files of one index file at one time step are.
 
     Raises
     ------
     ValueError
-        If two files have the same output, an output is an input, or an index cannot be read or names itself.
+        If two files have the same output, an output is an input, or an index file cannot be read or names itself.
     """
     pieces: dict[Path, Piece] = {}
     indices: dict[Path, Index] = {}
@@ -142,11 +143,11 @@ def pieces_and_indices(paths: Iterable[Path], out: Path, *, as_one: bool = False
     def claim(output: Path, source: Path) -> None:
         other = source_of.setdefault(output, source)
         if other != source:
-            remedy = "Light them into two folders, or rename one."
+            remedy = "Light them into different folders, or rename one."
             check.refuse("paths", f"{other} and {source}, both for {output}", "files with different names", remedy)
 
     def add(path: Path, target: Path, label: str, surface: str, above: tuple[Path, ...]) -> Path:
-        """Add a file and the files that it names; `target` is its output without a suffix. Return the output."""
+        """Add a file and the files that it names. Return its output; `target` is the output without suffix."""
         suffix = path.suffix.lower()
         if suffix not in _INDICES:
             output = target.with_name(f"{target.name}.vtp")
@@ -156,17 +157,17 @@ def pieces_and_indices(paths: Iterable[Path], out: Path, *, as_one: bool = False
                 pieces[output] = replace(known, labels=(*known.labels, label))
             return output
         if path.resolve() in above:
-            check.refuse("paths", path, "an index that does not name itself")
+            check.refuse("paths", path, "files to light", "This index file names itself.")
         named = _named_files(_root(path))
         if not named:
-            check.refuse("paths", path, "an index that names files")
+            check.refuse("paths", path, "files to light", "This index file names no files.")
         outputs = []
         for element, attribute, name in named:
             file = element.get(attribute, "")
-            # keep the path relative to the index, but never leave the output folder
+            # keep the path relative to the index file, but inside the output folder
             parts = [part for part in PurePosixPath(file.replace("\\", "/")).parts if part not in ("..", "/", ".")]
             if not parts:
-                check.refuse("paths", path, "an index that names files", f"An entry names {file!r}.")
+                check.refuse("paths", path, "files to light", f"An entry of this index file names {file!r}.")
             inner = target.joinpath(*parts[int(parts[0] == target.name) : -1], Path(parts[-1]).stem)
             one = surface or f"{path}@{element.get('timestep', '')}"  # a time step is one surface
             outputs.append(add(path.parent / file, inner, name or label, one, (*above, path.resolve())))
@@ -180,19 +181,22 @@ def pieces_and_indices(paths: Iterable[Path], out: Path, *, as_one: bool = False
     inputs = {os.path.realpath(path) for path in source_of.values()}
     for output in source_of:
         if os.path.realpath(output) in inputs:
-            check.refuse("out", output.parent, "another folder than the input's", "Lit files would replace inputs.")
+            check.refuse(
+                "out", output.parent, "a folder other than that of the input", "Lit files would replace inputs."
+            )
     return list(pieces.values()), list(indices.values())
 
 
 def write_index(index: Index, arrays: Sequence[Sequence[ArrayType]]) -> bool:
-    """Write an index of lit files, whole or not at all; return False if it existed.
+    """Write an index file of lit files atomically; return False if an equal file exists already.
 
     Parameters
     ----------
     index : Index
-        Its other contents are kept.
+        The index file. Other contents of the input are kept.
     arrays : sequence
-        Arrays of each lit file. Those that all have are declared if the format needs it; empty files are ignored.
+        Arrays of each lit file. If the format requires it, those that all files have are declared; empty files are
+        ignored.
 
     Raises
     ------
@@ -227,8 +231,8 @@ def write_index(index: Index, arrays: Sequence[Sequence[ArrayType]]) -> bool:
 
 
 def _root(path: Path) -> ElementTree.Element:
-    """Return the root of an index's XML; raise ValueError if it is not XML."""
-    if not os.path.isfile(path):  # which a name that is too long is not, either
+    """Return the root element of an index file; raise ValueError if it is not valid."""
+    if not os.path.isfile(path):  # also False for a name that is too long
         check.refuse("paths", path, "a file that exists")
     try:
         root = ElementTree.parse(path).getroot()
@@ -240,7 +244,7 @@ def _root(path: Path) -> ElementTree.Element:
 
 
 def _named_files(root: ElementTree.Element) -> list[tuple[ElementTree.Element, str, str]]:
-    """Yield the elements that name a file, with the attribute, and the block's path of names."""
+    """Return the elements that name a file, each with the name of the attribute and the path of the block, if any."""
     if root.get("type") in _PARALLEL:
         return [(element, "Source", "") for element in root.iter("Piece")]
     if root.get("type") == "Collection":

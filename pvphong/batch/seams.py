@@ -1,9 +1,9 @@
 """Normals across the pieces of one surface: each piece gets its neighbours' faces around shared points.
 
-Points of several pieces are the same if all their coordinates are equal. A piece sends its faces with a corner on its
-border, and receives the others' faces with a corner on one of its border points. With these, its points have all their
-faces, and normals and sharp edges are those of the whole surface. If the cells of a volume are distributed, the faces
-that two pieces share face each other and cancel.
+Points of several pieces are the same if all their coordinates are equal. A piece sends the faces that have a corner on
+its border. It receives those faces of other pieces that have a corner at one of its border points. With these, all
+faces around its points are known, and normals and sharp edges are those of the whole surface. If the pieces are parts
+of a volume, a face between two pieces occurs twice, with opposite normals, which cancel.
 """
 
 from __future__ import annotations
@@ -30,18 +30,18 @@ _FOREIGN = "_pvphong_foreign"
 
 @dataclass(frozen=True)
 class Border:
-    """Faces of a piece that touch its border, and its outline.
+    """Faces of a piece that touch its border, and the outline of the piece.
 
     Attributes
     ----------
     points : ndarray
-        Their corners, shape (m, 3), in the piece's type.
+        Corners of the faces, shape (m, 3), in the piece's float type.
     numbers : ndarray
         Indices of these corners in the piece, shape (m,).
     is_border : ndarray
-        True for points on the border, shape (m,).
+        True for corners on the border, shape (m,).
     connectivity, offsets : ndarray
-        Faces, by rows of `points`.
+        The faces; their corners are rows of `points`.
     outline : Outline
         Outline of the whole piece.
     """
@@ -63,7 +63,8 @@ class Neighbours:
     points : ndarray
         Corners that are not border points of the piece, shape (m, 3).
     connectivity, offsets : ndarray
-        Faces, by the piece's own indices, followed by rows of `points`.
+        The faces. An index less than the piece's number of points is a point of the piece; larger ones continue with
+        the rows of `points`.
     """
 
     points: FloatArray
@@ -72,9 +73,9 @@ class Neighbours:
 
 
 def border_of(surface: pv.PolyData, *, of_volume: bool = False) -> Border:
-    """Return the faces that touch a boundary edge of a surface; all faces if it is the surface of a volume.
+    """Return the faces of a surface that touch its boundary edges; all faces if it is the surface of a volume.
 
-    A volume's surface is closed, and may share any part with its neighbours.
+    The surface of a volume is closed, and may share any of its faces with its neighbours.
     """
     connectivity, offsets = polygons(surface)
     sizes = np.diff(offsets)
@@ -94,9 +95,9 @@ def border_of(surface: pv.PolyData, *, of_volume: bool = False) -> Border:
 
 
 def neighbours_of(border: Border, others: Sequence[Border]) -> Neighbours:
-    """Return the faces of other pieces with a corner on one of a piece's border points."""
-    # all faces along borders, one piece after the other: of each corner its row among all points, and its place, a
-    # number that points have in common whose coordinates are the same
+    """Return those faces of other pieces that have a corner at one of a piece's border points."""
+    # the faces of all borders, one piece after the other. `corners` has the row of each corner among all points, and
+    # `place` a number for each point, which is the same for points with equal coordinates
     borders = [border, *others]
     points = np.concatenate([each.points.astype(np.float64) for each in borders])
     place = np.unique(points, axis=0, return_inverse=True)[1].reshape(-1)
@@ -110,7 +111,7 @@ def neighbours_of(border: Border, others: Sequence[Border]) -> Neighbours:
     is_near[: len(border.offsets) - 1] = False
     near = np.flatnonzero(is_near)
     around = corners[_ranges(offsets[near], offsets[near + 1])]
-    # number corners by the piece's own border point at their place, the first if there are several
+    # replace a corner by the piece's border point with equal coordinates, the first if there are several
     found, some, inverse = np.unique(place[around], return_index=True, return_inverse=True)
     at = np.searchsorted(own, found).clip(max=len(own) - 1)
     is_own = own[at] == found
@@ -122,7 +123,7 @@ def neighbours_of(border: Border, others: Sequence[Border]) -> Neighbours:
 
 
 def with_normals(surface: pv.PolyData, neighbours: Neighbours, feature_angle: FeatureAngle) -> pv.PolyData:
-    """Return the surface, split along its sharp edges, with the point normals of the whole surface."""
+    """Return a piece's surface, split along sharp edges, with the point normals of the whole surface."""
     added, extra = len(neighbours.offsets) - 1, len(neighbours.points)
     polys = cells(surface)[2]
     end = polys.first + polys.count
@@ -168,7 +169,7 @@ def without_ghosts(surface: pv.PolyData) -> pv.PolyData:
 
 
 def _with_cells(mesh: pv.PolyData, kept: BoolArray) -> pv.PolyData:
-    """Return some cells of a mesh with their points, and the points without cells."""
+    """Return a mesh with only the cells where `kept` is True, their points, and the points that no cell uses."""
     has_cell, is_kept = np.zeros(mesh.n_points, bool), np.zeros(mesh.n_points, bool)
     found: list[tuple[Any, Any]] = []
     for array in cells(mesh):
@@ -196,7 +197,7 @@ def _with_cells(mesh: pv.PolyData, kept: BoolArray) -> pv.PolyData:
 
 
 def _offsets(sizes: Any) -> NDArray[np.intp]:
-    """Start of each run, and the end of the last."""
+    """Return the start of each run of the given sizes, and the end of the last."""
     return np.concatenate([[0], np.cumsum(np.asarray(sizes, np.intp))]).astype(np.intp)
 
 

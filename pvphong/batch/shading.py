@@ -41,18 +41,18 @@ _APART = 'Each file was lit separately; seams="merge" treats them as pieces of o
 
 @dataclass(frozen=True)
 class Batch:
-    """Results of many files; each file is in one of the three.
+    """Results of `shade_files`. Each file is in one of `done`, `skipped` and `failed`.
 
     Attributes
     ----------
     done : tuple of Path
         Files that were lit, and index files that were written.
     skipped : tuple of Path
-        Files whose lit file existed, made from the same input and settings.
+        Files whose lit file existed already, made from the same input and settings.
     failed : mapping of Path to str
         Files that could not be lit, with the reasons. Nothing was written for them.
     note : str
-        Remark on seams between files that were not merged; may be empty.
+        Remark on seams that were not merged; may be empty.
 
     Examples
     --------
@@ -98,43 +98,45 @@ def shade_files(
     feature_angle: FeatureAngle = None,
     compress: Compression = "lz4",
 ) -> Batch:
-    """Light many files in many processes. Each is written as a .vtp file of its name with its colours.
+    """Light many files in many processes. For each, a .vtp file of the same name is written, with the lit colours.
 
-    A file is written completely or not at all. A receipt next to it, ``.NAME.vtp.json``, has checksums of the input, of
-    scene, material and options, and pvphong's version. A file whose receipt matches is not made again, so that an
-    interrupted call can be repeated. If a worker is killed, Dask gives its work to others.
+    A lit file is written atomically. A receipt next to it, ``.NAME.vtp.json``, holds checksums of the input and of
+    scene, material and options, and pvphong's version. A file with a matching receipt is skipped, so an interrupted
+    call can be repeated. If a worker is killed, Dask gives its tasks to others.
 
-    Files that name others (.vtm, .pvtp, .pvtu, and .pvd, which may name any of these) are read as pieces. The pieces
-    are lit one by one, and an index names the lit files; it is a .pvtp for a .pvtu, because lit meshes are surfaces.
-    Ghost cells are left out. A file without points, or with ghost cells only, gives an empty file.
+    Index files (.vtm, .pvtp, .pvtu, and .pvd, which may name any of these) name other files, the pieces. The pieces are
+    lit one by one, and a new index file names the lit files; for a .pvtu it is a .pvtp, because lit meshes are
+    surfaces. Ghost cells are left out. A file without points, or with ghost cells only, gives an empty file.
 
     Parameters
     ----------
     paths : str, path, or sequence of them
-        Files of any format that PyVista reads, or patterns such as `parts/*.vtp`; each holds one mesh, or names others.
-        Files inside `out` that match a pattern are skipped, as results of an earlier call.
+        Files of any format that PyVista reads, index files, or patterns such as `parts/*.vtp`. A mesh file holds one
+        mesh. Files inside `out` that match a pattern are skipped, as results of an earlier call.
     out : path
-        Folder, created if missing. Workers on other machines must reach it, and the files, under the same paths.
+        Folder, created if missing. Workers on other machines must see it, and the input files, under the same paths.
     scene : Scene, light, or sequence of lights, optional
-        As for `mesh.phong.shade`, common to all files. Without a viewer, and by default, PyVista's camera frames all
-        files together, which are read once more for it. Pieces of one surface shadow each other: a worker also reads
-        the pieces that may block light for its own, which are all pieces under light from all sides and with unlimited
-        ambient occlusion. Separate meshes shadow only themselves. Bounces are refused for pieces of one surface.
+        As for `mesh.phong.shade`, common to all files. If there is no viewer, PyVista's default camera frames all files
+        together; for its bounds, all files are read once more. Pieces of one surface shadow each other, so a worker
+        also reads the pieces that may block the light of its own piece. These are all pieces if light comes from all
+        sides, or with unlimited ambient occlusion. Separate meshes shadow only themselves. Bounces are refused for
+        pieces of one surface.
     material : Material or mapping, optional
-        Material, or a mapping by the names of a .vtm file's blocks, with "default" for the others. Maps are names of
-        point arrays of the files, colormaps of such names, or paths of image files. A colormap without `clim` has the
-        range of all files, which are read once more for it.
+        Material, or a mapping from the names of a .vtm file's blocks, with "default" for the others. Maps are names of
+        point arrays of the files, colormaps of such names, or paths of image files. A colormap without `clim` gets the
+        range of its array in all files, for which they are read once more.
     client : distributed.Client or str, optional
-        Dask cluster, or the address of its scheduler, such as ``tcp://host:8786``. By default a local cluster is
-        started; a script then needs ``if __name__ == "__main__":``, as for all of Python's processes.
+        Client of a Dask cluster, or the address of its scheduler, such as ``tcp://host:8786``. By default a local
+        cluster is started; a script must then call this function below ``if __name__ == "__main__":``.
     workers : int, optional
         Number of processes of the local cluster, with one thread each; by default the number of processors.
     seams : {"merge", "keep"}, optional
-        "merge": where normals are computed from faces, points of several pieces at one place get the normal of the
-        whole surface. Default: "merge" for the pieces of one index at one time, and "keep" for separate files. Points
-        are the same if their coordinates are equal to the bit; of equal points of one piece, the first counts.
+        With "merge", points of several pieces with equal coordinates get the normal of the whole surface, if normals
+        are computed from faces. With "keep", each piece has its own normals. By default "merge" for the pieces of one
+        index file at one time step, and "keep" for separate files. Coordinates must be equal to the bit; if several
+        points of a piece are equal, only the first is merged.
     name, components, tolerance, precision, backend, feature_angle
-        As for `mesh.phong.shade`. Each piece has its own plan, within the tolerance. Sharp edges are found across
+        As for `mesh.phong.shade`. Each piece has its own plan, within the tolerance. Sharp edges are also found across
         merged seams.
     compress : {"lz4", "zlib", "none"}, default "lz4"
         Compression of arrays in the lit files: zlib takes about half the space of LZ4, and ten times as long.
@@ -147,9 +149,9 @@ def shade_files(
     Raises
     ------
     ValueError
-        If an argument is invalid: no file, two files with one output, a folder that is not writable, a scheduler that
-        does not answer, workers with other versions. Nothing is written then. Errors in single files are in `.failed`,
-        and the others are lit.
+        If an argument is invalid, for example if no file is named, two files have the same output, the folder is not
+        writable, the scheduler does not answer, or workers have other versions. Nothing is written then. An error in a
+        single file is not raised, but recorded in `.failed`; the other files are lit.
 
     Examples
     --------
@@ -181,10 +183,10 @@ def shade_files(
     pieces, indices = pieces_and_indices(paths_of(paths, folder), folder, as_one=seams == "merge")
     job.refuse_wrong(pieces)
     several = [name for name, count in Counter(piece.surface for piece in pieces).items() if name and count > 1]
-    if several and job.scene.light_model.bounces:  # every bounce would exchange light between all pieces
+    if several and job.scene.light_model.bounces:  # for each bounce, light would travel between all pieces
         remedy = "Use LightModel(bounces=0), or join the pieces: pyvista.read(path)."
         got = f"bounces for the pieces of {several[0].rpartition('@')[0] or 'one surface'}"
-        check.refuse("light_model", got, "without bounces for a surface in pieces", remedy)
+        check.refuse("light_model", got, "without bounces for a surface in several pieces", remedy)
     outputs = [piece.output for piece in pieces] + [index.output for index in indices]
     folders = sorted({folder, *(output.parent for output in outputs)})
     with connected(client, workers, len(pieces)) as workforce, _folders(folders), about("files"):
@@ -200,7 +202,7 @@ def shade_files(
 
 @contextmanager
 def _folders(folders: Iterable[Path]) -> Iterator[None]:
-    """Create the output folders, and remove leftovers of killed workers before and after."""
+    """Create the output folders. Before and after the block, remove temporary files of killed workers from them."""
 
     def clear() -> None:
         for folder in folders:
@@ -220,7 +222,7 @@ def _folders(folders: Iterable[Path]) -> Iterator[None]:
 
 
 class _Run:
-    """State of one call: pieces, their order, and the result of each piece and index, by output."""
+    """State of one call: the pieces and index files, and the results by output path."""
 
     def __init__(self, client: Client | Here, job: Job, pieces: Sequence[Piece], indices: Sequence[Index]) -> None:
         self._client, self._job, self._pieces, self._indices = client, job, pieces, indices
@@ -228,7 +230,7 @@ class _Run:
         self._results: dict[Path, Result] = {}
 
     def frame(self, given: Scene | None) -> None:
-        """Set a viewer that sees all pieces; the default scene if none is given."""
+        """Add a viewer that frames all pieces to the given scene; if it is None, use the default scene."""
         low, high, is_open = np.full(3, np.nan), np.full(3, np.nan), False
         for _, (bounds, has_edges) in self._each(bounds_of, self._pieces):
             low, high = np.fmin(low, bounds[::2]), np.fmax(high, bounds[1::2])
@@ -238,7 +240,7 @@ class _Run:
         self._job = replace(self._job, scene=scene)
 
     def span(self) -> None:
-        """Set the range of colormaps without one to that of their array in all pieces."""
+        """Give each colormap without a range the range of its array in all pieces."""
         fields = [(label, name) for label, each in self._job.materials.items() for name in unspanned(each)]
         if not fields:
             return
@@ -265,9 +267,7 @@ class _Run:
             self._end(piece, result)
 
     def _begin_together(self, pieces: Sequence[Piece], *, merges: bool) -> dict[Any, Piece]:
-        """Start tasks for the pieces of one surface; each gets the faces that touch it, and the names of possible
-        occluders.
-        """
+        """Start tasks for the pieces of one surface, with the faces that touch each and its possible occluders."""
         looked = dict(self._each(look, self._left(pieces), self._job))
         made_from = checksum_of([looked[piece][0] if piece in looked else "" for piece in pieces])
         if not merges:
@@ -278,7 +278,7 @@ class _Run:
         if not self._left(pieces):
             return {}
         known = [piece for piece in pieces if piece in looked]
-        if merges:  # border faces stay on the workers
+        if merges:  # the faces along borders stay on the workers
             borders = dict(self._each(border_in, known, fetches=False))
             where = attrgetter("outline")
             outlines = dict(
@@ -290,7 +290,7 @@ class _Run:
         if not known:
             return {}
         missing = [number for number, piece in enumerate(pieces) if piece not in outlines]
-        if missing:  # the changed checksum makes a later run light the others again, once these can be read
+        if missing:  # this changes the checksum, so a later run that can read these pieces lights all again
             made_from = checksum_of([made_from, missing])
         known_outlines = [outlines[piece] for piece in known]
         neighbours: Iterable[Any] = repeat(None, len(known))
@@ -310,7 +310,7 @@ class _Run:
         }
 
     def write_indices(self) -> None:
-        """Write the indices whose pieces all have a lit file."""
+        """Write each index file whose pieces all have a lit file."""
         for index in self._indices:
             named = [self._results[output] for output in index.outputs]
             failed = sum(bool(result.reason) for result in named)
@@ -324,7 +324,7 @@ class _Run:
             self._results[index.output] = result
 
     def batch(self, note: str) -> Batch:
-        """Return all results, by the given files."""
+        """Return the results of all input files."""
         results = [(piece.input, self._results[piece.output]) for piece in self._pieces]
         results += [(index.input, self._results[index.output]) for index in self._indices]
         failed = {path: result.reason for path, result in results if result.reason}
@@ -333,13 +333,13 @@ class _Run:
         return Batch(tuple(done), tuple(skipped), failed, note)
 
     def _begin(self, work: Callable[..., Any], piece: Piece, *more: Any) -> Any:
-        """Start a task. `more` may contain tasks, whose values then go from worker to worker."""
+        """Start a task. `more` may contain tasks, whose values are sent from worker to worker."""
         return self._client.submit(work, _found_anywhere(piece), *more, pure=False)
 
     def _each(
         self, work: Callable[..., Any], pieces: Iterable[Piece], *more: Any, fetches: bool = True
     ) -> Iterator[tuple[Piece, Any]]:
-        """Yield the pieces and the values of their tasks as they end; failed pieces are recorded."""
+        """Run a task for each piece; yield pieces and values as tasks end, and record failed pieces."""
         return self._values({self._begin(work, piece, *more): piece for piece in pieces}, fetches=fetches)
 
     def _values(self, tasks: Mapping[Any, Piece], *, fetches: bool = True) -> Iterator[tuple[Piece, Any]]:
@@ -353,7 +353,7 @@ class _Run:
         return [piece for piece in pieces if piece.output not in self._results]
 
     def _end(self, piece: Piece, result: Result) -> None:
-        """Record a piece's result; the first one counts."""
+        """Record a piece's result; later results of the same piece are ignored."""
         if piece.output not in self._results:
             self._results[piece.output] = result
             self._count(1)

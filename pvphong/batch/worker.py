@@ -1,6 +1,6 @@
-"""Tasks of a worker: inspect a piece, or light it and write a receipt that tells the next run that it is done.
+"""Tasks of a worker: inspect a piece, or light it and write a receipt, with which a later run skips it.
 
-Each thread that Dask gives a worker lights a piece; the evaluator starts no threads of its own.
+Each of a worker's threads lights one piece at a time. The evaluator starts no threads of its own.
 """
 
 from __future__ import annotations
@@ -38,19 +38,19 @@ from pvphong.rays.casting import Occluders
 from pvphong.scene.scene import Scene
 
 _TYPES = {"f": "Float{}", "i": "Int{}", "u": "UInt{}", "b": "UInt{}"}
-"""VTK's type names in XML, by NumPy's kinds."""
+"""Names of types in VTK's XML files, by NumPy's kind; {} stands for the number of bits."""
 
 
 @dataclass(frozen=True)
 class Job:
-    """Options with which all pieces are lit.
+    """Settings that are common to all pieces.
 
     Attributes
     ----------
     scene : Scene
         Scene with a viewer.
     materials : dict
-        By block; "default" for the others.
+        Block → material; "default" is for the others.
     feature_angle : float, "auto" or None
         As for `shade`.
     options : dict
@@ -69,7 +69,7 @@ class Job:
     compress: Compression = "lz4"
 
     def refuse_wrong(self, pieces: Sequence[Piece]) -> None:
-        """Raise ``ValueError`` for settings with which no piece can be lit, by a trial on a triangle."""
+        """Raise ``ValueError`` for settings with which no piece can be lit, by lighting a triangle with them."""
         labels = sorted({label for piece in pieces for label in piece.labels})
         material_of = dict(zip(labels, materials_of(labels, self.materials), strict=True))
         for material in self.materials.values():
@@ -83,9 +83,9 @@ class Job:
             first, *others = piece.labels
             for other in others:
                 if material_of[other] != material_of[first]:
-                    got = f"different materials for {first!r} and {other!r}, which are both {piece.input}"
-                    remedy = "Copy the file, and let one block name the copy."
-                    check.refuse("material", got, "the same for blocks that name the same file", remedy)
+                    got = f"different materials for {first!r} and {other!r}, which both refer to {piece.input}"
+                    remedy = "Copy the file, and let one block refer to the copy."
+                    check.refuse("material", got, "the same for blocks that refer to the same file", remedy)
 
     @property
     def checksum(self) -> str:
@@ -97,7 +97,7 @@ class Job:
 
 
 def checksum_of(value: Any) -> str:
-    """SHA-256 of plain values and dataclasses of them; the classes count too."""
+    """Return the SHA-256 of plain values, or of dataclasses of them; it depends on the classes too."""
 
     def plain(other: Any) -> Any:
         if is_dataclass(other):
@@ -112,7 +112,7 @@ def checksum_of(value: Any) -> str:
 
 @dataclass(frozen=True)
 class Receipt:
-    """Record of the inputs of a lit file, in a small file next to it.
+    """Record of the inputs from which a lit file was made, stored in a small file next to it.
 
     Attributes
     ----------
@@ -123,11 +123,11 @@ class Receipt:
     version : str
         Version of pvphong.
     run : str
-        Identifier of the call that made it.
+        Identifier of the call of `shade_files` that made the lit file.
     output : str
         Checksum of the lit file.
     arrays : tuple of ArrayType
-        Arrays of the lit file, for an index.
+        Arrays of the lit file, for an index file.
     """
 
     input: str
@@ -139,12 +139,12 @@ class Receipt:
 
 
 def receipt_path(output: Path) -> Path:
-    """Path of a lit file's receipt."""
+    """Return the path of a lit file's receipt."""
     return output.with_name(f".{output.name}.json")
 
 
 def valid_receipt(piece: Piece, job: Job) -> Receipt | None:
-    """Return the receipt if the lit file is unchanged and was lit with the same settings."""
+    """Return a piece's receipt if the lit file has not changed and was lit with the same settings; otherwise None."""
     with suppress(OSError, ValueError, TypeError):
         found = json.loads(receipt_path(piece.output).read_text(encoding="utf-8"))
         receipt = Receipt(**found | {"arrays": tuple(ArrayType(*array) for array in found["arrays"])})
@@ -165,7 +165,7 @@ def checksum_of_file(path: Path) -> str:
 
 @dataclass(frozen=True)
 class Result:
-    """Result of a piece or an index: whether it was written now, and its arrays; or the reason for a failure."""
+    """Result for a piece or an index file: True if it was written now, and its arrays; or the reason for a failure."""
 
     is_new: bool = False
     arrays: tuple[ArrayType, ...] = ()
@@ -173,12 +173,12 @@ class Result:
 
 
 def look(piece: Piece, job: Job) -> tuple[str, Receipt | None]:
-    """Return a piece's checksum, and the inputs of its lit file if that was lit with the same settings."""
+    """Return the checksum of a piece's file, and the receipt of its lit file if that is valid."""
     return _checksum_of_input(piece), valid_receipt(piece, job)
 
 
 def bounds_of(piece: Piece) -> tuple[tuple[float, ...], bool]:
-    """Return x_min, …, z_max of a piece's surface, and whether it has open edges."""
+    """Return the bounds x_min, …, z_max of a piece's surface, and True if it has open edges."""
     outside, _ = _surface(piece)
     if not outside.n_points:
         return (math.nan,) * 6, False
@@ -186,7 +186,7 @@ def bounds_of(piece: Piece) -> tuple[tuple[float, ...], bool]:
 
 
 def spans_of(piece: Piece, colormaps: Sequence[Colormap]) -> list[Span]:
-    """Return the ranges of a piece's arrays, for colormaps without a range."""
+    """Return the range of each colormap's array in a piece."""
     mesh = read_mesh(str(piece.input))
     return [spans_in(colormap, [mesh] if isinstance(mesh, pv.DataSet) else []) for colormap in colormaps]
 
@@ -198,7 +198,7 @@ def border_in(piece: Piece) -> Border:
 
 
 def outline_in(piece: Piece) -> Outline:
-    """Return the outline of a piece, from which others decide whether it may block their light."""
+    """Return the outline of a piece, with which it is decided whose light it may block."""
     outside, _ = _surface(piece)
     return outline_of(outside)
 
@@ -210,8 +210,9 @@ def light(
     around: PotentialOccluders[Piece] | None = None,
     made_from: str = "",
 ) -> Result:
-    """Light a piece and write it, unless that is done already, for example by a worker that was killed before it
-    reported.
+    """Light a piece and write its lit file.
+
+    Nothing is done if a valid lit file exists, for example from a worker that was killed before it reported.
 
     Parameters
     ----------
@@ -220,11 +221,11 @@ def light(
     job : Job
         Options.
     neighbours : Neighbours, optional
-        Faces of other pieces of its surface, for normals across them.
+        Faces of other pieces of its surface, for normals across seams.
     around : PotentialOccluders, optional
-        Other pieces of its surface that may block light for it.
+        Other pieces of its surface that may block its light.
     made_from : str
-        Checksum of the whole surface; by default that of the file.
+        Checksum of all pieces of the surface; by default that of the piece's file.
     """
     try:
         made_from = made_from or _checksum_of_input(piece)
@@ -242,7 +243,7 @@ def light(
 
 
 def reason_of(error: BaseException) -> str:
-    """Format an error in one line, with its type if it is not about input."""
+    """Format an error in one line, with its type unless it is a ValueError."""
     message = " ".join(str(error).split())
     return message if isinstance(error, ValueError) else f"{type(error).__name__}: {message}".rstrip(": ")
 
@@ -254,13 +255,13 @@ def _checksum_of_input(piece: Piece) -> str:
 
 
 def _surface(piece: Piece) -> tuple[pv.PolyData, bool]:
-    """Return the surface of a file without ghost cells, and True if it bounds a volume.
+    """Return the surface of a piece's file, without ghost cells, and True if it is that of a volume.
 
-    A file without points, or with only ghost cells, is an empty piece; processes without cells write such files.
+    A file without points, or with only ghost cells, gives an empty surface; processes without cells write such files.
     """
     mesh = read_mesh(str(piece.input))
     if isinstance(mesh, pv.MultiBlock):
-        check.refuse("mesh", piece.input, "a file with a single mesh", "Save its blocks as a .vtm file.")
+        check.refuse("mesh", piece.input, "a file with a single mesh", "Save the blocks as a .vtm file.")
     if mesh.n_points and not has_only_ghosts(mesh):
         outside = surface(mesh)
     else:
@@ -286,14 +287,14 @@ def _lit(
 
 
 def _occluders(mesh: pv.PolyData, scene: Scene, around: PotentialOccluders[Piece]) -> KnownOccluders:
-    """Return a piece's own triangles, and those of other pieces that may block its light. These are read one by one."""
+    """Return a piece's triangles, and those of other pieces that may block its light. The files are read one by one."""
     others = (around.blocking(scene, world_faces(_surface(piece)[0])) for piece in around.blockers)
     parts = [world_faces(mesh), *others]
     return KnownOccluders(Occluders(parts, around.within), 0 if len(parts[0]) else None, around.first)
 
 
 def _array_types(lit: pv.PolyData) -> tuple[ArrayType, ...]:
-    """Return the numeric arrays of a mesh, with its points last. An empty mesh has none."""
+    """Describe the numeric arrays of a mesh, with its points last. An empty mesh has none."""
     if not lit.n_points:
         return ()
     named = [

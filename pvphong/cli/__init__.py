@@ -1,13 +1,21 @@
 """The command line: `pvphong`, or `python -m pvphong`.
 
-Exit status 0 is success. 1: `diagnose` found a fault, `validate` found colours too far from VTK's, `shade` could not
-light one of many files, or `compile` failed. 2: bad input, or a crash in a library, with one line on the error output.
-Ctrl-C gives 130 and a closed pipe 141, as in shells.
+Exit status:
 
-In reading order: `supervisor` (a parent process that turns a crash of its child into one line), `app` (the table of
-commands, each imported on demand), `options` (common options, reading of inputs, and progress), then the
-commands `shade`, `reports` (`plan`, `validate`, `tradeoff`, `diagnose`),
-`view`, `studio` and `demo`, all of which call `mesh.phong` or `plotter.phong`, and `compile`.
+- 0: success.
+- 1: `diagnose` found a fault, `validate` found colours too far from VTK's, `shade` could not light one of many files,
+  or `compile` failed.
+- 2: bad input, or a crash in a library, with one line on standard error.
+- 130 after Ctrl-C, 141 for a closed pipe, as in shells.
+
+In reading order:
+
+- `supervisor`: parent process, which reports a crash of its child in one line.
+- `app`: table of commands, which are imported on demand.
+- `options`: common options, reading of inputs, and progress.
+- `shade`, `reports` (`plan`, `validate`, `tradeoff`, `diagnose`), `view`, `studio`, `demo`: commands, which call
+  `mesh.phong` or `plotter.phong`.
+- `compile`: command that compiles the fast evaluator.
 """
 
 from pvphong.cli.supervisor import main

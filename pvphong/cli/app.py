@@ -1,4 +1,4 @@
-"""Table of commands, exit status, and one line for each error."""
+"""The table of commands, and `main`, which runs one, reports an error in one line and returns the exit status."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ _COMMANDS = {
     ),
     "plan": (
         "reports:plan",
-        "Print the effects that a scene needs on a mesh, and those left out; with --verbose, the reasons.",
+        "Print the effects that are computed for a scene on a mesh, and those skipped; with --verbose, the reasons.",
     ),
     "validate": (
         "reports:validate",
@@ -51,12 +51,12 @@ _COMMANDS = {
         "Compile the fast evaluator in advance, once per installation.",
     ),
 }
-"""Name → function and summary of each command. Importing them all takes a second; --help needs only these."""
+"""Command → its function and summary. --help needs only this table; importing all commands takes a second."""
 
 app = App(
     name="pvphong",
     help="Phong lighting of meshes as data: lit colours as arrays, in files and in pictures.",
-    help_epilogue="With --verbose, a command shows what libraries print on the error output.",
+    help_epilogue="With --verbose, a command also shows what libraries print on standard error.",
     version=version("pvphong"),
     suppress_keyboard_interrupt=False,
 )
@@ -78,7 +78,7 @@ _PHRASES = {
 
 
 def _in_its_words(reason: str, words: Sequence[str]) -> str:
-    """Reword an error for the command line, with options in place of arguments."""
+    """Reword an error for the command line: name the option in place of the argument."""
     if re.search(r"^Unknown option: .?--colou?r\b", reason):
         return f"{reason.split('. Did')[0].removesuffix('.')}. --diffuse sets the surface's colour."
     argument, must, rest = reason.partition(" must be ")
@@ -101,7 +101,7 @@ def _in_its_words(reason: str, words: Sequence[str]) -> str:
 
 
 def _function(command: str) -> Any:
-    """Import a command's function, whose docstring is its help."""
+    """Import and return a command's function. Its docstring becomes the command's help."""
     found = app[command]
     found.help = None
     return found.default_command

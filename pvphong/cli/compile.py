@@ -1,4 +1,4 @@
-"""`pvphong compile`: compilation in advance."""
+"""`pvphong compile`: compile the fast evaluator in advance."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ from pvphong.shading import kernel
 def compile_code() -> int:
     """Compile the fast evaluator in advance, once per installation.
 
-    Without this, NumPy lights the first large meshes while another process compiles. The command also prints the ray
-    tracer in use, and the reason if a faster one is missing.
+    If it has not been compiled, NumPy lights the first large meshes while another process compiles. The command also
+    prints the ray tracer in use and, if it is not the fastest, the reason.
     """
     began, console = time.perf_counter(), Console(stderr=True)
     with Progress(console=console, transient=True, disable=not console.is_terminal) as progress:

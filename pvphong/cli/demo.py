@@ -58,7 +58,7 @@ def demo(*, folder: Path = Path("pvphong-demo")) -> None:
         try:
             folder.mkdir(parents=True, exist_ok=True)
         except OSError as error:
-            raise ValueError(f"folder must be one that can be created; got {folder} ({error}).") from error
+            raise ValueError(f"folder must be a folder that can be created; got {folder} ({error}).") from error
         mesh = examples.load_airplane()
         started = time.perf_counter()
         lit = mesh.phong.shade(SCENE, PLASTIC)

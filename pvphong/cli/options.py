@@ -1,4 +1,4 @@
-"""Parts that several commands share: options, reading of inputs, and progress.
+"""Parts that several commands share: common options, reading of inputs, and progress.
 
 Inputs are a mesh file, its scene and its materials.
 """
@@ -40,7 +40,7 @@ SIZE = (1024, 768)
 """Default width and height, in pixels, of a picture or window."""
 
 _LONG = 1.0
-"""Seconds after which a progress bar is shown."""
+"""Time in seconds after which a progress bar is shown."""
 
 Flag = Annotated[bool, Parameter(negative="", show_default=False)]
 
@@ -54,7 +54,7 @@ def _number(_type: Any, tokens: Sequence[Any]) -> float:
 
 
 Number = Annotated[float, Parameter(converter=_number)]
-"""A number, as 0.004 or 1/255."""
+"""A number such as 0.004, or a quotient such as 1/255."""
 Verbose = Annotated[
     bool,
     Parameter(
@@ -72,26 +72,27 @@ class Lighting:
     scene
         Rig file (JSON) with lights, viewer, light model and materials, as Scene.save writes it.
     material
-        Named material such as "gold" or "car paint". Default: the rig's, or a dull grey.
+        Name of a material, such as "gold" or "car paint". Default: the material of the rig, or a dull grey.
     reflectance
-        Reflectance in place of the material's: a name, and its fields after colons, as in oren-nayar:sigma=20,
-        ggx:roughness=0.3:f0=1,0.78,0.34 or pbr:roughness=worn.png.
+        Kind of reflectance, instead of the material's: a name, followed by fields after colons, as in
+        oren-nayar:sigma=20, ggx:roughness=0.3:f0=1,0.78,0.34 or pbr:roughness=worn.png.
     ambient
-        Ambient reflectance, instead of the material's: a number, three numbers as in 1,0.5,0.2, or a colour's name.
+        Ambient reflectance, instead of the material's: a number, three numbers as in 1,0.5,0.2, or the name of a
+        colour.
     diffuse
-        Reflectance of diffuse light, likewise; or the name of a point array, or an image file, mapped by the mesh's
-        texture coordinates.
+        Diffuse reflectance: as for --ambient, or the name of a point array, or an image file, which is mapped by the
+        mesh's texture coordinates.
     specular
-        Specular reflectance, as --diffuse.
+        Specular reflectance, given as for --diffuse.
     emission
-        Emitted light, as --diffuse.
+        Emitted light, given as for --diffuse.
     albedo
-        Factor of ambient and diffuse, likewise.
+        Factor of ambient and diffuse, given as for --diffuse.
     scalars
         Name of a point or cell array whose numbers become the albedo through a colormap. Cell arrays need
         --feature-angle 0.
     cmap
-        Colormap of --scalars: a name such as terrain, or colours separated by commas. Default: PyVista's.
+        Colormap of --scalars: a name such as terrain, or colours separated by commas. Default: PyVista's default.
     clim
         Range of the colormap, as in 0,8. Default: the range of the array in all blocks.
     shininess
@@ -99,20 +100,21 @@ class Lighting:
     tangents
         Name of a point array of vectors along the surface, for reflectances that need them.
     sun
-        Sun in place of the scene's lights: its azimuth in degrees clockwise from north, and its height above the
-        horizon, as in 315,20. North is +y, up is +z.
+        A sun, instead of the scene's lights: its azimuth, in degrees clockwise from north, and its elevation above the
+        horizon in degrees, as in 315,20. North is +y, up is +z.
     shadows
-        Add shadows: multiply each light by its visible part. Blocks shadow each other.
+        Add shadows: multiply each light by its visible fraction. Blocks shadow each other.
     ambient_occlusion
-        Multiply ambient light by the open part of the sky. With --diffuse 0 --ambient 5 the colour is this part alone.
+        Multiply ambient light by the visible fraction of the sky. To see this fraction alone, add --diffuse 0
+        --ambient 5.
     bounces
-        Number of bounces from surface to surface, 0 for none. Default: the rig's. Ambient light stands for the
-        remaining bounces.
+        Number of bounces of light from surface to surface, 0 for none. Default: that of the rig. Ambient light stands
+        for further bounces.
     occluder
-        File with a mesh that casts shadows too; may be repeated.
+        File with another mesh that casts shadows; may be repeated.
     feature_angle
-        Angle in degrees between two faces from which their edge is sharp. "auto": 30 if the mesh has no point normals.
-        "none": no sharp edges.
+        An edge is sharp if the normals of its two faces differ by more than this angle, in degrees. "auto": 30 if the
+        mesh has no point normals, otherwise no sharp edges. "none": no sharp edges.
     """
 
     scene: Path | None = None
@@ -136,7 +138,7 @@ class Lighting:
     feature_angle: Annotated[FeatureAngle, Parameter(show_choices=False)] = "auto"
 
     def materials(self) -> dict[str, Material]:
-        """Return the materials by block: the named one, or the rig's, changed by the other options."""
+        """Return block → material: the named material, or those of the rig, with the changes of the other options."""
         if self.material is not None:
             if is_color_name(self.material) and self.material.lower() not in Material.names():
                 remedy = f"For a colour use --diffuse {self.material}."
@@ -154,7 +156,7 @@ class Lighting:
             changes["albedo"] = Colormap(self.scalars, cmap, clim)
         for option, text in {"--cmap": self.cmap, "--clim": self.clim}.items():
             if text is not None and self.scalars is None:
-                check.refuse(option, text, "used with --scalars, the array to be coloured")
+                check.refuse(option, text, "used with --scalars, which names the array")
         if self.tangents is not None:
             changes["tangents"] = self.tangents
         if self.reflectance is not None:
@@ -162,14 +164,14 @@ class Lighting:
         return {name: replace(material, **changes) for name, material in found.items()}
 
     def read(self, path: str, size: tuple[int, int] = SIZE) -> tuple[Any, Scene, Any]:
-        """Read a mesh file, and all that lights it.
+        """Read a mesh file, and the scene and materials that light it.
 
         Parameters
         ----------
         path
             The file.
         size
-            Size of the picture, for the default scene.
+            Size of the picture in pixels, which the default scene fills.
 
         Returns
         -------
@@ -194,20 +196,20 @@ class Lighting:
         return outside, self.with_rays(self.with_sun(scene)), materials if has_blocks else single_material(materials)
 
     def with_sun(self, scene: Scene) -> Scene:
-        """Return the scene with a sun as its only light, if one is given."""
+        """Return the scene with the sun of --sun as its only light; without --sun, the scene itself."""
         if self.sun is None:
             return scene
         try:
             azimuth, elevation = (float(part) for part in self.sun.split(","))
         except ValueError:
-            remedy = "--sun 315,20 is low in the north-west."
+            remedy = "For example, --sun 315,20 puts the sun low in the north-west."
             check.refuse("--sun", self.sun, "two numbers separated by a comma", remedy)
         return replace(scene, lights=[DirectionalLight.from_angles(azimuth, elevation, name="sun")])
 
     def with_rays(self, scene: Scene) -> Scene:
-        """Return the scene with the shadows, ambient occlusion and bounces of the options added."""
+        """Return the scene with shadows, ambient occlusion and bounces as given by the options."""
         model = scene.light_model
-        occlusion = model.ambient_occlusion or self.ambient_occlusion  # the rig may give a distance
+        occlusion = model.ambient_occlusion or self.ambient_occlusion  # in the rig it may be a distance
         shadows, bounces = model.shadows or self.shadows, model.bounces if self.bounces is None else self.bounces
         model = replace(model, shadows=shadows, ambient_occlusion=occlusion, bounces=bounces)
         if self.occluder and not model.is_global:
@@ -223,14 +225,14 @@ class Lighting:
 
 LightingOptions = Annotated[Lighting, Parameter(name="*")]
 DEFAULT_LIGHTING = Lighting()
-"""The record with no option given."""
+"""The options if none is given on the command line."""
 
 
 def seeing(scene: Scene, mesh: Any, size: tuple[int, int]) -> Scene:
-    """Return the scene for a picture of a mesh. If the rig's viewer cannot see the mesh, it is moved, with a note."""
+    """Return the scene for a picture of a mesh. A viewer that cannot see the mesh is moved to frame it, with a note."""
     if scene.viewer.sees(mesh.bounds, size[0] / size[1]):
         return scene
-    print("note: the scene's viewer does not see this mesh; it was moved to frame the mesh.", file=sys.stderr)
+    print("note: the scene's viewer does not see this mesh, and was moved to frame it.", file=sys.stderr)
     return replace(scene, viewer=scene.viewer.moved_to_see(mesh.bounds))
 
 
@@ -243,15 +245,15 @@ def _reflectance(text: str) -> Reflectance:
         field, separator, value = part.partition("=")
         given[check.choice(f"--reflectance {name}", field, known)] = _value(value)
         if not separator:
-            check.refuse(f"--reflectance {name}", part, "followed by fields as in name:field=value")
+            check.refuse(f"--reflectance {name}", part, "followed by fields, as in name:field=value")
     missing = [each.name for each in fields(kind) if each.default is MISSING and each.name not in given]
     if missing:
-        check.refuse("--reflectance", text, f"given its {missing[0]} too", f"Write {name}:{missing[0]}=... .")
+        check.refuse("--reflectance", text, f"given with its {missing[0]}", f"Write {name}:{missing[0]}=... .")
     return kind(**given)
 
 
 def _value(text: str) -> ColorLike:
-    """Parse a number or numbers separated by commas; other text is returned for `Material` to check."""
+    """Parse a number, or numbers separated by commas. Other text is returned unchanged, for `Material` to check."""
     try:
         numbers = [float(part) for part in text.split(",")]
     except ValueError:
@@ -261,7 +263,7 @@ def _value(text: str) -> ColorLike:
 
 @contextmanager
 def busy(what: str) -> Iterator[None]:
-    """Show a spinner on the error output, if it is a terminal; with a bar for work that reports progress."""
+    """Show a spinner on standard error, if it is a terminal, and a progress bar for long work that reports progress."""
     console, begun = Console(stderr=True), time.perf_counter()
     columns = SpinnerColumn(), TextColumn("{task.description}")
     with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as shown:

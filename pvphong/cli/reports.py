@@ -32,14 +32,14 @@ def plan(
     tolerance: Number = 0.0,
     verbose: Verbose = False,
 ) -> None:
-    """Print the effects that a scene needs on a mesh, and those left out; with --verbose, the reasons.
+    """Print the effects that are computed for a scene on a mesh, and those skipped; with --verbose, the reasons.
 
     Parameters
     ----------
     mesh
         File of any format that PyVista reads.
     tolerance
-        Largest absolute colour error that may be traded for time; 1/255 = 0.0039 is one step of a display.
+        Largest absolute colour error that is allowed in order to save time; 1/255 = 0.0039 is one step of a display.
     """
     outside, scene, material = lighting.read(mesh)
     _print_reports(outside.phong.plan(scene, material, tolerance=tolerance, **_options_of(lighting)), verbose)
@@ -63,27 +63,27 @@ def validate(
     mesh
         File of any format that PyVista reads.
     json
-        File for the comparison as JSON, by block if there are several.
+        JSON file for the comparison; for several blocks, one comparison per block.
     output
         File for the mesh with signed errors: .vtp, .vtk or .vtkhdf; .vtm, .vtmb or .vtkhdf for several blocks.
     every
-        Compare a fixed list of scenes on PyVista's meshes, in place of a mesh.
+        Compare a fixed list of scenes on PyVista's example meshes, instead of a given mesh.
     report
-        File (.md) for the results of --all, with pictures in a folder next to it.
+        Markdown file (.md) for the results of --all; its pictures are in a folder next to it.
     """
     if every:
         if mesh is not None or lighting != DEFAULT_LIGHTING or json is not None or output is not None:
-            check.refuse("--all", "a mesh or other options with it", "alone or with --report")
+            check.refuse("--all", "a mesh or other options with it", "used alone or with --report")
         return _validate_all(report, verbose)
     if report is not None:
-        check.refuse("--report", str(report), "given together with --all")
+        check.refuse("--report", str(report), "used together with --all")
     if mesh is None:
         check.refuse("MESH", "none", "given, or --all instead")
     outside, scene, material = lighting.read(mesh)
     has_blocks = isinstance(outside, pv.MultiBlock)
     if output is not None:
         formats = BLOCK_FORMATS if has_blocks else tuple(suffix for suffix in MESH_FORMATS if suffix != ".ply")
-        refuse_suffix(output, "signed errors", formats)
+        refuse_suffix(output, "a mesh with signed errors", formats)
     with busy(f"Drawing {mesh} with VTK"):
         from pvphong.vtk.scenes import InexpressibleError  # loads VTK's rendering
 
@@ -139,8 +139,8 @@ def tradeoff(
     seconds
         Time budget in seconds. Compilation of the kernel, once per installation, does not count.
     truth
-        Also compare light models, from constant ambient light to all bounces, with path tracing; takes as many seconds
-        again.
+        Also compare light models, from constant ambient light to all bounces, with path tracing. This takes the same
+        time again.
     plot
         File for a figure: .png, .pdf or .svg.
     csv
@@ -174,7 +174,7 @@ def diagnose(mesh: str, /, *, json: Path | None = None, verbose: Verbose = False
     mesh
         File of any format that PyVista reads.
     json
-        File for the findings as JSON, by block if there are several.
+        JSON file for the findings; for several blocks, the findings of each block.
     """
     with reading(mesh):
         found = read_mesh(mesh).phong.diagnose()
@@ -190,14 +190,14 @@ def _options_of(lighting: LightingOptions) -> dict[str, Any]:
 
 
 def _print_reports(found: Any, verbose: bool) -> dict[str, Any]:
-    """Print a report, or several by block: a few lines of each, or everything. Return them by block."""
+    """Print a report, or several by block, in short or with all details. Return the reports by block."""
     reports = found if isinstance(found, dict) else {"": found}
     for block, report in reports.items():
         if block:
             print(f"{block}:")
         print(report.explain().rstrip() if verbose else report)
     if not reports:
-        print("nothing to light: the file has no block with a mesh")
+        print("nothing to light: no block of the file contains a mesh")
     elif not verbose and sys.stdout.isatty():
         print("(--verbose shows the whole report.)", file=sys.stderr)
     return reports

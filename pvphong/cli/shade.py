@@ -1,4 +1,4 @@
-"""`pvphong shade`: light a mesh into a file or a picture, or many meshes into a folder."""
+"""`pvphong shade`: light a mesh and write a file or a picture, or light many meshes into a folder."""
 
 from __future__ import annotations
 
@@ -56,20 +56,21 @@ def shade(
 ) -> int:
     """Light a mesh and write it with its colours, or write a picture of it; or light many meshes into a folder.
 
-    Without --scene, a key, a fill and a rim light are used, and PyVista's view. Many files are lit by several
-    processes, as one scene; finished files are skipped. If some cannot be lit, they are listed, and the exit status is
-    1.
+    Without --scene, a key, a fill and a rim light are used, and PyVista's default view. Many files are lit as one
+    scene, by several processes; files that are lit already are skipped. Files that cannot be lit are listed, and the
+    exit status is then 1.
 
     Parameters
     ----------
     mesh
         File of any format that PyVista reads.
     more
-        For a folder: more files, patterns such as "parts/*.vtp", or index files: .vtm, .pvtp, .pvtu, .pvd.
+        More files to light into a folder: mesh files, patterns such as "parts/*.vtp", or index files (.vtm, .pvtp,
+        .pvtu, .pvd).
     output
-        .vtp, .vtk, .vtkhdf, .ply (8-bit vertex colours) or .obj for a mesh; .vtm, .vtmb or .vtkhdf for several
-        blocks; .glb or .gltf for either, drawn unlit by viewers; .png for a picture. For many files a folder such as
-        lit/, which gets a .vtp for each.
+        File to write: .vtp, .vtk, .vtkhdf, .ply (8-bit vertex colours) or .obj for a mesh; .vtm, .vtmb or .vtkhdf for
+        several blocks; .glb or .gltf for either, which other programs show unlit; .png for a picture. For many meshes,
+        a folder such as lit/, in which a .vtp is written for each.
     array
         Name of the array of lit colours. Default: "phong".
     components
@@ -79,12 +80,12 @@ def shade(
     tolerance
         Largest absolute colour error allowed to save time.
     refine
-        Split triangles until errors of colours between points are within this (1/255 is one step of a display), and cut
-        them along edges of hard shadows and cones.
+        Largest colour error inside triangles; 1/255 is one step of a display. Triangles are split until it is reached,
+        and cut along edges of hard shadows and cones.
     max_points
-        Largest number of points of a refined mesh. Default: a million more than it has.
+        Largest number of points of a mesh refined with --refine. Default: a million more than the mesh has.
     compress
-        Compression of arrays in .vtp, .vtm and .vtmb files. Default: lz4. zlib takes half the space, and longer.
+        Compression of arrays in .vtp, .vtm and .vtmb files. Default: lz4. zlib takes half the space, but more time.
     size
         Width and height of a picture in pixels. Default: 1024 768.
     background
@@ -94,8 +95,8 @@ def shade(
     scheduler
         Address of a Dask scheduler, such as tcp://host:8786, whose workers light many files.
     seams
-        merge: points at one place get the normal of all pieces' faces there. keep: that of their own piece. Default:
-        merge for pieces of a .vtm, .pvtp, .pvtu or .pvd file.
+        merge: points of several pieces with equal coordinates get one normal, from the faces of all these pieces.
+        keep: each piece has its own normals. Default: merge for pieces of a .vtm, .pvtp, .pvtu or .pvd file.
     """
     options: dict[str, Any] = {
         "name": "phong" if array is None else array,
@@ -108,7 +109,7 @@ def shade(
         _refuse_given({"--max-points": max_points}, "used with --refine")
     else:
         given = {"--components": components, "--tolerance": tolerance if tolerance else None}
-        _refuse_given(given, "omitted with --refine, which computes only colours, exactly")
+        _refuse_given(given, "omitted with --refine, which computes exact colours only")
     target = Path(output)
     suffix = target.suffix.lower()
     are_many, names_folder = bool(more) or is_pattern(mesh), output.endswith(("/", os.sep)) or os.path.isdir(target)
@@ -127,7 +128,7 @@ def shade(
     _refuse_given({"--workers": workers, "--scheduler": scheduler, "--seams": seams}, allowed)
     refuse_suffix(target, "a mesh", _OUTPUTS)
     if suffix in _WITHOUT_ARRAYS:
-        _refuse_given({"--array": array, "--components": components}, f"omitted: a {suffix} file has no arrays")
+        _refuse_given({"--array": array, "--components": components}, f"omitted: a {suffix} file has no named arrays")
     if suffix not in _COMPRESSED:
         _refuse_given({"--compress": compress}, f"used with {', '.join(_COMPRESSED)} only")
     size = size or SIZE

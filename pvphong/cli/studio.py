@@ -29,16 +29,16 @@ def studio(
     Parameters
     ----------
     mesh
-        File of any format that PyVista reads. Without one, the page offers examples, and opens files.
+        File of any format that PyVista reads. Without a file, the page offers examples and can open files.
     scene
         Rig file (JSON) with lights, viewer, light model and materials, as Scene.save writes it.
     port
         Port to listen on; 0 selects a free one.
     host
-        Address to listen on. By default only this machine can connect. For others the page's address ends with a token,
-        and requests without it get no answer.
+        Address to listen on. By default only this machine can connect. With any other host, the page's address ends
+        with a token, and requests without the token get no answer.
     no_browser
-        Do not open a browser. The last line printed is the page's address.
+        Do not open a browser. The page's address is the last line that is printed.
     keep
         Save each edit of the rig in NAME-rig.json next to the mesh, and start from that file if it exists.
     """
@@ -48,7 +48,7 @@ def studio(
     port = free_port(host, port)  # raises before any file is read
     for option, given in (("--scene", scene), ("--keep", keep or None)):
         if mesh is None and given is not None:
-            check.refuse(option, given, "used with a mesh", "The page can load and save rigs.")
+            check.refuse(option, given, "used with a mesh file", "Without one, load and save rigs in the page.")
     kept = Path(mesh).with_name(f"{Path(mesh).stem}-rig.json") if mesh is not None and keep else None
     if kept is not None and scene is None and kept.exists():
         scene = kept
@@ -61,6 +61,6 @@ def studio(
         set_scene(plotter, rig)
         plotter.phong.add_mesh(outside, material)
         plotter.reset_camera_clipping_range()
-    if hasattr(signal, "SIGPIPE"):  # a browser may disconnect while a frame is sent; that must not end the server
+    if hasattr(signal, "SIGPIPE"):  # a browser may disconnect while a frame is sent, which must not end the server
         signal.signal(signal.SIGPIPE, signal.SIG_IGN)
     plotter.phong.studio(file=mesh or "mesh", port=port, host=host, browser=not no_browser, keep=kept)

@@ -1,11 +1,11 @@
-"""Parent process of the command line. It loads little and works in a child process, so that a crash is reported in one
-line.
+"""Parent process of the command line. It runs the command in a child process and reports a crash in one line.
 
-The child is forked before anything heavy is loaded; where forking is not safe, a new Python is started. Output of C
-libraries on the error output is hidden, unless --verbose is given.
+The child is forked before anything heavy is loaded; where forking is not safe, a new Python is started. On Windows
+there is no child: the command runs in this process. What C libraries print on standard error is hidden, unless
+--verbose is given.
 
-A process that only reads the file would have to send the mesh to its parent, which takes 1.2 s for a million points,
-four times the reading. Here nothing is sent, and Ctrl-C ends C code at once.
+The child runs the whole command, not only the reader of the file. A child that only reads would have to send the mesh
+to its parent, which takes 1.2 s for a million points, four times as long as reading. Also, Ctrl-C ends C code at once.
 """
 
 import contextlib
@@ -22,11 +22,11 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
 FORKS = sys.platform not in ("darwin", "win32")
-"""True if a forked process may open windows."""
+"""True if a forked process may open windows on this platform."""
 
 _CHANNEL = "PVPHONG_CHANNEL"
 _QUIET = ("SIGINT", "SIGTERM", "SIGHUP", "SIGPIPE")
-"""Signals that end the work without a message, with the exit status of shells: 128 plus the signal's number."""
+"""Signals that end the command without a message. The exit status is 128 plus the signal's number, as in shells."""
 
 
 def _quiet() -> "list[signal.Signals]":
@@ -36,7 +36,7 @@ def _quiet() -> "list[signal.Signals]":
 def main(tokens: "Sequence[str] | None" = None) -> int:
     """Run the command line and return the exit status; 2 after a crash.
 
-    Given words, in place of the command line's, run in this process, without supervision.
+    If `tokens` are given in place of the command line's words, the command runs in this process.
     """
     if tokens is not None:
         from pvphong.cli.app import main as run
@@ -50,7 +50,7 @@ def main(tokens: "Sequence[str] | None" = None) -> int:
 
 def _supervise() -> int:
     """Run a child, wait for it, and report errors that it did not report itself."""
-    # block signals until both processes have set handlers: else one could end the parent and leave the child running
+    # block signals until both processes have set handlers, because a signal could end the parent but not the child
     signal.pthread_sigmask(signal.SIG_BLOCK, _quiet())
     listening, speaking = os.pipe()
     if FORKS:
@@ -67,7 +67,7 @@ def _supervise() -> int:
         with contextlib.suppress(ProcessLookupError):  # the child has just ended
             os.kill(process, number)
 
-    for number in _quiet()[:3]:  # a terminal sends them to both processes, `kill` only to this one
+    for number in _quiet()[:3]:  # a terminal sends signals to both processes, but `kill` only to this one
         signal.signal(number, pass_on)
     signal.pthread_sigmask(signal.SIG_UNBLOCK, _quiet())
     watch = Watch(listening, process)
@@ -90,7 +90,7 @@ def _supervise() -> int:
 
 
 def _work(end: int | None) -> int:
-    """Run the command in the child; `end` is its end of the pipe to the parent, if there is one."""
+    """Run the command. In a child process, `end` is its end of the pipe to the parent; otherwise None."""
     _set_outputs(VERBOSE in sys.argv)
     if end is not None:
         for number in _quiet():
@@ -108,7 +108,7 @@ def _work(end: int | None) -> int:
 
 
 def _set_outputs(verbose: bool) -> None:
-    """Keep C libraries off the error output, hide warnings, and allow any file name in both outputs."""
+    """Unless `verbose`, hide warnings and what C libraries print. Make both outputs escape unprintable characters."""
     if not verbose and not sys.warnoptions:
         import logging
 

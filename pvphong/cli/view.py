@@ -26,9 +26,9 @@ from pvphong.optics.material import DEFAULT_MATERIAL, Material
 from pvphong.scene.scene import Scene
 
 BACKGROUND = "#2b2e34"
-"""Dark, so that lights and gizmos stand out."""
+"""Default background colour, dark so that lights and gizmos stand out."""
 
-_INSTEAD = "A picture needs no window: pvphong shade MESH -o picture.png."
+_INSTEAD = "To make a picture without a window, use pvphong shade MESH -o picture.png."
 
 
 def view(
@@ -73,17 +73,17 @@ def show(
 ) -> None:
     """Open a window with a lit mesh and gizmos for its lights, and return when it is closed.
 
-    Highlights, and lights that move with the viewer, follow the camera. The key h lists the keys; d, x and 4 write
-    files into the current folder, with a message.
+    Highlights, and lights that move with the viewer, follow the camera. The key h lists all keys. The keys d, x and 4
+    write files into the current folder and show a message.
 
     Parameters
     ----------
     mesh : pyvista.PolyData or pyvista.MultiBlock
         One surface, or several blocks.
     scene : Scene
-        Its viewer is the initial camera.
+        The scene, whose viewer is the initial camera.
     material : Material or mapping
-        As for `shade`: by block, or "default".
+        Material of all blocks, or a mapping from block names, with "default" for the others.
     title : str
         Title of the window.
     stem : str

@@ -1,10 +1,17 @@
 """Conversion of PyVista data to inputs of lighting, and of results to PyVista data. In reading order:
 
-`lit` implements `mesh.phong.shade`, `plan`, `visibility` and `normals`. `surfaces` extracts a mesh's surface, faces and
-normals, and splits sharp edges (with `cells`, which reads cell arrays and refuses meshes that would crash VTK).
-`point_data` reads data per point, including textures, and `colormaps` maps scalars to colours. `default_scene` makes a
-scene if none is given. `visibility` finds what blocks the light, and `transport` how light travels between vertices.
-`glance` warns of normals that point the wrong way. `truth` converts meshes and materials for the path tracer. `blocks`
-applies operations to meshes of several blocks. `files` reads and writes meshes (`whole_files` checks for truncated
-files), `pictures` draws lit meshes, and `saving` exports them for other programs (`gltf` as glTF).
+- `lit`: implements `mesh.phong.shade`, `plan`, `visibility` and `normals`.
+- `surfaces`: a mesh's surface, faces and normals; splitting of sharp edges, and its default feature angle.
+- `cells`: cell arrays of a mesh; refuses meshes that would crash VTK.
+- `point_data`: values of a material's maps per point, also from textures.
+- `colormaps`: colours for scalars.
+- `default_scene`: a scene for a mesh if none is given.
+- `visibility`: triangles of meshes that block light, and visibility of the lights from a mesh's vertices.
+- `transport`: transport of light between the vertices of meshes.
+- `glance`: a quick warning of normals that point the wrong way.
+- `truth`: implements `mesh.phong.truth`; converts meshes and materials for the path tracer.
+- `blocks`: operations on the blocks of a MultiBlock, and their names.
+- `files`: reads and writes meshes; `whole_files` checks that files are complete.
+- `pictures`: pictures of lit meshes, and other colour spaces.
+- `saving`: export for other programs; `gltf` writes glTF files.
 """

@@ -21,9 +21,9 @@ DEFAULT = "default"
 
 
 def map_blocks(blocks: pv.MultiBlock, operation: Callable[[Any], Any], place: str = "") -> pv.MultiBlock:
-    """Return a new MultiBlock of the same structure and names, with `operation` applied to each dataset.
+    """Apply an operation to each dataset, and return the results as a MultiBlock of the same structure and names.
 
-    None stays None; tables and empty datasets are copied unchanged. Errors name the block.
+    Blocks that are None stay None; tables and empty datasets are copied unchanged. Errors name the block.
     """
     result = pv.MultiBlock()
     for key, array in blocks.field_data.items():
@@ -43,7 +43,7 @@ def map_blocks(blocks: pv.MultiBlock, operation: Callable[[Any], Any], place: st
 
 
 def of_each(blocks: pv.MultiBlock, operation: Callable[[pv.DataSet], Result], place: str = "") -> list[Result]:
-    """Return the results of an operation on each dataset of `datasets`; errors name the block."""
+    """Return the results of an operation on each nonempty dataset, ordered as in `datasets`. Errors name the block."""
     found: list[Result] = []
     for index, block in enumerate(blocks):
         if isinstance(block, pv.MultiBlock):
@@ -56,7 +56,7 @@ def of_each(blocks: pv.MultiBlock, operation: Callable[[pv.DataSet], Result], pl
 
 @contextlib.contextmanager
 def _named(blocks: pv.MultiBlock, index: int, place: str) -> Iterator[None]:
-    """An error that is raised meanwhile names the block."""
+    """Add the name of the block to a ValueError that is raised inside the `with` statement."""
     try:
         yield
     except ValueError as error:
@@ -64,10 +64,10 @@ def _named(blocks: pv.MultiBlock, index: int, place: str) -> Iterator[None]:
 
 
 def datasets(blocks: pv.MultiBlock) -> Iterator[tuple[str, pv.DataSet]]:
-    """Yield the path of names and the dataset of each nonempty block.
+    """Yield each nonempty dataset with its path: the names of its block and of the blocks around it, as "car/wheel".
 
-    Indices are appended to a path that several blocks share: "wheel [2]" is blocks[2], "car/wheel [0][2]" is
-    blocks[0][2]. The name of an unnamed block is its index.
+    An unnamed block has its index as name. If several blocks have the same path, their indices are appended to it:
+    "wheel [2]" is blocks[2], "car/wheel [0][2]" is blocks[0][2].
     """
 
     def paths_in(blocks: pv.MultiBlock, names: tuple[str, ...], place: str) -> Iterator[tuple[str, str, Any]]:
@@ -90,14 +90,14 @@ def materials_of(paths: Sequence[str], materials: Mapping[str, Surface]) -> list
     Parameters
     ----------
     paths : sequence of str
-        The blocks' paths of names, from `datasets`.
+        The blocks' paths, from `datasets`.
     materials : mapping
         Path → material; "default" is for blocks that are not named.
 
     Raises
     ------
     ValueError
-        If a block has no material, or a name is not a block's.
+        If a block has no material, or a key is not the path of a block.
     """
     allowed = "a mapping with the names of all blocks, or with 'default' for those not named"
     for name in materials:
@@ -110,7 +110,7 @@ def materials_of(paths: Sequence[str], materials: Mapping[str, Surface]) -> list
 
 
 def common_or_named(materials: Mapping[str, Surface]) -> dict[str, Surface]:
-    """Return the materials of all blocks by name, or only "default" if all are equal."""
+    """Return the materials of all blocks by path; if all are equal, only one, as "default"."""
     found = list(materials.values())
     return {DEFAULT: found[0]} if found and all(each == found[0] for each in found) else dict(materials)
 
@@ -124,10 +124,10 @@ def single_material(materials: Mapping[str, Surface]) -> Surface:
         If there are several, and none is named "default".
     """
     if DEFAULT not in materials and len(materials) != 1:
-        check.refuse("material", f"those of {', '.join(materials)}", "one, or one of them named 'default'")
+        check.refuse("material", f"a mapping with {', '.join(materials)}", "one material, or a mapping with 'default'")
     return materials[DEFAULT] if DEFAULT in materials else next(iter(materials.values()))
 
 
 def leaves(mesh: Any) -> list[Any]:
-    """Return the datasets in all nonempty blocks, without tables; for a mesh without blocks, the mesh itself."""
+    """Return the nonempty datasets of all blocks, without tables; for a mesh without blocks, the mesh itself."""
     return of_each(mesh, lambda block: block) if isinstance(mesh, pv.MultiBlock) else [mesh]

@@ -1,7 +1,8 @@
 """Access to the cells of a PyVista dataset, and refusal of meshes that would crash VTK.
 
-VTK's algorithms trust a mesh. An index beyond the points, a cell with too few points, or dimensions or an array that do
-not fit crash the process. The functions here read only memory that is known to exist, so they are safe for any mesh.
+VTK's algorithms do not check a mesh. They crash the process if a point index is out of range, a cell has too few
+points, or the dimensions or the length of an array are wrong. The functions here read only memory that is known to
+exist, so they are safe for any mesh.
 """
 
 from __future__ import annotations
@@ -21,7 +22,7 @@ from vtkmodules.vtkCommonDataModel import vtkGenericCell
 from pvphong.base import check
 from pvphong.base.types import IntArray
 
-# Number of valid cell arrays that are remembered, and of offsets that are compared at once.
+# Number of valid cell arrays that are remembered, and number of offsets that are checked at once.
 _REMEMBERED, _AT_ONCE = 1024, 2**20
 
 _in_order: dict[tuple[int, ...], None] = {}
@@ -44,15 +45,16 @@ class Cells:
     Attributes
     ----------
     label : str
-        Name of such a cell in error messages.
+        Name of a cell of this array in error messages, such as "face".
     first : int
-        Index of the first cell in the mesh: in a PolyData vertices come first, then lines, faces, strips.
+        Index of the array's first cell in the mesh. In a PolyData, vertices come first, then lines, faces and strips.
     count : int
         Number of cells.
     connectivity : ndarray
         Point indices of all cells, one cell after the other.
     version : tuple or None
-        Stamp of the array's state, with which it is checked only once; None if it is checked each time.
+        Value that changes when the array is modified, so that an unmodified array is checked only once; None if the
+        array is checked each time.
     """
 
     label: str
@@ -64,14 +66,14 @@ class Cells:
 
     @cached_property
     def offsets(self) -> NDArray[Any]:
-        """Shape (count + 1,): the start of each cell in `connectivity`, and the end of the last.
+        """Start of each cell in `connectivity`, and the end of the last, shape (count + 1,).
 
         VTK does not store offsets of cells of equal size; they are created at the first access.
         """
         return vtk_to_numpy(self._array.GetOffsetsArray()) if self.count else np.zeros(1, dtype=np.int64)
 
     def out_of_range(self, n_points: int) -> IntArray:
-        """Return the cells that have a point index out of range."""
+        """Return the indices, in this array, of the cells that have a point index out of range."""
         version = self.version and (*self.version, n_points)
         unsigned = self.connectivity.view(f"u{self.connectivity.itemsize}")  # a negative index becomes a large one
         if version in _in_order or not len(unsigned) or unsigned.max() < n_points:
@@ -81,22 +83,22 @@ class Cells:
         return np.unique(np.searchsorted(self.offsets, bad, side="right") - 1)
 
     def refuse_out_of_range(self, n_points: int) -> None:
-        """Raise ``ValueError`` with the first point index out of range, and its cell."""
+        """Raise ``ValueError`` if a point index is out of range; the message names the first one and its cell."""
         bad = self.out_of_range(n_points)
         if len(bad):
             corners = self.connectivity[self.offsets[bad[0]] : self.offsets[bad[0] + 1]]
             index = corners[(corners < 0) | (corners >= n_points)][0]
-            allowed = f"a mesh whose cells refer to its {n_points} points" + (f", 0 to {n_points - 1}" * (n_points > 0))
+            allowed = f"a mesh whose cells use only its {n_points} points" + (f", 0 to {n_points - 1}" * (n_points > 0))
             remedy = "The file or the code that made the cells numbers the points differently; see pvphong.diagnose."
             check.refuse("mesh", f"index {index} in {self.label} {bad[0]}", allowed, remedy)
 
 
 def cells(mesh: pv.DataSet) -> list[Cells]:
-    """Return the cell arrays of a mesh; empty for a dataset whose cells are implied by its dimensions.
+    """Return the cell arrays of a mesh; an empty list for a dataset whose cells follow from its dimensions.
 
-    Arrays of a PolyData are checked once per modification, which VTK counts. Code that writes into their memory must
-    call ``Modified()``, as for drawing. Arrays of a grid are checked each time, because VTK reads them next to extract
-    the surface, and a wrong index would crash the process.
+    Arrays of a PolyData are checked once after each modification that VTK knows of. Code that writes into their memory
+    must call ``Modified()``, as for drawing. Arrays of a grid are checked at each call, because VTK reads them next, to
+    extract the surface, and a wrong index would crash the process.
 
     Raises
     ------
@@ -131,9 +133,7 @@ def _read(label: str, array: Any, first: int = 0, *, once: bool = False) -> Cell
     version = (*(part.GetMTime() for part in parts), indices.GetNumberOfValues(), count) if once else None
     connectivity = vtk_to_numpy(indices)
     if connectivity.dtype.kind not in "iu":
-        check.refuse(
-            "mesh", f"{label} indices of type {connectivity.dtype}", "a mesh whose cells refer to points by integers"
-        )
+        check.refuse("mesh", f"{label} indices of type {connectivity.dtype}", "a mesh with integer point indices")
     result = Cells(label, first, count, connectivity[: array.GetOffset(count)], version, array)
     if version in _in_order:
         return result
@@ -149,7 +149,7 @@ def _read(label: str, array: Any, first: int = 0, *, once: bool = False) -> Cell
 
 
 def _polyhedron_faces(mesh: pv.DataSet) -> tuple[Cells, Cells] | None:
-    """Return the faces of a mesh's polyhedra, and the faces of each cell; None if there are no polyhedra."""
+    """Return the faces of a mesh's polyhedra, and the face indices of each cell; None if there are no polyhedra."""
     if not isinstance(mesh, pv.UnstructuredGrid) or mesh.GetPolyhedronFaces() is None:
         return None
     faces = _read("polyhedron face", mesh.GetPolyhedronFaces())
@@ -157,7 +157,11 @@ def _polyhedron_faces(mesh: pv.DataSet) -> tuple[Cells, Cells] | None:
 
 
 def _bad_types(mesh: pv.DataSet) -> list[tuple[IntArray, Callable[[int], str], str, str]]:
-    """Return groups of invalid cells by kind of error: indices, a function that describes a cell, allowed, remedy."""
+    """Return the invalid cells for each kind of error.
+
+    Each entry has the cells' indices, a function that describes a cell for the error message, the allowed values and
+    the remedy.
+    """
     if not isinstance(mesh, pv.UnstructuredGrid) or mesh.n_cells == 0:
         return []
     types, sizes = mesh.celltypes, np.diff(cells(mesh)[0].offsets)
@@ -169,7 +173,7 @@ def _bad_types(mesh: pv.DataSet) -> list[tuple[IntArray, Callable[[int], str], s
     return [
         (
             np.flatnonzero(sizes < least[types]),
-            lambda cell: f"cell {cell} with {sizes[cell]} points where its type has {least[types[cell]]}",
+            lambda cell: f"cell {cell} with {sizes[cell]} points, but its type needs {least[types[cell]]}",
             "a mesh whose cells have all their points",
             "",
         ),
@@ -191,8 +195,8 @@ def _bad_types(mesh: pv.DataSet) -> list[tuple[IntArray, Callable[[int], str], s
 def invalid_cells(mesh: pv.DataSet) -> IntArray:
     """Return the indices of the cells that would crash VTK, in ascending order.
 
-    These refer to points that do not exist, have fewer points than their type, have a type that VTK does not know, or
-    are convex point sets.
+    They refer to points that do not exist, have fewer points than their type needs, have a type that VTK does not know,
+    or are convex point sets.
     """
     n_points = mesh.n_points
     found = [array.first + array.out_of_range(n_points) for array in cells(mesh)]
@@ -207,7 +211,7 @@ def invalid_cells(mesh: pv.DataSet) -> IntArray:
 
 
 def refuse_invalid(mesh: pv.DataSet) -> None:
-    """Raise ``ValueError`` for a mesh that would crash VTK, with the invalid cell, dimensions or array."""
+    """Raise ``ValueError`` for a mesh that would crash VTK; the message names the invalid cell, dimensions or array."""
     n_points = mesh.n_points
     for array in cells(mesh):
         array.refuse_out_of_range(n_points)

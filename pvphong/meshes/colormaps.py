@@ -1,4 +1,4 @@
-"""Scalars to colours: a `Colormap` maps a mesh's array through VTK's lookup table, configured as in PyVista."""
+"""Colours of scalars: a `Colormap` maps an array of a mesh through VTK's lookup table, set up as by PyVista."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ from pvphong.base.types import ByteArray
 from pvphong.optics.colormap import Colormap, numbers_of
 from pvphong.optics.material import Material
 
-_MAP_SCALARS = 1  # vtkScalarsToColors' colour mode in which bytes are mapped too, not taken as colours
+_MAP_SCALARS = 1  # vtkScalarsToColors' colour mode that maps bytes too, instead of using them as colours
 
 
 def names() -> list[str]:
-    """Return the names of colormaps that PyVista finds: Matplotlib's, and those of other installed packages."""
+    """Return the names of the colormaps of Matplotlib and of the other packages that PyVista searches."""
     import matplotlib as mpl
     from pyvista.plotting import colors
 
@@ -39,7 +39,7 @@ class Scalars(NamedTuple):
     """The numbers that a colormap maps."""
 
     numbers: Any
-    """Shape (n,), real."""
+    """Real numbers, shape (n,)."""
     of_cells: bool
 
 
@@ -50,7 +50,7 @@ def scalars_of(name: str, colormap: Colormap, mesh: pv.DataSet) -> Scalars:
     ------
     ValueError
         If the array does not exist, exists for both points and cells, has the wrong length or is not numeric. The
-        message begins with `name`, a field's name.
+        message begins with `name`, the material's field.
     """
     given, preference = colormap.scalars, colormap.preference
     if isinstance(given, str):
@@ -62,7 +62,12 @@ def scalars_of(name: str, colormap: Colormap, mesh: pv.DataSet) -> Scalars:
             check.refuse(f"{name}'s scalars", repr(given), allowed, check.meant(given, arrays))
         if len(having) == 2 and preference is None:
             remedy = 'Pass Colormap(..., preference="point") or preference="cell".'
-            check.refuse(f"{name}'s scalars", f"{given!r}, a point and a cell array", "one array", remedy)
+            check.refuse(
+                f"{name}'s scalars",
+                f"{given!r}, the name of two",
+                "the name of one array, of points or of cells",
+                remedy,
+            )
         where = preference if preference in having else having[0]
         values, label = np.asarray(data[where][given]), f"{name}'s scalars {given!r}"
     else:
@@ -70,14 +75,14 @@ def scalars_of(name: str, colormap: Colormap, mesh: pv.DataSet) -> Scalars:
         lengths = {"point": mesh.n_points, "cell": mesh.n_cells}
         having = [where for where, length in lengths.items() if len(values) == length]
         if not having:
-            allowed = f"one per point ({mesh.n_points}) or per cell ({mesh.n_cells})"
+            allowed = f"an array with one row per point ({mesh.n_points}) or per cell ({mesh.n_cells})"
             check.refuse(label, f"{len(values)} rows", allowed)
         where = preference if preference in having else having[0]
     return Scalars(_reduced(label, colormap, values), where == "cell")
 
 
 def _reduced(label: str, colormap: Colormap, values: Any) -> Any:
-    """Reduce each row to one real number or bool: the colormap's component, or else the norm."""
+    """Return one real number or bool per row: the column that the colormap selects, or else the norm of the row."""
     values = numbers_of(label, values)
     if values.dtype.kind == "c":
         values = values.real
@@ -92,19 +97,19 @@ def _reduced(label: str, colormap: Colormap, values: Any) -> Any:
 
 
 class Span(NamedTuple):
-    """The range of some numbers."""
+    """Range of an array of numbers."""
 
     low: float
-    """Smallest finite number; infinite if there is none."""
+    """Smallest finite number; +infinity if there is none."""
     high: float
     positive: float
-    """Smallest finite number above 0; infinite if there is none."""
+    """Smallest finite number above 0; +infinity if there is none."""
     different: tuple[float, ...]
-    """The distinct numbers, if the colormap has `categories=True`."""
+    """Distinct numbers, only for a colormap with `categories=True`."""
 
 
 def span_of(colormap: Colormap, numbers: Any) -> Span:
-    """Return the range of a colormap's numbers."""
+    """Return the range of an array of numbers that a colormap maps."""
     finite = numbers[np.isfinite(numbers)] if numbers.dtype.kind == "f" else numbers
     different = np.unique(numbers).tolist() if colormap.categories is True else ()
     if not len(finite):
@@ -119,29 +124,29 @@ def _highest(kind: np.dtype[Any]) -> Any:
 
 
 def joined(spans: Iterable[Span]) -> Span:
-    """Return the common range of several arrays."""
+    """Return the range that contains all given ranges."""
     found = [*spans, Span(math.inf, -math.inf, math.inf, ())]
     low, high, positive, different = zip(*found, strict=True)
     return Span(min(low), max(high), min(positive), tuple(np.unique(np.concatenate(different)).tolist()))
 
 
 def over_all(material: Material, meshes: Sequence[pv.DataSet]) -> Material:
-    """Return a material whose colormaps without a range get the common range of all meshes that have their array.
+    """Return a material whose colormaps without a range have the range of their array over all meshes.
 
-    Colormaps with an invalid array are unchanged; the error is raised when a mesh is lit.
+    A colormap whose array is invalid is unchanged; the error is raised later, when a mesh is lit.
     """
     return spanned(material, {name: spans_in(each, meshes) for name, each in unspanned(material).items()})
 
 
 def unspanned(material: Material) -> dict[str, Colormap]:
-    """Return the fields whose colormaps need the range, or the distinct numbers, of the whole mesh."""
+    """Return the colormaps, by field, that need the range or the distinct numbers of the whole mesh."""
     maps = {name: each for name, each in material.maps.items() if isinstance(each, Colormap)}
     own = {name: each for name, each in maps.items() if not hasattr(each.cmap, "MapScalars")}
     return {name: each for name, each in own.items() if each.clim is None or each.categories is True}
 
 
 def spans_in(colormap: Colormap, meshes: Sequence[pv.DataSet]) -> Span:
-    """Return the range of a colormap's array over several meshes; meshes without it, or not as numbers, are ignored."""
+    """Return the range of a colormap's array over several meshes; those without a valid one are skipped."""
     spans = []
     for mesh in meshes if isinstance(colormap.scalars, str) else ():
         with contextlib.suppress(ValueError):
@@ -152,7 +157,7 @@ def spans_in(colormap: Colormap, meshes: Sequence[pv.DataSet]) -> Span:
 
 
 def spanned(material: Material, spans: Mapping[str, Span]) -> Material:
-    """Return a material whose colormaps without a range get the given ones, by field."""
+    """Return a material whose colormaps without a range have the given ranges, by field."""
     found = {}
     for name, span in spans.items():
         colormap = material.maps[name]
@@ -168,25 +173,25 @@ def spanned(material: Material, spans: Mapping[str, Span]) -> Material:
 
 
 def lookup_table(name: str, colormap: Colormap, numbers: Any, span: Span | None = None) -> pv.LookupTable:
-    """Return the lookup table of a colormap for some numbers.
+    """Return the lookup table with which a colormap maps an array of numbers.
 
-    Source: `pyvista.DataSetMapper.set_scalars`, with the same order of steps.
+    The steps are those of `pyvista.DataSetMapper.set_scalars`, in the same order.
 
     Parameters
     ----------
     name : str
-        Name of a field, for errors.
+        Field of the material, for error messages.
     colormap : Colormap
         The colormap.
     numbers : ndarray
         Shape (n,).
     span : Span, optional
-        Range to use if the colormap has none; by default the range of `numbers`.
+        Range for a colormap without one; by default the range of `numbers`.
 
     Raises
     ------
     ValueError
-        If there is no range: all numbers are NaN or infinite.
+        If a range is needed, but all numbers are NaN or infinite.
     """
     if hasattr(colormap.cmap, "MapScalars"):
         colormap.cmap.Build()
@@ -228,27 +233,27 @@ def lookup_table(name: str, colormap: Colormap, numbers: Any, span: Span | None 
 
 
 def _listed(colors: tuple[Any, ...]) -> Any:
-    """Return a colormap of colours. As in PyVista, Matplotlib's names come first: its "g" differs from PyVista's."""
+    """Return a colormap of listed colours. As in PyVista, Matplotlib's colour names, such as "g", have precedence."""
     from matplotlib.colors import ListedColormap, is_color_like
 
     return ListedColormap([each if is_color_like(each) else pv.Color(each).float_rgb for each in colors])
 
 
 def _found_range(name: str, span: Span, log_scale: bool) -> tuple[float, float]:
-    """Return the range of numbers for a table."""
+    """Return the range of a lookup table that is found from the numbers; with `log_scale`, it is positive."""
     if span.low > span.high:
-        remedy = "With clim=(0, 1), all are drawn in the colour of NaN."
-        check.refuse(f"{name}'s scalars", "only NaN or infinity", "an array with finite numbers, or with clim", remedy)
+        remedy = "With clim=(0, 1), they are drawn in the colour of NaN."
+        check.refuse(f"{name}'s scalars", "only NaN or infinity", "finite in some rows unless clim is given", remedy)
     if not log_scale or span.low >= 0.0:
         return span.low, span.high
     if not span.high > 0.0:
         allowed, remedy = "an array with numbers > 0 for log_scale", "Omit log_scale, or pass clim."
         check.refuse(f"{name}'s scalars", f"numbers up to {span.high:g}", allowed, remedy)
-    return span.positive, span.high  # for a range with both signs, VTK prints an error
+    return span.positive, span.high  # VTK prints an error for a logarithmic range with both signs
 
 
 def colors_by(table: Any, numbers: Any) -> ByteArray:
-    """Return the 8-bit colours, shape (n, 3), in which VTK draws numbers."""
+    """Return the 8-bit colours, shape (n, 3), with which VTK draws numbers through a lookup table."""
     if numbers.dtype == np.bool_ or numbers.dtype == np.float16 or numbers.dtype.itemsize > 8:
         numbers = numbers.astype(np.float64)
     if not len(numbers):
@@ -259,20 +264,20 @@ def colors_by(table: Any, numbers: Any) -> ByteArray:
 
 
 _SCALE = "_colormap"
-"""Suffix of the field array that describes the scalar bar of the unlit colours; it follows the lit colours' name."""
+"""Suffix of the field array that describes the scalar bar of the unlit colours, after the name of the lit colours."""
 
 
 def put_scale(lit: pv.DataSet, name: str, material: Material, mesh: pv.DataSet) -> None:
-    """Store the scalar bar of a lit mesh's unlit colours in it; remove an old one if there is no colormap.
+    """Store the scalar bar of the unlit colours in a lit mesh; if the material has no colormap, remove an old one.
 
     Parameters
     ----------
     lit : pyvista.DataSet
-        Gets or loses the field array ``NAME_colormap``, a JSON text, which files keep.
+        Mesh to change. The scalar bar is the field array ``NAME_colormap``, a JSON text that files can store.
     name : str
         Name of the array of lit colours.
     material : Material
-        Its first colormap is used, albedo's before others.
+        The material. The colormap of its albedo is used, or else its first colormap.
     mesh : pyvista.DataSet
         The mesh before lighting.
     """
@@ -296,7 +301,7 @@ def put_scale(lit: pv.DataSet, name: str, material: Material, mesh: pv.DataSet) 
 
 
 def scale_of(lit: pv.DataSet, name: str) -> tuple[str, pv.LookupTable] | None:
-    """Return the title and lookup table for the scalar bar of a lit mesh; None if it has none."""
+    """Return the title and lookup table of a lit mesh's scalar bar; None if no valid one is stored."""
     kept = lit.field_data.get(f"{name}{_SCALE}")
     if kept is None:
         return None
@@ -309,12 +314,12 @@ def scale_of(lit: pv.DataSet, name: str) -> tuple[str, pv.LookupTable] | None:
             setattr(table, f"{which}_range_color", found.get(f"{which}_color"))
         table.Build()
         return str(found["title"]), table
-    except (ValueError, TypeError, KeyError, AttributeError):  # an array of this name from elsewhere
+    except (ValueError, TypeError, KeyError, AttributeError):  # an array of this name that pvphong did not write
         return None
 
 
 def mapped(name: str, colormap: Colormap) -> ByteArray:
-    """Return the colours, shape (n, 3), of a colormap whose scalars are an array; `name` is a field's, for errors."""
+    """Return the colours, shape (n, 3), of a colormap whose scalars are an array. Errors begin with `name`, a field."""
     if isinstance(colormap.scalars, str):
         allowed = "a Colormap of an array if there is no mesh"
         check.refuse(name, repr(colormap), allowed, "Array names need a mesh; pass Colormap(array, ...).")
@@ -323,5 +328,5 @@ def mapped(name: str, colormap: Colormap) -> ByteArray:
 
 
 def numbers_in(name: str, colormap: Colormap, values: Any) -> Any:
-    """Return the numbers, shape (n,), that a colormap reads from an array, or from a part of it."""
+    """Return the numbers, shape (n,), that a colormap maps for an array or for rows of it."""
     return _reduced(f"{name}'s scalars", colormap, values)

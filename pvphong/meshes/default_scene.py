@@ -1,4 +1,7 @@
-"""The scene of a mesh if none is given, or only lights: three lights and a viewer that suit the mesh."""
+"""The default scene of a mesh: three lights and a viewer that suit the mesh.
+
+Given lights, or a given scene without a viewer, get only a viewer.
+"""
 
 from __future__ import annotations
 
@@ -31,24 +34,24 @@ def default_scene(
 ) -> Scene:
     """Return a scene with key, fill and rim light, and PyVista's default view of the mesh.
 
-    The viewer looks at the centre from PyVista's default direction (1, 1, 1) with z up, as near as the bounding box
-    allows. The lights move with it: a warm key from the upper left, a weaker cool fill from the right of the viewer, on
-    all surfaces that face the viewer, and a rim light from behind. A mesh with open edges shows its back faces, so it
-    is lit two-sided.
+    The viewer looks at the centre of the mesh from PyVista's default direction (1, 1, 1), with z up, from the nearest
+    point at which the bounding box fits into the image. The lights move with the viewer: a warm key light from the
+    upper left, a weaker cool fill light from the right, which reaches all surfaces that face the viewer, and a rim
+    light from behind. A mesh with open edges shows its back faces, so its scene is lit two-sided.
 
     Parameters
     ----------
     mesh : pyvista.DataSet or pyvista.MultiBlock
         A dataset with a surface, or several.
     aspect : float, default 4/3
-        Width over height of the image that the bounding box must fit into.
+        Width divided by height of the image into which the bounding box must fit.
     matrix : array_like, optional
         (4, 4) model matrix; the scene is for the transformed mesh.
 
     Returns
     -------
     Scene
-        The scene, to use directly, or to save and edit.
+        The scene, which can be used directly, or saved and edited.
 
     Raises
     ------
@@ -65,7 +68,7 @@ def default_scene(
     is_open = any(part.n_open_edges for part in parts)
     if matrix is not None:
         parts = [_moved(part, matrix) for part in parts]
-    # all parts in one block, without tables, for which PyVista has no bounds
+    # PyVista cannot find the bounds of blocks that include tables
     bounds = parts[0].bounds if len(parts) == 1 else pv.MultiBlock(parts).bounds
     return default_scene_of(bounds, is_open=is_open, aspect=aspect)
 
@@ -78,10 +81,10 @@ def _moved(part: pv.PolyData, matrix: MatrixLike) -> pv.PolyData:
 
 
 def default_scene_of(bounds: VectorLike, *, is_open: bool, aspect: float = 4 / 3) -> Scene:
-    """Return the default scene of meshes from their bounds; `is_open` is True if one has open edges."""
+    """Return the default scene for the bounds of meshes; `is_open` is True if a mesh has open edges."""
     far, (low, high) = Viewer.framing(bounds), finite_box(bounds)
     center, radius = np.array(far.focal_point), far.parallel_scale
-    # the distance at which the corners of the box fit into the image, with a margin
+    # distance at which all corners of the box are inside the image, with a margin
     half = 0.5 * (high - low)
     corners = corners_of(-half, half)
     right, up, back = (corners @ axis for axis in (_RIGHT, _UP, _BACK))
@@ -101,7 +104,7 @@ def scene_for(mesh: Any, given: SceneLike | None, matrix: MatrixLike | None = No
     mesh : pyvista.DataSet or pyvista.MultiBlock
         Checked surfaces.
     given : Scene, light, or sequence of lights, optional
-        If it has no viewer, it gets that of `Viewer.framing`.
+        The scene, or its lights. If it has no viewer, the viewer is `Viewer.framing`.
     matrix : array_like, optional
         (4, 4) model matrix; the viewer and the default lights are for the transformed mesh.
 

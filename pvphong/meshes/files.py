@@ -1,7 +1,7 @@
 """Reading of meshes and textures, and atomic writing of lit meshes.
 
-`read` with `guarded=True` reads in another process, so that a reader's crash does not end the caller; `read_mesh` reads
-in this process. All errors and warnings of readers and writers become a single `ValueError`.
+`read` with `guarded=True` reads in a child process, so that a crash of the reader does not end this process.
+`read_mesh` reads in this process. All errors and warnings of readers and writers become a single `ValueError`.
 """
 
 from __future__ import annotations
@@ -31,10 +31,10 @@ from pvphong.meshes.whole_files import refuse_incomplete
 from pvphong.scene.scene import is_scene_file
 
 MESH_FORMATS = (".vtp", ".vtk", ".vtkhdf", ".ply")
-"""Formats of a lit mesh. PyVista's other formats (.stl, .obj, …) cannot hold its colours."""
+"""Formats for a lit mesh. PyVista's other formats (.stl, .obj, …) cannot hold its colours."""
 
 BLOCK_FORMATS = (".vtm", ".vtmb", ".vtkhdf")
-"""Formats of a lit MultiBlock."""
+"""Formats for a lit MultiBlock."""
 
 Compression = Literal["lz4", "zlib", "none"]
 """Compression of arrays in VTK's XML files. For a million points, LZ4 writes ten times faster than zlib and reads more
@@ -43,25 +43,25 @@ than twice as fast; its files are twice as large."""
 _CHILD = "import sys; from pvphong.meshes.files import _read_for_parent; _read_for_parent(*sys.argv[1:])"
 
 _one_at_a_time = threading.RLock()
-"""Lock held while VTK reads or writes, because catching its errors changes settings of the whole process."""
+"""Lock held while VTK reads or writes, because catching VTK's errors changes settings of the whole process."""
 
 
 # --- reading ---
 
 
 def read(path: str | os.PathLike[str], *, guarded: bool = False) -> pv.DataSet | pv.MultiBlock:
-    """Read a mesh from a complete file of any format that PyVista reads.
+    """Read a mesh from a file of any format that PyVista reads, and refuse damaged files.
 
-    `pyvista.read` returns a part of a damaged file and prints warnings. This function raises an error instead.
+    For a damaged file, `pyvista.read` may return a part of the mesh and print warnings. This function raises an error.
 
     Parameters
     ----------
     path : path
         The file.
     guarded : bool, default False
-        Read the file in another process, because some of VTK's readers crash or hang on damaged files. This takes about
-        a second longer. The other process is killed if it gets no data from the disk for a minute, plus a second for
-        each megabyte of the file.
+        Read the file in a child process, because some of VTK's readers crash or hang on damaged files. This takes about
+        a second longer. The child is killed if it reads no data from the disk for a minute, plus a second for each
+        megabyte of the file.
 
     Returns
     -------
@@ -84,11 +84,11 @@ def read(path: str | os.PathLike[str], *, guarded: bool = False) -> pv.DataSet |
     if not check.flag("guarded", guarded):
         return read_mesh(os.fspath(path))
     if os.name != "posix" or not Path(sys.executable or "").name.startswith("python"):
-        check.refuse("guarded", guarded, "False where Python cannot start itself in another process")
+        check.refuse("guarded", guarded, "False, because Python cannot start a second Python process here")
     with tempfile.TemporaryDirectory() as folder:
         result = Path(folder, "mesh")
         listening, speaking = os.pipe()
-        # multiprocessing would run the caller's main module again, and reports neither signals nor progress
+        # multiprocessing would import the caller's main module, and reports neither signals nor progress
         child = subprocess.Popen(
             [sys.executable, "-W", "ignore", "-c", _CHILD, os.fspath(path), str(result), str(speaking)],
             stdin=subprocess.DEVNULL,
@@ -110,7 +110,7 @@ def read(path: str | os.PathLike[str], *, guarded: bool = False) -> pv.DataSet |
 
 
 def _read_for_parent(path: str, result: str, end: str) -> None:
-    """Read a mesh in the other process, and write it, or the error, to a file."""
+    """Read a mesh in the child process, and write the mesh or the error to the file `result`."""
     begin_work(int(end))
     found: Any
     with reading(path):
@@ -124,13 +124,13 @@ def _read_for_parent(path: str, result: str, end: str) -> None:
 def read_mesh(path: str) -> pv.DataSet | pv.MultiBlock:
     """Read a mesh from a file of any format that PyVista reads.
 
-    If this process has a watcher, it is told about the file.
+    If a parent process watches this one, the file is reported to it.
 
     Raises
     ------
     ValueError
-        If the file does not exist, cannot be read to its end, or holds no mesh. A file for which VTK reports an error
-        is refused, because the result is often only its first part.
+        If the file does not exist, cannot be read to its end, or holds no mesh; also if VTK reports an error, because
+        the result is then often only the first part of the mesh.
     """
     _refuse_missing("mesh", Path(path), "a file that exists")
     complaints: list[str] = []
@@ -152,7 +152,7 @@ def read_mesh(path: str) -> pv.DataSet | pv.MultiBlock:
 
 
 def read_texture(path: str, name: str = "albedo") -> Any:
-    """Read a texture from an image file of any format that Pillow reads; VTK's readers crash on damaged files.
+    """Read a texture from an image file of any format that Pillow reads. VTK's readers would crash on damaged files.
 
     Raises
     ------
@@ -191,9 +191,9 @@ def _refuse_missing(name: str, path: Path, allowed: str) -> None:
 def save_lit(lit: pv.PolyData | pv.MultiBlock, path: Path, name: str, compress: Compression = "lz4") -> None:
     """Write a lit mesh atomically, in the format given by the suffix.
 
-    A ``.ply`` file gets the colours as 8-bit ``red green blue`` of its vertices, the usual place in this format. The
-    other formats get all arrays unchanged. A ``.vtm`` file has a folder of the same name next to it, with the blocks;
-    the file itself is written last.
+    A ``.ply`` file stores the colours in its usual vertex properties, 8-bit ``red green blue``. The other formats store
+    all arrays unchanged. A ``.vtm`` file has a folder of the same name next to it, with the blocks; the file itself is
+    written last.
 
     Parameters
     ----------
@@ -223,7 +223,7 @@ def save_lit(lit: pv.PolyData | pv.MultiBlock, path: Path, name: str, compress: 
         return
     if suffix == ".ply":
         options |= {"texture": eight_bit(lit.point_data[name]), "recompute_normals": False}
-        lit = lit.copy(deep=False)  # PyVista adds the colours
+        lit = lit.copy(deep=False)  # PyVista's writer adds the colours to it
         coordinates = lit.active_texture_coordinates
         if coordinates is not None and coordinates.dtype != np.float32:  # VTK's writer would crash
             lit.active_texture_coordinates = coordinates.astype(np.float32)
@@ -235,11 +235,11 @@ def save_lit(lit: pv.PolyData | pv.MultiBlock, path: Path, name: str, compress: 
 
 
 def refuse_suffix(path: Path, what: str, allowed: tuple[str, ...]) -> None:
-    """Raise ``ValueError`` for a path whose suffix is not among the formats that hold the colours of `what`."""
+    """Raise ``ValueError`` for a path whose suffix is not in `allowed`; `what` is a noun for the file's contents."""
     if path.suffix.lower() not in allowed:
         *others, last = allowed
         listed = ", ".join([*others, f"or {last} for a picture" if others and last == ".png" else last])
-        check.refuse("output", path, f"a file that holds the colours of {what}: one of {listed}")
+        check.refuse("path", path, f"a file for {what} ({listed})")
 
 
 def eight_bit(colors: Any) -> np.ndarray[Any, np.dtype[np.uint8]]:
@@ -258,7 +258,7 @@ def _data_size(part: Any) -> int:
 
 
 def _save(lit: Any, aside: Path, options: dict[str, Any]) -> None:
-    """Write a file, and check that it is complete, because some of VTK's writers do not."""
+    """Write a file, and check that it is complete, because some of VTK's writers do not report failures."""
     complaints: list[str] = []
     with _complaints_in(complaints):
         try:
@@ -269,7 +269,7 @@ def _save(lit: Any, aside: Path, options: dict[str, Any]) -> None:
         except OSError as error:
             complaints.insert(0, str(error))
     if not complaints and not (aside.is_file() and aside.stat().st_size):
-        complaints.append("there is no file.")
+        complaints.append("the file is missing or empty.")
     if complaints:
         raise ValueError(f"output could not be written: {_first_line(complaints)} The disk may be full.")
     try:
@@ -281,8 +281,8 @@ def _save(lit: Any, aside: Path, options: dict[str, Any]) -> None:
 def _write_polydata(lit: pv.PolyData, aside: Path, compression: Any) -> None:
     """Write a .vtp file with appended binary arrays; base64 would take three times as long and a third more space.
 
-    VTK's writer crashes the process on a full disk. So if the space may not be enough, the file is written to memory,
-    which takes twice its length, and from there to the disk.
+    VTK's writer crashes the process on a full disk. So if the disk may be too small, the file is written to memory
+    first, which takes twice its length, and then to the disk.
     """
     lit._store_metadata()  # as in PyVista's `save`, for arrays of bools and complex numbers
     writer = pv.XMLPolyDataWriter(aside, lit)
@@ -290,7 +290,7 @@ def _write_polydata(lit: pv.PolyData, aside: Path, compression: Any) -> None:
     writer.writer.SetDataModeToAppended()
     writer.writer.EncodeAppendedDataOff()
     try:
-        reserve(aside, int(1.1 * _data_size(lit)) + 2**16)  # the size without compression; most files are much smaller
+        reserve(aside, int(1.1 * _data_size(lit)) + 2**16)  # enough without compression; most files are much smaller
     except OSError:
         writer.writer.WriteToOutputStringOn()
         writer.write()
@@ -300,15 +300,16 @@ def _write_polydata(lit: pv.PolyData, aside: Path, compression: Any) -> None:
 
 
 def _save_with_folder(blocks: pv.MultiBlock, path: Path, options: dict[str, Any]) -> None:
-    """Write a file that refers to block files in a folder; the blocks are moved there first, under new names.
+    """Write a file that refers to files of blocks in a folder next to it.
 
-    So the old file and its blocks stay valid until the new file replaces it. A block's name is the stem and the suffix
-    of the temporary folder. VTK's writer of blocks crashes the process on a full disk. So it writes the file with a
-    point in place of each mesh, and each mesh is then written separately.
+    The blocks are written first, under new names, so that an old file and its blocks stay valid until the new file
+    replaces it. The names contain the random suffix of the temporary folder. VTK's writer of blocks crashes the process
+    on a full disk. So it writes the file with a single point in place of each mesh, and each mesh is then written
+    separately.
     """
     target = Path(os.path.realpath(path))
     if target.exists() and not target.is_file():
-        check.refuse("path", target, "a file; the blocks need a folder next to it")
+        check.refuse("path", target, "a file, because its blocks need a folder next to it")
     try:
         with written_aside(path) as aside:
             mark = "-" + aside.parent.name.removeprefix(PREFIX)
@@ -335,7 +336,7 @@ def _save_with_folder(blocks: pv.MultiBlock, path: Path, options: dict[str, Any]
 
 
 def _clear_old_blocks(target: Path) -> None:
-    """Remove the blocks of earlier files of this name, except those of writers that are still running."""
+    """Remove the blocks of earlier versions of this file, except those of writers that are still running."""
     marked = re.compile(re.escape(target.stem) + r"-([a-z0-9_]{8})_\d+(_\d+)*\.\w+")
     old = [(block, found[1]) for block in target.with_suffix("").glob("*") if (found := marked.fullmatch(block.name))]
     left = [(block, mark) for block, mark in old if not target.with_name(PREFIX + mark).exists()]
@@ -351,7 +352,7 @@ def _clear_old_blocks(target: Path) -> None:
 
 @contextmanager
 def _complaints_in(complaints: list[str]) -> Iterator[None]:
-    """Collect VTK's errors, and PyVista's warnings of such errors, instead of printing them."""
+    """Append VTK's errors, and PyVista's warnings about them, to `complaints` instead of printing them."""
     with _one_at_a_time:
         logged = logging.root.manager.disable
         logging.disable(logging.CRITICAL)
@@ -370,6 +371,6 @@ def _complaints_in(complaints: list[str]) -> Iterator[None]:
 
 
 def _first_line(complaints: list[str]) -> str:
-    """Return the first line of the first complaint, without VTK's addresses."""
+    """Return the first line of the first complaint, without the memory addresses that VTK prints."""
     line = complaints[0].strip().splitlines()[0]
     return re.sub(r" ?\(0x[0-9a-f]+\)", "", line)

@@ -1,7 +1,8 @@
-"""A quick check of some faces before a mesh is lit: stored normals that do not fit, and faces that look inwards.
+"""A quick check before a mesh is lit: warns of stored normals that do not fit, and of faces that look inwards.
 
-It takes about 100 microseconds for any mesh, and is not repeated while the mesh is unchanged. If most of these faces do
-not fit the stored normals, all faces are checked before a warning is given, as in `pvphong.diagnose`.
+Only some faces are checked, which takes about 100 microseconds for any mesh, and the check is not repeated while the
+mesh is unchanged. If most of these faces do not fit the stored normals, all faces are checked as in `pvphong.diagnose`
+before a warning is given.
 """
 
 from __future__ import annotations
@@ -28,26 +29,28 @@ from pvphong.shading.evaluation import evaluate
 from pvphong.shading.vertices import Vertices
 
 _FACES = 256
-# Positions in the list of faces as fractions: multiples of the golden ratio are even, and never align with grid rows
+# Positions of the sampled faces in the list of faces, as fractions of its length. Multiples of the golden ratio are
+# evenly spread, and do not align with the rows of a grid.
 _PLACES = np.arange(_FACES) * (5.0**0.5 - 1.0) / 2.0 % 1.0
 _CORNERS = np.arange(3)[:, None]
 
-# Cosine of 30 degrees: stored normals at a larger angle do not seem to fit a face. At sharp edges, correct normals may
-# fit no single face: in a cube of triangles with one normal per corner of the cube they are off by 25 degrees.
+# Cosine of 30 degrees. A face is counted as misfit if its stored normals deviate by a larger angle. Correct normals at
+# sharp edges deviate too: for a triangulated cube with one normal per corner, the mean normal of a face by 25 degrees.
 _FITS = 0.866
-# In a closed surface, the area vectors add up to zero, and the sum of area vector times distance from the centre is the
-# volume. Thresholds as fractions of the sums of the magnitudes, with a margin because only some faces are sampled: of
-# rough bodies that look outwards, the ant of PyVista's examples has 0.34.
+# In a closed surface, the area vectors add up to zero, and the sum of area vector · vector from the centre is
+# proportional to the volume; it is negative if faces look inwards. The thresholds are fractions of the sums of
+# magnitudes, with a margin because only some faces are sampled. The ant of PyVista's examples, a rough body that looks
+# outwards, has 0.34.
 _BALANCED, _INWARD = 0.3, -0.3
 
 _WHITE = Material(ambient=0.0, diffuse=1.0)
 
-# States of meshes that need no second check: no problem was found, or the warning was given.
+# States of meshes that are not checked again: no problem was found, or the warning was given.
 _seen: dict[tuple[int, ...], None] = {}
 _REMEMBERED = 1024
 
 _MISFIT = (
-    "Most of the mesh's stored normals do not fit its faces, but the lighting uses them; the mesh was changed after "
+    "Most of the mesh's stored normals, which the lighting uses, do not fit its faces. The mesh may have changed after "
     'they were computed. Compute them again with mesh.point_data.active_normals = mesh.phong.normals("angle"), or turn '
     "reversed faces back with mesh.flip_faces(). mesh.phong.diagnose() gives details."
 )
@@ -58,7 +61,7 @@ _BACKS = (
 
 
 class NormalsWarning(UserWarning):
-    """Warning about normals or faces of a mesh that point the wrong way, so that its lighting looks wrong.
+    """Warning that normals or faces of a mesh point the wrong way, so that its lighting looks wrong.
 
     Examples
     --------
@@ -68,12 +71,12 @@ class NormalsWarning(UserWarning):
 
 
 def warn_of_normals(mesh: pv.DataSet, source: pv.PolyData, scene: Scene, matrix: MatrixLike | None = None) -> None:
-    """Warn if most normals of a surface point the wrong way; parameters are as for `complaint`.
+    """Warn if `complaint` finds a problem of a surface; the parameters are the same.
 
     Warns
     -----
     NormalsWarning
-        Reported at the calling line outside this package.
+        Reported for the line outside this package that made the call.
     """
     text = complaint(mesh, source, scene, matrix)
     if text:
@@ -81,17 +84,18 @@ def warn_of_normals(mesh: pv.DataSet, source: pv.PolyData, scene: Scene, matrix:
 
 
 def complaint(mesh: pv.DataSet, source: pv.PolyData, scene: Scene, matrix: MatrixLike | None = None) -> str:
-    """Return the problem with most normals of a surface, and its remedy; "" if there is none, or on repeated calls.
+    """Describe the problem if most normals or faces of a surface point the wrong way, with the remedy.
 
-    Inward faces are reported only for a PolyData without stored normals, such as an isosurface. They are no problem if
-    both sides are lit, or if the viewer or a light is inside, as in a room.
+    Return "" if there is no problem, or if it has been reported already. Inward faces are reported only for a PolyData
+    without stored normals, such as an isosurface. They are not a problem if both sides are lit, or if the viewer or a
+    light is inside, as in a room.
 
     Parameters
     ----------
     mesh : pyvista.DataSet
-        The user's mesh.
+        The mesh.
     source : pyvista.PolyData
-        Its checked surface.
+        The valid surface of the mesh.
     scene : Scene
         A scene with a viewer.
     matrix : array_like, optional
@@ -121,12 +125,12 @@ def complaint(mesh: pv.DataSet, source: pv.PolyData, scene: Scene, matrix: Matri
 def faces_away(source: pv.PolyData, scene: Scene, vertices: Vertices, matrix: MatrixLike | None = None) -> bool:
     """Return True if every vertex faces away from every light, but most faces would be lit from behind.
 
-    Some faces are tested first: usually one of them faces a light, which decides it.
+    Some faces are tested first. Usually one of them faces a light, and the result is False.
 
     Parameters
     ----------
     source : pyvista.PolyData
-        A checked surface.
+        A valid surface.
     scene : Scene
         A scene with a viewer.
     vertices : Vertices
@@ -154,13 +158,13 @@ def faces_away(source: pv.PolyData, scene: Scene, vertices: Vertices, matrix: Ma
 
 
 def _corners_of_some(source: pv.PolyData) -> NDArray[np.int64]:
-    """Return three corners of each sampled face, shape (3, m); far apart if a face has many."""
+    """Return three corners of each sampled face, shape (3, m), spaced evenly around a face with more corners."""
     faces = source.GetPolys()
     count, corners = faces.GetNumberOfCells(), vtk_to_numpy(faces.GetConnectivityArray())
     if not count:
         return np.empty((3, 0), np.int64)
     chosen = (_PLACES * count).astype(np.int64) if count > _FACES else np.arange(count)
-    if faces.IsStorageFixedSize():  # VTK would create all offsets
+    if faces.IsStorageFixedSize():  # the offsets are not read, because VTK would create them all
         sizes = np.int64(len(corners) // count)
         first = chosen * sizes
     else:
@@ -173,13 +177,13 @@ def _corners_of_some(source: pv.PolyData) -> NDArray[np.int64]:
 
 
 def _places_and_areas(source: pv.PolyData, corners: NDArray[np.int64]) -> tuple[Float64Array, Float64Array]:
-    """Return three times the faces' centres, and twice their area vectors, one column per face."""
+    """Return the sampled faces' centres times 3, and their area vectors times 2, with one column per face."""
     p, q, r = np.take(np.asarray(source.points), corners, axis=0).transpose(0, 2, 1).astype(np.float64)
     return p + q + r, cross(q - p, r - p)
 
 
 def _seem_misfits(source: pv.PolyData) -> bool:
-    """Return True if stored normals do not fit most of the sampled faces, by area."""
+    """Return True if stored normals do not fit most of the sampled faces, weighted by area."""
     corners = _corners_of_some(source)
     stored = np.take(np.asarray(source.point_data.active_normals), corners, axis=0).sum(axis=0, dtype=np.float64).T
     with np.errstate(all="ignore"):
@@ -198,7 +202,7 @@ def _are_misfits(source: pv.PolyData) -> bool:
 
 
 def _looks_inwards(source: pv.PolyData) -> bool:
-    """Return True if a surface is nearly closed with its fronts inside, judged by the sampled faces."""
+    """Return True if, by the sampled faces, a surface is nearly closed and its fronts face inwards."""
     with np.errstate(all="ignore"):
         places, areas = _places_and_areas(source, _corners_of_some(source))
         sizes = np.sqrt(dot(areas, areas))
@@ -217,7 +221,7 @@ def _holds_viewer_or_light(source: pv.PolyData, scene: Scene, matrix: MatrixLike
 
 
 def _levels_to_caller() -> int:
-    """Return the `stacklevel` for `warnings.warn` of the first caller outside this package."""
+    """Return the `stacklevel` for `warnings.warn` at which the first caller outside this package is reported."""
     frame, levels = sys._getframe(1), 1
     while frame.f_back is not None and frame.f_globals.get("__name__", "").partition(".")[0] == "pvphong":
         frame, levels = frame.f_back, levels + 1

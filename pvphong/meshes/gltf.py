@@ -1,7 +1,7 @@
-"""glTF 2.0 files of lit meshes, which other programs show unchanged, or light themselves.
+"""glTF 2.0 files of lit meshes, or of meshes with lights.
 
-Source: Khronos, "glTF 2.0 Specification", with the extensions KHR_materials_unlit, for colours that must not be lit
-again, and KHR_lights_punctual.
+Other programs show lit colours unchanged, because of the extension KHR_materials_unlit. Meshes with lights, of the
+extension KHR_lights_punctual, are lit by the other program. Source: Khronos, "glTF 2.0 Specification".
 """
 
 from __future__ import annotations
@@ -28,13 +28,13 @@ from pvphong.optics.material import Material
 from pvphong.scene.scene import Scene
 
 _FLOAT, _SHORT, _INT = 5126, 5123, 5125  # OpenGL's constants for types of numbers
-_VERTICES, _INDICES = 34962, 34963  # OpenGL's constants for types of buffers
+_VERTICES, _INDICES = 34962, 34963  # OpenGL's constants for targets of buffers
 _FULL = 65535.0
 _ALL_AROUND = math.pi
 """Illuminance in lux that gives a white Lambertian surface a luminance of 1."""
 
 _Z_UP = (-math.sqrt(0.5), 0.0, 0.0, math.sqrt(0.5))
-"""Rotation, as a quaternion, from z up to glTF's y up."""
+"""Rotation, as a quaternion (x, y, z, w), that turns z up to y up, as glTF has it."""
 
 
 class LightsWarning(UserWarning):
@@ -42,7 +42,7 @@ class LightsWarning(UserWarning):
 
 
 class Part(NamedTuple):
-    """A mesh, its name, and its colours, shape (n, 3), linear and from 0 to 1."""
+    """A mesh with its name and its linear colours from 0 to 1, shape (n, 3)."""
 
     name: str
     mesh: pv.PolyData
@@ -52,8 +52,8 @@ class Part(NamedTuple):
 def write(path: Path, parts: Sequence[Part], scene: Scene | None = None, materials: Sequence[Material] = ()) -> None:
     """Write meshes with vertex colours, as text for .gltf and as binary data for .glb.
 
-    Positions are float32, relative to the centre of each mesh, which is a node's translation. So a mesh far from the
-    origin keeps its digits. The root node rotates z up.
+    Positions are float32, relative to the centre of each mesh; the centre is the translation of the mesh's node. So a
+    mesh far from the origin keeps its precision. The root node turns z up to glTF's y up.
 
     Parameters
     ----------
@@ -62,9 +62,10 @@ def write(path: Path, parts: Sequence[Part], scene: Scene | None = None, materia
     parts : sequence of Part
         The meshes; their faces are triangulated.
     scene : Scene, optional
-        Lights to write too. The colours are then unlit, and viewers light the materials.
+        Scene whose lights are written too. The vertex colours must then be unlit, because the other program lights
+        them.
     materials : sequence of Material, optional
-        Material of each part, for its highlight in these lights.
+        Material of each part, for its highlights; required with `scene`.
 
     Raises
     ------
@@ -84,7 +85,7 @@ def write(path: Path, parts: Sequence[Part], scene: Scene | None = None, materia
 
 
 class _File:
-    """A file's JSON objects, and its binary data."""
+    """The JSON objects and the binary data of a file."""
 
     def __init__(self) -> None:
         self.bytes = bytearray()
@@ -98,7 +99,7 @@ class _File:
         return len(self.lists[kind]) - 1
 
     def array(self, rows: NDArray[Any], kind: int, shape: str, target: int, **more: Any) -> int:
-        """Append numbers, and return the index of their accessor."""
+        """Append an array to the binary data, and return the index of its accessor."""
         self.bytes += b"\0" * (-len(self.bytes) % 4)
         data = np.ascontiguousarray(rows).tobytes()
         view = {"buffer": 0, "byteOffset": len(self.bytes), "byteLength": len(data), "target": target}
@@ -111,7 +112,9 @@ class _File:
         """Append a mesh, and return the index of its node."""
         mesh = part.mesh
         if not has_faces(mesh):
-            check.refuse("mesh", f"{mesh.n_points} points and no faces", "a mesh with faces, in a .gltf or .glb")
+            check.refuse(
+                "mesh", f"{mesh.n_points} points and no faces", "a mesh with faces, to be written as .gltf or .glb"
+            )
         points = np.asarray(mesh.points, np.float64)
         used = np.asarray(np.isfinite(points).all(axis=1))
         middle = 0.5 * (points[used].min(axis=0) + points[used].max(axis=0)) if used.any() else np.zeros(3)
@@ -199,7 +202,7 @@ class _File:
 
 
 def _triangles(mesh: pv.PolyData, is_finite: NDArray[Any]) -> NDArray[Any]:
-    """Return the faces as triangles, shape (m, 3), without those that have a point that is not finite."""
+    """Return the faces as triangles, shape (m, 3); triangles with a point that is not finite are omitted."""
     if not (mesh.is_all_triangles and not mesh.n_strips):
         bare = pv.PolyData()
         bare.points = np.asarray(mesh.points)
@@ -211,7 +214,7 @@ def _triangles(mesh: pv.PolyData, is_finite: NDArray[Any]) -> NDArray[Any]:
 
 
 def _punctual(light: Light) -> tuple[dict[str, Any], dict[str, Any]] | None:
-    """Convert a light to KHR_lights_punctual, with the transform of its node; None if that is not possible."""
+    """Return a light as in KHR_lights_punctual, and the transform of its node; None if glTF has no such light."""
     if light.has_size or nearest_in_vtk(light) is not light:
         return None
     values = vtk_values(light)
@@ -235,7 +238,7 @@ def _punctual(light: Light) -> tuple[dict[str, Any], dict[str, Any]] | None:
 
 
 def _turned(direction: Any) -> list[float]:
-    """Return the rotation, as a quaternion (x, y, z, w), that turns −z into a direction."""
+    """Return the rotation, as a quaternion (x, y, z, w), that turns −z to a direction."""
     d = np.array(direction, np.float64)
     x, y, z = d / np.linalg.norm(d)
     if z > 1.0 - 1e-12:

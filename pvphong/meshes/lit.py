@@ -1,7 +1,8 @@
 """Lighting functions of `mesh.phong`: colours, plan, visibility and normals of a mesh's points.
 
-From a mesh come a surface (`surfaces.py`), data at its points (`point_data.py`), and a scene with a viewer
-(`default_scene.py`). From these come vertices and a plan, and `Plan.run` computes the colours.
+A mesh is lit in three steps. First, its surface (`surfaces.py`), the values of maps at its points (`point_data.py`) and
+a scene with a viewer (`default_scene.py`) are made. From these, `Vertices` and a `Plan` are made. Then `Plan.run`
+computes the colours.
 """
 
 from __future__ import annotations
@@ -62,56 +63,57 @@ def shade_mesh(
     """Compute lit colours, and return them as a point array of a new mesh.
 
     The mesh's active point normals are used unchanged. If it has none, normals are computed from its faces, weighted
-    by angle. If the dataset is not a PolyData, the result is its extracted surface, with its arrays.
+    by angle. If the dataset is not a PolyData, its surface is extracted, with its arrays, and lit.
 
     Parameters
     ----------
     mesh : pyvista.DataSet
         A dataset with a surface; it is not modified.
     scene : Scene, light, or sequence of lights, optional
-        Lights, viewer and light model, in world coordinates; by default `pvphong.default_scene`. A scene without a
-        viewer is seen as PyVista's camera frames the mesh.
+        Lights, viewer and light model, in world coordinates; by default `pvphong.default_scene`. If there is no viewer,
+        PyVista's default camera is used, which frames the mesh.
     material : Material or str, optional
-        The surface's reflectances, numbers or maps, or the name of a material; by default OpenGL's default material.
+        Material of the surface, whose fields are numbers, colours or maps; or the name of a predefined material. By
+        default OpenGL's default material.
     name : str, default "phong"
-        Name of the array, shape (n_points, 3), linear RGB in [0, 1]; it becomes the active scalars.
+        Name of the new point array: shape (n_points, 3), linear RGB in [0, 1]. It becomes the active scalars.
     matrix : array_like, optional
         (4, 4) model matrix, as on an actor. It affects the lighting only; the points are not moved.
     components : bool, default False
-        If True, add the arrays ``NAME_ambient``, ``NAME_diffuse``, ``NAME_specular`` and ``NAME_emission``, which sum
-        to the unclamped colour, where ``NAME`` is `name`. Also add ``NAME_base`` (emission and the light model's
-        ambient) and ``NAME_light_LIGHT`` for each light, by its name or index; these sum to the same colour. With
-        bounces, ``NAME_bounced`` belongs to both sums.
+        If True, add two sets of point arrays. Each set sums to the unclamped colour; ``NAME`` stands for `name`. The
+        first set has one array per term: ``NAME_ambient``, ``NAME_diffuse``, ``NAME_specular`` and ``NAME_emission``.
+        The second has one per light, ``NAME_light_LIGHT`` with the light's name or index, and ``NAME_base`` for
+        emission and the light model's ambient light. With bounces, ``NAME_bounced`` belongs to both sets.
     tolerance : float, default 0
-        Largest absolute colour error that may be traded for time; 0 allows no approximation.
+        Largest absolute colour error that is allowed in order to save time; 0 allows no approximation.
     precision : {"float32", "float64"}
-        Precision of the arrays and the arithmetic. The error of float32 is at most
-        (4√n + 16) · 2⁻²⁴ · (1 + number of lights) for colours of size 1, n the largest of the shininess and the spot
-        lights' exponents; see `pvphong.evaluate`. Bounces are always gathered in float32, with an error of about 3e-6.
+        Precision of the arrays and the arithmetic. For colours up to 1, the error of float32 is at most
+        (4√n + 16) · 2⁻²⁴ · (1 + number of lights), where n is the largest of the shininess and the spot lights'
+        exponents; see `pvphong.evaluate`. Bounces are always gathered in float32, with an error of about 3e-6.
     backend : {"auto", "numpy", "numba"}
-        The evaluator, see `pvphong.evaluate`; also for normals, see `pvphong.pipeline.vertex_normals`.
+        Evaluator of the colours, as for `pvphong.evaluate`, and of normals, as for `pvphong.pipeline.vertex_normals`.
     feature_angle : float, "auto" or None, default None
-        Angle in degrees between two faces from which their common edge is sharp. Points are duplicated along it, and
-        `pvphong_original_point` gives the original index of each. 0 is flat shading; "auto" is 30 if the mesh has no
-        point normals; None splits nothing.
+        An edge is sharp if the normals of its two faces differ by more than this angle, in degrees. Points are
+        duplicated along sharp edges, and the array ``pvphong_original_point`` holds their original indices. 0 is flat
+        shading. "auto" is 30 if the mesh has no point normals, and None if it has. None splits nothing.
     occluders : sequence, optional
-        Meshes, or pairs of a mesh and a 4x4 matrix, that shadow this mesh if the light model has shadows or ambient
-        occlusion; the mesh always shadows itself.
+        Other meshes that block light, each as a mesh or a pair of a mesh and a 4x4 matrix. They are used if the light
+        model has shadows, ambient occlusion or bounces; the mesh itself then blocks light too.
     visibility : Visibility, optional
-        Result of `visibility` for this mesh and these lights, to use instead of casting rays; or its numbers, as for
-        `pvphong.evaluate`. With `components=True` the visibility that was used, of the side that the viewer sees, is
-        added as ``NAME_visibility_LIGHT`` and ``NAME_sky``.
+        Result of `mesh.phong.visibility` for this mesh and these lights, used instead of casting rays; or an array of
+        visibilities, as for `pvphong.evaluate`. With `components=True`, the visibility on the side that the viewer sees
+        is added as ``NAME_visibility_LIGHT`` for each light and ``NAME_sky``.
     transport : Transport, optional
-        Result of `transport` for this mesh, to use for bounces instead of casting rays.
+        Result of `mesh.phong.transport` for this mesh, used for bounces instead of casting rays.
     shares_by_bounce : bool, default False
-        With `components=True`, also add ``NAME_bounce_1`` and so on, which sum to ``NAME_bounced``; the remaining
-        ambient light is in the last.
+        With `components=True`, also add one array for each bounce, ``NAME_bounce_1`` and so on. They sum to
+        ``NAME_bounced``. The last one includes the ambient light that stands for the remaining bounces.
 
     Returns
     -------
     pyvista.PolyData
-        The surface with the arrays. It shares points, cells and all other arrays with this dataset, like outputs of
-        VTK's filters: changes in place, on either mesh, affect both. Its ``.copy()`` shares nothing.
+        The surface with the new arrays. It shares points, cells and all other arrays with `mesh`, like the outputs of
+        VTK's filters: a change in place affects both meshes. Its ``.copy()`` shares nothing.
 
     Raises
     ------
@@ -121,8 +123,8 @@ def shade_mesh(
     Warns
     -----
     NormalsWarning
-        Once for each state of a mesh, if most of its stored normals do not fit its faces, or if it is closed, has no
-        stored normals, and its faces look inwards.
+        If most of the stored normals do not fit the faces, or if a closed mesh without stored normals has faces that
+        look inwards. The warning is not repeated while the mesh is unchanged.
 
     Examples
     --------
@@ -183,8 +185,8 @@ def prepare(mesh: pv.DataSet, scene: SceneLike | None, material: Material | str,
 
 
 def ready(mesh: pv.DataSet, scene: SceneLike | None, material: Material | str, setting: Setting) -> Ready:
-    """Return what the plan of a mesh needs: its surface, its vertices, and a scene with a viewer."""
-    # The copy shares the arrays. So arrays that another thread replaces meanwhile are not mixed with the old ones.
+    """Return the inputs of a mesh's plan: its surface, its vertices, its material, and a scene with a viewer."""
+    # Another thread may replace arrays of the mesh meanwhile. The copy keeps the old ones, so old and new do not mix.
     now = shallow_copy(mesh) if isinstance(mesh, pv.PolyData) else mesh
     material = as_material(material)
     source, maps, tangents = surface_and_maps(now, material, setting.feature_angle)
@@ -201,12 +203,12 @@ def _refuse_output(name: str, source: pv.PolyData, components: bool, shares_by_b
 def refuse_name(name: Any, source: pv.PolyData) -> None:
     """Raise ``ValueError`` for an invalid name of lit colours, or the name of an array that the lighting reads."""
     if not isinstance(name, str) or not name:
-        check.refuse("name", name, "a string that is not empty")
+        check.refuse("name", name, "a nonempty string")
     data = source.GetPointData()
     for array, what in ((data.GetNormals(), "normals"), (data.GetTCoords(), "texture coordinates")):
         if array is not None and array.GetName() == name:
-            allowed = "one that no array has by which the mesh is lit"
-            check.refuse("name", f"{name!r}, the name of its {what}", allowed, 'The name "phong" is usual.')
+            allowed = "different from the names of the mesh's normals and texture coordinates"
+            check.refuse("name", f"{name!r}, the name of its {what}", allowed, 'The default is "phong".')
 
 
 def _lit_mesh(prepared: Prepared, shading: Shading, name: str, shares_by_bounce: bool) -> pv.PolyData:
@@ -246,10 +248,10 @@ def shade_blocks(
     precision: Precision = "float32",
     backend: Backend = "auto",
 ) -> pv.MultiBlock:
-    """Return a new MultiBlock of lit meshes, with the same bits as `shade_mesh` of each block.
+    """Light the blocks of a MultiBlock. The results equal those of `shade_mesh` for each block, to the bit.
 
-    Planning and starting to light a hundred points takes as long as ten thousand. So small blocks of the same material
-    without maps form a group, which has one plan and is lit at once.
+    Because of the overhead of each plan and call, lighting a hundred points takes as long as lighting ten thousand. So
+    small blocks of the same material, without maps, form a group that has one plan and is lit in one call.
 
     Parameters
     ----------
@@ -258,7 +260,7 @@ def shade_blocks(
     scene : Scene
         Scene with a viewer and without bounces.
     own : iterator
-        Material and fields of the `Setting` of each dataset that is not empty, in their order.
+        Material, and fields of the `Setting`, of each nonempty dataset, in the order of the datasets.
     name, components, shares_by_bounce, precision, backend
         As for `shade_mesh`.
     """
@@ -266,7 +268,7 @@ def shade_blocks(
     equations: dict[int, Equation] = {}
 
     def light(members: list[Ready], setting: Setting, backend: Backend) -> Iterator[pv.PolyData]:
-        """Light a group at once, and yield its meshes in the order of its members."""
+        """Light a group in one call, and yield its lit meshes in the order of its members."""
         parts = [member.vertices for member in members]
         vertices = parts[0] if len(parts) == 1 else Vertices.of_all(parts)
         how: dict[str, Any] = {"matrix": setting.matrix, "tolerance": setting.tolerance}
@@ -292,7 +294,10 @@ def shade_blocks(
         return id(material), vertices.points.dtype, None if stored is None else stored.GetDataType()
 
     def prepare_block(block: pv.DataSet) -> Iterator[pv.PolyData]:
-        """Return the iterator that yields the lit block. Blocks of a group share it, in their order."""
+        """Prepare a block, add it to its group, and return the iterator that yields its lit mesh.
+
+        The blocks of a group share one iterator, which yields their meshes in order.
+        """
         material, options = next(own)
         setting = Setting(**options)
         member = ready(block, scene, material, setting)
@@ -303,13 +308,13 @@ def shade_blocks(
             return light([member], setting, backend)
         if key not in groups:
             members: list[Ready] = []
-            # "auto" lights each of these blocks alone with NumPy, so it lights the group with NumPy too.
+            # With "auto", NumPy would light each of these small blocks alone. It also lights the group, for equal bits.
             groups[key] = members, light(members, setting, "numpy" if backend == "auto" else backend)
         members, results = groups[key]
         members.append(member)
         return results
 
-    # All groups are complete before the first iterator starts.
+    # All blocks have been added to their groups before the first iterator starts.
     iterators = deque(of_each(blocks, prepare_block))
     return map_blocks(blocks, lambda _: next(iterators.popleft()))
 
@@ -323,12 +328,14 @@ def lit_together(
     shares_by_bounce: bool = False,
     **how: Any,
 ) -> Iterator[pv.PolyData]:
-    """Yield new lit meshes that reflect light to each other, in order; options are as for `shade_mesh`.
+    """Light meshes that reflect light to each other, and yield the lit meshes in order.
+
+    Options are as for `shade_mesh`.
 
     Parameters
     ----------
     prepared : sequence of Prepared
-        The meshes; the transports of their vertices are the parts of `together`.
+        The meshes. The transport of each mesh's vertices is its part of `together`.
     together : Transport
         The transport between all meshes.
     """
@@ -357,21 +364,22 @@ def plan(
     visibility: Visibility | None = None,
     transport: Transport | None = None,
 ) -> Plan:
-    """Plan the effects of a scene: those that will run, those that are skipped, and the reasons.
+    """Plan the effects of a scene: list those that will be computed and those that will be skipped, with reasons.
 
-    Effects that add nothing are skipped exactly. Within `tolerance`, far lights become directional, a far viewer
-    infinitely far, and nearly uniform attenuation and spot falloff constant; weak lights and highlights are skipped.
-    Each error is bounded before anything runs.
+    An effect that contributes nothing is skipped; this causes no error. With a `tolerance`, effects are also
+    approximated or skipped: a far light becomes directional, a far viewer infinitely far, nearly uniform attenuation
+    and spot falloff become constant, and weak lights and highlights are skipped. The errors are bounded before any
+    colour is computed.
 
     Parameters
     ----------
     mesh_or_points : pyvista.DataSet or array_like
-        A mesh, or points of shape (n, 3). Normals of a mesh are known, and may exclude highlights. For points,
-        `evaluate` may skip more than the plan; if that could exceed the plan's own bound, `error_bound` is the whole
-        tolerance.
+        A mesh, or an array of points of shape (n, 3). The normals of a mesh may show that there are no highlights. An
+        array has no normals; `evaluate`, which also gets normals, may skip more than the plan. If that could exceed the
+        plan's own error bound, `error_bound` is the whole tolerance.
     scene : Scene, light, sequence of lights, or None
-        The scene; without a viewer, it is seen as PyVista's camera frames the mesh or points. For a mesh, None means
-        `default_scene`.
+        The scene. If it has no viewer, PyVista's default camera is used, which frames the mesh or points. For a mesh,
+        None means `default_scene`.
     material : Material or str, optional
         As for `mesh.phong.shade`; for points, its maps must be arrays.
     matrix : array_like, optional
@@ -408,9 +416,9 @@ def plan(
     allowed = "a mesh or an (n, 3) array of real numbers"
     if isinstance(mesh_or_points, pv.MultiBlock):
         remedy = "blocks.phong.plan(...) plans each block by itself."
-        check.refuse("mesh_or_points", f"a MultiBlock of {mesh_or_points.n_blocks}", allowed, remedy)
+        check.refuse("mesh_or_points", f"a MultiBlock of {mesh_or_points.n_blocks} blocks", allowed, remedy)
     if isinstance(mesh_or_points, vtkDataObject):
-        remedy = "pyvista.wrap(...) makes a mesh of VTK's datasets."
+        remedy = "Convert a VTK dataset with pyvista.wrap(...)."
         check.refuse("mesh_or_points", f"a {type(mesh_or_points).__name__}", allowed, remedy)
     points = check.array("mesh_or_points", mesh_or_points, allowed=allowed)
     of_mesh = {"feature_angle": feature_angle, "visibility": visibility, "transport": transport}
@@ -418,7 +426,7 @@ def plan(
         of_mesh["occluders"] = occluders
     for name, given in of_mesh.items():
         if given is not None:
-            check.refuse(name, f"a {type(given).__name__}", "left out for bare points", "A mesh has faces for it.")
+            check.refuse(name, f"a {type(given).__name__}", "left out for bare points", "It needs the faces of a mesh.")
     vertices = Vertices(points, None, material.maps)
     scene = as_scene(scene, lambda: vertices.bounds(matrix))
     result = Plan.of(scene, material, vertices, matrix=matrix, tolerance=tolerance)
@@ -438,9 +446,9 @@ def put_visibility(lit: pv.PolyData, name: str, labels: Sequence[str], equation:
     labels : sequence of str
         Labels of all lights.
     equation : Equation
-        The equation, which knows the shadowed lights.
+        Equation with the indices of the shadowed lights.
     seen : ndarray
-        Shape (lights + 1, n), visibility of the lights and the sky.
+        Visibility of the lights, followed by that of the sky, shape (lights + 1, n).
     """
     for index in equation.shadowed:
         lit.point_data[f"{name}_visibility_{labels[index]}"] = seen[index].copy()
@@ -460,28 +468,31 @@ def visibility(
 ) -> Visibility:
     """Compute the visibility of each light, and of the sky, from each vertex; `shade` accepts the result.
 
-    Rays are cast when an array is first read. A point, spot or directional light needs one ray for each vertex that
-    faces it. A light with a size, and the sky, need 16 if these agree, and more at the edges of shadows. The directions
-    depend only on the vertex's index, so that equal calls give equal bits.
+    Rays are cast when an array of the result is first read. A point, spot or directional light needs one ray for each
+    vertex that faces it. A light with a size needs at least 16 rays per vertex, and the sky or an environment light at
+    least 64; they need more if these disagree, as at the edges of shadows. The directions of a vertex's rays depend
+    only on its index, so equal calls give equal bits.
 
-    With the extra `rays`, Intel's Embree casts the rays; without it VTK does, 10 to 50 times slower. Faces without
-    area, or with a corner that is not finite, block nothing. Geometry nearer to a vertex than 2⁻¹⁸ of the total size of
-    all meshes of its size may be missed.
+    With the extra `rays`, Intel's Embree casts the rays. Without it, VTK casts them, 10 to 50 times slower. Faces
+    without area, or with a corner that is not finite, block nothing. Meshes of similar size are traced together;
+    geometry nearer to a vertex than 2⁻¹⁸ of their total size may be missed.
 
     Parameters
     ----------
     mesh : pyvista.DataSet
         A dataset with a surface.
     scene : Scene, light, or sequence of lights, optional
-        As for `shade`. Its light model need not have shadows; `ambient_occlusion` is the distance up to which geometry
-        occludes the sky.
+        As for `shade`. Its light model need not have shadows. If its `ambient_occlusion` is a number, it is the
+        distance up to which geometry occludes the sky.
     occluders : sequence, optional
-        Meshes, or pairs of a mesh and a 4x4 matrix, that block light like this mesh itself.
+        Other meshes that block light, each as a mesh or a pair of a mesh and a 4x4 matrix. The mesh itself always
+        blocks light.
     samples : int, optional
         Number of rays per vertex to each light with a size, and to the sky, rounded up to a power of two; at most 4096.
     tolerance : float, default 1/255
-        Without `samples`, rays are cast until the standard error of the colour of a white surface under the light, or
-        under the scene's ambient light, is at most this; 0 means the default. So dim lights have larger errors.
+        Largest standard error of a colour: that of a white surface under the light alone, or, for the sky, under the
+        scene's ambient light alone. Rays are cast until it is reached, unless `samples` is given. So the visibility of
+        a dim light has a larger error. 0 means the default.
     matrix : array_like, optional
         (4, 4) model matrix, as for `shade`.
     feature_angle : float, "auto" or None, default None
@@ -490,8 +501,9 @@ def visibility(
     Returns
     -------
     Visibility
-        `.per_light` (lights, n), `.sky` (n,), `.standard_error` of both, `.rays` and `.seconds`; for a two-sided light
-        model `.behind`, the same for the other side of the vertices; `.save(path)`, for `Visibility.load`.
+        `.per_light`, shape (lights, n), and `.sky`, shape (n,); `.standard_error` of both; `.rays` and `.seconds`.
+        With a two-sided light model, `.behind` is the visibility on the other side of the surface. `.save(path)` writes
+        a file for `Visibility.load`.
 
     Raises
     ------
@@ -527,14 +539,14 @@ def normals(
     mesh : pyvista.DataSet
         A dataset with a surface.
     weighting : {"angle", "area", "max"}, optional
-        Weighting with which to compute normals from the faces. By default, return the mesh's active point normals
-        unchanged; if it has none, weight by angle.
+        Compute normals from the faces with this weighting. By default, return the mesh's active point normals
+        unchanged; if it has none, compute them with weighting by angle.
     matrix : array_like, optional
         (4, 4) model matrix: the normals are transformed by its inverse-transpose and normalized.
     feature_angle : float, "auto" or None, default None
-        As for `shade`; the normals are for the points after edges are split.
+        As for `shade`; there is one normal per point of the surface with split edges.
     backend : {"auto", "numpy", "numba"}
-        Backend that computes them from the faces; see `pvphong.pipeline.vertex_normals`.
+        Backend that computes normals from the faces; see `pvphong.pipeline.vertex_normals`.
 
     Returns
     -------
@@ -568,7 +580,7 @@ def vertices_of(
     elif scene.light_model.bounces:
         (among,) = checked_transport(setting.transport, [Exchanging(source, normals, matrix)], occluders).parts
     if among is not None and among.blocking is not None:
-        occluders = KnownOccluders(*among.blocking)  # the same ones: what rays are tested with is built once
+        occluders = KnownOccluders(*among.blocking)  # shared, so that the ray tracer's tree is built only once
     seen: VisibilityLike | None = None
     if setting.visibility is not None:
         seen = checked_visibility("visibility", setting.visibility, source.points, matrix, scene)
@@ -580,7 +592,7 @@ def vertices_of(
 
 
 def one_surface(blocks: pv.MultiBlock, feature_angle: FeatureAngle = None) -> pv.PolyData:
-    """Join the surfaces of all blocks to one, with the normals for lighting as its only array.
+    """Join the surfaces of all blocks into one surface, whose only array is its normals for lighting.
 
     Points are not merged, so blocks that touch still have separate edges. Sharp edges are split in each block, as by
     `split_sharp_edges`.
@@ -590,11 +602,13 @@ def one_surface(blocks: pv.MultiBlock, feature_angle: FeatureAngle = None) -> pv
     ValueError
         If there is no mesh, or a block cannot be lit; the message names the block.
     """
-    # before normals are put down, for "auto" splits nothing where there are some
+    # split before normals are stored, because with stored normals "auto" would split nothing
     split = map_blocks(blocks, lambda block: split_sharp_edges(surface(block), feature_angle)[0])
     parts: list[pv.PolyData] = leaves(split)
     if not parts:
-        check.refuse("mesh", f"a MultiBlock of {blocks.n_blocks} without a mesh", "one with a mesh that can be lit")
+        check.refuse(
+            "mesh", f"one of {blocks.n_blocks} blocks without a mesh", "a MultiBlock that contains a mesh to light"
+        )
     normals = np.concatenate([point_normals(part) for part in parts])
     bare = [part.copy(deep=False) for part in parts]
     for part in bare:

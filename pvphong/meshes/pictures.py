@@ -1,4 +1,4 @@
-"""Images of lit meshes, drawn offscreen with VTK's lighting off, and conversion of colours to other colour spaces."""
+"""Pictures of lit meshes, drawn with VTK's lighting off, and conversion of colours to other colour spaces."""
 
 from __future__ import annotations
 
@@ -28,9 +28,9 @@ HEADLESS_PACKAGES = "libegl1 libgl1-mesa-dri libx11-6"
 """Packages that VTK needs on Debian or Ubuntu without a display."""
 
 WITHOUT_DISPLAY = ("vtkEGLRenderWindow", "vtkOSOpenGLRenderWindow")
-"""VTK's windows that need no display."""
+"""VTK's classes of windows that need no display."""
 
-_AT_ONCE = 2**14  # colours that are converted at once, so that they stay in the caches
+_AT_ONCE = 2**14  # number of colours that are converted at once: few enough to stay in the caches
 _LARGEST = 8192  # pixels; the limit of drivers is 8192 or 16384
 _CHOICE = "VTK_DEFAULT_OPENGL_WINDOW"
 
@@ -64,7 +64,7 @@ def draw(
     lit : pyvista.PolyData or pyvista.MultiBlock
         A mesh with lit colours as a point array.
     viewer : Viewer
-        The viewer. Its clipping range is ignored: everything in front of the eye is drawn.
+        The viewer. Its clipping range is ignored; all geometry in front of the eye is drawn.
     name : str, default "phong"
         Name of the array with the colours.
     size : tuple of int, default (1024, 768)
@@ -110,14 +110,14 @@ def plot(mesh: pv.DataSet, /, *, name: str = "phong", **options: Any) -> Any:
     name : str, default "phong"
         Name of the array with the colours.
     **options
-        As for `pyvista.plot`, such as `screenshot`, `cpos`, `show_edges` or `opacity`, except options that colour a
-        mesh. If the unlit colours come from a `Colormap`, its scalar bar is shown; `show_scalar_bar` and
+        As for `pyvista.plot`, such as `screenshot`, `cpos`, `show_edges` or `opacity`. Options that colour a mesh are
+        refused. If the unlit colours come from a `Colormap`, its scalar bar is shown; `show_scalar_bar` and
         `scalar_bar_args` control it.
 
     Raises
     ------
     ValueError
-        If the mesh has no point array of that name, or an option colours it.
+        If the mesh has no point array of that name, or an option would colour the mesh.
 
     Examples
     --------
@@ -140,9 +140,9 @@ def plot(mesh: pv.DataSet, /, *, name: str = "phong", **options: Any) -> Any:
 
 
 def _plotter(options: dict[str, Any]) -> tuple[pv.Plotter, Callable[[pv.Plotter], Any]]:
-    """Create a plotter like `pyvista.plot`, and a function that shows it; both remove their options from `options`.
+    """Return a plotter as made by `pyvista.plot`, and a function that shows it. Both take their options from `options`.
 
-    `pyvista.plot` itself cannot add a scalar bar to a mesh that is coloured by RGB.
+    `pyvista.plot` itself cannot add a scalar bar to a mesh with RGB colours.
     """
 
     def taken(*names: str) -> dict[str, Any]:
@@ -203,7 +203,7 @@ _COLOURING = (
 
 
 def refuse_colouring(options: Mapping[str, Any], remedy: str = "The colours come from the array `name`.") -> None:
-    """Raise ``ValueError`` for options of `pyvista.Plotter.add_mesh` that colour a mesh; others are left to PyVista."""
+    """Raise ``ValueError`` for options of `pyvista.Plotter.add_mesh` that colour a mesh; PyVista checks the others."""
     for option in options:
         if option in _COLOURING:
             if option == "smooth_shading":
@@ -212,19 +212,20 @@ def refuse_colouring(options: Mapping[str, Any], remedy: str = "The colours come
 
 
 def vertex_opacity(options: dict[str, Any]) -> Any:
-    """Remove an opacity per vertex, or its name, from `add_mesh`'s options and return it; None for a single number.
+    """Remove an array of opacities, or its name, from `add_mesh`'s options, and return it.
 
-    PyVista has no opacity per vertex for meshes that are coloured by RGB.
+    A single number stays among the options, and None is returned. PyVista has no opacities per vertex for meshes with
+    RGB colours; `with_opacity` adds them.
     """
     if isinstance(options.get("opacity"), Real | np.number | None):
         return None
     if options.pop("use_transparency", False):
-        check.refuse("use_transparency", True, "False unless opacity is a single number", "Pass 1 - opacity.")
+        check.refuse("use_transparency", True, "False if opacity is an array", "Pass opacity=1 - transparency instead.")
     return options.pop("opacity")
 
 
 def with_opacity(mesh: pv.DataSet, name: str, opacity: Any) -> pv.DataSet:
-    """Return `drawable` with an opacity per vertex as the fourth channel; `opacity` is from `vertex_opacity`."""
+    """Return a drawable mesh whose colours have `opacity`, a result of `vertex_opacity`, as their fourth channel."""
     if opacity is None:
         return drawable(mesh, name)
     source = surface(mesh)
@@ -238,7 +239,7 @@ def with_opacity(mesh: pv.DataSet, name: str, opacity: Any) -> pv.DataSet:
 def refuse_unlit(mesh: pv.DataSet, name: str) -> None:
     """Raise ``ValueError`` for a mesh that has no array of lit colours."""
     if name == "phong" and name not in mesh.point_data:
-        allowed = "lit, with colours in its point array 'phong' or that of `name`"
+        allowed = "lit, with colours in its point array 'phong' or in the array given as `name`"
         remedy = "Light it first: mesh.phong.shade(...).phong.plot()."
         check.refuse("mesh", "a mesh without colours", allowed, remedy)
     check.choice("name", name, mesh.point_data.keys())
@@ -262,7 +263,7 @@ def save_picture(image: np.ndarray[Any, np.dtype[np.uint8]], path: Path) -> None
 def drawing_window() -> str:
     """Return the class of window with which VTK can draw on this machine.
 
-    A child process tries it, once, because VTK crashes the process if a library is missing.
+    Drawing is tried once, in a child process, because VTK crashes the process if a library is missing.
 
     Raises
     ------
@@ -281,7 +282,7 @@ def drawing_window() -> str:
 
 @contextmanager
 def preferring(window: str) -> Iterator[None]:
-    """Make VTK use this class of window, instead of first searching for a display and printing errors."""
+    """Make VTK open windows of this class directly; otherwise it searches for a display first and prints errors."""
     if window not in WITHOUT_DISPLAY or _CHOICE in os.environ:
         yield
         return
@@ -317,24 +318,24 @@ def color_view(mesh: pv.DataSet, space: ColorSpace, *, name: str = "phong") -> p
     mesh : pyvista.DataSet
         A lit mesh, as from `mesh.phong.shade`; it is not modified. If it is not a PolyData, its surface is used.
     space : {"hsv", "xyz"}
-        "hsv": hue, from 0 for red over 1/3 for green and 2/3 for blue to 1 for red again, 0 for greys; saturation, from
-        0 for grey to 1; and value, the largest channel. Value exceeds 1 for bright colours; hue and saturation do not
-        depend on brightness. Source: Matplotlib's `rgb_to_hsv`, at each colour's own brightness.
-        "xyz": CIE X, Y and Z for a white of luminance 1, D65; Y is the relative luminance. Source: IEC 61966-2-1.
+        "hsv": hue, saturation and value. Hue is 0 for red, 1/3 for green, 2/3 for blue, and 0 for greys; saturation is
+        0 for greys and at most 1; value is the largest channel, and exceeds 1 for bright colours. Hue and saturation do
+        not depend on brightness. Source: Matplotlib's `rgb_to_hsv`, applied after colours above 1 are scaled down.
+        "xyz": CIE X, Y and Z, where white, D65, has luminance 1; Y is the relative luminance. Source: IEC 61966-2-1.
     name : str, default "phong"
-        The point array of colours, shape (n_points, 3), floats >= 0.
+        Name of the point array of colours, shape (n_points, 3), floats >= 0.
 
     Returns
     -------
     pyvista.PolyData
-        A mesh with the new array, of the same type as the colours, as active scalars. It shares everything else with
-        the mesh, like results of `shade`.
+        A mesh whose active scalars are the new array, of the same type as the colours. It shares all other data with
+        `mesh`, like results of `shade`.
 
     Raises
     ------
     ValueError
-        If the array or the space does not exist, the array holds no such colours, or Matplotlib, which "hsv" needs, is
-        not installed.
+        If the array or the space does not exist, the array does not hold such colours, or Matplotlib is not installed,
+        which "hsv" needs.
 
     Examples
     --------
@@ -349,12 +350,12 @@ def color_view(mesh: pv.DataSet, space: ColorSpace, *, name: str = "phong") -> p
     colors: Any = np.asarray(source.point_data[check.choice("name", name, source.point_data.keys())])
     allowed = "an array of lit colours: three floats >= 0 per point"
     if colors.shape != (source.n_points, 3) or colors.dtype.kind != "f":
-        check.refuse("name", f"{name}, an array of {colors.dtype} of shape {colors.shape}", allowed)
+        check.refuse("name", f"{name}, a {colors.dtype} array of shape {colors.shape}", allowed)
     if not (np.isfinite(colors) & (colors >= 0.0)).all():
         check.refuse("name", f"{name}, an array with a negative number, NaN or infinity", allowed)
     if space == "xyz":
         converted = xyz_from_rgb(colors)
-    else:  # Matplotlib needs colours up to 1: hue and saturation do not change when a brighter colour is scaled down
+    else:  # Matplotlib needs colours up to 1; scaling down a brighter one changes neither hue nor saturation
         from matplotlib.colors import rgb_to_hsv
 
         converted = np.empty_like(colors)

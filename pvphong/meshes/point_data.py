@@ -1,4 +1,4 @@
-"""Values of a material's maps (arrays, array names or textures) at the points of the lit surface."""
+"""Values of a material's maps at the points of the lit surface. A map is an array, an array's name or a texture."""
 
 from __future__ import annotations
 
@@ -28,14 +28,14 @@ _TO_FACES = f"feature_angle=0 (--feature-angle 0) gives each face its own points
 def surface_and_maps(
     mesh: pv.DataSet, material: Material, feature_angle: FeatureAngle = None
 ) -> tuple[pv.PolyData, dict[str, Any], Any]:
-    """Extract the surface, split it along sharp edges, and return a material's maps and tangents at its points.
+    """Extract a mesh's surface, split it along sharp edges, and evaluate a material's maps and tangents at its points.
 
     Parameters
     ----------
     mesh : pyvista.DataSet
         The mesh; it is not modified.
     material : Material
-        The material; its arrays have a row for each point of the mesh, and its names refer to point arrays.
+        The material. Its arrays have one row for each point of the mesh; its names are those of point arrays.
     feature_angle : float, "auto" or None
         As for `split_sharp_edges`.
 
@@ -44,9 +44,9 @@ def surface_and_maps(
     source : pyvista.PolyData
         The surface.
     maps : dict
-        Field → array with a row for each point of the surface.
+        Field → array with one row for each point of the surface.
     tangents : ndarray or None
-        Array with a row for each point, or None if the material has no tangents.
+        Tangents of the surface's points, shape (n, 3), or None if the material has none.
 
     Raises
     ------
@@ -61,7 +61,7 @@ def surface_and_maps(
     }
     if isinstance(mesh, pv.PolyData) or not arrays:
         whole = surface(mesh)
-    else:  # the mesh may have points inside: VTK passes the arrays to the surface
+    else:  # some points may not be on the surface, so VTK transfers the arrays to it
         carrier = mesh.copy(deep=False)
         for name, value in arrays.items():
             carrier.point_data[f"_pvphong_{name}"] = _checked(name, value, mesh)
@@ -74,7 +74,10 @@ def surface_and_maps(
 
 
 def given_maps(material: Material, mesh: pv.DataSet | None = None) -> dict[str, AnyMap]:
-    """Return a material's maps, including its tangents; if a mesh has an array with a colour's name, it takes it."""
+    """Return a material's maps, including its tangents, by field.
+
+    If a colour is given by name, and the mesh has an array of that name, the array is used.
+    """
     named: dict[str, AnyMap] = {}
     for field in COLORS if mesh is not None else ():
         color = getattr(material, field)
@@ -84,7 +87,7 @@ def given_maps(material: Material, mesh: pv.DataSet | None = None) -> dict[str, 
 
 
 def names_taken(material: Material, mesh: pv.DataSet) -> dict[str, str]:
-    """Describe each colour of a material that is given by a name: as a colour, an array, an image or a colormap."""
+    """Describe what each name in a material's colour fields stands for: a colour, an array, an image or a colormap."""
     maps = given_maps(material, mesh)
     given: dict[str, Any] = {name: maps.get(name, getattr(material, name)) for name in COLORS}
     kinds = ((Colormap, "a"), (NamedColor, "the colour"), (str, "the array"))
@@ -97,9 +100,9 @@ def names_taken(material: Material, mesh: pv.DataSet) -> dict[str, str]:
 
 
 def _has_numbers(mesh: Any, name: str) -> bool:
-    """Return True if a mesh has a point or cell array of numbers with a name."""
+    """Return True if a mesh has a numeric point or cell array of this name."""
     arrays = [data.GetArray(name) for data in (mesh.GetPointData(), mesh.GetCellData())]
-    return any(array is not None for array in arrays)  # None for texts, which are no vtkDataArray
+    return any(array is not None for array in arrays)  # None for an array of strings, which is not a vtkDataArray
 
 
 def values_at(name: str, given: Any, whole: pv.PolyData, source: pv.PolyData, points: NDArray[Any] | None) -> Any:
@@ -114,7 +117,7 @@ def values_at(name: str, given: Any, whole: pv.PolyData, source: pv.PolyData, po
     whole, source : pyvista.PolyData
         The surface before its edges were split, and after.
     points : ndarray or None
-        For each point of `source` its index in `whole`; None if they are the same.
+        For each point of `source`, its index in `whole`; None if the points are the same.
     """
     value = given.source if isinstance(given, Map) else given
     if isinstance(value, str) and value not in source.point_data:
@@ -144,8 +147,8 @@ def opacity_at(
     Parameters
     ----------
     given : Map, array_like or str
-        A number from 0 to 1 for each point or cell of the mesh, or the name of such an array; uint8 is divided by 255.
-        One per cell is allowed only if each face has its own points.
+        Array of opacities from 0 to 1, one for each point or cell of the mesh, or the name of such an array. uint8
+        values are divided by 255. Opacities per cell are allowed only if each face has its own points.
     mesh : pyvista.DataSet
         The user's mesh.
     whole, source, points
@@ -158,9 +161,9 @@ def opacity_at(
             allowed = f"a number, an array, or an array's name ({', '.join(names) or 'there are none'})"
             check.refuse("opacity", repr(value), allowed, check.meant(value, names))
         value = mesh.point_data[value] if value in mesh.point_data else mesh.cell_data[value]
-    rows = check.real_array("opacity", value, "a number, or one for each point or cell")
+    rows = check.real_array("opacity", value, "a number, or an array with one for each point or cell")
     if rows.size != len(np.atleast_1d(rows)) or rows.size not in (mesh.n_points, mesh.n_cells):
-        allowed = f"a number, or one for each point ({mesh.n_points}) or cell ({mesh.n_cells})"
+        allowed = f"a number, or an array with one for each point ({mesh.n_points}) or cell ({mesh.n_cells})"
         check.refuse("opacity", f"an array of shape {rows.shape}", allowed)
     found: Any = rows.ravel() / 255.0 if rows.dtype == np.uint8 else rows.ravel()
     if not (found.min(initial=0.0) >= 0.0 and found.max(initial=0.0) <= 1.0):  # true for NaN too
@@ -178,14 +181,14 @@ def colors_at(
     source: pv.PolyData,
     points: NDArray[Any] | None,
 ) -> ByteArray:
-    """Return the colours of a mesh's scalars at its surface's points, shape (n, 3).
+    """Map a mesh's scalars to colours, and return them at the points of its surface, shape (n, 3).
 
     Parameters
     ----------
     name : str
         Name of the field.
     colormap : Colormap
-        The colormap; without a range, it gets the range of the whole mesh.
+        The colormap; if it has no range, the range of the scalars of the whole mesh is used.
     mesh : pyvista.DataSet
         The mesh with the scalars.
     whole, source : pyvista.PolyData
@@ -208,8 +211,8 @@ def _carried(
     *,
     of_cells: bool,
 ) -> Any:
-    """Take rows for a mesh's points or cells to its surface's points."""
-    if not isinstance(mesh, pv.PolyData | pv.PointSet):  # the surface is only a part of the mesh
+    """Transfer an array with one row per point or cell of a mesh to the points of its surface."""
+    if not isinstance(mesh, pv.PolyData | pv.PointSet):  # the surface has only some of the points and cells
         data, of = (whole.cell_data, "Cell") if of_cells else (whole.point_data, "Point")
         rows = rows[np.asarray(data[f"vtkOriginal{of}Ids"])]
     if of_cells:
@@ -218,27 +221,29 @@ def _carried(
 
 
 def _of_faces(name: str, values: Any, source: pv.PolyData) -> Any:
-    """Take an array with a row for each cell to the points of faces that share no points."""
+    """Transfer an array with one row per cell to the surface's points; faces must not share points."""
     connectivity, offsets = polygons(source)
     faces = np.asarray(values)
     if len(faces) == source.n_cells:
         faces = faces[source.n_verts + source.n_lines :]
     if len(faces) != len(offsets) - 1 or len(np.unique(connectivity)) != len(connectivity):
-        check.refuse(name, f"{len(values)} rows, one per cell", "one per point where faces share points", _TO_FACES)
+        check.refuse(
+            name, f"{len(values)} rows, one per cell", "one row per point, because faces share points", _TO_FACES
+        )
     found = np.zeros((source.n_points, *faces.shape[1:]), faces.dtype)
     found[connectivity] = np.repeat(faces, np.diff(offsets), axis=0)
     return found
 
 
 def _refuse_unknown(name: str, value: str, source: pv.PolyData) -> NoReturn:
-    """Raise ValueError for a name that is neither a point array's nor a colour's."""
+    """Raise ValueError for a name that no point array has; suggest similar names of arrays and colours."""
     names = list(source.point_data.keys())
     remedy = check.meant(value, [*names, *(host.answers().color_names() if name in COLORS else ())])
     check.refuse(name, repr(value), f"the name of a point array ({', '.join(names) or 'there are none'})", remedy)
 
 
 def _of_texture(name: str, texture: Any, source: pv.PolyData) -> FloatArray:
-    """Return a texture's colours; for a field that is a number its grey, for shininess as a fraction of `SHINIEST`."""
+    """Return a texture's colours; for a numeric field its grey levels, and for shininess these times `SHINIEST`."""
     if name == "tangents":
         check.refuse(name, "a texture", "a point array, or its name")
     colors = texture_colors(texture, source, name)
@@ -251,9 +256,9 @@ def _of_texture(name: str, texture: Any, source: pv.PolyData) -> FloatArray:
 
 
 def _checked(name: str, given: Any, mesh: pv.DataSet) -> Any:
-    """Return an array with a row for each point of the mesh."""
+    """Return `given` as an array with one row per point of the mesh; raise ValueError for another number of rows."""
     if len(given) == mesh.n_cells != mesh.n_points:
-        check.refuse(name, f"{len(given)} rows, one per cell", f"one per point, {mesh.n_points} rows", _TO_FACES)
+        check.refuse(name, f"{len(given)} rows, one per cell", f"one row per point, {mesh.n_points} rows", _TO_FACES)
     count = mesh.n_points
     if name == "tangents":
         return check.array(name, given, count=count)
@@ -266,32 +271,33 @@ def _checked(name: str, given: Any, mesh: pv.DataSet) -> Any:
     return rows
 
 
-# vtkTexture's wrap modes, for coordinates outside the image; 3 is the border colour.
+# vtkTexture's wrap modes, which define the colour outside the image; with mode 3 it is the border colour.
 _EDGE, _REPEAT, _MIRROR, _BORDER = range(4)
 _BEYOND: tuple[Any, ...] = ("edge", "wrap", "symmetric", "constant")  # the corresponding modes of `numpy.pad`
 _MAPPED = 1  # vtkTexture's colour mode with a lookup table
 
-# Points that are looked up at once, so that their texels stay in the caches.
+# Number of points that are looked up at once: few enough that their texels stay in the caches.
 _AT_ONCE = 2**14
 
 _TO_COORDINATES = "mesh.texture_map_to_plane() and mesh.texture_map_to_sphere() compute texture coordinates."
 
 
 def texture_colors(texture: Any, source: pv.PolyData, name: str = "albedo") -> Float64Array:
-    """Return a texture's colours at a surface's points, bilinear between the centres of texels.
+    """Return a texture's colours at a surface's points, interpolated bilinearly between the centres of texels.
 
-    `wrap` is used; `interpolate` and `mipmap` are ignored, because vertices are not pixels. If the texture
-    is marked as sRGB (`texture.UseSRGBColorSpaceOn()`), texels are converted to linear before interpolation, as in
-    OpenGL 4.6 (specification, 8.24); otherwise they are used unchanged. Opacity is ignored.
+    The texture's `wrap` is used. Its `interpolate` and `mipmap` are ignored, because vertices are not pixels; opacity
+    is ignored too. If the texture is marked as sRGB (`texture.UseSRGBColorSpaceOn()`), texels are converted to linear
+    before interpolation, as in OpenGL 4.6 (specification, 8.24). Otherwise they are used unchanged.
 
     Parameters
     ----------
     texture : pyvista.Texture or vtkTexture
         An image with 1 to 4 channels, uint8 or floats from 0 to 1.
     source : pyvista.PolyData
-        A surface with texture coordinates; a point whose coordinates are not finite is black.
+        A surface with texture coordinates. The colour of a point is NaN if its coordinates are not finite; it is then
+        lit as black.
     name : str, default "albedo"
-        Name in error messages.
+        Field of the material, for error messages.
 
     Returns
     -------
@@ -371,12 +377,12 @@ def _planes(texture: Any, name: str) -> NDArray[Any]:
 
 
 def _texel_numbers(size: int, wrap: int) -> IntArray:
-    """Return the indices of the texels along an axis, with one more before and two after; −1 is the border."""
+    """Return the indices of the texels along an axis, padded by one before and two after; −1 is the border colour."""
     return np.pad(np.arange(1, size + 1), (1, 2), _BEYOND[wrap]) - 1  # "constant" pads with 0
 
 
 def _neighbours(place: Float64Array, numbers: IntArray, wrap: int) -> list[tuple[IntArray, Float64Array]]:
-    """Return indices and weights of the texels before and after places along an axis."""
+    """Return the indices and weights of the two texels around each texture coordinate `place` along an axis."""
     size = len(numbers) - 3
     if wrap == _REPEAT:
         place = place % 1.0

@@ -1,4 +1,4 @@
-"""Export of lit meshes by `lit.phong.save`: with all arrays in VTK's formats, with colours only in others."""
+"""`lit.phong.save`: writes lit meshes. VTK's formats hold all arrays, other formats only the colours."""
 
 from __future__ import annotations
 
@@ -50,35 +50,38 @@ def save(
     size: tuple[int, int] | None = None,
     background: str | None = None,
 ) -> None:
-    """Write a lit mesh for other programs, in the format given by the suffix. An existing file is replaced atomically.
+    """Write a lit mesh for other programs. The suffix of the path determines the format.
 
-    .vtp, .vtk and .vtkhdf hold all arrays unchanged; for a MultiBlock .vtm, .vtmb and .vtkhdf, with the blocks of .vtm
-    and .vtmb in a folder next to them. .ply holds the colours as 8-bit red, green and blue of its vertices, .obj as
-    three numbers after each position. .glb and .gltf hold positions, normals and linear 16-bit colours as `COLOR_0`,
-    marked `KHR_materials_unlit` so that viewers do not light them again. .png is an image. Colours are clipped to
-    [0, 1] in formats that cannot hold others.
+    - .vtp, .vtk and .vtkhdf hold all arrays unchanged.
+    - .vtm, .vtmb and .vtkhdf do so for a MultiBlock; .vtm and .vtmb have a folder with the blocks next to them.
+    - .ply holds the colours as 8-bit red, green and blue of its vertices, .obj as three numbers after each position.
+    - .glb and .gltf hold positions, normals and linear 16-bit colours as `COLOR_0`, marked `KHR_materials_unlit` so
+      that viewers do not light them again.
+    - .png is a picture.
+
+    Colours are clipped to [0, 1] in formats that cannot hold others.
 
     Parameters
     ----------
     lit : pyvista.DataSet or pyvista.MultiBlock
-        A mesh from `mesh.phong.shade` or `refine`; it is not modified. With `lights` any mesh.
+        A mesh from `mesh.phong.shade` or `refine`; it is not modified. With `lights` it may be any mesh.
     path : path
-        The file; an existing file is replaced when the new one is complete.
+        The file. An existing file is replaced once the new one is complete.
     name : str, default "phong"
         Name of the point array with the colours.
     encoding : {"linear", "srgb"}, default "linear"
-        Encoding of the colours in .ply and .obj, which these formats do not define. Use "linear" for programs that
-        show the numbers unchanged, such as MeshLab: they then match `plot`. Use "srgb" for programs that convert from
-        sRGB to linear, as Blender does for byte colours.
+        Encoding of the colours in .ply and .obj; these formats do not define one. Use "linear" for programs that show
+        the numbers unchanged, such as MeshLab: colours then look as in `plot`. Use "srgb" for programs that convert
+        sRGB to linear, as Blender does for 8-bit colours.
     compress : {"lz4", "zlib", "none"}, optional
         Compression of arrays in .vtp, .vtm and .vtmb; by default LZ4.
     lights : Scene, light or sequence of lights, optional
-        Lights to write into .glb or .gltf, with `KHR_lights_punctual`, for viewers to light. The colours are then the
-        diffuse colours of `material`, and the mesh need not be lit.
+        Lights to write into .glb or .gltf, with `KHR_lights_punctual`, so that the viewer program lights the mesh. The
+        colours are then the diffuse colours of `material`, and the mesh need not be lit.
     material : Material, str or mapping, optional
-        The material for `lights`; by default OpenGL's.
+        Material for use with `lights`; by default OpenGL's.
     viewer : Viewer, optional
-        Viewer of a .png; by default as PyVista frames the mesh.
+        Viewer of a .png; by default PyVista's default camera, which frames the mesh.
     size : (int, int), optional
         Width and height of a .png in pixels; by default 1024 by 768.
     background : color, optional
@@ -101,7 +104,7 @@ def save(
     if suffix not in allowed:
         what = "a MultiBlock" if is_blocks else "a single mesh"
         remedy = "Merge the blocks with blocks.combine()." if suffix in SAVED_MESHES and is_blocks else ""
-        check.refuse("path", target, f"a file that holds the colours of {what}: {', '.join(allowed)}", remedy)
+        check.refuse("path", target, f"a file for the colours of {what} ({', '.join(allowed)})", remedy)
     check.choice("encoding", encoding, get_args(Encoding))
     for option, given, formats in (
         ("encoding", None if encoding == "linear" else encoding, _ENCODED),
@@ -138,9 +141,9 @@ def save(
 
 
 def _drawn(mesh: pv.DataSet) -> pv.PolyData:
-    """Return the mesh if it is a surface, as lit meshes are."""
+    """Return the mesh; raise ValueError unless it is a PolyData, as results of `shade` are."""
     if not isinstance(mesh, pv.PolyData):
-        check.refuse("lit", f"a {type(mesh).__name__}", "a lit surface, as mesh.phong.shade returns it")
+        check.refuse("lit", f"a {type(mesh).__name__}", "a PolyData, as returned by mesh.phong.shade")
     return mesh
 
 
@@ -154,7 +157,7 @@ def _encoded(colors: FloatArray, encoding: Encoding) -> FloatArray:
 
 
 def _write_obj(path: Path, mesh: pv.PolyData, colors: FloatArray) -> None:
-    """Wavefront's format with colours behind positions, as MeshLab and others write and read it."""
+    """Write a Wavefront file with a colour after each position, as MeshLab and others read it."""
     connectivity, offsets = polygons(mesh)
     with path.open("w", encoding="ascii") as file:
         np.savetxt(file, np.column_stack([mesh.points, colors]), "v %.9g %.9g %.9g %.6g %.6g %.6g")
@@ -163,7 +166,7 @@ def _write_obj(path: Path, mesh: pv.PolyData, colors: FloatArray) -> None:
 
 
 def _save_with_lights(mesh: Any, target: Path, lights: SceneLike, material: Any) -> None:
-    """Write surfaces with their diffuse colours, and lights."""
+    """Write a glTF file with surfaces in their unlit diffuse colours, and with lights."""
     is_blocks = isinstance(mesh, pv.MultiBlock)
     meshes = dict(datasets(mesh)) if is_blocks else {"": mesh}
     given = material if isinstance(material, Mapping) else {DEFAULT: material}

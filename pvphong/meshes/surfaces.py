@@ -1,4 +1,4 @@
-"""Surfaces of datasets: extraction, faces as plain arrays, normals from faces, and splitting at sharp edges.
+"""Surfaces of datasets: extraction, faces as plain arrays, normals from faces, and splitting by feature angle.
 
 A surface shares points, cells and arrays with its mesh, like the outputs of VTK's filters.
 """
@@ -19,8 +19,8 @@ from pvphong.geometry import normals
 from pvphong.meshes.cells import cells, refuse_invalid
 from pvphong.shading import kernel
 
-# Corners of faces from which compiled code is worth the half second that it takes to load. The rule looks at nothing
-# that has been called before, so that equal calls on small meshes give equal bits.
+# Least number of face corners for compiled code, which takes half a second to load. It does not depend on previous
+# calls, so equal calls on small meshes give equal bits.
 _WORTH_LOADING = 2**19
 
 
@@ -30,14 +30,14 @@ def surface(mesh: pv.DataSet) -> pv.PolyData:
     Parameters
     ----------
     mesh : pyvista.DataSet
-        Any dataset with faces or with active point normals, such as a point cloud with normals.
+        Any dataset with faces, or with active point normals, as a point cloud may have.
 
     Returns
     -------
     pyvista.PolyData
-        For a PolyData the mesh itself. For any other dataset a new mesh with the outer faces from `extract_surface`
-        and with the point and cell arrays. The arrays ``vtkOriginalPointIds`` and ``vtkOriginalCellIds`` give the
-        index of each point and face in the dataset, so that colours can be transferred back.
+        For a PolyData, the mesh itself. For any other dataset, a new mesh with its outer faces, from
+        `extract_surface`, and its point and cell arrays. The arrays ``vtkOriginalPointIds`` and ``vtkOriginalCellIds``
+        hold the indices of points and cells in the dataset, with which colours can be transferred back to it.
 
     Raises
     ------
@@ -46,9 +46,9 @@ def surface(mesh: pv.DataSet) -> pv.PolyData:
         too few points, dimensions or an array of the wrong length); the message names the cell.
     """
     if not isinstance(mesh, pv.DataSet):
-        remedy = "pyvista.wrap turns VTK's datasets into one."
+        remedy = "Convert a VTK dataset with pyvista.wrap(...)."
         if isinstance(mesh, pv.MultiBlock):
-            remedy = "blocks.phong does it for several blocks."
+            remedy = "For several blocks, use the methods of blocks.phong."
         check.refuse("mesh", type(mesh).__name__, "a pyvista.DataSet", remedy)
     refuse_invalid(mesh)
     result = outer_surface(mesh)
@@ -65,14 +65,14 @@ def surface(mesh: pv.DataSet) -> pv.PolyData:
 
 
 def outer_surface(mesh: pv.DataSet) -> pv.PolyData:
-    """Return the surface of a checked mesh, which may be empty."""
+    """Return the surface of a valid mesh; both may be empty."""
     if isinstance(mesh, pv.PolyData):
         return mesh
     if isinstance(mesh, pv.PointSet):
         cloud = mesh.cast_to_polydata(deep=False)
-        cloud.point_data.active_normals_name = mesh.point_data.active_normals_name  # the cast forgets it
+        cloud.point_data.active_normals_name = mesh.point_data.active_normals_name  # the cast loses them
         return cloud
-    # VTK's own numbers, which the filter would add, are wrong for quadratic and other nonlinear cells
+    # the filter could add indices too, but they are wrong for quadratic and other nonlinear cells
     numbered = mesh.copy(deep=False)
     numbered.point_data["vtkOriginalPointIds"] = np.arange(mesh.n_points)
     numbered.cell_data["vtkOriginalCellIds"] = np.arange(mesh.n_cells)
@@ -82,8 +82,8 @@ def outer_surface(mesh: pv.DataSet) -> pv.PolyData:
         name += "_"
     is_exact = bool(len(points)) and (isinstance(mesh, pv.Grid) or points.dtype == np.float64)
     if is_exact:
-        # the filter computes points of grids and of nonlinear cells in float32, which far from the origin is too coarse
-        # for faces; arrays keep their type, and are interpolated where points are
+        # the filter computes points of grids and of nonlinear cells in float32, which is too coarse far from the
+        # origin; arrays keep their type and are interpolated like points, so the points are passed as an array too
         numbered.point_data[name] = points.astype(np.float64, copy=False)
     result = numbered.extract_surface(pass_pointid=False, pass_cellid=False, algorithm=None)
     if is_exact and result.n_points:
@@ -107,7 +107,7 @@ def has_normals(mesh: pv.PolyData) -> bool:
 
 
 def polygons(mesh: pv.PolyData) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Return the faces of a mesh as plain arrays: its polygons, then its triangle strips, split into triangles.
+    """Return the faces of a mesh as plain arrays: its polygons, then the triangles of its triangle strips.
 
     Parameters
     ----------
@@ -117,8 +117,8 @@ def polygons(mesh: pv.PolyData) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     Returns
     -------
     connectivity : ndarray
-        int64, the point indices of all faces, one face after the other. A strip's triangles all have the orientation
-        of its first, as in ``vtkTriangleStrip``.
+        int64, the point indices of all faces, one face after the other. All triangles of a strip have the orientation
+        of its first triangle, as in ``vtkTriangleStrip``.
     offsets : ndarray
         int64, shape (n_faces + 1,): the start of each face in `connectivity`, and the end of the last.
 
@@ -128,7 +128,9 @@ def polygons(mesh: pv.PolyData) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
         If `mesh` is not a PolyData, or a face has an index out of range; the message names both.
     """
     if not isinstance(mesh, pv.PolyData):
-        check.refuse("mesh", type(mesh).__name__, "a pyvista.PolyData", "Take its surface first: mesh.extract_surface.")
+        check.refuse(
+            "mesh", type(mesh).__name__, "a pyvista.PolyData", "Extract its surface with mesh.extract_surface()."
+        )
     for array in cells(mesh)[2:]:
         array.refuse_out_of_range(mesh.n_points)
     connectivity, offsets = unchecked_polygons(mesh)
@@ -136,14 +138,14 @@ def polygons(mesh: pv.PolyData) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
 
 
 def unchecked_polygons(mesh: pv.PolyData) -> tuple[NDArray[Any], NDArray[Any]]:
-    """Return `polygons` without checks, read-only: without strips the arrays are VTK's own memory."""
+    """Return `polygons` without checks, to be read only: without strips, the arrays are VTK's own memory."""
     _, _, faces, strips = cells(mesh)
     if not strips.count:
         return faces.connectivity, faces.offsets
     counts = np.maximum(np.diff(strips.offsets) - 2, 0)
-    place = np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts)  # of a triangle in its strip
+    place = np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts)  # index of a triangle in its strip
     triangles = strips.connectivity[(np.repeat(strips.offsets[:-1], counts) + place)[:, None] + np.arange(3)]
-    odd = place % 2 == 1  # every second one is turned, because a strip alternates
+    odd = place % 2 == 1  # turn every second triangle, because orientations alternate in a strip
     triangles[odd] = triangles[odd][:, [1, 0, 2]]
     ends = faces.offsets[-1] + 3 * np.arange(1, len(triangles) + 1)
     return np.concatenate([faces.connectivity, triangles.ravel()]), np.concatenate([faces.offsets, ends])
@@ -152,7 +154,7 @@ def unchecked_polygons(mesh: pv.PolyData) -> tuple[NDArray[Any], NDArray[Any]]:
 def vertex_normals(mesh: pv.DataSet, weighting: Weighting = "angle", *, backend: Backend = "auto") -> Float64Array:
     """Compute unit normals of a mesh's points: weighted means of the normals of the faces around each point.
 
-    Normals that the mesh stores are ignored. Points are neither split nor merged: there is one row per point.
+    Stored normals are ignored. Points are neither split nor merged, so there is one row per point.
 
     Parameters
     ----------
@@ -161,17 +163,17 @@ def vertex_normals(mesh: pv.DataSet, weighting: Weighting = "angle", *, backend:
     weighting : {"angle", "area", "max"}, default "angle"
         Weight of a face at a corner; see `pvphong.geometry.normals.point_normals`.
     backend : {"auto", "numpy", "numba"}
-        NumPy code, or compiled code, which needs the extra `fast` and is several times faster. They differ by a few
-        roundings. "auto" uses compiled code for large meshes if it is already compiled, so equal calls may differ by
-        these roundings. With "numpy" or "numba", equal calls give equal bits; "numba" waits a few seconds for the
-        compiler once per installation. NumPy is used where compiled code cannot be: for faces with more than 384
-        corners, or smaller than 2⁻¹⁰⁰ or larger than 2¹⁰⁰.
+        "numba" is compiled code, which needs the extra `fast` and is several times faster than "numpy". The results
+        differ by a few roundings. "auto" uses compiled code for large meshes if it is already compiled; so equal calls
+        may differ by these roundings. With "numpy" or "numba", equal calls give equal bits. "numba" waits a few seconds
+        for the compiler, once per installation. It leaves faces with more than 384 corners, or of sizes below 2⁻¹⁰⁰ or
+        above 2¹⁰⁰, to NumPy.
 
     Returns
     -------
     ndarray
-        Shape (n_points, 3), float64. The vector is zero for a point without a face that has area, or if the normals of
-        its faces cancel.
+        Shape (n_points, 3), float64. The vector is zero for a point whose faces all lack an area, or have normals that
+        cancel.
 
     Raises
     ------
@@ -197,7 +199,7 @@ def weighted_normals(
     weighting: Weighting = "angle",
     backend: Backend = "auto",
 ) -> Float64Array:
-    """Compute `pvphong.geometry.normals.point_normals`, with compiled code under the conditions of `vertex_normals`."""
+    """Compute `pvphong.geometry.normals.point_normals`, by the backend that `vertex_normals` describes."""
     waits = backend == "numba"
     if waits or (backend == "auto" and len(connectivity) >= _WORTH_LOADING):
         found = kernel.point_normals(points, connectivity, offsets, weighting, waits=waits)
@@ -244,16 +246,17 @@ def _with_faces(mesh: pv.DataSet) -> pv.PolyData:
 
 
 FeatureAngle = float | Literal["auto"] | None
-"""Angle in degrees between the normals of two faces from which their edge is sharp; see `split_sharp_edges`."""
+"""An edge is sharp if the normals of its faces differ by more than this, in degrees; see `split_sharp_edges`."""
 
 ORIGINAL_POINT = "pvphong_original_point"
 """Name of the point array with each point's index before edges were split."""
 
 _AUTO = 30.0
+"""Default feature angle, that of "auto". The docstrings in `meshes/lit.py` and `plotter.py` repeat it."""
 
 
 def sharp_angle(mesh: pv.PolyData, feature_angle: FeatureAngle) -> float | None:
-    """Return the angle in degrees from which edges are sharp, resolving "auto"; None if no edge is."""
+    """Return the feature angle as a number of degrees, resolving "auto"; None if no edge is sharp."""
     if isinstance(feature_angle, str):
         if feature_angle != "auto":
             check.refuse("feature_angle", feature_angle, 'degrees from 0 to 180, "auto" or None')
@@ -266,7 +269,7 @@ def sharp_angle(mesh: pv.PolyData, feature_angle: FeatureAngle) -> float | None:
 def split_sharp_edges(mesh: pv.PolyData, feature_angle: FeatureAngle) -> tuple[pv.PolyData, NDArray[np.int64] | None]:
     """Duplicate the points of a surface along its sharp edges.
 
-    Source: vtkPolyDataNormals, whose splitting this uses, without its reorientation of faces.
+    This is the splitting of vtkPolyDataNormals, without its reorientation of faces.
 
     Parameters
     ----------
@@ -274,18 +277,18 @@ def split_sharp_edges(mesh: pv.PolyData, feature_angle: FeatureAngle) -> tuple[p
         A checked surface; it is not modified.
     feature_angle : float, "auto" or None
         Edges are split if the normals of their faces differ by more than this angle, in degrees from 0 to 180. 0 is
-        flat shading: each face has its own points. The mesh's point normals are then removed, because they belong to
-        the points before splitting. "auto" is 30, as in Blender's "smooth by angle" and PyVista, if the mesh has no
-        point normals, and otherwise splits nothing. None splits nothing.
+        flat shading: each face has its own points. Existing point normals are removed, because they belong to the
+        points before splitting. "auto" is 30, as in Blender's "smooth by angle" and in PyVista, if the mesh has no
+        point normals; if it has, "auto" splits nothing. None splits nothing.
 
     Returns
     -------
     surface : pyvista.PolyData
-        The mesh itself if nothing is split; otherwise a new mesh with all arrays, and the point array
-        ``pvphong_original_point``, int64, with the original index of each point, also if the mesh had been split
-        before. Triangle strips become triangles.
+        The mesh itself for None, or if "auto" splits nothing. Otherwise a new mesh with all arrays and the point array
+        ``pvphong_original_point``, int64, with the original index of each point. If `mesh` is the result of an earlier
+        split, these are the indices before that. Triangle strips become triangles.
     points : ndarray or None
-        Shape (n_points,), index of each point in `mesh`; None for the mesh itself.
+        Index in `mesh` of each point of the surface, shape (n_points,); None if the surface is `mesh` itself.
 
     Raises
     ------
@@ -318,7 +321,7 @@ def split_sharp_edges(mesh: pv.PolyData, feature_angle: FeatureAngle) -> tuple[p
 def _apart(mesh: pv.PolyData, faces: NDArray[Any], offsets: NDArray[Any]) -> tuple[pv.PolyData, NDArray[np.int64]]:
     """Give each face its own points, also next to coplanar faces; return the mesh and the points' original indices.
 
-    Vertices and lines use a point of a face, or points without faces.
+    A vertex or line cell keeps its point if no face uses it, and otherwise gets the copy of one of the faces.
     """
     place = np.full(mesh.n_points, -1)
     place[faces[::-1]] = np.arange(len(faces))[::-1]
@@ -332,7 +335,11 @@ def _apart(mesh: pv.PolyData, faces: NDArray[Any], offsets: NDArray[Any]) -> tup
 def _split_points(
     mesh: pv.PolyData, faces: NDArray[Any], offsets: NDArray[Any], angle: float
 ) -> tuple[NDArray[Any], NDArray[np.int64]]:
-    """The points of a mesh's faces with new ones along its sharp edges, and the points that the new ones were."""
+    """Find the new points along sharp edges.
+
+    Return the faces' connectivity, in which an index >= `mesh.n_points` is a new point, and the original index of each
+    new point.
+    """
     if len(faces) >= _WORTH_LOADING:
         found = kernel.split_points(check.array("points", mesh.points), faces, offsets, angle, waits=False)
         if found is not None:
@@ -355,18 +362,18 @@ def _rebuilt(
     offsets: NDArray[Any],
     place: NDArray[np.int64],
 ) -> pv.PolyData:
-    """A mesh with other points and faces, and all else that it has.
+    """Return a mesh with new points and faces, which keeps the arrays and other cells of `mesh`.
 
     Parameters
     ----------
     mesh : pyvista.PolyData
-        Its strips become triangles.
+        The original mesh; its strips become triangles.
     points : ndarray
-        Which of its points each of the result's was.
+        For each new point, the index of its original in `mesh`.
     faces, offsets : ndarray
-        The result's faces in the order of `polygons`.
+        The new faces, in the order of `polygons`.
     place : ndarray
-        For each of its points, the one of the result that vertices and lines have instead.
+        For each point of `mesh`, the index of the new point that replaces it in vertex and line cells.
     """
     verts, lines, _, strips = cells(mesh)
     split = pv.PolyData()
@@ -376,7 +383,7 @@ def _rebuilt(
         pv.CellArray.from_arrays(each.offsets, place[each.connectivity]) for each in (verts, lines)
     )
     split.faces = pv.CellArray.from_arrays(offsets, faces)
-    triangles = np.maximum(np.diff(strips.offsets) - 2, 0)  # of each strip
+    triangles = np.maximum(np.diff(strips.offsets) - 2, 0)  # number of triangles of each strip
     copies = np.concatenate([np.ones(mesh.n_cells - strips.count, np.int64), triangles])
     before = np.repeat(np.arange(mesh.n_cells), copies) if strips.count else None
     for given, kept, rows in ((mesh.point_data, split.point_data, points), (mesh.cell_data, split.cell_data, before)):
@@ -387,7 +394,7 @@ def _rebuilt(
             if active is not None:
                 kept.SetActiveAttribute(active.GetName(), kind)
     split.field_data.update(mesh.field_data)
-    split.copy_meta_from(mesh, deep=True)  # which arrays are of bools
+    split.copy_meta_from(mesh, deep=True)  # records which arrays have type bool
     return split
 
 
@@ -395,14 +402,14 @@ _Mesh = TypeVar("_Mesh", bound=pv.PolyData)
 
 
 def drawable(mesh: pv.DataSet, name: str) -> pv.DataSet:
-    """Return a mesh whose colours can be drawn: clipped to [0, 1], because VTK draws larger values wrongly.
+    """Return a mesh whose colours are clipped to [0, 1] for drawing, because VTK draws larger values wrongly.
 
     Parameters
     ----------
     mesh : pyvista.DataSet
-        A mesh with colours as the point array `name`; it is not modified, and shares everything else with the result.
+        A mesh with colours as the point array `name`. It is not modified, and shares all other data with the result.
     name : str
-        Name of an array of floats, or of uint8, which are not changed.
+        Name of the array, of floats or uint8. uint8 colours are not changed.
     """
     result, colors = mesh.copy(deep=False), np.asarray(mesh.point_data[name])
     if colors.dtype != np.uint8:
@@ -413,14 +420,16 @@ def drawable(mesh: pv.DataSet, name: str) -> pv.DataSet:
 def shallow_copy(mesh: _Mesh) -> _Mesh:
     """Return a new mesh that shares points, cells and arrays with another.
 
-    Adding, replacing or removing arrays, and setting points, cells or active arrays, affects only one mesh. Changing a
-    shared array in place, or its name, affects both.
+    To add, replace or remove arrays, or to set points, cells or active arrays, affects only one mesh. To change the
+    values or the name of a shared array affects both.
     """
     result = type(mesh)()
     result.shallow_copy(mesh)
-    result.copy_meta_from(mesh, deep=True)  # not by `copy`: an array that is set would end another's being of bools
-    # PyVista sets points inside of VTK's object, which is therefore not to be the same one; nor is its array, for that
-    # would count as modified by being put into another.
+    # A deep copy of PyVista's record of bool arrays. `copy` would share it, so setting an array of one mesh would
+    # affect both.
+    result.copy_meta_from(mesh, deep=True)
+    # PyVista replaces the array inside VTK's points object, so each mesh needs its own object. It also needs its own
+    # VTK array: putting one array into two objects would mark it as modified.
     result.SetPoints(pv.vtk_points(np.asarray(result.points), deep=False, force_float=False))
     return result
 

@@ -1,4 +1,4 @@
-"""Transport of light between vertices: converts meshes to surfaces that exchange light, and to occluders."""
+"""`mesh.phong.transport`: converts meshes to surfaces that exchange light, and to occluders."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ class Exchanging(NamedTuple):
 
     @classmethod
     def of(cls, mesh: pv.DataSet, matrix: MatrixLike | None, feature_angle: FeatureAngle) -> Self:
-        """Convert a dataset; its normals are computed when they are first used."""
+        """Make one from a dataset. Normals are computed when they are first used."""
         source, _ = split_sharp_edges(surface(mesh), feature_angle)
         return cls(source, functools.cache(lambda: point_normals(source)), matrix)
 
@@ -46,34 +46,34 @@ def transport(
     feature_angle: FeatureAngle = None,
     memory: float = MEMORY,
 ) -> Transport:
-    """Compute the transport of light between vertices, once for any lights, materials and numbers of bounces.
+    """Compute the transport of light between vertices. It is valid for all lights, materials and numbers of bounces.
 
-    When it is first used, cosine-distributed rays are cast from each vertex that sees anything. This mesh reflects
-    light on the side of its normals; from behind it is black and blocks light, like occluders. With the extra `rays`,
-    Intel's Embree casts the rays; without it VTK does, which takes much longer.
+    When the result is first used, cosine-distributed rays are cast from each vertex that can see a surface. The mesh
+    reflects light on the side of its normals. Its other side is black and blocks light, like occluders. With the extra
+    `rays`, Intel's Embree casts the rays; without it VTK does, which takes much longer.
 
     Parameters
     ----------
     mesh : pyvista.DataSet
         A dataset with a surface.
     occluders : sequence, optional
-        Meshes, or pairs of a mesh and a 4x4 matrix, that block light and reflect none.
+        Other meshes, which block light and reflect none, each as a mesh or a pair of a mesh and a 4x4 matrix.
     samples : int, default 256
-        Rays per vertex, rounded up to a multiple of 16; at most 4096. The error falls a little faster than with the
+        Rays per vertex, rounded up to a multiple of 16; at most 4096. The error falls slightly faster than one over the
         square root of their number.
     matrix : array_like, optional
         (4, 4) model matrix, as for `shade`.
     feature_angle : float, "auto" or None, default None
         As for `shade`.
     memory : float, default 2e9
-        Memory limit in bytes for the hits of the rays, which take 4 bytes times vertices times samples. If they take
-        more, they are not kept, and rays are cast for each bounce.
+        Memory limit in bytes for the rays' hits, which take 4 bytes × vertices × samples. If they take more, they are
+        not stored, and rays are cast again for each bounce.
 
     Returns
     -------
     Transport
-        `.gather(colors)` returns the mean colour that each vertex sees, and `.matrix` a `scipy.sparse` matrix; also
-        `.expected_cost()`, `.save(path)`, and `pvphong.Transport.load(path)`.
+        `.gather(colors)` returns the mean colour that each vertex sees. `.matrix` is the transport as a `scipy.sparse`
+        matrix. See also `.expected_cost()`, `.save(path)` and `pvphong.Transport.load(path)`.
 
     Raises
     ------
@@ -102,12 +102,12 @@ def transport_of(
 
 
 def checked_transport(given: Any, surfaces: Sequence[Exchanging], occluders: Any = ()) -> Transport:
-    """Check a user's transport for some surfaces; if it is None, return one that casts rays when it is first used.
+    """Return the transport `given` for some surfaces; if it is None, a new one that casts rays when it is first used.
 
     Raises
     ------
     ValueError
-        If it is not a Transport, or was made for other surfaces or occluders.
+        If `given` is not a Transport, or was made for other surfaces or occluders.
     """
     if given is None:
         return transport_of(surfaces, occluders)

@@ -1,4 +1,4 @@
-"""`mesh.phong.truth`: path tracing; converts meshes and materials to the path tracer's surfaces."""
+"""`mesh.phong.truth`: colours by path tracing. Converts meshes and materials to surfaces of the path tracer."""
 
 from __future__ import annotations
 
@@ -27,9 +27,9 @@ from pvphong.rays.rays import Receiver
 from pvphong.scene.scene import Scene, SceneLike
 from pvphong.shading.vertices import Vertices
 
-# Number of paths from which slow rays by VTK give a warning.
+# Least number of paths for which a warning is given if VTK casts the rays, which is slow.
 _WORTH_A_WARNING = 2**18
-# Products of colours may exceed 1 by this much, due to rounding.
+# Allowed excess over 1 of products of colours, due to rounding.
 _ROUNDED = 1e-6
 
 
@@ -68,7 +68,7 @@ class Truth:
 
 
 class ReflectingSurfaces(NamedTuple):
-    """Surfaces that exchange light, and the index of a mesh among them."""
+    """Surfaces that reflect light to each other, and the index of a mesh among them."""
 
     reflectors: Sequence[Reflector]
     occluders: Occluders
@@ -85,7 +85,7 @@ def reflecting_blocks(
     matrix: MatrixLike | None = None,
     feature_angle: FeatureAngle = None,
 ) -> Iterator[ReflectingSurfaces]:
-    """Return, for each nonempty dataset in order, the surfaces of all datasets, with occluders and its own index."""
+    """Return the `ReflectingSurfaces` for each nonempty dataset in order; they differ only in `own_index`."""
     of_blocks = iter(materials)
     reflectors = of_each(
         blocks, lambda block: _reflector(block, scene, as_material(next(of_blocks)), matrix, feature_angle)
@@ -130,32 +130,33 @@ def truth(
     matrix: MatrixLike | None = None,
     feature_angle: FeatureAngle = None,
 ) -> Truth:
-    """Compute colours from the rendering equation: with all bounces, shadows, and lights with their sizes.
+    """Compute colours from the rendering equation: with all bounces, shadows, and the sizes of lights.
 
-    This is a path tracer at the vertices (see `pvphong.rays.paths`), a reference for faster methods. The constant
-    ambient light of the scene and of its lights is ignored, because it stands for bounced light. Emissive surfaces
+    Paths of light are traced from the vertices (see `pvphong.rays.paths`), as a reference for faster methods. Constant
+    ambient light, of the light model and of lights, is ignored, because it stands for bounced light. Emissive surfaces
     light others, but paths hit them only by chance; replace a small bright surface by a light. Colours are linear, in
-    the units of `shade` without `clamp`; without bounces and shadows they equal those of `pvphong.evaluate`.
+    the units of `shade` with `clamp=False`. Without bounces and shadows they equal those of `pvphong.evaluate`.
 
-    Surfaces reflect light on the side of their normals, or on both sides if the light model is two-sided. The other
-    side is black and blocks light, and so do `occluders`. Blocks of a `MultiBlock` reflect each other's light. At hits,
-    normals and maps are interpolated between vertices.
+    A surface reflects light on the side of its normals, or on both sides if the light model is two-sided. The other
+    side is black and blocks light; so do `occluders`. Blocks of a MultiBlock reflect light to each other. Where a path
+    hits a surface, normals and maps are interpolated between its vertices.
 
     Parameters
     ----------
     mesh : pyvista.DataSet
         A dataset with a surface.
     scene : Scene, light, or sequence of lights, optional
-        As for `shade`, in the standard convention; `shadows` of its light model is ignored.
+        As for `shade`. The light model must have the standard convention; its `shadows` is ignored.
     material : Material or str, optional
         As for `shade`. Its diffuse reflectance must be at most 1 in each channel, unless `max_bounces` is 0.
     occluders : sequence, optional
-        Meshes, or pairs of a mesh and a 4x4 matrix, that block light and reflect none.
+        Other meshes, which block light and reflect none, each as a mesh or a pair of a mesh and a 4x4 matrix.
     samples : int, default 256
-        Paths per vertex, rounded up to a power of two, from 16 to 65536. The error falls as one over its square root.
+        Paths per vertex, rounded up to a power of two from 16 to 65536. The error falls as one over the square root of
+        their number.
     max_bounces : int, optional
-        Number of reflections by other surfaces before light reaches a vertex: with 0 only light from lights, with 1
-        also light that surfaces reflect once or emit. By default any number.
+        Largest number of reflections by surfaces before light reaches a vertex. 0 gives only light that comes directly
+        from lights, 1 also light that a surface has reflected once or emitted. By default unlimited.
     seed : int, default 0
         Seed of the paths, from 0 to 2³¹ − 1. Equal calls give equal bits.
     matrix : array_like, optional
@@ -206,12 +207,12 @@ def truth(
 
 
 def _refuse_more_than_all(reflector: Reflector) -> None:
-    """Raise ValueError for a surface that reflects more light than arrives: the sum over bounces would diverge."""
+    """Raise ValueError for a surface that reflects more light than arrives, because the sum over bounces diverges."""
     equation = reflector.equation
     tints = reflector.values.get("diffuse", np.ones((1, 3)))
     for k in equation.lobes_of["diffuse"]:
         color = np.array(equation.colors[k]) * (tints if equation.reflectance.lobes[k].takes_albedo else 1.0)
         if np.nanmax(color, initial=0.0) > 1.0 + _ROUNDED:
             got = f"up to {np.nanmax(color):.4g} of the light"
-            remedy = "The sum over bounces would diverge; reduce it, or pass max_bounces=0."
-            check.refuse("diffuse", got, "at most 1 in each channel, times the albedo", remedy)
+            remedy = "The sum over bounces would diverge. Reduce diffuse, or pass max_bounces=0."
+            check.refuse("diffuse", got, "at most 1 in each channel, multiplied by the albedo", remedy)

@@ -1,4 +1,4 @@
-"""Visibility of lights and sky: converts meshes to triangles that block rays, and to vertices that receive light."""
+"""Visibility of lights and sky: converts meshes to triangles that block rays and vertices that receive light."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def triangles_of(mesh: pv.PolyData) -> NDArray[np.int64]:
         offsets = np.concatenate([[0], np.cumsum(sizes)])
     if (sizes == 3).all():
         return connectivity.reshape(-1, 3)
-    if sizes.max(initial=0) > 4:  # only these may be so concave that a fan is not inside of them
+    if sizes.max(initial=0) > 4:  # a fan may leave such a face if it is concave
         bare = pv.PolyData()
         bare.points, bare.faces = mesh.points, pv.CellArray.from_arrays(offsets, connectivity)
         return polygons(bare.triangulate())[0].reshape(-1, 3)
@@ -46,7 +46,7 @@ def triangles_of(mesh: pv.PolyData) -> NDArray[np.int64]:
 
 
 def _shown(mesh: pv.PolyData) -> BoolArray:
-    """Return a mask of the mesh's `polygons` whose cells are not marked as hidden in VTK's ghost array."""
+    """Return a mask of the mesh's `polygons`: True if the cell is not hidden by VTK's ghost array."""
     ghosts = mesh.cell_data.get("vtkGhostType")
     if ghosts is None:
         return np.ones(1, bool)
@@ -57,13 +57,13 @@ def _shown(mesh: pv.PolyData) -> BoolArray:
 
 
 class KnownOccluders(NamedTuple):
-    """Existing occluders, and the index of a mesh among them."""
+    """Occluders that have been built already, and the index of a mesh among them."""
 
     occluders: Occluders
     own_index: int | None
-    """Index of the mesh among the occluders; None if it is not one."""
+    """Index of the mesh among the occluders; None if it is not among them."""
     first: int = 0
-    """Index of its first vertex, if it is a piece of a larger mesh."""
+    """Index of the mesh's first vertex, if the mesh is a piece of a larger one."""
 
 
 def world_faces(source: pv.PolyData, matrix: MatrixLike | None = None) -> BlockingFaces:
@@ -75,24 +75,24 @@ def world_faces(source: pv.PolyData, matrix: MatrixLike | None = None) -> Blocki
 def receiver_of(
     source: pv.PolyData, normals: Callable[[], FloatArray], matrix: MatrixLike | None, part: int
 ) -> Receiver:
-    """Return the vertices of a surface in world coordinates; its faces, if any, are number `part` of the occluders."""
+    """Return a surface's vertices in world coordinates; its faces, if any, are occluder number `part`."""
     faces = world_faces(source, matrix)
     world_normals = normals if matrix is None else lambda: transform_normals(normals(), matrix)
     return Receiver(faces, world_normals, part if len(faces) else None)
 
 
 def checked_occluders(given: Any) -> list[BlockingFaces]:
-    """Return the triangles of a user's occluders: meshes, or pairs of a mesh and a matrix.
+    """Return the triangles of each mesh in the argument `occluders`: meshes, or pairs of a mesh and a matrix.
 
     Raises
     ------
     ValueError
-        If an occluder is neither, or its mesh is invalid.
+        If an occluder is neither a mesh nor such a pair, or its mesh is invalid.
     """
     allowed = "a sequence of meshes, or of pairs of a mesh and a 4x4 matrix"
     if isinstance(given, (pv.DataSet, pv.MultiBlock)):
         check.refuse("occluders", f"a {type(given).__name__}", allowed, "Put a single mesh into a list.")
-    # an iterator can be read only once, but the occluders are read each time rays are cast
+    # an iterator can be read only once, but occluders are read whenever rays are cast
     if isinstance(given, str) or not isinstance(given, Sequence):
         check.refuse("occluders", given, allowed, "Convert an iterable with list(...).")
     parts: list[BlockingFaces] = []
@@ -100,7 +100,7 @@ def checked_occluders(given: Any) -> list[BlockingFaces]:
         name = f"occluders[{index}]"
         mesh, matrix = one if isinstance(one, tuple) and len(one) == 2 else (one, None)
         if not isinstance(mesh, (pv.DataSet, pv.MultiBlock)):
-            remedy = "Convert VTK's datasets with pyvista.wrap."
+            remedy = "Convert a VTK dataset with pyvista.wrap(...)."
             check.refuse(name, one, "a mesh, or a pair of a mesh and a 4x4 matrix", remedy)
         if matrix is not None:
             matrix = check.matrix4(f"{name}[1]", matrix)
@@ -118,14 +118,17 @@ def checked_occluders(given: Any) -> list[BlockingFaces]:
 def occluders_of_blocks(
     blocks: pv.MultiBlock, matrix: MatrixLike | None = None, occluders: Any = ()
 ) -> Iterator[KnownOccluders]:
-    """Return, for each nonempty dataset in order, all of them and other occluders, with its own index."""
+    """Return the occluders for each nonempty dataset in order: all datasets, and the meshes in `occluders`.
+
+    They share the triangles; only `own_index` differs.
+    """
     parts = [world_faces(surface(block), matrix) for _, block in datasets(blocks)]
     together = Occluders([*parts, *checked_occluders(occluders)])
     return (KnownOccluders(together, index) for index in range(len(parts)))
 
 
 def visibility_options(blocks: pv.MultiBlock, scene: Scene, options: dict[str, Any]) -> Iterator[dict[str, Any]]:
-    """Return options for each nonempty dataset, with its own occluders or visibility.
+    """Yield the options for each nonempty dataset in order, with its own occluders or visibility.
 
     Raises
     ------
@@ -141,7 +144,7 @@ def visibility_options(blocks: pv.MultiBlock, scene: Scene, options: dict[str, A
     paths = [path for path, _ in datasets(blocks)]
     if not isinstance(given, Mapping) or not given.keys() >= set(paths):
         remedy = "Compute it with blocks.phong.visibility(scene)."
-        check.refuse("visibility", type(given).__name__, f"a mapping with {', '.join(paths)}", remedy)
+        check.refuse("visibility", type(given).__name__, f"a mapping with the keys {', '.join(paths)}", remedy)
     return (options | {"visibility": given[path]} for path in paths)
 
 

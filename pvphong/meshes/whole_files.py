@@ -1,10 +1,11 @@
-"""Detection of truncated mesh files by their declared length, before VTK reads them and after VTK wrote them.
+"""Detection of truncated mesh files, before VTK reads them and after VTK has written them.
 
-VTK's readers accept many truncated files, and some of its writers do not report a full disk. Only the declared length,
-or the required end of a file, is checked; VTK checks the rest. A truncation at a point where a shorter file could end,
-as between the lines of an .obj file, cannot be detected.
+VTK's readers accept many truncated files, and some of its writers do not report a full disk. Here only the length that
+a file declares, or its required end, is checked; VTK checks the rest. A truncation at a point where a shorter file
+could end, as between the lines of an .obj file, cannot be detected.
 
-In order: VTK's XML files, HDF5, .stl, .ply, legacy .vtk. Contents are a `mmap.mmap`, whose slices are bytes.
+In order: VTK's XML files, HDF5, .stl, .ply, legacy .vtk. The argument `contents` is a `mmap.mmap`, whose slices are
+bytes.
 """
 
 from __future__ import annotations
@@ -27,7 +28,7 @@ _BLOCK = re.compile(rb"""<DataSet\b[^>]*?\bfile\s*=\s*["']([^"']+)["']""")
 def refuse_incomplete(path: Path) -> None:
     """Raise ``ValueError`` for a truncated file; formats without a declared length or end are not checked.
 
-    Files that a file refers to are checked too. A missing file is left to the reader.
+    The files of its blocks are checked too. A missing file is not an error here; the reader reports it.
     """
     suffix = path.suffix.lower()
     check = _CHECKS.get(suffix)
@@ -80,7 +81,7 @@ def _check_xml(contents: Any) -> None:
 def _end_of_array(data: Any, place: int, head: bytes) -> int:
     """Return the declared end of an array whose header is at `place`; `head` is the file's first tag.
 
-    The header is the number of bytes; for compressed arrays it is the number of blocks, two sizes of blocks, and the
+    The header is the number of bytes. For a compressed array it is the number of blocks, two sizes of blocks, and the
     compressed size of each block.
     """
     order: Any = "big" if b"BigEndian" in head else "little"
@@ -164,7 +165,7 @@ def _check_ply(contents: Any) -> None:
 
 
 def _end_of_element(contents: Any, at: int, order: str, count: int, properties: list[list[int]]) -> int:
-    """Return the end of `count` elements that start at `at`; beyond the file's end if it is truncated."""
+    """Return the position after `count` elements that start at `at`; if the file is truncated, it is beyond its end."""
     if all(len(sizes) == 1 for sizes in properties):
         return at + count * sum(size for (size,) in properties)
 

@@ -1,6 +1,6 @@
-"""Conversion of lights between VTK or PyVista and pvphong, without rounding; and VTK's light kit.
+"""Conversion of lights from VTK and PyVista to pvphong and back, without rounding of colours; VTK's light kit.
 
-The core calls PyVista and VTK through this module; see `pvphong.base.host`.
+Lower packages, such as `optics`, call PyVista and VTK through this module; see `pvphong.base.host`.
 """
 
 from __future__ import annotations
@@ -24,21 +24,23 @@ from pvphong.optics.light import Light
 from pvphong.optics.lights import VtkValues, light_from_values, vtk_values
 from pvphong.scene.viewer import Viewer
 
-# Ratio, in bits, of the coordinates' size to the focal point's distance; it limits the direction's error to 2⁻³².
+# Largest ratio of the coordinates' size to the focal point's distance, as a power of two. It limits the error of the
+# direction to 2⁻³².
 _KEPT_BITS = 20
 
 
 def as_light(light: Any, viewer: Any = None) -> Light:
-    """Convert a `pyvista.Light` or `vtkLight` to a pvphong light, its colours unrounded.
+    """Convert a `pyvista.Light` or `vtkLight` to a pvphong light. Colours are not rounded.
 
-    A scene light gives the frame "world", with its transform matrix applied; a headlight gives the frame "headlight". A
-    camera light moves with the viewer and gives the frame "camera". With a `viewer`, it is placed in the world instead,
-    regardless of the position that VTK last stored: VTK updates it only when it renders.
+    The type of the light determines its frame. A scene light gets the frame "world", and its transform matrix is
+    applied. A headlight gets the frame "headlight". A camera light, which moves with the viewer, gets the frame
+    "camera". With a `viewer`, a camera light is placed in the world instead; the world position that VTK stores is not
+    used, because VTK updates it only when it renders.
 
     All fields are converted, including those that VTK's shader ignores. `pyvista.Light(color=…)` also sets the ambient
     colour, which the standard convention uses and `LightModel.vtk()` does not.
 
-    VTK's positional lights become spot lights, or point lights if the cone is 90° or wider. A pvphong light is returned
+    A positional light becomes a spot light, or a point light if its cone is 90° or wider. A pvphong light is returned
     unchanged.
 
     Parameters
@@ -62,7 +64,7 @@ def as_light(light: Any, viewer: Any = None) -> Light:
     if viewer is None:
         return from_vtk(light, _camera_distance(light))
     _check_viewer(viewer)
-    if _is_moved_headlight(light):  # VTK transforms the eye and its focal point
+    if _is_moved_headlight(light):  # VTK applies the matrix to the eye and its focal point
         eye, ahead = np.array(viewer.position), np.array(viewer.view_direction) * viewer.distance
         matrix = light.GetTransformMatrix()
         position, focal_point = (matrix.MultiplyPoint((*point, 1.0))[:3] for point in (eye, eye + ahead))
@@ -80,19 +82,19 @@ def _check_viewer(viewer: Any) -> None:
 
 
 def from_vtk(light: Any, distance: float) -> Light:
-    """Convert as `as_light` does, for an eye at a `distance` from its focal point; camera lights stay camera lights."""
+    """Convert a light as `as_light` does without a viewer; `distance` is that of the eye from its focal point."""
     if isinstance(light, Light):
         return light
     if not hasattr(light, "GetConeAngle") or not hasattr(light, "GetTransformedPosition"):
         check.refuse("light", light, "a pvphong light, a pyvista.Light or a vtkLight")
     if _is_moved_headlight(light):
         remedy = "Place it in the world with as_light(light, viewer), or use a camera light."
-        check.refuse("light", "a headlight with one", "a headlight without a transform matrix", remedy)
+        check.refuse("light", "a headlight with a matrix", "a headlight without a transform matrix", remedy)
     if light.LightTypeIsHeadlight():
-        # VTK overwrites its coordinates in every frame; in eye space they are constant.
+        # In every frame, VTK overwrites its coordinates in the world; in eye space they are constant.
         return _light_at(light, "headlight", (0.0, 0.0, 0.0), (0.0, 0.0, -1.0))
     if light.LightTypeIsCameraLight():
-        # Its transform is set by VTK, and stale; its untransformed coordinates are set by the user.
+        # VTK sets its transform when it renders, so the transform may be outdated; the user sets the coordinates.
         (x, y, z), focal_point = light.GetPosition(), light.GetFocalPoint()
         in_eye_space = x * distance, y * distance, (z - 1.0) * distance  # inverse of `_place_for_vtk`
         return _light_at(light, "camera", in_eye_space, _direction((x, y, z), focal_point))
@@ -101,7 +103,7 @@ def from_vtk(light: Any, distance: float) -> Light:
 
 
 def _is_moved_headlight(light: Any) -> bool:
-    """True for a headlight with a transform matrix, which VTK applies to the viewer's position and direction."""
+    """Return True for a headlight with a transform matrix, which VTK applies to the viewer's position and direction."""
     if isinstance(light, Light) or not getattr(light, "LightTypeIsHeadlight", bool)():
         return False
     matrix = light.GetTransformMatrix()
@@ -113,7 +115,7 @@ def _direction(start: Vector, end: Vector) -> Vector:
 
 
 def _light_at(light: Any, frame: Frame, position: Vector, direction: Vector) -> Light:
-    """Convert VTK's light with a position and a direction in a frame."""
+    """Convert a VTK light, whose position and direction are given in a frame."""
     common: dict[str, Any] = {
         "diffuse": light.GetDiffuseColor(),
         "specular": light.GetSpecularColor(),
@@ -129,7 +131,7 @@ def _light_at(light: Any, frame: Frame, position: Vector, direction: Vector) -> 
 
 
 def _camera_distance(light: Any) -> float:
-    """Return the eye's distance that VTK last used to place a camera light; 1 if it has not placed it yet."""
+    """Return the distance from eye to focal point with which VTK last placed a camera light; 1 if it has not yet."""
     matrix = getattr(light, "GetTransformMatrix", lambda: None)()
     if matrix is None:
         return 1.0
@@ -166,14 +168,14 @@ def write_light(light: Light, target: Any, viewer: Any = None) -> None:
     position = _place_for_vtk(values.position, light.frame, distance)
     target.SetPosition(position)
     target.SetAttenuationValues(*values.attenuation)
-    if values.cone_angle is None:  # from 90° on, VTK applies no cone, for any focal point
+    if values.cone_angle is None:  # at 90° or more VTK applies no cone, for any focal point
         x, y, z = values.position
         target.SetConeAngle(90.0)
         target.SetFocalPoint(_place_for_vtk((x, y, z - 1.0), light.frame, distance))
     else:
         target.SetConeAngle(values.cone_angle)
         target.SetExponent(values.exponent)
-        # The focal point must be far enough from the position to keep the digits of the direction.
+        # The focal point must be far enough from the position to keep the precision of the direction.
         bits = math.frexp(max(map(abs, position)))[1] - math.frexp(max(map(abs, values.direction)))[1]
         step = max(1.0, 2.0 ** (bits - _KEPT_BITS))
         target.SetFocalPoint(*(p + d * step for p, d in zip(position, values.direction, strict=True)))
@@ -211,17 +213,17 @@ def color_names() -> list[str]:
 
 
 def colormap_names() -> list[str]:
-    """Return the names of available colormaps: matplotlib's, and those of other installed packages."""
+    """Return the names of the colormaps of Matplotlib and of other installed packages."""
     return colormaps.names()
 
 
 def mapped_colors(name: str, colormap: Colormap) -> ByteArray:
-    """Return the colours, shape (n, 3), of a colormap of an array of scalars; errors begin with the field's name."""
+    """Return the colours, shape (n, 3), of a colormap whose scalars are an array. Errors begin with `name`, a field."""
     return colormaps.mapped(name, colormap)
 
 
 def mapper_colors(mapper: Any) -> ByteArray | None:
-    """Return a mapper's colours of points or cells, shape (n, 3); None if it draws the property's colour."""
+    """Return a mapper's colours of points or cells, shape (n, 3); None if it uses the colour of the property."""
     if mapper is None or not mapper.GetScalarVisibility():
         return None
     mapper.Update()  # the mapper may not have been rendered yet
@@ -231,7 +233,7 @@ def mapper_colors(mapper: Any) -> ByteArray | None:
     table = mapper.GetLookupTable()
     if scalars is None or table is None:
         return None
-    # `mapper.MapScalars` has no point colours if colours are interpolated before lookup
+    # `mapper.MapScalars` returns no colours of points if the mapper interpolates scalars before mapping
     mapped = table.MapScalars(scalars, mapper.GetColorMode(), mapper.GetArrayComponent())
     return np.array(vtk_to_numpy(mapped), np.uint8)[:, :3]
 

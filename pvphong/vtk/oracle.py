@@ -44,7 +44,7 @@ from pvphong.scene.viewer import Viewer
 from pvphong.vtk.lights import write_light
 
 SIDE = 2048
-"""Width and largest height of the framebuffer: one pass shades up to 2048² vertices in 64 MiB."""
+"""Width and largest height of the framebuffer, which holds 2048² vertices in 64 MiB. More vertices take more passes."""
 
 _TO_PIXEL = """//VTK::CustomEnd::Impl
   int place = gl_VertexID - firstVertex;
@@ -55,7 +55,7 @@ _TO_PIXEL = """//VTK::CustomEnd::Impl
 
 _COLORS = "Ambient", "Diffuse", "Specular"
 _OF_PROPERTY = (*_COLORS, *(f"{name}Color" for name in _COLORS), "SpecularPower", "Lighting")
-"""Attributes of a `vtkProperty` that are used, in addition to those of physically based shading."""
+"""Attributes that are read from a `vtkProperty`, in addition to those of physically based shading."""
 
 
 def vtk_shade(
@@ -68,31 +68,32 @@ def vtk_shade(
 ) -> NDArray[np.float32]:
     """Compute the colours of a mesh with VTK's own fragment shader, one per vertex.
 
-    The colours are not interpolated, clamped or rounded to 8 bits, and the shader's lighting is unmodified. The mesh is
-    drawn as points, whose normals VTK never turns to the viewer.
+    The colours are not interpolated, clamped or rounded to 8 bits, and the shader's lighting is unmodified. VTK draws
+    the vertices as points, whose normals it never turns towards the viewer.
 
     Parameters
     ----------
     mesh : pyvista.DataSet
-        Mesh, or a dataset whose surface is used. Existing point normals are used; missing ones are computed, weighted
-        by angle.
+        A dataset with a surface. Its point normals are used; if it has none, they are computed, weighted by angle.
     lights : iterable of pvphong lights, pyvista.Light or vtkLight
-        Lights, which are copied and not modified. VTK ignores a light's ambient colour, and uses its diffuse colour for
-        highlights. If no light is on, VTK and this function draw unlit, in full ambient plus full diffuse colour.
+        Lights, which are not modified. VTK ignores a light's ambient colour, and uses its diffuse colour for
+        highlights. If no light is on, VTK, and so this function, draws the mesh unlit, in the sum of the material's
+        ambient and diffuse colours.
     property_or_material : pyvista.Property, vtkProperty, Material or str
-        A property's ambient, diffuse and specular coefficients and colours, specular power and lighting switch are
-        used, and with physically based shading also its metallic and roughness. A material's albedo may be a uint8 map,
-        which VTK draws as vertex colours, if ambient and diffuse are grey.
+        The material, as a pvphong material or as a property. Of a property, the ambient, diffuse and specular
+        coefficients and colours, the specular power and the lighting switch are used, and with physically based shading
+        also metallic and roughness. A material's albedo may be a uint8 map, which VTK draws as vertex colours, if its
+        ambient and diffuse are grey.
     viewer : Viewer, pyvista.Camera or vtkCamera
-        Viewer of the mesh.
+        The viewer.
     matrix : array_like, shape (4, 4), optional
         Model matrix, like an actor's user matrix; defaults to the identity.
 
     Returns
     -------
     numpy.ndarray
-        Shape (n_points, 3), float32. Rows whose point or normal is not finite in float32, or whose normal is zero, are
-        NaN, because GPU drivers treat them differently.
+        Shape (n_points, 3), float32. A row is NaN if the point or normal is not finite in float32, or the normal is
+        zero, because GPU drivers treat such vertices differently.
 
     Raises
     ------
@@ -103,8 +104,8 @@ def vtk_shade(
 
     Notes
     -----
-    Points and light positions reach the GPU in float32, with only VTK's own shift and scale, so large world coordinates
-    show VTK's loss of precision. The formulas are those of VTK's ``vtkOpenGLPolyDataMapper.cxx``
+    Points and light positions are sent to the GPU in float32, after VTK's own shift and scale, so large world
+    coordinates show VTK's loss of precision. The formulas are those of VTK's ``vtkOpenGLPolyDataMapper.cxx``
     (``ReplaceShaderLight``), which simulates headlights, directional and positional lights in three tiers.
 
     Examples
@@ -143,7 +144,7 @@ def vtk_shade(
 
 
 def vtk_light(light: Any, viewer: Viewer) -> vtkLight:
-    """Copy a light, so that the renderer may move it. `pyvista.Light.copy` would round colours to 8 bits."""
+    """Return a copy of a light, which the renderer may move. `pyvista.Light.copy` would round colours to 8 bits."""
     copy = vtkLight()
     if isinstance(light, Light):
         if light.on:
@@ -163,7 +164,7 @@ def _within_vtk(name: str, power: float) -> None:
 
 
 def vtk_property(property_or_material: Any) -> vtkProperty:
-    """Return a property with the lighting of a property or material, for points of one pixel."""
+    """Return a property with the lighting attributes of a property or material, which draws points of one pixel."""
     appearance = vtkProperty()
     if isinstance(property_or_material, Material | str):
         write_material(as_material(property_or_material), appearance)
@@ -211,7 +212,10 @@ def write_material(material: Material, appearance: vtkProperty) -> None:
 
 
 def vtk_camera(viewer: Any, *, follows_viewer: bool) -> vtkCamera:
-    """Make a camera that the renderer may adjust; `follows_viewer` is True if a light depends on the viewer's `up`."""
+    """Return a new camera, which the renderer may modify.
+
+    `follows_viewer` is True if a light depends on the viewer's `up`.
+    """
     camera = vtkCamera()
     if isinstance(viewer, Viewer):
         direction = viewer.view_direction
@@ -239,12 +243,12 @@ def _shade_vertices(
     camera: vtkCamera,
     matrix: vtkMatrix4x4 | None,
 ) -> NDArray[np.float32]:
-    """Run VTK's fragment shader for n >= 1 vertices that are finite and have normals; colours of shape (n, 3).
+    """Run VTK's fragment shader for n >= 1 vertices with finite points and nonzero normals; return colours (n, 3).
 
-    The renderer moves lights and camera. Raises ``RuntimeError`` if the driver left vertices undrawn.
+    The renderer may modify lights and camera. Raises ``RuntimeError`` if the driver left vertices undrawn.
     """
     count = len(points)
-    cloud = pv.PolyData(points)  # keeps their precision; each point is a cell
+    cloud = pv.PolyData(points)  # keeps the precision of the points, and makes a vertex cell of each
     cloud.point_data.active_normals = normals
     mapper, actor, renderer = vtkOpenGLPolyDataMapper(), vtkOpenGLActor(), vtkRenderer()
     mapper.SetInputData(cloud)
@@ -282,7 +286,7 @@ def _shade_vertices(
 
 
 def _drawn(framebuffer: vtkFramebufferPass, count: int) -> NDArray[np.float32]:
-    """Read the first `count` pixels of the framebuffer, red, green and blue, shape (count, 3)."""
+    """Return red, green and blue of the first `count` pixels of the framebuffer, shape (count, 3)."""
     texture = framebuffer.GetColorTexture()
     width, height, components = texture.GetWidth(), texture.GetHeight(), texture.GetComponents()
     pixels = np.empty(width * height * components, dtype=np.float32)
@@ -309,7 +313,7 @@ def driver() -> str:
 
 @contextmanager
 def off_screen_window(width: int, height: int) -> Iterator[vtkRenderWindow]:
-    """Open an off-screen window, and empty and close it on exit, also after an exception.
+    """Open an off-screen window. On exit, also by an exception, it is emptied and closed.
 
     Raises ``ValueError`` if VTK cannot draw on this machine.
     """

@@ -1,12 +1,15 @@
-"""Vertices whose colour VTK's float32 leaves open, so that VTK cannot judge an evaluator there.
+"""Vertices where float32 leaves VTK's colour uncertain, so that VTK cannot judge an evaluator there.
 
-All values are computed in float64 from the scene alone, independent of the evaluator and of VTK.
+The colour of such a vertex is called open. All values are computed in float64 from the scene alone, independent of the
+evaluator and of VTK.
 
-Symbols: n the unit normal, l the unit vector to a light, v to the eye, h between the two, f the cosine that the
-highlight raises to the power p (r·v, or n·l in VTK's first tier), φ the angle off a spot's axis. Symbols of physically
-based shading are those of `pvphong.optics.reflectances.microfacets`. Errors are in roundings of 2⁻²⁴. float32 rotates
-n, l and v by small angles. The angles grow where VTK's numbers are large compared with the relevant distances: under a
-matrix that shears or flattens, or if a light is near the surface and the eye is far away.
+Symbols: n is the unit normal, l the unit vector to a light, v that to the eye, and h the unit vector halfway between l
+and v. The highlight is f to the power p, where f is the cosine r·v, or n·l in VTK's first tier. φ is the angle from a
+spot's axis. Symbols of physically based shading are those of `pvphong.optics.reflectances.microfacets`.
+
+Errors are in units of 2⁻²⁴, the rounding of float32. Errors of n, l and v are the angles by which float32 rotates them.
+The angles are large where VTK's numbers are large compared with the relevant distances: under a matrix that shears or
+flattens, or if a light is near the surface and the eye is far away.
 """
 
 from __future__ import annotations
@@ -27,26 +30,26 @@ from pvphong.vtk.scenes import Terms, reflected
 _ROUNDING = 2.0**-24
 
 _FLOOR, _HEADLIGHT_FLOOR = 1e-5, 1e-6
-"""Least cosine f in VTK, and in its first tier."""
+"""Lower limits, called floors, of the cosine f in VTK: in general, and in its first tier."""
 
 _DOUBT = 0.25
-"""Share of the tolerance below which a jump leaves no vertex open."""
+"""Fraction of the tolerance. A jump in colour that is smaller leaves no vertex open."""
 
 _LONGEST = 1e18
 """Largest length of a vector whose square fits in float32."""
 
 _FLUSHED = float(np.finfo(np.float32).tiny) / _ROUNDING
-"""Loss of a component's square below float32's least normal number, which drivers flush to zero."""
+"""Error, in roundings, if the square of a component is below float32's least normal number: drivers flush it to 0."""
 
 _GAMMA = 2.2
-"""Gamma of physically based shading, which raises the sum of all light to 1/2.2."""
+"""Gamma of physically based shading, which raises the sum of all light to the power 1/2.2."""
 
 _LEAST_DENOMINATOR = math.sqrt(1e-8 / math.pi)
 """Least denominator of the microfacets' distribution D in VTK's shader."""
 
 
 class Pose(NamedTuple):
-    """Vertices in the mesh's own coordinates, around its centre, and its model matrix."""
+    """Vertices in the mesh's object coordinates, relative to its centre, and its model matrix."""
 
     points: Float64Array
     """Points, shape (n, 3)."""
@@ -64,14 +67,15 @@ class Pose(NamedTuple):
 
 @dataclass(frozen=True)
 class Limits:
-    """Limits of a comparison at n vertices.
+    """Limits of a comparison with VTK at n vertices.
 
     Parameters
     ----------
     scale : ndarray
-        Arriving light times the material's reflectances, at least 1, shape (n,). float32 errors are proportional to it.
+        Sum of the arriving light times the material's reflectances, or 1 if that is more, shape (n,). float32 errors
+        are proportional to it.
     open : dict of str to ndarray
-        Masks, shape (n,), of vertices whose colour is open, by reason. They may overlap.
+        Reason → mask, shape (n,), of the vertices whose colour it leaves open. Masks may overlap.
     """
 
     scale: Float64Array
@@ -79,16 +83,16 @@ class Limits:
 
 
 def allowed_error(roughness: float) -> float:
-    """Return 6 · 2⁻²⁴ / roughness⁴ + 2e-6, for physically based colours; a relative error for colours above 1.
+    """Return the allowed error of physically based colours, 6 · 2⁻²⁴ / roughness⁴ + 2e-6; relative for colours above 1.
 
-    D's denominator 1 − (1 − α²)(n·h)² is α² = roughness⁴ at the peak. This magnifies five or six roundings of n·h and
-    of its square. D contains the square of the denominator, and the picture the power 1/2.2 of D.
+    The denominator of D, 1 − (1 − α²)(n·h)², is only α² = roughness⁴ at the peak. So five or six roundings of n·h and
+    its square are magnified. D contains the square of the denominator, and the colour is D to the power 1/2.2.
     """
     return 6.0 * _ROUNDING / max(roughness**4, _LEAST_DENOMINATOR) + 2e-6
 
 
 def limits(pose: Pose, terms: Terms, tolerance: float, *, has_floors: bool) -> Limits:
-    """Find the vertices whose colour VTK's float32 leaves open.
+    """Find the vertices whose colour float32 leaves open.
 
     Parameters
     ----------
@@ -97,10 +101,10 @@ def limits(pose: Pose, terms: Terms, tolerance: float, *, has_floors: bool) -> L
     terms : Terms
         The scene that VTK draws.
     tolerance : float
-        Largest difference that counts as agreement; smaller doubts leave no vertex open.
+        Largest difference that counts as agreement. Smaller uncertainties leave no vertex open.
     has_floors : bool
-        True if the compared evaluator has VTK's floors under small cosines. Else vertices where a floor makes a
-        difference are also open.
+        True if the compared evaluator limits cosines by VTK's floors. If False, vertices where a floor changes the
+        colour are open too.
     """
     surface = _surface(pose, terms)
     physical = in_vtk(terms.material.reflectance)
@@ -120,7 +124,7 @@ def limits(pose: Pose, terms: Terms, tolerance: float, *, has_floors: bool) -> L
 
 
 class _Surface(NamedTuple):
-    """Vertices in the world, and their float32 errors up to eye space."""
+    """Vertices in the world, and the float32 errors of their transformation to eye space."""
 
     points: Float64Array
     normals: Float64Array
@@ -155,7 +159,7 @@ class _Arrival(NamedTuple):
     direction: Float64Array
     """Unit vectors l, shape (n, 3)."""
     strength: Float64Array
-    """Attenuation times spot factor, the latter also outside the cone."""
+    """Attenuation times spot factor. The spot factor is not cut off at the cone."""
     angle: Any
     """Angle by which float32 rotates l."""
     error: Any
@@ -163,11 +167,11 @@ class _Arrival(NamedTuple):
     lit: BoolArray
     """True inside the cone."""
     edge: BoolArray
-    """True so close to the cone's edge that float32 may decide either way."""
+    """True if float32 may place the vertex on either side of the cone's edge."""
 
 
 def _arrival(surface: _Surface, light: VtkValues) -> _Arrival:
-    """Compute the light that arrives at the vertices from a light in the world."""
+    """Compute the light that arrives at the vertices from one light, given in world coordinates."""
     count = len(surface.points)
     everywhere, nowhere = np.ones(count, dtype=bool), np.zeros(count, dtype=bool)
     axis = np.array(light.direction) / np.linalg.norm(light.direction)
@@ -195,7 +199,7 @@ def _arrival(surface: _Surface, light: VtkValues) -> _Arrival:
 def _phong_share(
     surface: _Surface, light: Light, terms: Terms, doubt: float
 ) -> tuple[Float64Array, Float64Array, dict[str, BoolArray]]:
-    """Return one light's brightness and error in VTK's Phong, and masks of jumps above `doubt`, by reason."""
+    """Return one light's brightness and its error in VTK's Phong; and reason → mask of colour jumps above `doubt`."""
     matte = max(reflected(terms.material.diffuse, rgb(light.diffuse), light))
     shiny = max(reflected(terms.material.specular, rgb(light.diffuse), light))
     power, is_headlight = terms.material.shininess, terms.tier == 1
@@ -210,7 +214,7 @@ def _phong_share(
             error, floor = _sine(f) * turn + 0.5 * _ROUNDING * turn * turn + 3.0, _FLOOR
         base, height, height_error = np.maximum(f, floor), np.zeros(len(f)), np.zeros(len(f))
         if any(rgb(terms.material.specular)):
-            moves = f > floor - _ROUNDING * error  # well below its floor, errors of f have no effect
+            moves = f > floor - _ROUNDING * error  # if f is well below its floor, errors of f have no effect
             height = base**power
             height_error = height * (power / base * error * moves + 2.0 * power * np.abs(np.log(base)) + 2.0)
         front = (n_l > 0.0) | is_headlight
@@ -231,7 +235,7 @@ def _phong_share(
 
 
 def _physical_limits(surface: _Surface, terms: Terms, values: PBR, tolerance: float) -> Limits:
-    """Return the limits for VTK's physically based shading: the sum of all light, raised to 1/2.2."""
+    """Return the limits for VTK's physically based shading: the sum of all light, raised to the power 1/2.2."""
     sums, errors, edges = np.zeros((3, *surface.points.shape))
     if not terms.tier:
         sums += np.array(rgb(terms.material.ambient)) + rgb(terms.material.diffuse)
@@ -256,7 +260,7 @@ def _physical_limits(surface: _Surface, terms: Terms, values: PBR, tolerance: fl
 def _physical_share(
     surface: _Surface, came: _Arrival, diffuse: Vector, values: PBR
 ) -> tuple[Float64Array, Float64Array]:
-    """Return the reflected part of white light, and its relative error in roundings, both (n, 3)."""
+    """Return the reflected fraction of white light, and its relative error in roundings, both (n, 3)."""
     middle = came.direction + surface.to_eye
     length = np.linalg.norm(middle, axis=1)
     n_l, n_v, h_l = _dot(surface.normals, came.direction), _dot(surface.normals, surface.to_eye), 0.5 * length
@@ -275,7 +279,7 @@ def _physical_share(
     shine = ((r2 / denominator) ** 2 * x / (2.0 * masked))[:, None]
     base = (1.0 - m) * (1.0 - f) * a * x[:, None]
     light = base + shine * f
-    # errors of the factors for rotated directions
+    # errors of the factors, because of rotated directions
     of_x, of_y = _error_above_floor(n_l, light_turn), _error_above_floor(n_v, eye_turn)
     of_f = 5.0 * grazing**4 * (1.0 - f0) * (_sine(h_l) * half_turn + 3.0)[:, None]
     of_n_h = 2.0 * n_h * (_sine(n_h) * half_turn + 2.0) + 1.5
@@ -285,7 +289,7 @@ def _physical_share(
 
 
 def _error_above_floor(cosine: Float64Array, turn: Any) -> Float64Array:
-    """Return the relative error of a cosine for a rotation; 0 well below its floor."""
+    """Return the relative error of a cosine whose vectors are rotated by `turn`; 0 if it is well below its floor."""
     lost = _sine(cosine) * turn + 3.0
     return np.where(cosine > _FLOOR - lost * _ROUNDING, lost / np.maximum(cosine, _FLOOR), 0.0)
 

@@ -1,7 +1,7 @@
 """Conversion of scenes to VTK's terms, and refusal of scenes that VTK's shader cannot draw.
 
-`refuse_inexpressible` reports the features that VTK cannot draw, and the nearest scene that it can draw. VTK can
-represent most of the standard model: `in_vtk_terms` converts ambient light and emission to the material's unlit
+`refuse_inexpressible` reports the features of a scene that VTK cannot draw, and the nearest scene that it can draw. VTK
+can draw most of the standard convention: `in_vtk_terms` converts ambient light and emission to the material's unlit
 ambient, a viewer at infinity to a distant eye, and a cone of 90° to the widest cone that VTK supports.
 """
 
@@ -28,13 +28,13 @@ from pvphong.scene.viewer import Viewer
 from pvphong.shading.equation import vtk_tier
 
 LEAST_SCALE, MOST_SCALE = 1e-18, 1e18
-"""Range of scales. Outside it, VTK's float32 normals underflow or overflow, and VTK draws black."""
+"""Range of scales of a matrix. Outside it, VTK's float32 normals underflow or overflow, and VTK draws black."""
 
 _WIDEST_CONE = float(np.nextafter(np.float32(90.0), np.float32(0.0)))
 """Widest cone of a spot light in VTK, which compares it with 90° in float32."""
 
 _FAR = 1e8
-"""Distance of an eye at infinity, in sizes of the mesh: its direction is the same for all vertices in float32."""
+"""Distance of an eye that stands for infinity, in sizes of the mesh. Its direction is constant in float32."""
 
 _BLACK = light_from_values(VtkValues(False, (0.0, 0.0, -1.0)), diffuse=0.0)
 
@@ -54,7 +54,7 @@ def reflected(reflectance: ColorLike, color: Vector, light: Light) -> Vector:
 
 
 def seen_from_infinity(scene: Scene) -> bool:
-    """True if the direction to the viewer is constant in the standard model."""
+    """Return True if the direction to the viewer is constant, in the standard convention."""
     return scene.viewer.parallel or not scene.light_model.local_viewer
 
 
@@ -63,7 +63,7 @@ def _has_highlights(scene: Scene, material: Material) -> bool:
 
 
 def _is_headlight_tier(scene: Scene) -> bool:
-    """True if VTK's first tier computes this standard scene.
+    """Return True if the first tier of VTK's shader computes this scene of the standard convention.
 
     Its highlight is (n·l)^power with l = v along the view axis, so that h = (l + v)/|l + v| is l: Blinn-Phong with the
     viewer at infinity, for a single headlight.
@@ -96,21 +96,21 @@ class InexpressibleError(ValueError):
         remedy = ", ".join(remedies)
         if nearest:
             remedy = f"The nearest scene that it can draw: {remedy}"
-        self.message = f"scene must be one that VTK can draw; got {'; '.join(self.reasons)}. {remedy}."
+        self.message = f"scene must be a scene that VTK can draw; got {'; '.join(self.reasons)}. {remedy}."
         attributes = " (`.scene` and `.material` of this error)." if nearest else "."
         super().__init__(self.message.removesuffix(".") + attributes)
 
 
 def refuse_inexpressible(scene: Scene, material: Material, matrix: Float64Array | None) -> None:
-    """Raise `InexpressibleError` if VTK's shader cannot draw the scene, ValueError for a light or reflectance it lacks.
+    """Raise `InexpressibleError` for a scene that VTK cannot draw; ValueError for an unsupported light or reflectance.
 
-    Features without an effect are allowed, such as a light's specular colour on a material without specular.
+    A feature is allowed if it has no effect, such as a light's specular colour if the material has no specular.
     """
     for index, light in enumerate(scene.lights):
         refuse_unless_in_vtk(light, f"lights[{index}]", "a light that VTK supports")
     is_physical = material.reflectance is not None
     if material.reflectance is not None and in_vtk(material.reflectance) is None:
-        allowed = "None or PBR to be drawn by VTK"
+        allowed = "None or PBR in VTK"
         check.refuse("reflectance", material.reflectance, allowed, nearest_in_vtk(material))
     given = scene.light_model
     obstacles: dict[str, str] = {}  # unsupported feature → replacement or remedy
@@ -174,7 +174,10 @@ def refuse_inexpressible(scene: Scene, material: Material, matrix: Float64Array 
 
 
 def _obstacles_of_matrix(matrix: Float64Array) -> dict[str, str]:
-    """Return the problems of a model matrix in VTK, with remedies for the user, since no scene replaces it."""
+    """Return obstacle → remedy for a model matrix that VTK cannot draw.
+
+    The remedies are instructions to the user, because no similar matrix can replace it.
+    """
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always", SingularMatrixWarning)
         normal_matrix(matrix)  # raises for matrices that no evaluator accepts
@@ -193,20 +196,20 @@ def _obstacles_of_matrix(matrix: Float64Array) -> dict[str, str]:
 
 @dataclass(frozen=True)
 class Terms:
-    """Scene in VTK's terms.
+    """A scene as VTK draws it.
 
     Parameters
     ----------
     lights : tuple of Light
-        Lights, whose ambient and specular colours are ignored.
+        The lights; their ambient and specular colours are ignored.
     material : Material
-        Material with unlit ambient, without emission.
+        The material, without emission; its ambient is added unlit.
     viewer : Viewer
-        Local viewer.
+        The viewer, which is local.
     tier : int
-        Tier of the shader's three; 0 if it draws unlit.
+        Which of the shader's three tiers computes the scene, 1 to 3; 0 if it draws the mesh unlit.
     conversions : tuple of str
-        Descriptions of the conversions.
+        Descriptions of the conversions that were made.
     """
 
     lights: tuple[Light, ...]

@@ -254,16 +254,16 @@ REFUSED = {
     r"^paths must be files with different names; got in/ball_0\.vtp and odd/ball_0\.stl, both for lit": {
         "paths": ["in/*.vtp", "odd/ball_0.stl"]
     },
-    r"^paths must be at least one file; got none": {"paths": []},
+    r"^paths must be one or more files or patterns; got no path": {"paths": []},
     r"^paths must be a pattern, a path, or a sequence of them; got 5": {"paths": 5},
-    r"^paths must be an index that does not name itself": {"paths": "odd/circle.pvd"},
-    r"^paths must be a file of one of .* can be read; got odd/mesh\.vtm\. It contains Poly": {"paths": "odd/mesh.vtm"},
-    r"^paths must be a file of one of .* odd/text\.pvtp\. It cannot be parsed": {"paths": "odd/text.pvtp"},
+    r"^paths must be files to light; .* This index file names itself": {"paths": "odd/circle.pvd"},
+    r"^paths must be a readable index file .*; got odd/mesh\.vtm\. It contains Poly": {"paths": "odd/mesh.vtm"},
+    r"^paths must be a readable index file .* odd/text\.pvtp\. It cannot be parsed": {"paths": "odd/text.pvtp"},
     r"^paths must be a file that exists; got b\.pvtp": {"paths": "b.pvtp"},
     r"^paths must be a file that exists; got aaaa": {"paths": "a" * 300 + ".pvtp"},
-    r"^paths must be an index that names files; got odd/empty\.pvd": {"paths": "odd/empty.pvd"},
-    r"^paths must be an index that names files; .* An entry names ''": {"paths": "odd/nameless.pvd"},
-    r"^out must be another folder than the input's; got in": {"out": "in"},
+    r"^paths must be files to light; got odd/empty\.pvd\. This index file names no files": {"paths": "odd/empty.pvd"},
+    r"^paths must be files to light; .* An entry of this index file names ''": {"paths": "odd/nameless.pvd"},
+    r"^out must be a folder other than that of the input; got in": {"out": "in"},
     r"^out must be a folder that can be created; got file": {"out": "file"},
     r"^light_model must be without bounces .* for the pieces of odd/whole\.pvtp": {
         "paths": "odd/whole.pvtp", "scene": BOUNCING

@@ -195,7 +195,7 @@ def test_a_picture_has_the_shadows_that_are_asked_for():
 
 
 def test_a_viewer_that_looks_elsewhere_is_moved_to_see_the_mesh_and_that_is_said(capsys):
-    note = "note: the scene's viewer does not see this mesh; it was moved to frame the mesh.\n"
+    note = "note: the scene's viewer does not see this mesh, and was moved to frame it.\n"
     for position, said in (((0, 0, 5), note), ((0, 0, -5), "")):
         viewer = ph.Viewer(position=position, focal_point=(0, 0, 9))
         ph.Scene([ph.DirectionalLight(frame="headlight")], viewer).save("up.json")

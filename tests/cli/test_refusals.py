@@ -13,7 +13,7 @@ import pyvista as pv
 from pvphong.cli.app import main
 
 NO_MESH, NO_FACES = "mesh must be a mesh file that PyVista can read", "mesh must be a mesh with faces, or points with"
-NO_FOLDER, NO_OUTPUT = " must be in a folder that exists", "--output must be a file that holds the colours of "
+NO_FOLDER, NO_OUTPUT = " must be in a folder that exists", "--output must be a file for "
 SHADE = "shade sphere.vtp -o o.vtp"
 REFUSED = {
     "shado": 'Unknown command "shado". Did you mean "shade"?',
@@ -28,16 +28,16 @@ REFUSED = {
     "shade half.ply -o o.vtp": NO_MESH,  # VTK's reader would end the process
     "shade beyond.vtp -o o.vtp": "index 9 in face 0",
     "shade faulty.vtm -o o.vtm": f"block ['cloud']: {NO_FACES}",
-    "shade sphere.vtp -o o.stl": NO_OUTPUT + "a mesh: one of .vtp,",
-    "shade sphere.vtp -o o.vtm": NO_OUTPUT + "a single mesh",
+    "shade sphere.vtp -o o.stl": NO_OUTPUT + "a mesh (.vtp,",
+    "shade sphere.vtp -o o.vtm": NO_OUTPUT + "the colours of a single mesh",
     "shade sphere.vtp -o no/o.vtp": "--output" + NO_FOLDER,
     f"{SHADE} --tolerance 1/0": 'Invalid value for --tolerance: unable to convert "1/0" into a number',
     f"{SHADE} --scene no.json": "--scene must be a scene file that can be read; got no.json",
     f"{SHADE} --material golt": "Did you mean 'gold'?",
     f"{SHADE} --reflectance ggxx": "Did you mean 'ggx'?",
     f"{SHADE} --reflectance ggx:rough=1": "Did you mean 'roughness'?",
-    f"{SHADE} --reflectance ggx": "--reflectance must be given its roughness too; got ggx.",
-    f"{SHADE} --reflectance ggx:roughness": "--reflectance ggx must be followed by fields as in",
+    f"{SHADE} --reflectance ggx": "--reflectance must be given with its roughness; got ggx.",
+    f"{SHADE} --reflectance ggx:roughness": "--reflectance ggx must be followed by fields, as in",
     f"{SHADE} --tolerance=-1": "error: --tolerance must be a finite number >= 0",
     f"{SHADE} --albedo pine.png": "albedo must be a point array, or an image file that exists; got pine",
     f"{SHADE} --albedo oak.png": "albedo must be an array, its name, or a texture for a mesh with",
@@ -48,11 +48,11 @@ REFUSED = {
     f"{SHADE} --scalars height --albedo red": "--albedo must be omitted with --scalars",
     f"{SHADE} --cmap terrain": "--cmap must be used with --scalars",
     f"{SHADE} --scene other.json": '--scene must be a scene file, a JSON object with "format": "pvphong scene"',
-    f"{SHADE} --scene parts.json": "material must be one, or one of them named 'default'",
+    f"{SHADE} --scene parts.json": "material must be one material, or a mapping with 'default'",
     f"{SHADE} --occluder roof.vtp": "--occluder must be used with shadows, ambient occlusion or bounces; got roof.vtp.",
     f"{SHADE} --background red": "--background must be used with a .png output only",
-    "shade sphere.vtp -o o.png --components": "--components must be omitted: a .png file has no arrays",
-    "shade sphere.vtp -o o.ply --array lit": "--array must be omitted: a .ply file has no arrays",
+    "shade sphere.vtp -o o.png --components": "--components must be omitted: a .png file has no named arrays",
+    "shade sphere.vtp -o o.ply --array lit": "--array must be omitted: a .ply file has no named arrays",
     "shade sphere.vtp -o o.vtk --compress lz4": "--compress must be used with .vtp, .vtm, .vtmb only",
     f"{SHADE} --workers 2": "--workers must be omitted for a single mesh and an output file",
     "shade sphere.vtp cube.vtp -o lit.vtp": (
@@ -78,19 +78,19 @@ REFUSED = {
     "shade sphere.vtp -o lit/ --scheduler tcp://127.0.0.1:1": "error: --scheduler must be the address of a",
     "plan blocks.vtm --scene parts.json": "material must be a mapping with the names of all blocks",
     "validate": "MESH must be given, or --all instead",
-    "validate sphere.vtp --output errors.ply": NO_OUTPUT + "signed errors",
-    "validate sphere.vtp --scene opengl.json --specular 0.5": "scene must be one that VTK can draw",
+    "validate sphere.vtp --output errors.ply": NO_OUTPUT + "a mesh with signed errors",
+    "validate sphere.vtp --scene opengl.json --specular 0.5": "scene must be a scene that VTK can draw",
     "validate sphere.vtp --shadows": "The nearest scene that it can draw: none of these.\n",
-    "validate blocks.vtm --output errors.vtp": NO_OUTPUT + "signed errors: one of .vtm,",
-    "validate sphere.vtp --report all.md": "--report must be given together with --all",
-    "validate sphere.vtp --all": "--all must be alone or with --report",
-    "validate --all --shininess 4": "--all must be alone or with --report",
+    "validate blocks.vtm --output errors.vtp": NO_OUTPUT + "a mesh with signed errors (.vtm,",
+    "validate sphere.vtp --report all.md": "--report must be used together with --all",
+    "validate sphere.vtp --all": "--all must be used alone or with --report",
+    "validate --all --shininess 4": "--all must be used alone or with --report",
     "validate --all --report all.pdf": ".md",
     "validate --all --report=no/all.md": "--report" + NO_FOLDER,
     "tradeoff sphere.vtp --tolerance 0": "tolerance must be a finite number > 0",
     "tradeoff sphere.vtp --plot no/a.png": "--plot" + NO_FOLDER,
     "tradeoff sphere.vtp --plot a.bmp": "suffix of --plot must be one of",
-    "demo --folder garbage.json": "folder must be one that can be created; got garbage.json",
+    "demo --folder garbage.json": "folder must be a folder that can be created; got garbage.json",
 }
 
 

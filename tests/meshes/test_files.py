@@ -348,7 +348,7 @@ def test_guarded_is_a_flag_and_needs_a_python_that_can_be_started(monkeypatch):
     with pytest.raises(ValueError, match=r"^guarded must be True or False"):
         ph.read("some.vtk", guarded="yes")
     monkeypatch.setattr(mesh_files.sys, "executable", "/opt/viewer")
-    with pytest.raises(ValueError, match=r"^guarded must be False where Python cannot start itself"):
+    with pytest.raises(ValueError, match=r"^guarded must be False, because Python cannot start a second"):
         ph.read("some.vtk", guarded=True)
 
 

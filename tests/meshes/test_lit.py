@@ -237,7 +237,7 @@ def test_colours_take_no_name_of_what_the_mesh_is_lit_by(name, of):
     plane = pv.Plane(i_resolution=2, j_resolution=2)
     plane.point_data["uv"] = plane.active_texture_coordinates
     plane.point_data.active_texture_coordinates_name = "uv"
-    with pytest.raises(ValueError, match=f"^name must be one that no array has .* got '{name}', the name of its {of}"):
+    with pytest.raises(ValueError, match=f"^name must be different from .* got '{name}', the name of its {of}"):
         plane.phong.shade(name=name)
 
 
@@ -255,7 +255,9 @@ def test_all_surfaces_are_one_with_the_normals_that_they_are_lit_with_and_a_brok
     normals = np.concatenate([part.point_data.active_normals for part in parts])
     np.testing.assert_array_equal(whole.point_data.active_normals, normals)
     assert (given["ball"], given["inner"]) == (before["ball"], before["inner"])
-    with pytest.raises(ValueError, match="mesh must be one with a mesh that can be lit; got a MultiBlock of 1 without"):
+    with pytest.raises(
+        ValueError, match="mesh must be a MultiBlock that contains a mesh to light; got one of 1 blocks"
+    ):
         one_surface(pv.MultiBlock({"gap": None}))
     with pytest.raises(ValueError, match=r"block \['cloud'\]: mesh must be a mesh with faces"):
         one_surface(pv.MultiBlock({"ball": pv.Sphere(), "cloud": pv.PolyData(np.eye(3))}))

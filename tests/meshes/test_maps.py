@@ -138,7 +138,9 @@ def test_a_colour_for_each_face():
     again = cube.phong.shade(SCENE, ph.Material(ambient=1, diffuse=0, albedo=paint), feature_angle=0)
     assert np.array_equal(again["phong"], lit["phong"])
     for given in ("paint", paint):
-        with pytest.raises(ValueError, match=r"^albedo must be one per point .*faces share points.* feature_angle=0"):
+        with pytest.raises(
+            ValueError, match=r"^albedo must be one row per point.*faces share points.* feature_angle=0"
+        ):
             cube.phong.shade(SCENE, ph.Material(albedo=given))
 
 

@@ -484,5 +484,5 @@ def test_what_blocks_see_is_kept_by_their_names():
     balls = pv.MultiBlock({"one": pv.Sphere(), "other": pv.Sphere(center=(3, 0, 0))})
     for plan in balls.phong.plan(scene(SUN), WHITE).values():  # each knows its own index
         assert plan.effects["shadow"].why == "sun: nothing stands between, and the mesh is convex"
-    with pytest.raises(ValueError, match="visibility must be a mapping with ground, more/hat"):
+    with pytest.raises(ValueError, match="visibility must be a mapping with the keys ground, more/hat"):
         blocks().phong.shade(rig, WHITE, visibility=seen["ground"])

@@ -217,7 +217,7 @@ CRASHERS = {
     "line": ("pv.PolyData(points, lines=[2, 0, 10**9])", "index 1000000000 in line 0"),
     "vertex": ("pv.PolyData(points, verts=[1, 10**9])", "index 1000000000 in vertex 0"),
     "tetrahedron": ("pv.UnstructuredGrid([4, 0, 1, 2, 10**9], [10], points)", "index 1000000000 in cell 0"),
-    "too few points": ("pv.UnstructuredGrid([2, 0, 1], [10], points)", "cell 0 with 2 points where its type has 4"),
+    "too few points": ("pv.UnstructuredGrid([2, 0, 1], [10], points)", "cell 0 with 2 points, but its type needs 4"),
     "3 as a solid": ("pv.UnstructuredGrid([3, 0, 1, 2], [41], points)", "cell 0, a convex point set"),
     "5 in a plane": (
         "pv.UnstructuredGrid([5, 0, 1, 2, 3, 4], [41], points * (1, 1, 0))",

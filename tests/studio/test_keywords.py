@@ -202,7 +202,7 @@ BAD = {
     "no array": ({"scalars": "zz"}, ValueError, r"^add_mesh's scalars must be the name of .*Did you mean 'z'"),
     "cmap": ({"scalars": "z", "cmap": "terain"}, ValueError, r"^cmap must be .*Did you mean 'terrain'"),
     "clim": ({"scalars": "z", "clim": (1, 0)}, ValueError, r"^clim must be two finite numbers"),
-    "rows": ({"scalars": np.arange(7)}, ValueError, r"must be one per point .* got 7 rows"),
+    "rows": ({"scalars": np.arange(7)}, ValueError, r"must be an array with one row per point .* got 7 rows"),
     "back faces": (
         {"backface_params": {"color": "r"}},
         ValueError,
