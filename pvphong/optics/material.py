@@ -67,12 +67,13 @@ class Material:
     A map gives a value for each vertex. It is one of:
 
     - the name of a point array of the mesh;
-    - an array with a row for each vertex, where uint8 colours are divided by 255;
+    - an array with a row for each vertex;
     - a `pyvista.Texture` or the path of an image file, for a mesh with texture coordinates;
     - for colours, a `Colormap`: a scalar array mapped through a colormap.
 
-    For a field that may be either, a string that is a colour's name means that colour, and three numbers mean one
-    colour. In a texture of shininess, white means 128, OpenGL's largest value.
+    uint8 colours in a map are divided by 255. In a texture of shininess, white means 128, OpenGL's largest value. For a
+    field that may be a colour or a map, a string that is a colour's name means that colour, and three numbers mean one
+    colour.
 
     Parameters
     ----------

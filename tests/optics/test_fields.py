@@ -187,7 +187,7 @@ REFUSED = [
     (LIGHTS, ["exponent"], [*NO_POWERS, *NO_MAPS, None], AT_LEAST_0),
     (LIGHTS, ["radius"], [0, -1, math.nan, math.inf, "1", None], RADIUS),
     ([Material], COLOURS[:3], [255.0, (255.0, 128.0, 0.0)], " must be a reflectance, .* divide them by 255"),
-    ([Material], ["albedo"], [1.5, (0.0, 1.1, 0.0)], r" must be a reflectance, .* at most 1\.0; got"),
+    ([Material], ["albedo"], [1.5, (0.0, 1.1, 0.0)], r" must be a reflectance of at most 1\.0, .*; got"),
     ([Material], ["shininess"], [*NO_POWERS, None], AT_LEAST_0),
     ([Material], ["reflectance"], ["phong", Phong, 3], " must be a reflectance, or None"),
     (LIGHTS, ["width", "height"], [0.0, math.nan], " must be a finite number > 0"),

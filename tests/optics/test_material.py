@@ -178,10 +178,10 @@ def test_a_dictionary_holds_what_is_set_and_defaults_may_be_left_out():
 @pytest.mark.parametrize(
     ("reflectance", "said"),
     [  # Oren-Nayar with sigma 25 reflects 0.8824 of Lambert's total
-        (OrenNayar(25), "without it, diffuse=(0.706, 0.706, 0.706), specular=(0, 0, 0), shininess=30."),
+        (OrenNayar(25), "reflectance=None, diffuse=(0.706, 0.706, 0.706), specular=(0, 0, 0), shininess=30."),
         (
             Metal((0.5, 0.25, 0.125), 9),
-            "without it, diffuse=(0.8, 0.8, 0.8), specular=(0.5, 0.25, 0.125), shininess=9.",
+            "reflectance=None, diffuse=(0.8, 0.8, 0.8), specular=(0.5, 0.25, 0.125), shininess=9.",
         ),
         (Retro(5), "Leave it out; VTK's reflectance is Phong's."),
     ],
