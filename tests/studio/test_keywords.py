@@ -210,7 +210,11 @@ BAD = {
     ),
     "texture and scalars": ({"texture": CHECKS, "scalars": "z"}, ValueError, r"^texture must be omitted when scalars="),
     "rgb of numbers": ({"scalars": "z", "rgb": True}, ValueError, r"^scalars must be of shape \(n, 3\) or \(n, 4\)"),
-    "opacity": ({"color": "r", "opacity": np.ones(7)}, ValueError, r"^opacity must be a number, or one for each"),
+    "opacity": (
+        {"color": "r", "opacity": np.ones(7)},
+        ValueError,
+        r"^opacity must be a number, or an array with one for each",
+    ),
 }
 
 
