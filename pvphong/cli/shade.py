@@ -56,9 +56,9 @@ def shade(
 ) -> int:
     """Light a mesh and write it with its colours, or write a picture of it; or light many meshes into a folder.
 
-    Without --scene, a key, a fill and a rim light are used, and PyVista's default view. Many files are lit as one
-    scene, by several processes; files that are lit already are skipped. Files that cannot be lit are listed, and the
-    exit status is then 1.
+    Without --scene, a key, a fill and a rim light are used, and PyVista's default view. Many files are lit by
+    several processes, as one scene; files that are lit already are skipped. Files that cannot be lit are listed, and
+    the exit status is then 1.
 
     Parameters
     ----------

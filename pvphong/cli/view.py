@@ -28,7 +28,7 @@ from pvphong.scene.scene import Scene
 BACKGROUND = "#2b2e34"
 """Default background colour, dark so that lights and gizmos stand out."""
 
-_INSTEAD = "To make a picture without a window, use pvphong shade MESH -o picture.png."
+_INSTEAD = "A picture needs no window: pvphong shade MESH -o picture.png."
 
 
 def view(

@@ -88,7 +88,7 @@ class Cells:
         if len(bad):
             corners = self.connectivity[self.offsets[bad[0]] : self.offsets[bad[0] + 1]]
             index = corners[(corners < 0) | (corners >= n_points)][0]
-            allowed = f"a mesh whose cells use only its {n_points} points" + (f", 0 to {n_points - 1}" * (n_points > 0))
+            allowed = f"a mesh whose cells refer to its {n_points} points" + (f", 0 to {n_points - 1}" * (n_points > 0))
             remedy = "The file or the code that made the cells numbers the points differently; see pvphong.diagnose."
             check.refuse("mesh", f"index {index} in {self.label} {bad[0]}", allowed, remedy)
 

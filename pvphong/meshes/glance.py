@@ -50,9 +50,9 @@ _seen: dict[tuple[int, ...], None] = {}
 _REMEMBERED = 1024
 
 _MISFIT = (
-    "Most of the mesh's stored normals, which the lighting uses, do not fit its faces. The mesh may have changed after "
-    'they were computed. Compute them again with mesh.point_data.active_normals = mesh.phong.normals("angle"), or turn '
-    "reversed faces back with mesh.flip_faces(). mesh.phong.diagnose() gives details."
+    "Most of the mesh's stored normals do not fit its faces, but the lighting uses them. The mesh may have changed "
+    'after they were computed. Compute them again with mesh.point_data.active_normals = mesh.phong.normals("angle"), '
+    "or turn reversed faces back with mesh.flip_faces(). mesh.phong.diagnose() gives details."
 )
 _BACKS = (
     "The mesh's faces look inwards, so light from outside hits their backs, which stay dark. Turn them with "

@@ -131,8 +131,8 @@ def test_files_of_others_in_the_blocks_folder_stay_and_a_file_of_its_name_is_in_
 @pytest.mark.parametrize(
     ("name", "has_blocks", "options", "message"),
     [
-        *[(f"lit{suffix}", False, {}, r"output .* a single mesh: one of \.vtp, ") for suffix in (".stl", "", ".vtm")],
-        *[(f"lit{suffix}", True, {}, r"output .* a MultiBlock: one of \.vtm, ") for suffix in (".vtp", ".ply")],
+        *[(f"lit{suffix}", False, {}, r"path .* a single mesh \(\.vtp, ") for suffix in (".stl", "", ".vtm")],
+        *[(f"lit{suffix}", True, {}, r"path .* a MultiBlock \(\.vtm, ") for suffix in (".vtp", ".ply")],
         ("lit.vtp", False, {"compress": "lzma"}, "compress must be one of 'lz4', 'zlib', 'none'; got lzma"),
         ("no/lit.vtp", False, {}, "path must be in a folder that exists"),
     ],

@@ -168,7 +168,7 @@ def test_other_datasets_give_their_surface_and_blocks_a_view_each():
         (np.zeros((3, 3)), {"space": "lab"}, "space must be one of 'hsv', 'xyz'; got lab"),
         (np.zeros((3, 3)), {"name": "glow"}, "name must be one of 'phong'; got glow"),
         (np.zeros((3, 4)), {}, "three floats >= 0 per point"),
-        (np.full((3, 3), 255, np.uint8), {}, "an array of uint8"),
+        (np.full((3, 3), 255, np.uint8), {}, "a uint8 array"),
         (np.full((3, 3), -0.1), {}, "a negative number"),
         (np.full((3, 3), np.nan), {}, "NaN"),
     ],

@@ -178,7 +178,7 @@ def test_with_lights_viewers_are_given_those_and_colours_before_light():
 
 
 BAD = {
-    "suffix": (lambda: lit().phong.save("ball.stl"), r"^path must be .*\.vtp, .*\.png; got ball\.stl"),
+    "suffix": (lambda: lit().phong.save("ball.stl"), r"^path must be .*\.vtp, .*\.png\); got ball\.stl"),
     "blocks": (
         lambda: blocks().phong.save("ball.ply"),
         r"^path must be .*; got ball\.ply\. Merge .* blocks\.combine\(\)",

@@ -214,7 +214,11 @@ BAD = {
         ValueError,
         r"^scalars must be an array of shape \(n, 3\) or \(n, 4\)",
     ),
-    "opacity": ({"color": "r", "opacity": np.ones(7)}, ValueError, r"^opacity must be a number, or one for each"),
+    "opacity": (
+        {"color": "r", "opacity": np.ones(7)},
+        ValueError,
+        r"^opacity must be a number, or an array with one for each",
+    ),
 }
 
 
