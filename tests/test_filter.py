@@ -99,7 +99,7 @@ def test_bad_arguments_are_refused_and_change_nothing(phong):
     phong.Update()
     with pytest.raises(ValueError, match=r"^scene must be a Scene"):
         phong.SetScene("sun")
-    with pytest.raises(ValueError, match=r"^material must be a Material, .* Did you mean 'gold'"):
+    with pytest.raises(ValueError, match=r"^material must be a Material or .* Did you mean 'gold'"):
         phong.SetMaterial("gld")
     with pytest.raises(ValueError, match=r"^option must be one of .*precision.*; got precison. Did you mean"):
         phong.SetOptions(precison="float64")

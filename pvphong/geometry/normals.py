@@ -195,7 +195,9 @@ def _edges_and_spokes(points: Float64Array) -> tuple[Float64Array, Float64Array]
 def _integers(name: str, value: ArrayLike) -> IntArray:
     result = np.asarray(value)
     if result.ndim != 1 or (result.size and result.dtype.kind not in "iu"):
-        check.refuse(name, f"a {result.dtype} array of shape {result.shape}", "a one-dimensional array of integers")
+        check.refuse(
+            name, f"an array of {result.dtype} with shape {result.shape}", "a one-dimensional array of integers"
+        )
     return result.astype(np.intp, copy=False)
 
 

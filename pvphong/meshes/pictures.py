@@ -351,7 +351,7 @@ def color_view(mesh: pv.DataSet, space: ColorSpace, *, name: str = "phong") -> p
     allowed = "an array of lit colours: three floats >= 0 per point"
     if colors.shape != (source.n_points, 3) or colors.dtype.kind != "f":
         check.refuse("name", f"{name}, a {colors.dtype} array of shape {colors.shape}", allowed)
-    if not (np.isfinite(colors) & (colors >= 0.0)).all():
+    if not (colors.min(initial=0.0) >= 0.0 and colors.max(initial=0.0) < np.inf):  # false for NaN
         check.refuse("name", f"{name}, an array with a negative number, NaN or infinity", allowed)
     if space == "xyz":
         converted = xyz_from_rgb(colors)
@@ -362,7 +362,8 @@ def color_view(mesh: pv.DataSet, space: ColorSpace, *, name: str = "phong") -> p
 
         def convert(first: int, last: int) -> None:
             some, into = colors[first:last], converted[first:last]
-            above = np.maximum(some.max(axis=1, keepdims=True), some.dtype.type(1.0))
+            red, green, blue = some.T
+            above = np.maximum(np.maximum(np.maximum(red, green), blue), some.dtype.type(1.0))[:, None]
             into[:] = rgb_to_hsv(some / above)
             into[:, 2:] *= above
 

@@ -323,9 +323,9 @@ def texture_colors(texture: Any, source: pv.PolyData, name: str = "albedo") -> F
     result = np.empty((source.n_points, 3))
 
     def look_up(first: int, last: int) -> None:
-        uv = coordinates[first:last].astype(np.float64)
-        is_there = np.isfinite(uv).all(axis=1)
-        u, v = np.where(is_there, uv.T, 0.0)
+        u, v = coordinates[first:last].T.astype(np.float64, order="C")
+        is_there = np.isfinite(u) & np.isfinite(v)
+        u[~is_there] = v[~is_there] = 0.0
         total = np.zeros((3, last - first))
         for row, part in _neighbours(v, rows, wrap):
             for column, share in _neighbours(u, columns, wrap):

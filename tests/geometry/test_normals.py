@@ -168,10 +168,25 @@ FACE, RISES = [0, 1, 2], r"^offsets must be indices that rise from 0 to the conn
     [
         *[(np.eye(3), FACE, offsets, RISES) for offsets in ([0, 2], [1, 3], [0, 4], [0, 2, 1, 3], [3], [])],
         *[(np.eye(3), FACE, offsets, RISES) for offsets in ([0, 2**62, 3], [0, 2**63 - 1, -(2**63), 3])],
-        (np.eye(3), [0.0, 1.0, 2.0], [0, 3], r"^connectivity must be a one-dimensional array of integers; .* of fl"),
+        (
+            np.eye(3),
+            [0.0, 1.0, 2.0],
+            [0, 3],
+            r"^connectivity must be a one-dimensional array of integers; got an array of float64 with shape \(3,\)",
+        ),
         (np.eye(3), np.array([0, 1, 2**63 + 1], np.uint64), [0, 3], "^connectivity must be indices of the 3 points"),
-        (np.eye(3), FACE, [0.0, 3.0], r"^offsets must be a one-dimensional array of integers; got shape \(2,\) of fl"),
-        (np.eye(3), [FACE], [0, 1], r"^connectivity must be a one-dimensional .* got shape \(1, 3\) of int"),
+        (
+            np.eye(3),
+            FACE,
+            [0.0, 3.0],
+            r"^offsets must be a one-dimensional array of integers; got an array of float64 with shape \(2,\)",
+        ),
+        (
+            np.eye(3),
+            [FACE],
+            [0, 1],
+            r"^connectivity must be a one-dimensional .* got an array of int64 with shape \(1, 3\)",
+        ),
         *[
             (np.eye(3), [*FACE, 2, index, 0], [0, 0, 3, 3, 3, 6], rf"got index {index} in face 4\. The file")
             for index in (3, -1, 2**40)

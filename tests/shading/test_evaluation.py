@@ -48,7 +48,7 @@ def bits(array):
 def test_scene_and_material_are_checked():
     with pytest.raises(ValueError, match=r"^scene must be a Scene, a light, or a sequence of lights; got sun"):
         rgb(scene="sun")
-    with pytest.raises(ValueError, match=r"^material must be a Material, .*Material\.from_property"):
+    with pytest.raises(ValueError, match=r"^material must be a Material or .*Material\.from_property"):
         rgb(material=None)
     assert bits(rgb(material="gold")) == bits(rgb(material=Material.named("gold")))
 

@@ -370,8 +370,8 @@ MESH_OR_POINTS = r"^mesh_or_points must be a mesh or an \(n, 3\) array of real n
         ([1, 2, 3], r"an array of shape \(3,\)"),
         (None, "None"),
         ("mesh.vtp", "mesh.vtp"),
-        (pv.MultiBlock([pv.Sphere(), None]), r"a MultiBlock of 2\. blocks\.phong\.plan\(\.\.\.\) plans each"),
-        (vtk.vtkPolyData(), r"a vtkPolyData\. pyvista\.wrap\(\.\.\.\) makes"),
+        (pv.MultiBlock([pv.Sphere(), None]), r"a MultiBlock of 2 blocks\. blocks\.phong\.plan\(\.\.\.\) plans each"),
+        (vtk.vtkPolyData(), r"a vtkPolyData\. Convert a VTK dataset with pyvista\.wrap"),
     ],
 )
 def test_what_is_neither_a_mesh_nor_points_is_refused(bad, got):

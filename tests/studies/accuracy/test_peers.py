@@ -49,7 +49,12 @@ def test_the_textbook_agrees_with_the_evaluator(scene):
     ("lights", "model", "reflectance", "message"),
     [
         ([], ph.LightModel.vtk(), None, "convention must be 'standard' for the textbook formula; got vtk"),
-        ([ph.SphereLight(position=(0, 0, 3), radius=0.5)], ph.LightModel(), None, r"lights\[0\] must be one that the"),
+        (
+            [ph.SphereLight(position=(0, 0, 3), radius=0.5)],
+            ph.LightModel(),
+            None,
+            r"lights\[0\] must be a light that the",
+        ),
         ([], ph.LightModel(shadows=True), None, "for the textbook formula"),
         ([], ph.LightModel(), ph.OrenNayar(20), "reflectance must be None for the textbook formula"),
     ],

@@ -622,7 +622,7 @@ def test_meshes_and_rigs_are_brought_and_what_is_broken_is_refused(page, folder)
     page.until(lambda: page.light("fill"))
     bad = {
         "broken.ply": ("mesh", "ply\nformat ascii 1.0\n", "got broken.ply."),
-        "other.json": ("rig", "{}", 'must be a JSON object with "format"'),
+        "other.json": ("rig", "{}", 'a JSON object with "format"'),
         "newer.json": ("rig", '{"format": "pvphong scene", "version": 9}', "version must be"),
         "thief.json": ("rig", (folder / "rig.json").read_text().replace("0.75164", '"/etc/x.png"'), "must be"),
     }

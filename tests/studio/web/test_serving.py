@@ -172,7 +172,7 @@ def test_without_the_extra_both_ways_to_the_page_say_how_to_install_it(plotter, 
     ("words", "message"),
     [
         (["nowhere.stl"], "error: mesh must be a file that exists; got nowhere.stl."),
-        (["--port", "99999"], "error: port must be a whole number from 0 to 65535; got 99999."),
+        (["--port", "99999"], "error: --port must be a whole number from 0 to 65535; got 99999."),
         (["--scene", "rig.json"], "error: --scene must be used with a mesh file; got rig.json."),
         (["--keep"], "error: --keep must be used with a mesh file; got True."),
         (["--host", "nowhere.invalid"], "error: port must be available on this machine at nowhere.invalid"),
