@@ -64,7 +64,7 @@ REFUSED = {
     f"{SHADE} --refine 0.1 --components": "--components must be omitted with --refine",
     f"{SHADE} --refine 0": "error: --refine must be a finite number > 0",
     f"{SHADE} --feature-angle 400": "error: --feature-angle must be a finite number >= 0 and <= 180",
-    "shade blocks.vtm -o lit/ --scene bounces.json": "the light model must be without bounces for a surface in several pieces",
+    "shade blocks.vtm -o lit/ --scene bounces.json": "the light model must be without bounces for a surface in several",
     "shade sphere.vtp cube.vtp -o lit --refine 0.1": "--refine must be omitted for many files",
     "shade sphere.vtp cube.vtp -o lit --refine 0": "--refine must be omitted for many files",
     f"{SHADE} --workers 0": "--workers must be omitted for a single mesh and an output file",
