@@ -56,7 +56,10 @@ def number(
     at_most: float = math.inf,
     remedy: str = "",
 ) -> float:
-    """Return a finite real number within the bounds, as a float."""
+    """Return a finite real number within the bounds, as a float; refuse any other value.
+
+    The value may equal `at_least` and `at_most`, but must be greater than `above`.
+    """
     if type(value) is float and math.isfinite(value) and at_least <= value <= at_most and value > above:
         return value  # the usual case, kept fast for files with many lights
     bounds = [f"> {above:g}"] * (above > -math.inf) + [f">= {at_least:g}"] * (at_least > -math.inf)
@@ -81,7 +84,7 @@ def flag(name: str, value: Any) -> bool:
 
 
 def choice(name: str, value: Any, allowed: Iterable[str]) -> str:
-    """Return `value` if it is one of the allowed strings; else the message lists them and suggests the nearest."""
+    """Return `value` if it is an allowed string; else refuse it, list the allowed strings and suggest the nearest."""
     options = list(allowed)
     if isinstance(value, str) and value in options:
         return value
@@ -99,7 +102,7 @@ def meant(value: Any, options: Iterable[str]) -> str:
 
 
 def text(name: str, value: Any) -> str:
-    """Return `value` if it is a string."""
+    """Return `value` if it is a string; else refuse it."""
     if not isinstance(value, str):
         refuse(name, value, "a string")
     return value
@@ -138,10 +141,11 @@ def _are_floats(value: Any, count: int) -> bool:
 
 
 def color(name: str, value: Any) -> Color:
-    """Return a linear colour: a float for grey, three floats, or one of PyVista's colour names or hex strings.
+    """Return a linear colour: a float for grey, or three floats.
 
-    Floats are kept bit for bit and may exceed 1 (a bright light). Integer triples with an entry above 1 are refused,
-    because they are probably 0-255 values.
+    The value is a number, three numbers, or one of PyVista's colour names or hex strings. Floats are kept bit for bit
+    and may exceed 1 (a bright light). Integer triples with an entry above 1 are refused, because they are probably
+    0-255 values.
     """
     if _are_floats(value, 3) and min(value) >= 0.0:
         red, green, blue = value
@@ -182,7 +186,7 @@ def array(name: str, value: Any, *, count: int | None = None, allowed: str = _RO
     count : int, optional
         The required number of rows; by default, any number.
     allowed : str
-        The allowed values, for the message; needed if the argument need not be an array.
+        The allowed values, for the message; needed if the argument may also be something other than an array.
 
     Raises
     ------
@@ -225,7 +229,7 @@ def matrix4(name: str, value: Any) -> Float64Array:
     Raises
     ------
     ValueError
-        If the shape is wrong, or an entry is not a real number, NaN or infinite.
+        If the shape is wrong, or an entry is NaN, infinite or not a real number.
     """
     if hasattr(value, "GetMatrix"):  # a pyvista.Transform or vtkTransform
         value = value.GetMatrix()
@@ -248,7 +252,7 @@ field."""
 
 
 def field(checked: Check, default: Any = dataclasses.MISSING, **more: Any) -> Any:
-    """Declare a dataclass field whose value `fields` will check with `checked`; `more` is added to its metadata."""
+    """Declare a dataclass field. `fields` checks its value with `checked`; `more` is added to the field's metadata."""
     return dataclasses.field(default=default, metadata={"check": checked, **more})
 
 
@@ -260,7 +264,7 @@ def fields(instance: Any) -> None:
 
 
 def keywords(kind: Any, given: Iterable[str]) -> None:
-    """Raise ``TypeError`` for an argument that is not a field of a dataclass; the message suggests the nearest one."""
+    """Raise ``TypeError`` if a given name is not a field of a dataclass; the message suggests the nearest field."""
     known = [each.name for each in dataclasses.fields(kind)]
     for name in given:
         if name not in known:

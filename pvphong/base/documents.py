@@ -65,9 +65,9 @@ def value(place: str, kind: type[Kind], given: Any) -> Kind:
 
 
 def with_type(argument: str, given: Any, kinds: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the fields of a dataclass as a dict, to which its name in `kinds` is added as "type".
+    """Return the fields of the dataclass `given` as a dict; the entry "type" is the name of its class in `kinds`.
 
-    Raise ValueError if `kinds` does not contain its class.
+    Raise ValueError if `kinds` does not contain the class.
     """
     for name, kind in kinds.items():
         if type(given) is kind:
@@ -77,7 +77,7 @@ def with_type(argument: str, given: Any, kinds: Mapping[str, Any]) -> dict[str, 
 
 
 def value_of_type(place: str, given: Any, kinds: Mapping[str, type[Kind]]) -> Kind:
-    """Create a dataclass as `value` does; the object's entry "type" is the name of its class in `kinds`."""
+    """Create a dataclass as `value` does; the JSON object's entry "type" is the name of the class in `kinds`."""
     found = entries(place, given)
     kind = kinds[check.choice(f"{place}.type", found.pop("type", None), kinds)]
     return value(place, kind, found)

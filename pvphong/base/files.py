@@ -159,7 +159,7 @@ def _remove(folder: Path) -> None:
 
 
 def reserve(aside: Path, size: int) -> None:
-    """Check that a file of `size` bytes fits on the disk, for writers that do not report a full disk.
+    """Check that a file `aside` of `size` bytes fits on its disk, for writers that do not report a full disk.
 
     Raises
     ------
@@ -198,8 +198,9 @@ def write_json(document: Any, path: str | os.PathLike[str]) -> None:
 def locked(path: Path, *, makes: bool = True) -> Iterator[bool]:
     """Lock a file for the duration of the block; yield True if this process has the lock, else False.
 
-    The file is created if `makes` is true, and it is not removed. False means that it is missing, cannot be created or
-    locked, or was removed in the meantime. The system releases the lock when the process that holds it ends.
+    The file is created if `makes` is true, and it is not removed at the end. False means that the file is missing,
+    cannot be created or locked, or was removed in the meantime. The system releases the lock when the process that
+    holds it ends.
     """
     try:
         file = path.open("ab" if makes else "r+b")

@@ -81,7 +81,7 @@ def multiply_add(a: Any, b: Any, c: Any) -> Any:
 
 
 def as_type_of(x: Any, value: Any) -> Any:
-    """Convert a number to the type of x."""
+    """Convert the number `value` to the type of x."""
     return x.dtype.type(value)
 
 
@@ -131,7 +131,7 @@ def log1p(x: Any) -> Any:
 
 
 def power_less_one(less: Any, exponent: Any) -> Any:
-    """Return max(z, 0)ᵖ − 1 for less = 1 − z, accurate near z = 1 too; 0⁰ is 1."""
+    """Return max(z, 0)ᵖ − 1 with p = `exponent` and z = 1 − `less`, accurate near z = 1 too; 0⁰ is 1."""
     with np.errstate(divide="ignore", invalid="ignore"):
         return np.where(exponent > 0.0, np.expm1(exponent * np.log1p(-np.minimum(less, 1.0))), 0.0)
 
@@ -152,10 +152,10 @@ def exponential(x: Any) -> Any:
 
 
 def chord_power(squared: Any, exponent: Any, floor: float = 0.0) -> Any:
-    """Return max(f, floor)ⁿ for the cosine f = 1 − ½|C|² of an angle, given the square |C|² of its chord C.
+    """Return max(f, floor)ⁿ for the cosine f = 1 − ½|C|² of an angle with the chord C.
 
-    The exponent n is a number or an array; the power is 1 for n = 0. It is computed as exp(n · log1p(−½|C|²)), which is
-    accurate near f = 1.
+    `squared` is |C|². The exponent n is a number or an array; the power is 1 for n = 0. The power is computed as
+    exp(n · log1p(−½|C|²)), which is accurate near f = 1.
     """
     real = squared.dtype.type
     is_flat = np.equal(exponent, 0.0)
@@ -194,8 +194,8 @@ class Power(NamedTuple):
 
     @property
     def numbers(self) -> tuple[float, float, float]:
-        """Three numbers for compiled code: n, limited to float32's range; log2(floor); and the |C|² at and above which
-        the power is 0.
+        """Three numbers for compiled code: n, limited to float32's range; log2(floor); and the squared length of the
+        angle's chord at and above which the power is 0.
         """
         exponent = self.exponent and max(FAINTEST, min(self.exponent, BRIGHTEST))
         log_floor = math.log2(self.floor) if self.floor else -math.inf
@@ -261,6 +261,6 @@ def cross(a: Any, b: Any) -> Any:
 def inverse_length(squared: Any) -> Any:
     """Return 1 over the length of a vector, given its squared length.
 
-    The result is finite for a zero vector, so that the product of both is zero.
+    The result is finite for a zero vector, so that the vector times the result is zero.
     """
     return ONE / sqrt(maximum(squared, LEAST_SQUARE))

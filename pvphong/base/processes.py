@@ -56,7 +56,7 @@ class Watch:
     end : int
         Descriptor of the watcher's end of the pipe.
     process : int
-        Number of the worker's process.
+        ID of the worker's process.
     """
 
     def __init__(self, end: int, process: int) -> None:
@@ -105,7 +105,10 @@ class Watch:
             return 0
 
     def failure(self, code: int, advice: str = "") -> str:
-        """Return one line about the worker's crash; `code` is its exit status, or minus the number of its signal."""
+        """Return one line about the worker's crash, followed by `advice`.
+
+        `code` is the worker's exit status, or minus the number of the signal that ended it.
+        """
         if self.overdue:
             what = f"Reading timed out: no data from the disk for {self.limit:.0f} s."
         elif code == -signal.SIGKILL:

@@ -57,7 +57,8 @@ def _apart(exponent: int) -> int:
 
 
 NEIGHBOURS = (0, *(_apart(exponent) for exponent in range(1, MOST.bit_length())))
-"""Entry m, for the first 2ᵐ points: points k and (k xor entry) share one of 2ᵐ⁻¹ equal squares, or half squares."""
+"""Entry m is for the first 2ᵐ points. If the unit square is divided into 2ᵐ⁻¹ cells, which are equal squares or halves
+of squares, the points k and (k xor entry m) lie in the same cell."""
 
 
 @functools.lru_cache(maxsize=64)
@@ -70,7 +71,7 @@ def in_squares(begin: int, end: int, size: int) -> NDArray[np.uint32]:
     Parameters
     ----------
     begin, end : int
-        Number of the first point, and of the one after the last; at most `MOST`.
+        Number of the first point, and of the point after the last; at most `MOST`.
     size : int
         The last point is repeated until the count is a multiple of `size`.
 
@@ -102,7 +103,7 @@ def seeds(numbers: NDArray[np.integer[Any]], stream: int = 0) -> NDArray[np.uint
 
 @formula
 def coordinate(digits: Any, seed: Any) -> Any:
-    """Return a coordinate in [0, 1), float32: its digits, uint32, are scrambled by a seed."""
+    """Scramble a coordinate's digits, uint32, by a seed, and return the coordinate, float32, in [0, 1)."""
     x = wrapped(digits ^ wrapped(digits * _MIXERS[0]))
     x = wrapped(x + seed)
     x = wrapped(x * wrapped(wrapped(seed >> _SIXTEEN) | _ONE))

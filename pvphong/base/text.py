@@ -1,7 +1,7 @@
 """Text output: lines and tables that fit a terminal, tables for notebooks, and the progress of long work.
 
-Progress has three independent parts: the caller names the work (`about`), the code that divides it counts
-(`counting`), and a listener receives the progress (`listening`). Without a listener nothing is counted.
+Progress has three independent parts: the caller names the work (`about`), the code that divides the work counts the
+finished pieces (`counting`), and a listener receives the progress (`listening`). Without a listener nothing is counted.
 """
 
 from __future__ import annotations
@@ -21,7 +21,9 @@ WIDTH = 80
 
 
 def wrapped(sentence: str) -> list[str]:
-    """Wrap a sentence to lines of `WIDTH`, without breaking words. Lines after the first are indented by two more."""
+    """Wrap a sentence to lines of `WIDTH`, without breaking words. The first line's indent is kept; the other lines are
+    indented by two more columns.
+    """
     indent = sentence[: len(sentence) - len(sentence.lstrip())]
     return textwrap.wrap(
         sentence, WIDTH, subsequent_indent=f"{indent}  ", break_long_words=False, break_on_hyphens=False

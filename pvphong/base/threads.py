@@ -48,7 +48,10 @@ def go_on() -> None:
 
 
 def count() -> int:
-    """Return the number of threads to use: Numba's setting, at most the processors available to this process."""
+    """Return the number of threads to use: Numba's setting, or all processors available to this process.
+
+    The result is at most the number of these processors, and at most the number given to `limited`.
+    """
     config = getattr(sys.modules.get("numba"), "config", None)  # None if Numba is not loaded, or only partly yet
     setting = os.environ.get("NUMBA_NUM_THREADS", sys.maxsize) if config is None else config.NUMBA_NUM_THREADS
     return max(1, min(int(setting), _processors(os.getpid(), int(time.monotonic())), _limit.get()))
@@ -115,8 +118,8 @@ def shared(work: Callable[[int, int], Any], stop: int, step: int, longest: int =
         Greatest length of a range. A value above `step` is for work that may take less time than waking a thread.
         Unless there is a range of this length for every thread, the calling thread first does a quarter of a step and
         measures its time; other threads join only if the rest takes long enough. Each range is then an even share of
-        the remaining items, but from `step` to `longest`. So there are few ranges, and the last ones are short, so that
-        all threads end together (guided self-scheduling, Polychronopoulos and Kuck 1987).
+        the remaining items, but not shorter than `step` or longer than `longest`. So there are few ranges, and the last
+        ranges are short, so that all threads end together (guided self-scheduling, Polychronopoulos and Kuck 1987).
     """
     go_on()
     begun, lock, note, has_failed = 0, threading.Lock(), text.counting(stop), threading.Event()

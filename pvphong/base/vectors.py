@@ -58,7 +58,7 @@ def unit_vector(vector: VectorLike) -> Vector:
 
 
 def moderate_vector(vector: VectorLike) -> tuple[Vector, float]:
-    """Scale a finite nonzero vector by a power of two to a moderate length; return it and 1 over that length."""
+    """Scale a finite nonzero vector by a power of two; return the scaled vector, and 1 over its moderate length."""
     scale = -math.frexp(max(map(abs, vector)))[1]
     x, y, z = (math.ldexp(component, scale) for component in vector)
     return (x, y, z), 1.0 / math.sqrt(x * x + y * y + z * z)
@@ -70,9 +70,10 @@ def angle_between(a: VectorLike, b: VectorLike) -> float:
 
 
 def unit(w: NDArray[Real]) -> tuple[NDArray[Real], NDArray[Real]]:
-    """Return unit vectors and lengths of the columns; a zero or non-finite column gives a zero vector and length 0.
+    """Return the unit vectors, shape (3, n), and the lengths, shape (n,), of the columns of a (3, n) array.
 
-    Float64 unit vectors are within 4 roundings (4 * 2**-53) of the exact ones.
+    A zero or non-finite column gives a zero vector and the length 0. Float64 unit vectors are within 4 roundings
+    (4 * 2**-53) of the exact ones.
     """
     with np.errstate(all="ignore"):
         square, rare = _squares(w)
@@ -87,10 +88,11 @@ def unit(w: NDArray[Real]) -> tuple[NDArray[Real], NDArray[Real]]:
 
 
 def moderate(w: FloatArray, real: Any = np.float64) -> tuple[Any, Any]:
-    """Scale columns to moderate lengths; return them, and the inverses of these lengths.
+    """Scale the columns of a (3, n) array to moderate lengths; return the scaled columns, and 1 over their lengths.
 
-    Both are new arrays of the float type `real`. A column in the safe range is only rounded to that type; any other is
-    first scaled by a power of two. A zero or non-finite column gives zero, with 0 for its inverse length.
+    Both results are new arrays of the float type `real`. A column whose squared length is in a safe range is only
+    rounded to that type; any other column is first scaled by a power of two. A zero or non-finite column gives a zero
+    vector, with 0 for its inverse length.
     """
     with np.errstate(all="ignore"):
         result = w.astype(real, order="C")
@@ -103,7 +105,10 @@ def moderate(w: FloatArray, real: Any = np.float64) -> tuple[Any, Any]:
 
 
 def _squares(w: NDArray[Real]) -> tuple[NDArray[Real], BoolArray | None]:
-    """Return squared lengths, and a mask of those outside the safe range; None if there are none."""
+    """Return the squared lengths of columns, and a mask of the columns whose squared length is outside the safe range.
+
+    Instead of the mask, None is returned if all are inside.
+    """
     square = dot(w, w)
     if square.min(initial=1.0) >= _LEAST and square.max(initial=1.0) <= _MOST:  # a NaN fails both
         return square, None
@@ -111,9 +116,10 @@ def _squares(w: NDArray[Real]) -> tuple[NDArray[Real], BoolArray | None]:
 
 
 def _rescaled(w: NDArray[Real]) -> tuple[NDArray[Real], NDArray[np.int32]]:
-    """Scale columns so that their largest entry is in [0.5, 1); return them and the exponents.
+    """Scale columns by powers of two so that the largest entry of each is in [0.5, 1).
 
-    A column that is not finite becomes zero.
+    Return the scaled columns, and the exponents: a column is 2**exponent times the scaled one. A column that is not
+    finite becomes zero.
     """
     finite = np.where(np.isfinite(w).all(axis=0), w, 0.0)
     exponents = np.frexp(np.abs(finite).max(axis=0))[1]

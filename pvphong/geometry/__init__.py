@@ -5,5 +5,5 @@
 - `fit.py`: comparison of stored normals with the faces.
 - `projection.py`: the viewing pipeline, and normals of planes and implicit surfaces.
 - `extent.py`: bounds of vertices and normals, which plans use, and a test for convex bodies.
-- `rays.py`: moves the starts of rays that begin far away near the triangles.
+- `rays.py`: if a ray begins far away, moves its start near the triangles.
 """

@@ -44,7 +44,7 @@ class Sphere(NamedTuple):
 class BoundingCone(NamedTuple):
     """Cone that contains the directions to a target from all points of the sphere around the vertices.
 
-    It also has the target's distance.
+    The distance of the target is given too.
     """
 
     direction: Vector
@@ -82,7 +82,8 @@ class MeshBounds:
     def box(self) -> Box | None:
         """Smallest and largest world coordinates; None without points, or if a point is not finite.
 
-        With a matrix, it is the box around the transformed box, as VTK computes the bounds of an actor.
+        With a matrix, the result is the box around the transformed box of the points, as VTK computes the bounds of an
+        actor.
         """
         if not len(self.points):
             return None
@@ -101,7 +102,7 @@ class MeshBounds:
     def sight(self, target: VectorLike) -> BoundingCone | None:
         """Return the cone of directions to a target, or None.
 
-        It is None if the sphere is unknown, or the target is at its centre or infinitely far away.
+        The result is None if the sphere is unknown, or the target is at the sphere's centre or infinitely far away.
         """
         sphere = self.sphere
         if sphere is None:
@@ -136,9 +137,9 @@ ANYWHERE = MeshBounds(np.zeros((0, 3)), None, None)
 
 
 def _cone(low: Float64Array, high: Float64Array) -> tuple[Vector, float] | None:
-    """Return the axis and half-angle of a cone around all normals in a box, or None.
+    """Return the axis and half-angle of a cone around all normals n in a box, or None.
 
-    Only the box's corners are examined: n·axis is smallest, and |n| largest, at one of them.
+    Only the box's corners are examined: n·axis is smallest at a corner, and |n| is largest at a corner.
     """
     largest = max(np.abs(low).max(), np.abs(high).max())
     if not 0.0 < largest < math.inf:

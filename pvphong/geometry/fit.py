@@ -49,7 +49,7 @@ class Areas:
         self._found, self._exponents = np.zeros(faces.count), np.zeros(faces.count, np.int32)
 
     def put(self, block: FaceBlock, areas: Float64Array) -> None:
-        """Store the areas of a block, in units of 2**(2 * exponents)."""
+        """Store the areas of a block's faces, in units of 2**(2 * block.exponents)."""
         self._found[block.faces], self._exponents[block.faces] = areas, block.exponents
 
     @property
@@ -75,10 +75,10 @@ def weights_of(faces: Faces, areas: Float64Array) -> Float64Array:
 
 
 def fit_of(stored: FloatArray, computed: Float64Array, weights: Float64Array) -> tuple[NormalsFit | None, IntArray]:
-    """Compare stored normals with computed ones; return the fit and the points that are off by more than `MISFIT`.
+    """Compare the stored normals of n points, shape (n, 3), with the computed ones; `weights` are the points' areas.
 
-    Points that lack the stored or the computed normal, or whose weight is 0, are ignored. The fit is None if no point
-    is left.
+    Return the fit, and the indices of the points where the angle is larger than `MISFIT`. Points that lack the stored
+    or the computed normal, or whose weight is 0, are ignored. The fit is None if no point is left.
     """
     cosines = np.empty(len(stored))
 

@@ -3,8 +3,8 @@
 Meshes are plain arrays here, in VTK's form: `connectivity` lists the point indices of all faces one after the other,
 and `offsets` gives the start of each face in it. A point or face without a normal gets the zero vector, which is unlit.
 
-In order: `Faces`, which checks the faces and yields their edges in blocks with the same number of corners, scaled into
-a safe range; normals of faces; normals of points; tangents.
+In order: `Faces`, which checks the faces and yields blocks of faces with the same number of corners, whose edges are
+scaled into a safe range; normals of faces; normals of points; tangents.
 """
 
 from __future__ import annotations
@@ -78,10 +78,10 @@ class FaceBlock:
     def area_vectors(self) -> Float64Array:
         """Return vectors along the faces' normals, as long as twice the areas, shape (3, m); zero for degenerate faces.
 
-        They are in units of 2**(2 * exponents). Each is the sum of spoke × edge over the fan of triangles around corner
-        0. Newell's sum over the points (M. E. Newell, in Sutherland et al. 1974) loses digits far from the origin; this
-        one subtracts points first. The last triangle of the fan uses the edge back to corner 0. So for a triangular
-        face, the product is that of its two edges at corner 0.
+        The vectors are in units of 2**(2 * exponents). Each is the sum of spoke × edge over the fan of triangles around
+        corner 0. Newell's sum over the points (M. E. Newell, in Sutherland et al. 1974) loses digits far from the
+        origin; this sum uses differences of points. The last triangle of the fan uses the edge back to corner 0. So for
+        a triangular face, the vector is the cross product of the two edges at corner 0.
         """
         count = self.spokes.shape[1]
         total = np.zeros((3, len(self.faces)))
@@ -135,7 +135,7 @@ class Faces:
                 "connectivity",
                 f"index {self.connectivity[first]} in face {face}",
                 allowed if self.n_points else "empty without points",
-                "The file or the code that made the faces numbers the points differently.",
+                "The faces may come from a file or code that counts points differently, for example from 1.",
             )
         self._rows = np.ascontiguousarray(rows)  # otherwise each block would copy them
 
@@ -254,8 +254,8 @@ def point_normals(
         As for `polygon_normals`.
     weighting : {"angle", "area", "max"}
         Weight of a face at a corner. "angle": the face's angle there [1]_, which does not depend on the division of
-        the surface into faces; 180° if the point coincides with the face's previous or next one. "area": its area.
-        "max": the sine of the angle over the product of the two edges' lengths [2]_, which is exact on a sphere.
+        the surface into faces; 180° if the point coincides with the face's previous or next point. "area": the face's
+        area. "max": the sine of the angle over the product of the two edges' lengths [2]_, which is exact on a sphere.
 
     Returns
     -------
@@ -328,7 +328,10 @@ def _weights(block: FaceBlock, areas: Float64Array, weighting: Weighting) -> Flo
 
 
 def _levels(faces: Faces, power: int) -> NDArray[np.int32] | None:
-    """Return exponents, shape (n,), that keep each point's sum of weights in range; usually None: none are needed."""
+    """Return exponents, shape (n,), that keep each point's sum of weights in range.
+
+    Usually none is needed, and the result is None.
+    """
     if power == 0 or not any(block.exponents.any() for block in faces.blocks()):
         return None
     levels = np.full(faces.n_points, _NO_LEVEL, dtype=np.int32)
@@ -346,9 +349,9 @@ def point_tangents(
 ) -> Float64Array:
     """Compute unit tangents of the points of a mesh, as MikkTSpace does.
 
-    At each corner of a face, ∂p/∂u follows from the edges to the two neighbours. It is projected onto the tangent
-    plane and weighted by the angle between the edges there. Unlike MikkTSpace, points are not split at mirrored
-    texture seams, where the tangents of the faces may cancel.
+    At each corner of a face, ∂p/∂u follows from the edges to the two neighbours. This vector is projected onto the
+    tangent plane, normalized, and weighted by the angle between the two edges. Unlike MikkTSpace, points are not split
+    at mirrored texture seams, where the tangents of the faces may cancel.
 
     Parameters
     ----------

@@ -37,8 +37,8 @@ def look_at(eye: VectorLike, target: VectorLike, up: VectorLike) -> Float64Array
     eye, target : sequence of 3 floats
         Two different positions, in world coordinates.
     up : sequence of 3 floats
-        A direction of any length that is not parallel to the view direction; its component across that direction points
-        up in the image.
+        A direction of any length that is not parallel to the view direction; its component perpendicular to the view
+        direction points up in the image.
 
     Returns
     -------
@@ -207,14 +207,16 @@ def _interval(first: str, begin: Any, last: str, end: Any) -> tuple[float, float
     """Check two opposite edges of the window; return them and their distance."""
     begin, end = check.number(first, begin), check.number(last, end)
     if begin == end or math.isinf(end - begin):
-        check.refuse(last, end, f"different from {first}, {begin:g}, at a finite distance")
+        check.refuse(last, end, f"different from {first} ({begin:g}), by a finite amount")
     return begin, end, end - begin
 
 
 def _planes(near: Any, far: Any, above: float = -math.inf) -> tuple[float, float, float]:
     near, far = check.number("near", near, above=above), check.number("far", far)
     if far <= near or math.isinf(far - near):
-        check.refuse("far", far, f"beyond near, > {near:g}", "Distances are measured from the eye.")
+        check.refuse(
+            "far", far, f"greater than near ({near:g}), by a finite amount", "Both are distances from the eye."
+        )
     return near, far, far - near
 
 
@@ -326,7 +328,7 @@ def plane_normal(*plane: Any) -> Float64Array:
         normal, got, allowed = (
             common_integers(coefficients[:3]),
             str(coefficients),
-            "coefficients with a, b, c not all zero",
+            "coefficients of which a, b and c are not all zero",
         )
     else:
         check.refuse("plane", items, "(a, b, c), (a, b, c, d) or three points", "Each point has three numbers.")

@@ -1,6 +1,6 @@
 """Rays in scaled coordinates: all triangles lie in [−1, 1], so that float32 resolves them evenly.
 
-The starts of rays that begin far away are moved near the triangles.
+If a ray begins far away, its start is moved along the ray to a point near the triangles.
 """
 
 from __future__ import annotations
@@ -13,12 +13,12 @@ NEAR = 4.0
 """Largest coordinate of a ray's start, in magnitude. A start that is farther away is moved along its ray."""
 
 LONGEST = 4.0 * NEAR
-"""Distance along a ray from such a start beyond which there are no triangles."""
+"""Upper limit of distances along a ray to a triangle, from a start with coordinates up to `NEAR`."""
 
 
 @formula
 def begun_near(start: Any, direction: Any, length: Any) -> Any:
-    """Move a ray's start along the ray to just before the triangles; return it and the remaining length."""
+    """Move a ray's start along the ray to just before the triangles; return the new start and the remaining length."""
     ahead = maximum(-dot(start, direction) - NEAR / 2, 0.0)
     x, y, z = (start[0] + ahead * direction[0], start[1] + ahead * direction[1], start[2] + ahead * direction[2])
     return (x, y, z), length - ahead

@@ -1,8 +1,8 @@
 """Transforms of points, vectors and normals by a 4x4 affine model matrix, and normalization of vectors.
 
 A model matrix M = [[L, t], [0, 0, 0, w]] maps a point p to (L p + t) / w and a vector v to L v / w. A normal n is
-multiplied by the inverse-transpose of L / w, which is its cofactor matrix up to a positive factor and the sign of its
-determinant.
+multiplied by the inverse-transpose of L / w. The inverse-transpose of a matrix is its cofactor matrix, up to a positive
+factor and the sign of its determinant.
 
 Each row of a result depends only on the same row of the input and on the matrix, not on other rows or the memory
 layout. Rows that would overflow or underflow are computed again with separate exponents, which gives the same bits
@@ -24,7 +24,7 @@ from pvphong.base.vectors import columns, unit
 
 
 class MatrixClass(Enum):
-    """Effect of a matrix on the directions of normals; the value describes it in reports."""
+    """Class of a matrix by its effect on the directions of normals; the value is the description in reports."""
 
     TRANSLATION = "a translation"
     UNIFORM_SCALE = "a uniform scale"
@@ -38,7 +38,7 @@ class MatrixClass(Enum):
 
 
 def class_of(matrix: Float64Array) -> MatrixClass:
-    """Return the class of a (4, 4) affine matrix; a translation or uniform scale exactly, a similarity to 1e-12."""
+    """Return the class of a (4, 4) affine matrix: a translation or a uniform scale if exact, a similarity to 1e-12."""
     linear, w = matrix[:3, :3], matrix[3, 3]
     if np.array_equal(linear, np.eye(3) * linear[0, 0]) and np.sign(linear[0, 0]) == np.sign(w):
         return MatrixClass.TRANSLATION if linear[0, 0] == w else MatrixClass.UNIFORM_SCALE
@@ -67,7 +67,9 @@ _MOST_W = 2.0**30
 
 
 class SingularMatrixWarning(UserWarning):
-    """Warning about a model matrix that flattens space onto a plane; normals are the limit of ever flatter matrices.
+    """Warning about a model matrix that flattens space onto a plane.
+
+    The transformed normals are the limit of those for ever flatter matrices.
 
     Examples
     --------

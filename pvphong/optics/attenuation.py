@@ -42,7 +42,7 @@ def divisor(c: Any, l: Any, q: Any, d: Any) -> Any:
 
 
 def attenuate(distance: Float64Array, attenuation: VectorLike) -> Float64Array:
-    """Return the attenuation at distances d, at most the largest float.
+    """Return the attenuation, at most the largest float, for each distance d.
 
     It is 0 if d is NaN, which means a point that is not finite. On the light itself (d = 0) it is 1/c, with the
     constant coefficient c; if c = 0 it is 0, because a light does not light its own position.

@@ -138,13 +138,13 @@ class Colormap:
     Parameters
     ----------
     scalars : str or array_like
-        Name of a point or cell array, or an array with a row for each of the mesh's points or cells. If rows have
-        several columns, their length is mapped; of complex numbers, the real part. Bools have two colours, whatever the
-        range.
+        Name of a point or cell array, or an array with a row for each of the mesh's points or cells. Of rows with
+        several numbers, the length is mapped, or the number that `component` selects. Of complex numbers, the real part
+        is mapped. Bools have two colours, whatever the range.
     cmap : str, sequence of colours, matplotlib.colors.Colormap or pyvista.LookupTable, optional
         Colormap: a name that PyVista knows, or a sequence of colours, each a name or three numbers from 0 to 1;
-        defaults to the colormap of PyVista's theme. A lookup table has its own range and colours, and excludes the
-        options for these.
+        defaults to the colormap of PyVista's theme. A lookup table defines its own range and colours; the options that
+        would set them are then refused.
     clim : (float, float) or float, optional
         Numbers that map to the first and the last colour; one number c means (-c, c). Defaults to the least and the
         greatest number of the array, over all blocks of a MultiBlock.
@@ -155,7 +155,7 @@ class Colormap:
         is replaced by the least positive float.
     nan_color, below_color, above_color : color, optional
         Colour of NaN (by default, the theme's), of numbers below `clim` (by default, the first colour) and of numbers
-        above it (by default, the last colour).
+        above `clim` (by default, the last colour).
     flip_scalars : bool, default False
         True to reverse the colormap.
     categories : bool or int, default False
@@ -163,10 +163,11 @@ class Colormap:
     annotations : mapping, optional
         Mapping from numbers to texts, which the scalar bar shows at these numbers.
     component : int, optional
-        Column to map of an array with several columns; by default, the lengths of its rows are mapped.
+        Index of the column to map, for an array with several columns; by default, the lengths of the rows are mapped.
     preference : {"point", "cell"}, optional
-        Kind of array to use if point and cell data share the name or the length. Without it, a shared name is refused,
-        and a shared length means points.
+        Kind of array, needed if point and cell data both have an array with the name `scalars`; such a name is refused
+        without a preference. If `scalars` is an array, and the mesh has as many points as cells, the default is
+        "point".
 
     Raises
     ------
@@ -228,7 +229,7 @@ class Colormap:
         return hash(self._key)
 
     def to_dict(self, place: str = "colormap") -> dict[str, Any]:
-        """Return its fields as a dictionary for JSON; `from_dict` restores the colormap.
+        """Return the colormap's fields as a dictionary for JSON; `from_dict` restores the colormap.
 
         Raises
         ------
@@ -246,7 +247,7 @@ class Colormap:
 
     @classmethod
     def from_dict(cls, given: Mapping[str, Any], place: str = "colormap") -> Colormap:
-        """Restore a colormap from `to_dict`; raise ValueError, which contains `place`, for invalid fields."""
+        """Restore a colormap from `to_dict`; raise ValueError, with `place` in its message, for invalid fields."""
         if "scalars" not in documents.entries(place, given):
             check.refuse(f"{place}.scalars", "nothing", "the name of a point or cell array")
         return documents.value(place, cls, given)

@@ -1,4 +1,4 @@
-"""Base class of lights: the fields and checks that all share, and the methods that a kind of light overrides.
+"""Base class of lights: the fields and checks that all lights share, and the methods that a kind of light overrides.
 
 A new kind of light is one file in `pvphong/optics/lights/` and its entry in `LIGHT_TYPES` there, whose key is its name
 in scene files. That package's docstring lists the steps that make it public and tested.
@@ -10,8 +10,8 @@ A kind of light declares its fields with roles (`roles.py`), and must define one
 - `arrival`: the light that arrives at a vertex, which only the readable evaluator runs.
 
 All other methods have safe defaults here. `pvphong/shading/plan/lights.py` defines cheaper replacements of lights, and
-`lights/conversion.py` the lights that VTK draws in their place. A kind that is not registered there is evaluated
-unchanged, and VTK does not draw it.
+`lights/conversion.py` the lights that VTK draws in their place. A kind that is not registered in these two files is
+evaluated unchanged, and VTK does not draw it.
 """
 
 from __future__ import annotations
@@ -62,8 +62,9 @@ NODES = 64
 
 
 class Integral(NamedTuple):
-    """Light that a lobe reflects from an area light of intensity 1: the limit of the sum over its nodes as their number
-    grows.
+    """Light that a lobe reflects from an area light of intensity 1.
+
+    It is the limit of the sum over the light's nodes as the number of nodes grows.
     """
 
     formula: Callable[..., Any]
@@ -178,7 +179,7 @@ class Light(metaclass=_Kind):
     """True if the light that arrives is independent of the position."""
 
     intensity_unit: ClassVar[str] = ""
-    """Unit of `intensity`; "" if an intensity of 1 gives a white patch that faces the light the light's colour."""
+    """Unit of `intensity`; "" if, at an intensity of 1, a white patch that faces the light has the light's colour."""
 
     __signature__ = InitSignature()
 
@@ -259,7 +260,7 @@ class Light(metaclass=_Kind):
     def outline(self) -> Float64Array | None:
         """Points around the edge of a flat light, shape (k, 3), in its own frame; None for other lights.
 
-        They run counter-clockwise as seen from the front. A window draws them.
+        The points run counter-clockwise as seen from the front. A window draws the outline.
         """
         return None
 
@@ -276,7 +277,7 @@ class Light(metaclass=_Kind):
     def arrival(self, points: Float64Array, real: Any = np.float64) -> Arrival:
         """Return the light that arrives at points, shape (3, n), given in the light's own frame.
 
-        Its vectors have the float type `real`. For an area light, it is the light from the centre.
+        The result's vectors have the float type `real`. For an area light, the result is the light from its centre.
         """
         placed = self.placement
         if placed is None:
@@ -314,8 +315,8 @@ class Light(metaclass=_Kind):
     def error_without_bands(self, form: CosinePower, bands: int) -> float:  # noqa: ARG002 it has none
         """Return a bound on the error of the reflected light, at intensity 1, if only the first `bands` bands are used.
 
-        `form` is the lobe that reflects the light. If `bands` is the light's own number of bands, it is a bound on the
-        error of the expansion itself.
+        `form` is the lobe that reflects the light. If `bands` is the light's own number of bands, the result is a bound
+        on the error of the expansion itself.
         """
         return 0.0
 
@@ -330,7 +331,7 @@ class Light(metaclass=_Kind):
         return (((1.0, 1.0, 1.0), self),)
 
     def analytic_integral(self, form: CosinePower) -> Integral | None:  # noqa: ARG002 there is none
-        """Return the exact integral of a lobe over the light, or None if `nodes` approximate it."""
+        """Return the exact integral of the lobe `form` over the light, or None if `nodes` approximate it."""
         return None
 
     @property

@@ -18,7 +18,7 @@ from pvphong.base.types import FloatArray, rgb
 from pvphong.optics.colormap import Colormap
 
 MOST_REFLECTED = 16.0
-"""Largest reflectance. Values above 1 are allowed, but larger ones are probably 0-255 values."""
+"""Largest reflectance. Values above 1 are allowed, but values above this limit are probably 0-255 values."""
 
 
 class Field(NamedTuple):
@@ -212,13 +212,13 @@ def map_values(name: str, value: Any, count: int) -> Values:
     Raises
     ------
     ValueError
-        For a wrong shape or length, integers other than uint8 as colours, or numbers out of range. For albedo, only
-        values above 1 raise: NaN and negative values become 0 when the map is used.
+        For a wrong shape or length, integers other than uint8 as colours, or numbers out of range. Of albedo's numbers,
+        only those above 1 raise: NaN and negative numbers become 0 when the map is used.
     """
     field = FIELDS[name]
     allowed = f"{field.allowed}, shape (n,){' or (n, 3)' if field.is_color else ''}"
     if isinstance(value, str):
-        check.refuse(name, repr(value), f"an array, because array names need a mesh: {allowed}")
+        check.refuse(name, repr(value), f"an array of {allowed}", "The name of an array needs a mesh.")
     if isinstance(value, Colormap):
         value = host.answers().mapped_colors(name, value)
     given = check.real_array(name, value.source if isinstance(value, Map) else value, allowed)
@@ -272,7 +272,10 @@ def _range_of(numbers: Any) -> tuple[float, float]:
 
 
 def fractions(name: str, rows: Any, real: Any = np.float64) -> FloatArray:
-    """Return checked colours as floats: uint8 is divided by 255; albedo is clipped to [0, 1], with 0 for NaN."""
+    """Return checked colours as floats of the type `real`.
+
+    uint8 is divided by 255. Albedo is clipped to [0, 1], and its NaN become 0.
+    """
     if rows.dtype == np.uint8:
         return np.divide(rows, 255.0, dtype=real)
     if name == "albedo":

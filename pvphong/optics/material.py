@@ -36,7 +36,11 @@ _NEW = (("albedo", 1.0), ("tangents", None), ("reflectance", None))
 
 
 def _reflected(name: str, value: Any, *, checked: check.Check = color_or_map, is_part: bool = False) -> Any:
-    """Check a reflectance that is a colour or a map: refuse 0-255 values, and values above 1 if `is_part`."""
+    """Check a reflectance with the function `checked`, and refuse 0-255 values.
+
+    With `is_part`, the reflectance is a fraction of the light, and values above 1 are refused. Numbers in maps are
+    checked later.
+    """
     found = checked(name, value)
     most = 1.0 if is_part else MOST_REFLECTED
     if not isinstance(found, AnyMap) and max(rgb(found)) > most:
@@ -62,7 +66,7 @@ def _reflectance(name: str, value: Any) -> Any:
 class Material:
     """Phong material with OpenGL's defaults (2.1 specification, table 2.10), except for the shininess.
 
-    A color is a float (grey), RGB floats (1.0 = full), or a colour's name.
+    A colour is a float (grey), RGB floats (1.0 = full), or a colour's name.
 
     A map gives a value for each vertex. It is one of:
 
@@ -146,7 +150,8 @@ class Material:
     def maps(self) -> dict[str, AnyMap]:
         """Mapping field → map, for the maps of this material and of its reflectance.
 
-        If the reflectance sets a field, such as the shininess, its value counts, even if the material's is a map.
+        If the reflectance sets a field, such as the shininess, the reflectance's value counts, even if the material's
+        own value is a map.
         """
         own = {name: getattr(self, name) for name in (*COLORS, "shininess")}
         of = vars(self.reflectance) if self.reflectance is not None else {}
@@ -154,7 +159,10 @@ class Material:
         return {name: value for name, value in own.items() if isinstance(value, AnyMap)}
 
     def with_values(self, values: Mapping[str, Any]) -> Self:
-        """Return a copy with new values of some fields. Fields that the reflectance sets are replaced there."""
+        """Return a copy with new values of some fields.
+
+        Fields that the reflectance sets are replaced in the reflectance, all others in the material.
+        """
         of = self.reflectance
         inner = {name: value for name, value in values.items() if getattr(of, name, None) is not None}
         changes: dict[str, Any] = {name: value for name, value in values.items() if name not in inner}
@@ -165,7 +173,7 @@ class Material:
     def without_albedo(self) -> Self:
         """Return an equivalent material with an albedo of 1: ambient and diffuse are multiplied by the albedo.
 
-        None of the three may be a map.
+        None of these three fields may be a map.
         """
         if self.albedo == 1.0:
             return self
@@ -200,9 +208,9 @@ class Material:
         return (*NAMED, *WITH_REFLECTANCE)
 
     def to_dict(self) -> dict[str, Any]:
-        """Return its fields as a dictionary for JSON; `from_dict` restores the material exactly.
+        """Return the material's fields as a dictionary for JSON; `from_dict` restores the material exactly.
 
-        A reflectance becomes a dictionary of its fields and its "type". It is omitted if it is None.
+        A reflectance becomes a dictionary of its fields and its "type". The entry is omitted if the material has none.
 
         Raises
         ------
@@ -257,7 +265,7 @@ class Material:
         Raises
         ------
         ValueError
-            If `prop` is not a property, or uses a feature that `PBR` does not support; the message names it.
+            If `prop` is not a property, or uses a feature that `PBR` does not support; the message names the feature.
         """
         if not hasattr(prop, "GetSpecularPower"):
             check.refuse("prop", prop, "a pyvista.Property or a vtkProperty")
@@ -274,9 +282,10 @@ class Material:
     def from_actor(cls, actor: Any) -> Self:
         """Make the material of a `pyvista.Actor` or `vtkActor`, from its property and the colours of its mesh.
 
-        Vertex colours, scalars through a colormap, or a texture become the albedo. Of these, VTK draws vertex colours
-        and scalars in place of the property's ambient and diffuse colours, of which it keeps only the coefficients. The
-        albedo is then an array with a row for each point or cell that the actor draws.
+        Vertex colours, scalars through a colormap, or a texture become the albedo. VTK draws vertex colours and scalars
+        in place of the property's ambient and diffuse colours; it keeps the property's ambient and diffuse
+        coefficients. With vertex colours or scalars, the albedo is an array with a row for each point or cell that the
+        actor draws.
 
         Parameters
         ----------
@@ -337,7 +346,7 @@ def as_material(given: Any) -> Material:
     Raises
     ------
     ValueError
-        If `given` is neither; the message suggests how to make a material from it.
+        If `given` is neither a material nor a material's name; the message suggests how to make a material from it.
     """
     if isinstance(given, Material):
         return given

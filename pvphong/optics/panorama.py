@@ -86,12 +86,12 @@ class Panorama:
 
     @cached_property
     def total(self) -> Float64Array:
-        """Integral ∫ colour du / π, shape (3,)."""
+        """Integral ∫ colour du / π over the unit directions u, shape (3,)."""
         return np.asarray(self._mean(self.image.astype(np.float64)) * 4.0)
 
     @cached_property
     def energy(self) -> Float64Array:
-        """Integral ∫ colour² du divided by the square of the largest number, shape (3,)."""
+        """Integral ∫ colour² du over the unit directions u, divided by the square of the largest number, shape (3,)."""
         return np.asarray(self._mean((self.image / (self.largest or 1.0)).astype(np.float64) ** 2) * (4.0 * math.pi))
 
     def _mean(self, values: Float64Array) -> Float64Array:
@@ -119,7 +119,7 @@ def row_areas(height: int, width: int) -> Float64Array:
 def directions(height: int, width: int) -> Float64Array:
     """Return unit vectors to the texels' centres, shape (h, w, 3).
 
-    Their components are along the axes to the image's middle, to its right and up.
+    The components of a vector are along three axes: to the image's middle, to the right, and up.
     """
     down, around = _angles(height)[:, None], 2.0 * (_angles(width) - 0.5 * math.pi)
     level, height_above = np.sin(down), np.cos(down)

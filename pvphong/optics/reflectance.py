@@ -136,8 +136,8 @@ class Reflectance(ABC):
     """Inputs that it needs in addition to normals and the viewer: "tangents" for `Geometry.t`."""
 
     maps: ClassVar[frozenset[str]] = frozenset()
-    """Names of the fields that may be maps. "specular" among them is the material's field, by which evaluators
-    multiply."""
+    """Names of the fields that may be maps. "specular" among them is the material's field; evaluators multiply the
+    specular lobes by it."""
 
     @property
     @abstractmethod
@@ -151,8 +151,8 @@ class Reflectance(ABC):
     def over(self, maps: Mapping[str, tuple[float, float]]) -> Reflectance:  # noqa: ARG002 colours are the same
         """Return a reflectance whose colours are upper bounds over all vertices, if some of its fields are maps.
 
-        `maps` contains the least and the greatest number of each map. The fields themselves are already set to the
-        greatest. Only a reflectance whose colours depend on such fields overrides this method.
+        `maps` contains the least and the greatest number of each map. These fields are already set to their greatest
+        numbers. Only a reflectance whose colours depend on such fields overrides this method.
         """
         return self
 

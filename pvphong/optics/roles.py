@@ -45,11 +45,11 @@ class Role:
     """Label of each number, for a field of several numbers."""
 
     def mapped(self, value: Any, point: Map, vector: Map) -> Any:  # noqa: ARG002 a number is the same in all frames
-        """Return the value in another frame, into which the functions `point` and `vector` transform."""
+        """Return the value in another frame; `point` and `vector` transform positions and vectors into this frame."""
         return value
 
     def of_viewer(self, value: Any, viewer: Any) -> Any:
-        """Return a headlight's value in the world frame; by default, its value is in eye space."""
+        """Return a headlight's value in the world frame; by default, the given value is in eye space."""
         return self.mapped(value, viewer.point_to_world, viewer.vector_to_world)
 
 
@@ -94,7 +94,7 @@ class Aim(Direction):
 
 
 class Corners(Role):
-    """Corners of a light: points in order around it."""
+    """Corners of a light: points in order around the light."""
 
     unit: ClassVar[str] = MESH_UNIT
     labels: ClassVar[tuple[str, ...]] = ("x", "y", "z")

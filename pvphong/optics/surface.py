@@ -24,8 +24,8 @@ class Surface:
     Attributes
     ----------
     raw : ndarray
-        Normals before normalisation. The sign of n·l is computed from them and from vectors to the light of any length,
-        so that the rounding of unit vectors does not affect it.
+        Normals before normalisation. The sign of n·l is computed from these normals and from unnormalized vectors to
+        the light. So the rounding of unit vectors does not affect the sign.
     inverse_length : ndarray
         1/|n| of `raw`, shape (n,); 0 where there is no normal.
     to_viewer : ndarray
@@ -67,7 +67,10 @@ class Surface:
         return unit(2.0 * dot(n, v) * n - v)[0]
 
     def cosine(self, arrival: Arrival) -> Any:
-        """Return n·l, shape (n,). It has the sign of n·D, with the vector D to the light; exact if the products are."""
+        """Return n·l, shape (n,).
+
+        The sign is that of n·D, with D the unnormalized vector to the light. It is exact if the products are exact.
+        """
         to_light, inverse = arrival.to_light, arrival.inverse_length
         n_d = dot(self.raw, to_light)
         n_l = n_d * inverse

@@ -42,14 +42,14 @@ class LightModel:
     ambient : color, default 0.2
         Ambient light A, which arrives from all directions; the default is OpenGL's.
     local_viewer : bool, default True
-        If True, compute the direction to the viewer at each vertex. If False, it is the same everywhere: along the view
-        axis, towards the eye (OpenGL's default).
+        If True, compute the direction to the viewer at each vertex. If False, the direction is the same everywhere:
+        along the view axis, towards the eye (OpenGL's default).
     two_sided : bool, default False
         If True, a vertex whose normal points away from the viewer is lit with the opposite normal, and with the shadows
-        and the occlusion of that side.
+        and the occlusion on the side of the opposite normal.
     reflection : {"phong", "blinn-phong"}
-        Highlight from the mirror direction, (r·v)ⁿ (Phong 1975), or from the half-way direction, (n·h)ⁿ (Blinn 1977),
-        which OpenGL uses.
+        Highlight, with the shininess s: from the mirror direction r, (r·v)ˢ (Phong 1975), or from the half-way
+        direction h, (n·h)ˢ (Blinn 1977), as in OpenGL.
     clamp : bool, default True
         If True, clamp the summed colour to [0, 1].
     convention : {"standard", "vtk"}
@@ -68,9 +68,9 @@ class LightModel:
         the sky: of the hemisphere around the normal, weighted by the cosine. A number > 0 is the distance, in the
         mesh's unit, up to which geometry occludes the sky; True means any distance.
     bounces : int, default 0
-        Number of diffuse reflections between surfaces to compute, up to 65,536. With 0, `ambient` stands for all of
-        them; otherwise only for those after the last that is computed. Surfaces reflect on the side to which their
-        normals point; from behind they are black.
+        Number of diffuse reflections between surfaces to compute, up to 65,536. `ambient` stands for the reflections
+        that are not computed: with 0 for all, else for those after the last computed one. Surfaces reflect on the side
+        to which their normals point; their other sides are black.
 
     Raises
     ------
@@ -142,7 +142,7 @@ class LightModel:
 
     @classmethod
     def vtk(cls, two_sided: bool = True) -> Self:
-        """Return the model of VTK's shader: two-sided as for surfaces, or one-sided as for points.
+        """Return the model of VTK's shader: two-sided as VTK draws surfaces, or one-sided as VTK draws points.
 
         Source: VTK's vtkOpenGLPolyDataMapper.cxx (ReplaceShaderLight).
         """

@@ -102,7 +102,7 @@ class Scene:
         return tuple(light.in_world(self.viewer) for light in self.lights)
 
     def framed(self, bounds: VectorLike) -> Self:
-        """Return this scene with a viewer: its own, or else one that frames a box.
+        """Return this scene with a viewer: its own, or else a viewer that frames a box.
 
         Parameters
         ----------
@@ -157,8 +157,8 @@ class Scene:
             The file.
         materials : mapping, optional
             Materials to store with the scene, by name. `load_materials` returns them. `pvphong shade --scene` uses the
-            material with the block's name, or else "default". Maps in materials must be names of point arrays or paths
-            of image files; paths are stored relative to the file's folder.
+            material with the block's name, or else the material "default". Maps in materials must be names of point
+            arrays or paths of image files; paths are stored relative to the file's folder.
 
         Raises
         ------
@@ -242,7 +242,7 @@ def _seen_from(folder: Path, image: str) -> str:
 
 
 def _with_paths(material: Material, change: Callable[[str], str]) -> Material:
-    """Return a material with changed paths of its image files: in a scene file, they are relative to its folder."""
+    """Return a material whose paths of image files are changed: in a scene file, paths are relative to its folder."""
     maps = {name: value for name, value in material.maps.items() if is_image_path(value)}
     return material.with_values({name: change(str(value)) for name, value in maps.items()})
 
@@ -312,7 +312,7 @@ def as_scene(given: SceneLike | None, bounds: Callable[[], VectorLike] | None = 
 def light_labels(scene: Scene, numbered: str = "") -> tuple[str, ...]:
     """Return a unique label for each light: its name, or else its index.
 
-    A light whose name equals the index of any light is also labelled by its index.
+    A light whose name equals the index of any light is also labelled by its own index.
 
     Parameters
     ----------

@@ -70,7 +70,7 @@ class Viewer:
     __signature__ = InitSignature()
 
     def __new__(cls, *_given: Any, **fields: Any) -> Self:
-        """Refuse unknown fields, and suggest the nearest."""
+        """Refuse unknown fields, and suggest the nearest field."""
         check.keywords(cls, fields)
         return super().__new__(cls)
 
@@ -86,7 +86,7 @@ class Viewer:
         Raises
         ------
         ValueError
-            If `camera` is neither.
+            If `camera` is neither a `pyvista.Camera` nor a `vtkCamera`.
         """
         if not hasattr(camera, "GetParallelProjection"):
             check.refuse("camera", camera, "a pyvista.Camera or a vtkCamera")
@@ -139,7 +139,7 @@ class Viewer:
     def sees(self, bounds: VectorLike, aspect: float) -> bool:
         """Return True if part of a box may be in the image.
 
-        It is False if all corners are behind the eye, or all are beyond the same edge of the image.
+        The result is False if all corners are behind the eye, or all are beyond the same edge of the image.
 
         Parameters
         ----------
@@ -202,7 +202,9 @@ class Viewer:
 
 
 def finite_box(bounds: VectorLike) -> Box:
-    """Return the smallest and the largest coordinates of a box x_min, x_max, …; the unit cube's if it is invalid.
+    """Return the smallest and the largest coordinates of a box, shape (3,) each, from its bounds x_min, x_max, ….
+
+    An invalid box is replaced by the unit cube.
 
     Raises
     ------

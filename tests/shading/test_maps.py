@@ -149,7 +149,10 @@ def test_where_some_are_infinitely_steep_none_is_taken_for_flat():
             "^diffuse must be .* at vertex 5. Divide 0-255 values by 255",
         ),
         ({"emission": np.ones(COUNT, np.int32)}, "^emission must be uint8 or floats"),
-        ({"albedo": "scan"}, "^albedo must be an array, because array names need a mesh: "),
+        (
+            {"albedo": "scan"},
+            r"^albedo must be an array of reflectances .*; got 'scan'\. The name of an array needs a mesh\.$",
+        ),
         ({"tangents": "grain"}, r"^tangents must be an array of shape \(n, 3\), because array names need a mesh"),
         ({"reflectance": ph.GGX(np.zeros(COUNT))}, "^roughness must be numbers > 0 and <= 1"),
         ({"reflectance": ph.PBR(np.full(COUNT, 2.0))}, "^metallic must be numbers from 0 to 1"),

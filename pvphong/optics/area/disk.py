@@ -131,7 +131,11 @@ def disk_irradiance(own: Any, _lobe: Any, d: Any, n: Any, _w: Any) -> Any:
 
 @formula
 def _elementary(middle: Any, beta: Any, K: Any, M: Any, S: Any, least: Any, most: Any) -> Any:
-    """Integrate 1, cos ψ and sin ψ, each divided by K + M cos ψ, from middle − β to middle + β."""
+    """Integrate 1, cos ψ and sin ψ, each divided by K + M cos ψ, from middle − β to middle + β.
+
+    ψ is the angle along the rim from the rim's farthest point. The squared distance to the rim is K + M cos ψ, between
+    `least` and `most`; S is √(least · most).
+    """
     first, last = middle - beta, middle + beta
     ratio = sqrt(least / most)
     (lag, per_m), (before, before_per_m) = _lag(last, K, M, most, ratio), _lag(first, K, M, most, ratio)
@@ -144,7 +148,7 @@ def _elementary(middle: Any, beta: Any, K: Any, M: Any, S: Any, least: Any, most
 
 @formula
 def _lag(psi: Any, K: Any, M: Any, most: Any, ratio: Any) -> Any:
-    """Return ½ψ minus half the angle along the rim as seen from the vertex; and the same divided by M."""
+    """Return ½ψ − φ, where tan φ = ratio · tan ½ψ, with the ratio √(least/most); and this difference divided by M."""
     half = 0.5 * psi - math.pi * nearest(psi * (0.5 / math.pi))
     ahead, aside = cosine(half), sine(half)
     lag = arctan2(2.0 * M / (most * (1.0 + ratio)) * aside * ahead, ahead * ahead + ratio * aside * aside)
@@ -162,7 +166,7 @@ def sphere_irradiance(own: Any, _lobe: Any, d: Any, n: Any, _w: Any) -> Any:
     Let s and C be the sine and cosine of the sphere's angular radius, d the distance to its centre, and c the cosine
     of the angle between n and the direction to the centre. If the sphere is entirely above the horizon, the result is
     c/d². If the horizon cuts it, the result is (c · atan2(W, −C c) + T − (T − atan T)/s²) / (π d²), with
-    W = √(s² − c²) and T = W/C. It is computed without cancellation, however small the sphere is.
+    W = √(s² − c²) and T = W/C. The result is computed without cancellation, however small the sphere is.
     """
     m, s, C, distance, scale, is_lit = _cap(own, d, n)
     c = dot(n, m) / distance

@@ -7,7 +7,7 @@ real k >= 0
 
 counter-clockwise around a region that does not contain −w (Arvo 1995 gives a recurrence for integer k).
 
-Along a great circle, dφ has the factor 1/(1 − z²). The product (1 − zᵖ)/(1 − z²) is regular at z = 1. Far from there,
+Along a great circle, dφ has the factor 1/(1 − z²). The quotient (1 − zᵖ)/(1 − z²) is regular at z = 1. Far from there,
 zᵖ is nearly 0, and the integral is an angle. So a few Gauss-Legendre nodes within the lobe, and arc tangents elsewhere,
 give the integral up to rounding.
 """
@@ -98,7 +98,10 @@ def gauss_legendre(count: int) -> tuple[Float64Array, Float64Array]:
 
 @lru_cache(maxsize=128)
 def lobe_numbers(power: float, *, rounded: bool = False) -> tuple[float, ...]:
-    """Return the numbers that formulas read of a lobe, for results in float64, or `rounded` for results in float32."""
+    """Return the numbers of the lobe max(z, 0)ᵏ, k = `power`, that formulas read.
+
+    They suit results in float64, or with `rounded` results in float32.
+    """
     accuracy, raised = _ROUNDED if rounded else _EXACT, power + 1.0
     is_smooth = raised >= SMOOTH_FROM
     least = accuracy.nothing if is_smooth else _NOTHING_AT_LOW_POWERS
@@ -191,8 +194,8 @@ def arc_between(lobe: Any, w: Any, x: Any, y: Any, side: Any) -> Any:
 def shows(lobe: Any, w: Any, m: Any, distance: Any, size: Any) -> Any:
     """True if a lobe may reach a sphere of radius `size` around the offset m.
 
-    With α the angle between w and m, β the angular radius of the sphere, and ω the lobe's cutoff angle, it does if
-    sin(α − β − ω) < 0. The result is True for NaN, and for a vertex inside the sphere.
+    With α the angle between w and m, β the angular radius of the sphere, and ω the lobe's cutoff angle, the lobe may
+    reach the sphere if sin(α − β − ω) < 0. The result is True for NaN, and for a vertex inside the sphere.
     """
     aside, ahead = cross(w, m), dot(w, m)
     off, clear = sqrt(dot(aside, aside)), sqrt(maximum((distance - size) * (distance + size), 0.0))

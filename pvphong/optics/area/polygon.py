@@ -47,16 +47,16 @@ _ARCSINE = (
 
 @formula
 def _offset(own: Any, k: Any, scale: Any) -> Any:
-    """Return the scaled offset of corner k; k = −1 is the last one."""
+    """Return the scaled offset of corner k; k = −1 is the last corner."""
     at = OFFSETS + 3 * (k if k >= 0 else int(own[COUNT]) - 1)
     return own[at] * scale, own[at + 1] * scale, own[at + 2] * scale
 
 
 @formula
 def scaled(d: Any, size: float) -> Any:
-    """Scale a vector by a power of two so that it, or else `size`, is near 1; return it and the factor.
+    """Scale a vector d by a power of two for which the larger of d and `size` becomes about 1.
 
-    Both are NaN if the vector is not finite, so that the vertex is unlit.
+    Return the scaled vector and the factor. Both are NaN if d is not finite, so that the vertex is unlit.
     """
     far = maximum(maximum(abs(d[0]), abs(d[1])), maximum(abs(d[2]), size))
     scale = select(far < math.inf, over_its_size(far), math.nan)
@@ -74,15 +74,18 @@ def is_glowing(own: Any, m: Any, n: Any, size: Any) -> Any:
 
 @formula
 def _horizon(own: Any, m: Any, n: Any) -> Any:
-    """Return the offset of r: of the horizon's line in the polygon's plane, r is the point closest to the middle."""
+    """Return the offset of r.
+
+    The horizon cuts the polygon's plane along a line; r is the point of this line nearest to the polygon's middle.
+    """
     rise = subtract(n, times(own, dot(own, n)))
     return times(rise, -dot(n, m) / maximum(dot(rise, rise), 1e-300))
 
 
 @formula
 def _side(own: Any, scale: Any, n: Any, height: Any, r: Any, is_lit: Any, k: Any) -> Any:
-    """Return the ends of the part of side k above the horizon; the ends of the line along the horizon that closes it;
-    and 2 if any vertex needs the second line, else 1.
+    """Return the two ends of the part of side k above the horizon, the two ends of the line along the horizon that
+    closes this part, and the number of these lines to integrate: 2 if any vertex needs the closing line, else 1.
     """
     a, b = _offset(own, k - 1, scale), _offset(own, k, scale)
     height_a, height_b = height + dot(n, a), height + dot(n, b)

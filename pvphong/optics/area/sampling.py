@@ -163,7 +163,7 @@ def sphere_frame(numbers: Any, p: Any, n: Any) -> Any:
 
 @formula
 def sphere_sample(_numbers: Any, frame: Any, u: Any, v: Any) -> Any:
-    """Sample a sphere where rays enter it. The reach is the distance to its centre; from inside, its radius."""
+    """Sample a sphere where rays enter it. The reach is the distance to the centre; from inside, the radius."""
     less, side, to_middle = frame[12], frame[13], frame[14]
     x, y = on_disk(u, v)
     inner = minimum(x * x + y * y, ONE)
@@ -288,7 +288,7 @@ def _on_side(u: Any, slope: Any, side: Any, height: Any) -> Any:
 
 @formula
 def _warped(u: Any, v: Any, corners: Any) -> Any:
-    """Warp u and v to a density that is bilinear in the unit square; return them and their density.
+    """Warp u and v to a density that is bilinear in the unit square; return the warped u and v, and their density.
 
     `corners` has the densities at the square's corners.
 
@@ -311,7 +311,10 @@ def _on_rectangle(frame: Any, u: Any, v: Any) -> Any:
 
 @formula
 def _from_flat(frame: Any, x: Any, y: Any, over_density: Any) -> Any:
-    """Return the direction, distance and weight of a point of a flat light, given by its offsets from the middle."""
+    """Return the direction, distance and weight of the point of a flat light with the offsets x and y from the middle.
+
+    `over_density` is 1 divided by the density of points.
+    """
     c = _combined(ONE, frame[0:3], x, frame[3:6], y, frame[6:9])
     square = dot(c, c)
     length = sqrt(square)
@@ -329,7 +332,9 @@ def rectangle_sample(_numbers: Any, frame: Any, u: Any, v: Any) -> Any:
 
 @formula
 def disk_sample(_numbers: Any, frame: Any, u: Any, v: Any) -> Any:
-    """Sample a disk. For a vertex near its plane, sample the square around it, with weight 0 outside the disk."""
+    """Sample a disk. For a vertex near the disk's plane, sample the square around the disk, with weight 0 outside the
+    disk.
+    """
     radius = frame[27]
     x, y, density = _warped(u, v, frame[13:17])
     x, y = on_disk(x, y)
@@ -344,8 +349,9 @@ def disk_sample(_numbers: Any, frame: Any, u: Any, v: Any) -> Any:
 def _on_plane(numbers: Any, frame: Any, d: Any) -> Any:
     """Intersect a ray with the plane of a flat light.
 
-    Returns offsets from the light's middle along its sides, the distance, and the factor from density per area to
-    density per solid angle, 0 where the ray misses the plane or the vertex is behind the light.
+    Return the two offsets from the light's middle along its sides, the distance, and the factor that turns a density
+    per area into a density per solid angle. The factor is 0 where the ray misses the plane or the vertex is behind the
+    light.
     """
     normal, c = (numbers[3], numbers[4], numbers[5]), frame[0:3]
     along = dot(normal, d)
@@ -436,7 +442,9 @@ def polygon_seen(numbers: Any, frame: Any, d: Any) -> Any:
 
 @formula
 def sky_frame(numbers: Any, _p: Any, n: Any) -> Any:
-    """Compute the frame of a sky. Numbers: the distance beyond which geometry does not occlude it, and its brightness.
+    """Compute the frame of a sky.
+
+    Numbers: the distance beyond which geometry does not occlude the sky, and the sky's brightness.
 
     Values for `sample`:
 
@@ -481,7 +489,11 @@ _ROWS, _COLUMNS, _HALF_ROWS, _HALF_COLUMNS, _TOTAL, _TABLES = 2, 3, 4, 5, 6, 16
 
 @formula
 def _place_in(numbers: Any, start: Any, count: Any, half: Any, share: Any) -> Any:
-    """Find a share in a table of numbers that rise from 0 to 1: return its interval, and its position within it."""
+    """Find the interval that contains a fraction, `share`, in a table of `count` + 1 numbers that rise from 0 to 1.
+
+    The table begins at the index `start` of `numbers`; `half` is the first step of the bisection, a power of two.
+    Return the interval's index in the table, and the position of `share` within the interval, from 0 to 1.
+    """
     low, step = index(share * ZERO), int(half)
     while step > 0:
         after = low + step
@@ -583,9 +595,9 @@ class Directions(NamedTuple):
 
 
 def around(axis: FloatArray, exponent: Any) -> Directions:
-    """Sample directions with a density proportional to max(z, 0)ᵖ, where z is the cosine with an axis, shape (3, n).
+    """Sample directions with a density proportional to max(z, 0)ᵖ, for p = `exponent` and z the cosine with an axis.
 
-    The exponent p = 1 and the normal as the axis give sampling by the cosine.
+    `axis` has unit vectors, shape (3, n). The normal as the axis and p = 1 give sampling by the cosine.
     """
     raised = exponent + 1.0
     across, up = _across(axis)
@@ -615,8 +627,8 @@ def by_halves(
 ) -> Directions:
     """Sample half-way directions h by their slopes h·t/h·n and h·(n × t)/h·n, and mirror the viewer at them.
 
-    The density of slopes, divided by (h·n)³, is the density of h. This, divided by 4 v·h, is the density of the
-    mirrored directions.
+    The density of slopes, divided by (h·n)³, is the density of h. The density of h, divided by 4 v·h, is the density of
+    the mirrored directions.
 
     Parameters
     ----------
@@ -627,7 +639,7 @@ def by_halves(
     slope_density : callable
         Function that returns the density of slopes.
     t : ndarray, optional
-        Unit tangents, shape (3, n); by default, arbitrary ones.
+        Unit tangents, shape (3, n); by default, arbitrary unit vectors orthogonal to the normals.
     """
     t, b = _across(n) if t is None else (t, cross(n, t))
 

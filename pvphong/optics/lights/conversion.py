@@ -44,7 +44,7 @@ def light_from_homogeneous(position: Any, **common: Any) -> DirectionalLight | P
     x, y, z, w = check.numbers_in("position", position, 4)
     if w == 0.0:
         if not (x or y or z):
-            check.refuse("position", position, "(x, y, z, w) that is not all zero")
+            check.refuse("position", position, "four numbers (x, y, z, w) that are not all zero")
         return DirectionalLight(direction=(-x, -y, -z), **common)
     return PointLight(position=(x / w, y / w, z / w), **common)
 
@@ -74,7 +74,7 @@ def vtk_values(light: Any) -> VtkValues:
     """
     nearest = nearest_in_vtk(light)
     if nearest is light:
-        remedy = "It can be evaluated and planned; to draw and compare it, register its `vtk_values`."
+        remedy = "pvphong can evaluate it; to draw it, or to compare it with VTK, call vtk_values.register."
         check.refuse("light", light, "a light that VTK supports", remedy)
     return vtk_values(nearest)
 

@@ -48,7 +48,7 @@ class EnvironmentLight(Light):
     """Environment light, infinitely far away in all directions: an image, or one colour.
 
     The image's colours are radiance, in units where a white patch under a uniform image of 1 gets the colour 1.
-    `diffuse` and `intensity` multiply it, and `ambient` arrives everywhere with the strength 1.
+    `diffuse` and `intensity` multiply the radiance, and `ambient` arrives everywhere with the strength 1.
 
     Diffuse reflection and Phong's highlight use the image's first 32 bands of spherical harmonics. The plan's row "sky"
     bounds the error of omitting the other bands, and gives the number of bands that a tolerance needs. A highlight is
@@ -165,8 +165,8 @@ class EnvironmentLight(Light):
     def error_without_bands(self, form: CosinePower, bands: int) -> float:
         """Return a bound on the error of using only the first bands.
 
-        If bands are omitted that the image's expansion has, it is the sum of a bound for each. If all are used, it is a
-        bound from the energy of the image that the expansion lacks.
+        If the image's expansion has more bands, the result is the sum of the bounds for the omitted bands. If all bands
+        of the expansion are used, the result is a bound from the image's energy that the expansion lacks.
         """
         if bands < self.bands:
             kept, orders = self.panorama.harmonics, np.arange(self.bands)
@@ -179,7 +179,7 @@ class EnvironmentLight(Light):
         return float(math.sqrt(energy / math.pi) * moments_left(form.power, self.bands) * self.panorama.largest)
 
     def tints(self, bands: int | None = None) -> tuple[tuple[Vector, Light], ...]:
-        """Return the image's channels, each with its colour; a single one if the channels differ only by a factor."""
+        """Return the image's channels, each with its colour; a single channel for a grey image or for one colour."""
         image, most = self.panorama, min(bands or self.bands, self.bands)
         if (image.image == image.image[..., :1]).all():
             return (((1.0, 1.0, 1.0), SkyChannel(source=self, channel=0, most=most)),)

@@ -57,7 +57,7 @@ class PolygonLight(Flat, Light):
     ----------
     corners : sequence of points, default a unit square around the origin that faces along −z
         Shape (k, 3), k >= 3, in the mesh's unit, in order around the polygon, counter-clockwise as seen from its front.
-        They must be in one plane, and no two sides may cross.
+        The corners must be in one plane, and no two sides may cross.
     two_sided : bool, default False
         True if its back emits too.
     **common
@@ -108,7 +108,7 @@ class PolygonLight(Flat, Light):
         return np.array(self.corners)
 
     def spots(self, count: int) -> Float64Array:
-        """Return the nodes' positions, on a lattice that is laid over the polygon's triangles, one after the other."""
+        """Return the nodes' positions, on a lattice that covers the polygon's triangles one after the other."""
         if count == 1:
             return np.array([self.center])
         areas = _areas(self.triangles)

@@ -64,11 +64,14 @@ class Flat:
         return float(np.linalg.norm(self.outline - np.array(self.center), axis=1).max()) * ROUNDED_UP
 
     def spots(self, count: int) -> Float64Array:
-        """Return points evenly spread over the light, shape (count, 3); a single point is its centre."""
+        """Return points evenly spread over the light, shape (count, 3); a single point is the light's centre."""
         raise NotImplementedError  # pragma: no cover every kind has its own
 
     def nodes(self, count: int) -> tuple[SpotLight, ...]:
-        """Return spot lights of 90° with the exponent 1, evenly spread; on both sides if the light is two-sided."""
+        """Return at most `count` spot lights, evenly spread, with cones of 90° and the exponent 1.
+
+        A two-sided light has spot lights on both sides.
+        """
         sides = 2 if self.two_sided else 1
         places = self.spots(max(count // sides, 1))
         return tuple(
@@ -104,13 +107,13 @@ class Flat:
 
 
 def across(normal: Vector | Float64Array) -> Float64Array:
-    """Return two unit vectors orthogonal to a normal and to each other, as rows, counter-clockwise around it."""
+    """Return two orthogonal unit vectors across a normal, as rows, counter-clockwise around the normal."""
     first = np.cross(normal, np.eye(3)[int(np.argmin(np.abs(normal)))])
     first /= np.linalg.norm(first)
     return np.stack([first, np.cross(normal, first)])
 
 
 def lattice(count: int) -> Float64Array:
-    """Return points evenly spread over the unit square, shape (count, 2); a single point is its centre."""
+    """Return points evenly spread over the unit square, shape (count, 2); a single point is the square's centre."""
     k = np.arange(count)
     return np.stack([(k + 0.5) / count, (0.5 + k * (math.sqrt(5.0) - 1.0) / 2.0) % 1.0], axis=1)

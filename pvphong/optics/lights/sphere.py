@@ -25,9 +25,9 @@ class SphereLight(Light):
 
     A white patch that faces it at a large distance d receives the light's colour divided by d²; the sphere's own
     radiance is the colour divided by radius². Diffuse reflection and Phong's highlight are exact; a vertex inside the
-    sphere receives nothing. For other reflectances, 64 point lights inside the sphere approximate it, which also light
-    vertices inside. For a patch that faces the sphere, the error is at most 3 % at 1.5 radii from the centre, 1.5 % at
-    two radii and 0.25 % at five.
+    sphere receives nothing. For other reflectances, 64 point lights inside the sphere approximate the sphere; they also
+    light vertices inside it. For a patch that faces the sphere, the error of this approximation is at most 3 % at 1.5
+    radii from the centre, 1.5 % at two radii and 0.25 % at five.
 
     Parameters
     ----------

@@ -36,8 +36,8 @@ def _in_cone(own: Any, l: Any) -> Any:
 class SpotLight(Aimed, Weakening, Light):
     """Spot light: a point light that shines only inside a cone.
 
-    Inside, cos θ to the power `exponent` multiplies the light, with θ the angle off the axis. Outside, it is dark
-    (OpenGL 2.1 specification, section 2.14.1, equation 2.5).
+    Inside the cone, cos θ to the power `exponent` multiplies the light, with θ the angle off the axis. Outside the
+    cone, no light arrives (OpenGL 2.1 specification, section 2.14.1, equation 2.5).
 
     Parameters
     ----------

@@ -23,7 +23,7 @@ from pvphong.optics.reflectance import AngleBounds, Geometry, Peak
 from pvphong.optics.reflectances.highlight import Shiny, own_shininess
 
 _LARGER = 2.0**60
-"""Scale of l + v that keeps its square from underflowing where they are nearly opposite; exact, a power of two."""
+"""Factor of l + v that keeps its square from underflowing where l and v are nearly opposite; exact, a power of two."""
 
 
 @formula
@@ -59,14 +59,14 @@ HALFWAY = Peak(
 
 @dataclass(frozen=True)
 class BlinnPhong(Shiny):
-    """Blinn's reflection: diffuse max(n·l, 0), and a highlight max(n·h, 0)ⁿ where n·l > 0, with h = (l + v)/|l + v|.
+    """Blinn's reflection: diffuse max(n·l, 0), and a highlight max(n·h, 0)ˢ where n·l > 0, with h = (l + v)/|l + v|.
 
     Sources: Blinn 1977; OpenGL 2.1 specification, section 2.14.1.
 
     Parameters
     ----------
     shininess : float, optional
-        Exponent n, >= 0; defaults to the material's.
+        Exponent s, >= 0; defaults to the material's.
 
     Raises
     ------

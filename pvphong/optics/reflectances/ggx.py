@@ -30,9 +30,9 @@ class GGX(Microfacets):
 
     The highlight is D·K·F as in `pvphong.optics.reflectances.microfacets`, for α = β = roughness². It has its own
     colour: the material's `specular` is not read. The base is the material's `diffuse`, reduced by the light that the
-    highlight reflects (Ashikhmin and Shirley 2000). Both are reciprocal. If `diffuse` is at most 1, they never reflect
-    more light than arrives; rough surfaces lose some, because light that bounces between facets is not counted. For a
-    metal, `diffuse` should be 0.
+    highlight reflects (Ashikhmin and Shirley 2000). Highlight and base are reciprocal. If `diffuse` is at most 1, the
+    surface never reflects more light than arrives; rough surfaces lose some, because light that bounces between facets
+    is not counted. For a metal, `diffuse` should be 0.
 
     Parameters
     ----------

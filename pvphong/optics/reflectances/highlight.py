@@ -40,7 +40,7 @@ _SHARPEST = 2.0**40
 def whiteness(at: Geometry) -> Any:
     """Compute (1 − h·l)⁵, the interpolation from normal-incidence reflectance to white (Schlick 1994, equation 15).
 
-    The cosine h·l is half the length of l + v. If l = −v it is 0, and there is no half-way direction.
+    The cosine h·l is half the length of l + v. If l = −v, the cosine is 0, and there is no half-way direction.
     """
     rest = maximum(ONE - HALF * sqrt(square(add(at.l, at.v))), ZERO)
     return (rest * rest) * (rest * rest) * rest

@@ -25,7 +25,10 @@ LIKENESS = 4.0
 
 
 def counterpart_of(reflectance: Reflectance) -> tuple[str, Reflectance] | None:
-    """Return a description of the reflectance that looks most like this one, and the reflectance; None without one."""
+    """Return a description of the reflectance that looks most like the given one, and this similar reflectance.
+
+    The result is None if there is none.
+    """
     if isinstance(reflectance, Phong):
         return f"Blinn-Phong, shininess × {LIKENESS:g}", BlinnPhong(reflectance.sharpness * LIKENESS)
     if isinstance(reflectance, BlinnPhong):

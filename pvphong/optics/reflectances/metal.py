@@ -34,8 +34,9 @@ class Metal(Shiny):
     """Phong's reflection with a highlight in the metal's colour, which turns white at grazing angles.
 
     Diffuse max(n·l, 0), and F · max(r·v, 0)ˢ where n·l > 0, with Schlick's F = C + (1 − C)(1 − h·l)⁵ for the metal's
-    colour C and h = (l + v)/|l + v|. The highlight has its own colour: the material's `specular` is not read. Its
-    `diffuse` should be dark, because metals scatter almost nothing. Like Phong's, it is not reciprocal.
+    colour C and h = (l + v)/|l + v|. The highlight has its own colour: the material's `specular` is not read. The
+    material's `diffuse` should be dark, because metals scatter almost nothing. Like Phong's, the reflection is not
+    reciprocal.
 
     Parameters
     ----------

@@ -31,9 +31,9 @@ class OrenNayar(Reflectance):
 
     The qualitative model of Oren and Nayar, "Generalization of Lambert's reflectance model" (1994), equation 30. With
     θ the angle from n to l, α the greater and β the smaller of the angles from n to l and to v, and φ the angle between
-    l and v around n, it is cos θ · (A + B · max(cos φ, 0) · sin α · tan β). It is reciprocal, apart from the factor
-    cos θ, which every reflectance has. At grazing angles, a white surface reflects up to 1.5 % more light than arrives;
-    sigma = 10 is the worst case.
+    l and v around n, the reflection is cos θ · (A + B · max(cos φ, 0) · sin α · tan β). The reflection is reciprocal,
+    apart from the factor cos θ, which every reflectance has. At grazing angles, a white surface reflects up to 1.5 %
+    more light than arrives; sigma = 10 is the worst case.
 
     Parameters
     ----------

@@ -40,8 +40,8 @@ class PBR(Microfacets):
     (1 − metallic)(1 − F) a n·l + D K F, with F = F₀(1 − S) + F₉₀S. F₉₀ is 1, or less for surfaces that are partly metal
     and nearly black; see `fresnel_ends`. The material's `specular` is not read. In VTK's convention
     (`LightModel.vtk()`), the result matches VTK: divided by π, with cosines of at least 1e-5, without an ambient
-    colour, and with the sum of all light raised to the power 1/2.2. It is reciprocal. As in VTK, a white surface
-    reflects more light than arrives at grazing angles.
+    colour, and with the sum of all light raised to the power 1/2.2. The reflectance is reciprocal. As in VTK, a white
+    surface at grazing angles reflects more light than arrives.
 
     Parameters
     ----------
@@ -57,11 +57,12 @@ class PBR(Microfacets):
 
     Notes
     -----
-    Source: VTK 9.7's vtkOpenGLPolyDataMapper.cxx (ReplaceShaderLight). Its anisotropy, clear coat, edge tint, index of
-    refraction other than 1.5, emissive and other textures, and light from environment textures are not supported;
-    `Material.from_property` and `Scene.from_plotter` refuse them by name. If F₉₀ is below 1, the base has one F for all
-    channels, that of the brightest channel, and for all albedos, that of an albedo of 1. For a light of 1, the first
-    differs from VTK by at most 3e-7, the second by at most 1e-4.
+    Source: VTK 9.7's vtkOpenGLPolyDataMapper.cxx (ReplaceShaderLight). VTK's anisotropy, clear coat, edge tint, index
+    of refraction other than 1.5, emissive and other textures, and light from environment textures are not supported;
+    `Material.from_property` and `Scene.from_plotter` refuse these features by name.
+
+    If F₉₀ is below 1, the diffuse part uses a single F: that of the brightest channel, at an albedo of 1. For a light
+    of 1, the single channel changes the result from VTK's by at most 3e-7, and the single albedo by at most 1e-4.
 
     Examples
     --------
@@ -125,9 +126,9 @@ class _Colored(PBR):
     def lobes(self) -> tuple[Lobe, ...]:
         """The base, and the highlight in two lobes, in the colours F₀ and F₉₀.
 
-        In a blend of nonmetal and metal, F₀ is not a multiple of the albedo, so that lobes need a `tint`. If `metallic`
+        In a blend of nonmetal and metal, F₀ is not a multiple of the albedo, so the lobes need a `tint`. If `metallic`
         is a map, the colours are the greatest for any value from 0 to 1: the base decreases with `metallic`, and F₀ is
-        linear in it.
+        linear in `metallic`.
         """
         color, is_blend = np.array(self.color)[:, None], self.varies or 0.0 < self.metallic < 1.0
         low, high = (0.0, 1.0) if self.varies else (self.metallic, self.metallic)

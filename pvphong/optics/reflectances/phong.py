@@ -40,14 +40,14 @@ MIRROR = Peak(
 
 @dataclass(frozen=True)
 class Phong(Shiny):
-    """Phong's reflection: diffuse max(n·l, 0), and a highlight max(r·v, 0)ⁿ where n·l > 0 (Phong 1975).
+    """Phong's reflection: diffuse max(n·l, 0), and a highlight max(r·v, 0)ˢ where n·l > 0 (Phong 1975).
 
     r = 2(n·l)n − l is the mirror direction. The reflection is not reciprocal.
 
     Parameters
     ----------
     shininess : float, optional
-        Exponent n, >= 0; defaults to the material's.
+        Exponent s, >= 0; defaults to the material's.
     floor : float, default 0
         Least value of the cosine r·v, as in VTK's shader.
 
@@ -70,5 +70,5 @@ class Phong(Shiny):
 
     @property
     def forms(self) -> tuple[CosinePower | None, ...]:
-        """Lambert's cosine, and (r·v)ⁿ, which equals (l·w)ⁿ for the direction w of v mirrored at n."""
+        """Lambert's cosine, and (r·v)ˢ, which equals (l·w)ˢ, where w is v mirrored at n."""
         return super().forms[0], None if self.floor else CosinePower("mirror", self.sharpness)

@@ -25,8 +25,9 @@ between light and viewer."""
 class Retro(ModifiedPhong):
     """Retroreflection: diffuse max(n·l, 0), and a highlight (s + 2)/2 · max(l·v, 0)ˢ · max(n·l, 0).
 
-    s is the shininess. It is `ModifiedPhong` with the direction to the light in place of the mirror direction. It is
-    reciprocal, and conserves energy if diffuse and specular together are at most 1. It is brightest with a headlight.
+    s is the shininess. The reflection is `ModifiedPhong` with the direction to the light in place of the mirror
+    direction. It is reciprocal, and conserves energy if diffuse and specular together are at most 1. The highlight is
+    brightest with a headlight.
 
     Parameters
     ----------

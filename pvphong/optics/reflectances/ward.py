@@ -64,9 +64,9 @@ class Ward(Reflectance):
     """Ward's reflection: diffuse max(n·l, 0), and a highlight with different widths along the tangents t and n × t.
 
     With s = l + v, x = max(n·l, 0) and z = x + max(n·v, 0), the highlight is x |s|² / (α_x α_y z⁴) · exp(−E), where
-    E = ((s·t / α_x)² + (s·(n × t) / α_y)²) / z². It is reciprocal, and reflects no more light than arrives if diffuse
-    and specular together are at most 1. Tangents are the material's `tangents`, or else follow the mesh's texture
-    coordinates.
+    E = ((s·t / α_x)² + (s·(n × t) / α_y)²) / z². The reflection is reciprocal, and reflects no more light than arrives
+    if diffuse and specular together are at most 1. The tangents t are the material's `tangents`, or else follow the
+    mesh's texture coordinates.
 
     Parameters
     ----------
