@@ -123,7 +123,7 @@ KINDS: dict[str, Kind] = {
         None,
         False,
         "of more than two faces: their points are lit with a mean of normals that may be unrelated",
-        'Split them if it is visible; feature_angle="auto" splits sharp edges.',
+        'Split them if this is visible; feature_angle="auto" splits sharp edges.',
     ),
     "thin_faces": Kind(
         None,

@@ -19,7 +19,8 @@ _ROUNDING = 1e-9  # volumes below this fraction of the sum of their terms' magni
 def inside_out_faces(
     points: FloatArray, faces: Faces, first_in_place: IntArray, edges: Edges | None
 ) -> tuple[IntArray, bool]:
-    """Return the faces of closed parts with inward fronts, in ascending order, and True if all parts are closed.
+    """Return the faces of closed parts with inward fronts, in ascending order, and a flag: True if there are parts, and
+    all of them are closed.
 
     A part is a set of faces that edges connect; coincident points count as one. It is closed if faces run along each of
     its edges equally often in both directions. Its volume is then 1/6 of the sum of p · (q × r) over its triangles
