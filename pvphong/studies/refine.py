@@ -102,8 +102,8 @@ def refine(
     Parameters
     ----------
     mesh : pyvista.DataSet
-        Dataset with faces; it is not modified. Polygons and strips are triangulated first. The surface of other
-        datasets is extracted. Vertex and line cells are left out.
+        Dataset with faces; it is not modified. Polygons and strips are triangulated first. Of a dataset other than
+        PolyData, the surface is extracted. Vertex and line cells are left out.
     scene, material
         As for `mesh.phong.shade`. Maps are read at the mesh's original points and interpolated at new ones.
     tolerance : float

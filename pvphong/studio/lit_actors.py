@@ -29,7 +29,9 @@ from pvphong.studio.refining import Refining
 
 
 class LightingWarning(UserWarning):
-    """A mesh in a window cannot be lit. It is not drawn until the problem is fixed."""
+    """A mesh in a window cannot be lit, and is not drawn until the problem is fixed. Also: bounced light or a refined
+    picture cannot be computed.
+    """
 
 
 _PREVIEW_SAMPLES = 16  # rays from each vertex to an area light during a drag
@@ -157,7 +159,8 @@ class LitActors:
         Warns
         -----
         LightingWarning
-            Once for each mesh that cannot be lit, after all others are updated.
+            Once for each mesh that cannot be lit, after all other meshes are updated. Also if a mesh cannot be refined,
+            or bounced light cannot be computed.
         """
         shown, unlit = self.shown, dict[LitMesh, str]()
         if shown:
@@ -195,7 +198,7 @@ class LitActors:
         return is_new
 
     def _refine(self, unlit: Container[LitMesh], waits: bool) -> bool:
-        """Show the refined pictures of all meshes that can be lit. Return True if one of them is new."""
+        """Show the refined pictures of all meshes that can be lit. Return True if a picture is new."""
         refined = {mesh: each for mesh, each in self.refining.items() if mesh not in unlit}
         if not refined:
             return False
@@ -263,7 +266,7 @@ class LitActors:
     @property
     def _is_on_screen(self) -> bool:
         """True if the window is on the screen, where later frames can show the final light. An off-screen frame must
-        show it at once.
+        show the final light at once.
         """
         window = self._renderer.GetRenderWindow()
         return window is not None and not window.GetOffScreenRendering()
@@ -274,7 +277,7 @@ class LitActors:
         return KnownOccluders(self._occluders, own) if scene.light_model.needs_rays else None
 
     def _gather_occluders(self, meshes: Sequence[LitMesh]) -> None:
-        """Update the occluders to the present geometry of those `meshes` that cast shadows."""
+        """Update the occluders to the current geometry of those `meshes` that cast shadows."""
         blocking = dict[LitMesh, tuple[Any, BlockingFaces]]()
         for mesh in meshes:
             if mesh.casts_shadows:
@@ -294,7 +297,7 @@ class LitActors:
 
     @property
     def state(self) -> MaterialsState:
-        """Shared material of each visible mesh → its present value, for `revert`."""
+        """Shared material of each visible mesh → its current value, for `revert`."""
         return {mesh.shared_material: mesh.material for mesh in self.shown}
 
     def revert(self, now: MaterialsState, then: MaterialsState) -> None:
@@ -306,7 +309,9 @@ class LitActors:
     # -- refined pictures and release
 
     def refine(self, tolerance: float | None) -> None:
-        """Show all meshes refined within a tolerance; see `Refining`. If None, show their own vertices."""
+        """Show all meshes refined within a tolerance; see `Refining`. If the tolerance is None, show the meshes' own
+        vertices.
+        """
         self.show_own_vertices()
         self._refining = {} if tolerance is None else {mesh: Refining(mesh, tolerance) for mesh in self.meshes}
 

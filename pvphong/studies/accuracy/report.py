@@ -161,8 +161,9 @@ class Tradeoff(Result):
         for question in self._questions():
             own, peer = self.best(question=question), self.best(question=question, peers=True)
             if peer is not None and (own is None or peer.time.median < own.time.median):
-                better = "faster" if own else "accurate enough"
-                cheaper.append(f"{peer.name} is {better} {question}, {seconds(peer.time.median)}")
+                cheaper.append(
+                    f"{peer.name} is {'faster' if own else 'accurate enough'} {question}, {seconds(peer.time.median)}"
+                )
         if cheaper:
             yield f"Of the peers, {'; '.join(cheaper)}."
         slowest = max(row.time.median for row in self.rows_for(QUESTIONS[0]))

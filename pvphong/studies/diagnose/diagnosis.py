@@ -167,7 +167,7 @@ class Diagnosis:
         True if the matrix's determinant would be zero without the rounding of its entries. A note: normals are exact
         for the stored matrix.
     mirrored_matrix : bool
-        True if the matrix mirrors. A note: pvphong lights it correctly.
+        True if the matrix mirrors. A note: pvphong lights the mirrored mesh correctly.
     offset : tuple of 3 floats or None
         Offset that repairs `far_faces` if it is subtracted from the coordinates. None if there are no such faces, or no
         single offset repairs all of them.

@@ -158,7 +158,7 @@ KINDS: dict[str, Kind] = {
     "mirrored_matrix": Kind(
         None,
         False,
-        "mirrors: pvphong lights it correctly, but VTK's own shader draws it black",
+        "mirrors: pvphong lights the mirrored mesh correctly, but VTK's own shader draws it black",
         "Flip the mesh itself if VTK lights it.",
     ),
 }

@@ -134,12 +134,12 @@ def form_of(value: Any, key: str, middles: dict[str, float], *, hidden: Sequence
     Parameters
     ----------
     value : dataclass instance
-        A light, a material, a reflectance, a light model.
+        A light, material, reflectance or light model, for example.
     key : str
         Prefix of the entries' keys, which identify fields in edits.
     middles : dict
-        Key → centre of the slider of a number without an upper limit, in stops. It is kept while the number is within
-        the slider's range, so that the slider does not shift during a drag.
+        Key → centre of the slider of a number without an upper limit, in stops. The centre is kept while the number is
+        within the slider's range, so that the slider does not shift during a drag.
     hidden : sequence of str
         Fields to leave out.
     """

@@ -31,8 +31,8 @@ SIX_DIGITS = "Number(({0}).toPrecision(6))"
 
 
 def found_by(name: str, label: Text = "", *, status: bool = False) -> dict[str, Any]:
-    """Return attributes by which tests find an element. With a label, screen readers name it; with `status`, they also
-    announce changes of its content.
+    """Return attributes by which tests find an element. With a label, screen readers call the element by its label.
+    With `status`, screen readers also announce changes of the element's content.
     """
     raw = [f'data-test="{name}"'] if name else []
     if label:

@@ -260,7 +260,7 @@ class Studio:
         for mesh in meshes:
             lit = shallow_copy(mesh.drawn)
             lit.point_data.active_normals = mesh.normals
-            with suppress(ValueError):  # the view shows why it cannot be lit
+            with suppress(ValueError):  # the view shows why the mesh cannot be lit
                 where: dict[str, Any] = {"matrix": mesh.matrix, "occluders": self._subplot.lit.others(mesh)}
                 made = plan(lit, scene, mesh.material, tolerance=tolerance, **where)
                 shown.append({"name": self.document.mesh_name(mesh), "rows": _rows(made), "accuracy": _accuracy(made)})
@@ -288,7 +288,7 @@ class Studio:
     @contextmanager
     def _active(self) -> Iterator[None]:
         """Return a context in which the studio's subplot is the plotter's active one. A script may have activated
-        another.
+        another subplot.
         """
         renderers = self._plotter.renderers
         before, own = renderers.active_index, list(renderers).index(self._subplot.renderer)
@@ -343,7 +343,7 @@ class Studio:
 
     @property
     def downloads(self) -> Downloads:
-        """The downloads of the present state."""
+        """The downloads of the current state."""
         meshes = {self.document.mesh_name(mesh): mesh for mesh in self._subplot.lit.shown}
         tolerance = self.document.accuracy.tolerance
         textures = self.document.textures
