@@ -164,18 +164,18 @@ def refine(
         ``<name>_refinement_error``
             Largest remaining error.
         ``<name>_refinement_stopped``
-            "tolerance": it is reached. "max_points": the limit is reached. "jump": the tolerance is reached except at
-            jumps that cannot be cut, such as a spot's ambient light, where triangles are smaller than 1/1024 of the
-            mesh's diagonal. "resolution": it is reached except where triangles are at the resolution of the points'
-            type.
+            "tolerance": the tolerance is reached. "max_points": the largest number of points is reached. "jump": the
+            tolerance is reached except at jumps that cannot be cut, such as a spot's ambient light, where triangles are
+            smaller than 1/1024 of the mesh's diagonal. "resolution": the tolerance is reached except where triangles
+            are at the resolution of the points' type.
         ``<name>_refinement_points``
             Number of points before and after.
         ``<name>_refinement_cut``
             Number of sides of triangles that were cut.
         ``<name>_refinement_strip``
             Estimated area along all cuts that has the colours of the wrong side. Where edges are curved, the true area
-            may be slightly larger. It includes triangles smaller than 1/1024 of the diagonal that hide the tip of a
-            shadow, and triangles that could not be cut, such as those where the edges of several lights meet.
+            may be slightly larger. The estimate includes triangles smaller than 1/1024 of the diagonal that hide the
+            tip of a shadow, and triangles that could not be cut, such as those where the edges of several lights meet.
 
     Raises
     ------
@@ -267,9 +267,9 @@ def interpolation_error(
     -------
     pyvista.PolyData
         The mesh's triangles with the cell array ``phong_interpolation_error``, float64: the largest absolute difference
-        of any channel at the points that `refine` examines. It is 0 in triangles without an area or with a point that
-        is not finite. Other arrays are kept. Like a result of `shade`, the new mesh shares memory with `mesh` if `mesh`
-        has only triangles.
+        of any channel at the points that `refine` examines. The error is 0 in triangles without an area or with a point
+        that is not finite. Other arrays are kept. Like a result of `shade`, the new mesh shares memory with `mesh` if
+        `mesh` has only triangles.
 
     Raises
     ------
@@ -365,15 +365,15 @@ def _bounced_light(vertices: Vertices, scene: Scene, material: Material, matrix:
 
 
 def _far_ranges_allowed() -> np.errstate:
-    """Return a context that ignores overflow. Where coordinates are so large that they overflow, samples of the error
-    are lost, but nothing else.
+    """Return a context that ignores overflow. Where large coordinates overflow, samples of the error are lost, but
+    nothing else.
     """
     return np.errstate(over="ignore", under="ignore", invalid="ignore")
 
 
 def _others_there(places: IntArray) -> IntArray:
-    """Return for each point the next point at the same position, in a ring, shape (n,); -1 for a point that is alone
-    there. Points with equal `places` have the same position.
+    """Return for each point the next point at the same position, in a ring, shape (n,); -1 for a point that is alone at
+    its position. Points with equal `places` have the same position.
     """
     order = np.argsort(places, kind="stable")
     starts = np.flatnonzero(np.diff(places[order], prepend=-1))

@@ -148,7 +148,8 @@ def look_of(
     mesh : pyvista.DataSet or pyvista.MultiBlock
         The mesh to draw.
     material : Material, str, mapping or None
-        The material. If None, it follows from the keywords, and from PyVista's theme where keywords are missing.
+        The material. If None, the material follows from the keywords, and from PyVista's theme where keywords are
+        missing.
     feature_angle : float, "auto" or None
         Angle above which edges are sharp, as for `mesh.phong.shade`.
     given : mapping

@@ -55,7 +55,7 @@ class LitActors:
     Parameters
     ----------
     renderer : pyvista.Renderer
-        The renderer that draws them.
+        The renderer that draws the meshes.
     scene : callable
         Returns the current scene.
     """
@@ -66,7 +66,9 @@ class LitActors:
         self.note = ""
         """Text to show while the colours are not final."""
         self.is_in_a_page = False
-        """True if a web page polls for background results: it calls `refresh` while `is_awaiting`. No timer is used."""
+        """True if a web page polls for background results: the page calls `refresh` while `is_awaiting`. Then no timer
+        is used.
+        """
         self.is_mixed = False
         """True while the web page's faders write the colours. Refined pictures are not shown then."""
         self.gathering = Gathering()
@@ -123,8 +125,8 @@ class LitActors:
         return self.gathering.part is not None or any(each.is_awaited for each in self.refining.values())
 
     def add(self, mesh: LitMesh, refine: float | None = None) -> None:
-        """Update a mesh's colours before each frame until its actor is removed. With `refine`, show it refined within
-        this tolerance.
+        """Update a mesh's colours before each frame until its actor is removed. With a tolerance `refine`, show the
+        mesh refined within it.
         """
         self._meshes.append(mesh)
         if refine is not None:

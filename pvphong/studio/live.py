@@ -135,9 +135,9 @@ class LightHandle(Handle):
 class MeshHandle(Handle):
     """An actor drawn by `plotter.phong.add_mesh`. The fields of its material can be read and set.
 
-    Blocks that share a material keep sharing it. The attributes of the lit mesh are available too. `feature_angle` and
-    `casts_shadows` can be set; `mesh`, `actor` and `evaluations`, the number of times the colours have been computed,
-    can be read.
+    Blocks that share a material also share the changed one. The attributes of the lit mesh are available too.
+    `feature_angle` and `casts_shadows` can be set; `mesh`, `actor` and `evaluations`, the number of times the colours
+    have been computed, can be read.
 
     Parameters
     ----------

@@ -96,8 +96,8 @@ class Interpolation(NamedTuple):
     variants : list of Variant
         The original and the refined meshes, with their interpolation errors.
     errors, areas : ndarray
-        Shape (m,): for each searched triangle, the largest error in it, and its fraction of the area of all searched
-        triangles.
+        Shape (m,): the largest error in each searched triangle, and each triangle's fraction of the area of all
+        searched triangles.
     left_out : dict of str to str
         Variants that are left out, and the reasons.
     """

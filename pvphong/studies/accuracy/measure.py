@@ -278,8 +278,8 @@ class _Measurement:
         return found
 
     def _light_vertices(self) -> list[Variant]:
-        """Measure the errors of every variant at the vertices, and time it once. Return all variants, also those that
-        were not measured.
+        """Measure the errors of every variant at the vertices, and time each variant once. Return all variants, also
+        those that were not measured.
         """
         s = self.subject
         found, reasons = variants(s, self.tolerance)
@@ -377,9 +377,7 @@ class _Measurement:
 
 
 def predicted_bounds(subject: Subject, tolerance: float) -> tuple[PredictedBound, ...]:
-    """Return, for each approximation of the plan at a tolerance, its predicted bound and the largest measured
-    difference.
-    """
+    """Return the predicted bound and the largest measured error of each approximation in the plan at a tolerance."""
     state, found = PlanState.first(subject.assembled, tolerance, subject.vertices), []
     for effect in EFFECTS:
         before, state = state, effect.simplify(state)

@@ -53,8 +53,9 @@ def textbook_colors(
 ) -> Float64Array:
     """Evaluate the lighting model as in a textbook, in NumPy.
 
-    It uses whole (n, 3) float64 arrays, vectors divided by their norms, the mirror direction, `np.power` and `np.clip`.
-    It is only correct for well-scaled input: no zero normals, no huge or tiny vectors, no light at a vertex.
+    The textbook uses whole (n, 3) float64 arrays, vectors divided by their norms, the mirror direction, `np.power` and
+    `np.clip`. Its colours are only correct for well-scaled input: no zero normals, no huge or tiny vectors, no light at
+    a vertex.
 
     Parameters
     ----------

@@ -75,8 +75,8 @@ class Tradeoff(Result):
     facts : dict of str to str
         Mesh, scene, machine, threads, versions, date, repeats.
     inside_errors, inside_areas : ndarray
-        Shape (m,): for each searched triangle, the largest interpolation error in it, and its fraction of the area of
-        all searched triangles.
+        Shape (m,): the largest interpolation error in each searched triangle, and each triangle's fraction of the area
+        of all searched triangles.
     surface : pyvista.PolyData
         Mesh whose points were lit.
     scene : Scene

@@ -242,7 +242,7 @@ class PredictedBound:
     effect : str
         Effect that was left out.
     why : str
-        Approximation and its lights.
+        Description of the approximation, and the lights that it affects.
     predicted : float
         Bound that the plan predicted.
     measured : float
@@ -277,7 +277,7 @@ def with_fronts(rows: Sequence[Row]) -> tuple[Row, ...]:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Result:
-    """Measurements on one mesh and scene, with methods that choose a row. The module `figure` draws it.
+    """Measurements on one mesh and scene, with methods that choose a row. The module `figure` draws a result.
 
     The fields are documented in the subclass `Tradeoff`, which adds sentences, tables and files.
     """

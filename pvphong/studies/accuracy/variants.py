@@ -93,7 +93,9 @@ class Subject:
 
     @cached_property
     def assembled(self) -> Equation:
-        """Lighting equation with all terms. As in plans, it is relative to the mesh if that is far from the origin."""
+        """Lighting equation with all terms. As in plans, the equation is relative to the mesh if the mesh is far from
+        the origin.
+        """
         return relative_to_mesh(self.vertices.equation(self.scene, self.material, self.matrix))
 
     @cached_property
@@ -167,7 +169,7 @@ class Subject:
 
     @cached_property
     def sphere(self) -> Sphere:
-        """Bounding sphere of the mesh in world coordinates; a point at the origin if it is unknown."""
+        """Bounding sphere of the mesh in world coordinates; a point at the origin if the sphere is unknown."""
         return self.vertices.extent(self.assembled.matrix).sphere or Sphere((0.0, 0.0, 0.0), 0.0)
 
     @cached_property
@@ -340,7 +342,7 @@ def sampling(subject: Subject, visibility: Visibility, tolerance: float, clock: 
     """Measure shadows and occlusion by few rays per vertex, by many, and by as many as the tolerance needs.
 
     A row's time includes casting its rays and lighting the vertices with them, but not work that is shared by all rays,
-    such as building the tree of the occluders' triangles. Its errors are differences from reference colours by 4096
+    such as building the tree of the occluders' triangles. A row's errors are differences from reference colours by 4096
     rays, at random vertices. The reference includes `Subject.highlights_beyond_shares`, which evaluators lack.
 
     Parameters

@@ -244,11 +244,11 @@ class Edges(NamedTuple):
     """Unique edges of a mesh, with the number of faces that run along them in each direction."""
 
     lower: IntArray
-    """Shape (m,): the lower index of an edge's two points; `higher` is the other one."""
+    """Shape (m,): the lower index of an edge's two points; `higher` has the higher index."""
     higher: IntArray
     forth: IntArray
-    """Shape (m,): number of faces that run along the edge from the lower to the higher point; `back` counts the
-    others.
+    """Shape (m,): number of faces that run along the edge from the lower to the higher point; `back` counts the faces
+    in the opposite direction.
     """
     back: IntArray
 

@@ -60,7 +60,7 @@ class Finding:
     first : tuple
         First few indices; pairs of points for edges.
     share : float
-        Affected fraction of the surface, 0 to 1: of its area, or of its points or faces if it has no area.
+        Affected fraction of the surface, 0 to 1: of its area, or, if the surface has no area, of its points or faces.
     spoils : bool
         True if the fault spoils the lighting; otherwise the finding is a note.
     meaning, remedy : str

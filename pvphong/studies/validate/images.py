@@ -1,7 +1,8 @@
 """Pixel-by-pixel comparison of a mesh drawn with its lit colours and the same mesh lit by VTK.
 
 This is coarser than `pvphong.studies.validate.validation`, because an image has 8 bits and shows colours interpolated
-between vertices, while VTK lights every pixel. It verifies that the computed colours are drawn unchanged.
+between vertices, while VTK lights every pixel. The comparison of images verifies that the computed colours are drawn
+unchanged.
 """
 
 from __future__ import annotations

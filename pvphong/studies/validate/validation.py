@@ -248,7 +248,7 @@ class Comparison:
     `print(comparison)` prints the verdict, `print(comparison.explain())` all numbers.
 
     Errors are pvphong's colours minus VTK's. Where the arriving light times the material's reflectances exceeds 1,
-    errors are divided by it, because float32 rounds in proportion to it.
+    errors are divided by this product, because float32 rounds in proportion to it.
 
     Attributes
     ----------

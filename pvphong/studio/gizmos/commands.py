@@ -156,7 +156,7 @@ _ABOVE, _BESIDE = 0.4, 0.15
 
 
 def add(gizmos: Gizmos) -> None:
-    """Add a point light above the surface point under the cursor; half of its intensity arrives there."""
+    """Add a point light above the surface point under the cursor; half of its intensity arrives at that point."""
     below = gizmos.surfaces.pick(gizmos.cursor)
     if below is None:
         gizmos.notice = "to add a light, point at a lit mesh"
@@ -255,7 +255,7 @@ def strengthen(material: Material, step: int) -> Material:
 
 
 class Command(NamedTuple):
-    """A command and its key, or its keys if it takes a step."""
+    """A command with its key, or with several keys if `act` takes a step."""
 
     keys: str
     """Names of the keys in VTK, separated by spaces."""
@@ -317,7 +317,7 @@ _OF_KEYS = {
     for at, key in enumerate(command.keys.split())
 }
 ENTER = frozenset({"Return", "KP_Enter"})
-"""Names in VTK of the keys that start the typing of a value, and accept it."""
+"""Names in VTK of the keys that start the typing of a value, and that accept the typed value."""
 
 OURS = frozenset({*_OF_KEYS, *ENTER})
 """All keys that gizmos use."""

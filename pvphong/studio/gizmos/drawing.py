@@ -57,7 +57,7 @@ class Drawing:
     view : View
         The subplot.
     color, edge : tuple of float
-        Colours of the elements that are added next, and of the edges of their areas.
+        Colour of the elements that are added next, and colour of the edges of areas.
     """
 
     view: View
@@ -294,7 +294,8 @@ class Overlay:
     def help(self, text: str, size: tuple[float, float]) -> bool:
         """Show a text in the upper left corner of a subplot of this size; hide it if the text is empty.
 
-        Return True if it fits at its normal size. Otherwise it is shrunk to fit, and there is no room for other texts.
+        Return True if the text fits at its normal size. Otherwise the text is shrunk to fit, and there is no room for
+        other texts.
         """
         lines = text.split("\n")
         room = np.array(size) - 2.0 * _MARGIN

@@ -87,16 +87,16 @@ class Gizmo(Handle):
 
         A directional light has the handles "target" and, at its icon, "origin". A point light has "position", and
         "radius" if it has attenuation. A spot light has "position", "target" and "cone". An environment has "rotation".
-        The handles of other lights follow from the roles of their fields. A headlight has none, because it is at the
-        viewer.
+        The handles of other lights follow from the roles of their fields. A headlight has no handles, because it is at
+        the viewer.
         """
         view = self._gizmos.view
         return {name: vector(point) for name, point in self.in_scene(view).points(view).items()}
 
     @property
     def highlight(self) -> Vector | None:
-        """World position of the highlight on the lit meshes, which can be dragged too. None if there is no highlight or
-        the gizmo is not selected.
+        """World position of the light's highlight on the lit meshes; the highlight can be dragged too. None if there is
+        no highlight, or the gizmo is not selected.
         """
         found = self.surface_highlight(self._gizmos.view) if self.is_selected else None
         return None if found is None else found.point

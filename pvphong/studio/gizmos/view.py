@@ -152,7 +152,8 @@ class View:
         return np.asarray(side / np.linalg.norm(side))
 
     def along(self, point: Float64Array, axis: Float64Array, motion: Float64Array) -> Float64Array:
-        """Return a point moved along an axis, so that on the screen it follows the cursor's motion along the axis.
+        """Return a point moved along an axis, so that on the screen the point follows the cursor's motion along the
+        axis.
 
         The point's depth grows at most 50 times towards the vanishing point, and shrinks at most to a fiftieth.
         """

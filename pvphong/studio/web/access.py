@@ -424,7 +424,7 @@ class Messages(AioHttpWsHandler):
         client_id: str | None = None,
         skip_last_active_client: bool = False,  # noqa: ARG002 wslink's signature
     ) -> None:
-        """Send a message to one client. wslink's own method would make all clients wait for the slowest.
+        """Send a message to one client. wslink's own method would make all clients wait for the slowest client.
 
         If several frames are pending for a client, only the last one is sent.
         """

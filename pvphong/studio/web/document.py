@@ -320,7 +320,7 @@ class Document:
         return check.refuse("light", number, "the number of an existing light")
 
     def add(self, kind: str) -> None:
-        """Add a light and select it. `kind` is the name of its kind in scene files.
+        """Add a light and select it. `kind` is the name of the light's kind in scene files.
 
         The light shines on the scene from the upper left. If lights are there already, the new light is to the right of
         them.
@@ -428,7 +428,7 @@ class Document:
 
     @property
     def materials(self) -> dict[str, SharedMaterial]:
-        """The materials of all visible meshes. The key of each is the name of the first mesh that has it."""
+        """The materials of all visible meshes: name of the first mesh that has the material → the material."""
         found: dict[SharedMaterial, str] = {}
         for mesh in self._subplot.lit.shown:
             found.setdefault(mesh.shared_material, self.mesh_name(mesh))
@@ -461,7 +461,9 @@ class Document:
             shared.material = replace(as_material(name), albedo=own.albedo, tangents=own.tangents)
 
     def choose_reflectance(self, number: Any, name: str) -> None:
-        """Set a material's reflectance by its kind's name in scene files. "" uses the light model's `reflection`."""
+        """Set a material's reflectance by the name of the reflectance's kind in scene files. "" uses the light model's
+        `reflection`.
+        """
         with self._step():
             shared = self._material(number)
             reflectance = new_reflectance(name) if name else None

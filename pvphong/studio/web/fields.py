@@ -218,7 +218,7 @@ def edited(value: Any, name: str, given: Any, index: Sequence[int] = ()) -> Any:
     given : object
         A number or its text, a flag, a text, or a colour as name, hex string or three numbers. None unsets the field.
     index : sequence of int
-        If only one number of several changes: its index, or the indices of a point and of the coordinate.
+        If only one number of several changes: its index, or the index of a point and the index of the coordinate.
 
     Raises
     ------

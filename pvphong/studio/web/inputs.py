@@ -169,7 +169,7 @@ def typed_number(name: str, unit: str, *, found: str, label: str = "", classes: 
 
 
 def _numbers(entry: str, values: str, index: str, label: str) -> None:
-    """Add inputs for numbers side by side. Each sends its index with its value."""
+    """Add inputs for numbers side by side. Each input sends its index with its value."""
     v.VTextField(
         v_for=f"(number, k) in {values}",
         key=(f"{entry}.key + {index} + refusals",),

@@ -205,7 +205,7 @@ class Mix:
     # -- frames
 
     def refresh(self) -> None:
-        """Write the mix into the drawn colours if it has changed. Shares are computed only if the scene has changed."""
+        """Write the mix into the drawn colours if the mix has changed. Compute shares only if the scene has changed."""
         shown = self._subplot.lit.shown
         if not self.is_on:
             self._put_back()

@@ -193,7 +193,7 @@ class Studio:
             state.notice = ""
 
     def _later(self, seconds: float, act: Callable[[], None]) -> None:
-        """Schedule a call after `seconds`. If it is scheduled already, change its time."""
+        """Schedule a call after `seconds`. If the call is scheduled already, change its time."""
         if act in self._due:
             self._due[act].cancel()
 
@@ -204,7 +204,7 @@ class Studio:
         self._due[act] = self._loop.call_later(seconds, do)
 
     def draw(self) -> None:
-        """Request a frame. Several requests before it is drawn result in one frame."""
+        """Request a frame. Several requests before the frame is drawn result in one frame."""
         self._view.render()
 
     def show(self) -> None:
