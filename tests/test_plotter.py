@@ -457,7 +457,7 @@ def test_a_handle_names_its_light_everywhere_until_it_is_removed(plotter):
     plotter.phong.remove_light(lamp)
     assert lamp.diffuse == (1.0, 0.0, 0.0)
     with pytest.raises(
-        ValueError, match=r"^light must be a light of the plotter; .* It has been removed; add it again with "
+        ValueError, match=r"^light must be a light of the plotter; .* The light has been removed; add it again with "
     ):
         lamp.intensity = 2
     assert plotter.phong.undo()

@@ -60,7 +60,7 @@ _PAIR = "_refinement_pair"
 
 
 class BouncedLight(NamedTuple):
-    """Bounced light at the vertices of a mesh that is already known, so that no transport is needed."""
+    """Known bounced light at the vertices of a mesh. With it, no transport is needed."""
 
     colors: FloatArray
     """Bounced light that each vertex reflects, shape (n, 3), including the remaining ambient light."""
@@ -91,9 +91,9 @@ def refine(
 
     Where the colour jumps, at the edge of a hard shadow or of a spot's cone, triangles are cut along that edge. Each
     point on the cut exists twice, lit once like each side, so that a shadow is as crisp as the edge of a face. Rays
-    find where the edge crosses the sides of triangles, to 2⁻²⁰ of their length. If it deviates from a straight line
-    between two crossings by more than 2⁻¹² of the mesh's diagonal, or a shadow lies inside a triangle, the triangle is
-    split first.
+    find where the edge crosses a side of a triangle, to 2⁻²⁰ of the side's length. A triangle is split before it is cut
+    if the edge deviates from a straight line between two crossings by more than 2⁻¹² of the mesh's diagonal, or if a
+    whole shadow lies inside the triangle.
 
     Elsewhere triangles are bisected until every error is within the tolerance. A side is split in all triangles that
     share it, so that there are no T-junctions: manifold meshes stay manifold, and closed meshes stay closed. No new
@@ -102,8 +102,8 @@ def refine(
     Parameters
     ----------
     mesh : pyvista.DataSet
-        Dataset with faces; it is not modified. Polygons and strips are triangulated first. The surface of other
-        datasets is extracted. Vertex and line cells are left out.
+        Dataset with faces; it is not modified. Polygons and strips are triangulated first. Of a dataset other than
+        PolyData, the surface is extracted. Vertex and line cells are left out.
     scene, material
         As for `mesh.phong.shade`. Maps are read at the mesh's original points and interpolated at new ones.
     tolerance : float
@@ -115,9 +115,9 @@ def refine(
         Name of the (n_points, 3) array of lit colours, and prefix of the other arrays.
     placement : {"linear", "smooth"}
         Position of new vertices. "linear": on the side that they split; the surface does not change. "smooth": on a
-        curve between the ends of the side that is perpendicular to their normals (the side of a PN triangle [1]_, at
-        every split). Sides on a boundary and sides of more than two triangles stay straight, so that no cracks open and
-        creases stay sharp.
+        curve between the ends of the side. At each end, the curve is perpendicular to the normal there (the side of a
+        PN triangle [1]_, at every split). Sides on a boundary and sides of more than two triangles stay straight, so
+        that no cracks open and creases stay sharp.
     matrix : array_like, optional
         (4, 4) model matrix. It affects the lighting only; the mesh's points do not move.
     precision : {"float32", "float64"}
@@ -126,9 +126,8 @@ def refine(
         Edges are sharp if the angle between their faces exceeds this, in degrees; see `mesh.phong.shade`. Points along
         them are duplicated first, and do not move.
     occluders : sequence, optional
-        As for `mesh.phong.shade`. Triangles are not split because of the noise of soft shadows and occlusion: only
-        errors above three standard errors count, and rays are cast until a standard error is a quarter of the
-        tolerance.
+        As for `mesh.phong.shade`. The noise of soft shadows and occlusion does not cause splits: only errors above
+        three standard errors count, and rays are cast until a standard error is a quarter of the tolerance.
     transport : Transport, optional
         As for `mesh.phong.shade`, if the light model has bounces. Bounced light is computed at the mesh's original
         points, and interpolated like maps.
@@ -146,13 +145,14 @@ def refine(
         arrays are copied to the parts of each cell.
 
         If the mesh was cut, the point array ``<name>_refinement_pair`` is the index of the next point at the same
-        position, on the other side of the cut, or -1. Where two edges cross, four points form a ring.
+        position, on the other side of the cut, or -1. Where two cuts cross, four points have the same position, and
+        their indices form a ring.
 
         With shadows or occlusion, the visible fractions of each light and of the sky are in ``<name>_visibility_<name
-        or index>`` and ``<name>_sky``, as from `mesh.phong.shade`. They differ on the two sides of a cut. Stacked as an
-        array of shape (lights + 1, n_points), they are a `visibility` for `mesh.phong.shade`, which gives other colours
-        of the same lights the same crisp edges. The fraction of a light without a size is 1 where points face away from
-        it, and 0 outside its cone.
+        or index>`` and ``<name>_sky``, as from `mesh.phong.shade`. These fractions differ on the two sides of a cut.
+        Stacked as an array of shape (lights + 1, n_points), they can be the `visibility` in `mesh.phong.shade`: then
+        the edges stay as crisp if the lights have other colours. The fraction of a light without a size is 1 where
+        points face away from it, and 0 outside its cone.
 
         The cell array ``<name>_interpolation_error`` is the remaining error in each triangle. Field data describe the
         result:
@@ -164,18 +164,18 @@ def refine(
         ``<name>_refinement_error``
             Largest remaining error.
         ``<name>_refinement_stopped``
-            "tolerance": it is reached. "max_points": the limit is reached. "jump": the tolerance is reached except at
-            jumps that cannot be cut, such as a spot's ambient light, where triangles are smaller than 1/1024 of the
-            mesh's diagonal. "resolution": it is reached except where triangles are at the resolution of the points'
-            type.
+            "tolerance": the tolerance is reached. "max_points": the largest number of points is reached. "jump": the
+            tolerance is reached except at jumps that cannot be cut, such as a spot's ambient light, where triangles are
+            smaller than 1/1024 of the mesh's diagonal. "resolution": the tolerance is reached except where triangles
+            are at the resolution of the points' type.
         ``<name>_refinement_points``
             Number of points before and after.
         ``<name>_refinement_cut``
             Number of sides of triangles that were cut.
         ``<name>_refinement_strip``
             Estimated area along all cuts that has the colours of the wrong side. Where edges are curved, the true area
-            may be slightly larger. It includes triangles smaller than 1/1024 of the diagonal that hide the tip of a
-            shadow, and triangles that could not be cut, such as those where the edges of several lights meet.
+            may be slightly larger. The estimate includes triangles smaller than 1/1024 of the diagonal that hide the
+            tip of a shadow, and triangles that could not be cut, such as those where the edges of several lights meet.
 
     Raises
     ------
@@ -191,13 +191,13 @@ def refine(
 
     Notes
     -----
-    Errors are measured at samples. Between the samples they were up to a tenth larger in one triangle of several
+    Errors are measured at samples. Between the samples, errors were up to a tenth larger in one triangle of several
     thousand, and up to a quarter larger in one of a hundred near lamps on coarse triangles. The refinement therefore
     aims at 95 % of the tolerance.
 
-    Triangles without an area, or with a point that is not finite, are split only along with their neighbours.
-    PyVista's `validate_mesh` reports triangles as empty if their area is below the epsilon of the points' type, 1.2e-7
-    in float32, whatever the mesh's unit is. Very fine parts may be below that.
+    Triangles without an area, or with a point that is not finite, are split only along with their neighbours. PyVista's
+    `validate_mesh` reports triangles as empty if their area is below the epsilon of the points' type, 1.2e-7 in
+    float32, whatever the mesh's unit is. The triangles of very fine parts may be smaller.
 
     References
     ----------
@@ -267,9 +267,9 @@ def interpolation_error(
     -------
     pyvista.PolyData
         The mesh's triangles with the cell array ``phong_interpolation_error``, float64: the largest absolute difference
-        of any channel at the points that `refine` examines. It is 0 in triangles without an area or with a point that
-        is not finite. Other arrays are kept. Like the results of `shade`, it shares memory with `mesh` if that has only
-        triangles.
+        of any channel at the points that `refine` examines. The error is 0 in triangles without an area or with a point
+        that is not finite. Other arrays are kept. Like a result of `shade`, the new mesh shares memory with `mesh` if
+        `mesh` has only triangles.
 
     Raises
     ------
@@ -365,15 +365,15 @@ def _bounced_light(vertices: Vertices, scene: Scene, material: Material, matrix:
 
 
 def _far_ranges_allowed() -> np.errstate:
-    """Return a context that ignores overflow. Where coordinates are so large that they overflow, samples of the error
-    are lost, but nothing else.
+    """Return a context that ignores overflow. Where large coordinates overflow, samples of the error are lost, but
+    nothing else.
     """
     return np.errstate(over="ignore", under="ignore", invalid="ignore")
 
 
 def _others_there(places: IntArray) -> IntArray:
-    """Return for each point the next point at the same position, in a ring, shape (n,); -1 for a point that is alone
-    there. Points with equal `places` have the same position.
+    """Return for each point the next point at the same position, in a ring, shape (n,); -1 for a point that is alone at
+    its position. Points with equal `places` have the same position.
     """
     order = np.argsort(places, kind="stable")
     starts = np.flatnonzero(np.diff(places[order], prepend=-1))
@@ -385,8 +385,8 @@ def _others_there(places: IntArray) -> IntArray:
 
 
 def _split_mesh(lit: _LitTriangles, refinement: Refinement, name: str) -> pv.PolyData:
-    """Return the refined triangles with the arrays of the original mesh. The name of the lit colours, `name`, is not
-    used for normals.
+    """Return the refined triangles with the arrays of the original mesh. If new normals need a name, it differs from
+    `name`, the name of the lit colours.
     """
     source, surface = lit.mesh, refinement.surface
     triangles, vertices = surface.triangles, surface.vertices
@@ -418,7 +418,8 @@ def _split_mesh(lit: _LitTriangles, refinement: Refinement, name: str) -> pv.Pol
 def _interpolated(values: NDArray[Any], added: list[Added]) -> NDArray[Any]:
     """Extend a point array by the values of new points.
 
-    Floats and colours are blended. Other values may be labels; they are copied from the end with the lower index.
+    Floats and colours are blended. Other values may be labels; they are copied from the end of the split side with the
+    lower index.
     """
     start, kind = len(values), values.dtype
     result = np.empty((start + sum(len(each.along) for each in added), *values.shape[1:]), dtype=kind)

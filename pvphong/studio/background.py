@@ -19,7 +19,7 @@ class Job(Generic[Result]):
     name : str
         Name of the thread.
     work : callable
-        Returns the result. It must only use data that nothing else edits while it runs.
+        Function without arguments that returns the result. While it runs, nothing else may edit the data that it uses.
     """
 
     def __init__(self, name: str, work: Callable[[], Result]) -> None:

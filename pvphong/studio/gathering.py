@@ -38,7 +38,7 @@ class _Gathered(NamedTuple):
     state: Any
     """Lights, light model, versions of the meshes, and number of rays, for which the light was computed."""
     geometry: Any
-    """The meshes, and their `LitMesh.geometry` at that time."""
+    """The meshes, and their `LitMesh.geometry` when the light was computed."""
     bounces: int
     among: Transport
     brightness: Float64Array
@@ -47,7 +47,7 @@ class _Gathered(NamedTuple):
     """Shape (1, n, 3) for each mesh; meshes without bounced light are missing."""
 
     def at_brightness(self, brightness: Float64Array) -> dict[LitMesh, FloatArray]:
-        """Return the light, scaled to the present colours of the lights."""
+        """Return the light, scaled so that `brightness` is the sum of the lights' colours."""
         was = np.maximum(self.brightness, FAINTEST)
         factor = np.where(self.brightness > 0.0, brightness / was, 1.0).astype(np.float32)
         return {mesh: light * factor for mesh, light in self.light.items()}
@@ -81,14 +81,14 @@ class Gathering:
     def light(
         self, meshes: Sequence[LitMesh], planned: Planned, scene: Scene, samples: int | None, *, held: bool, waits: bool
     ) -> dict[LitMesh, FloatArray] | None:
-        """Return the bounced light of each mesh, shape (1, n, 3); None if none is known yet.
+        """Return the bounced light of each mesh, shape (1, n, 3); None if no bounced light is known yet.
 
         During a drag, the light of meshes with many vertices is not recomputed, only scaled to the lights' colours.
 
         Parameters
         ----------
         meshes : sequence of LitMesh
-            The meshes. Those that cannot be lit exchange no light.
+            The meshes that exchange light, except those that cannot be lit.
         planned : callable
             Returns the plan and vertices of a mesh in the scene.
         scene : Scene
@@ -161,8 +161,8 @@ class Gathering:
 
 
 def _sent(exchanging: dict[LitMesh, tuple[Plan, Vertices]]) -> tuple[Radiosity, set[LitMesh]]:
-    """Return the direct light that all meshes reflect, and the meshes for which it cannot be computed; these reflect
-    nothing.
+    """Return the direct light that all meshes reflect. Also return the meshes for which this light cannot be computed;
+    these meshes reflect nothing.
     """
     sent, silent = list[Radiosity](), set[LitMesh]()
     for mesh, (plan, vertices) in exchanging.items():

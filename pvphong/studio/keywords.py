@@ -148,7 +148,8 @@ def look_of(
     mesh : pyvista.DataSet or pyvista.MultiBlock
         The mesh to draw.
     material : Material, str, mapping or None
-        The material. If None, it follows from the keywords, and from PyVista's theme where keywords are missing.
+        The material. If None, the material follows from the keywords, and from PyVista's theme where keywords are
+        missing.
     feature_angle : float, "auto" or None
         Angle above which edges are sharp, as for `mesh.phong.shade`.
     given : mapping
@@ -193,7 +194,7 @@ def _materials(given: Any) -> Material | Mapping[str, Material]:
 
 
 def _angle(given: FeatureAngle, options: dict[str, Any], theme: Any) -> FeatureAngle:
-    """Return the angle above which edges are sharp. PyVista's keywords for it are removed from `options`."""
+    """Return the angle above which edges are sharp. PyVista's keywords for this angle are removed from `options`."""
     interpolation = options.pop("interpolation", None)
     is_smooth, is_split = options.pop("smooth_shading", None), options.pop("split_sharp_edges", None)
     if is_smooth is None and interpolation is not None:
@@ -320,7 +321,9 @@ def _nodes(block: Any) -> Iterator[Any]:
 
 
 def _colors(mesh: Any, scalars: Any, preference: str) -> tuple[Any, Float64Array | None]:
-    """Return colours for `Material.albedo`, and opacities for each vertex or cell: None unless the array is RGBA."""
+    """Return colours for `Material.albedo`, and an opacity for each vertex or cell; None instead of opacities unless
+    the array is RGBA.
+    """
     if isinstance(scalars, str):
         rows = _named(mesh, scalars, preference)
         if rows is None:
@@ -355,8 +358,8 @@ def _by_transfer(
 ) -> tuple[Any, pv.LookupTable]:
     """Return an opacity for each point or cell, and the lookup table with opacities for the scalar bar.
 
-    If the opacity is given as an array, or by its name, it is returned. Otherwise opacities are looked up from the
-    scalars, by a transfer function or `nan_opacity`.
+    An opacity that is an array, or the name of an array, is returned as it is. Otherwise opacities are looked up from
+    the scalars, by a transfer function or `nan_opacity`.
     """
     given = options.get("opacity")
     is_named = isinstance(given, str) and isinstance(mesh, pv.DataSet) and _has(mesh, given)

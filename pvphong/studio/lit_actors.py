@@ -29,7 +29,9 @@ from pvphong.studio.refining import Refining
 
 
 class LightingWarning(UserWarning):
-    """A mesh in a window cannot be lit. It is not drawn until the problem is fixed."""
+    """A mesh in a window cannot be lit, and is not drawn until the problem is fixed. Also: bounced light or a refined
+    picture cannot be computed.
+    """
 
 
 _PREVIEW_SAMPLES = 16  # rays from each vertex to an area light during a drag
@@ -53,7 +55,7 @@ class LitActors:
     Parameters
     ----------
     renderer : pyvista.Renderer
-        The renderer that draws them.
+        The renderer that draws the meshes.
     scene : callable
         Returns the current scene.
     """
@@ -64,7 +66,9 @@ class LitActors:
         self.note = ""
         """Text to show while the colours are not final."""
         self.is_in_a_page = False
-        """True if a web page polls for background results: it calls `refresh` while `is_awaiting`. No timer is used."""
+        """True if a web page polls for background results: the page calls `refresh` while `is_awaiting`. Then no timer
+        is used.
+        """
         self.is_mixed = False
         """True while the web page's faders write the colours. Refined pictures are not shown then."""
         self.gathering = Gathering()
@@ -121,8 +125,8 @@ class LitActors:
         return self.gathering.part is not None or any(each.is_awaited for each in self.refining.values())
 
     def add(self, mesh: LitMesh, refine: float | None = None) -> None:
-        """Update a mesh's colours before each frame until its actor is removed. With `refine`, show it refined within
-        this tolerance.
+        """Update a mesh's colours before each frame until its actor is removed. With a tolerance `refine`, show the
+        mesh refined within it.
         """
         self._meshes.append(mesh)
         if refine is not None:
@@ -157,7 +161,8 @@ class LitActors:
         Warns
         -----
         LightingWarning
-            Once for each mesh that cannot be lit, after all others are updated.
+            Once for each mesh that cannot be lit, after all other meshes are updated. Also if a mesh cannot be refined,
+            or bounced light cannot be computed.
         """
         shown, unlit = self.shown, dict[LitMesh, str]()
         if shown:
@@ -195,7 +200,7 @@ class LitActors:
         return is_new
 
     def _refine(self, unlit: Container[LitMesh], waits: bool) -> bool:
-        """Show the refined pictures of all meshes that can be lit. Return True if one of them is new."""
+        """Show the refined pictures of all meshes that can be lit. Return True if a picture is new."""
         refined = {mesh: each for mesh, each in self.refining.items() if mesh not in unlit}
         if not refined:
             return False
@@ -263,7 +268,7 @@ class LitActors:
     @property
     def _is_on_screen(self) -> bool:
         """True if the window is on the screen, where later frames can show the final light. An off-screen frame must
-        show it at once.
+        show the final light at once.
         """
         window = self._renderer.GetRenderWindow()
         return window is not None and not window.GetOffScreenRendering()
@@ -274,7 +279,7 @@ class LitActors:
         return KnownOccluders(self._occluders, own) if scene.light_model.needs_rays else None
 
     def _gather_occluders(self, meshes: Sequence[LitMesh]) -> None:
-        """Update the occluders to the present geometry of those `meshes` that cast shadows."""
+        """Update the occluders to the current geometry of those `meshes` that cast shadows."""
         blocking = dict[LitMesh, tuple[Any, BlockingFaces]]()
         for mesh in meshes:
             if mesh.casts_shadows:
@@ -294,7 +299,7 @@ class LitActors:
 
     @property
     def state(self) -> MaterialsState:
-        """Shared material of each visible mesh → its present value, for `revert`."""
+        """Shared material of each visible mesh → its current value, for `revert`."""
         return {mesh.shared_material: mesh.material for mesh in self.shown}
 
     def revert(self, now: MaterialsState, then: MaterialsState) -> None:
@@ -306,7 +311,9 @@ class LitActors:
     # -- refined pictures and release
 
     def refine(self, tolerance: float | None) -> None:
-        """Show all meshes refined within a tolerance; see `Refining`. If None, show their own vertices."""
+        """Show all meshes refined within a tolerance; see `Refining`. If the tolerance is None, show the meshes' own
+        vertices.
+        """
         self.show_own_vertices()
         self._refining = {} if tolerance is None else {mesh: Refining(mesh, tolerance) for mesh in self.meshes}
 

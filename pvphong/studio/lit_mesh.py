@@ -35,7 +35,7 @@ TRANSLUCENT_ARRAY = "phong_rgba"
 
 @dataclass(eq=False)
 class SharedMaterial:
-    """A material that meshes may share. Setting it changes all of them.
+    """A material that meshes may share. Setting `material` changes all these meshes.
 
     Parameters
     ----------
@@ -58,9 +58,9 @@ class LitMesh:
     mesh : pyvista.DataSet
         The user's mesh. It is not modified. The next frame shows edits to it.
     material : Material or SharedMaterial
-        A material, or a material shared with other meshes. If arrays that it names, or textures, are edited or
-        replaced, the next frame shows the change. Edits of an array that is passed directly are shown only if the array
-        belongs to a mesh.
+        A material, or a material shared with other meshes. If textures, or arrays that the material names, are edited
+        or replaced, the next frame shows the change. Edits of an array that is passed directly are shown only if the
+        array belongs to a mesh.
     feature_angle : float, "auto" or None, default None
         Edges are sharp if the angle between their faces exceeds this, in degrees, as for `shade`. Can be set at any
         time.
@@ -90,7 +90,7 @@ class LitMesh:
         self.evaluations = 0
         """Number of times the colours have been computed."""
         self.bounced: FloatArray | None = None
-        """Bounced light in the present colours, shape (1, n, 3)."""
+        """Bounced light in the current colours, shape (1, n, 3)."""
         self._opacity = map_in("opacity", opacity)
         self._colors: Any = None
         self._geometry: Any = None
@@ -118,7 +118,7 @@ class LitMesh:
 
     @property
     def state(self) -> Any:
-        """A stamp of the inputs of the present colours; cheap to compare."""
+        """A stamp of the inputs of the current colours; cheap to compare."""
         return self._lit_for, self._eye if self._plan is not None and self._plan.view_dependent else None
 
     def planned(
@@ -154,8 +154,9 @@ class LitMesh:
     ) -> bool:
         """Update the colours; return True if they had to be recomputed.
 
-        They are recomputed only if an input of the plan has changed. The viewer is an input only if highlights, flipped
-        normals or a light attached to the viewer depend on it. Rays are traced again only for lights that have moved.
+        The colours are recomputed only if an input of the plan has changed. The viewer is an input only if highlights,
+        flipped normals or a light attached to the viewer depend on it. Rays are traced again only for lights that have
+        moved.
 
         Parameters
         ----------
@@ -172,8 +173,8 @@ class LitMesh:
         Raises
         ------
         ValueError
-            If an edit of the mesh or an array has made it impossible to light. Geometry that would crash VTK is not
-            drawn until it is corrected.
+            If an edit of the mesh or of an array has made the mesh impossible to light. Geometry that would crash VTK
+            is not drawn until it is corrected.
         """
         version, blockers = self.version, occluders and occluders.occluders
         self._show_colors()
@@ -325,7 +326,7 @@ class LitMesh:
 
 
 def _version(part: Any) -> Any:
-    """Return a VTK object and its modification time. The reference is kept so that no new object gets its address.
+    """Return a VTK object and its modification time. The reference is kept so that no new object gets the same address.
 
     The object is wrapped in a `Map` because VTK arrays compare by value.
     """
@@ -338,8 +339,8 @@ def lit_meshes(
     feature_angle: FeatureAngle,
     opacity: Any = None,
 ) -> dict[str, LitMesh]:
-    """Return the lit meshes by the paths of their blocks. A mesh without blocks has the path "". A single material is
-    shared by all.
+    """Return path of a block → its lit mesh. A mesh without blocks has the path "". If a single material is given, all
+    blocks share it.
 
     Raises
     ------

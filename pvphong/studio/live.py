@@ -96,7 +96,7 @@ class LightHandle(Handle):
         """Set the light's value, like `plotter.phong.set_light`."""
         lights = self._subplot.lights
         if not any(each.vtk_light is self.vtk_light for each in lights.renderer_lights):
-            remedy = "It has been removed; add it again with plotter.phong.add_light(lamp.light())."
+            remedy = "The light has been removed; add it again with plotter.phong.add_light(lamp.light())."
             check.refuse("light", self, "a light of the plotter", remedy)
         with self._subplot.assigning(lights):
             lights.set(self._renderer_light, light)
@@ -135,9 +135,9 @@ class LightHandle(Handle):
 class MeshHandle(Handle):
     """An actor drawn by `plotter.phong.add_mesh`. The fields of its material can be read and set.
 
-    Blocks that share a material keep sharing it. The attributes of the lit mesh are available too. `feature_angle` and
-    `casts_shadows` can be set; `mesh`, `actor` and `evaluations`, the number of times the colours have been computed,
-    can be read.
+    Blocks that share a material also share the changed one. The attributes of the lit mesh are available too.
+    `feature_angle` and `casts_shadows` can be set; `mesh`, `actor` and `evaluations`, the number of times the colours
+    have been computed, can be read.
 
     Parameters
     ----------
@@ -213,7 +213,7 @@ def changed_light(light: Light, given: Light | None, changes: Mapping[str, Any])
     Raises
     ------
     ValueError
-        If the light has no such field, or if both or neither of a light and fields are given.
+        If the light has no field of a given name, if both a light and fields are given, or if neither is given.
     """
     if given is not None:
         check.refuse("light", given, "omitted when fields are given", "Set the fields in the light instead.")

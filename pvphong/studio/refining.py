@@ -1,7 +1,7 @@
 """Refined pictures of lit meshes, computed in the background and shown while they are valid.
 
-After a moment without changes, a thread refines a copy of the drawn mesh. A change cancels this, and the mesh is drawn
-again with its own vertices and their present colours.
+After a moment without changes, a thread refines a copy of the drawn mesh. A change cancels the refinement, and the mesh
+is drawn again with its own vertices and their current colours.
 """
 
 from __future__ import annotations
@@ -42,22 +42,22 @@ class Refining:
         self.pictures = 0
         """Number of pictures made so far."""
         self.reason = ""
-        """Reason why the last picture is not refined; "" if it is."""
+        """Reason why the last picture is not refined; "" if the picture is refined."""
         self._state: Any = None
         self._since = 0.0
         self._job: Job[pv.PolyData] | None = None
         self._shown: pv.PolyData | None = None
 
     def update(self, scene: Scene, occluders: KnownOccluders | None, *, held: bool, waits: bool) -> None:
-        """Show the refined picture if there is one for the mesh's present state; otherwise start to make it. The mesh's
-        colours must be up to date.
+        """Show the refined picture of the mesh's current state, if it is made already; otherwise start to make it after
+        a moment without changes. The mesh's colours must be up to date.
 
         Parameters
         ----------
         scene : Scene
             Lights, viewer and light model.
         occluders : KnownOccluders, optional
-            The meshes that cast shadows on it.
+            The meshes that cast shadows on this mesh.
         held : bool
             True during a drag, for example: show the mesh's own vertices and refine nothing.
         waits : bool
@@ -83,11 +83,11 @@ class Refining:
 
     @property
     def is_awaited(self) -> bool:
-        """True if the picture of the mesh in its present state is not made yet."""
+        """True if the picture of the mesh in its current state is not made yet."""
         return self._state is not None and self._shown is None
 
     def cancel(self) -> None:
-        """Cancel the awaited picture and show the mesh's own vertices until it changes."""
+        """Cancel the awaited picture and show the mesh's own vertices until the mesh's state changes."""
         if self.is_awaited:
             self.forget()
             self._state, self._shown, self.reason = self._mesh.state, self._mesh.drawn, "cancelled"
@@ -101,7 +101,9 @@ class Refining:
         self._show(self._mesh.drawn)
 
     def _work(self, scene: Scene, occluders: KnownOccluders | None) -> Callable[[], pv.PolyData]:
-        """Return the function that makes the picture. It uses copies, since the originals may be edited meanwhile."""
+        """Return the function that makes the picture. The function uses copies, since the originals may be edited
+        meanwhile.
+        """
         mesh = self._mesh
         _, vertices = mesh.planned(scene, occluders)
         arrays = {name: Map(np.array(fractions(name, values.rows))) for name, values in vertices.maps.items()}

@@ -50,8 +50,8 @@ class Subplot:
         return Scene(lights=self.lights.values, viewer=self.lights.viewer, light_model=self.light_model)
 
     def assigning(self, edited: Editable) -> AbstractContextManager[None]:
-        """Return a context that records assignments as one undo step. Without gizmos it records nothing, so that
-        animations do not fill the history.
+        """Return a context that records assignments as one undo step. Without gizmos the context records nothing, so
+        that animations do not fill the history.
         """
         return nullcontext() if self.interaction is None else self._history.edit(edited)
 

@@ -48,7 +48,7 @@ class RendererLight:
         self._own, self._name = self._own and replace(self._own, name=name), name
 
     def light(self, viewer: Viewer) -> Light:
-        """Return the light's present value."""
+        """Return the light's current value."""
         fields = _fields(self.vtk_light)
         if self._own is not None and fields == self._written:
             return self._own
@@ -107,12 +107,12 @@ class WindowLights:
 
     @property
     def viewer(self) -> Viewer:
-        """The renderer's present camera."""
+        """The renderer's current camera."""
         return Viewer.from_camera(self._renderer.camera)
 
     @property
     def renderer_lights(self) -> tuple[RendererLight, ...]:
-        """The renderer's present lights."""
+        """The renderer's current lights."""
         known = {id(renderer_light.vtk_light): renderer_light for renderer_light in self._renderer_lights}
         self._renderer_lights = [known.get(id(light)) or RendererLight(light) for light in self._renderer.GetLights()]
         return tuple(self._renderer_lights)
@@ -232,7 +232,7 @@ class WindowLights:
 
 
 def free_name(wanted: str, taken: set[str]) -> str:
-    """Return the name if no light has it. Otherwise append the lowest free number, at least 2."""
+    """Return the name `wanted` if it is not in `taken`. Otherwise append the lowest free number, at least 2."""
     stem, number, name = re.sub(r" \d+$", "", wanted), 1, wanted
     while name in taken:
         number += 1

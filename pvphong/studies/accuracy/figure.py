@@ -1,4 +1,4 @@
-"""Figure of a report: Pareto fronts, linked pictures, histogram of errors, and ledger. Needs Matplotlib."""
+"""Figure of a report: Pareto fronts, pictures, histogram of errors, and ledger of costs. Needs Matplotlib."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ _COLORS: dict[str, str] = {
 }
 _MARKERS: dict[str, str] = {"arithmetic": "o", "light model": "s", "sampling": "D", "interpolation": "^"}
 
-# Fraction of the width of a Pareto plot that its markers use. Their names are to the right of them.
+# Fraction of the width of a Pareto plot for its markers. The rest, on the right, is for the names of the rows.
 _DATA = 0.5
 
 # Size of the pictures in pixels. If the mesh covers less than _LEAST_SEEN of a picture, another viewer is used.
@@ -83,8 +83,9 @@ def _how_it_falls(rows: Sequence[Row]) -> list[str]:
     """Return text lines that tell how fast the RMS interpolation error falls as points are added, by uniform and by
     adaptive splitting.
 
-    With uniform splitting, the triangles along a jump of the colour keep their errors. Their area is proportional to
-    n^(-1/2) for n points, so the RMS error is proportional to n^(-1/4). Cuts along the jump remove these errors.
+    With uniform splitting, the triangles along a jump of the colour keep their errors. With n points, the area of these
+    triangles is proportional to n^(-1/2), so the RMS error is proportional to n^(-1/4). Cuts along the jump remove
+    these errors.
     """
     named = {row.name: row for row in rows if row.error.rms}
     start, lines = named.get(AS_IT_IS), list[str]()
@@ -191,11 +192,11 @@ def _label(axes: Any, rows: Sequence[Row], zero: float) -> None:
         )  # fmt: skip
 
 
-# --- pictures: reference, chosen colours and errors in linked cameras
+# --- pictures from one viewer: reference, chosen colours and errors
 
 
 class Picture(NamedTuple):
-    """One of the linked pictures.
+    """A picture of the mesh's colours, or of their errors.
 
     Parameters
     ----------
@@ -214,7 +215,7 @@ class Picture(NamedTuple):
 
 def linked_pictures(report: Result) -> list[Picture]:
     """Draw pictures of the mesh from one viewer: the reference, the chosen colours, their errors at the vertices, and
-    the errors inside triangles if all were searched.
+    the errors inside triangles if all triangles were searched.
 
     The viewer is the scene's if it sees the mesh, otherwise one that frames the mesh. The colour scale of errors at the
     vertices is symmetric and ends at the largest error. The scale of errors inside triangles is logarithmic.
@@ -272,7 +273,7 @@ def error_scale(errors: Float64Array, tolerance: float | None = None) -> Any:
 
 
 def _scaled(errors: Float64Array, scale: Any) -> Float64Array:
-    """Return the colours that a scale gives to errors, shape (n, 3), in [0, 1]."""
+    """Return the colours, shape (n, 3), in [0, 1], that a scale gives to errors, shape (n,)."""
     return np.asarray(scale.to_rgba(np.maximum(errors, scale.norm.vmin)))[:, :3]  # a logarithmic scale masks 0
 
 

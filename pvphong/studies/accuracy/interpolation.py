@@ -35,9 +35,10 @@ _MOST_POINTS = 5_000_000
 # Generous estimate of the seconds to split a triangle of a large mesh.
 _PER_SPLIT = 4e-6
 
-# Smallest and largest number of triangles in which errors are searched, and the fraction of the time for the search.
-# The triangles of a large mesh are chosen at random. Uniformly refined meshes are searched in fewer places: in the
-# _WORST worst triangles of the original mesh, and in _OTHERS of its other triangles, chosen at random.
+# Smallest and largest number of triangles in which errors are searched, and the largest fraction of the remaining time
+# that the search may take. The triangles of a large mesh are chosen at random. Uniformly refined meshes are searched in
+# fewer places: in the _WORST worst triangles of the original mesh, and in _OTHERS of its other triangles, chosen at
+# random.
 _FEWEST_SEARCHED, _MOST_SEARCHED, _FOR_SEARCH = 2_000, 50_000, 0.3
 _WORST, _OTHERS = 400, 300
 
@@ -95,8 +96,8 @@ class Interpolation(NamedTuple):
     variants : list of Variant
         The original and the refined meshes, with their interpolation errors.
     errors, areas : ndarray
-        Shape (m,): the largest error in each searched triangle, and the fraction of their total area that the triangle
-        covers.
+        Shape (m,): the largest error in each searched triangle, and each triangle's fraction of the area of all
+        searched triangles.
     left_out : dict of str to str
         Variants that are left out, and the reasons.
     """
@@ -108,8 +109,8 @@ class Interpolation(NamedTuple):
 
 
 def seconds_of_rays(subject: Subject, tolerance: float) -> float:
-    """Estimate the time of rays inside triangles, in seconds per float64 evaluation of all vertices; 0 if the scene
-    needs no rays.
+    """Estimate the seconds that rays inside triangles add to a float64 evaluation of all vertices; 0 if the scene needs
+    no rays.
 
     The search of a triangle evaluates about _EVALUATIONS points, and casts rays from _PLACES of them.
 
@@ -215,7 +216,7 @@ def interpolation(
 def _variant(
     subject: Subject, name: str, whole: Triangles, errors: Errors, note: str, preparation: float = 0.0
 ) -> Variant:
-    """Return the variant that lights the points of the mesh `whole`, with its interpolation errors."""
+    """Return the variant that lights the points of the mesh `whole`. `errors` are the mesh's interpolation errors."""
     backend = subject.backend_for(subject.equation, len(whole.points))
     seen = None
     if subject.visibility is not None:  # given, so that no rays are cast; its values do not affect the time
@@ -256,8 +257,8 @@ def _with_own_corners(subject: Subject, corners: IntArray, areas: Float64Array) 
 
 
 def _with_maps(material: Material, change: Callable[[Any], Any]) -> Material:
-    """Apply a function to a material's maps. They are converted to floats, because integers would round interpolated
-    values.
+    """Apply a function to a material's maps. The maps are converted to floats first, because integers would round
+    interpolated values.
     """
     maps = given_maps(material).items()
     return material.with_values({name: Map(change(fractions(name, np.asarray(each)))) for name, each in maps})
@@ -277,8 +278,9 @@ def _errors(subject: Subject, triangles: Triangles) -> Float64Array:
 def _adaptive(
     mesh: pv.PolyData, subject: Subject, tolerance: float, seconds_each: float, count: int, clock: Clock
 ) -> Variant | str:
-    """Return the variant of a mesh that is refined to the tolerance, or as far as time allows. If it is left out,
-    return the reason. The mesh has `count` triangles; to search one takes `seconds_each`.
+    """Return the variant of a mesh that is refined to the tolerance, or as far as time allows. If time is too short, or
+    no triangle is split, return the reason. The mesh has `count` triangles; searching one of them takes `seconds_each`
+    seconds.
     """
     left = clock.left
     edges = 0

@@ -1,4 +1,4 @@
-"""Measurement of every variant's error and time within a time budget, the most important ones first."""
+"""Measurement of every variant's error and time within a time budget, the most important variants first."""
 
 from __future__ import annotations
 
@@ -49,12 +49,12 @@ from pvphong.studies.accuracy.variants import (
 # Fraction of the time budget held in reserve.
 _SPARE = 0.05
 
-# Fraction of the time budget reserved for interleaved timing. Of the rest, the largest fractions for rays, and for
-# errors inside triangles with refined meshes.
+# Fraction of the time budget reserved for interleaved timing. Largest fractions of the remaining time: for rays; for
+# errors inside triangles, refined meshes included.
 _FOR_ROUNDS, _FOR_SAMPLING, _FOR_INSIDE = 0.4, 0.4, 0.5
 
-# Time to prepare a measurement and compute its errors, as a multiple of a float64 evaluation: for a variant or an
-# equation without an effect, for the predicted error bounds, and for the textbook formula.
+# Time to prepare a measurement and compute its errors, as a multiple of the time of a float64 evaluation. Measurements:
+# a variant, or the equation without an effect; the predicted error bounds; the textbook formula.
 _FOR_VARIANT, _FOR_BOUNDS, _FOR_TEXTBOOK = 2.0, 6.0, 6.0
 
 # When light models are compared, the fraction of their time that path tracing takes.
@@ -87,8 +87,9 @@ def tradeoff(
     - Interpolation: colours blended across triangles compared with per-pixel shading, both in float64. Rays are cast
       inside triangles if there is time.
     - Sampling, if there are shadows or ambient occlusion: colours with few rays per vertex compared with colours with
-      4096 rays, at random vertices. It includes an error of partly hidden area lights: their highlights are dimmed by
-      the fraction of the light that is visible to diffuse reflection, although another part may make the highlight.
+      4096 rays, at random vertices. The sampling error includes an error of highlights of partly hidden area lights:
+      they are dimmed by the fraction of the light that is visible to diffuse reflection, although the highlight may
+      come from another part of the light.
 
     Arithmetic and light-model errors are measured with the same visibility on both sides.
 
@@ -111,10 +112,10 @@ def tradeoff(
     feature_angle, occluders
         As for `mesh.phong.shade`.
     visibility : Visibility, optional
-        Result of `mesh.phong.visibility`; plain arrays are not enough, because rays are cast again to measure them.
+        Result of `mesh.phong.visibility`. A plain array is not enough, because the measurement casts the rays again.
     truth : bool, default False
-        Also compare light models, from constant ambient light to all bounces, with path tracing. This takes about
-        `seconds` more. Not available in VTK's convention, which has no bounces.
+        Also compare light models with path tracing. The models range from constant ambient light to all bounces. This
+        takes about `seconds` more. Not available in VTK's convention, which has no bounces.
 
     Returns
     -------
@@ -252,7 +253,7 @@ class _Measurement:
 
     def _add(self, row: Row, run: Run, seconds: float) -> None:
         """Add a variant, given the seconds of its first run. A short run is timed again, because the first one was the
-        warm-up. A variant is left out if there is no time to repeat it.
+        warm-up. Unless the report needs the variant, it is left out if there is no time to repeat it.
         """
         if seconds < 0.01 * self.clock.left:
             seconds = min(seconds, timed(run)[1])
@@ -277,8 +278,8 @@ class _Measurement:
         return found
 
     def _light_vertices(self) -> list[Variant]:
-        """Measure the errors of every variant at the vertices, and time it once. Return all variants, also those that
-        were not measured.
+        """Measure the errors of every variant at the vertices, and time each variant once. Return all variants, also
+        those that were not measured.
         """
         s = self.subject
         found, reasons = variants(s, self.tolerance)
@@ -313,7 +314,9 @@ class _Measurement:
         return found
 
     def _drop_effects(self) -> dict[str, float]:
-        """Return the largest light-model error without each effect or light. Queue the runs without them for timing."""
+        """Return effect or light → the largest light-model error without it. Also queue a run without each of them for
+        timing.
+        """
         s, whole, errors = self.subject, self.subject.assembled, dict[str, float]()
         effects, (middle, _) = s.plan().effects, s.sphere
         without = {name: drop(whole, middle) for name, drop in WITHOUT.items() if effects[name].on}
@@ -374,9 +377,7 @@ class _Measurement:
 
 
 def predicted_bounds(subject: Subject, tolerance: float) -> tuple[PredictedBound, ...]:
-    """Return, for each approximation of the plan at a tolerance, its predicted bound and the largest measured
-    difference.
-    """
+    """Return the predicted bound and the largest measured error of each approximation in the plan at a tolerance."""
     state, found = PlanState.first(subject.assembled, tolerance, subject.vertices), []
     for effect in EFFECTS:
         before, state = state, effect.simplify(state)

@@ -32,7 +32,9 @@ FRAME = (1024, 768)
 
 
 def textbook(subject: Subject) -> Variant:
-    """Return the textbook variant with its arithmetic error; raise ``ValueError`` if it does not support the scene."""
+    """Return the textbook variant with its arithmetic error; raise ``ValueError`` if the textbook does not support the
+    scene.
+    """
     s = subject
 
     def run() -> Float64Array:
@@ -51,8 +53,9 @@ def textbook_colors(
 ) -> Float64Array:
     """Evaluate the lighting model as in a textbook, in NumPy.
 
-    It uses whole (n, 3) float64 arrays, vectors divided by their norms, the mirror direction, `np.power` and `np.clip`.
-    It is only correct for well-scaled input: no zero normals, no huge or tiny vectors, no light at a vertex.
+    The textbook uses whole (n, 3) float64 arrays, vectors divided by their norms, the mirror direction, `np.power` and
+    `np.clip`. Its colours are only correct for well-scaled input: no zero normals, no huge or tiny vectors, no light at
+    a vertex.
 
     Parameters
     ----------
@@ -69,8 +72,8 @@ def textbook_colors(
     Raises
     ------
     ValueError
-        If the formula does not support the scene or the material: with another convention, lights with a size, rays,
-        or another reflectance.
+        If the scene has another convention, lights that VTK does not have, shadows, ambient occlusion or bounces, or if
+        the material has maps or a `reflectance`.
     """
     model, viewer = scene.light_model, scene.viewer
     if model.convention != "standard":
@@ -128,8 +131,8 @@ def textbook_colors(
 def vtk_frames(mesh: pv.PolyData, subject: Subject, stack: ExitStack, lit_error: Errors | None) -> list[Variant]:
     """Return two variants: a frame that VTK lights per pixel, and a frame of the lit array, drawn with lighting off.
 
-    If VTK's shader cannot draw the scene, the nearest scene that it can draw is used. VTK lights with the mesh's active
-    normals, or with those that pvphong computes.
+    If VTK's shader cannot draw the scene, the nearest scene that it can draw is used. VTK uses the mesh's active
+    normals. If the mesh has none, VTK uses the normals that pvphong computes.
 
     Parameters
     ----------

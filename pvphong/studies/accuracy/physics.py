@@ -40,7 +40,7 @@ if TYPE_CHECKING:
 
 # Initial and largest number of paths per vertex.
 _FIRST_PATHS, _MOST_PATHS = 16, 1024
-# Number of bounces that count as all bounces: with an albedo of 0.9, further bounces add about 1 %.
+# Number of bounces that count as all bounces: with an albedo of 0.9, further bounces add about 1 % of the direct light.
 _ALL_BOUNCES = 64
 # A model is about as good as the best one if its error is at most this many times the error of the best one.
 _AS_GOOD = 1.25
@@ -271,7 +271,10 @@ class _Models:
 
     def fit(self, name: str, direct: tuple[FloatArray, float], ambient: FloatArray) -> float:
         """Add the model "direct light plus a constant times ambient light", with the constant of least square error.
-        Return the constant. `name` is a format string for it.
+        Return the constant.
+
+        `name` is a format string for the constant. `direct` holds the colours of direct light, and the seconds that the
+        model takes. `ambient` holds the colours of an ambient light of 1.
         """
         power = float(np.vdot(ambient, ambient))
         constant = max(float(np.vdot(ambient, self._true - direct[0])) / power, 0.0) if power else 0.0
@@ -293,7 +296,7 @@ def bare_surface(lit: Physics | Result) -> pv.PolyData:
 
 
 def drawn(mesh: pv.PolyData, colors: FloatArray, viewer: Viewer, size: tuple[int, int]) -> Any:
-    """Draw a mesh with colours at its points. The colours are stored in its array "phong"."""
+    """Return a picture of a mesh with `colors` at its points. The colours are stored in the mesh's array "phong"."""
     mesh.point_data["phong"] = np.clip(colors, 0.0, 1.0)
     return draw(mesh, viewer, size=size, background=_BACKGROUND)
 
@@ -362,8 +365,9 @@ def draw_physics(part: Any, physics: Physics) -> None:
 
 
 def _pictures(physics: Physics) -> Iterator[tuple[str, Any, Any, float]]:
-    """Yield four items for some of the models: title, picture, picture of the signed difference from path tracing, and
-    the difference at the end of its colour scale. At the end, yield title and picture of path tracing, None and 0.
+    """Yield four items for each model that is shown: title, picture, picture of the signed difference from path
+    tracing, and the difference at the end of that picture's colour scale. Finally, yield title and picture of path
+    tracing, None and 0.
     """
     from matplotlib import colormaps
 

@@ -63,7 +63,7 @@ class Tradeoff(Result):
     tolerance : float
         Allowed colour error.
     rows : tuple of Row
-        Measured variants of lighting the mesh.
+        Measured variants: ways to light the mesh, and peers.
     ledger : tuple of LedgerEntry
         Cost of each effect and light, and the error without it.
     baseline : str
@@ -75,12 +75,12 @@ class Tradeoff(Result):
     facts : dict of str to str
         Mesh, scene, machine, threads, versions, date, repeats.
     inside_errors, inside_areas : ndarray
-        Shape (m,): the largest interpolation error in each searched triangle, and the fraction of their total area that
-        the triangle covers.
+        Shape (m,): the largest interpolation error in each searched triangle, and each triangle's fraction of the area
+        of all searched triangles.
     surface : pyvista.PolyData
         Mesh whose points were lit.
     scene : Scene
-        Scene that lit it.
+        Scene that lit the mesh.
     matrix : array_like or None
         (4, 4) model matrix; None for the identity.
     reference_colors : ndarray
@@ -127,7 +127,7 @@ class Tradeoff(Result):
         return html_table(self.summary()[0], _HEADINGS, (cells for _, cells in self._cells()))
 
     def _questions(self) -> list[Question]:
-        """Return the questions that the report answers. The one about vertices is always among them."""
+        """Return the questions that the report answers. "at the vertices" is always among them."""
         return [question for question in QUESTIONS if any(self.rows_for(question))]
 
     def summary(self, *, with_next: bool = False) -> list[str]:
@@ -149,7 +149,7 @@ class Tradeoff(Result):
             if with_next and following is not None:
                 more = seconds(following.time.median - row.time.median)
                 times = row.decisive_error / following.decisive_error if following.decisive_error else 0.0
-                bought = f"buys {times:.3g}× less error" if times else "buys all of it"
+                bought = f"for {times:.3g}× less error" if times else "for an error of 0"
                 noisy = ", within the noise" if following.time.low <= row.time.high else ""
                 line += f"; next {following.name}, +{more} {bought}{noisy}"
             found.append(line)
@@ -161,12 +161,14 @@ class Tradeoff(Result):
         for question in self._questions():
             own, peer = self.best(question=question), self.best(question=question, peers=True)
             if peer is not None and (own is None or peer.time.median < own.time.median):
-                cheaper.append(f"{peer.name} does it{' for less' if own else ''}, {seconds(peer.time.median)}")
+                cheaper.append(
+                    f"{peer.name} is {'faster' if own else 'accurate enough'} {question}, {seconds(peer.time.median)}"
+                )
         if cheaper:
-            yield f"Of the peers {'; '.join(cheaper)}."
+            yield f"Of the peers, {'; '.join(cheaper)}."
         slowest = max(row.time.median for row in self.rows_for(QUESTIONS[0]))
         if slowest <= _CALL:
-            yield f"On so small a mesh everything is cheap: {seconds(slowest)} at the vertices at most."
+            yield f"The mesh is so small that everything is cheap: at most {seconds(slowest)} at the vertices."
         if self.physics is not None:
             yield self.physics.sentence()
 
@@ -207,7 +209,8 @@ class Tradeoff(Result):
     def table(self) -> Table:
         """Return the rows as a `rich.table.Table`; print it with a `rich.console.Console`.
 
-        Sorted by kind and time; ★ marks the choice, ● the Pareto front of a kind.
+        The rows are sorted by kind and time. ★ marks the chosen rows, ● the other rows on the Pareto front of their
+        kind.
         """
         title = "Accuracy against time: colour errors of each row's kind; ★ chosen, ● on the front"
         found = table(title, *_HEADINGS, right=_HEADINGS[2:])

@@ -106,8 +106,8 @@ class Timing:
 
     @property
     def is_noise(self) -> bool:
-        """True if this difference of times may be noise: its lower quartile is not positive, or it has too few
-        repeats.
+        """For a difference of times: True if it may be noise, because its lower quartile is not positive, or it has too
+        few repeats.
         """
         return self.low <= 0.0 or self.repeats < FEWEST_REPEATS
 
@@ -152,11 +152,11 @@ class Row:
     preparation : float
         Seconds of preparation, such as splitting triangles.
     is_peer : bool
-        True for an implementation other than pvphong's, which is compared but never chosen.
+        True for an implementation other than pvphong's. Such a row is compared but never chosen.
     note : str
         Remark.
     on_front : bool
-        True if no other row of its kind has a smaller error in less time.
+        True if the row is on the Pareto front of its kind; see `with_fronts`.
     """
 
     name: str
@@ -211,14 +211,14 @@ class LedgerEntry:
     effect : str
         Name in the plan, or "light" and the light's name.
     cost : Timing or None
-        Time with the effect minus time without it in the same rounds, in seconds, plus the time of its rays. None if
+        Seconds with the effect minus seconds without it, in the same rounds, plus the seconds to cast its rays. None if
         the effect is absent or was not measured.
     error : float or None
         Largest light-model error without the effect; None if the effect is absent or was not measured.
     runs : bool
         True if the plan at the tolerance runs the effect.
     why : str
-        Reason that the plan gives for this.
+        Reason that the plan gives for running the effect, or for leaving it out.
     """
 
     effect: str
@@ -242,11 +242,11 @@ class PredictedBound:
     effect : str
         Effect that was left out.
     why : str
-        Approximation and its lights.
+        Description of the approximation, and the lights that it affects.
     predicted : float
         Bound that the plan predicted.
     measured : float
-        Largest difference at any vertex, in float64.
+        Largest difference that the approximation makes to a colour at any vertex, in float64.
     """
 
     effect: str
@@ -277,7 +277,7 @@ def with_fronts(rows: Sequence[Row]) -> tuple[Row, ...]:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Result:
-    """Measurements on one mesh and scene, with methods that choose a row. The module `figure` draws it.
+    """Measurements on one mesh and scene, with methods that choose a row. The module `figure` draws a result.
 
     The fields are documented in the subclass `Tradeoff`, which adds sentences, tables and files.
     """
@@ -358,7 +358,7 @@ class Result:
 
     @cached_property
     def chosen_colors(self) -> FloatArray:
-        """Return the colours of the row chosen at the vertices, shape (n_points, 3), evaluated again."""
+        """Colours of the row chosen at the vertices, shape (n_points, 3); evaluated again at the first access."""
         return self._lighting[self.name_of_chosen]()
 
     def worst(self) -> list[tuple[int, float]]:

@@ -62,7 +62,7 @@ class Clock:
         self.report(min(self.spent / self.seconds, 1.0), what)
 
     def part(self, seconds: float) -> Clock:
-        """Return a clock with a part of this budget. Its steps are reported by this clock."""
+        """Return a clock with a part of this budget, `seconds`. The new clock reports its steps through this clock."""
         return Clock(seconds, lambda _, what: self.say(what))
 
 
@@ -94,7 +94,7 @@ def interleaved(
 
     The order is shuffled in every round, so that a machine that becomes slower slows all runs alike. Slow runs take
     part in some rounds only, evenly spread, so that the others are repeated more often. There is at least one round; a
-    further one starts only if it fits the budget. There is no warm-up, so every run must have run before.
+    further one starts only if it fits the budget. There is no warm-up, so every run must have been called before.
 
     Parameters
     ----------

@@ -32,7 +32,9 @@ from pvphong.studies.accuracy.timing import Clock, timed
 REFERENCE = "float64 reference"
 
 WITHOUT = {effect.name: effect.without for effect in EFFECTS}
-"""Name of each of the plan's effects → function of an equation and a point that returns the equation without it."""
+"""Name of each of the plan's effects → function that returns an equation without the effect. Its arguments are the
+equation and the middle of the mesh.
+"""
 
 # Numbers of point lights that are tried in place of a light with a size.
 _NODES = 1, 4, 16, 64
@@ -91,7 +93,9 @@ class Subject:
 
     @cached_property
     def assembled(self) -> Equation:
-        """Lighting equation with all terms. As in plans, it is relative to the mesh if that is far from the origin."""
+        """Lighting equation with all terms. As in plans, the equation is relative to the mesh if the mesh is far from
+        the origin.
+        """
         return relative_to_mesh(self.vertices.equation(self.scene, self.material, self.matrix))
 
     @cached_property
@@ -165,12 +169,14 @@ class Subject:
 
     @cached_property
     def sphere(self) -> Sphere:
-        """Bounding sphere of the mesh in world coordinates; a point at the origin if it is unknown."""
+        """Bounding sphere of the mesh in world coordinates; a point at the origin if the sphere is unknown."""
         return self.vertices.extent(self.assembled.matrix).sphere or Sphere((0.0, 0.0, 0.0), 0.0)
 
     @cached_property
     def has_kernel(self) -> bool:
-        """True if the kernel is available and supports the equation; the first access compiles it for these types."""
+        """True if the kernel is available and supports the equation; the first access compiles it for the subject's
+        types.
+        """
         seen = self.vertices.channels(self.equation)
         first = None if seen is None else seen[:, :1]
         tints = {name: tint.at(slice(1)) for name, tint in self.vertices.tints(self.equation).items()}
@@ -224,7 +230,7 @@ class Variant(NamedTuple):
     run : callable
         Lights the mesh once. A run at the vertices returns the colours, shape (n, 3).
     equation : Equation, optional
-        Equation that it evaluates, if its errors at the vertices are yet to be computed.
+        Equation that the run evaluates, if the errors at the vertices are yet to be computed.
     """
 
     row: Row
@@ -245,8 +251,7 @@ def _in_steps(tolerance: float) -> str:
 
 
 def variants(subject: Subject, tolerance: float) -> tuple[list[Variant], dict[str, str]]:
-    """Return pvphong's variants that apply to the scene; also the names of the others, with the reasons to leave them
-    out.
+    """Return pvphong's variants that apply to the scene; also name → reason for the variants that are left out.
 
     The evaluators and precisions come first. Simpler light models follow, in float32 by the default evaluator, and
     finally the plan at the tolerance.
@@ -283,7 +288,7 @@ def variants(subject: Subject, tolerance: float) -> tuple[list[Variant], dict[st
 
 
 def _simpler_models(subject: Subject) -> Iterator[tuple[str, Equation, str]]:
-    """Yield each simpler light model's name and equation, and the reason to leave it out: empty if it applies."""
+    """Yield for each simpler light model: name, equation, and the reason to leave it out, or "" if it applies."""
     whole, needed, (middle, radius) = subject.assembled, subject.equation, subject.sphere
     no_highlight = "" if needed.has_highlights else "there is no highlight that depends on the viewer"
     at_infinity = "" if needed.eye is not None else "the viewer is at infinity already"
@@ -312,7 +317,7 @@ def _simpler_models(subject: Subject) -> Iterator[tuple[str, Equation, str]]:
         name = f"lights with a size as {count} nodes" if count > 1 else "lights with a size as points"
         yield name, as_nodes(whole, count), "" if has_size else "no light has a size"
     highlighted = any(needed.has(term, "specular") for term in needed.terms)
-    yield "no highlights", WITHOUT["specular"](whole, middle), "" if highlighted else "there are none"
+    yield "no highlights", WITHOUT["specular"](whole, middle), "" if highlighted else "the scene has no highlights"
 
 
 class SampledRows(NamedTuple):
@@ -337,7 +342,7 @@ def sampling(subject: Subject, visibility: Visibility, tolerance: float, clock: 
     """Measure shadows and occlusion by few rays per vertex, by many, and by as many as the tolerance needs.
 
     A row's time includes casting its rays and lighting the vertices with them, but not work that is shared by all rays,
-    such as building the tree of the occluders' triangles. Its errors are differences from reference colours by 4096
+    such as building the tree of the occluders' triangles. A row's errors are differences from reference colours by 4096
     rays, at random vertices. The reference includes `Subject.highlights_beyond_shares`, which evaluators lack.
 
     Parameters

@@ -38,8 +38,8 @@ class FaceChecks(NamedTuple):
     thin : ndarray
         Faces whose normal would be uncertain even at the origin.
     folded : ndarray
-        Faces with a repeated corner that have no area or a point that is not finite, and faces with fewer than three
-        corners. Their edges contain no information about neighbours.
+        Faces with fewer than three corners. Also faces with a repeated corner that have no area, or have a point that
+        is not finite. The edges of folded faces contain no information about neighbours.
     areas : ndarray
         Areas of all faces, in a unit that avoids overflow.
     offset : tuple of 3 floats or None
@@ -136,7 +136,7 @@ def finite_rows(points: NDArray[Any]) -> BoolArray:
 
 
 def nonzero_rows(vectors: FloatArray) -> BoolArray:
-    """Return True for rows with an entry other than 0."""
+    """Return a mask, shape (n,), of the rows with an entry other than 0."""
     x, y, z = vectors.T != 0.0
     return np.asarray(x | y | z)
 
@@ -188,7 +188,8 @@ def _hashes(rows: NDArray[Any]) -> NDArray[np.uint64]:
 def repeated_faces(faces: Faces, edges: Edges, weightless: IntArray) -> IntArray:
     """Return, in ascending order, the faces with the same points in the same cyclic order as a face with a lower index.
 
-    The faces `weightless`, which have no weight in normals, are skipped, because repeating them has no effect.
+    The faces with the indices `weightless` have no weight in normals. They are skipped, because repeating them has no
+    effect.
     """
     if (edges.forth < 2).all():  # repeated faces run forth along an edge twice
         return np.empty(0, dtype=np.intp)
@@ -220,7 +221,9 @@ def _from_their_lowest(corners: IntArray) -> IntArray:
 
 
 def edges_of(faces: Faces) -> tuple[IntArray, IntArray]:
-    """Return the first and last point of each edge of each face; a face of n corners has n edges."""
+    """Return the first and the last points of the edges of all faces, each of shape (m,). A face of n corners has n
+    edges.
+    """
     begin = faces.connectivity
     if faces.are_triangles:
         end = np.roll(begin.reshape(-1, 3), -1, axis=1).ravel()
@@ -233,7 +236,7 @@ def edges_of(faces: Faces) -> tuple[IntArray, IntArray]:
 
 
 def owners_of(faces: Faces) -> IntArray:
-    """Return, for each edge in `edges_of`, the number of its face."""
+    """Return the index of the face of each edge in `edges_of`, shape (m,)."""
     return np.repeat(np.arange(faces.count), faces.sizes)
 
 
@@ -241,11 +244,11 @@ class Edges(NamedTuple):
     """Unique edges of a mesh, with the number of faces that run along them in each direction."""
 
     lower: IntArray
-    """Shape (m,): the lower index of an edge's two points; `higher` is the other one."""
+    """Shape (m,): the lower index of an edge's two points; `higher` has the higher index."""
     higher: IntArray
     forth: IntArray
-    """Shape (m,): number of faces that run along the edge from the lower to the higher point; `back` counts the
-    others.
+    """Shape (m,): number of faces that run along the edge from the lower to the higher point; `back` counts the faces
+    in the opposite direction.
     """
     back: IntArray
 
@@ -335,13 +338,14 @@ def check_edges(faces: Faces, whole: Edges, folded: IntArray, repeated: IntArray
 def check_matrix(matrix: MatrixLike) -> tuple[bool, bool, bool]:
     """Return three flags for a model matrix, from exact arithmetic: it is singular, it is nearly singular, it mirrors.
 
-    It is nearly singular if its determinant would be zero without the rounding of its entries. An example is the
-    rounded product of a rotation and a matrix that flattens. A small scale is not nearly singular.
+    A matrix is nearly singular if its determinant would be zero without the rounding of its entries. An example is the
+    rounded product of a rotation and a matrix that flattens. A matrix that only scales by a small factor is not nearly
+    singular.
 
     Raises
     ------
     ValueError
-        If it is not a finite affine 4x4 matrix.
+        If `matrix` is not a finite affine 4x4 matrix.
     """
     values = affine_matrix(matrix)
     a, b, c, d, e, f, g, h, i = common_integers(values[:3, :3].ravel().tolist())

@@ -60,9 +60,9 @@ class Finding:
     first : tuple
         First few indices; pairs of points for edges.
     share : float
-        Affected fraction of the surface, 0 to 1: of its area, or of its points or faces if it has no area.
+        Affected fraction of the surface, 0 to 1: of its area, or, if the surface has no area, of its points or faces.
     spoils : bool
-        True if it spoils the lighting; otherwise it is a note.
+        True if the fault spoils the lighting; otherwise the finding is a note.
     meaning, remedy : str
         Description of the fault, and how to repair it.
     code : tuple of str
@@ -128,27 +128,28 @@ class Diagnosis:
     zero_normals, non_finite_normals : ndarray
         Points whose stored normal is zero, or has a NaN or infinity.
     misfit_normals : ndarray
-        Points whose stored normal differs from the faces around them by more than 22.5 degrees. It spoils the lighting
-        if `normals_fit.mean` exceeds 22.5 too: an eighth of the surface may then be turned by 180 degrees.
+        Points whose stored normal differs from the faces around them by more than 22.5 degrees. Such normals spoil the
+        lighting if `normals_fit.mean` exceeds 22.5 too: an eighth of the surface may then be turned by 180 degrees.
     unlit_points : ndarray
         Points in faces whose computed normal is zero: no face there has an area and finite points, or the normals
-        cancel, as for two coincident opposite faces. It spoils nothing if normals are stored.
+        cancel, as for two coincident opposite faces. They spoil nothing if normals are stored.
     degenerate_faces : ndarray
         Faces whose area is zero within the rounding of float64, or with a repeated corner.
     duplicate_faces : ndarray
         Faces with the same points in the same order as a face with a lower index. Repeated faces have more weight in
-        the normals around them. It spoils nothing if normals are stored.
+        the normals around them. They spoil nothing if normals are stored.
     far_faces : ndarray
-        Faces so far from the origin that the rounding of coordinates may turn their normal by more than 1/255 rad,
-        which is about one display step.
+        Faces so far from the origin that the rounding of coordinates may turn their normal by more than 1/255 rad. This
+        changes a colour by up to about one display step.
     inconsistent_edges : ndarray
-        Edges, as points of shape (m, 2), whose two faces have opposite fronts. Duplicate faces are left out. The
-        finding's share is the area of the faces that must be turned.
+        Edges, as points of shape (m, 2), whose two faces have opposite fronts. Duplicate faces are left out.
+        `Finding.share` is the area of the faces that must be turned.
     inside_out_faces : ndarray
-        Faces of closed parts with negative signed volume, except walls of cavities: their fronts point inwards. It
-        spoils nothing if stored normals point outwards.
+        Faces of closed parts with negative signed volume, except walls of cavities: their fronts point inwards. They
+        spoil nothing if stored normals point outwards.
     downward_faces : ndarray
-        All faces, if no vertex faces up (+z), as in a terrain that is upside down. A note: it may be a ceiling.
+        All faces, if no vertex faces up (+z), as in a terrain that is upside down. A note: the surface may be a
+        ceiling.
     singular_matrix : bool
         True if the matrix flattens space: its determinant is zero.
     non_manifold_edges : ndarray
@@ -157,7 +158,7 @@ class Diagnosis:
         Faces so thin that the rounding of coordinates may turn their normal by more than 1/255 rad, even at the origin.
         A note: they cover little.
     opposed_normals : ndarray
-        Points whose stored normal points out of the back of their faces. A note: it may be intended.
+        Points whose stored normal points out of the back of their faces. A note: this may be intended.
     duplicate_points : ndarray
         Points at exactly the position of a point with a lower index. A note: seams and sharp edges have such points.
     unused_points : ndarray
@@ -166,7 +167,7 @@ class Diagnosis:
         True if the matrix's determinant would be zero without the rounding of its entries. A note: normals are exact
         for the stored matrix.
     mirrored_matrix : bool
-        True if the matrix mirrors. A note: pvphong lights it correctly.
+        True if the matrix mirrors. A note: pvphong lights the mirrored mesh correctly.
     offset : tuple of 3 floats or None
         Offset that repairs `far_faces` if it is subtracted from the coordinates. None if there are no such faces, or no
         single offset repairs all of them.

@@ -123,7 +123,7 @@ KINDS: dict[str, Kind] = {
         None,
         False,
         "of more than two faces: their points are lit with a mean of normals that may be unrelated",
-        'Split them if it is visible; feature_angle="auto" splits sharp edges.',
+        'Split them if this is visible; feature_angle="auto" splits sharp edges.',
     ),
     "thin_faces": Kind(
         None,
@@ -158,7 +158,7 @@ KINDS: dict[str, Kind] = {
     "mirrored_matrix": Kind(
         None,
         False,
-        "mirrors: pvphong lights it correctly, but VTK's own shader draws it black",
+        "mirrors: pvphong lights the mirrored mesh correctly, but VTK's own shader draws it black",
         "Flip the mesh itself if VTK lights it.",
     ),
 }

@@ -34,8 +34,8 @@ def turned_faces(points: FloatArray, faces: Faces, areas: Float64Array, weightle
     """Find the reversed faces.
 
     Two faces are neighbours if they share an edge that has no third face. The faces of a connected part can be oriented
-    consistently in two ways. For a closed part, the right way is the one with outward fronts. For an open part, it is
-    the one that turns the smaller area. A face is reversed if it must be turned for this.
+    consistently in two ways. For a closed part, the right way is the one with outward fronts. For an open part, the
+    right way is the one that turns the smaller area. Faces that must be turned to get the right way are reversed.
 
     Parameters
     ----------

@@ -19,7 +19,8 @@ _ROUNDING = 1e-9  # volumes below this fraction of the sum of their terms' magni
 def inside_out_faces(
     points: FloatArray, faces: Faces, first_in_place: IntArray, edges: Edges | None
 ) -> tuple[IntArray, bool]:
-    """Return the faces of closed parts with inward fronts, in ascending order, and True if all parts are closed.
+    """Return the faces of closed parts with inward fronts, in ascending order, and a flag: True if there are parts, and
+    all of them are closed.
 
     A part is a set of faces that edges connect; coincident points count as one. It is closed if faces run along each of
     its edges equally often in both directions. Its volume is then 1/6 of the sum of p · (q × r) over its triangles
@@ -76,8 +77,9 @@ def inside_out_faces(
     turned, outward = certain[volumes[certain] < 0.0], certain[volumes[certain] > 0.0]
 
     def is_cavity(inner: int) -> bool:
-        """Return True if a part lies inside outward parts. Their winding number around one of its points, the sum of
-        their solid angles divided by 4π, is then positive.
+        """Return True if a part lies inside outward parts. The winding number of the outward parts around a point of
+        this part is then positive. The winding number is the sum of the triangles' solid angles, seen from the point,
+        divided by 4π.
         """
         own, turns = wide[triangles[part == inner]], 0.0
         for outer in outward:
@@ -136,8 +138,8 @@ def fan(faces: Faces) -> tuple[IntArray, IntArray]:
 
 
 def solid_angle(triangles: Float64Array) -> float:
-    """Return the sum of the solid angles of triangles, shape (m, 3 corners, 3), seen from the origin. It is positive
-    where the origin sees their backs.
+    """Return the sum of the solid angles of triangles, shape (m, 3 corners, 3), seen from the origin. A triangle's
+    solid angle is positive if the origin sees its back.
 
     Source: van Oosterom & Strackee, The Solid Angle of a Plane Triangle, IEEE Trans. Biomed. Eng. 30 (1983).
     """

@@ -1,7 +1,8 @@
 """Pixel-by-pixel comparison of a mesh drawn with its lit colours and the same mesh lit by VTK.
 
 This is coarser than `pvphong.studies.validate.validation`, because an image has 8 bits and shows colours interpolated
-between vertices, while VTK lights every pixel. It verifies that the computed colours are drawn unchanged.
+between vertices, while VTK lights every pixel. The comparison of images verifies that the computed colours are drawn
+unchanged.
 """
 
 from __future__ import annotations
@@ -51,8 +52,9 @@ class ImageComparison:
     difference : ndarray
         Shape (height, width, 3), int16: ours minus VTK's, in steps of a display.
     inside : ndarray
-        Shape (height, width), bool: pixels inside the silhouette. They and their eight neighbours show the surface, and
-        not nearly edge-on. So pixels at contours inside the outline, such as those of a torus, are excluded too.
+        Shape (height, width), bool: pixels inside the silhouette. Each of them and all its eight neighbours show the
+        surface, nowhere nearly edge-on. So pixels at contours inside the outline, such as those of a torus, are
+        excluded too.
     """
 
     ours: Image
@@ -100,8 +102,8 @@ def compare_images(
 ) -> ImageComparison:
     """Draw a mesh with its lit colours, draw it lit by VTK per pixel, and compare the images.
 
-    Both are drawn from the scene's viewer without multisampling. The lit colours are interpolated across faces, while
-    VTK interpolates normals. So expect differences up to the mesh's interpolation error
+    Both images are drawn from the scene's viewer without multisampling. The lit colours are interpolated across faces,
+    while VTK interpolates normals. So expect differences up to the mesh's interpolation error
     (`pvphong.interpolation_error`), plus two roundings to 8 bits. VTK lights back faces in every scene, so compare
     closed meshes.
 
@@ -167,7 +169,9 @@ def window_of_colors(
 def window_lit_by_vtk(
     mesh: pv.PolyData, terms: Terms, size: tuple[int, int], matrix: Float64Array | None = None
 ) -> pv.Plotter:
-    """Return an offscreen window in which VTK lights the mesh per pixel, with its active or computed normals."""
+    """Return an offscreen window in which VTK lights the mesh per pixel, with the mesh's active normals or computed
+    ones.
+    """
     smooth = shallow_copy(mesh)
     smooth.clear_data()
     smooth.point_data.active_normals = point_normals(mesh)

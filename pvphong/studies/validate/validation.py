@@ -59,8 +59,9 @@ def validate(
     pvphong's colours are those of `evaluate` in float32, before they are clamped. VTK's colours are those of
     `pvphong.vtk.oracle.vtk_shade`. The scene is compared in its own convention, and VTK's settings are adapted to it:
     ambient light and emission become the unlit ambient colour of VTK's material; a viewer at infinity becomes a distant
-    one; for two-sided lighting, normals are turned to the viewer; a mesh far from the origin is moved there.
-    `Comparison.conversions` lists these changes.
+    one; for two-sided lighting, normals are turned to the viewer; the coordinates of a mesh far from the origin are
+    taken relative to the mesh's middle, and the matrix moves the mesh back. `Comparison.conversions` lists these
+    changes.
 
     Vertices where float32 leaves VTK's colour uncertain are not compared; `Comparison.left_out` lists them:
 
@@ -68,8 +69,8 @@ def validate(
     - on the edge of a spot's cone;
     - where two-sided lighting turns normals, at n·v = 0;
     - where VTK's rounding of positions and directions may exceed the bound;
-    - in the standard convention, where cosines are so small that VTK raises them to 1e-5 and the difference is visible,
-      at powers of at most 1.
+    - in the standard convention, where a cosine is so small that VTK increases it to 1e-5, and this changes the colour
+      visibly, as it may at powers of at most 1.
 
     Parameters
     ----------
@@ -150,7 +151,7 @@ def validate(
     compared = ~np.logical_or.reduce(list(left_open.values()), axis=0)
     errors = (own[rows].astype(np.float64) - vtk[rows]) / known.scale[:, None]
     left_out = {reason: rows[mask] for reason, mask in left_open.items()}
-    left_out["no place or normal"] = np.flatnonzero(~lit)
+    left_out["no position or normal"] = np.flatnonzero(~lit)
     return Comparison(
         tolerance=tolerance,
         tier=terms.tier,
@@ -185,7 +186,7 @@ def _pose_for_vtk(
     conversions = []
     center, size = _box(points.astype(np.float64))
     if np.abs(center).max() > _OFF_CENTER * size:
-        conversions.append(f"the mesh around its middle, ({', '.join(f'{c:.6g}' for c in center)})")
+        conversions.append(f"coordinates relative to the mesh's middle, ({', '.join(f'{c:.6g}' for c in center)})")
     around = matrix.copy()
     around[:3, 3] += matrix[:3, :3] @ center
     scaled = normals / np.abs(normals).max(axis=1, keepdims=True).astype(np.float64)
@@ -247,14 +248,14 @@ class Comparison:
     `print(comparison)` prints the verdict, `print(comparison.explain())` all numbers.
 
     Errors are pvphong's colours minus VTK's. Where the arriving light times the material's reflectances exceeds 1,
-    errors are divided by it, because float32 rounds in proportion to it.
+    errors are divided by this product, because float32 rounds in proportion to it.
 
     Attributes
     ----------
     tolerance : float
         Bound on the errors: 16 · p · 2⁻²⁴ + 1e-6. The power p is the largest of the shininess, if there is a highlight,
-        and the spots' exponents. For physically based shading, p is the largest exponent of the spots, and
-        6 · 2⁻²⁴ / roughness⁴ is added.
+        and the spots' exponents. For physically based shading, p is the largest exponent of the spots, and 1e-6 is
+        replaced by 6 · 2⁻²⁴ / roughness⁴ + 2e-6.
     tier : int
         Tier of VTK's lighting code, 1 to 3; 0 if unlit.
     conversions : tuple of str
@@ -266,7 +267,7 @@ class Comparison:
     errors : ndarray
         Signed errors of the compared points, shape (n, 3).
     left_out : dict of str to ndarray
-        Reason → indices of the points that were not compared for it. A point may have several reasons.
+        Reason → indices of the points that were not compared for this reason. A point may have several reasons.
     pvphong, vtk : ndarray
         Unclamped colours, shape (n_points, 3); NaN where VTK has none.
 

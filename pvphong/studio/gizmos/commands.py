@@ -83,7 +83,7 @@ def to_camera(gizmos: Gizmos, gizmo: Gizmo) -> Light:
 
 
 def brighten(gizmos: Gizmos, gizmo: Gizmo, step: int) -> Light:
-    """Increase the intensity by `step` thirds of a photographic stop. Three steps double it."""
+    """Increase the intensity by `step` thirds of a photographic stop. Three steps double the intensity."""
     light = gizmo.light
     intensity = on_scale(light.intensity, 3, step) if light.intensity else 0.0
     stops = f" = {math.log2(intensity):+.2g} stops" if intensity else "; press Enter to type one"
@@ -92,8 +92,8 @@ def brighten(gizmos: Gizmos, gizmo: Gizmo, step: int) -> Light:
 
 
 def on_scale(value: float, parts: int, step: int) -> float:
-    """Return a number times 2^(step/parts). Results for powers of 2^(1/parts) are exact, so that rounding errors do not
-    accumulate.
+    """Return a number times 2^(step/parts). If `value` is a power of 2^(1/parts), up to rounding, the result is
+    computed from the exponent, so that rounding errors do not accumulate.
     """
     at = parts * math.log2(value)
     if abs(at - round(at)) < 1e-9:
@@ -150,12 +150,13 @@ def _recolor(gizmos: Gizmos, gizmo: Gizmo, what: str, change: Callable[[ColorLik
 
 # -- adding and deleting lights
 
-# As fractions of the scene's size: height of a new light above a surface, and distance of a duplicate from its light.
+# As fractions of the scene's size: height of a new light above a surface, and distance of a duplicate from the
+# original.
 _ABOVE, _BESIDE = 0.4, 0.15
 
 
 def add(gizmos: Gizmos) -> None:
-    """Add a point light above the surface point under the cursor; half of its intensity arrives there."""
+    """Add a point light above the surface point under the cursor; half of its intensity arrives at that point."""
     below = gizmos.surfaces.pick(gizmos.cursor)
     if below is None:
         gizmos.notice = "to add a light, point at a lit mesh"
@@ -166,8 +167,8 @@ def add(gizmos: Gizmos) -> None:
 
 
 def duplicate(gizmos: Gizmos, gizmo: Gizmo) -> None:
-    """Duplicate the selected light. The duplicate is a little to its right. If the light has no position, the duplicate
-    is turned instead, so that it comes from further right.
+    """Duplicate the selected light. The duplicate is a little to the right of the original. If the original has no
+    position, the duplicate is turned instead, so that its light comes from further right.
     """
     light, viewer = gizmo.light, gizmos.lights.viewer
     if light.frame == "headlight" or not comes_from_somewhere(light):
@@ -199,7 +200,7 @@ def delete(gizmos: Gizmos, gizmo: Gizmo) -> None:
 
 
 def solo(gizmos: Gizmos, gizmo: Gizmo) -> None:
-    """Switch all other lights off; if they are off already, switch all on."""
+    """Switch the light on and all others off. If this is so already, switch all lights on."""
     chosen, viewer = gizmo.renderer_light, gizmos.lights.viewer
     others_on = gizmos.soloed is chosen
     for each in gizmos.lights.renderer_lights:
@@ -214,7 +215,10 @@ _NAMED = {name: named for name, named in _NAMED.items() if named.reflectance is 
 
 
 def next_material(material: Material, step: int) -> Material:
-    """Return the next or previous named material. For a material without a name, return the first or last one."""
+    """Return the next or previous named material; for a material without a name, the first or last one.
+
+    The result keeps albedo and tangents. It also keeps the reflectance, unless the old or new named material has one.
+    """
     names, name = list(_NAMED), name_of(material)
     at = names.index(name) if name else min(-step, 0)
     chosen = replace(_NAMED[names[(at + step) % len(names)]], albedo=material.albedo, tangents=material.tangents)
@@ -223,7 +227,7 @@ def next_material(material: Material, step: int) -> Material:
 
 
 def name_of(material: Material) -> str:
-    """Return the name of a material, ignoring reflectance and albedo; "" if it is not a named material."""
+    """Return the name of a material, ignoring albedo, tangents and reflectance; "" if it is not a named material."""
     bare = replace(material, albedo=1.0, tangents=None)
     plain = replace(bare, reflectance=None)
     return next((name for name, named in _NAMED.items() if named in (bare, plain)), "")
@@ -251,7 +255,7 @@ def strengthen(material: Material, step: int) -> Material:
 
 
 class Command(NamedTuple):
-    """A command and its key, or its keys if it takes a step."""
+    """A command with its key, or with several keys if `act` takes a step."""
 
     keys: str
     """Names of the keys in VTK, separated by spaces."""
@@ -263,7 +267,7 @@ class Command(NamedTuple):
     """The function that the keys run; its signature depends on `edits`."""
 
     edits: str = ""
-    """The object that the command changes, as one undo step.
+    """The kind of object that the command changes, as one undo step.
 
     "light": `act` takes the gizmos and the selected gizmo, and returns the new light, or None if it has changed the
     gizmos instead. "lights": `act` takes the gizmos and changes their lights. "material": `act` takes a material and
@@ -313,14 +317,16 @@ _OF_KEYS = {
     for at, key in enumerate(command.keys.split())
 }
 ENTER = frozenset({"Return", "KP_Enter"})
-"""Names in VTK of the keys that start the typing of a value, and accept it."""
+"""Names in VTK of the keys that start the typing of a value, and that accept the typed value."""
 
 OURS = frozenset({*_OF_KEYS, *ENTER})
 """All keys that gizmos use."""
 
 
 def run(gizmos: Gizmos, key: str, *, control: bool = False) -> bool:
-    """Run the command of a key, built-in or user-defined; return False if there is none."""
+    """Run the command of a key, built-in or user-defined; return False if the key has none. With `control`, only z and
+    y have one.
+    """
     if control and key not in ("z", "y"):
         return False
     if key in _OF_KEYS:

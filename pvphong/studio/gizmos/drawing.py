@@ -1,4 +1,4 @@
-"""Drawing of gizmos: `Drawing` collects lines, areas and labels in pixels, `Overlay` shows them with VTK."""
+"""Drawing of gizmos: `Drawing` collects lines, areas and labels in pixels; `Overlay` shows a `Drawing` with VTK."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ class Drawing:
     view : View
         The subplot.
     color, edge : tuple of float
-        Colours of the elements that are added next, and of the edges of their areas.
+        Colour of the elements that are added next, and colour of the edges of areas.
     """
 
     view: View
@@ -82,7 +82,9 @@ class Drawing:
         return np.array([is_thin for segments, _, is_thin in self._lines for _ in segments], bool)
 
     def line(self, points: Float64Array, strength: float = 1.0) -> None:
-        """Add a line through world points, clipped to the part in front of the eye."""
+        """Add a line through world points, shape (n, 3), clipped to the part in front of the eye. `strength`, from 0 to
+        1, is the line's brightness.
+        """
         segments = np.stack([points[:-1], points[1:]], axis=1)
         if not self.view.viewer.parallel:
             # clip the parts too near to the eye or behind it
@@ -98,7 +100,7 @@ class Drawing:
         self._add_lines(self.view.project(segments), strength)
 
     def arrowhead(self, point: Float64Array, along: Float64Array, strength: float) -> None:
-        """Add the tip of an arrow, of constant size on the screen."""
+        """Add the tip of an arrow at `point` that points along `along`. Its size on the screen is constant."""
         if not self.view.is_ahead(point):
             return
         end = self.view.project(point)
@@ -169,8 +171,8 @@ class Drawing:
             self._add_lines(self.view.project(point) + radius * _CHORDS, 1.0, color)
 
     def _on_screen(self, point: Float64Array, along: Float64Array) -> Float64Array:
-        """Return the direction on the screen of a world direction at a point, as a unit vector. It is downwards if the
-        world direction points at the eye.
+        """Return the unit vector that shows a world direction at a point on the screen. The unit vector is downwards if
+        the world direction points at the eye.
         """
         step = 20.0 * self.view.unit_per_pixel(point)
         motion = self.view.project(point + step * along) - self.view.project(point)
@@ -292,7 +294,8 @@ class Overlay:
     def help(self, text: str, size: tuple[float, float]) -> bool:
         """Show a text in the upper left corner of a subplot of this size; hide it if the text is empty.
 
-        Return True if it fits at its normal size. Otherwise it is shrunk to fit, and there is no room for other texts.
+        Return True if the text fits at its normal size. Otherwise the text is shrunk to fit, and there is no room for
+        other texts.
         """
         lines = text.split("\n")
         room = np.array(size) - 2.0 * _MARGIN

@@ -57,7 +57,7 @@ class Gizmo(Handle):
 
     renderer_light: RendererLight
     first: Light
-    """The light's value when it first got a gizmo here."""
+    """The light's value when the light first got a gizmo in this subplot."""
     is_selected: bool
 
     def __init__(self, renderer_light: RendererLight, gizmos: Gizmos) -> None:
@@ -87,16 +87,16 @@ class Gizmo(Handle):
 
         A directional light has the handles "target" and, at its icon, "origin". A point light has "position", and
         "radius" if it has attenuation. A spot light has "position", "target" and "cone". An environment has "rotation".
-        The handles of other lights follow from the roles of their fields. A headlight has none, because it is at the
-        viewer.
+        The handles of other lights follow from the roles of their fields. A headlight has no handles, because it is at
+        the viewer.
         """
         view = self._gizmos.view
         return {name: vector(point) for name, point in self.in_scene(view).points(view).items()}
 
     @property
     def highlight(self) -> Vector | None:
-        """World position of the highlight on the lit meshes, which can be dragged too. None if there is no highlight or
-        the gizmo is not selected.
+        """World position of the light's highlight on the lit meshes; the highlight can be dragged too. None if there is
+        no highlight, or the gizmo is not selected.
         """
         found = self.surface_highlight(self._gizmos.view) if self.is_selected else None
         return None if found is None else found.point
@@ -108,8 +108,9 @@ class Gizmo(Handle):
     def in_scene(self, view: View, grabbed: str = "") -> LightInScene:
         """Return the light in world coordinates with the scene around it; a headlight keeps its frame.
 
-        The icon of a light without a position is in front of the scene, or where a drag has left it. If the handle
-        `grabbed` is given, the light turns around its other end from then on, until the scene changes.
+        The icon of a light without a position is in front of the scene, or where a drag has left it. `grabbed` is the
+        name of the handle with which a drag begins. If the drag turns a light without a position, `LightInScene.held`
+        chooses its pivot, which is kept until the scene changes.
         """
         light = self.renderer_light.light(view.viewer)
         scenery = self._gizmos.scenery
@@ -169,7 +170,7 @@ class Gizmos:
 
     @property
     def all(self) -> tuple[Gizmo, ...]:
-        """A gizmo for each present light."""
+        """A gizmo for each current light."""
         present = [each for each in self.lights.renderer_lights if self._only is None or each in self._only]
         known = {gizmo.renderer_light: gizmo for gizmo in self._all}
         self._all = [known.get(each) or Gizmo(each, self) for each in present]
@@ -206,14 +207,14 @@ class Gizmos:
 
     @property
     def view(self) -> View:
-        """The present view of the subplot."""
+        """The current view of the subplot."""
         width, height = self.renderer.GetSize()
         x, y = self.renderer.GetOrigin()
         return View(self.lights.viewer, (max(width, 1), max(height, 1)), (x, y))
 
     @property
     def scenery(self) -> Scenery:
-        """Extent of the drawn objects, used to place icons. If there are none, extent of the camera's view."""
+        """Extent of the drawn objects, used to place icons. If nothing is drawn, extent of the camera's view."""
         bounds = np.array(self.renderer.ComputeVisiblePropBounds()).reshape(3, 2)
         size = 0.5 * float(np.linalg.norm(bounds[:, 1] - bounds[:, 0]))
         if (bounds[:, 0] > bounds[:, 1]).any() or not 0.0 < size < np.inf:
@@ -225,7 +226,7 @@ class Gizmos:
 
     @property
     def surfaces(self) -> Surfaces:
-        """The lit meshes in their present state, for picking."""
+        """The lit meshes in their current state, for picking."""
         self.lit.show_own_vertices()  # picking must hit a mesh's own triangles
         return Surfaces(self.renderer, self.view, self.lit.shown)
 
@@ -242,7 +243,7 @@ class Gizmos:
 
     @property
     def is_another_pointed_at(self) -> bool:
-        """True if the pointer is in another subplot of the window, which then handles its events."""
+        """True if the pointer is in another subplot of the window. That subplot then handles the pointer's events."""
         (x, y), (width, height) = self.interactor.GetEventPosition(), self.renderer.GetRenderWindow().GetSize()
         return 0 <= x < width and 0 <= y < height and not self.is_pointed_at
 

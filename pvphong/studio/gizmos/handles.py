@@ -26,7 +26,7 @@ from pvphong.studio.gizmos.drawing import Drawing, circle
 from pvphong.studio.gizmos.view import STANDS_OFF, Cursor, DragStart, Scenery, View, vector
 
 ORIGIN = "origin"
-"""Name of the handle at the icon of a light without a position. Its aim has another handle, at the target."""
+"""Name of the handle at the icon of a light without a position. The light's aim has another handle, at the target."""
 
 INTENSITY = "intensity"
 """Name of the handle for the light's intensity, which has no position and can only be typed."""
@@ -34,7 +34,7 @@ INTENSITY = "intensity"
 # Length of the arrow of a light without a position, in scene sizes.
 _ARROW = 0.6 * STANDS_OFF
 # Range of target distances that can be seen and grabbed, in scene sizes. If the length of a light's direction is in
-# this range, it is the distance of the target.
+# this range, this length is the distance of the target.
 _NEAREST, _FARTHEST = 0.05, 20.0
 # Circles are drawn up to this radius, in scene sizes.
 _LARGEST = 1e4
@@ -89,8 +89,8 @@ class LightInScene:
     def handles(self) -> dict[str, Handle]:
         """Name of each handle → the handle.
 
-        A handle has the name that its role defines, or the name of its field if that name is taken. The last handle is
-        the intensity, which has no position and can only be typed.
+        A handle has the name that its role defines. If another handle has that name already, the handle has the name of
+        its field. The last handle is the intensity, which has no position and can only be typed.
         """
         light, found = self.light, dict[str, Handle]()
         for field, role in light.roles.items() if is_movable(light) else ():
@@ -119,12 +119,12 @@ class LightInScene:
 
     @cached_property
     def along(self) -> Float64Array | None:
-        """Unit vector along the aim, or along the first one of several; None if there is none."""
+        """Unit vector along the light's first aim; None if the light has no aim."""
         return next((np.array(unit_vector(direction)) for direction in self.light.values(Aim)), None)
 
     def reach(self, direction: Any) -> float:
-        """Return the distance of the target from the icon. For a light with a position, it is the direction's length,
-        unless the target could not be seen or grabbed there.
+        """Return the distance of the target from the icon. For a light with a position, the distance is the direction's
+        length, if a target at that distance can be seen and grabbed.
         """
         size = self.scenery.size
         if not self.light.values(Place):
@@ -146,16 +146,16 @@ class LightInScene:
 
     @property
     def normal(self) -> Float64Array:
-        """Unit normal of the outline, which runs counter-clockwise around it."""
+        """Unit normal of the outline. The outline runs counter-clockwise around this normal."""
         outline: Any = self.light.outline
         offsets = outline - outline[0]
         return np.array(unit_vector(np.cross(offsets, np.roll(offsets, -1, axis=0)).sum(axis=0).tolist()))
 
     def held(self, handle: str) -> Scenery:
-        """Return the scenery for the drag of a handle.
+        """Return the scenery for the drag of a handle. Its anchor is the pivot of the light.
 
         A light without a position turns around its icon if the target is dragged. If the icon is dragged, the light
-        turns around a point in its direction from the icon, which is at first the scene's centre.
+        turns around a point in front of the icon, at first the scene's centre.
         """
         icon, grabbed = self.handles.get(ORIGIN), self.handles.get(handle)
         if icon is None or grabbed is None or grabbed.field != icon.field:
@@ -225,8 +225,8 @@ class LightInScene:
 
     @property
     def arriving(self) -> str:
-        """Text for the light that arrives at the target or the scene's centre: a multiple of its colour, and its
-        luminance.
+        """Text for the light that arrives at the target or the scene's centre: as a multiple of the light's colour, and
+        as luminance.
         """
         light, where, point = self.light, "at the scene's centre", np.array(self.scenery.center)
         if light.is_uniform:
@@ -297,7 +297,7 @@ class Handle:
 
 
 class PlaceHandle(Handle):
-    """Handle of a position, or of the centre of corners, which move as a whole. A moved light keeps its target."""
+    """Handle of a position, or of the centre of corners, which all move with it. A moved light keeps its target."""
 
     @property
     def middle(self) -> Float64Array:
@@ -305,7 +305,9 @@ class PlaceHandle(Handle):
         return np.mean(np.atleast_2d(self.value), axis=0)
 
     def typed(self, numbers: dict[str, float]) -> Light:
-        """Return the light at another position, aimed at the same target; unchanged if it would be at its target."""
+        """Return the light at another position, aimed at the same target. If the light would be at its target, return
+        it unchanged.
+        """
         point = np.array(list(numbers.values()))
         offset = point - self.middle
         if not offset.any():
@@ -345,8 +347,8 @@ class PlaceHandle(Handle):
 
 
 class AimHandle(Handle):
-    """Handle of an aim, at the target. A light without a position has a second one at its icon, and its aim is typed as
-    angles.
+    """Handle of an aim, at the target. A light without a position has a second such handle at its icon, and its aim is
+    typed as angles.
     """
 
     @property
@@ -373,16 +375,16 @@ class AimHandle(Handle):
 
     @property
     def numbers(self) -> dict[str, float]:
-        """Label → coordinate of the target. For a light without a position, label → angle of its direction; at the
-        icon, of the direction that the light comes from.
+        """Label → coordinate of the target. For a light without a position, label → azimuth or elevation of its
+        direction; for the handle at the icon, of the direction from which the light comes.
         """
         if self.light.values(Place):
             return dict(zip("xyz", vector(self.shown.target(self.value)), strict=True))
         return dict(zip(("azimuth", "elevation"), _angles_of(self._sign * np.array(self.value)), strict=True))
 
     def typed(self, numbers: dict[str, float]) -> Light:
-        """Return the light aimed at the typed coordinates, or along the typed angles; its direction then keeps its
-        length. A light that is itself at the coordinates stays unchanged.
+        """Return the light aimed at the typed coordinates, or along the typed angles. With angles, the direction keeps
+        its length. If the light itself is at the coordinates, it stays unchanged.
         """
         if self.light.values(Place):
             aim = np.array(list(numbers.values())) - self.shown.origin
@@ -417,8 +419,8 @@ class AimHandle(Handle):
 
 
 class AngleHandle(Handle):
-    """Handle of an angle to the aim, such as that of a cone. It is on the cone's rim, at the target's distance, on the
-    side that is seen best.
+    """Handle of an angle to the aim, such as the angle of a cone. The handle is on the cone's rim, at the target's
+    distance, on the side that is seen best.
     """
 
     _number_format = "{name} {value:.1f}°"
@@ -446,7 +448,9 @@ class AngleHandle(Handle):
         return self.with_value(min(max(best, least), most))
 
     def draw(self, drawing: Drawing, selected: bool) -> None:
-        """Add the rim at the target's distance; if selected, also spokes and the circle of half intensity."""
+        """Add the rim at the target's distance; if selected, also lines from the light to the rim, and the circle of
+        half intensity.
+        """
         along, start = self.shown.along, self.shown.origin
         if along is None:
             return
@@ -468,14 +472,14 @@ class AngleHandle(Handle):
 
 
 class LengthHandle(Handle):
-    """Handle of a size. Its distance from the light's centre is a fraction of the size, `role.share`. It is to the
-    right or above, and in the light's plane if it has one.
+    """Handle of a size. The handle's distance from the light's centre is the fraction `role.share` of the size. The
+    handle is to the right of the centre or above it, and in the light's plane if the light has one.
     """
 
     _number_format = "{name} {value:.4g}"
 
     def _side(self, view: View) -> Float64Array:
-        """Return the unit vector from the light's centre to the handle, in the light's plane if it has one."""
+        """Return the unit vector from the light's centre to the handle, in the light's plane if the light has one."""
         light: Any = self.light
         shown = view.viewer.axes[self.role.axis]
         if light.values(Up):
@@ -487,11 +491,13 @@ class LengthHandle(Handle):
         return np.asarray(side if side @ shown >= 0.0 else -side)
 
     def point(self, view: View) -> Float64Array:
-        """Return the point at this fraction of the size."""
+        """Return the point at the fraction `role.share` of the size."""
         return self.shown.origin + self.role.share * self.value * self._side(view)
 
     def dragged(self, start: DragStart, cursor: Cursor) -> Light:
-        """Return the light whose size puts the handle under the cursor, along the light's axis if it has one."""
+        """Return the light whose size puts the handle under the cursor. If the light has an up vector, the handle moves
+        only along the light's axis `role.axis`.
+        """
         distance = _distance(self, start, cursor, self._side(start.view) if self.light.values(Up) else None)
         return self.light if distance is None else self.with_value(distance / self.role.share)
 
@@ -505,7 +511,8 @@ class LengthHandle(Handle):
 
 
 class FalloffHandle(Handle):
-    """Handle of a falloff that is the same in all directions. It is to the right, where half of the light remains.
+    """Handle of a falloff that is the same in all directions. The handle is to the right of the light, where half of
+    the light remains.
 
     A light with an aim has no such handle: its target shows its range.
     """
@@ -518,7 +525,7 @@ class FalloffHandle(Handle):
         return None if self.light.values(Aim) else distance_of(0.5, self.value)
 
     def point(self, view: View) -> Float64Array | None:
-        """Return the point to the right."""
+        """Return the point to the right of the light where half of the light remains."""
         return None if self._half is None else self.shown.origin + self._half * view.viewer.axes[0]
 
     def dragged(self, start: DragStart, cursor: Cursor) -> Light:
@@ -551,12 +558,12 @@ class FalloffHandle(Handle):
 
     @property
     def said(self) -> tuple[str, str]:
-        """The coefficients."""
+        """A line with the falloff's coefficients."""
         return "" if self.light.values(Aim) else f"{self.field} {_tuple_of(self.value)}", ""
 
 
 class TurnHandle(Handle):
-    """Handle of a turn around the up axis. It is at the light's front, on a circle around the scene's centre."""
+    """Handle of a turn around the up axis, at the light's front, on a circle around the scene's centre."""
 
     _number_format = "{name} {value:.1f}°"
 
@@ -646,8 +653,8 @@ def _nearest(
 def _distance(handle: Handle, start: DragStart, cursor: Cursor, along: Float64Array | None = None) -> float | None:
     """Return the cursor's distance from the light, > 0: along an axis, or by default parallel to the picture.
 
-    It is rounded to the grid if the cursor snaps. None if the cursor has not moved, or the light is not in front of the
-    eye.
+    The distance is rounded to the grid if the cursor snaps. None if the cursor has not moved, or the light is not in
+    front of the eye.
     """
     middle, view = handle.shown.origin, start.view
     if not view.is_ahead(middle) or not start.motion(cursor).any():

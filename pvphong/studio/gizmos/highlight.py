@@ -34,7 +34,8 @@ class SurfacePoint:
 
 
 def find_highlight(light: Light, view: View, meshes: Sequence[LitMesh]) -> SurfacePoint | None:
-    """Return the point of a light's highlight on those meshes that are shiny, in world coordinates, or None.
+    """Return the point of a light's highlight on the shiny meshes among `meshes`, in world coordinates; None if there
+    is no highlight.
 
     A mesh that cannot be lit is drawn without points and has no highlight.
     """
@@ -118,7 +119,7 @@ def mirrored_to_eye(light: Light, view: View, held: SurfacePoint, target: Surfac
 
 def _rotation(before: Float64Array, after: Float64Array) -> Float64Array:
     """Return the matrix, shape (3, 3), of the smallest rotation that turns the direction `before` to the unit vector
-    `after`. It is the product of two half-turns.
+    `after`. The rotation is the product of two half-turns.
     """
     start = before / np.linalg.norm(before)
     halfway = start + after
@@ -166,8 +167,8 @@ class Surfaces:
         return next(mesh for mesh in self._meshes if mesh.actor is self._picker.GetActor())
 
     def pick(self, cursor: tuple[float, float]) -> SurfacePoint | None:
-        """Return the surface point under the cursor, with its interpolated normal turned to the eye; None if there is
-        none.
+        """Return the surface point under the cursor, with its interpolated normal turned to the eye; None if no mesh is
+        under the cursor.
         """
         picker, mesh = self._picker, self.mesh(cursor)
         if mesh is None:

@@ -17,7 +17,7 @@ class Editable(Protocol):
 
     @property
     def state(self) -> Any:
-        """The present state, for `revert`. States can be compared by ==."""
+        """The current state, for `revert`. States can be compared by ==."""
 
     def revert(self, now: Any, then: Any) -> None:
         """Undo the changes between the states `then` and `now`."""
@@ -89,7 +89,7 @@ class History:
         return self._turn(self._undone, self._done)
 
     def _turn(self, steps: _Steps, turned: _Steps) -> bool:
-        """Revert the last of `steps`, and append its inverse to `turned`. Return False if there is none."""
+        """Revert the last of `steps`, and append its inverse to `turned`. Return False if `steps` is empty."""
         self.settle()
         if not steps:
             return False

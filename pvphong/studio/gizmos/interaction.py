@@ -2,7 +2,8 @@
 
 VTK's widget passes a drag to `Interaction._dragged` and `Drag.move`. The handle computes the new light from the cursor
 (`handles.py`, with `view.py`), and the renderer's light is set (`studio/window_lights.py`). VTK's widget then draws a
-frame; before it, the meshes are lit again (`studio/lit_actors.py`) and the gizmos are redrawn (`Interaction.update`).
+frame; before that frame, the meshes are lit again (`studio/lit_actors.py`) and the gizmos are redrawn
+(`Interaction.update`).
 """
 
 from __future__ import annotations
@@ -34,7 +35,7 @@ from pvphong.studio.gizmos.view import Cursor, DragStart, vector
 
 
 class Edit:
-    """An edit of a light in progress, with the state at its start.
+    """An edit in progress of one light, with the state at the start of the edit.
 
     Parameters
     ----------
@@ -77,14 +78,16 @@ class Edit:
 
     @property
     def now(self) -> LightInScene:
-        """The light's present value, in the scenery at the start of the edit."""
+        """The light's current value, in the scenery at the start of the edit."""
         return LightInScene(
             self.gizmo.renderer_light.light(self.view.viewer).in_world(self.view.viewer), self.start.scenery
         )
 
 
 class Drag(Edit):
-    """A drag of a handle that was at `point`. The light depends only on the state at the start and on the cursor."""
+    """A drag of a handle that was at `point`. The light depends only on the state at the start and on the cursor,
+    except that a highlight dragged off the surface leaves the light as it is.
+    """
 
     def __init__(self, gizmos: Gizmos, gizmo: Gizmo, handle: str, point: Float64Array) -> None:
         super().__init__(gizmos, gizmo, handle)
@@ -133,7 +136,7 @@ class Entry(Edit):
         """Error message for a text that is not a valid value; "" if it is valid."""
 
     def put(self, text: str) -> None:
-        """Set the light from a text; restore it if the text is empty or not allowed."""
+        """Set the light from a text. If the text is empty or not allowed, restore the light."""
         self.text, self.error = text, ""
         try:
             self.set(typed_light(self.start, self.handle, text))
@@ -143,7 +146,7 @@ class Entry(Edit):
 
     @property
     def readout(self) -> str:
-        """The typed text, the light's present numbers, and the keys that end typing."""
+        """The typed text, the light's current numbers, and the keys that end typing."""
         now = self.now
         numbers = "  ".join(f"{label} {value:.4g}" for label, value in now.handles[self.handle].numbers.items())
         lines = [f"{called(now.light)}: {self.handle} = {self.text}_", numbers]
@@ -198,8 +201,8 @@ class Interaction:
     """Turns the events of one subplot into drags, typed values and commands.
 
     A single VTK widget serves all handles: it is moved to the handle nearest to the cursor, tests whether the cursor is
-    on it, and follows the mouse. It draws nothing, because the gizmos draw the handles. As it is defined in pixels, it
-    is not part of the scene's bounds and cannot be picked.
+    on that handle, and follows the mouse. The widget draws nothing, because the gizmos draw the handles. As the widget
+    is defined in pixels, it is not part of the scene's bounds and cannot be picked.
 
     Parameters
     ----------
@@ -255,7 +258,7 @@ class Interaction:
         self._observed.append((subject, tag))
 
     def update(self) -> None:
-        """Update handles and drawing to the present lights, camera and scene."""
+        """Update handles and drawing to the current lights, camera and scene."""
         gizmos, view, edit = self.gizmos, self.gizmos.view, self.edit
         handles = dict[tuple[Gizmo, str], Float64Array]()
         shown = {} if gizmos.is_hidden else {gizmo: gizmo.highlight for gizmo in gizmos.all}
@@ -331,8 +334,8 @@ class Interaction:
     def _pointed(self) -> None:
         """Handle a move of the cursor: find the hovered handle.
 
-        This must not wait for the next frame, because the window's size may have changed since the last one: while the
-        button is down, trame may draw fewer pixels.
+        This must not wait for the next frame, because the window's size may have changed since the last frame: trame
+        may draw fewer pixels while the button is down.
         """
         if self._hover():
             self.gizmos.render()
@@ -391,7 +394,7 @@ class Interaction:
     # -- the keyboard
 
     def _key_pressed(self) -> bool:
-        """Handle a key press; return True if it belongs to the value being typed.
+        """Handle a key press; return True if the key belongs to the value being typed.
 
         trame's remote area reports letters twice, for the browser's `keydown` and `keypress`. A second report is
         ignored, until the press ends with its `CharEvent` or with the key's release.

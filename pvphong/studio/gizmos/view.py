@@ -77,8 +77,8 @@ class View:
         return bool(seen[2] > _BESIDE * (math.hypot(*seen) + math.hypot(*self.viewer.position)))
 
     def project(self, points: VectorLike | Float64Array) -> Float64Array:
-        """Return the positions of points, shape (…, 3), on the screen, in pixels, shape (…, 2). In perspective they are
-        NaN for points at and behind the eye.
+        """Return the positions of points, shape (…, 3), on the screen, in pixels, shape (…, 2). In perspective,
+        positions are NaN for points at and behind the eye.
         """
         seen = self.seen(points)
         flat = seen[..., :2]
@@ -120,8 +120,8 @@ class View:
         return np.array(self.viewer.position) + x * right + y * up - self.seen(point)[2] * back
 
     def towards_eye(self, points: VectorLike | Float64Array) -> Float64Array:
-        """Return unit vectors from points to the eye, shape (…, 3). They are zero at the eye, and all equal in parallel
-        projection.
+        """Return unit vectors from points to the eye, shape (…, 3). The vector of a point at the eye is zero. In
+        parallel projection, all vectors are equal.
         """
         points = np.asarray(points, dtype=np.float64)
         if self.viewer.parallel:
@@ -131,20 +131,20 @@ class View:
         return np.divide(away, length, out=np.zeros_like(away), where=length > 0.0)
 
     def across(self, along: Float64Array, point: VectorLike | Float64Array) -> Float64Array:
-        """Return the unit vector perpendicular to `along` and to the line of sight to a point. It points to the right
-        if these are parallel.
+        """Return the unit vector perpendicular to `along` and to the line of sight to a point. If `along` and the line
+        of sight are parallel, the vector points to the right.
         """
         return self._square_to(along, self.towards_eye(point))
 
     def level(self, normal: Float64Array) -> Float64Array:
         """Return the unit vector perpendicular to `normal` and parallel to the picture. If the normal is along the view
-        axis, it points to the right.
+        axis, the vector points to the right.
         """
         return self._square_to(normal, self.viewer.axes[2])
 
     def _square_to(self, axis: Float64Array, other: Float64Array) -> Float64Array:
-        """Return the unit vector perpendicular to both. If they are parallel, it is perpendicular to `axis` and points
-        to the right.
+        """Return the unit vector perpendicular to `axis` and `other`. If these are parallel, the vector is
+        perpendicular to `axis` and points to the right.
         """
         side, right = np.cross(axis, other), self.viewer.axes[0]
         if np.linalg.norm(side) < _AT_THE_EYE:
@@ -152,9 +152,10 @@ class View:
         return np.asarray(side / np.linalg.norm(side))
 
     def along(self, point: Float64Array, axis: Float64Array, motion: Float64Array) -> Float64Array:
-        """Return a point moved along an axis, so that on the screen it follows the cursor's motion along the axis.
+        """Return a point moved along an axis, so that on the screen the point follows the cursor's motion along the
+        axis.
 
-        Its depth grows at most 50 times towards the vanishing point, and shrinks at most to a fiftieth.
+        The point's depth grows at most 50 times towards the vanishing point, and shrinks at most to a fiftieth.
         """
         picture = self._picture_of(point, axis)
         length = float(np.hypot(*picture))

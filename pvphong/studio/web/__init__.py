@@ -13,9 +13,9 @@ Read in this order:
 9. `studio`: combines all of these, and has the server.
 10. `serving`: runs the studio in its own event loop, or in a notebook's.
 
-An edit goes from `inputs` through `access` and `studio` to `document`. `document` parses the value with `fields`. It
-sets the value in `window_lights`, in `lit_mesh`, in `plotter.phong`, in `mix`, or in itself. Then `studio` requests a
-frame, before which `lit_actors` updates the lit meshes.
+An edit goes from `inputs` through `access` and `studio` to `document`. `document` parses the value with `fields`.
+`document` then sets the value in `window_lights`, in `lit_mesh`, in `plotter.phong`, in `mix`, or in itself. Finally,
+`studio` requests a frame, before which `lit_actors` updates the lit meshes.
 
 Only `inputs`, `page`, `access`, `studio` and `serving` depend on a server.
 """

@@ -4,8 +4,8 @@ A server on a loopback address admits all local requests, except from pages of a
 paths begin with a folder whose name is a secret token, and other requests are refused. A cookie would not work instead:
 browsers do not send cookies for a page in a frame of another host's page, as in a notebook.
 
-Only messages that trame's page sends are accepted. Each is validated before it is used, and a malformed one is answered
-with an error. Otherwise VTK's adapter of remote events, for example, would crash on a missing key.
+Only messages that trame's page sends are accepted. Each message is validated before it is used, and a malformed message
+is answered with an error. Otherwise VTK's adapter of remote events, for example, would crash on a missing key.
 """
 
 from __future__ import annotations
@@ -113,8 +113,8 @@ class Access:
         Parameters
         ----------
         host : str
-            The `Host` header. On a loopback address it must be loopback too, which prevents DNS rebinding by other
-            sites.
+            The `Host` header. If the server listens on a loopback address, the header must name one too. This prevents
+            DNS rebinding by other sites.
         origin : str or None
             Origin of the page that sends the request, if any.
         path : str
@@ -182,7 +182,7 @@ def upload(
     take: Callable[[str, Path, Mapping[str, str]], Awaitable[None]],
     done: Callable[[str], None],
 ) -> Handler:
-    """Return a handler of upload requests, which passes each file to a function and then deletes it.
+    """Return a handler of upload requests. The handler passes each file to `take` and then deletes the file.
 
     Parameters
     ----------
@@ -229,8 +229,8 @@ _IDLE = {"StartInteractionEvent", "EndInteractionEvent"}
 
 
 def view_event(given: Any) -> dict[str, Any]:
-    """Return a validated event of mouse, wheel, keyboard or touch. It has all keys that VTK's adapter reads, and its
-    values are in range.
+    """Return a validated event of mouse, wheel, keyboard or touch. The result has all keys that VTK's adapter reads,
+    and its values are in range.
 
     Raises
     ------
@@ -317,7 +317,7 @@ class Messages(AioHttpWsHandler):
     triggers : mapping
         Name → function, for everything that the page may trigger.
     closed : callable
-        Called when a client has disconnected, with True if it held the left mouse button down in the view.
+        Called when a client has disconnected, with True if the client held the left mouse button down in the view.
     """
 
     def __init__(
@@ -424,7 +424,7 @@ class Messages(AioHttpWsHandler):
         client_id: str | None = None,
         skip_last_active_client: bool = False,  # noqa: ARG002 wslink's signature
     ) -> None:
-        """Send a message to one client. wslink's own method would make all clients wait for the slowest.
+        """Send a message to one client. wslink's own method would make all clients wait for the slowest client.
 
         If several frames are pending for a client, only the last one is sent.
         """

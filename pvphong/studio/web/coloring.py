@@ -39,7 +39,7 @@ def chosen(before: Any, meshes: Sequence[pv.DataSet], scalars: Any, cmap: Any, l
     Parameters
     ----------
     before : object
-        The present albedo; its colormap is kept if no `cmap` is given.
+        The current albedo; its colormap is kept if no `cmap` is given.
     meshes : sequence of pyvista.DataSet
         The meshes with the array.
     scalars, cmap : str

@@ -93,8 +93,8 @@ _IN_ROW = ("name", "on", "diffuse", "intensity")
 _FIRST_OF_SCENE = ("ambient", "shadows", "ambient_occlusion", "bounces")
 """Fields of the light model that the page shows first."""
 
-# A new light's offset from the scene's centre, to the right, up and towards the viewer, and its size, in scene sizes;
-# and the brightness that it gives a white surface at the centre.
+# A new light: its offset from the scene's centre, to the right, up and towards the viewer, in scene sizes; its size, in
+# scene sizes; and the brightness that it gives to a white surface at the centre.
 _PLACE, _LARGE, _BRIGHT = (-0.6, 0.6, 0.5), 0.2, 0.6
 _APART = 0.45  # distance to the right of an existing light, in scene sizes
 _MOST_STOPS = 100.0
@@ -195,8 +195,8 @@ class Document:
 
     @contextmanager
     def _step(self) -> Iterator[None]:
-        """Return a context that records the changes made in it as one step. If a mesh cannot be lit with them, it
-        reverts them and raises the error.
+        """Return a context that records the changes made in it as one step. If a mesh cannot be lit after the changes,
+        the context reverts them and raises the error.
         """
         self.history.settle()
         before = self.state
@@ -221,8 +221,8 @@ class Document:
     # -- cancelling background computations
 
     def cancel_bounces(self) -> str:
-        """Cancel the computation of bounced light, and set `bounces` to their number in the present picture. Return a
-        message.
+        """Cancel the computation of bounced light, and set the light model's `bounces` to the number of bounces in the
+        current picture. If `bounces` has this value already, set it to 0. Return a message.
         """
         gathering, model = self._subplot.lit.gathering, self._phong.light_model
         if gathering.part is None:
@@ -241,7 +241,7 @@ class Document:
     # -- edits of one value
 
     def edit(self, key: str, given: Any, index: Sequence[int] = ()) -> None:
-        """Set one field, as one undo step.
+        """Set one field, as one undo step. `given` and `index` are as for `fields.edited`.
 
         Raises
         ------
@@ -320,9 +320,10 @@ class Document:
         return check.refuse("light", number, "the number of an existing light")
 
     def add(self, kind: str) -> None:
-        """Add a light and select it. `kind` is the name of its kind in scene files.
+        """Add a light and select it. `kind` is the name of the light's kind in scene files.
 
-        The light shines on the scene from the upper left. If lights are there already, it is to the right of them.
+        The light shines on the scene from the upper left. If lights are there already, the new light is to the right of
+        them.
         """
         made = LIGHT_TYPES[check.choice("kind", kind, LIGHT_TYPES)]
         scenery, viewer = self.gizmos.scenery, self._subplot.lights.viewer
@@ -359,7 +360,7 @@ class Document:
         Raises
         ------
         ValueError
-            If there is no such light, it takes no image, or the image is invalid.
+            If there is no such light, the light takes no image, or the image is invalid.
         """
         renderer_light = self._light(number)
         before = renderer_light.light(self._subplot.lights.viewer)
@@ -374,7 +375,7 @@ class Document:
         else:
             given = np.ascontiguousarray(texels, np.float32)
         changed = await asyncio.to_thread(_with_image, before, names[0], given)
-        with self._step():  # on the light's present value
+        with self._step():  # on the light's current value
             now, changes = self._light(number), {names[0]: getattr(changed, names[0])}
             now.set(replace(now.light(self._subplot.lights.viewer), **changes), self._subplot.lights.viewer)
 
@@ -390,9 +391,10 @@ class Document:
         scene : Scene
             Lights and light model; its viewer is ignored.
         materials : mapping
-            Name → material. A mesh without an entry keeps its material.
+            Name of a mesh → material.
         default : str
-            Name of the material for meshes without an entry of their own.
+            Key of the material for meshes without an entry of their own. If there is no such key, these meshes keep
+            their materials.
         """
         with self._step():
             self._subplot.lights.replace(scene.lights)
@@ -426,7 +428,7 @@ class Document:
 
     @property
     def materials(self) -> dict[str, SharedMaterial]:
-        """The materials of all visible meshes. The key of each is the name of the first mesh that has it."""
+        """The materials of all visible meshes: name of the first mesh that has the material → the material."""
         found: dict[SharedMaterial, str] = {}
         for mesh in self._subplot.lit.shown:
             found.setdefault(mesh.shared_material, self.mesh_name(mesh))
@@ -435,8 +437,9 @@ class Document:
     def mesh_name(self, mesh: Any) -> str:
         """Return a unique name of a mesh.
 
-        It is the name of a block, as in rigs and scripts, unless another mesh has the same name. Otherwise it is the
-        name of the mesh's actor, which includes the block in brackets, or a number if it was drawn without a name.
+        The name of a block is the block's path, as in rigs and scripts, unless another mesh has the same name.
+        Otherwise the name is that of the mesh's actor, which includes the path in brackets. If the actor has no name,
+        the mesh gets a number.
         """
         lit = self._subplot.lit
         others = (other.block or lit.name_of(other) for other in lit.meshes if other is not mesh)
@@ -458,7 +461,9 @@ class Document:
             shared.material = replace(as_material(name), albedo=own.albedo, tangents=own.tangents)
 
     def choose_reflectance(self, number: Any, name: str) -> None:
-        """Set a material's reflectance by its kind's name in scene files. "" uses the light model's `reflection`."""
+        """Set a material's reflectance by the name of the reflectance's kind in scene files. "" uses the light model's
+        `reflection`.
+        """
         with self._step():
             shared = self._material(number)
             reflectance = new_reflectance(name) if name else None
@@ -481,7 +486,7 @@ class Document:
         Raises
         ------
         ValueError
-            If there is no such field, the texture does not fit it, or a mesh has no texture coordinates.
+            If there is no such field, the texture does not fit the field, or a mesh has no texture coordinates.
         """
         shared = self._material(number)
         check.choice("field", field, textured(shared.material))
@@ -499,7 +504,7 @@ class Document:
         scalars : str or None
             Name of a point or cell array; None removes the colormap. A cell array sets the feature angle to 0.
         cmap : str, optional
-            Name of the colormap; by default the present one, or PyVista's.
+            Name of the colormap; by default the current colormap, or PyVista's.
         low, high : float or str, optional
             Ends of the range, as numbers or text; by default the ends of the array's range.
 
@@ -526,7 +531,9 @@ class Document:
         return [mesh.mesh for mesh in self._subplot.lit.shown if mesh.shared_material is shared]
 
     def _file_name(self, texture: pv.Texture, name: str) -> str:
-        """Return a unique file name for a texture, for scripts. A number is added if another picture has the name."""
+        """Return a unique file name for a texture, for scripts. A number is added if another picture has that file
+        name.
+        """
         path, texels = PurePath(name), texture.to_array()
         others = [known for each, known in self.textures.items() if not np.array_equal(each.source.to_array(), texels)]
         names = itertools.chain([name], (f"{path.stem}-{number}{path.suffix}" for number in itertools.count(2)))

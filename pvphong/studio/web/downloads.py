@@ -217,7 +217,7 @@ class HasArrays(Exception):
 
 
 _CODED = (Scene, Viewer, LightModel, Material, Colormap, *LIGHT_TYPES.values(), *REFLECTANCES.values())
-"""Classes whose instances code can create by their names in `ph`."""
+"""Classes whose instances the script creates by calling `ph.<name of the class>`."""
 
 
 def python_of(value: Any, indent: str = "") -> str:

@@ -134,12 +134,12 @@ def form_of(value: Any, key: str, middles: dict[str, float], *, hidden: Sequence
     Parameters
     ----------
     value : dataclass instance
-        A light, a material, a reflectance, a light model.
+        A light, material, reflectance or light model, for example.
     key : str
         Prefix of the entries' keys, which identify fields in edits.
     middles : dict
-        Key → centre of the slider of a number without an upper limit, in stops. It is kept while the number is within
-        the slider's range, so that the slider does not shift during a drag.
+        Key → centre of the slider of a number without an upper limit, in stops. The centre is kept while the number is
+        within the slider's range, so that the slider does not shift during a drag.
     hidden : sequence of str
         Fields to leave out.
     """
@@ -218,7 +218,7 @@ def edited(value: Any, name: str, given: Any, index: Sequence[int] = ()) -> Any:
     given : object
         A number or its text, a flag, a text, or a colour as name, hex string or three numbers. None unsets the field.
     index : sequence of int
-        If only one number of several changes: its index, or the indices of a point and of the coordinate.
+        If only one number of several changes: its index, or the index of a point and the index of the coordinate.
 
     Raises
     ------

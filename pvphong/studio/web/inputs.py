@@ -31,8 +31,8 @@ SIX_DIGITS = "Number(({0}).toPrecision(6))"
 
 
 def found_by(name: str, label: Text = "", *, status: bool = False) -> dict[str, Any]:
-    """Return attributes by which tests find an element. With a label, screen readers name it; with `status`, they also
-    announce changes of its content.
+    """Return attributes by which tests find an element. With a label, screen readers call the element by its label.
+    With `status`, screen readers also announce changes of the element's content.
     """
     raw = [f'data-test="{name}"'] if name else []
     if label:
@@ -169,7 +169,7 @@ def typed_number(name: str, unit: str, *, found: str, label: str = "", classes: 
 
 
 def _numbers(entry: str, values: str, index: str, label: str) -> None:
-    """Add inputs for numbers side by side. Each sends its index with its value."""
+    """Add inputs for numbers side by side. Each input sends its index with its value."""
     v.VTextField(
         v_for=f"(number, k) in {values}",
         key=(f"{entry}.key + {index} + refusals",),

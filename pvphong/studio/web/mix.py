@@ -114,7 +114,7 @@ class Shares:
     def mix(self, factors: Mapping[RendererLight, Vector], out: ByteArray) -> None:
         """Write the colours of a mix, 0 to 255, to `out`, shape (n, 3).
 
-        The sum of base and shares without the share that changed is cached, because the same fader usually moves again.
+        The same fader usually moves again. So the sum of the base and all shares except that fader's is cached.
         """
         known = {each: factors.get(each, (1.0, 1.0, 1.0)) for each in self._shares}
         changed = [each for each in known if self._factors.get(each) != known[each]]
@@ -182,7 +182,7 @@ class Mix:
     # -- faders
 
     def fader(self, renderer_light: RendererLight) -> Fader:
-        """Return a light's fader. It is muted at first if the light is off."""
+        """Return a light's fader. If the light is off, its fader is muted at first."""
         known = self.faders.get(renderer_light)
         if known is not None:
             return known
@@ -205,7 +205,7 @@ class Mix:
     # -- frames
 
     def refresh(self) -> None:
-        """Write the mix into the drawn colours if it has changed. Shares are computed only if the scene has changed."""
+        """Write the mix into the drawn colours if the mix has changed. Compute shares only if the scene has changed."""
         shown = self._subplot.lit.shown
         if not self.is_on:
             self._put_back()
@@ -234,7 +234,7 @@ class Mix:
         return Shares(mesh, lights, lit, self._subplot.lit.occluders_of(mesh, lit) or ())
 
     def _put_back(self) -> None:
-        """Restore the colours without faders, unless a mesh has been lit again since."""
+        """Restore the colours without faders, except of meshes that have been lit again since."""
         for mesh, shares in self._shares.items():
             if mesh in self._subplot.lit.meshes and mesh.evaluations == shares.evaluations:
                 colors_of(mesh)[:] = shares.plain

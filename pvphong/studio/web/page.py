@@ -517,7 +517,7 @@ def _files() -> None:
             width, height = (f"encodeURIComponent({typed(side)})" for side in ("width", "height"))
             size = f"?width=' + {width} + '&height=' + {height} + '"
             _take("png", "picture .png", "The view without gizmos and refinement, in this size", size)
-        html.Div("Python script that reproduces it exactly", classes="text-caption mt-3")
+        html.Div("Python script that reproduces the colours exactly", classes="text-caption mt-3")
         v.VTextarea(
             model_value=("script",),
             readonly=True,
@@ -535,7 +535,7 @@ def _files() -> None:
         )
         html.Div("Open another mesh or a rig", classes="text-caption mt-4")
         html.Div(
-            "Another mesh starts with new lights. To keep the present ones, save the rig first and open it afterwards.",
+            "Another mesh starts with new lights. To keep the current lights, save the rig first and open it later.",
             classes="studio-unit",
         )
         _open("mesh")

@@ -37,7 +37,7 @@ class Report:
     running : bool
         True while the measurement is running.
     doing : str
-        The present step, or the reason why there is no result.
+        The current step, or the reason why there is no result.
     part : float
         Progress of the step, from 0 to 1.
     lines : list of str

@@ -99,7 +99,7 @@ def _is_in_loop() -> bool:
 
 
 def free_port(host: str, port: int) -> int:
-    """Return the port, or a free port if it is 0. To test the port, it is opened for a moment.
+    """Return the port, or a free port if `port` is 0. To test the port, it is opened for a moment.
 
     Raises
     ------

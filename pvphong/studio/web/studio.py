@@ -193,7 +193,7 @@ class Studio:
             state.notice = ""
 
     def _later(self, seconds: float, act: Callable[[], None]) -> None:
-        """Schedule a call after `seconds`. If it is scheduled already, change its time."""
+        """Schedule a call after `seconds`. If the call is scheduled already, change its time."""
         if act in self._due:
             self._due[act].cancel()
 
@@ -204,7 +204,7 @@ class Studio:
         self._due[act] = self._loop.call_later(seconds, do)
 
     def draw(self) -> None:
-        """Request a frame. Several requests before it is drawn result in one frame."""
+        """Request a frame. Several requests before the frame is drawn result in one frame."""
         self._view.render()
 
     def show(self) -> None:
@@ -260,7 +260,7 @@ class Studio:
         for mesh in meshes:
             lit = shallow_copy(mesh.drawn)
             lit.point_data.active_normals = mesh.normals
-            with suppress(ValueError):  # the view shows why it cannot be lit
+            with suppress(ValueError):  # the view shows why the mesh cannot be lit
                 where: dict[str, Any] = {"matrix": mesh.matrix, "occluders": self._subplot.lit.others(mesh)}
                 made = plan(lit, scene, mesh.material, tolerance=tolerance, **where)
                 shown.append({"name": self.document.mesh_name(mesh), "rows": _rows(made), "accuracy": _accuracy(made)})
@@ -288,7 +288,7 @@ class Studio:
     @contextmanager
     def _active(self) -> Iterator[None]:
         """Return a context in which the studio's subplot is the plotter's active one. A script may have activated
-        another.
+        another subplot.
         """
         renderers = self._plotter.renderers
         before, own = renderers.active_index, list(renderers).index(self._subplot.renderer)
@@ -343,7 +343,7 @@ class Studio:
 
     @property
     def downloads(self) -> Downloads:
-        """The downloads of the present state."""
+        """The downloads of the current state."""
         meshes = {self.document.mesh_name(mesh): mesh for mesh in self._subplot.lit.shown}
         tolerance = self.document.accuracy.tolerance
         textures = self.document.textures

@@ -278,7 +278,7 @@ def test_a_mesh_far_from_the_origin_is_compared_around_its_middle(offset):
     mesh = pv.PolyData(np.float64(BALL.points) + step, BALL.faces)
     lamp = replace(LAMP, position=tuple(LAMP.position + step))
     eye = Viewer(position=tuple(EYE.position + step), focal_point=tuple(step), up=EYE.up)
-    assert_equals_vtk(validate(mesh, Scene([lamp, SUN], eye), PLASTIC), converted="around its middle")
+    assert_equals_vtk(validate(mesh, Scene([lamp, SUN], eye), PLASTIC), converted="relative to the mesh's middle")
 
 
 @pytest.mark.parametrize(
@@ -395,7 +395,7 @@ def test_unlit_vertices_are_left_out_and_counted():
     mesh.point_data.active_normals = normals
     comparison = validate(mesh, Scene([SUN], EYE), PLASTIC)
     assert comparison.passed
-    assert comparison.left_out["no place or normal"].tolist() == [3, 5, 9]
+    assert comparison.left_out["no position or normal"].tolist() == [3, 5, 9]
     assert comparison.n == BALL.n_points - 3
     mesh.point_data.active_normals = np.zeros_like(normals)
     nothing = validate(mesh, Scene([SUN], EYE), PLASTIC)
