@@ -225,7 +225,7 @@ def vertex_opacity(options: dict[str, Any]) -> Any:
 
 
 def with_opacity(mesh: pv.DataSet, name: str, opacity: Any) -> pv.DataSet:
-    """Return a drawable mesh; unless `opacity`, from `vertex_opacity`, is None, it is the fourth channel of the colours."""
+    """Return a drawable mesh. If `opacity`, from `vertex_opacity`, is not None, it is the colours' fourth channel."""
     if opacity is None:
         return drawable(mesh, name)
     source = surface(mesh)
