@@ -406,9 +406,9 @@ class BlocksPhong(Handle):
         return of_each(self._blocks, lambda block: transports.Exchanging.of(block, matrix, feature_angle))
 
     def _exchanging(self, options: dict[str, Any]) -> Transport:
-        """Remove the option `transport`, and return it; if it is not given, return a new transport between the blocks.
+        """Return the light transport between the blocks: the option `transport`, or else a new one.
 
-        The rays of a new transport are cast on demand.
+        The option is removed from `options`. The rays of a new transport are cast on demand.
         """
         given, occluders = options.pop("transport", None), options.get("occluders", ())
         surfaces = self._surfaces(*(options.get(name) for name in _OF_SURFACES))

@@ -60,7 +60,7 @@ def _arrays_of(given: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _with_colors(material: Any) -> Any:
-    """Return the material with a map of colours for each colormap of an array: a Dask array if the array is one."""
+    """Return the material with maps of colours in place of colormaps of arrays. Maps of Dask arrays are lazy too."""
     maps = material.maps if isinstance(material, Material) else {}
     given = {name: each for name, each in maps.items() if isinstance(each, Colormap)}
     colors = {name: Map(_colors(name, each)) for name, each in given.items() if not isinstance(each.scalars, str)}

@@ -87,7 +87,7 @@ class PotentialOccluders(Generic[Name]):
         return result
 
     def blocking(self, scene: Scene, faces: BlockingFaces) -> BlockingFaces:
-        """Return the triangles of another piece that may block light, and others, because whole runs are kept."""
+        """Return the triangles of another piece that may block light. Whole runs of triangles are kept or dropped."""
         kept = []
         for start in range(0, len(faces), _RUN * _RUNS_AT_ONCE):
             corners = faces.corners[start : start + _RUN * _RUNS_AT_ONCE]
@@ -109,7 +109,7 @@ def outline_of(surface: pv.PolyData) -> Outline:
 
 
 class _Boxes:
-    """Boxes, and larger boxes around runs of consecutive boxes, which are tested first.
+    """Boxes to search. Larger boxes, around runs of consecutive boxes, are tested first.
 
     Consecutive pieces are near each other, so few of the boxes must then be tested.
 
@@ -131,7 +131,7 @@ class _Boxes:
         return self._around[0].min(axis=0), self._around[1].max(axis=0)
 
     def met(self, meets: Callable[[Box], BoolArray]) -> IntArray:
-        """Return the indices of boxes that satisfy a test, which every box around such a box must satisfy too."""
+        """Return the indices of boxes that satisfy a test. A box around a box that satisfies it must satisfy it too."""
         runs = np.flatnonzero(meets(self._around))
         rows = (self._run * runs[:, None] + np.arange(self._run)).ravel()
         rows = rows[rows < len(self._lows)]

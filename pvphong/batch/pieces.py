@@ -39,7 +39,7 @@ class Piece:
     labels : tuple of str
         Names of the blocks that refer to the file, which select its material; "default" if there are none.
     surface : str
-        Identifier that all pieces of one surface share; "" for a surface of its own.
+        Identifier that all pieces of one surface share; "" if the file is a surface of its own.
     """
 
     input: Path
@@ -195,7 +195,7 @@ def write_index(index: Index, arrays: Sequence[Sequence[ArrayType]]) -> bool:
     index : Index
         The index file. All other contents of a .vtm or .pvd file are kept.
     arrays : sequence
-        Arrays of each lit file. A .pvtp file declares the arrays that all lit files have, except for empty ones.
+        Arrays of each lit file. A .pvtp file declares the arrays that all nonempty lit files have.
 
     Raises
     ------

@@ -97,7 +97,7 @@ class Job:
 
 
 def checksum_of(value: Any) -> str:
-    """Return the SHA-256 of plain values, or of dataclasses of them; the names of classes change it too."""
+    """Return the SHA-256 of plain values and dataclasses of such, including the names of the dataclasses."""
 
     def plain(other: Any) -> Any:
         if is_dataclass(other):
@@ -183,7 +183,7 @@ class Result:
 
 
 def look(piece: Piece, job: Job) -> tuple[str, Receipt | None]:
-    """Return the checksum of a piece's file, and the receipt of its lit file, or None if that is not valid."""
+    """Return the checksum of a piece's file, and the receipt of its lit file, or None without a valid receipt."""
     return _checksum_of_input(piece), valid_receipt(piece, job)
 
 
@@ -208,7 +208,7 @@ def border_in(piece: Piece) -> Border:
 
 
 def outline_in(piece: Piece) -> Outline:
-    """Return the outline of a piece, which shows which other pieces' light it may block."""
+    """Return the outline of a piece. From all outlines it follows which pieces may block each other's light."""
     outside, _ = _surface(piece)
     return outline_of(outside)
 

@@ -24,7 +24,7 @@ def map_blocks(blocks: pv.MultiBlock, operation: Callable[[Any], Any], place: st
     """Apply an operation to each dataset, and return the results as a MultiBlock of the same structure and names.
 
     Blocks that are None stay None; tables and empty datasets are copied unchanged. Errors name the block;
-    there, `place` is the name of `blocks` itself.
+    `place` is the name of `blocks` itself in errors.
     """
     result = pv.MultiBlock()
     for key, array in blocks.field_data.items():
@@ -65,10 +65,10 @@ def _named(blocks: pv.MultiBlock, index: int, place: str) -> Iterator[None]:
 
 
 def datasets(blocks: pv.MultiBlock) -> Iterator[tuple[str, pv.DataSet]]:
-    """Yield (path, dataset) for each nonempty dataset. The path has the names of its block and of those around it.
+    """Yield (path, dataset) for each nonempty dataset. A path has the names of nested blocks, as in "car/wheel".
 
-    An example is "car/wheel". An unnamed block has its index as name. If several blocks have the same path, their
-    indices are appended to it: "wheel [2]" is blocks[2], "car/wheel [0][2]" is blocks[0][2].
+    An unnamed block has its index as name. If several blocks have the same path, their indices are appended to it:
+    "wheel [2]" is blocks[2], "car/wheel [0][2]" is blocks[0][2].
     """
 
     def paths_in(blocks: pv.MultiBlock, names: tuple[str, ...], place: str) -> Iterator[tuple[str, str, Any]]:

@@ -83,7 +83,7 @@ class Cells:
         return np.unique(np.searchsorted(self.offsets, bad, side="right") - 1)
 
     def refuse_out_of_range(self, n_points: int) -> None:
-        """Raise ``ValueError`` if a point index is out of range; the message names the first one, and its cell."""
+        """Raise ``ValueError`` if a point index is out of range; the message names the first such index and cell."""
         bad = self.out_of_range(n_points)
         if len(bad):
             corners = self.connectivity[self.offsets[bad[0]] : self.offsets[bad[0] + 1]]

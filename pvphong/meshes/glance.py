@@ -160,7 +160,7 @@ def faces_away(source: pv.PolyData, scene: Scene, vertices: Vertices, matrix: Ma
 def _corners_of_some(source: pv.PolyData) -> NDArray[np.int64]:
     """Return the point indices of three corners of m sampled faces, shape (3, m).
 
-    For a face with more than three corners, they are spaced evenly around the face.
+    If a face has more corners, the three are spaced evenly around it.
     """
     faces = source.GetPolys()
     count, corners = faces.GetNumberOfCells(), vtk_to_numpy(faces.GetConnectivityArray())

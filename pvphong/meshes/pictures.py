@@ -140,7 +140,7 @@ def plot(mesh: pv.DataSet, /, *, name: str = "phong", **options: Any) -> Any:
 
 
 def _plotter(options: dict[str, Any]) -> tuple[pv.Plotter, Callable[[pv.Plotter], Any]]:
-    """Return a plotter set up as by `pyvista.plot`, and a function that shows it. Remove their options from `options`.
+    """Return a plotter set up as by `pyvista.plot`, and a function that shows it. Used `options` are removed.
 
     `pyvista.plot` itself cannot add a scalar bar to a mesh with RGB colours.
     """

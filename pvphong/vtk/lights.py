@@ -94,7 +94,7 @@ def from_vtk(light: Any, distance: float) -> Light:
         # VTK overwrites a headlight's world coordinates whenever it renders; in eye space they are constant.
         return _light_at(light, "headlight", (0.0, 0.0, 0.0), (0.0, 0.0, -1.0))
     if light.LightTypeIsCameraLight():
-        # VTK sets a camera light's transform when it renders, so it may be outdated; the user sets the coordinates.
+        # VTK sets a camera light's transform only when it renders. The coordinates, set by the user, are up to date.
         (x, y, z), focal_point = light.GetPosition(), light.GetFocalPoint()
         in_eye_space = x * distance, y * distance, (z - 1.0) * distance  # inverse of `_place_for_vtk`
         return _light_at(light, "camera", in_eye_space, _direction((x, y, z), focal_point))
@@ -131,7 +131,7 @@ def _light_at(light: Any, frame: Frame, position: Vector, direction: Vector) -> 
 
 
 def _camera_distance(light: Any) -> float:
-    """Return the distance from eye to focal point with which VTK last placed a camera light, or 1 if it has not."""
+    """Return the distance from eye to focal point with which VTK last placed a camera light; 1 if it never did."""
     matrix = getattr(light, "GetTransformMatrix", lambda: None)()
     if matrix is None:
         return 1.0
