@@ -1,8 +1,8 @@
 """Lighting as data for PyVista and VTK.
 
 `import pvphong as ph` gives the names below. `mesh.phong` and `plotter.phong` work even without this import, because
-PyVista finds them through this package's entry points. Each name is imported on first use, so that the command line
-starts quickly, and lighting a mesh loads neither VTK's rendering nor the studies.
+PyVista finds them through this package's entry points. Each name is imported on first use. So the command line starts
+quickly, and lighting a mesh loads neither VTK's rendering nor the studies.
 
 The packages, from the lowest layer to the highest: `base`, `geometry`, `optics` (lights, reflectances, materials),
 `scene`, `shading` (the equation, its plan, its two evaluators), `rays`, `meshes` (PyVista's data in and out), `vtk` and

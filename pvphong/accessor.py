@@ -1,6 +1,6 @@
 """The accessors `mesh.phong` and `blocks.phong`. PyVista imports this module when `phong` is first used.
 
-Most methods of `mesh.phong` are functions of `pvphong.meshes`; those that measure something are functions of
+Most methods of `mesh.phong` are functions of `pvphong.meshes`; methods that measure something are functions of
 `pvphong.studies`. Modules that load VTK's rendering are imported on demand. Most methods of `blocks.phong` call the
 method of the same name for each block.
 """
@@ -150,7 +150,7 @@ class MeshPhong(Handle):
 def _options_of(method: Callable[..., Any]) -> Callable[[Method], Method]:
     """Give a method of `BlocksPhong` the signature of `method`, a method of `MeshPhong`.
 
-    help() and completion then show its options, and other options are refused.
+    help() and completion then show the options of `method`; all other options are refused.
     """
     refuse = refusal_of(method)
 
@@ -171,11 +171,11 @@ class BlocksPhong(Handle):
 
     One scene with one viewer lights all blocks, and the blocks shadow each other. `material` is one material for all
     blocks, or a mapping from block names to materials. The name of a nested block is its path, such as "car/wheel".
-    The key "default" is for blocks that the mapping does not name. A map of a material is a texture, or the name of an
-    array that every block has.
+    Blocks whose name is not a key have the material of the key "default". A map of a material is a texture, or the name
+    of an array that every block has.
 
     A method that makes a mesh from each dataset returns a MultiBlock with the same structure and names; empty blocks
-    stay empty. A method that makes another result from each dataset returns a dictionary by the names above. Errors
+    stay empty. A method that makes another result from each dataset returns a dictionary, block name → result. Errors
     name the block.
 
     Examples
@@ -222,7 +222,7 @@ class BlocksPhong(Handle):
     ) -> pv.MultiBlock:
         """Return a new MultiBlock of lit meshes.
 
-        The options `visibility` and `transport` accept the results of the methods with these names.
+        The options `visibility` and `transport` accept the results of the methods of the same names.
         """
         scene = self._scene(scene, options)
         run = {name: options.pop(name) for name in _OF_RUN if name in options}
@@ -350,7 +350,10 @@ class BlocksPhong(Handle):
         saving.save(self._blocks, path, **options)
 
     def _scene(self, given: SceneLike | None, options: Mapping[str, Any]) -> Scene:
-        """Return the scene of all blocks. If it has no viewer, PyVista's default camera, which frames all, is added."""
+        """Return the scene of all blocks: `given`, or else the default scene.
+
+        A scene without a viewer gets PyVista's default camera, which frames all blocks.
+        """
         if isinstance(given, Scene) and given.viewer is not None:
             return given
         return scene_for(map_blocks(self._blocks, surface), given, options.get("matrix"))
@@ -358,7 +361,10 @@ class BlocksPhong(Handle):
     def _own(
         self, scene: Scene, material: Materials, options: dict[str, Any], transports: Iterable[Any] | None = None
     ) -> Iterator[tuple[Material | str, dict[str, Any]]]:
-        """Yield each dataset's material and options, with its visibility or occluders and its part of the transport."""
+        """Yield each dataset's material, and its options with its own visibility or occluders.
+
+        With `transports`, the options also include the dataset's part of the transport.
+        """
         materials, own = self._materials(material), visibility_options(self._blocks, scene, options)
         if transports is not None:
             own = ({**how, "transport": each} for how, each in zip(own, transports, strict=False))
@@ -369,7 +375,7 @@ class BlocksPhong(Handle):
     ) -> Callable[[pv.DataSet], Any]:
         """Return a function that calls a method of a dataset's accessor, with the common scene.
 
-        It must be called for all datasets in order: each call takes the next material and options from `own`.
+        The function must be called for all datasets in order: each call takes the next material and options from `own`.
         """
 
         def call(block: pv.DataSet) -> Any:
@@ -400,13 +406,16 @@ class BlocksPhong(Handle):
         return of_each(self._blocks, lambda block: transports.Exchanging.of(block, matrix, feature_angle))
 
     def _exchanging(self, options: dict[str, Any]) -> Transport:
-        """Return the light transport between the blocks: the given one, or one whose rays are cast on demand."""
+        """Return the light transport between the blocks: the option `transport`, or else a new one.
+
+        The option is removed from `options`. The rays of a new transport are cast on demand.
+        """
         given, occluders = options.pop("transport", None), options.get("occluders", ())
         surfaces = self._surfaces(*(options.get(name) for name in _OF_SURFACES))
         return transports.checked_transport(given, surfaces, occluders)
 
     def _materials(self, material: Materials) -> list[Material]:
-        """Return each dataset's material, in order. Colormaps span the range of all blocks."""
+        """Return each dataset's material, in order. A colormap without a range gets that of its array in all blocks."""
         if not isinstance(material, Mapping):
             meshes = leaves(self._blocks)
             return [over_all(as_material(material), meshes)] * len(meshes)

@@ -50,7 +50,7 @@ evaluate = _taking_chunks(evaluation.evaluate)
 
 
 def _arrays_of(given: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the arrays per vertex: those that are arguments, by argument, and the material's maps, by field."""
+    """Return the per-vertex arrays by name: arrays among the arguments, and the material's maps and tangents."""
     found = {name: given.get(name) for name in _ARGUMENTS}
     material = given.get("material")
     if isinstance(material, Material):
@@ -60,7 +60,7 @@ def _arrays_of(given: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _with_colors(material: Any) -> Any:
-    """Return a material whose colormaps of arrays are replaced by maps of colours. Dask arrays stay Dask arrays."""
+    """Return the material with maps of colours in place of colormaps of arrays. Maps of Dask arrays are lazy too."""
     maps = material.maps if isinstance(material, Material) else {}
     given = {name: each for name, each in maps.items() if isinstance(each, Colormap)}
     colors = {name: Map(_colors(name, each)) for name, each in given.items() if not isinstance(each.scalars, str)}
@@ -68,7 +68,10 @@ def _with_colors(material: Any) -> Any:
 
 
 def _colors(name: str, colormap: Colormap) -> Any:
-    """Return the colours of an array's colormap, shape (n, 3). The range is that of the whole array, not of a chunk."""
+    """Return the colours, shape (n, 3), to which a colormap maps its array.
+
+    A colormap without a range gets the range of the whole array, not of each chunk.
+    """
     from pvphong.meshes.colormaps import colors_by, joined, lookup_table, mapped, numbers_in, span_of
 
     if not hasattr(colormap.scalars, "__dask_graph__"):
@@ -91,7 +94,7 @@ def _colors(name: str, colormap: Colormap) -> Any:
 
 
 def _evaluate_chunks(given: dict[str, Any], scene: Any, **options: Any) -> Shading:
-    """Return a `Shading` of Dask arrays. The arguments are checked now, the values of the arrays in each task."""
+    """Return a `Shading` of Dask arrays. Arguments are checked now; the values in arrays are checked in each task."""
     from dask.array import blockwise, map_blocks
 
     arrays = _cut_alike(given)
@@ -128,7 +131,7 @@ def _lit(*arrays: Any, names: Sequence[str], **options: Any) -> Shading:
 
 
 def _evaluated(arrays: Mapping[str, Any], *, material: Any, **options: Any) -> Shading:
-    """Call `evaluate` with named arrays; those that are not arguments become maps of the material."""
+    """Call `evaluate` with arrays by name; arrays that are not arguments of it become maps of the material."""
     own = {name: array for name, array in arrays.items() if name in _ARGUMENTS}
     maps = {name: Map(array) for name, array in arrays.items() if name not in _ARGUMENTS}
     if maps:
@@ -141,7 +144,7 @@ def _framed(scene: Scene, points: Any, matrix: Any) -> Any:
     from dask import delayed
 
     def ends(chunk: Any) -> Float64Array:
-        """Return the bounds of the finite points, shape (2, 3); NaN if there are none."""
+        """Return the low and high corners of the finite points' box, shape (2, 3); NaN if there are no such points."""
         finite = chunk[np.isfinite(chunk).all(axis=1)]
         return np.array([finite.min(axis=0), finite.max(axis=0)], float) if len(finite) else np.full((2, 3), np.nan)
 
@@ -170,8 +173,10 @@ def _cut_alike(given: dict[str, Any]) -> dict[str, Any]:
         # with unknown chunk lengths only the number of chunks can be compared
         fits = len(own) == len(rows) if np.isnan(sum(own)) and not is_known else sum(own) == sum(rows)
         if not fits:
-            got = f"{_lengths(own)}, but {first} has {_lengths(rows)}"
-            check.refuse(name, got, "one row per point", "" if is_known else "Call its compute_chunk_sizes() first.")
+            got = f"{_lengths(name, own)}, but {first} has {_lengths(first, rows)}"
+            unknown = [each for each in (first, name) if np.isnan(sum(_rows(each, lazy[each])))]
+            calls = " and ".join(f"{each}.compute_chunk_sizes()" for each in unknown)
+            check.refuse(name, got, f"an array with one {_unit(name)} per point", f"Call {calls} first." * bool(calls))
     if not is_known:
         return lazy
     pairs: list[Any] = []
@@ -181,7 +186,10 @@ def _cut_alike(given: dict[str, Any]) -> dict[str, Any]:
 
 
 def _checked(name: str, array: Any) -> Any:
-    """Return a Dask array if it is chunked along vertices only; visibility may be chunked along lights too."""
+    """Return `array`; raise ValueError unless it is a Dask array that is chunked along vertices only.
+
+    Visibility may be chunked along lights too.
+    """
     from dask.array import Array
 
     if not isinstance(array, Array) or not (name == _VISIBILITY) < array.ndim <= 2:
@@ -208,5 +216,10 @@ def _rows(name: str, array: Any) -> tuple[float, ...]:
     return chunks
 
 
-def _lengths(rows: tuple[float, ...]) -> str:
-    return f"{len(rows)} chunks of unknown length" if np.isnan(sum(rows)) else f"{sum(rows)} rows"
+def _lengths(name: str, rows: tuple[float, ...]) -> str:
+    return f"{len(rows)} chunks of unknown length" if np.isnan(sum(rows)) else f"{sum(rows)} {_unit(name)}s"
+
+
+def _unit(name: str) -> str:
+    """Return the word for an array's entry for a vertex: row or column."""
+    return "column" if name == _VISIBILITY else "row"

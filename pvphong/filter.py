@@ -68,7 +68,7 @@ class PhongFilter(Handle, VTKPythonAlgorithmBase):  # type: ignore[misc]  # VTK'
     def SetOptions(self, **options: Any) -> None:
         """Set options of `mesh.phong.shade`, such as matrix, feature_angle, components or backend.
 
-        They replace earlier options.
+        These options replace all earlier ones.
 
         Raises
         ------
@@ -94,7 +94,7 @@ class PhongFilter(Handle, VTKPythonAlgorithmBase):  # type: ignore[misc]  # VTK'
         return self.GetOutputDataObject(0)
 
     def RequestData(self, _request: Any, inputs: Any, outputs: Any) -> int:
-        """Compute the output; the pipeline calls this when it is out of date."""
+        """Compute the output; the pipeline calls this when the output is out of date."""
         source, self._refusal = pv.wrap(self.GetInputData(inputs, 0, 0)), None
         try:
             # An upstream filter may output an empty mesh, which is not an error in a pipeline.

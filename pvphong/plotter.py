@@ -107,17 +107,18 @@ class PlotterPhong(Handle):
         """Draw a mesh, or all blocks of a MultiBlock, with lit colours that stay up to date.
 
         Before a frame, colours are computed again if something that they depend on has changed: a light, the actor's
-        matrix, the material, its maps, the mesh or the light model. They depend on the camera only if there are
-        highlights, or lights that move with it. A hidden actor is updated when it is shown again.
+        matrix, the material, its maps, the mesh or the light model. Colours depend on the camera only if there are
+        highlights, or lights that move with the camera. A hidden actor is updated when it is shown again.
 
         Parameters
         ----------
         mesh : pyvista.DataSet or pyvista.MultiBlock
             A dataset with a surface, or several in blocks. Later edits of their data are shown. Blocks that are added
-            later are not drawn, and those that are removed later stay.
+            later are not drawn, and blocks that are removed later stay in the picture.
         material : Material, str or mapping, optional
-            Material, or the name of one. For blocks, one for all, or a mapping from block names, as for
-            `blocks.phong.shade`. By default it is made from PyVista's keywords and theme.
+            Material, or the name of a predefined one. For a MultiBlock, a material for all blocks, or a mapping from
+            block names to materials, as for `blocks.phong.shade`. By default, the material is made from PyVista's
+            keywords and theme.
         feature_angle : float, "auto" or None, default "auto"
             An edge is sharp if the normals of its two faces differ by more than this angle, in degrees, as for
             `mesh.phong.shade`. "auto" is 30 if the mesh has no point normals.
@@ -125,10 +126,10 @@ class PlotterPhong(Handle):
             Let the mesh block light, if `light_model` has shadows or ambient occlusion. Visible meshes of a subplot
             shadow each other and themselves.
         refine : float, optional
-            Refine the mesh until the largest colour error inside triangles is at most this, > 0, as with
-            `mesh.phong.refine`; 1/255 is one step of a display. Edges of hard shadows and cones become crisp. After
-            each edit, the unrefined mesh is drawn until the new one has been computed in the background. Pictures and
-            exports wait for it. At most 200,000 points are added, and none if vertices or lines are drawn.
+            Largest allowed colour error inside triangles, > 0: the mesh is refined as by `mesh.phong.refine`. 1/255 is
+            one step of a display. Edges of hard shadows and cones become crisp. After each edit, the unrefined mesh is
+            drawn until the refined mesh has been computed in the background; pictures and exports wait for the refined
+            mesh. At most 200,000 points are added, and none if the mesh has vertex or line cells.
         **add_mesh_options
             As for `pyvista.Plotter.add_mesh`. With `LightModel.vtk()` the result looks the same as PyVista's.
 
@@ -137,17 +138,17 @@ class PlotterPhong(Handle):
               scalar bar shows the unlit colours. Cell data give flat faces.
             - `smooth_shading` and `split_sharp_edges` override `feature_angle`.
             - `lighting=False` without a material draws the mesh unlit, as PyVista does. Without a material, lines, and
-              points without normals, are always drawn so.
-            - `opacity` may be an array of numbers from 0 to 1, or the name of one, per point, or per cell with
-              `feature_angle=0`. Later edits of a named array are shown.
+              points without normals, are always drawn unlit.
+            - `opacity` may be an array of numbers from 0 to 1, or the name of such an array, with one number per point.
+              With `feature_angle=0`, one number per cell is allowed too. Later edits of a named array are shown.
             - With a `name`, blocks are called "name[block]", and replace earlier blocks of the same name.
             - `backface_params` and `emissive` are refused.
 
         Returns
         -------
         pyvista.Actor or tuple of pyvista.Actor
-            Ordinary actor, drawn with VTK's lighting off; a tuple with one for each block. `plotter.remove_actor`
-            accepts both, and ends the updates.
+            The actor, drawn with VTK's lighting off; for a MultiBlock, a tuple with one actor for each block.
+            `plotter.remove_actor` accepts the actor or the tuple, and ends the updates.
 
         Raises
         ------
@@ -252,7 +253,7 @@ class PlotterPhong(Handle):
         return actors if isinstance(lit, pv.MultiBlock) else actors[0]
 
     def mesh(self, actor: pv.Actor) -> MeshHandle:
-        """Return a handle of a lit mesh, with which its `material` and the material's fields can be set.
+        """Return a handle to a lit mesh. Set the handle's `material`, or fields of the material, to change the mesh.
 
         Blocks that share a material change together.
 
@@ -305,7 +306,12 @@ class PlotterPhong(Handle):
             compared = [lit]
         if not compared:
             allowed = "a plotter whose active subplot shows a lit mesh"
-            check.refuse("plotter", "one without", allowed, "Draw one with plotter.phong.add_mesh(...).")
+            check.refuse(
+                "plotter",
+                "a subplot without visible lit meshes",
+                allowed,
+                "Draw a mesh with plotter.phong.add_mesh(...).",
+            )
         comparisons = [validate(lit.drawn, subplot.scene, lit.material, matrix=lit.matrix) for lit in compared]
         return max(comparisons, key=lambda each: each.max_error / each.tolerance)
 
@@ -317,7 +323,7 @@ class PlotterPhong(Handle):
         return self._subplot.lights.values
 
     def add_light(self, light: Any) -> LightHandle:
-        """Add a light to the active subplot. It also lights the actors that VTK lights.
+        """Add a light to the active subplot. The new light also lights the actors that VTK lights.
 
         Set the fields of the returned handle to move or change the light; the next frame shows it.
 
@@ -335,8 +341,8 @@ class PlotterPhong(Handle):
         Raises
         ------
         ValueError
-            If `light` is not a light, VTK has no similar light, or the subplot already has this light or another of the
-            same name.
+            If `light` is not a light, VTK has no similar light, or the subplot already has this light or another light
+            of the same name.
 
         Examples
         --------
@@ -386,8 +392,8 @@ class PlotterPhong(Handle):
         """Undo the last step, and draw. Lights and colours are restored exactly.
 
         Steps are calls of `add_light`, `set_light` and `remove_light` and, with gizmos, drags, keys and assignments
-        to the fields of a handle. Without gizmos, assignments such as ``lamp.position = (1, 0, 2)`` are no steps, so
-        that an animation records nothing. `add_gizmos` forgets the steps before it.
+        to the fields of a handle. Without gizmos, assignments such as ``lamp.position = (1, 0, 2)`` are not steps, so
+        an animation records nothing. If no subplot has gizmos yet, `add_gizmos` forgets all earlier steps.
 
         Returns
         -------
@@ -400,7 +406,7 @@ class PlotterPhong(Handle):
         return done
 
     def redo(self) -> bool:
-        """Redo the last undone step; return False if there is none."""
+        """Redo the last undone step; return False if there is no such step."""
         done = self._history.redo()
         if done:
             self._plotter.render()
@@ -439,19 +445,21 @@ class PlotterPhong(Handle):
 
         Handles move a light's position, its target, its cone, its size or the radius of half intensity, turn a sky
         around the scene, or move the highlight of the selected light on the surface. With Shift a handle moves along
-        one axis, with Ctrl in steps; Escape cancels. The key h lists the other keys. `undo` reverts only changes that
-        were made after gizmos were first added.
+        one axis, with Ctrl in steps; Escape cancels the drag. The key h lists the other keys. `undo` reverts
+        only changes that were made after gizmos were first added.
 
         Parameters
         ----------
         lights : sequence, optional
-            Lights that get a gizmo, each as for `set_light`; by default all, including lights added later.
+            Lights that get a gizmo, each given like `which` of `set_light`; by default all, including lights added
+            later.
         in_screenshots : bool, default False
             Show gizmos in `plotter.screenshot` and `save_graphic`.
         angle_step : float, default 5
             Step of angles with Ctrl, in degrees.
         length_step : float, optional
-            Step of coordinates and lengths with Ctrl; by default a round number between 1/50 and 1/20 of the scene.
+            Step of coordinates and lengths with Ctrl; by default a round number between 1/50 and 1/20 of the scene's
+            size.
         keys : mapping, optional
             Additional keys: key → (help text, function without arguments). If the function returns a text, it is shown
             in the window.
@@ -544,7 +552,7 @@ class PlotterPhong(Handle):
         Returns
         -------
         StudioFrame or None
-            In a notebook, the object that displays the page.
+            In a notebook, the object that displays the page; elsewhere None.
 
         Raises
         ------
@@ -568,7 +576,7 @@ class PlotterPhong(Handle):
     # -- pictures and exports ----------------------------------------------------------------------------
 
     def _prepare_outputs(self) -> None:
-        """Wrap the plotter's methods in `_OUTPUTS` by `_prepared`; repeated calls have no effect."""
+        """Wrap the plotter's methods that `_OUTPUTS` names, to run in `_prepared`; repeated calls have no effect."""
         component, owner = weakref.ref(self), self._owner
 
         def wrapped(method: Any) -> Any:
@@ -590,9 +598,9 @@ class PlotterPhong(Handle):
 
     @contextmanager
     def _prepared(self, waits: bool) -> Iterator[None]:
-        """Update colours and hide gizmos during the block. An exporter draws no frame, which would update the colours.
+        """Update the colours, and hide gizmos while the `with` block runs.
 
-        With `waits`, wait until meshes are refined.
+        Usually a frame updates the colours, but an exporter draws none. With `waits`, wait until meshes are refined.
         """
         interactions = self._interactions
         is_refined = max([subplot.lit.refresh(waits=waits) for subplot in self._subplots], default=False)

@@ -685,7 +685,9 @@ def test_opacities_are_drawn_as_pyvista_draws_them(plotter, mesh, of, is_named):
         opacity = "glass"
     angle = {"feature_angle": 0} if of == "cells" else {}
     if of == "cells" and mesh.n_cells != FINE_BOX.n_cells:
-        with pytest.raises(ValueError, match=r"^opacity must be one row per point, because faces share points"):
+        with pytest.raises(
+            ValueError, match=r"^opacity must be an array with one row per point, because faces share points"
+        ):
             plotter.phong.add_mesh(mesh, RED, opacity=opacity, feature_angle=None)
         assert not plotter.renderer.actors
         return

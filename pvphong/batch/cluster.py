@@ -122,7 +122,10 @@ def _local(workers: int | None, held: ExitStack) -> Client:
 
 
 def _refuse_other_versions(client: Client) -> None:
-    """Refuse a cluster with other versions of packages that colours depend on; Dask warns about its own."""
+    """Refuse a cluster without workers, or with workers that have other versions of `_PACKAGES` than this process.
+
+    Dask itself warns about different versions of its own packages.
+    """
     found = client.get_versions(packages=list(_PACKAGES))
     if not found["workers"]:
         check.refuse(
@@ -133,13 +136,13 @@ def _refuse_other_versions(client: Client) -> None:
         for package in _PACKAGES:
             got = there["packages"].get(package)
             if got != here.get(package):
-                allowed = f"a cluster whose workers have {package} {here.get(package)}, as this process"
+                allowed = f"a cluster whose workers have {package} {here.get(package)}, like this process"
                 remedy = "Install the same version on the workers."
                 check.refuse("client", f"{package} {got or 'missing'} at {address}", allowed, remedy)
 
 
 def ended(client: Client | Here, tasks: Mapping[Any, Item], *, fetches: bool = True) -> Iterator[tuple[Item, Any]]:
-    """Yield, as each task ends, the item to which `tasks` maps it, and its value.
+    """As each task ends, yield its item in `tasks`, a mapping from tasks to items, and its value.
 
     For a failed task, the value is a `Result` with the reason. Without `fetches`, values stay on the workers, and the
     task itself is yielded in place of its value.

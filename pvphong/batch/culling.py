@@ -1,8 +1,8 @@
 """Culling: selects the pieces of a surface that touch a piece, and those that may block its light.
 
 The bounding boxes of all pieces are known. A piece's normals depend on the pieces whose boxes touch its own. Its rays
-depend on the pieces whose boxes meet the hull of its own box and a light, or its box swept towards a directional light;
-of these, only triangles that may meet the hull are kept.
+to a light depend on the pieces whose boxes meet a convex hull: that of its own box and the light or, for a directional
+light, of its own box swept towards the light. Of these pieces, only the triangles that may meet the hull are kept.
 
 Rays are cast in the coordinates of the whole surface, and vertices are numbered one piece after the other. So a piece
 has, to the bit, the visibility that it would have in a single mesh of all pieces, if points along borders were not
@@ -28,7 +28,7 @@ from pvphong.scene.scene import Scene
 
 Name = TypeVar("Name")
 
-# Consecutive triangles are mostly neighbours, so they are culled in runs: triangles per run, and runs at once.
+# Consecutive triangles are mostly neighbours, so they are culled in runs. Triangles per run, and runs at once.
 _RUN, _RUNS_AT_ONCE = 32, 2**11
 
 
@@ -39,7 +39,7 @@ class Outline:
     Attributes
     ----------
     points : (low, high) or None
-        Box around its points; None if a point is not finite. Without points, it is a box that meets no other.
+        Box around its points; None if a point is not finite. For a piece without points, a box that meets no other box.
     faces : (low, high) or None
         Box around its triangles that block light; None if it has no such triangles.
     count : int
@@ -87,7 +87,7 @@ class PotentialOccluders(Generic[Name]):
         return result
 
     def blocking(self, scene: Scene, faces: BlockingFaces) -> BlockingFaces:
-        """Return the triangles of another piece that may block light. Whole runs are kept, so some others are too."""
+        """Return the triangles of another piece that may block light. Whole runs of triangles are kept or dropped."""
         kept = []
         for start in range(0, len(faces), _RUN * _RUNS_AT_ONCE):
             corners = faces.corners[start : start + _RUN * _RUNS_AT_ONCE]
@@ -109,7 +109,9 @@ def outline_of(surface: pv.PolyData) -> Outline:
 
 
 class _Boxes:
-    """Boxes, and larger boxes around runs of them. Consecutive pieces are near each other, so few boxes are tested.
+    """Boxes to search. Larger boxes, around runs of consecutive boxes, are tested first.
+
+    Consecutive pieces are near each other, so few of the boxes must then be tested.
 
     Parameters
     ----------
@@ -129,7 +131,7 @@ class _Boxes:
         return self._around[0].min(axis=0), self._around[1].max(axis=0)
 
     def met(self, meets: Callable[[Box], BoolArray]) -> IntArray:
-        """Return the indices of boxes that satisfy a test. Every box around such a box must satisfy it too."""
+        """Return the indices of boxes that satisfy a test. A box around a box that satisfies it must satisfy it too."""
         runs = np.flatnonzero(meets(self._around))
         rows = (self._run * runs[:, None] + np.arange(self._run)).ravel()
         rows = rows[rows < len(self._lows)]

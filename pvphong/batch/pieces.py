@@ -30,7 +30,7 @@ _READABLE = f"a readable index file ({', '.join(_INDICES)})"
 
 @dataclass(frozen=True)
 class Piece:
-    """File to light: a mesh, or a piece of one.
+    """File to light: a mesh, or a piece of a mesh.
 
     Attributes
     ----------
@@ -39,7 +39,7 @@ class Piece:
     labels : tuple of str
         Names of the blocks that refer to the file, which select its material; "default" if there are none.
     surface : str
-        Identifier that all pieces of one surface share; "" for a surface of its own.
+        Identifier that all pieces of one surface share; "" if the file is a surface of its own.
     """
 
     input: Path
@@ -50,7 +50,7 @@ class Piece:
 
 @dataclass(frozen=True)
 class Index:
-    """Index file, the path of the new index file for the lit files, and the lit files in the same order."""
+    """Index file, the path of the new index file for the lit files, and the lit files in the order of the input."""
 
     input: Path
     output: Path
@@ -117,7 +117,7 @@ def is_pattern(path: str) -> bool:
 
 
 def pieces_and_indices(paths: Iterable[Path], out: Path, *, as_one: bool = False) -> tuple[list[Piece], list[Index]]:
-    """Return the pieces that some files consist of, and the index files.
+    """Return the pieces of which the given files consist, and the index files among them.
 
     The lit file of a mesh is `out`/name.vtp. The lit files of an index file are in a folder named after it. In the
     result, an index file follows the index files that it names.
@@ -193,10 +193,9 @@ def write_index(index: Index, arrays: Sequence[Sequence[ArrayType]]) -> bool:
     Parameters
     ----------
     index : Index
-        The index file. Other contents of the input are kept.
+        The index file. All other contents of a .vtm or .pvd file are kept.
     arrays : sequence
-        Arrays of each lit file. If the format requires it, those that all files have are declared; empty files are
-        ignored.
+        Arrays of each lit file. A .pvtp file declares the arrays that all nonempty lit files have.
 
     Raises
     ------
@@ -244,7 +243,7 @@ def _root(path: Path) -> ElementTree.Element:
 
 
 def _named_files(root: ElementTree.Element) -> list[tuple[ElementTree.Element, str, str]]:
-    """Return the elements that name a file, each with the name of the attribute and the path of the block, if any."""
+    """Return each element that names a file, with the name of the attribute that does, and its block's path or ""."""
     if root.get("type") in _PARALLEL:
         return [(element, "Source", "") for element in root.iter("Piece")]
     if root.get("type") == "Collection":

@@ -63,8 +63,8 @@ class Neighbours:
     points : ndarray
         Corners that are not border points of the piece, shape (m, 3).
     connectivity, offsets : ndarray
-        The faces. An index less than the piece's number of points is a point of the piece; larger ones continue with
-        the rows of `points`.
+        The faces. With n points in the piece, an index i < n is a point of the piece; any other is row i − n of
+        `points`.
     """
 
     points: FloatArray
@@ -197,12 +197,12 @@ def _with_cells(mesh: pv.PolyData, kept: BoolArray) -> pv.PolyData:
 
 
 def _offsets(sizes: Any) -> NDArray[np.intp]:
-    """Return the start of each run of the given sizes, and the end of the last."""
+    """Return the start of each run, for consecutive runs of the given sizes, and the end of the last run."""
     return np.concatenate([[0], np.cumsum(np.asarray(sizes, np.intp))]).astype(np.intp)
 
 
 def _ranges(low: IntArray, high: IntArray) -> IntArray:
-    """Return the integers of all ranges from low to high, one range after the other."""
+    """Return the integers from low[i] to high[i] − 1 of all ranges i, one range after the other."""
     sizes = high - low
     before = np.repeat(low - _offsets(sizes)[:-1], sizes)
     return before + np.arange(len(before))

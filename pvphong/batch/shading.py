@@ -106,7 +106,8 @@ def shade_files(
 
     Index files (.vtm, .pvtp, .pvtu, and .pvd, which may name any of these) name other files, the pieces. The pieces are
     lit one by one, and a new index file names the lit files; for a .pvtu it is a .pvtp, because lit meshes are
-    surfaces. Ghost cells are left out. A file without points, or with ghost cells only, gives an empty file.
+    surfaces. Ghost cells are left out. A file without points, or with ghost cells only, gives an empty lit
+    file.
 
     Parameters
     ----------
@@ -122,9 +123,9 @@ def shade_files(
         sides, or with unlimited ambient occlusion. Separate meshes shadow only themselves. Bounces are refused for
         pieces of one surface.
     material : Material or mapping, optional
-        Material, or a mapping from the names of a .vtm file's blocks, with "default" for the others. Maps are names of
-        point arrays of the files, colormaps of such names, or paths of image files. A colormap without `clim` gets the
-        range of its array in all files, for which they are read once more.
+        Material, or a mapping from the names of a .vtm file's blocks to materials, with the key "default" for the other
+        blocks. Maps are names of point arrays of the files, colormaps of such names, or paths of image files. A
+        colormap without `clim` gets the range of its array in all files, for which they are read once more.
     client : distributed.Client or str, optional
         Client of a Dask cluster, or the address of its scheduler, such as ``tcp://host:8786``. By default a local
         cluster is started; a script must then call this function below ``if __name__ == "__main__":``.
@@ -139,7 +140,7 @@ def shade_files(
         As for `mesh.phong.shade`. Each piece has its own plan, within the tolerance. Sharp edges are also found across
         merged seams.
     compress : {"lz4", "zlib", "none"}, default "lz4"
-        Compression of arrays in the lit files: zlib takes about half the space of LZ4, and ten times as long.
+        Compression of arrays in the lit files: zlib takes about half the space of LZ4, and ten times as long to write.
 
     Returns
     -------
@@ -150,8 +151,8 @@ def shade_files(
     ------
     ValueError
         If an argument is invalid, for example if no file is named, two files have the same output, the folder is not
-        writable, the scheduler does not answer, or workers have other versions. Nothing is written then. An error in a
-        single file is not raised, but recorded in `.failed`; the other files are lit.
+        writable, the scheduler does not answer, or workers have other versions of packages. Nothing is written then. An
+        error in a single file is not raised, but recorded in `.failed`; the other files are lit.
 
     Examples
     --------
@@ -267,7 +268,10 @@ class _Run:
             self._end(piece, result)
 
     def _begin_together(self, pieces: Sequence[Piece], *, merges: bool) -> dict[Any, Piece]:
-        """Start tasks for the pieces of one surface, with the faces that touch each and its possible occluders."""
+        """Start a task that lights each piece of one surface; return task → piece.
+
+        The task gets the pieces that may block the piece's light and, with `merges`, the faces that touch the piece.
+        """
         looked = dict(self._each(look, self._left(pieces), self._job))
         made_from = checksum_of([looked[piece][0] if piece in looked else "" for piece in pieces])
         if not merges:

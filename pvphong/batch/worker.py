@@ -1,4 +1,4 @@
-"""Tasks of a worker: inspect a piece, or light it and write a receipt, with which a later run skips it.
+"""Tasks of a worker: inspect a piece, or light it and write a receipt, by which a later run skips this piece.
 
 Each of a worker's threads lights one piece at a time. The evaluator starts no threads of its own.
 """
@@ -50,7 +50,7 @@ class Job:
     scene : Scene
         Scene with a viewer.
     materials : dict
-        Block → material; "default" is for the others.
+        Path of a block → material; the key "default" is for the other blocks.
     feature_angle : float, "auto" or None
         As for `shade`.
     options : dict
@@ -89,7 +89,7 @@ class Job:
 
     @property
     def checksum(self) -> str:
-        """Return a checksum of everything except the mesh on which a lit file depends."""
+        """Return a checksum of everything on which a lit file depends, except the mesh."""
         maps = [given for material in self.materials.values() for given in material.maps.values()]
         images = [Path(str(given)) for given in maps if is_image_path(given)]
         contents = [checksum_of_file(image) for image in images if image.is_file()]
@@ -97,7 +97,7 @@ class Job:
 
 
 def checksum_of(value: Any) -> str:
-    """Return the SHA-256 of plain values, or of dataclasses of them; it depends on the classes too."""
+    """Return the SHA-256 of plain values and dataclasses of such, including the names of the dataclasses."""
 
     def plain(other: Any) -> Any:
         if is_dataclass(other):
@@ -165,7 +165,17 @@ def checksum_of_file(path: Path) -> str:
 
 @dataclass(frozen=True)
 class Result:
-    """Result for a piece or an index file: True if it was written now, and its arrays; or the reason for a failure."""
+    """Result for a piece or an index file.
+
+    Attributes
+    ----------
+    is_new : bool
+        True if the output file was written by this call.
+    arrays : tuple of ArrayType
+        Arrays of the output file, if it is a lit file.
+    reason : str
+        Reason for a failure; "" if there was none.
+    """
 
     is_new: bool = False
     arrays: tuple[ArrayType, ...] = ()
@@ -173,7 +183,7 @@ class Result:
 
 
 def look(piece: Piece, job: Job) -> tuple[str, Receipt | None]:
-    """Return the checksum of a piece's file, and the receipt of its lit file if that is valid."""
+    """Return the checksum of a piece's file, and the receipt of its lit file, or None without a valid receipt."""
     return _checksum_of_input(piece), valid_receipt(piece, job)
 
 
@@ -198,7 +208,7 @@ def border_in(piece: Piece) -> Border:
 
 
 def outline_in(piece: Piece) -> Outline:
-    """Return the outline of a piece, with which it is decided whose light it may block."""
+    """Return the outline of a piece. From all outlines it follows which pieces may block each other's light."""
     outside, _ = _surface(piece)
     return outline_of(outside)
 
@@ -219,13 +229,13 @@ def light(
     piece : Piece
         Piece to light.
     job : Job
-        Options.
+        Settings that are common to all pieces.
     neighbours : Neighbours, optional
-        Faces of other pieces of its surface, for normals across seams.
+        Faces of other pieces of the same surface, for normals across seams.
     around : PotentialOccluders, optional
-        Other pieces of its surface that may block its light.
+        Other pieces of the same surface that may block light of this piece.
     made_from : str
-        Checksum of all pieces of the surface; by default that of the piece's file.
+        Checksum of all pieces of the surface; by default the checksum of the piece's file.
     """
     try:
         made_from = made_from or _checksum_of_input(piece)
@@ -255,9 +265,10 @@ def _checksum_of_input(piece: Piece) -> str:
 
 
 def _surface(piece: Piece) -> tuple[pv.PolyData, bool]:
-    """Return the surface of a piece's file, without ghost cells, and True if it is that of a volume.
+    """Return the surface of a piece's file, without ghost cells, and True if the file holds a volume.
 
-    A file without points, or with only ghost cells, gives an empty surface; processes without cells write such files.
+    A file without points, or with only ghost cells, gives an empty surface. A simulation's process without cells writes
+    such a file.
     """
     mesh = read_mesh(str(piece.input))
     if isinstance(mesh, pv.MultiBlock):

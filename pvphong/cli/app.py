@@ -67,7 +67,7 @@ for name, (place, does) in _COMMANDS.items():
 _SHORT = {"-o": "--output"}
 
 _OPTIONS = {"client": ("--scheduler",), "name": ("--array",), "tolerance": ("--tolerance", "--refine")}
-"""Options of arguments, where these have other names."""
+"""Argument of a Python function → its options on the command line, if their names differ."""
 
 _PHRASES = {
     "must be a distributed.Client, or the address": "must be the address",

@@ -76,7 +76,7 @@ def demo(*, folder: Path = Path("pvphong-demo")) -> None:
 
 
 def _report(lit: pv.PolyData, seconds: float) -> str:
-    """Report in Markdown: the mesh, its lights and its diagnosis."""
+    """Return a report in Markdown: the mesh, its lights and its diagnosis."""
     darkest, brightest = (", ".join(f"{c:.3f}" for c in end(axis=0)) for end in (lit["phong"].min, lit["phong"].max))
     rows = [
         ("mesh", f"{lit.n_points} points, {lit.n_cells} faces"),

@@ -138,7 +138,7 @@ class Lighting:
     feature_angle: Annotated[FeatureAngle, Parameter(show_choices=False)] = "auto"
 
     def materials(self) -> dict[str, Material]:
-        """Return block → material: the named material, or those of the rig, with the changes of the other options."""
+        """Return block → material: that of --material, or those of the rig, with the changes by the other options."""
         if self.material is not None:
             if is_color_name(self.material) and self.material.lower() not in Material.names():
                 remedy = f"For a colour use --diffuse {self.material}."

@@ -124,7 +124,7 @@ def shade(
             check.refuse("--workers", workers, "omitted with --scheduler, which has its own workers")
         options |= {"compress": compress or "lz4", "client": scheduler, "workers": workers, "seams": seams}
         return _shade_many((mesh, *more), output, lighting, options)
-    allowed = "omitted for a single mesh and an output file; it is for many files and -o FOLDER/"
+    allowed = "omitted for a single mesh and an output file (it applies to many files and -o FOLDER/)"
     _refuse_given({"--workers": workers, "--scheduler": scheduler, "--seams": seams}, allowed)
     refuse_suffix(target, "a mesh", _OUTPUTS)
     if suffix in _WITHOUT_ARRAYS:

@@ -48,7 +48,7 @@ def studio(
     port = free_port(host, port)  # raises before any file is read
     for option, given in (("--scene", scene), ("--keep", keep or None)):
         if mesh is None and given is not None:
-            check.refuse(option, given, "used with a mesh file", "Without one, load and save rigs in the page.")
+            check.refuse(option, given, "used with a mesh file", "Without a mesh file, load and save rigs in the page.")
     kept = Path(mesh).with_name(f"{Path(mesh).stem}-rig.json") if mesh is not None and keep else None
     if kept is not None and scene is None and kept.exists():
         scene = kept

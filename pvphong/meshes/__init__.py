@@ -1,7 +1,7 @@
 """Conversion of PyVista data to inputs of lighting, and of results to PyVista data. In reading order:
 
 - `lit`: implements `mesh.phong.shade`, `plan`, `visibility` and `normals`.
-- `surfaces`: a mesh's surface, faces and normals; splitting of sharp edges, and its default feature angle.
+- `surfaces`: a mesh's surface, faces and normals; splitting of sharp edges, and the default feature angle.
 - `cells`: cell arrays of a mesh; refuses meshes that would crash VTK.
 - `point_data`: values of a material's maps per point, also from textures.
 - `colormaps`: colours for scalars.

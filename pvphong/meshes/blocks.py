@@ -17,13 +17,14 @@ Surface = TypeVar("Surface")
 Result = TypeVar("Result")
 
 DEFAULT = "default"
-"""Name of the material for blocks without a material of their own name."""
+"""Key of the material for blocks whose path is not a key."""
 
 
 def map_blocks(blocks: pv.MultiBlock, operation: Callable[[Any], Any], place: str = "") -> pv.MultiBlock:
     """Apply an operation to each dataset, and return the results as a MultiBlock of the same structure and names.
 
-    Blocks that are None stay None; tables and empty datasets are copied unchanged. Errors name the block.
+    Blocks that are None stay None; tables and empty datasets are copied unchanged. Errors name the block;
+    `place` is the name of `blocks` itself in errors.
     """
     result = pv.MultiBlock()
     for key, array in blocks.field_data.items():
@@ -64,7 +65,7 @@ def _named(blocks: pv.MultiBlock, index: int, place: str) -> Iterator[None]:
 
 
 def datasets(blocks: pv.MultiBlock) -> Iterator[tuple[str, pv.DataSet]]:
-    """Yield each nonempty dataset with its path: the names of its block and of the blocks around it, as "car/wheel".
+    """Yield (path, dataset) for each nonempty dataset. A path has the names of nested blocks, as in "car/wheel".
 
     An unnamed block has its index as name. If several blocks have the same path, their indices are appended to it:
     "wheel [2]" is blocks[2], "car/wheel [0][2]" is blocks[0][2].
@@ -85,21 +86,21 @@ def datasets(blocks: pv.MultiBlock) -> Iterator[tuple[str, pv.DataSet]]:
 
 
 def materials_of(paths: Sequence[str], materials: Mapping[str, Surface]) -> list[Surface]:
-    """Return the materials of all blocks, in their order.
+    """Return the material of each block, in the order of `paths`.
 
     Parameters
     ----------
     paths : sequence of str
         The blocks' paths, from `datasets`.
     materials : mapping
-        Path → material; "default" is for blocks that are not named.
+        Path → material. Blocks whose path is not a key have the material of the key "default".
 
     Raises
     ------
     ValueError
         If a block has no material, or a key is not the path of a block.
     """
-    allowed = "a mapping with the names of all blocks, or with 'default' for those not named"
+    allowed = "a mapping with the names of all blocks, or with the key 'default' for the others"
     for name in materials:
         if name not in (*paths, DEFAULT):
             check.refuse("material", f"a mapping with {name!r}", allowed, f"The blocks are {', '.join(paths)}.")
@@ -110,24 +111,26 @@ def materials_of(paths: Sequence[str], materials: Mapping[str, Surface]) -> list
 
 
 def common_or_named(materials: Mapping[str, Surface]) -> dict[str, Surface]:
-    """Return the materials of all blocks by path; if all are equal, only one, as "default"."""
+    """Return `materials`, path → material, unchanged; if all are equal, return {"default": material} instead."""
     found = list(materials.values())
     return {DEFAULT: found[0]} if found and all(each == found[0] for each in found) else dict(materials)
 
 
 def single_material(materials: Mapping[str, Surface]) -> Surface:
-    """Return the material of a mesh without blocks: the one named "default", or the only one.
+    """Return the material of a mesh without blocks: the material of the key "default", or else the only material.
 
     Raises
     ------
     ValueError
-        If there are several, and none is named "default".
+        If there is no material, or there are several and none has the key "default".
     """
     if DEFAULT not in materials and len(materials) != 1:
-        check.refuse("material", f"a mapping with {', '.join(materials)}", "one material, or a mapping with 'default'")
+        check.refuse(
+            "material", f"a mapping with {', '.join(materials)}", "one material, or a mapping with the key 'default'"
+        )
     return materials[DEFAULT] if DEFAULT in materials else next(iter(materials.values()))
 
 
 def leaves(mesh: Any) -> list[Any]:
-    """Return the nonempty datasets of all blocks, without tables; for a mesh without blocks, the mesh itself."""
+    """Return the nonempty datasets of a MultiBlock, without tables; for any other mesh, a list of the mesh itself."""
     return of_each(mesh, lambda block: block) if isinstance(mesh, pv.MultiBlock) else [mesh]

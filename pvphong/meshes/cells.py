@@ -83,13 +83,17 @@ class Cells:
         return np.unique(np.searchsorted(self.offsets, bad, side="right") - 1)
 
     def refuse_out_of_range(self, n_points: int) -> None:
-        """Raise ``ValueError`` if a point index is out of range; the message names the first one and its cell."""
+        """Raise ``ValueError`` if a point index is out of range; the message names the first such index and cell."""
         bad = self.out_of_range(n_points)
         if len(bad):
             corners = self.connectivity[self.offsets[bad[0]] : self.offsets[bad[0] + 1]]
             index = corners[(corners < 0) | (corners >= n_points)][0]
-            allowed = f"a mesh whose cells refer to its {n_points} points" + (f", 0 to {n_points - 1}" * (n_points > 0))
-            remedy = "The file or the code that made the cells numbers the points differently; see pvphong.diagnose."
+            what = "polyhedron faces" if self.label == "polyhedron" else "points"
+            allowed = f"a mesh whose cells refer to its {n_points} {what}" + (f", 0 to {n_points - 1}" * (n_points > 0))
+            remedy = (
+                "The cells may come from a file or code that counts points differently, for example from 1; "
+                "see pvphong.diagnose."
+            )
             check.refuse("mesh", f"index {index} in {self.label} {bad[0]}", allowed, remedy)
 
 

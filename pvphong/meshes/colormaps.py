@@ -64,7 +64,7 @@ def scalars_of(name: str, colormap: Colormap, mesh: pv.DataSet) -> Scalars:
             remedy = 'Pass Colormap(..., preference="point") or preference="cell".'
             check.refuse(
                 f"{name}'s scalars",
-                f"{given!r}, the name of two",
+                f"{given!r}, the name of two arrays",
                 "the name of one array, of points or of cells",
                 remedy,
             )
@@ -131,22 +131,22 @@ def joined(spans: Iterable[Span]) -> Span:
 
 
 def over_all(material: Material, meshes: Sequence[pv.DataSet]) -> Material:
-    """Return a material whose colormaps without a range have the range of their array over all meshes.
+    """Return the material; its colormaps without a range get the range of their arrays over all meshes.
 
-    A colormap whose array is invalid is unchanged; the error is raised later, when a mesh is lit.
+    A colormap whose array is invalid is not changed here; lighting a mesh with it raises the error.
     """
     return spanned(material, {name: spans_in(each, meshes) for name, each in unspanned(material).items()})
 
 
 def unspanned(material: Material) -> dict[str, Colormap]:
-    """Return the colormaps, by field, that need the range or the distinct numbers of the whole mesh."""
+    """Return a material's colormaps, by field, that need the range or the distinct numbers of the whole mesh."""
     maps = {name: each for name, each in material.maps.items() if isinstance(each, Colormap)}
     own = {name: each for name, each in maps.items() if not hasattr(each.cmap, "MapScalars")}
     return {name: each for name, each in own.items() if each.clim is None or each.categories is True}
 
 
 def spans_in(colormap: Colormap, meshes: Sequence[pv.DataSet]) -> Span:
-    """Return the range of a colormap's array over several meshes; those without a valid one are skipped."""
+    """Return the range of a colormap's array over several meshes; meshes without a valid array are skipped."""
     spans = []
     for mesh in meshes if isinstance(colormap.scalars, str) else ():
         with contextlib.suppress(ValueError):
@@ -157,7 +157,7 @@ def spans_in(colormap: Colormap, meshes: Sequence[pv.DataSet]) -> Span:
 
 
 def spanned(material: Material, spans: Mapping[str, Span]) -> Material:
-    """Return a material whose colormaps without a range have the given ranges, by field."""
+    """Return the material; its colormaps without a range get the range in `spans`, which maps fields to ranges."""
     found = {}
     for name, span in spans.items():
         colormap = material.maps[name]
@@ -186,7 +186,7 @@ def lookup_table(name: str, colormap: Colormap, numbers: Any, span: Span | None 
     numbers : ndarray
         Shape (n,).
     span : Span, optional
-        Range for a colormap without one; by default the range of `numbers`.
+        Range for a colormap without `clim`; by default the range of `numbers`.
 
     Raises
     ------
@@ -240,7 +240,7 @@ def _listed(colors: tuple[Any, ...]) -> Any:
 
 
 def _found_range(name: str, span: Span, log_scale: bool) -> tuple[float, float]:
-    """Return the range of a lookup table that is found from the numbers; with `log_scale`, it is positive."""
+    """Return the range for a lookup table, from the range of the numbers; with `log_scale`, a positive range."""
     if span.low > span.high:
         remedy = "With clim=(0, 1), they are drawn in the colour of NaN."
         check.refuse(f"{name}'s scalars", "only NaN or infinity", "finite in some rows unless clim is given", remedy)
@@ -268,7 +268,7 @@ _SCALE = "_colormap"
 
 
 def put_scale(lit: pv.DataSet, name: str, material: Material, mesh: pv.DataSet) -> None:
-    """Store the scalar bar of the unlit colours in a lit mesh; if the material has no colormap, remove an old one.
+    """Store the scalar bar of the unlit colours in a lit mesh; without a colormap, remove an older bar.
 
     Parameters
     ----------
@@ -319,7 +319,7 @@ def scale_of(lit: pv.DataSet, name: str) -> tuple[str, pv.LookupTable] | None:
 
 
 def mapped(name: str, colormap: Colormap) -> ByteArray:
-    """Return the colours, shape (n, 3), of a colormap whose scalars are an array. Errors begin with `name`, a field."""
+    """Return the colours, shape (n, 3), of a colormap whose scalars are an array. Errors begin with `name`."""
     if isinstance(colormap.scalars, str):
         allowed = "a Colormap of an array if there is no mesh"
         check.refuse(name, repr(colormap), allowed, "Array names need a mesh; pass Colormap(array, ...).")
@@ -328,5 +328,5 @@ def mapped(name: str, colormap: Colormap) -> ByteArray:
 
 
 def numbers_in(name: str, colormap: Colormap, values: Any) -> Any:
-    """Return the numbers, shape (n,), that a colormap maps for an array or for rows of it."""
+    """Return the numbers, shape (n,), that a colormap maps: one for each row of `values`, an array or a part of it."""
     return _reduced(f"{name}'s scalars", colormap, values)

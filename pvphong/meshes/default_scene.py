@@ -104,7 +104,7 @@ def scene_for(mesh: Any, given: SceneLike | None, matrix: MatrixLike | None = No
     mesh : pyvista.DataSet or pyvista.MultiBlock
         Checked surfaces.
     given : Scene, light, or sequence of lights, optional
-        The scene, or its lights. If it has no viewer, the viewer is `Viewer.framing`.
+        The scene, or its lights. Without a viewer, `Viewer.framing` for the mesh is added.
     matrix : array_like, optional
         (4, 4) model matrix; the viewer and the default lights are for the transformed mesh.
 

@@ -110,7 +110,10 @@ def read(path: str | os.PathLike[str], *, guarded: bool = False) -> pv.DataSet |
 
 
 def _read_for_parent(path: str, result: str, end: str) -> None:
-    """Read a mesh in the child process, and write the mesh or the error to the file `result`."""
+    """Read a mesh in the child process, and write the mesh or the error to the file `result`.
+
+    `end` is the file descriptor of this process's end of the pipe to the parent.
+    """
     begin_work(int(end))
     found: Any
     with reading(path):
@@ -124,7 +127,7 @@ def _read_for_parent(path: str, result: str, end: str) -> None:
 def read_mesh(path: str) -> pv.DataSet | pv.MultiBlock:
     """Read a mesh from a file of any format that PyVista reads.
 
-    If a parent process watches this one, the file is reported to it.
+    A parent process that watches this process is told that the file is being read.
 
     Raises
     ------
@@ -152,7 +155,7 @@ def read_mesh(path: str) -> pv.DataSet | pv.MultiBlock:
 
 
 def read_texture(path: str, name: str = "albedo") -> Any:
-    """Read a texture from an image file of any format that Pillow reads. VTK's readers would crash on damaged files.
+    """Read a texture from an image file of any format that Pillow reads. VTK's readers crash on damaged files.
 
     Raises
     ------
@@ -304,12 +307,12 @@ def _save_with_folder(blocks: pv.MultiBlock, path: Path, options: dict[str, Any]
 
     The blocks are written first, under new names, so that an old file and its blocks stay valid until the new file
     replaces it. The names contain the random suffix of the temporary folder. VTK's writer of blocks crashes the process
-    on a full disk. So it writes the file with a single point in place of each mesh, and each mesh is then written
-    separately.
+    on a full disk. So that writer gets blocks with a single point in place of each mesh, and the meshes themselves are
+    written separately.
     """
     target = Path(os.path.realpath(path))
     if target.exists() and not target.is_file():
-        check.refuse("path", target, "a file, because its blocks need a folder next to it")
+        check.refuse("path", target, "a regular file or a new path, because its blocks need a folder next to it")
     try:
         with written_aside(path) as aside:
             mark = "-" + aside.parent.name.removeprefix(PREFIX)
@@ -336,7 +339,7 @@ def _save_with_folder(blocks: pv.MultiBlock, path: Path, options: dict[str, Any]
 
 
 def _clear_old_blocks(target: Path) -> None:
-    """Remove the blocks of earlier versions of this file, except those of writers that are still running."""
+    """Remove the blocks of earlier versions of this file, except the blocks of writers that are still running."""
     marked = re.compile(re.escape(target.stem) + r"-([a-z0-9_]{8})_\d+(_\d+)*\.\w+")
     old = [(block, found[1]) for block in target.with_suffix("").glob("*") if (found := marked.fullmatch(block.name))]
     left = [(block, mark) for block, mark in old if not target.with_name(PREFIX + mark).exists()]

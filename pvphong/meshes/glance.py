@@ -35,7 +35,7 @@ _PLACES = np.arange(_FACES) * (5.0**0.5 - 1.0) / 2.0 % 1.0
 _CORNERS = np.arange(3)[:, None]
 
 # Cosine of 30 degrees. A face is counted as misfit if its stored normals deviate by a larger angle. Correct normals at
-# sharp edges deviate too: for a triangulated cube with one normal per corner, the mean normal of a face by 25 degrees.
+# sharp edges deviate too: for a triangulated cube with one normal per corner, a face's mean normal deviates by 25.
 _FITS = 0.866
 # In a closed surface, the area vectors add up to zero, and the sum of area vector · vector from the centre is
 # proportional to the volume; it is negative if faces look inwards. The thresholds are fractions of the sums of
@@ -71,7 +71,7 @@ class NormalsWarning(UserWarning):
 
 
 def warn_of_normals(mesh: pv.DataSet, source: pv.PolyData, scene: Scene, matrix: MatrixLike | None = None) -> None:
-    """Warn if `complaint` finds a problem of a surface; the parameters are the same.
+    """Warn if `complaint` finds a problem of a surface; the parameters are those of `complaint`.
 
     Warns
     -----
@@ -87,8 +87,8 @@ def complaint(mesh: pv.DataSet, source: pv.PolyData, scene: Scene, matrix: Matri
     """Describe the problem if most normals or faces of a surface point the wrong way, with the remedy.
 
     Return "" if there is no problem, or if it has been reported already. Inward faces are reported only for a PolyData
-    without stored normals, such as an isosurface. They are not a problem if both sides are lit, or if the viewer or a
-    light is inside, as in a room.
+    without stored normals, such as an isosurface. If both sides are lit, or if the viewer or a light is inside, as in a
+    room, inward faces are no problem.
 
     Parameters
     ----------
@@ -158,7 +158,10 @@ def faces_away(source: pv.PolyData, scene: Scene, vertices: Vertices, matrix: Ma
 
 
 def _corners_of_some(source: pv.PolyData) -> NDArray[np.int64]:
-    """Return three corners of each sampled face, shape (3, m), spaced evenly around a face with more corners."""
+    """Return the point indices of three corners of m sampled faces, shape (3, m).
+
+    If a face has more corners, the three are spaced evenly around it.
+    """
     faces = source.GetPolys()
     count, corners = faces.GetNumberOfCells(), vtk_to_numpy(faces.GetConnectivityArray())
     if not count:
@@ -177,7 +180,7 @@ def _corners_of_some(source: pv.PolyData) -> NDArray[np.int64]:
 
 
 def _places_and_areas(source: pv.PolyData, corners: NDArray[np.int64]) -> tuple[Float64Array, Float64Array]:
-    """Return the sampled faces' centres times 3, and their area vectors times 2, with one column per face."""
+    """Return the centres of m sampled faces times 3, and the faces' area vectors times 2, both of shape (3, m)."""
     p, q, r = np.take(np.asarray(source.points), corners, axis=0).transpose(0, 2, 1).astype(np.float64)
     return p + q + r, cross(q - p, r - p)
 

@@ -1,7 +1,8 @@
 """glTF 2.0 files of lit meshes, or of meshes with lights.
 
-Other programs show lit colours unchanged, because of the extension KHR_materials_unlit. Meshes with lights, of the
-extension KHR_lights_punctual, are lit by the other program. Source: Khronos, "glTF 2.0 Specification".
+Lit colours are marked by the extension KHR_materials_unlit, so other programs show them unchanged. Lights are written
+with the extension KHR_lights_punctual. The colours are then unlit, and the program that opens the file lights the mesh.
+Source: Khronos, "glTF 2.0 Specification".
 """
 
 from __future__ import annotations
@@ -34,7 +35,7 @@ _ALL_AROUND = math.pi
 """Illuminance in lux that gives a white Lambertian surface a luminance of 1."""
 
 _Z_UP = (-math.sqrt(0.5), 0.0, 0.0, math.sqrt(0.5))
-"""Rotation, as a quaternion (x, y, z, w), that turns z up to y up, as glTF has it."""
+"""Rotation, as a quaternion (x, y, z, w), from coordinates with z up to glTF's coordinates with y up."""
 
 
 class LightsWarning(UserWarning):
@@ -62,8 +63,8 @@ def write(path: Path, parts: Sequence[Part], scene: Scene | None = None, materia
     parts : sequence of Part
         The meshes; their faces are triangulated.
     scene : Scene, optional
-        Scene whose lights are written too. The vertex colours must then be unlit, because the other program lights
-        them.
+        Scene whose lights are written too. The vertex colours must then be unlit, because the program that opens
+        the file lights them.
     materials : sequence of Material, optional
         Material of each part, for its highlights; required with `scene`.
 
@@ -99,7 +100,10 @@ class _File:
         return len(self.lists[kind]) - 1
 
     def array(self, rows: NDArray[Any], kind: int, shape: str, target: int, **more: Any) -> int:
-        """Append an array to the binary data, and return the index of its accessor."""
+        """Append an array to the binary data, and return the index of its accessor.
+
+        `kind` and `target` are OpenGL's constants for the numbers and the buffer; `shape` is glTF's, such as "VEC3".
+        """
         self.bytes += b"\0" * (-len(self.bytes) % 4)
         data = np.ascontiguousarray(rows).tobytes()
         view = {"buffer": 0, "byteOffset": len(self.bytes), "byteLength": len(data), "target": target}

@@ -73,8 +73,8 @@ def shade_mesh(
         Lights, viewer and light model, in world coordinates; by default `pvphong.default_scene`. If there is no viewer,
         PyVista's default camera is used, which frames the mesh.
     material : Material or str, optional
-        Material of the surface, whose fields are numbers, colours or maps; or the name of a predefined material. By
-        default OpenGL's default material.
+        A Material, whose fields are numbers, colours or maps; or the name of a predefined material. By default
+        OpenGL's default material.
     name : str, default "phong"
         Name of the new point array: shape (n_points, 3), linear RGB in [0, 1]. It becomes the active scalars.
     matrix : array_like, optional
@@ -168,7 +168,7 @@ class Prepared(NamedTuple):
 
 
 class Ready(NamedTuple):
-    """A mesh with everything that its plan needs; the fields are those of `Prepared`."""
+    """A mesh with everything that its plan needs; the fields mean the same as in `Prepared`."""
 
     mesh: pv.DataSet
     source: pv.PolyData
@@ -260,7 +260,7 @@ def shade_blocks(
     scene : Scene
         Scene with a viewer and without bounces.
     own : iterator
-        Material, and fields of the `Setting`, of each nonempty dataset, in the order of the datasets.
+        For each nonempty dataset, in order: its material, and a dictionary with the fields of its `Setting`.
     name, components, shares_by_bounce, precision, backend
         As for `shade_mesh`.
     """
@@ -308,7 +308,7 @@ def shade_blocks(
             return light([member], setting, backend)
         if key not in groups:
             members: list[Ready] = []
-            # With "auto", NumPy would light each of these small blocks alone. It also lights the group, for equal bits.
+            # With "auto", NumPy would light each of these small blocks alone. For equal bits, it lights the group.
             groups[key] = members, light(members, setting, "numpy" if backend == "auto" else backend)
         members, results = groups[key]
         members.append(member)
@@ -375,8 +375,8 @@ def plan(
     ----------
     mesh_or_points : pyvista.DataSet or array_like
         A mesh, or an array of points of shape (n, 3). The normals of a mesh may show that there are no highlights. An
-        array has no normals; `evaluate`, which also gets normals, may skip more than the plan. If that could exceed the
-        plan's own error bound, `error_bound` is the whole tolerance.
+        array has no normals; `evaluate`, which also gets normals, may skip more effects than the plan. If this could
+        cause a larger error than the plan's own bound, `error_bound` is the whole tolerance.
     scene : Scene, light, sequence of lights, or None
         The scene. If it has no viewer, PyVista's default camera is used, which frames the mesh or points. For a mesh,
         None means `default_scene`.
@@ -415,7 +415,7 @@ def plan(
         return replace(ready.plan, faces_away=is_away, maps=names_taken(ready.material, ready.mesh))
     allowed = "a mesh or an (n, 3) array of real numbers"
     if isinstance(mesh_or_points, pv.MultiBlock):
-        remedy = "blocks.phong.plan(...) plans each block by itself."
+        remedy = "Use blocks.phong.plan(...), which plans each block separately."
         check.refuse("mesh_or_points", f"a MultiBlock of {mesh_or_points.n_blocks} blocks", allowed, remedy)
     if isinstance(mesh_or_points, vtkDataObject):
         remedy = "Convert a VTK dataset with pyvista.wrap(...)."
@@ -470,29 +470,29 @@ def visibility(
 
     Rays are cast when an array of the result is first read. A point, spot or directional light needs one ray for each
     vertex that faces it. A light with a size needs at least 16 rays per vertex, and the sky or an environment light at
-    least 64; they need more if these disagree, as at the edges of shadows. The directions of a vertex's rays depend
-    only on its index, so equal calls give equal bits.
+    least 64. If these rays disagree, as at the edges of shadows, more are cast. The directions of the rays depend only
+    on the index of their vertex, so equal calls give equal bits.
 
     With the extra `rays`, Intel's Embree casts the rays. Without it, VTK casts them, 10 to 50 times slower. Faces
     without area, or with a corner that is not finite, block nothing. Meshes of similar size are traced together;
-    geometry nearer to a vertex than 2⁻¹⁸ of their total size may be missed.
+    geometry nearer to a vertex than 2⁻¹⁸ of the size of these meshes together may be missed.
 
     Parameters
     ----------
     mesh : pyvista.DataSet
         A dataset with a surface.
     scene : Scene, light, or sequence of lights, optional
-        As for `shade`. Its light model need not have shadows. If its `ambient_occlusion` is a number, it is the
-        distance up to which geometry occludes the sky.
+        As for `shade`. Its light model need not have shadows. If the light model's `ambient_occlusion` is a number,
+        this is the distance up to which geometry occludes the sky.
     occluders : sequence, optional
         Other meshes that block light, each as a mesh or a pair of a mesh and a 4x4 matrix. The mesh itself always
         blocks light.
     samples : int, optional
         Number of rays per vertex to each light with a size, and to the sky, rounded up to a power of two; at most 4096.
     tolerance : float, default 1/255
-        Largest standard error of a colour: that of a white surface under the light alone, or, for the sky, under the
-        scene's ambient light alone. Rays are cast until it is reached, unless `samples` is given. So the visibility of
-        a dim light has a larger error. 0 means the default.
+        Largest standard error of the colour that a light gives a white surface; for the sky, of the colour that the
+        scene's ambient light gives it. Unless `samples` is given, rays are cast until this error is reached. So the
+        visibility of a dim light may have a larger error. 0 means the default.
     matrix : array_like, optional
         (4, 4) model matrix, as for `shade`.
     feature_angle : float, "auto" or None, default None
@@ -607,7 +607,9 @@ def one_surface(blocks: pv.MultiBlock, feature_angle: FeatureAngle = None) -> pv
     parts: list[pv.PolyData] = leaves(split)
     if not parts:
         check.refuse(
-            "mesh", f"one of {blocks.n_blocks} blocks without a mesh", "a MultiBlock that contains a mesh to light"
+            "mesh",
+            f"a MultiBlock of {blocks.n_blocks} blocks, none with a mesh",
+            "a MultiBlock that contains a mesh to light",
         )
     normals = np.concatenate([point_normals(part) for part in parts])
     bare = [part.copy(deep=False) for part in parts]

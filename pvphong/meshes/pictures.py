@@ -140,7 +140,7 @@ def plot(mesh: pv.DataSet, /, *, name: str = "phong", **options: Any) -> Any:
 
 
 def _plotter(options: dict[str, Any]) -> tuple[pv.Plotter, Callable[[pv.Plotter], Any]]:
-    """Return a plotter as made by `pyvista.plot`, and a function that shows it. Both take their options from `options`.
+    """Return a plotter set up as by `pyvista.plot`, and a function that shows it. Used `options` are removed.
 
     `pyvista.plot` itself cannot add a scalar bar to a mesh with RGB colours.
     """
@@ -192,7 +192,7 @@ _OF_SHOWING = (
     *("auto_close", "interactive", "full_screen", "screenshot", "return_img", "return_viewer", "return_cpos"),
     *("before_close_callback", "jupyter_backend", "jupyter_kwargs"),
 )
-"""Options of `pyvista.plot` that `add_mesh` does not have."""
+"""These three tuples are the options of `pyvista.plot` that `add_mesh` does not have."""
 
 _COLOURING = (
     *("scalars", "rgb", "rgba", "lighting", "color", "smooth_shading", "texture", "pbr", "cmap", "copy_mesh"),
@@ -225,7 +225,7 @@ def vertex_opacity(options: dict[str, Any]) -> Any:
 
 
 def with_opacity(mesh: pv.DataSet, name: str, opacity: Any) -> pv.DataSet:
-    """Return a drawable mesh whose colours have `opacity`, a result of `vertex_opacity`, as their fourth channel."""
+    """Return a drawable mesh. If `opacity`, from `vertex_opacity`, is not None, it is the colours' fourth channel."""
     if opacity is None:
         return drawable(mesh, name)
     source = surface(mesh)

@@ -152,7 +152,7 @@ def opacity_at(
     mesh : pyvista.DataSet
         The user's mesh.
     whole, source, points
-        Its surface, as for `values_at`.
+        The mesh's surface before and after splitting, and the indices of points, as for `values_at`.
     """
     value = given.source if isinstance(given, Map) else given
     if isinstance(value, str):
@@ -192,7 +192,7 @@ def colors_at(
     mesh : pyvista.DataSet
         The mesh with the scalars.
     whole, source : pyvista.PolyData
-        Its surface before edges were split, and after.
+        The mesh's surface before its edges were split, and after.
     points : ndarray or None
         As for `values_at`.
     """
@@ -227,9 +227,8 @@ def _of_faces(name: str, values: Any, source: pv.PolyData) -> Any:
     if len(faces) == source.n_cells:
         faces = faces[source.n_verts + source.n_lines :]
     if len(faces) != len(offsets) - 1 or len(np.unique(connectivity)) != len(connectivity):
-        check.refuse(
-            name, f"{len(values)} rows, one per cell", "one row per point, because faces share points", _TO_FACES
-        )
+        allowed = "an array with one row per point, because faces share points"
+        check.refuse(name, f"{len(values)} rows, one per cell", allowed, _TO_FACES)
     found = np.zeros((source.n_points, *faces.shape[1:]), faces.dtype)
     found[connectivity] = np.repeat(faces, np.diff(offsets), axis=0)
     return found
@@ -258,7 +257,8 @@ def _of_texture(name: str, texture: Any, source: pv.PolyData) -> FloatArray:
 def _checked(name: str, given: Any, mesh: pv.DataSet) -> Any:
     """Return `given` as an array with one row per point of the mesh; raise ValueError for another number of rows."""
     if len(given) == mesh.n_cells != mesh.n_points:
-        check.refuse(name, f"{len(given)} rows, one per cell", f"one row per point, {mesh.n_points} rows", _TO_FACES)
+        allowed = f"an array with one row per point, {mesh.n_points} rows"
+        check.refuse(name, f"{len(given)} rows, one per cell", allowed, _TO_FACES)
     count = mesh.n_points
     if name == "tangents":
         return check.array(name, given, count=count)
@@ -363,7 +363,9 @@ def _planes(texture: Any, name: str) -> NDArray[Any]:
     image = texture.GetInput()
     scalars = None if image is None else image.GetPointData().GetScalars()
     if texture.GetCubeMap() or scalars is None or image.GetDimensions()[2] != 1:
-        check.refuse(name, "a texture without one", "a texture with a flat image", "Read it with pv.read_texture.")
+        check.refuse(
+            name, "a texture without a flat image", "a texture with a flat image", "Read it with pv.read_texture."
+        )
     if texture.GetColorMode() == _MAPPED:
         remedy = 'To use its numbers as colours, set texture.color_mode = "direct".'
         check.refuse(name, "a texture with a lookup table", "a texture of colours", remedy)
@@ -395,7 +397,7 @@ def _neighbours(place: Float64Array, numbers: IntArray, wrap: int) -> list[tuple
 
 
 def tangents_from(source: pv.PolyData, normals: Callable[[], FloatArray]) -> Callable[[], FloatArray] | None:
-    """Return a function that computes tangents from texture coordinates; None if the surface has none.
+    """Return a function that computes tangents from texture coordinates; None without faces or such coordinates.
 
     Parameters
     ----------

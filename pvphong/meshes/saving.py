@@ -53,13 +53,13 @@ def save(
     """Write a lit mesh for other programs. The suffix of the path determines the format.
 
     - .vtp, .vtk and .vtkhdf hold all arrays unchanged.
-    - .vtm, .vtmb and .vtkhdf do so for a MultiBlock; .vtm and .vtmb have a folder with the blocks next to them.
+    - .vtm, .vtmb and .vtkhdf hold all arrays of a MultiBlock; next to a .vtm or .vtmb is a folder with the blocks.
     - .ply holds the colours as 8-bit red, green and blue of its vertices, .obj as three numbers after each position.
     - .glb and .gltf hold positions, normals and linear 16-bit colours as `COLOR_0`, marked `KHR_materials_unlit` so
       that viewers do not light them again.
     - .png is a picture.
 
-    Colours are clipped to [0, 1] in formats that cannot hold others.
+    Colours are clipped to [0, 1] in formats that cannot hold other values.
 
     Parameters
     ----------

@@ -19,8 +19,8 @@ from pvphong.geometry import normals
 from pvphong.meshes.cells import cells, refuse_invalid
 from pvphong.shading import kernel
 
-# Least number of face corners for compiled code, which takes half a second to load. It does not depend on previous
-# calls, so equal calls on small meshes give equal bits.
+# Least number of face corners for compiled code, which takes half a second to load. This number does not depend on
+# previous calls, so equal calls on small meshes give equal bits.
 _WORTH_LOADING = 2**19
 
 
@@ -125,7 +125,7 @@ def polygons(mesh: pv.PolyData) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     Raises
     ------
     ValueError
-        If `mesh` is not a PolyData, or a face has an index out of range; the message names both.
+        If `mesh` is not a PolyData, or a face has an index out of range; the message names the index and the face.
     """
     if not isinstance(mesh, pv.PolyData):
         check.refuse(
@@ -166,8 +166,8 @@ def vertex_normals(mesh: pv.DataSet, weighting: Weighting = "angle", *, backend:
         "numba" is compiled code, which needs the extra `fast` and is several times faster than "numpy". The results
         differ by a few roundings. "auto" uses compiled code for large meshes if it is already compiled; so equal calls
         may differ by these roundings. With "numpy" or "numba", equal calls give equal bits. "numba" waits a few seconds
-        for the compiler, once per installation. It leaves faces with more than 384 corners, or of sizes below 2⁻¹⁰⁰ or
-        above 2¹⁰⁰, to NumPy.
+        for the compiler, once per installation. NumPy may compute the normals of a mesh that has a face with more
+        than 384 corners, or of a size below 2⁻¹⁰⁰ or above 2¹⁰⁰.
 
     Returns
     -------
@@ -246,7 +246,7 @@ def _with_faces(mesh: pv.DataSet) -> pv.PolyData:
 
 
 FeatureAngle = float | Literal["auto"] | None
-"""An edge is sharp if the normals of its faces differ by more than this, in degrees; see `split_sharp_edges`."""
+"""An edge is sharp if the normals of its faces differ by more than this angle in degrees; see `split_sharp_edges`."""
 
 ORIGINAL_POINT = "pvphong_original_point"
 """Name of the point array with each point's index before edges were split."""
@@ -284,9 +284,9 @@ def split_sharp_edges(mesh: pv.PolyData, feature_angle: FeatureAngle) -> tuple[p
     Returns
     -------
     surface : pyvista.PolyData
-        The mesh itself for None, or if "auto" splits nothing. Otherwise a new mesh with all arrays and the point array
-        ``pvphong_original_point``, int64, with the original index of each point. If `mesh` is the result of an earlier
-        split, these are the indices before that. Triangle strips become triangles.
+        The mesh itself if it has no faces, for None, or if "auto" splits nothing. Otherwise a new mesh with all arrays
+        and the point array ``pvphong_original_point``, int64, with the original index of each point. If `mesh` is the
+        result of an earlier split, these are the indices before the earlier split. Triangle strips become triangles.
     points : ndarray or None
         Index in `mesh` of each point of the surface, shape (n_points,); None if the surface is `mesh` itself.
 
@@ -319,9 +319,10 @@ def split_sharp_edges(mesh: pv.PolyData, feature_angle: FeatureAngle) -> tuple[p
 
 
 def _apart(mesh: pv.PolyData, faces: NDArray[Any], offsets: NDArray[Any]) -> tuple[pv.PolyData, NDArray[np.int64]]:
-    """Give each face its own points, also next to coplanar faces; return the mesh and the points' original indices.
+    """Return a mesh in which no two faces share a point, and for each of its points the index in `mesh`.
 
-    A vertex or line cell keeps its point if no face uses it, and otherwise gets the copy of one of the faces.
+    Coplanar faces are separated too. A vertex or line cell keeps a point that no face uses; in place of a point that
+    faces use, it gets the copy of one of these faces.
     """
     place = np.full(mesh.n_points, -1)
     place[faces[::-1]] = np.arange(len(faces))[::-1]
@@ -437,8 +438,8 @@ def shallow_copy(mesh: _Mesh) -> _Mesh:
 def point_normals(mesh: pv.PolyData, weighting: Weighting | None = None, *, backend: Backend = "auto") -> FloatArray:
     """Return the normals for lighting a surface.
 
-    These are its active point normals, unchanged. If it has none, or a weighting is given, they are computed from its
-    faces. Cell normals are ignored, because vertices are lit, not faces.
+    The surface's active point normals are returned unchanged. If it has none, or a weighting is given, normals are
+    computed from its faces. Cell normals are ignored, because vertices are lit, not faces.
     """
     if weighting is None and has_normals(mesh):
         stored: FloatArray = vtk_to_numpy(mesh.GetPointData().GetNormals())

@@ -32,7 +32,7 @@ class Exchanging(NamedTuple):
 
     @classmethod
     def of(cls, mesh: pv.DataSet, matrix: MatrixLike | None, feature_angle: FeatureAngle) -> Self:
-        """Make one from a dataset. Normals are computed when they are first used."""
+        """Return the surface of a dataset. Its normals are computed when they are first used."""
         source, _ = split_sharp_edges(surface(mesh), feature_angle)
         return cls(source, functools.cache(lambda: point_normals(source)), matrix)
 
@@ -46,7 +46,7 @@ def transport(
     feature_angle: FeatureAngle = None,
     memory: float = MEMORY,
 ) -> Transport:
-    """Compute the transport of light between vertices. It is valid for all lights, materials and numbers of bounces.
+    """Compute the transport of light between vertices, the same for all lights, materials and bounces.
 
     When the result is first used, cosine-distributed rays are cast from each vertex that can see a surface. The mesh
     reflects light on the side of its normals. Its other side is black and blocks light, like occluders. With the extra
@@ -102,7 +102,9 @@ def transport_of(
 
 
 def checked_transport(given: Any, surfaces: Sequence[Exchanging], occluders: Any = ()) -> Transport:
-    """Return the transport `given` for some surfaces; if it is None, a new one that casts rays when it is first used.
+    """Check that `given` is the transport between some surfaces, and return it; if it is None, return a new transport.
+
+    A new transport casts rays when it is first used.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Visibility of lights and sky: converts meshes to triangles that block rays and vertices that receive light."""
+"""Visibility of lights and sky: converts meshes to triangles that block rays, and to vertices that receive light."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def triangles_of(mesh: pv.PolyData) -> NDArray[np.int64]:
         offsets = np.concatenate([[0], np.cumsum(sizes)])
     if (sizes == 3).all():
         return connectivity.reshape(-1, 3)
-    if sizes.max(initial=0) > 4:  # a fan may leave such a face if it is concave
+    if sizes.max(initial=0) > 4:  # a fan of triangles may extend outside a concave face
         bare = pv.PolyData()
         bare.points, bare.faces = mesh.points, pv.CellArray.from_arrays(offsets, connectivity)
         return polygons(bare.triangulate())[0].reshape(-1, 3)
@@ -46,7 +46,7 @@ def triangles_of(mesh: pv.PolyData) -> NDArray[np.int64]:
 
 
 def _shown(mesh: pv.PolyData) -> BoolArray:
-    """Return a mask of the mesh's `polygons`: True if the cell is not hidden by VTK's ghost array."""
+    """Return a mask of the mesh's `polygons`: True if VTK's ghost array does not hide the cell; [True] without one."""
     ghosts = mesh.cell_data.get("vtkGhostType")
     if ghosts is None:
         return np.ones(1, bool)
@@ -82,7 +82,9 @@ def receiver_of(
 
 
 def checked_occluders(given: Any) -> list[BlockingFaces]:
-    """Return the triangles of each mesh in the argument `occluders`: meshes, or pairs of a mesh and a matrix.
+    """Return the triangles of each mesh in `given`, the argument `occluders`.
+
+    It must be a sequence of meshes, or of pairs of a mesh and a matrix.
 
     Raises
     ------
@@ -120,7 +122,7 @@ def occluders_of_blocks(
 ) -> Iterator[KnownOccluders]:
     """Return the occluders for each nonempty dataset in order: all datasets, and the meshes in `occluders`.
 
-    They share the triangles; only `own_index` differs.
+    The results share their triangles; only `own_index` differs.
     """
     parts = [world_faces(surface(block), matrix) for _, block in datasets(blocks)]
     together = Occluders([*parts, *checked_occluders(occluders)])

@@ -4,8 +4,8 @@ VTK's readers accept many truncated files, and some of its writers do not report
 a file declares, or its required end, is checked; VTK checks the rest. A truncation at a point where a shorter file
 could end, as between the lines of an .obj file, cannot be detected.
 
-In order: VTK's XML files, HDF5, .stl, .ply, legacy .vtk. The argument `contents` is a `mmap.mmap`, whose slices are
-bytes.
+The formats, in the order of this module: VTK's XML files, HDF5, .stl, .ply, legacy .vtk. The argument `contents` is a
+`mmap.mmap`, whose slices are bytes.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ _BLOCK = re.compile(rb"""<DataSet\b[^>]*?\bfile\s*=\s*["']([^"']+)["']""")
 def refuse_incomplete(path: Path) -> None:
     """Raise ``ValueError`` for a truncated file; formats without a declared length or end are not checked.
 
-    The files of its blocks are checked too. A missing file is not an error here; the reader reports it.
+    If the file names files of blocks, these are checked too. A missing file is no error here; the reader reports it.
     """
     suffix = path.suffix.lower()
     check = _CHECKS.get(suffix)
@@ -81,8 +81,8 @@ def _check_xml(contents: Any) -> None:
 def _end_of_array(data: Any, place: int, head: bytes) -> int:
     """Return the declared end of an array whose header is at `place`; `head` is the file's first tag.
 
-    The header is the number of bytes. For a compressed array it is the number of blocks, two sizes of blocks, and the
-    compressed size of each block.
+    The header is the number of bytes. For a compressed array, it is the number of blocks, the size of a full block,
+    the size of the last block, and the compressed size of each block.
     """
     order: Any = "big" if b"BigEndian" in head else "little"
     width = 8 if b"UInt64" in head else 4
@@ -137,7 +137,7 @@ def _check_ply(contents: Any) -> None:
     if not contents[:3] == b"ply" or end < 0 or not at:
         raise ValueError("It has no .ply header.")
     order = None
-    elements: list[tuple[int, list[list[int]]]] = []  # count, and sizes of the properties; lists have two
+    elements: list[tuple[int, list[list[int]]]] = []  # count, and sizes of the properties; a list property has two
     for line in contents[:end].decode("ascii", "replace").splitlines():
         match line.split():
             case ["format", kind, *_]:
@@ -165,7 +165,10 @@ def _check_ply(contents: Any) -> None:
 
 
 def _end_of_element(contents: Any, at: int, order: str, count: int, properties: list[list[int]]) -> int:
-    """Return the position after `count` elements that start at `at`; if the file is truncated, it is beyond its end."""
+    """Return the position after `count` elements that start at `at`; in a truncated file, a position beyond its end.
+
+    `properties` has the sizes of each property in bytes: one for a number, two (count, entry) for a list.
+    """
     if all(len(sizes) == 1 for sizes in properties):
         return at + count * sum(size for (size,) in properties)
 

@@ -82,7 +82,7 @@ def _check_viewer(viewer: Any) -> None:
 
 
 def from_vtk(light: Any, distance: float) -> Light:
-    """Convert a light as `as_light` does without a viewer; `distance` is that of the eye from its focal point."""
+    """Convert a light as `as_light` does without a viewer; `distance` is that from the eye to its focal point."""
     if isinstance(light, Light):
         return light
     if not hasattr(light, "GetConeAngle") or not hasattr(light, "GetTransformedPosition"):
@@ -91,10 +91,10 @@ def from_vtk(light: Any, distance: float) -> Light:
         remedy = "Place it in the world with as_light(light, viewer), or use a camera light."
         check.refuse("light", "a headlight with a matrix", "a headlight without a transform matrix", remedy)
     if light.LightTypeIsHeadlight():
-        # In every frame, VTK overwrites its coordinates in the world; in eye space they are constant.
+        # VTK overwrites a headlight's world coordinates whenever it renders; in eye space they are constant.
         return _light_at(light, "headlight", (0.0, 0.0, 0.0), (0.0, 0.0, -1.0))
     if light.LightTypeIsCameraLight():
-        # VTK sets its transform when it renders, so the transform may be outdated; the user sets the coordinates.
+        # VTK sets a camera light's transform only when it renders. The coordinates, set by the user, are up to date.
         (x, y, z), focal_point = light.GetPosition(), light.GetFocalPoint()
         in_eye_space = x * distance, y * distance, (z - 1.0) * distance  # inverse of `_place_for_vtk`
         return _light_at(light, "camera", in_eye_space, _direction((x, y, z), focal_point))
@@ -115,7 +115,7 @@ def _direction(start: Vector, end: Vector) -> Vector:
 
 
 def _light_at(light: Any, frame: Frame, position: Vector, direction: Vector) -> Light:
-    """Convert a VTK light, whose position and direction are given in a frame."""
+    """Convert a VTK light to a light with this frame, position and direction."""
     common: dict[str, Any] = {
         "diffuse": light.GetDiffuseColor(),
         "specular": light.GetSpecularColor(),
@@ -131,7 +131,7 @@ def _light_at(light: Any, frame: Frame, position: Vector, direction: Vector) -> 
 
 
 def _camera_distance(light: Any) -> float:
-    """Return the distance from eye to focal point with which VTK last placed a camera light; 1 if it has not yet."""
+    """Return the distance from eye to focal point with which VTK last placed a camera light; 1 if it never did."""
     matrix = getattr(light, "GetTransformMatrix", lambda: None)()
     if matrix is None:
         return 1.0
@@ -184,8 +184,8 @@ def write_light(light: Light, target: Any, viewer: Any = None) -> None:
 def _place_for_vtk(position: Vector, frame: Frame, distance: float) -> Vector:
     """Return a position in the coordinates that VTK stores for a light of this frame.
 
-    VTK's camera-light space has the eye at (0, 0, 1), looking at the origin; its unit is the distance between the two
-    (vtkCamera::ComputeCameraLightTransform).
+    VTK's camera-light space has the eye at (0, 0, 1), looking at the origin, the focal point. The unit is the distance
+    from the eye to the focal point (vtkCamera::ComputeCameraLightTransform).
     """
     if frame != "camera":
         return position
@@ -218,7 +218,7 @@ def colormap_names() -> list[str]:
 
 
 def mapped_colors(name: str, colormap: Colormap) -> ByteArray:
-    """Return the colours, shape (n, 3), of a colormap whose scalars are an array. Errors begin with `name`, a field."""
+    """Return the colours, shape (n, 3), of a colormap whose scalars are an array. Errors begin with `name`."""
     return colormaps.mapped(name, colormap)
 
 

@@ -164,7 +164,7 @@ def _within_vtk(name: str, power: float) -> None:
 
 
 def vtk_property(property_or_material: Any) -> vtkProperty:
-    """Return a property with the lighting attributes of a property or material, which draws points of one pixel."""
+    """Return a new property that draws points of one pixel, with the lighting attributes of a property or material."""
     appearance = vtkProperty()
     if isinstance(property_or_material, Material | str):
         write_material(as_material(property_or_material), appearance)

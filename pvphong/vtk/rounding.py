@@ -3,9 +3,10 @@
 The colour of such a vertex is called open. All values are computed in float64 from the scene alone, independent of the
 evaluator and of VTK.
 
-Symbols: n is the unit normal, l the unit vector to a light, v that to the eye, and h the unit vector halfway between l
-and v. The highlight is f to the power p, where f is the cosine r·v, or n·l in VTK's first tier. φ is the angle from a
-spot's axis. Symbols of physically based shading are those of `pvphong.optics.reflectances.microfacets`.
+Symbols: n is the unit normal, l the unit vector to a light, v the unit vector to the eye, h the unit vector halfway
+between l and v, and r is l mirrored at n. The highlight is f to the power p, where f is the cosine r·v, or n·l in the
+first of the three tiers of VTK's shader. φ is the angle from a spot's axis. Symbols of physically based shading are
+those of `pvphong.optics.reflectances.microfacets`.
 
 Errors are in units of 2⁻²⁴, the rounding of float32. Errors of n, l and v are the angles by which float32 rotates them.
 The angles are large where VTK's numbers are large compared with the relevant distances: under a matrix that shears or
@@ -30,7 +31,7 @@ from pvphong.vtk.scenes import Terms, reflected
 _ROUNDING = 2.0**-24
 
 _FLOOR, _HEADLIGHT_FLOOR = 1e-5, 1e-6
-"""Lower limits, called floors, of the cosine f in VTK: in general, and in its first tier."""
+"""Lower limits, called floors, of the cosine f in VTK's shader: in general, and in its first tier."""
 
 _DOUBT = 0.25
 """Fraction of the tolerance. A jump in colour that is smaller leaves no vertex open."""
@@ -75,7 +76,7 @@ class Limits:
         Sum of the arriving light times the material's reflectances, or 1 if that is more, shape (n,). float32 errors
         are proportional to it.
     open : dict of str to ndarray
-        Reason → mask, shape (n,), of the vertices whose colour it leaves open. Masks may overlap.
+        Reason → mask, shape (n,), of the vertices whose colour is open for this reason. Masks may overlap.
     """
 
     scale: Float64Array
@@ -199,7 +200,17 @@ def _arrival(surface: _Surface, light: VtkValues) -> _Arrival:
 def _phong_share(
     surface: _Surface, light: Light, terms: Terms, doubt: float
 ) -> tuple[Float64Array, Float64Array, dict[str, BoolArray]]:
-    """Return one light's brightness and its error in VTK's Phong; and reason → mask of colour jumps above `doubt`."""
+    """Return how one light acts on n vertices in VTK's Phong.
+
+    Returns
+    -------
+    brightness : ndarray
+        Arriving light times the sum of the material's diffuse and specular reflectances, shape (n,).
+    error : ndarray
+        Error of the reflected colour in roundings, shape (n,).
+    is_open : dict of str to ndarray
+        Reason → mask, shape (n,), of the vertices whose colour may jump by more than `doubt` for this reason.
+    """
     matte = max(reflected(terms.material.diffuse, rgb(light.diffuse), light))
     shiny = max(reflected(terms.material.specular, rgb(light.diffuse), light))
     power, is_headlight = terms.material.shininess, terms.tier == 1
@@ -289,7 +300,7 @@ def _physical_share(
 
 
 def _error_above_floor(cosine: Float64Array, turn: Any) -> Float64Array:
-    """Return the relative error of a cosine whose vectors are rotated by `turn`; 0 if it is well below its floor."""
+    """Return the relative error of a cosine whose vectors are rotated by `turn`; 0 well below its floor."""
     lost = _sine(cosine) * turn + 3.0
     return np.where(cosine > _FLOOR - lost * _ROUNDING, lost / np.maximum(cosine, _FLOOR), 0.0)
 

@@ -34,7 +34,7 @@ _WIDEST_CONE = float(np.nextafter(np.float32(90.0), np.float32(0.0)))
 """Widest cone of a spot light in VTK, which compares it with 90° in float32."""
 
 _FAR = 1e8
-"""Distance of an eye that stands for infinity, in sizes of the mesh. Its direction is constant in float32."""
+"""Distance, in sizes of the mesh, of an eye that stands for infinity: the direction to it is constant in float32."""
 
 _BLACK = light_from_values(VtkValues(False, (0.0, 0.0, -1.0)), diffuse=0.0)
 
@@ -48,7 +48,7 @@ def shining(scene: Scene) -> list[Light]:
 
 
 def reflected(reflectance: ColorLike, color: Vector, light: Light) -> Vector:
-    """Return reflectance times a light's colour times its intensity, per channel."""
+    """Return `reflectance` times `color`, one of the light's colours, times the light's intensity, per channel."""
     red, green, blue = (k * c * light.intensity for k, c in zip(rgb(reflectance), color, strict=True))
     return red, green, blue
 
@@ -65,8 +65,8 @@ def _has_highlights(scene: Scene, material: Material) -> bool:
 def _is_headlight_tier(scene: Scene) -> bool:
     """Return True if the first tier of VTK's shader computes this scene of the standard convention.
 
-    Its highlight is (n·l)^power with l = v along the view axis, so that h = (l + v)/|l + v| is l: Blinn-Phong with the
-    viewer at infinity, for a single headlight.
+    In this tier, l = v, along the view axis, and the highlight is (n·l)^power. Since h = (l + v)/|l + v| is then l,
+    this is Blinn-Phong for a single headlight, with the viewer at infinity.
     """
     lights = shining(scene)
     alone = len(lights) == 1 and lights[0].is_uniform and lights[0].frame == "headlight"
@@ -127,7 +127,7 @@ def refuse_inexpressible(scene: Scene, material: Material, matrix: Float64Array 
         obstacles["shadows, ambient occlusion or bounces"] = "none of these"
         model = model.without_rays()
     if is_physical and given.convention == "standard":  # VTK's physically based shading has its own units
-        what = "PBR in the standard convention (VTK divides by π and raises the colour to 1/2.2)"
+        what = "PBR in the standard convention (VTK divides by π and raises the colour to the power 1/2.2)"
         obstacles[what], model = "LightModel.vtk()", LightModel.vtk(model.two_sided)
     if is_physical and any(rgb(material.emission)):
         obstacles["emission of a physically based material"] = "emission=0"
@@ -140,7 +140,7 @@ def refuse_inexpressible(scene: Scene, material: Material, matrix: Float64Array 
                 what = f"ambient light from lights[{index}] (ambient={light.ambient})"
                 lights[index] = replace(lights[index], ambient=0.0)
                 obstacles[what] = f"lights[{index}] with ambient=0"
-                if light.is_uniform:  # it is constant, as the light model's ambient, which can include it exactly
+                if light.is_uniform:  # its ambient light is constant, so the light model's ambient can include it
                     obstacles[what] = f"LightModel.ambient increased by the ambient of lights[{index}]"
                     red, green, blue = np.add(rgb(model.ambient), reflected(1.0, rgb(light.ambient), light)).tolist()
                     model = replace(model, ambient=(red, green, blue))
@@ -187,7 +187,9 @@ def _obstacles_of_matrix(matrix: Float64Array) -> dict[str, str]:
     scales = np.linalg.svd(matrix[:3, :3] / matrix[3, 3], compute_uv=False)
     if scales.min() < LEAST_SCALE or scales.max() > MOST_SCALE:
         what = f"a matrix that scales by {scales.min():.3g} to {scales.max():.3g} (VTK then draws black)"
-        return {what: f"Scale mesh, lights and viewer alike, to {LEAST_SCALE:g} to {MOST_SCALE:g}"}
+        return {
+            what: f"Scale mesh, lights and viewer alike, so that the matrix scales by {LEAST_SCALE:g} to {MOST_SCALE:g}"
+        }
     return {}
 
 

@@ -307,8 +307,8 @@ def test_a_scheduler_that_is_not_there_is_refused_at_once(files, address):
     ("change", "message"),
     [
         (lambda workers, _: workers.clear(), r"got a cluster without workers\. Start workers"),
-        (lambda _, packages: packages.update(pvphong="0.0"), "have pvphong .*, as this process; got pvphong 0.0 at "),
-        (lambda _, packages: packages.pop("vtk"), "have vtk .*, as this process; got vtk missing at "),
+        (lambda _, packages: packages.update(pvphong="0.0"), "have pvphong .*, like this process; got pvphong 0.0 at "),
+        (lambda _, packages: packages.pop("vtk"), "have vtk .*, like this process; got vtk missing at "),
     ],
 )
 def test_workers_with_other_versions_are_refused(files, client, monkeypatch, change, message):

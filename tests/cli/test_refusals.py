@@ -48,7 +48,7 @@ REFUSED = {
     f"{SHADE} --scalars height --albedo red": "--albedo must be omitted with --scalars",
     f"{SHADE} --cmap terrain": "--cmap must be used with --scalars",
     f"{SHADE} --scene other.json": '--scene must be a scene file, a JSON object with "format": "pvphong scene"',
-    f"{SHADE} --scene parts.json": "material must be one material, or a mapping with 'default'",
+    f"{SHADE} --scene parts.json": "material must be one material, or a mapping with the key 'default'",
     f"{SHADE} --occluder roof.vtp": "--occluder must be used with shadows, ambient occlusion or bounces; got roof.vtp.",
     f"{SHADE} --background red": "--background must be used with a .png output only",
     "shade sphere.vtp -o o.png --components": "--components must be omitted: a .png file has no named arrays",

@@ -252,7 +252,7 @@ def test_validate_has_vtk_draw_the_same_colours():
         (ph.Colormap("Elevaton"), r"^albedo's scalars must be the name of a point or cell array \(.*'Elevation'"),
         (
             ph.Colormap("both"),
-            r"^albedo's scalars must be the name of one array.*; got 'both', the name of two.*preference=",
+            r"^albedo's scalars must be the name of one array.*; got 'both', the name of two arrays.*preference=",
         ),
         (ph.Colormap("empty"), r"^albedo's scalars must be finite in some rows unless clim is given"),
         (ph.Colormap("rock"), r"^albedo's scalars 'rock' must be .*an array of strings.*np\.unique"),
@@ -262,7 +262,10 @@ def test_validate_has_vtk_draw_the_same_colours():
             r"^albedo's scalars must be an array with one row per point \(\d+\) or per cell \(\d+\); got 7 rows",
         ),
         (ph.Colormap("vector", component=3), r"^albedo's scalars 'vector': component must be less than 3"),
-        (ph.Colormap("face"), r"^albedo must be one row per point, because faces share points.*feature_angle=0"),
+        (
+            ph.Colormap("face"),
+            r"^albedo must be an array with one row per point, because faces share points.*feature_angle=0",
+        ),
     ],
 )
 def test_what_a_mesh_has_not_is_refused_in_one_line(colormap, message):

@@ -256,7 +256,8 @@ def test_all_surfaces_are_one_with_the_normals_that_they_are_lit_with_and_a_brok
     np.testing.assert_array_equal(whole.point_data.active_normals, normals)
     assert (given["ball"], given["inner"]) == (before["ball"], before["inner"])
     with pytest.raises(
-        ValueError, match="mesh must be a MultiBlock that contains a mesh to light; got one of 1 blocks"
+        ValueError,
+        match="mesh must be a MultiBlock that contains a mesh to light; got a MultiBlock of 1 blocks, none with a mesh",
     ):
         one_surface(pv.MultiBlock({"gap": None}))
     with pytest.raises(ValueError, match=r"block \['cloud'\]: mesh must be a mesh with faces"):

@@ -139,7 +139,7 @@ def test_a_colour_for_each_face():
     assert np.array_equal(again["phong"], lit["phong"])
     for given in ("paint", paint):
         with pytest.raises(
-            ValueError, match=r"^albedo must be one row per point.*faces share points.* feature_angle=0"
+            ValueError, match=r"^albedo must be an array with one row per point.*faces share points.* feature_angle=0"
         ):
             cube.phong.shade(SCENE, ph.Material(albedo=given))
 

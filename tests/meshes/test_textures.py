@@ -140,7 +140,7 @@ def test_what_is_no_texture_of_colours_and_a_mesh_without_coordinates_are_refuse
     mapped.color_mode = "map"
     lines.GetPointData().SetTCoords(pv.convert_array(np.zeros(sheet.n_points), "u"))
     for mesh, texture, message in (
-        (sheet, pv.Texture(), "a texture with a flat image; got a texture without one"),
+        (sheet, pv.Texture(), "a texture with a flat image; got a texture without a flat image"),
         (sheet, texture_of(picture(3, np.uint16)), "a texture of uint8 or floats; got a texture of uint16. Convert"),
         (sheet, texture_of(255.0 * picture(3, np.float64)), "floats from 0 to 1; .* Divide 0-255 values by 255"),
         (sheet, mapped, 'a texture of colours; got a texture with a lookup table.*, set texture.color_mode = "direct"'),

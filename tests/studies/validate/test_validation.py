@@ -365,7 +365,10 @@ def test_the_nearest_of_a_directional_light_s_ambient_is_the_same_picture():
     ("matrix", "message"),
     [
         (np.diag([1.0, 0.0, 1.0, 1.0]), r"a matrix that flattens space.*Use a small scale in place of 0"),
-        (np.diag([1.0, 1e-19, 1.0, 1.0]), r"scales by 1e-19 to 1.*Scale mesh, lights and viewer alike"),
+        (
+            np.diag([1.0, 1e-19, 1.0, 1.0]),
+            r"scales by 1e-19 to 1.*Scale mesh, lights and viewer alike, so that the matrix scales by",
+        ),
         (np.diag([1e19, 1e19, 1e19, 1.0]), r"scales by 1e\+19 to 1e\+19"),
     ],
 )
