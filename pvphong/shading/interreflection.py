@@ -28,8 +28,8 @@ from pvphong.shading.equation import BLACK, Equation, LightTerm, in_parts
 Gather = Callable[[FloatArray], FloatArray]
 """Function from the colours that vertices send, (n, k), to the mean colours that they see, (n, k)."""
 
-# Allowed excess of the albedo over 1. The first is the error of a sum over nodes of the white sky. The second is for a
-# fit such as Oren and Nayar's, which reflects up to 1.018 at grazing angles.
+# Allowed excess of the albedo over 1. _ROUNDED is the error of a sum over nodes of the white sky. _FITTED is for a fit
+# such as Oren and Nayar's, which reflects up to 1.018 at grazing angles.
 _ROUNDED, _FITTED = 0.01, 0.03
 # The series ends when a bounce changes the sum by at most this fraction.
 _NOTHING = 2.0**-26
@@ -55,7 +55,7 @@ class Radiosity(NamedTuple):
 
 
 def without_ambient(equation: Equation) -> Equation:
-    """Return the equation without ambient light, the light model's and the lights'."""
+    """Return the equation without the ambient light of the light model and of the lights."""
     terms = tuple(replace(term, ambient=BLACK) if any(term.ambient) else term for term in equation.terms)
     return replace(equation, ambient=BLACK, terms=terms)
 
@@ -93,7 +93,7 @@ def under_white_sky(equation: Equation) -> Equation:
 
 
 def without_gain(scattered: FloatArray, equation: Equation) -> FloatArray:
-    """Return the albedo of an equation's surface, clipped to at most 1.
+    """Return the albedo of an equation's surface, `scattered`, clipped to at most 1.
 
     Raises
     ------

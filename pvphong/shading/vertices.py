@@ -185,7 +185,7 @@ class Vertices:
     def channels(self, equation: Equation) -> FloatArray | None:
         """Return the numbers per vertex that an equation reads, with rows as in `Equation.channels`.
 
-        Return None if it reads none.
+        Return None if the equation reads none.
 
         Tangents are unit vectors in the world. They are transformed like differences of points.
 

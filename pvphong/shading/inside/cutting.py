@@ -75,7 +75,8 @@ def cut_edges(surface: LitSurface, tolerance: float, limit: int) -> Cuts:
 def uncut_area(surface: LitSurface, tolerance: float) -> float:
     """Return the area of triangles that an edge crosses without a cut, if the jump exceeds a tolerance.
 
-    They were not cut because a part would have no area. This happens where edges of several lights meet.
+    These triangles were not cut because a part of them would have no area. This happens where edges of several lights
+    meet.
     """
     corners, vertices = surface.triangles.corners, surface.vertices
     is_crossed = np.zeros(len(corners), dtype=bool)
@@ -91,13 +92,13 @@ class _Crossings(NamedTuple):
     """Crossings of an edge with sides and triangles."""
 
     along: Float64Array
-    """Position of the crossing on each side, a fraction of its length, shape (s,); NaN if it is not crossed."""
+    """Position of the crossing on each side, as a fraction of the side, shape (s,); NaN if it is not crossed."""
     step: Float64Array
     """Jump of the colour there, shape (s,)."""
     rows: IntArray
     """Triangles that the edge crosses, shape (k,)."""
     deviation: Float64Array
-    """Largest distance of the edge from a straight line in each of them, shape (k,)."""
+    """Largest distance of the edge from a straight line in each of these triangles, shape (k,)."""
     width: Float64Array
     """Length of that line, shape (k,)."""
 
@@ -173,7 +174,7 @@ class _Edge:
         self._look_closely(rows[is_uniform & ~self._is_hidden[rows]])
 
     def _look_closely(self, rows: IntArray) -> None:
-        """Sample triangles at places a pixel apart. So far, their corners, sides and middles agree."""
+        """Sample triangles at places a pixel apart. The samples so far, at corners, on sides and inside, agree."""
         corners, is_lit = self._surface.triangles.corners, self._is_lit
         steps = np.maximum(self._sizes(rows)[0] / self._spacing, 1.0)
         orders = np.minimum(2 ** np.rint(np.log2(steps)).astype(np.int64), _FINEST)
@@ -189,7 +190,9 @@ class _Edge:
                 self._is_hidden[some[found]] |= self._steps(corners[some[found]], place)[:, 0] > self._tolerance
 
     def _can_jump(self, corners: IntArray, places: Float64Array, is_other: BoolArray) -> BoolArray:
-        """Return True (k,) where the colour may jump by more than the tolerance near the places (k, s) in `is_other`.
+        """Return, shape (k,), True where the colour may jump by more than the tolerance near places.
+
+        `is_other`, shape (k, s), is True at the places whose visibility differs from the first corner's.
 
         The edge lies between a place and its neighbours. The step there may exceed the steps at the places by a third
         of their range.
@@ -239,7 +242,8 @@ class _Edge:
     def _deviations(self, along: Float64Array, rows: IntArray) -> tuple[Float64Array, Float64Array]:
         """Return the largest deviation (k,) of the edge from a line, and the line's length (k,).
 
-        The deviation is measured at the line's quarters, and at samples inside that are on its wrong side.
+        The deviation is measured at the line's quarters, and at samples inside the triangle that are lit on the line's
+        dark side, or dark on its lit side.
         """
         triangles, index = self._surface.triangles, np.arange(len(rows))
         p = self._surface.vertices.points[triangles.corners[rows]]

@@ -81,7 +81,8 @@ def first_errors(vertices: LitVertices, corners: IntArray, enough: float | None 
 def more_errors(vertices: LitVertices, corners: IntArray, enough: float | None = None) -> Float64Array:
     """Return the largest error (m,) at further samples.
 
-    If blends of the stored normals have other directions, the errors at all samples are computed for these too.
+    If blends of the stored normals have other directions, the errors at all samples are computed for the stored normals
+    too.
     """
     result = pattern_errors(_MORE, vertices, corners, enough)
     length, stored = (np.linalg.norm(normals, axis=1) for normals in (vertices.normals, vertices.stored))
@@ -162,7 +163,7 @@ def pattern_errors(
 def _worst(
     places: Iterable[Places], vertices: LitVertices, corners: IntArray, enough: float | None = None
 ) -> tuple[IntArray, Float64Array, Float64Array]:
-    """Return the triangles (k,) that contain places, the place (k, 3) of the largest error in each, and the error."""
+    """Return the triangles that contain places (k,), and of each the largest error's place (k, 3) and value (k,)."""
     places = list(places)
     rows = np.concatenate([np.empty(0, dtype=np.intp), *(place.rows for place in places)])
     weights = np.concatenate([np.empty((0, 3)), *(place.weights for place in places)])

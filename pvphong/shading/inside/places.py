@@ -53,7 +53,10 @@ def area(points: Float64Array, corners: IntArray) -> float:
 
 
 def odd_corner(is_above: BoolArray) -> IntArray:
-    """Return the corner (m,) that is alone above or below in triangles (m, 3); the first if all are alike."""
+    """Return, shape (m,), the corner of each triangle whose flag differs from the other two; 0 if all agree.
+
+    `is_above` holds the flags of the corners, shape (m, 3).
+    """
     return (is_above == (is_above.sum(axis=1) == 1)[:, None]).argmax(axis=1)
 
 
@@ -150,7 +153,9 @@ _INVISIBLE = 21.0
 
 
 def _highlight_peaks(term: LightTerm, equation: Equation, at: _AtCorners) -> Places:
-    """Return peaks by Gauss-Newton steps, in triangles larger than the highlight; the fixed pattern covers others.
+    """Return peaks by Gauss-Newton steps, in triangles larger than the highlight.
+
+    In smaller triangles, the fixed pattern of samples suffices.
 
     A chord's length deviates from linear by less than a quarter of the square of its spread over the triangle. By this
     bound, triangles too far from the highlight are skipped.
@@ -211,7 +216,7 @@ def _shortest(at_corners: Float64Array) -> Float64Array:
 
 
 def _is_at_corner(at_corners: Float64Array) -> BoolArray:
-    """Return True (k,) where the shortest blend of three vectors (k, 3, 3) is one of them.
+    """Return, shape (k,), True where the shortest blend of three vectors (k, 3, 3) is one of them.
 
     The length then increases from this corner along both sides.
     """
@@ -257,7 +262,9 @@ _ASIDE = 2.0**-5
 
 
 def _sign_changes(values: FloatArray) -> Iterator[Places]:
-    """Yield places where a value changes its sign: on two sides of a triangle, half-way between, and next to these.
+    """Yield places where a value changes its sign: on two sides of a triangle, and half-way between these crossings.
+
+    Then yield the places slightly to both sides of them.
 
     Parameters
     ----------

@@ -23,8 +23,8 @@ from pvphong.shading.inside.triangles import marked
 
 Stopped = Literal["tolerance", "max_points", "jump", "resolution"]
 
-# Fractions of the tolerance. A triangle with an error above the first is split, and one with an error above the second
-# is sampled densely. Errors between samples were found to be larger by up to 5 % (dense) and 30 % (others).
+# Fractions of the tolerance. A triangle with an error above _AIM is split, and a triangle with an error above _CLOSE is
+# sampled densely. Errors between samples were found to be larger by up to 5 % (dense) and 30 % (others).
 _AIM, _CLOSE = 0.95, 0.7
 
 # Least urgency of triangles that a round splits, as a fraction of the largest.
@@ -71,7 +71,7 @@ class Refinement:
     def run(self, tolerance: float, limit: int, *, cut: bool) -> Stopped:
         """Split until every error is within `tolerance` or splitting does not help; return the reason for stopping.
 
-        It always stops: each round adds a point, and `limit` bounds their number.
+        It always stops: each round adds a point, and `limit` bounds the number of points.
 
         Parameters
         ----------

@@ -62,10 +62,10 @@ class Approximation(NamedTuple):
     """Reason; `{bound}` in it is replaced by the colour error."""
 
     factor: float = 1.0
-    """Factor of their strength."""
+    """Factor of the cheaper lights' strength."""
 
     spread: float = 0.0
-    """Largest error of the strength."""
+    """Largest error of the total strength."""
 
     turn: float | None = None
     """Largest error of the direction, in radians; None if the direction is exact."""
@@ -159,10 +159,10 @@ def _strongest(seen: BoundingCone, attenuation: VectorLike) -> float:
 
 
 def _evenly_strong(light: Any, extent: MeshBounds, *, exactly: bool) -> Approximation | None:
-    """Return the light without attenuation; None if it is not accurate enough.
+    """Return the light without attenuation; None if there is no bound on the error.
 
-    With `exactly`, the attenuation must be constant. Otherwise no vertex may be at the light's position, where the
-    error is unbounded.
+    With `exactly`, None is returned for every attenuation that varies. Otherwise, it is returned if a vertex may be at
+    the light's position, where the error is unbounded.
     """
     constant, linear, quadratic = light.attenuation
 
@@ -276,9 +276,10 @@ def _reach_within(center: Vector, radius: float, extent: MeshBounds) -> LightBou
 
 @simpler.register
 def _(light: SphereLight, effect: str, extent: MeshBounds, *, exactly: bool) -> Approximation | None:
-    """Return a point light at its centre.
+    """Return a point light at the sphere's centre.
 
-    Its image is a uniform disk. With s the sine of its angular radius, its strength is 2 / (1 + √(1 − s²)) times 1/d².
+    The sphere's image is a uniform disk. With s the sine of the disk's angular radius, its strength is 2 / (1 + √(1 −
+    s²)) times 1/d².
     """
     if exactly or effect != SIZE:
         return None
@@ -287,11 +288,11 @@ def _(light: SphereLight, effect: str, extent: MeshBounds, *, exactly: bool) -> 
 
 @simpler.register
 def _(light: Flat, effect: str, extent: MeshBounds, *, exactly: bool) -> Approximation | None:
-    """Return a spot light at its centre, or no light if the mesh is behind it.
+    """Return a spot light at the light's centre, or no light if the mesh is behind the light.
 
-    At height h above its plane, a part has the strength h/d³. The mean over the light differs from the value at its
-    centre by at most half the largest second derivative, 12 h/d⁵, times the square of its radius. With s the sine of
-    its angular radius, that is 6 s²/(1 − s)⁵ times 1/d².
+    At height h above the light's plane, a part of the light has the strength h/d³. The mean over the light differs from
+    the value at its centre by at most half the largest second derivative, 12 h/d⁵, times the square of the light's
+    radius. With s the sine of the light's angular radius, this difference is 6 s²/(1 − s)⁵ times 1/d².
     """
     seen = extent.sight(light.center) if effect == SIZE else None
     if seen is None:
@@ -333,13 +334,13 @@ def _as_point(seen: BoundingCone | None, radius: float, light: Light, spread: An
 
 @without.register
 def _(light: SphereLight, effect: str, point: Vector) -> tuple[Light, float]:
-    """Return a point light at its centre, or parallel light."""
+    """Return a point light at the light's centre, or parallel light."""
     return (light.nodes(1)[0], 1.0) if effect == SIZE else _parallel_at(light, point)
 
 
 @without.register
 def _(light: Flat, effect: str, point: Vector) -> tuple[Light, float]:
-    """Return a spot light at its centre, or parallel light."""
+    """Return a spot light at the light's centre, or parallel light."""
     if effect != SIZE:
         return _parallel_at(light, point)
     height = sum(n * (p - c) for n, p, c in zip(light.normal, point, light.center, strict=True))
@@ -347,7 +348,7 @@ def _(light: Flat, effect: str, point: Vector) -> tuple[Light, float]:
 
 
 def merged_nodes(light: Light, count: int, extent: MeshBounds) -> Approximation | None:
-    """Return at most `count` nodes that may replace the `NODES`; None if there is no bound.
+    """Return at most `count` nodes that may replace the light's `NODES` nodes; None if there is no bound on the error.
 
     Nodes that are close together are merged at their mean position. At distance d, 1/d² changes by at most 2/d³ per
     unit of length. So does h/d³, the falloff of a flat light at height h above its plane (the field of a dipole).

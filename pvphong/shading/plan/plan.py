@@ -33,11 +33,11 @@ from pvphong.shading.visibility import known_transport
 # Least product of the numbers of vertices and lights for which the compiled evaluator is worth the half second that it
 # takes to load. The rule is independent of earlier calls, so that equal calls on few vertices return equal bits.
 _WORTH_LOADING = 2**18
-# Cost of bounces as a number of lights: the light that vertices send and their albedo are evaluated, the latter by
-# lighting them with a sky.
+# Cost of bounces as a number of lights: the light that vertices send and their albedo are evaluated, the albedo by
+# lighting the vertices with a sky.
 _AS_LIGHT_THAT_BOUNCES = 32
-# The same product for windows, once the compiled evaluator is loaded. Here bits may depend on earlier calls, because
-# displayed colours are rounded anyway.
+# The corresponding product for windows, once the compiled evaluator is loaded. Here bits may depend on earlier calls,
+# because displayed colours are rounded anyway.
 _WORTH_STARTING = 2**13
 
 _FACES_AWAY = (
@@ -69,7 +69,7 @@ class Plan:
         The simplified equation, which evaluators run.
     whole : Equation
         The equation before simplification. It determines evaluator and types, so that no vertex's bits depend on the
-        positions of others.
+        positions of other vertices.
 
     Examples
     --------

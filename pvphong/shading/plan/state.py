@@ -143,5 +143,5 @@ class PlanState:
         )
 
     def bound_of(self, effect: str) -> float:
-        """Return the sum of the bounds for omitting an effect."""
+        """Return the bound on the colour error from all simplifications of an effect: the sum of their bounds."""
         return math.fsum(self._of_colors(note) for note in self.simplifications if note.effect == effect)
