@@ -14,8 +14,8 @@ the light; the power heuristic weights the two (E. Veach and L. Guibas, "Optimal
 Monte Carlo rendering", 1995). From the third bounce on, Russian roulette ends paths, mostly those of low weight (J.
 Arvo and D. Kirk, "Particle transport and image synthesis", 1990).
 
-Each vertex has its own paths, in independent rounds; the standard error is that of the rounds. Within a round, the
-first direction and the samples on lights are points of the Sobol sequence.
+Each vertex has its own paths, in independent rounds; the standard error is computed from the rounds' means. Within a
+round, the first direction and the samples on lights are points of the Sobol sequence.
 """
 
 from __future__ import annotations
@@ -68,9 +68,9 @@ class Reflector:
     equation : Equation
         Equation of the scene and the mesh's material, in the standard convention.
     values : mapping
-        Values at its points, interpolated between them, shape (n, k) each: "normal", unit vectors in the world;
+        Values at the mesh's points, interpolated between them, shape (n, k) each: "normal", unit vectors in the world;
         "tangents", if the reflectance needs them; the equation's maps by their names; and the tints "emission",
-        "specular" and "diffuse", the last for lobes that take albedo.
+        "specular" and "diffuse"; "diffuse" is for lobes that take the albedo.
     """
 
     faces: BlockingFaces
@@ -111,11 +111,11 @@ class Reflector:
         return dict(zip(self.values, np.split(np.ascontiguousarray(rows.T), ends[:-1]), strict=True))
 
     def at_points(self, points: IntArray) -> dict[str, Float64Array]:
-        """Return values at some of its points."""
+        """Return the values at the given points, by name."""
         return self.named(self._rows[points])
 
     def between(self, corners: IntArray, weights: Float64Array) -> dict[str, Float64Array]:
-        """Interpolate values inside triangles with corners (m, 3), by barycentric weights (m, 3)."""
+        """Return the values inside triangles with corners (m, 3), interpolated by barycentric weights (m, 3)."""
         a, b, c = (weights[:, k, None] * self._rows[corners[:, k]] for k in range(3))
         return self.named(a + b + c)
 
@@ -188,7 +188,7 @@ class _Sight:
     def __init__(self, term: LightTerm, at: Interaction) -> None:
         sampling = term.light.sampling
         if sampling is None:
-            remedy = "Implement it for path tracing; see pvphong.optics.area.sampling."
+            remedy = "Implement `sampling` for path tracing; see pvphong.optics.area.sampling."
             check.refuse("light", term.light, "a light with `sampling`", remedy)
         self._term, self._at, self._sampling = term, at, sampling
         self._numbers = np.asarray(sampling.numbers, np.float64)
@@ -210,7 +210,7 @@ class _Sight:
         to_light : ndarray
             Directions, sampled on the light or by the surface, with the surface's `factors` for them.
         by_chance : bool
-            True if the surface sampled them.
+            True if the surface sampled the directions.
 
         Returns
         -------
@@ -304,7 +304,7 @@ class PathTracer:
     Parameters
     ----------
     reflectors : sequence of Reflector
-        Reflectors with the same lights. They are the first parts of the occluders, in order; the others are black.
+        Reflectors with the same lights. They are the first parts of the occluders, in order; the other parts are black.
     occluders : Occluders
         All parts together.
     max_bounces : int or None

@@ -131,7 +131,7 @@ BEGUN_ABOVE = 2.0**-15
 
 
 def may_block(light: Light, vertices: Box | None, parts: Box) -> BoolArray:
-    """Return True for parts whose boxes may be between vertices and a light; all if too little is known.
+    """Return True for parts whose boxes may be between vertices and a light; for all parts if too little is known.
 
     The space between the vertices' box and the light's box is their convex hull: the boxes (1 − t) a + t b with t from
     0 to 1. For a light without a position, t has no upper bound.
@@ -203,7 +203,7 @@ class Begun(NamedTuple):
     origins: Float64Array
     """Points moved slightly into their faces, shape (n, 3)."""
     rise: FloatArray
-    """Mean height of their faces' centroids above the tangent plane, shape (n,)."""
+    """Mean height of the centroids of each vertex's faces above its tangent plane, shape (n,)."""
 
 
 class SendingTriangles(NamedTuple):

@@ -101,7 +101,7 @@ class TransportLike(Protocol):
         """Return the largest part of any vertex's hemisphere, weighted by the cosine, that lit surfaces fill."""
 
     def why_nothing(self) -> str:
-        """Return the reason why no vertex sees lit surfaces; "" if one may."""
+        """Return the reason why no vertex sees lit surfaces; "" if a vertex may see one."""
 
     def gather(self, colors: FloatArray) -> FloatArray:
         """Return the cosine-weighted mean (n, k) of the colours that each vertex sees, if vertices send `colors`."""

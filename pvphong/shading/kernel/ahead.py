@@ -183,7 +183,7 @@ def _distinct(stages_of_all: _Named) -> _Named:
 
 
 def main() -> None:
-    """Compile the code for the standard input, a pickled `Request`, and then all the rest.
+    """Read a pickled `Request` from standard input, and compile its code, then all other code.
 
     Do nothing if another process is compiling.
     """

@@ -25,8 +25,9 @@ from pvphong.shading.kernel.code import Library, NotCompiled
 from pvphong.shading.kernel.evaluation import address, as_contiguous
 from pvphong.shading.kernel.normals import CHUNK, FaceArrays, survey_code
 
-# Entries of a slot of the hash table: a point, or −1 in an empty slot; the number of faces in the list that have the
-# point; the sum of their indices in the list; and the last of these indices.
+# Entries of a slot of the hash table, for the list of faces around one point: another point, or −1 in an empty slot;
+# the number of faces in the list that have this other point; the sum of these faces' indices in the list; and the last
+# of these indices.
 KEY, COUNT, SUM, NEWEST, SLOT = range(5)
 
 # Odd factor of the hash: 2⁶⁴ divided by the golden ratio, without the first bit. It spreads consecutive numbers.

@@ -278,8 +278,8 @@ def _reach_within(center: Vector, radius: float, extent: MeshBounds) -> LightBou
 def _(light: SphereLight, effect: str, extent: MeshBounds, *, exactly: bool) -> Approximation | None:
     """Return a point light at the sphere's centre.
 
-    The sphere's image is a uniform disk. With s the sine of the disk's angular radius, its strength is 2 / (1 + √(1 −
-    s²)) times 1/d².
+    The sphere's image is a uniform disk. Its strength is 2 / (1 + √(1 − s²)) times 1/d², with s the sine of the
+    disk's angular radius.
     """
     if exactly or effect != SIZE:
         return None
