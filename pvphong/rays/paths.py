@@ -4,14 +4,14 @@ The colour of a point x seen along v is (J. Kajiya, "The rendering equation", 19
 
     B(x, v) = emission + ∫ L(x, l) · Σ color · factor(l, v) dl / π
 
-over unit vectors l, where L is the arriving light: from the lights, or the colour B(y, −l) of the first hit y. Factors
-are those of the reflectance's lobes, which include the cosine. So with lights alone, the result equals that of the
-evaluators. The constant ambient light is excluded, because it stands for bounced light.
+over unit vectors l, where L is the arriving light: from the lights, or the colour B(y, −l) of the first hit y. The
+factors of the reflectance's lobes include the cosine. So with lights alone, the result equals the evaluators' colours.
+The constant ambient light is excluded, because it stands for bounced light.
 
-At each point of a path, rays go to all lights: to point-like lights, and to one sample on each of the others. The
+At each point of a path, rays go to all lights: to point-like lights, and to one sample on each other light. The
 reflectance samples one direction, in which the path continues. If it hits an area light, this is a second estimate of
 the light; the power heuristic weights the two (E. Veach and L. Guibas, "Optimally combining sampling techniques for
-Monte Carlo rendering", 1995). From the third bounce on, Russian roulette ends paths, mostly those of low weight (J.
+Monte Carlo rendering", 1995). From the third bounce on, Russian roulette ends paths, mostly paths of low weight (J.
 Arvo and D. Kirk, "Particle transport and image synthesis", 1990).
 
 Each vertex has its own paths, in independent rounds; the standard error is computed from the rounds' means. Within a
@@ -364,7 +364,8 @@ class PathTracer:
     def _along_paths(self, at: Interaction, numbers: _Numbers, rays: list[int]) -> Float64Array:
         """Return the light that all paths carry to their first points, shape (3, n).
 
-        It excludes the emission of the first points and the light from point-like lights there, which are not random.
+        The result excludes the emission of the first points and the light from point-like lights there, which are not
+        random.
         """
         light, bounces = np.zeros(at.points.shape), 0
         bundles = [_Bundle(at, np.arange(len(at)), np.ones(at.points.shape))]
@@ -398,7 +399,10 @@ class PathTracer:
     def _unblocked(
         self, at: Interaction, sent: Float64Array, to_light: Float64Array, lengths: Float64Array, rays: list[int]
     ) -> Float64Array:
-        """Return `sent`, (3, n), with 0 where rays along directions (3, n) are blocked within `lengths`, (n,)."""
+        """Return `sent`, shape (3, n), with 0 where a ray is blocked.
+
+        Rays go along `to_light`, shape (3, n), and end at `lengths`, shape (n,), less the margin.
+        """
         rows = np.flatnonzero(sent.any(axis=0))
         blocked = self.occluders.blocked(at.origins[:, rows].T, to_light[:, rows].T, lengths[rows] - at.margin)
         rays.append(len(rows))

@@ -67,7 +67,7 @@ class HemisphereTracer:
 
     @cached_property
     def starts(self) -> IntArray:
-        """Index of each receiver's first vertex among those of all receivers, then the number of all vertices."""
+        """Index of each receiver's first vertex among all receivers' vertices; last, the number of all vertices."""
         return np.cumsum([0, *(len(each.points) for each in self.receivers)])
 
     @cached_property

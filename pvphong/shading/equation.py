@@ -126,8 +126,7 @@ class Equation:
     turns_normals : bool
         True if the matrix changes the directions of normals.
     is_occluded : bool
-        True if the visible part of the sky multiplies all ambient light, that of the light model and that of the
-        lights.
+        True if the visible part of the sky multiplies the ambient light of the light model and of the lights.
     maps : mapping
         Field of the reflectance → least and greatest of the numbers per vertex that replace the field.
     tints : frozenset of str
@@ -409,8 +408,8 @@ def _refuse_unread(standard: Equation, scene: Scene, material: Material, names: 
 def _as_vtk(standard: Equation, scene: Scene, material: Material) -> Equation:
     """Return the equation of the same scene in VTK's convention.
 
-    VTK does not multiply the material's ambient by any light, and ignores the lights' ambient and specular colours. Its
-    viewer is local even in parallel projection. It draws a scene without lights unlit.
+    VTK does not multiply the material's ambient by any light, and ignores the lights' ambient and specular colours.
+    VTK's viewer is local even in parallel projection. VTK draws a scene without lights unlit.
     """
     is_headlight = vtk_tier(scene.lights) == 1
     reflectance: Reflectance | None

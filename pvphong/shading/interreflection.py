@@ -26,7 +26,7 @@ from pvphong.optics.lights import EnvironmentLight
 from pvphong.shading.equation import BLACK, Equation, LightTerm, in_parts
 
 Gather = Callable[[FloatArray], FloatArray]
-"""Function from the colours that vertices send, (n, k), to the mean colours that they see, (n, k)."""
+"""Function from the colours that vertices send, (n, k), to the mean colours that the vertices see, (n, k)."""
 
 # Allowed excess of the albedo over 1. _ROUNDED is the error of a sum over nodes of the white sky. _FITTED is for a fit
 # such as Oren and Nayar's, which reflects up to 1.018 at grazing angles.
@@ -80,7 +80,7 @@ def ambient_alone(equation: Equation) -> Equation:
 
 
 def diffuse_white(equation: Equation) -> tuple[Vector, ...]:
-    """Return the material colours of the diffuse lobes, and black for the others."""
+    """Return the material colours of the diffuse lobes, and black for the other lobes."""
     diffuse = equation.lobes_of["diffuse"]
     return tuple(color if k in diffuse else BLACK for k, color in enumerate(equation.colors))
 

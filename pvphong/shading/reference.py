@@ -308,8 +308,8 @@ def _add(
 def _integrals(block: Block, reflectance: Reflectance, term: LightTerm) -> Iterator[Any]:
     """Yield each lobe's integral over an area light, times the term's gain.
 
-    Terms of the integral cancel, so it is computed in float64. It covers the whole light; the caller multiplies it by
-    the visible part.
+    Terms of the integral cancel, so it is computed in float64. The integral covers the whole light; the caller
+    multiplies it by the visible part.
     """
     real = block.surface.raw.dtype.type
     for form, color in zip(reflectance.forms, term.colors, strict=True):

@@ -91,7 +91,7 @@ class Goal(NamedTuple):
 
 
 class TransportLike(Protocol):
-    """Light transport between the vertices of a mesh, and possibly from those of other meshes."""
+    """Light transport between the vertices of a mesh, and possibly from the vertices of other meshes."""
 
     @property
     def is_shared(self) -> bool:

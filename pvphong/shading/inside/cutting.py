@@ -146,7 +146,7 @@ class _Edge:
         return steps_at(self._light, self._surface.vertices, corners, weights)
 
     def _look(self, rows: IntArray) -> None:
-        """Sample triangles that are new or changed, and record those with an edge that their corners do not show."""
+        """Sample triangles that are new or changed, and record the edges that corners do not show."""
         triangles, is_lit = self._surface.triangles, self._is_lit
         rows = rows[self._sizes(rows)[1] > 0.0]
         added = len(triangles) - len(self._is_hidden)
@@ -227,7 +227,7 @@ class _Edge:
     def _lines(self, along: Float64Array, rows: IntArray) -> tuple[IntArray, Float64Array]:
         """Return a corner (k,) and the ends (k, 2, 3) of the line across each crossed triangle.
 
-        The corner is the one that is alone on its side of the line.
+        The corner is alone on its side of the line.
         """
         triangles, is_lit = self._surface.triangles, self._is_lit
         at_corners = is_lit[triangles.corners[rows]]
@@ -272,7 +272,11 @@ class _Edge:
 
     @staticmethod
     def _distances(weights: Float64Array, p: Float64Array, x: Float64Array, y: Float64Array) -> Float64Array:
-        """Return the distances (k, s) of places in triangles p (k, 3, 3) from the lines through x and y (k, 3)."""
+        """Return the distances of places in triangles from lines, shape (k, s).
+
+        `weights` holds the places, shape (k, s, 3) or (s, 3), and `p` the triangles' corners, shape (k, 3, 3). The line
+        in each triangle goes through `x` and `y`, shape (k, 3) each.
+        """
         line = (y - x)[:, None]
         width = np.linalg.norm(line, axis=2)
         far = np.linalg.norm(np.cross(weights @ p - x[:, None], line), axis=2)

@@ -252,7 +252,7 @@ class Lighting:
 def inside_cone(light: Light, points: Float64Array) -> FloatArray:
     """Return values (n,) that are positive inside a light's cone and negative outside.
 
-    They compare the chord between the axis and the ray with the chord of the cone's angle; see
+    The values compare the chord between the axis and the ray with the chord of the cone's angle; see
     `pvphong.optics.lights.spot`.
     """
     (direction,), (angle,) = light.values(Aim), light.values(Angle)
@@ -317,9 +317,10 @@ class ComparedColors(NamedTuple):
 def lit_inside(
     vertices: LitVertices, corners: IntArray, weights: Float64Array, compared: ComparedColors | None = None
 ) -> tuple[Float64Array, Float64Array]:
-    """Return the exact displayed colours (m, s, 3) at places in triangles (m, 3), and their standard errors (m, s).
+    """Return the exact displayed colours, shape (m, s, 3), and their standard errors, shape (m, s), at places.
 
-    With `compared`, a place needs no more rays once the difference of its colour is known to be allowed.
+    `corners` holds the vertices of m triangles, shape (m, 3). `weights` holds s places in each triangle. With
+    `compared`, a place needs no more rays once the difference of its colour is known to be allowed.
     """
     own = vertices.points, vertices.normals, vertices.maps
     points, normals, maps = (blended(each, corners, weights) for each in own)
@@ -391,7 +392,10 @@ def seen_at(
 
 
 def steps_at(light: int, vertices: LitVertices, corners: IntArray, weights: Float64Array) -> Float64Array:
-    """Return the difference (m, s) of colours with a light fully visible and hidden, at places in triangles (m, 3)."""
+    """Return the difference between the colours with a light fully visible and with the light hidden, shape (m, s).
+
+    `corners` and `weights` are as for `lit_inside`.
+    """
     seen = blended(vertices.seen, corners, weights)
     colors = _colors_without_and_with(light, vertices, corners, weights, seen)
     return difference(*map(vertices.lighting.shown, colors))
@@ -414,7 +418,7 @@ def _colors_without_and_with(
 
 
 def to_viewer(points: Float64Array, equation: Equation) -> Float64Array:
-    """Return unit vectors v to the viewer from points (3, k): shape (3, k), or (3, 1) if all are equal."""
+    """Return unit vectors v from points (3, k) to the viewer: shape (3, k), or (3, 1) for a viewer at infinity."""
     return np.array(equation.to_eye)[:, None] if equation.eye is None else towards(equation.eye, points)[0]
 
 

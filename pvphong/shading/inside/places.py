@@ -26,9 +26,10 @@ _AT_ONCE = 2**13
 
 
 def sizes(points: Float64Array, corners: IntArray) -> tuple[Float64Array, Float64Array]:
-    """Return the longest side and the least height, (m,) each, of triangles (m, 3) between points (n, 3).
+    """Return the longest side and the least height of m triangles, shape (m,) each.
 
-    The height is zero or NaN if a triangle has no area, or a point that is not finite.
+    `points` has the shape (n, 3), and `corners`, which holds point indices, the shape (m, 3). The height is zero or NaN
+    if a triangle has no area, or a point that is not finite.
     """
     longest, height = np.empty((2, len(corners)))
 
@@ -47,7 +48,7 @@ def sizes(points: Float64Array, corners: IntArray) -> tuple[Float64Array, Float6
 
 
 def area(points: Float64Array, corners: IntArray) -> float:
-    """Return the total area of triangles (m, 3) between points (n, 3). Those with a NaN or infinity count as 0."""
+    """Return the total area of triangles; arguments as for `sizes`. Triangles with a NaN or infinity count as 0."""
     longest, height = sizes(points, corners)
     return float(np.nan_to_num(longest * height).sum()) / 2.0
 
@@ -189,8 +190,9 @@ def _blend(weights: Float64Array, at_corners: Float64Array) -> Float64Array:
 def _shortest(at_corners: Float64Array) -> Float64Array:
     """Return barycentric coordinates (k, 3) of the shortest blend of three vectors (k, 3, 3).
 
-    It is the point of a triangle nearest to the origin: the foot of the perpendicular if that lies inside, else the
-    nearest of the three sides' nearest points (C. Ericson: Real-Time Collision Detection (2005), section 5.1.5).
+    The shortest blend is the point of a triangle nearest to the origin: the foot of the perpendicular if that lies
+    inside, else the nearest of the three sides' nearest points (C. Ericson: Real-Time Collision Detection (2005),
+    section 5.1.5).
     """
     a, b, c = at_corners.transpose(1, 2, 0)
     ab, ac = b - a, c - a

@@ -125,7 +125,7 @@ class Refinement:
         return self.errors[rows] * self._known["longest"][rows]
 
     def _finish(self, tolerance: float) -> None:
-        """Take the remaining samples of all triangles, and dense ones where the error is close to the tolerance."""
+        """Take the remaining samples of all triangles, and dense samples where the error is close to the tolerance."""
         rows = np.flatnonzero(~self._known["finished"])
         for errors_of in (more_errors, partial(pattern_errors, DENSE)):
             errors = errors_of(self.surface.vertices, self.surface.triangles.corners[rows], _CLOSE * tolerance)
@@ -134,7 +134,7 @@ class Refinement:
             rows = rows[(self.errors[rows] > _CLOSE * tolerance) & (self.errors[rows] <= _AIM * tolerance)]
 
     def _look_for_jumps(self, rows: IntArray, tolerance: float) -> None:
-        """Mark triangles in which the colour jumps, and those that share a vertex with them, as stuck.
+        """Mark triangles in which the colour jumps, and triangles that share a vertex with them, as stuck.
 
         For example, around a vertex without a normal, colours vary as much in small triangles as in large ones.
         """

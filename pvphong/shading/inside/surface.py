@@ -42,7 +42,7 @@ class LitSurface:
     triangles : Triangles
         Current triangles.
     vertices : LitVertices
-        Current vertices; the given ones come first.
+        Current vertices; the given vertices come first.
     added : list of Added
         Records of the added vertices, in order.
     diagonal : float
@@ -78,7 +78,7 @@ class LitSurface:
     def cut(self, light: int, signs: IntArray, crossed: BoolArray, along: Float64Array, inner: IntArray) -> None:
         """Cut along the edge of a light's shadow or cone, as `Triangles.cut` does.
 
-        Vertices on sheet 1 see the light, those on sheet -1 do not.
+        Vertices on sheet 1 see the light, vertices on sheet -1 do not.
         """
         opposite = np.repeat(self._opposite(np.flatnonzero(crossed)), 2)
         cut = self.triangles.cut(signs, crossed, along, inner)

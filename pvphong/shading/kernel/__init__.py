@@ -190,7 +190,7 @@ def split_points(
     """Split a mesh's points along sharp edges, as VTK's filter does; or return None.
 
     The result equals the filter's and does not depend on the number of threads. None is returned without compiled code,
-    and for faces that VTK divides or refuses: those with more than 384 corners or fewer than three, or with an index
+    and for faces that VTK divides or refuses: faces with more than 384 corners or fewer than three, or with an index
     outside the points.
 
     Parameters

@@ -205,7 +205,7 @@ def main() -> None:
 
 
 def _request() -> Request | None:
-    """Return the request; None if its lights or reflectances cannot be imported, as those of an interactive session."""
+    """Return the request; None if its lights or reflectances cannot be imported, as in an interactive session."""
     try:
         request = pickle.load(sys.stdin.buffer)
     except (AttributeError, ImportError, EOFError):

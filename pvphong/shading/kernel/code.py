@@ -8,8 +8,8 @@ number of processes may read and write at once. (Numba's own cache has two probl
 two concurrent writers can assign one function the other's code; and it checks only the source file of the function
 itself, not those of the functions that it calls.)
 
-If a call must not wait, another process compiles the missing code; it may outlive this one. This process requests each
-piece once, so that code that cannot be compiled is not tried again and again.
+If a call must not wait, another process compiles the missing code; that process may outlive this process. This process
+requests each piece once, so that code that cannot be compiled is not tried again and again.
 """
 
 from __future__ import annotations
@@ -204,7 +204,7 @@ def _is_own(module: str) -> bool:
 def _sources(modules: tuple[str, ...]) -> bytes:
     """Return a digest of all sources that functions of the modules may call; raise OSError if one is missing.
 
-    These are the modules' sources, and those of the packages with the kernel and the formulas.
+    These are the modules' sources, and the sources of the packages with the kernel and the formulas.
     """
     here = Path(__file__).parent
     folders = here, *(here.parents[1] / package for package in ("base", "geometry", "optics"))

@@ -1,11 +1,11 @@
 """Splitting a mesh's points along its sharp edges, compiled: the splitting of VTK's vtkSplitSharpEdgesPolyData.
 
 The faces around a point form fans: two neighbours are in the same fan if the edge between them is smooth. The first fan
-keeps the point, and each other fan gets a new point. Fans, their order and the rounding of normals are those of VTK's
+keeps the point, and each other fan gets a new point. Fans, their order and the rounding of normals are as in VTK's
 filter.
 
-Each call of `find_fans` computes the points of one range, as `normals.find_normals` does, and writes only for these. So
-the result depends neither on the ranges nor on the threads.
+Each call of `find_fans` computes the points of one range, as `normals.find_normals` does, and writes only for these
+points. So the result depends neither on the ranges nor on the threads.
 """
 
 from __future__ import annotations

@@ -69,8 +69,9 @@ def shade(
         uint8, arithmetic is in float32, and colours are rounded to 0-255 for display. Components, if present, are
         overwritten too; with uint8 there must be none.
     whole : Equation, optional
-        The equation before a plan simplified it; by default the same. It determines whether the kernel declines, and
-        the type in which vertices are read, so that these do not depend on the positions of other vertices.
+        The equation before a plan simplified it; by default the same. This equation determines whether the kernel
+        declines, and the type in which vertices are read, so that these do not depend on the positions of other
+        vertices.
     channels : ndarray, optional
         Shape (k, n): further numbers per vertex, with rows as in `equation.channels`.
     waits : bool, default True

@@ -79,7 +79,7 @@ def prepare(rows: Any, marks: Any) -> None:
 
 @inlined
 def bring_near(numbers: Any, c: int, rows: Any, wide: Any, valid: Any) -> None:
-    """Transform open rays to the coordinates of a caster, and mark those that can hit it."""
+    """Transform open rays to the coordinates of a caster, and mark the rays that can hit its triangles."""
     mx, my, mz, scale = numbers[4 * c], numbers[4 * c + 1], numbers[4 * c + 2], numbers[4 * c + 3]
     all_near = True
     for j in range(RAYS):

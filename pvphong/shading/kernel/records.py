@@ -54,11 +54,10 @@ TERM = np.dtype(
 """Record of a light. `is_uniform`: light from the direction `to_light`. `varies`: its strength is computed per vertex;
 constant factors are in the colours, and `gain`, a power of two, multiplies the strength. `wanted`: lobes other than
 black, as the sum of 1, 2 and 4. `visible`: channel of its visible part, or -1. `arrives`, `reflects`: addresses of the
-stages, 0 for those built into the driver. For an area light, `arrives` is `integral_stage`, which writes the
-reflectance's factors too, and `reflects` is `factors_already_written`.
-The last fields are for separate shares. `component`: index in `COMPONENTS` of the share that this term completes, or
--1. `light_at`: offset from the colours to the array of its light if this term completes the light, else 0. `is_alone`:
-its light has no other share."""
+stages, 0 for stages built into the driver. For an area light, `arrives` is `integral_stage`, which writes the
+reflectance's factors too, and `reflects` is `factors_already_written`. The last fields are for separate shares.
+`component`: index in `COMPONENTS` of the share that this term completes, or -1. `light_at`: offset from the colours to
+the array of its light if this term completes the light, else 0. `is_alone`: its light has no other share."""
 
 
 def _packer(kind: np.dtype[Any]) -> Callable[..., bytes]:

@@ -67,7 +67,7 @@ class Effect:
     neutral : mapping
         Field of the equation → its value without the effect. If empty, the effect is removed from each light's term.
     once, each : float
-        Approximate cost in nanoseconds per vertex, in total and for each light for which it runs. These are rounded
+        Approximate cost in nanoseconds per vertex, in total and for each light for which it runs. The costs are rounded
         differences of the times with and without the effect, by the compiled evaluator in float32, on one core of a
         server's processor of 2022 at 3.7 GHz.
     """

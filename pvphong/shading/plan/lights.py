@@ -79,7 +79,7 @@ class Approximation(NamedTuple):
 
 @singledispatch
 def effects(light: Any) -> frozenset[str]:
-    """Return the effects of a light: by default, position unless it is uniform, and size if it has one."""
+    """Return the effects of a light: by default, position unless uniform, and size if it has a size."""
     if light.is_uniform:
         return frozenset()
     return frozenset({POSITION, SIZE} if light.has_size else {POSITION})
