@@ -394,11 +394,18 @@ class Transport:
             with open(path, "rb") as opened, np.load(opened, allow_pickle=False) as file:
                 kind, counts, met = (file[name] for name in ("format", "counts", "met"))
         except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile) as error:
-            check.refuse("path", os.fspath(path), allowed, f"{type(error).__name__}: {error}.")
+            check.refuse(
+                "path",
+                os.fspath(path),
+                allowed,
+                f"{type(error).__name__}: {error}. Recompute the transport with mesh.phong.transport().",
+            )
         written = kind.tolist() if kind.shape == (3,) else []
         if not written or written[0] != _FORMAT or written[1] != str(_VERSION):
             got = f"{os.fspath(path)} of version {written[1]}" if written and written[0] == _FORMAT else os.fspath(path)
-            check.refuse("path", got, f"{allowed}, of version {_VERSION}", "Recompute it with mesh.phong.transport().")
+            check.refuse(
+                "path", got, f"{allowed}, of version {_VERSION}", "Recompute the transport with mesh.phong.transport()."
+            )
         count = int(counts.sum())
         is_sound = (
             (counts >= 0).all()
@@ -410,7 +417,10 @@ class Transport:
         )
         if not is_sound:
             check.refuse(
-                "path", os.fspath(path), allowed, "The file is damaged. Recompute it with mesh.phong.transport()."
+                "path",
+                os.fspath(path),
+                allowed,
+                "The file is damaged. Recompute the transport with mesh.phong.transport().",
             )
         result = cls(None, math.inf, str(written[2]), tuple(counts.tolist()), met.shape[1])
         result._kept = np.ascontiguousarray(met)
@@ -497,7 +507,12 @@ def refuse_too_large(samples: int, count: int, memory: float) -> None:
     available, needed = available_memory(), min(_BYTES_PER_RAY * samples * count, memory)
     if available is not None and needed > available:
         allowed = f"at most {available:.3g}, the number of free bytes"
-        check.refuse("memory", f"{memory:.3g}", allowed, "With a lower limit, rays are cast for each bounce.")
+        check.refuse(
+            "memory",
+            f"{memory:.3g}",
+            allowed,
+            "With a lower limit, hits are not stored, and rays are cast for each bounce.",
+        )
 
 
 def _mean_by_arrays(met: NDArray[np.int32], colors: FloatArray) -> FloatArray:

@@ -496,7 +496,7 @@ class Visibility:
                 raise ValueError(f"its format is {' '.join(map(str, kind[:2]))}")
             return _restored(_state_of(json.loads(kind[2]), arrays))
         except (OSError, ValueError, KeyError, TypeError, IndexError, EOFError, zipfile.BadZipFile) as error:
-            remedy = "Compute it again with mesh.phong.visibility(scene)."
+            remedy = "Recompute the visibility with mesh.phong.visibility(scene)."
             check.refuse("path", os.fspath(path), allowed, f"{type(error).__name__}: {error}. {remedy}")
 
     def _keep(self, row: int, part: FloatArray, error: FloatArray) -> None:
@@ -570,9 +570,11 @@ class Visibility:
             )
         remedy = "Recompute it with mesh.phong.visibility(scene)."
         if tuple(labels) != self.lights:
-            check.refuse("visibility", f"one for {self.lights}", f"computed for the lights {tuple(labels)}", remedy)
+            check.refuse(
+                "visibility", f"one for the lights {self.lights}", f"computed for the lights {tuple(labels)}", remedy
+            )
         if not np.array_equal(points, self._receiver.points, equal_nan=True):
-            check.refuse("visibility", "one for other points", "computed for the mesh where it is now", remedy)
+            check.refuse("visibility", "one for other points", "computed for the mesh's current points", remedy)
         for label, now, then in zip(labels, lights, self._lights, strict=True):
             if _geometry_of(now) != _geometry_of(then):
                 check.refuse("visibility", f"one from before {label} moved", "computed for the current lights", remedy)
