@@ -183,5 +183,5 @@ def casters_of(scenes: Sequence[Embree], places: Sequence[Sequence[float]]) -> C
 
 
 def _release(embree: Any, scene: int, _arrays: tuple[Any, ...]) -> None:
-    """Release a scene; the argument keeps its shared arrays alive until then."""
+    """Release a scene; `_arrays` keeps the scene's shared arrays alive until then."""
     embree.rtcReleaseScene(scene)

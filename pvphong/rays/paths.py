@@ -252,7 +252,7 @@ class _Numbers:
         self._seeds = sobol.seeds((self._rounds[:, :, None] + self._points).ravel())
 
     def pairs(self, paths: IntArray, bounces: int, purpose: int) -> tuple[Float64Array, Float64Array]:
-        """Return a pair for each of the given paths; before the first bounce, a pair for each of all paths.
+        """Return a pair for each of the given paths; before the first bounce, a pair for every path.
 
         Before the first bounce, the pairs are points of the Sobol sequence, shuffled for each round and purpose.
         """

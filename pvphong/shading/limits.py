@@ -124,7 +124,7 @@ def _(reflectance: ModifiedPhong, lobe: int, sightline: AngleBounds = ANYWHERE) 
 
 @change.register
 def _(reflectance: ModifiedPhong, lobe: int, turn: float, psi: float, *, light_moves: bool) -> float:  # noqa: ARG001
-    """Bound the change of the product of the power and n·l. It is continuous at the horizon, where n·l is 0."""
+    """Bound the change of the product of the power and n·l. The product is continuous at the horizon."""
     if lobe == 0:
         return turn if light_moves else 0.0
     slope = _steepness(reflectance.sharpness) + light_moves

@@ -194,8 +194,8 @@ class _Edge:
 
         `is_other`, shape (k, s), is True at the places whose visibility differs from the first corner's.
 
-        The edge lies between a place and its neighbours. The step there may exceed the steps at the places by a third
-        of their range.
+        The edge lies between a place and its neighbours. The step at the edge may exceed the steps at the places by a
+        third of their range.
         """
         steps = self._steps(corners, places)
         larger = np.ptp(steps, axis=1) / 3.0 if len(steps) else np.zeros(0)

@@ -120,8 +120,8 @@ def jumps(vertices: LitVertices, corners: IntArray) -> tuple[Float64Array, Float
     """Return the largest jump of the colour in each triangle, and the error next to it, (m,) each.
 
     Splitting cannot reduce a jump. The search bisects the segment from the worst sample, peaks excluded, to the corner
-    whose colour differs most from it. It keeps the half with the larger difference. The difference that remains is a
-    jump.
+    whose colour differs most from the sample's. The search keeps the half with the larger difference. The difference
+    that remains is a jump.
     """
     steps, errors = np.zeros((2, len(corners)))
 

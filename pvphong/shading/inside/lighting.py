@@ -404,9 +404,9 @@ def steps_at(light: int, vertices: LitVertices, corners: IntArray, weights: Floa
 def _colors_without_and_with(
     light: int, vertices: LitVertices, corners: IntArray, weights: Float64Array, seen: Float64Array
 ) -> tuple[Float64Array, Float64Array]:
-    """Return colours with a light hidden and fully visible, not clamped, at places in triangles (m, 3).
+    """Return the colours with a light hidden, and those with it fully visible, shape (m, s, 3) each, not clamped.
 
-    Both have shape (m, s, 3). `seen` has a row for each place.
+    `corners` and `weights` are as for `lit_inside`. `seen` has a row of visible parts for each place.
     """
     own = vertices.points, vertices.normals, vertices.maps
     rows = [*(blended(each, corners, weights) for each in own), seen.reshape(-1, seen.shape[-1])]

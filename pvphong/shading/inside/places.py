@@ -100,9 +100,9 @@ class _AtCorners:
 
 
 def _chords(term: LightTerm, equation: Equation, points: Float64Array, normals: Float64Array) -> Float64Array:
-    """Return chords D (k, 3): a highlight is a power of the cosine 1 − |D|²/2.
+    """Return chords D, shape (k, 3), at points: a highlight is a power of the cosine 1 − |D|²/2.
 
-    For example, D is the difference of the mirror direction and the viewer's; see `pvphong.shading.reference`.
+    For example, D is the mirror direction minus v; see `pvphong.optics.reflectances.highlight`.
     """
     p, n = columns(points), unit(columns(normals))[0]
     v, to_light = to_viewer(p, equation), term.light.arrival(p).direction
@@ -118,7 +118,7 @@ _AT_CORNER = 2.0**-20
 
 
 def peaks(vertices: LitVertices, corners: IntArray) -> Iterator[Places]:
-    """Yield the places where a light's contribution is largest, in triangles where that is not a corner.
+    """Yield the places where a light's contribution is largest, in triangles where this place is not a corner.
 
     A vector that varies over the triangle is shortest there: the chord D of a highlight, the offset from a spot's axis,
     or the offset from a light at a position.
@@ -264,9 +264,9 @@ _ASIDE = 2.0**-5
 
 
 def _sign_changes(values: FloatArray) -> Iterator[Places]:
-    """Yield places where a value changes its sign: on two sides of a triangle, and half-way between these crossings.
+    """Yield places where a value changes its sign: its crossings with two sides of a triangle, and their middle.
 
-    Then yield the places slightly to both sides of them.
+    Then yield places slightly to both sides of these.
 
     Parameters
     ----------

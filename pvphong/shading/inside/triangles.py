@@ -285,7 +285,7 @@ class Triangles:
     def _part_sheets(self, signs: IntArray, inner: IntArray) -> tuple[IntArray, IntArray]:
         """Double the vertices on the line that both sheets share, and the sides between such vertices.
 
-        The existing vertex stays on the sheet of 1.
+        The existing vertex stays on sheet 1.
 
         Returns
         -------

@@ -118,7 +118,7 @@ def count_corners(
 def _list_faces(
     corners: Any, offsets: Any, faces: int, surveyed: Any, first: int, last: int, starts: Any, ends: Any, around: Any
 ) -> None:
-    """List the faces around each point in their order, each face once. `ends` receives the ends of the lists."""
+    """List the faces around each point in the mesh's order, each face once. `ends` receives the ends of the lists."""
     for i in range(last - first):
         ends[i] = starts[i]
     for chunk in range((faces + CHUNK - 1) // CHUNK):

@@ -340,7 +340,7 @@ def _log1p(x: Any) -> Any:
 
 @_polynomial(formulas.power_less_one)
 def _power_less_one(less: Any, exponent: Any) -> Any:
-    """Return 2ʸ − 1 with y = p·log₂(1 − d), by whole and fractional powers of two."""
+    """Return 2ʸ − 1, where y = `exponent` · log₂(1 − `less`), by whole and fractional powers of two."""
     y = formulas.maximum(exponent * _log2_above_one(-formulas.minimum(less, 1.0)), -1022.0)
     shifted = y + _WHOLE
     r = y - (shifted - _WHOLE)

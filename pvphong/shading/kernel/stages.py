@@ -109,7 +109,7 @@ def _geometry(rows: Any, i: int, n_l: Any) -> Geometry:
 
 @inlined
 def _parameters(rows: Any, numbers: Any) -> Any:
-    """Return a formula's eight parameters in the type of rows; it may use only some."""
+    """Return a formula's eight parameters in the type of rows; the formula may use only some."""
     return (
         as_type_of(rows, numbers[0]),
         as_type_of(rows, numbers[1]),

@@ -50,8 +50,8 @@ def most_ambient(state: PlanState) -> float:
 def most_scattered(equation: Equation) -> float:
     """Return a bound on the diffuse albedo, the reflection of a uniform white sky.
 
-    Lambert's reflectance has the integral 1 over the hemisphere. The integral of any other is at most twice the largest
-    factor (2π over π).
+    Lambert's reflectance has the integral 1 over the hemisphere. The integral of any other reflectance is at most twice
+    the largest factor (2π over π).
     """
     shares = [
         max(equation.colors[k]) * (1.0 if equation.reflectance.lobes[k] is LAMBERT else 2.0 * equation.largest[k])
@@ -122,7 +122,7 @@ def viewer_seen(state: PlanState, eye: Vector | None) -> Cone | None:
 
 
 def widest_to_viewer(state: PlanState, light: Cone) -> float:
-    """Return the greatest angle from light to viewer over all vertices, in radians."""
+    """Return the greatest angle between the directions to the light and the viewer, over all vertices, in radians."""
     viewer = viewer_seen(state, state.equation.eye)
     if viewer is None:
         return math.pi

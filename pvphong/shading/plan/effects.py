@@ -151,7 +151,7 @@ def _evaluated(equation: Equation, terms: list[LightTerm]) -> int:
 
 
 class NormalTransform(Effect):
-    """Model matrix. The identity is removed, and some matrices do not change normals."""
+    """Transform of normals by the model matrix; off for matrices that do not change the directions of normals."""
 
     def simplify(self, state: PlanState) -> PlanState:
         equation = state.equation
@@ -182,7 +182,7 @@ class Emission(Effect):
 
 
 class Ambient(Effect):
-    """Ambient light of the light model and of the lights. For lights without a position, it is constant too."""
+    """Ambient light of the light model and of the lights; constant for lights without a position."""
 
     def decide(self, state: PlanState) -> Decision:
         equation = state.equation

@@ -39,7 +39,7 @@ _OVERSHOOT = 2.0
 
 
 class LightBounds(NamedTuple):
-    """Bounds on a light's contribution to the vertices inside a sphere. The defaults are no bounds."""
+    """Bounds on a light's contribution to the vertices inside a sphere. The defaults stand for no bounds."""
 
     strongest: float = math.inf
     """Largest strength at any vertex, rounded up; infinite if there is no bound."""
@@ -161,8 +161,8 @@ def _strongest(seen: BoundingCone, attenuation: VectorLike) -> float:
 def _evenly_strong(light: Any, extent: MeshBounds, *, exactly: bool) -> Approximation | None:
     """Return the light without attenuation; None if there is no bound on the error.
 
-    With `exactly`, None is returned for every attenuation that varies. Otherwise, it is returned if a vertex may be at
-    the light's position, where the error is unbounded.
+    With `exactly`, None is returned for every attenuation that varies. Otherwise, None is returned if a vertex may be
+    at the light's position, where the error is unbounded.
     """
     constant, linear, quadratic = light.attenuation
 
@@ -196,7 +196,10 @@ def _(light: PointLight, effect: str, extent: MeshBounds, *, exactly: bool) -> A
 
 @without.register
 def _(light: Weakening, effect: str, point: Vector) -> tuple[Light, float]:
-    """Return the light with the strength that it has at the point, or parallel light with the direction there too."""
+    """Return, without attenuation, the light with its strength at the point.
+
+    Without position, return parallel light with the direction and the strength at the point.
+    """
     this: Any = light
     if effect == ATTENUATION:
         distance = np.array([math.dist(light.position, point)])
@@ -212,7 +215,10 @@ def _(light: SpotLight) -> frozenset[str]:
 
 @simpler.register
 def _(light: SpotLight, effect: str, extent: MeshBounds, *, exactly: bool) -> Approximation | None:
-    """Return no light if the mesh is outside the cone, or a point light if inside; or the light without attenuation."""
+    """Return, without the cone, a point light if the mesh is inside the cone, or no light if it is outside.
+
+    For the effect `ATTENUATION`, return the light without attenuation.
+    """
     if effect == ATTENUATION:
         return _evenly_strong(light, extent, exactly=exactly)
     seen = extent.sight(light.position) if effect == CONE else None
@@ -238,7 +244,7 @@ def _(light: SpotLight, effect: str, extent: MeshBounds, *, exactly: bool) -> Ap
 
 @without.register
 def _(light: SpotLight, effect: str, point: Vector) -> tuple[Light, float]:
-    """Return a point light, parallel light, or the light with the strength at a point."""
+    """Return, without the cone, a point light; without another effect, the same as for a point light."""
     return (_without_cone(light), 1.0) if effect == CONE else without.dispatch(Weakening)(light, effect, point)
 
 
@@ -334,13 +340,13 @@ def _as_point(seen: BoundingCone | None, radius: float, light: Light, spread: An
 
 @without.register
 def _(light: SphereLight, effect: str, point: Vector) -> tuple[Light, float]:
-    """Return a point light at the light's centre, or parallel light."""
+    """Return, without size, a point light at the light's centre; without position, parallel light."""
     return (light.nodes(1)[0], 1.0) if effect == SIZE else _parallel_at(light, point)
 
 
 @without.register
 def _(light: Flat, effect: str, point: Vector) -> tuple[Light, float]:
-    """Return a spot light at the light's centre, or parallel light."""
+    """Return, without size, a spot light at the light's centre; without position, parallel light."""
     if effect != SIZE:
         return _parallel_at(light, point)
     height = sum(n * (p - c) for n, p, c in zip(light.normal, point, light.center, strict=True))

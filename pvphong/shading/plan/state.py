@@ -96,7 +96,7 @@ class PlanState:
 
     @classmethod
     def first(cls, equation: Equation, tolerance: float, vertices: Vertices) -> PlanState:
-        """Return the state of an assembled equation, with the colour tolerance converted to one for sums of light."""
+        """Return the state of an assembled equation; `tolerance` is converted to a tolerance for sums of light."""
         # sums of light that differ by x differ by at most x^(1/gamma) when they are raised to 1/gamma
         allowed, extent = tolerance**equation.gamma, vertices.extent(equation.matrix)
         shining = sum(not term.is_black for term in equation.terms)
