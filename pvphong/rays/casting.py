@@ -122,7 +122,7 @@ class Triangles(NamedTuple):
     starts: IntArray
     """Start of each caster's triangles in `numbers`."""
     numbers: IntArray
-    """Index of each caster's triangles among all triangles."""
+    """Indices of the casters' triangles among all triangles, caster after caster."""
     corners: IntArray
     """Point indices of each triangle, shape (m, 3), for the concatenated points of all parts."""
 
@@ -355,7 +355,7 @@ class Occluders:
         Raises
         ------
         ValueError
-            If they need more memory than is free.
+            If the casters need more memory than is free.
         """
         available, count = available_memory(), sum(self.counts)
         needed = count * BYTES_PER_TRIANGLE
@@ -400,14 +400,14 @@ class Occluders:
 
     @cached_property
     def compiled(self) -> Casters | None:
-        """Casters for compiled code; None if it cannot cast rays."""
+        """Casters for compiled code; None if compiled code cannot cast rays."""
         scenes = [caster.backend for caster in self.casters if isinstance(caster.backend, Embree)]
         return casters_of(scenes, [caster.place for caster in self.casters]) if scenes else None
 
     def resolution(self, part: int | None) -> float:
         """Return the smallest length that the caster of a part resolves.
 
-        If the part has no caster, or is None, return that of the caster with the smallest triangles; 0 without casters.
+        If the part has no caster, or is None, use the caster with the smallest triangles. Without casters, return 0.
         """
         if not self.casters:
             return 0.0

@@ -162,7 +162,11 @@ class Embree:
             raise MemoryError(f"Embree cannot build a scene of {len(corners):,} triangles (error {error}).")
 
     def blocked(self, origins: Float64Array, directions: FloatArray, lengths: Float64Array) -> BoolArray:
-        """Return True for rays that hit a triangle: origins and unit vectors (n, 3), lengths (n,), of moderate size."""
+        """Return, shape (n,), True for rays that hit a triangle.
+
+        `origins` and `directions`, unit vectors, have the shape (n, 3), and `lengths` the shape (n,). All are of
+        moderate size.
+        """
         return kernel.rays_blocked(origins, directions, lengths, casters_of([self], [(0.0, 0.0, 0.0, 1.0)]))
 
 
@@ -179,5 +183,5 @@ def casters_of(scenes: Sequence[Embree], places: Sequence[Sequence[float]]) -> C
 
 
 def _release(embree: Any, scene: int, _arrays: tuple[Any, ...]) -> None:
-    """Release a scene; the argument keeps its shared arrays alive until then."""
+    """Release a scene; `_arrays` keeps the scene's shared arrays alive until then."""
     embree.rtcReleaseScene(scene)

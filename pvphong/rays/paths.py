@@ -4,18 +4,18 @@ The colour of a point x seen along v is (J. Kajiya, "The rendering equation", 19
 
     B(x, v) = emission + ∫ L(x, l) · Σ color · factor(l, v) dl / π
 
-over unit vectors l, where L is the arriving light: from the lights, or the colour B(y, −l) of the first hit y. Factors
-are those of the reflectance's lobes, which include the cosine. So with lights alone, the result equals that of the
-evaluators. The constant ambient light is excluded, because it stands for bounced light.
+over unit vectors l, where L is the arriving light: from the lights, or the colour B(y, −l) of the first hit y. The
+factors of the reflectance's lobes include the cosine. So with lights alone, the result equals the evaluators' colours.
+The constant ambient light is excluded, because it stands for bounced light.
 
-At each point of a path, rays go to all lights: to point-like lights, and to one sample on each of the others. The
+At each point of a path, rays go to all lights: to point-like lights, and to one sample on each other light. The
 reflectance samples one direction, in which the path continues. If it hits an area light, this is a second estimate of
 the light; the power heuristic weights the two (E. Veach and L. Guibas, "Optimally combining sampling techniques for
-Monte Carlo rendering", 1995). From the third bounce on, Russian roulette ends paths, mostly those of low weight (J.
+Monte Carlo rendering", 1995). From the third bounce on, Russian roulette ends paths, mostly paths of low weight (J.
 Arvo and D. Kirk, "Particle transport and image synthesis", 1990).
 
-Each vertex has its own paths, in independent rounds; the standard error is that of the rounds. Within a round, the
-first direction and the samples on lights are points of the Sobol sequence.
+Each vertex has its own paths, in independent rounds; the standard error is computed from the rounds' means. Within a
+round, the first direction and the samples on lights are points of the Sobol sequence.
 """
 
 from __future__ import annotations
@@ -68,9 +68,9 @@ class Reflector:
     equation : Equation
         Equation of the scene and the mesh's material, in the standard convention.
     values : mapping
-        Values at its points, interpolated between them, shape (n, k) each: "normal", unit vectors in the world;
+        Values at the mesh's points, interpolated between them, shape (n, k) each: "normal", unit vectors in the world;
         "tangents", if the reflectance needs them; the equation's maps by their names; and the tints "emission",
-        "specular" and "diffuse", the last for lobes that take albedo.
+        "specular" and "diffuse"; "diffuse" is for lobes that take the albedo.
     """
 
     faces: BlockingFaces
@@ -111,11 +111,11 @@ class Reflector:
         return dict(zip(self.values, np.split(np.ascontiguousarray(rows.T), ends[:-1]), strict=True))
 
     def at_points(self, points: IntArray) -> dict[str, Float64Array]:
-        """Return values at some of its points."""
+        """Return the values at the given points, by name."""
         return self.named(self._rows[points])
 
     def between(self, corners: IntArray, weights: Float64Array) -> dict[str, Float64Array]:
-        """Interpolate values inside triangles with corners (m, 3), by barycentric weights (m, 3)."""
+        """Return the values inside triangles with corners (m, 3), interpolated by barycentric weights (m, 3)."""
         a, b, c = (weights[:, k, None] * self._rows[corners[:, k]] for k in range(3))
         return self.named(a + b + c)
 
@@ -188,7 +188,7 @@ class _Sight:
     def __init__(self, term: LightTerm, at: Interaction) -> None:
         sampling = term.light.sampling
         if sampling is None:
-            remedy = "Implement it for path tracing; see pvphong.optics.area.sampling."
+            remedy = "Implement `sampling` for path tracing; see pvphong.optics.area.sampling."
             check.refuse("light", term.light, "a light with `sampling`", remedy)
         self._term, self._at, self._sampling = term, at, sampling
         self._numbers = np.asarray(sampling.numbers, np.float64)
@@ -210,7 +210,7 @@ class _Sight:
         to_light : ndarray
             Directions, sampled on the light or by the surface, with the surface's `factors` for them.
         by_chance : bool
-            True if the surface sampled them.
+            True if the surface sampled the directions.
 
         Returns
         -------
@@ -252,7 +252,7 @@ class _Numbers:
         self._seeds = sobol.seeds((self._rounds[:, :, None] + self._points).ravel())
 
     def pairs(self, paths: IntArray, bounces: int, purpose: int) -> tuple[Float64Array, Float64Array]:
-        """Return a pair for each of the given paths; before the first bounce, a pair for each of all paths.
+        """Return a pair for each of the given paths; before the first bounce, a pair for every path.
 
         Before the first bounce, the pairs are points of the Sobol sequence, shuffled for each round and purpose.
         """
@@ -304,7 +304,7 @@ class PathTracer:
     Parameters
     ----------
     reflectors : sequence of Reflector
-        Reflectors with the same lights. They are the first parts of the occluders, in order; the others are black.
+        Reflectors with the same lights. They are the first parts of the occluders, in order; the other parts are black.
     occluders : Occluders
         All parts together.
     max_bounces : int or None
@@ -364,7 +364,8 @@ class PathTracer:
     def _along_paths(self, at: Interaction, numbers: _Numbers, rays: list[int]) -> Float64Array:
         """Return the light that all paths carry to their first points, shape (3, n).
 
-        It excludes the emission of the first points and the light from point-like lights there, which are not random.
+        The result excludes the emission of the first points and the light from point-like lights there, which are not
+        random.
         """
         light, bounces = np.zeros(at.points.shape), 0
         bundles = [_Bundle(at, np.arange(len(at)), np.ones(at.points.shape))]
@@ -398,7 +399,10 @@ class PathTracer:
     def _unblocked(
         self, at: Interaction, sent: Float64Array, to_light: Float64Array, lengths: Float64Array, rays: list[int]
     ) -> Float64Array:
-        """Return `sent`, (3, n), with 0 where rays along directions (3, n) are blocked within `lengths`, (n,)."""
+        """Return `sent`, shape (3, n), with 0 where a ray is blocked.
+
+        Rays go along `to_light`, shape (3, n), and end at `lengths`, shape (n,), less the margin.
+        """
         rows = np.flatnonzero(sent.any(axis=0))
         blocked = self.occluders.blocked(at.origins[:, rows].T, to_light[:, rows].T, lengths[rows] - at.margin)
         rays.append(len(rows))

@@ -51,7 +51,10 @@ def place_or_direction(light: Light) -> Float64Array:
 
 
 def rays_to(light: Light, origins: Float64Array) -> tuple[Float64Array, Float64Array]:
-    """Return unit vectors (n, 3) to a light without a size, and distances (n,), infinite if it has no position."""
+    """Return the unit vectors to a light without a size, shape (n, 3), and the distances, shape (n,).
+
+    The distances are infinite if the light has no position.
+    """
     place = place_of(light)
     if place is not None:
         towards, lengths = unit(np.ascontiguousarray((np.array(place, np.float64) - origins).T))
@@ -131,7 +134,7 @@ BEGUN_ABOVE = 2.0**-15
 
 
 def may_block(light: Light, vertices: Box | None, parts: Box) -> BoolArray:
-    """Return True for parts whose boxes may be between vertices and a light; all if too little is known.
+    """Return True for parts whose boxes may be between vertices and a light; for all parts if too little is known.
 
     The space between the vertices' box and the light's box is their convex hull: the boxes (1 − t) a + t b with t from
     0 to 1. For a light without a position, t has no upper bound.
@@ -203,7 +206,7 @@ class Begun(NamedTuple):
     origins: Float64Array
     """Points moved slightly into their faces, shape (n, 3)."""
     rise: FloatArray
-    """Mean height of their faces' centroids above the tangent plane, shape (n,)."""
+    """Mean height of the centroids of each vertex's faces above its tangent plane, shape (n,)."""
 
 
 class SendingTriangles(NamedTuple):
@@ -309,7 +312,7 @@ class Receiver:
         """Origins of rays before they are raised above the tangent plane: points moved slightly into their faces.
 
         The shift is a thousandth of the offset to the mean centroid of a point's faces, without its component against
-        the normal. It is zero if the faces lie evenly around the point.
+        the normal. The shift is zero if the faces lie evenly around the point.
         """
         return self.begun.origins
 

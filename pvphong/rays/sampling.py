@@ -55,7 +55,8 @@ class Cast(NamedTuple):
 
 
 CastRays = Callable[[IntArray, int, int], Cast]
-"""Function that casts rays from vertices (m,) to the points with sequence numbers from the first up to the second."""
+"""Function of vertices, shape (m,), and numbers `begin` and `end`. It casts rays from each vertex to the points of the
+sequence from number `begin` up to, but not including, number `end`."""
 
 
 class Seen(NamedTuple):
@@ -64,7 +65,8 @@ class Seen(NamedTuple):
     part: Float64Array
     """Visible part of the light's contribution, in [0, 1], shape (n,)."""
     error: Float64Array
-    """Standard error of `part`, shape (n,); 0 where all rays agree, unless the visibility around them differs."""
+    """Standard error of `part`, shape (n,); 0 where all rays agree, unless the visibility of the vertices or corners
+    around differs."""
     rays: int
     is_unknown: BoolArray | None = None
     """True where no ray had a contribution, so that `part` is 0, shape (n,). None if not recorded."""
@@ -104,7 +106,7 @@ def look(
     rays_at_once : int
         Approximate number of rays that a thread casts between checks for interruption.
     around : Around, optional
-        What is known about the visibility around the vertices, if there are no triangles.
+        Known bounds on the visibility around the vertices, if there are no triangles.
     """
     is_adaptive = samples is None
     first = least if samples is None else min(1 << (samples - 1).bit_length(), MOST_RAYS)

@@ -43,7 +43,8 @@ _FEW_RAYS, _FEW_RAYS_OF_VTK = 2**20, 2**15  # numbers that take a tenth or two o
 _STREAM, _STREAM_OF_CORNERS = 1, 2  # streams of random numbers, different from those of visibility
 
 Met = Callable[[int, int, NDArray[np.int32]], None]
-"""Function that receives the first and last vertex of a block, and the vertices that their rays hit, (m, samples)."""
+"""Function of the first vertex of a block, the first vertex after it, and the vertices that the block's rays hit, shape
+(m, samples)."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,7 +67,7 @@ class HemisphereTracer:
 
     @cached_property
     def starts(self) -> IntArray:
-        """Index of each receiver's first vertex among those of all receivers, then the number of all vertices."""
+        """Index of each receiver's first vertex among all receivers' vertices; last, the number of all vertices."""
         return np.cumsum([0, *(len(each.points) for each in self.receivers)])
 
     @cached_property
@@ -106,7 +107,8 @@ class HemisphereTracer:
         Parameters
         ----------
         found : callable
-            Receives the hits, called from several threads. Its vertex numbers are indices of `rows` if these are given.
+            Receives the hits, called from several threads. If `rows` is given, the block's vertices are indices of
+            `rows`.
         rows : ndarray, optional
             Vertices, shape (k,), in ascending order.
         """
@@ -167,7 +169,8 @@ class TransportCost(NamedTuple):
 class Transport:
     """Diffuse light transport between vertices, for any lights and materials.
 
-    Rays are cast when it is first used, and their hits are stored. An interrupted computation stores nothing.
+    Rays are cast when the transport is first used, and their hits are stored. An interrupted computation stores
+    nothing.
 
     Parameters
     ----------
@@ -391,11 +394,18 @@ class Transport:
             with open(path, "rb") as opened, np.load(opened, allow_pickle=False) as file:
                 kind, counts, met = (file[name] for name in ("format", "counts", "met"))
         except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile) as error:
-            check.refuse("path", os.fspath(path), allowed, f"{type(error).__name__}: {error}.")
+            check.refuse(
+                "path",
+                os.fspath(path),
+                allowed,
+                f"{type(error).__name__}: {error}. Recompute the transport with mesh.phong.transport().",
+            )
         written = kind.tolist() if kind.shape == (3,) else []
         if not written or written[0] != _FORMAT or written[1] != str(_VERSION):
             got = f"{os.fspath(path)} of version {written[1]}" if written and written[0] == _FORMAT else os.fspath(path)
-            check.refuse("path", got, f"{allowed}, of version {_VERSION}", "Recompute it with mesh.phong.transport().")
+            check.refuse(
+                "path", got, f"{allowed}, of version {_VERSION}", "Recompute the transport with mesh.phong.transport()."
+            )
         count = int(counts.sum())
         is_sound = (
             (counts >= 0).all()
@@ -406,7 +416,12 @@ class Transport:
             and (met.min(initial=-1) >= -1 and met.max(initial=-1) < count)
         )
         if not is_sound:
-            check.refuse("path", os.fspath(path), allowed, "It is damaged; recompute it with mesh.phong.transport().")
+            check.refuse(
+                "path",
+                os.fspath(path),
+                allowed,
+                "The file is damaged. Recompute the transport with mesh.phong.transport().",
+            )
         result = cls(None, math.inf, str(written[2]), tuple(counts.tolist()), met.shape[1])
         result._kept = np.ascontiguousarray(met)
         return result
@@ -431,7 +446,7 @@ class TransportPart:
         return None if tracer is None else (tracer.occluders, tracer.receivers[self.index].part)
 
     def most(self) -> float:
-        """Return the largest sum of the vertices' rows of the matrix, or a bound on it before rays are cast."""
+        """Return the largest sum of a row of the matrix, for this mesh's vertices, or a bound before rays are cast."""
         whole, tracer = self.whole, self.whole._tracer
         if whole._kept is not None:
             return float(whole._sums[whole.slices[self.index]].max(initial=0.0))
@@ -454,7 +469,7 @@ class TransportPart:
         return min(sampled, 1.0)
 
     def why_nothing(self) -> str:
-        """Return the reason why no vertex sees the front of a surface; "" if one may. No rays are cast."""
+        """Return the reason why no vertex sees the front of a surface; "" if a vertex may. No rays are cast."""
         tracer = self.whole._tracer
         if self.whole._kept is not None:
             return "" if self.most() > 0.0 else "no vertex sees a lit surface"
@@ -492,7 +507,12 @@ def refuse_too_large(samples: int, count: int, memory: float) -> None:
     available, needed = available_memory(), min(_BYTES_PER_RAY * samples * count, memory)
     if available is not None and needed > available:
         allowed = f"at most {available:.3g}, the number of free bytes"
-        check.refuse("memory", f"{memory:.3g}", allowed, "With a lower limit, rays are cast for each bounce.")
+        check.refuse(
+            "memory",
+            f"{memory:.3g}",
+            allowed,
+            "With a lower limit, hits are not stored, and rays are cast for each bounce.",
+        )
 
 
 def _mean_by_arrays(met: NDArray[np.int32], colors: FloatArray) -> FloatArray:

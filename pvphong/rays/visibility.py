@@ -1,7 +1,7 @@
 """Visibility of a scene's lights and of the sky at the vertices of a mesh.
 
 In order: `Tracer` casts a receiver's rays; `Visibility` stores the results as arrays that can be reused. Before any ray
-is cast, it tells plans whether anything can block a light or the sky.
+is cast, `Visibility` tells plans whether anything can block a light or the sky.
 """
 
 from __future__ import annotations
@@ -70,9 +70,9 @@ class Tracer:
     ambient : float
         Brightness of the sky, which scales its errors before they are compared with the tolerance.
     first : int
-        Number of the first vertex, if the mesh is a piece of a larger one. It determines the random numbers.
+        Number of the first vertex, if the mesh is a piece of a larger mesh. It determines the random numbers.
     around : Around, optional
-        What is known about the visibility around the vertices.
+        Known bounds on the visibility around the vertices.
     """
 
     receiver: Receiver
@@ -146,7 +146,7 @@ class Tracer:
     def _part_of(self, light: Light) -> Seen:
         """Return the visible part of an area light, by adaptive sampling weighted with its contribution."""
         if light.sampling is None:
-            remedy = "Implement it to cast shadows; see pvphong.optics.area.sampling."
+            remedy = "Implement `sampling` to cast shadows; see pvphong.optics.area.sampling."
             check.refuse("light", light, "a light with `sampling`", remedy)
         margin = BEFORE_LIGHT * self.occluders.resolution(self.receiver.part)
         brightness = light.intensity * max(np.ravel(light.diffuse).tolist())
@@ -250,7 +250,8 @@ class Visibility:
     two_sided : bool, default False
         True to include `behind`.
     memory : tuple of ndarray, optional
-        Two arrays of shape (lights + 1, n), float32, for visible parts, all 1, and their errors, all 0.
+        Two float32 arrays, for the visible parts and for their standard errors, shape (lights + 1, n), and twice as
+        many rows if `two_sided`. Parts that are not computed yet must be 1, and their errors 0.
 
     Examples
     --------
@@ -328,7 +329,7 @@ class Visibility:
 
     @property
     def sky(self) -> FloatArray:
-        """Open part of the hemisphere around each normal, in [0, 1], shape (n,), float32.
+        """Unoccluded part of the hemisphere around each normal, in [0, 1], shape (n,), float32.
 
         The hemisphere is weighted with the cosine; the result is 1 where there is no normal.
         """
@@ -401,7 +402,7 @@ class Visibility:
         return Visibility(tracer, self._lights, self.lights, two_sided=two_sided)
 
     def part(self, row: int) -> tuple[FloatArray, FloatArray]:
-        """Return the visible part of a light and its standard error, (n,); the row after the lights is the sky."""
+        """Return the visible part of a light and its standard error, (n,) each; the row after the lights is the sky."""
         is_sky = row == len(self.lights)
         return self.channels(() if is_sky else (row,), sky=is_sky)[row], self._errors[row]
 
@@ -417,9 +418,10 @@ class Visibility:
         Parameters
         ----------
         points, normals, origins : ndarray
-            Shape (n, 3), in the world. Rays start above the origins by the resolution of the triangles.
+            Shape (n, 3), in the world. Rays start at the origins, raised along the normals by `Occluders.resolution`,
+            the smallest length that the ray caster resolves.
         around : Around, optional
-            What is known about the visibility around the points.
+            Known bounds on the visibility around the points.
         """
         nowhere = BlockingFaces(points, np.zeros((0, 3), np.int64))
         begun = Begun(origins, np.zeros(len(origins)))
@@ -442,8 +444,8 @@ class Visibility:
     def save(self, path: str | os.PathLike[str]) -> None:
         """Save the results so far to a file in NumPy's format .npz, without casting rays.
 
-        The file includes the inputs of missing results, which are computed after loading when they are first read. It
-        also includes the occluding triangles, about 36 bytes each.
+        The file includes the inputs of missing results, which are computed after loading when they are first read. The
+        file also includes the occluding triangles, about 36 bytes each.
 
         Raises
         ------
@@ -494,7 +496,7 @@ class Visibility:
                 raise ValueError(f"its format is {' '.join(map(str, kind[:2]))}")
             return _restored(_state_of(json.loads(kind[2]), arrays))
         except (OSError, ValueError, KeyError, TypeError, IndexError, EOFError, zipfile.BadZipFile) as error:
-            remedy = "Compute it again with mesh.phong.visibility(scene)."
+            remedy = "Recompute the visibility with mesh.phong.visibility(scene)."
             check.refuse("path", os.fspath(path), allowed, f"{type(error).__name__}: {error}. {remedy}")
 
     def _keep(self, row: int, part: FloatArray, error: FloatArray) -> None:
@@ -505,7 +507,7 @@ class Visibility:
         """Return an array (lights + 1, n) with the requested rows of `per_light`, and `sky` in the last row.
 
         Rows that are not requested may not be computed yet. With `behind`, the same number of rows follows for the
-        other side.
+        other sides.
         """
         if behind and self.behind is None:
             self._refuse_one_side()
@@ -568,9 +570,11 @@ class Visibility:
             )
         remedy = "Recompute it with mesh.phong.visibility(scene)."
         if tuple(labels) != self.lights:
-            check.refuse("visibility", f"one for {self.lights}", f"computed for the lights {tuple(labels)}", remedy)
+            check.refuse(
+                "visibility", f"one for the lights {self.lights}", f"computed for the lights {tuple(labels)}", remedy
+            )
         if not np.array_equal(points, self._receiver.points, equal_nan=True):
-            check.refuse("visibility", "one for other points", "computed for the mesh where it is now", remedy)
+            check.refuse("visibility", "one for other points", "computed for the mesh's current points", remedy)
         for label, now, then in zip(labels, lights, self._lights, strict=True):
             if _geometry_of(now) != _geometry_of(then):
                 check.refuse("visibility", f"one from before {label} moved", "computed for the current lights", remedy)

@@ -52,17 +52,20 @@ class LightTerm:
     follows_viewer : bool
         True if it moves with the viewer.
     ambient : tuple of float
-        Its ambient colour times intensity times the material's ambient colour, divided by `gain`: at most 1.
+        The light's ambient colour times its intensity times the material's ambient colour, divided by `gain`; it is at
+        most 1.
     colors : tuple of tuple of float
-        The same for each lobe of the equation's reflectance.
+        For each lobe of the equation's reflectance: the light's colour times its intensity times the material's colour
+        for the lobe, divided by `gain`; at most 1.
     gain : float
-        Factor of the colours. It may exceed float32's range, for example if a light is bright because it is far away.
+        Factor by which the colours are to be multiplied. It may exceed float32's range, for example if a light is
+        bright because it is far away.
     is_shadowed : bool
         True if the visible part of the light multiplies the lobes' contributions.
     bands : int, optional
         Number of the light's bands of spherical harmonics that are kept; all by default.
     nodes : tuple of Light, optional
-        Replacement of the light's nodes for lobes without a closed form.
+        Lights that replace the light's own nodes, for lobes without a closed form; the light's own nodes by default.
     """
 
     light: Light
@@ -123,9 +126,9 @@ class Equation:
     turns_normals : bool
         True if the matrix changes the directions of normals.
     is_occluded : bool
-        True if the open part of the sky multiplies ambient light, the light model's and the lights'.
+        True if the visible part of the sky multiplies the ambient light of the light model and of the lights.
     maps : mapping
-        Field of the reflectance → least and greatest of the numbers per vertex that replace it.
+        Field of the reflectance → least and greatest of the numbers per vertex that replace the field.
     tints : frozenset of str
         Names of the fields that have a map of colours: some of "albedo", "diffuse", "specular" and "emission".
     gamma : float
@@ -176,14 +179,17 @@ class Equation:
 
     @property
     def forms(self) -> tuple[CosinePower | None, ...]:
-        """Cosine lobe with a closed form for each lobe, or None. If a map varies, only diffuse lobes have one."""
+        """For each lobe, the cosine power whose integrals over area lights have a closed form, or None.
+
+        If a map varies, only diffuse lobes have a closed form.
+        """
         forms, diffuse = self.reflectance.forms, self.lobes_of["diffuse"]
         varies = any(least < most for least, most in self.maps.values())
         return tuple(form if k in diffuse else None for k, form in enumerate(forms)) if varies else forms
 
     @cached_property
     def needs_normals(self) -> bool:
-        """True if a light's contribution or the occlusion of the visible side depends on the normal."""
+        """True if a light's contribution depends on the normal, or the normal decides which side's occlusion counts."""
         return any(term.needs_normals for term in self.terms) or (self.two_sided and self.is_occluded)
 
     @cached_property
@@ -219,7 +225,7 @@ class Equation:
 
     @property
     def shares(self) -> list[Share]:
-        """Contributions whose sum is the colour before gamma and clamping, without black ones.
+        """Contributions whose sum is the colour before gamma and clamping; black contributions are left out.
 
         Contributions that are independent of lights come first, then the lights in order.
         """
@@ -257,7 +263,8 @@ class Equation:
         """Rows of `Vertices.channels` by kind, for the kinds that are read.
 
         "visibility" has a row for each of the scene's lights and one for the sky. If normals are turned towards the
-        viewer, as many rows follow for the other side. "tangents" has x, y and z. Maps have one row under their name.
+        viewer, as many rows follow for the other sides. "tangents" has the rows x, y and z. Each map has one row, under
+        the map's name.
         """
         sizes = {"visibility": (self.lights + 1) * (1 + self.is_flipped)} if self.needs_visibility else {}
         if any(term.needs_normals for term in self.terms):
@@ -301,7 +308,7 @@ class Share(NamedTuple):
     component: Component | Literal["ambient", "emission"]
     light: int | None
     terms: tuple[LightTerm, ...]
-    """Terms that contribute only this, in the equation's order."""
+    """The light's terms, reduced to this component, in the equation's order; none if `light` is None."""
 
 
 # --- from a scene and a material
@@ -331,7 +338,7 @@ def assemble(
     Raises
     ------
     ValueError
-        If the reflectance does not read one of the maps, or VTK's convention has a map other than albedo.
+        If the reflectance does not read one of the maps, or if a map other than albedo is given in VTK's convention.
     """
     copied = None if matrix is None else check.matrix4("matrix", matrix)
     if copied is not None:
@@ -395,14 +402,14 @@ def _refuse_unread(standard: Equation, scene: Scene, material: Material, names: 
         if name not in ("diffuse", "emission", *reflectance.maps):
             others = ", ".join(sorted(("albedo", "diffuse", "emission", *reflectance.maps)))
             kind = type(material.reflectance or reflectance).__name__
-            check.refuse(name, "a map", f"a number or colour for {kind}", f"Its maps may be {others}.")
+            check.refuse(name, "a map", f"a number or colour for {kind}", f"{kind} can have maps of {others}.")
 
 
 def _as_vtk(standard: Equation, scene: Scene, material: Material) -> Equation:
     """Return the equation of the same scene in VTK's convention.
 
-    VTK does not multiply the material's ambient by any light, and ignores the lights' ambient and specular colours. Its
-    viewer is local even in parallel projection. It draws a scene without lights unlit.
+    VTK does not multiply the material's ambient by any light, and ignores the lights' ambient and specular colours.
+    VTK's viewer is local even in parallel projection. VTK draws a scene without lights unlit.
     """
     is_headlight = vtk_tier(scene.lights) == 1
     reflectance: Reflectance | None
@@ -411,7 +418,7 @@ def _as_vtk(standard: Equation, scene: Scene, material: Material) -> Equation:
     else:
         reflectance = in_vtk(material.reflectance.of(material))
     if reflectance is None:
-        remedy = f"LightModel() supports it. {nearest_in_vtk(material)}"
+        remedy = f"LightModel() supports this reflectance. {nearest_in_vtk(material)}"
         check.refuse("reflectance", material.reflectance, "None or PBR in VTK's convention", remedy)
     reflectances = _Reflectances.of(material, reflectance)
     terms = []
@@ -443,7 +450,7 @@ def _as_vtk(standard: Equation, scene: Scene, material: Material) -> Equation:
 
 
 def vtk_tier(lights: Iterable[Light]) -> int:
-    """Return VTK's choice of shader: 1 for a single headlight, 2 directional lights, 3 any lights; 0 draws unlit.
+    """Return VTK's choice of shader: 1 for a single headlight, 2 for directional lights, 3 for any lights, 0 for unlit.
 
     A light that is off counts too if it has a position, or if it is not a headlight and comes after the first
     light that is on (vtkOpenGLRenderer::UpdateLights).
@@ -478,7 +485,10 @@ class _Reflectances(NamedTuple):
     def times(
         self, intensity: float, ambient: ColorLike, diffuse: ColorLike, specular: ColorLike
     ) -> tuple[Vector, tuple[Vector, ...], float]:
-        """Return a term's ambient colour, its lobes' colours and their gain, for a light's colours and intensity."""
+        """Return a term's ambient colour, its lobes' colours, and the gain, for a light's colours and intensity.
+
+        The gain is a power of two by which all these colours are divided, so that none exceeds 1.
+        """
         shining: dict[Component, Vector] = {"diffuse": rgb(diffuse), "specular": rgb(specular)}
         dim = _product(FARTHEST, self.ambient, rgb(ambient), intensity)
         colors = [_product(FARTHEST, color, shining[component], intensity) for component, color in self.lobes]
@@ -508,20 +518,22 @@ def _capped(most: float, *factors: float) -> float:
 # --- the origin, if a matrix translates the mesh very far
 #
 # If t in p' = (L p + t) / w is very long, the sum is rounded to the precision of t and loses digits of p. A light near
-# the mesh has the same t/w in its position. So t/w is subtracted from both before anything is added. Lights at a
-# distance of about |t/w| lose nothing either: the vectors to them are rounded to 2⁻⁵³ of their length as before.
+# the mesh has the same t/w in its position. So t/w is subtracted from the positions of mesh and lights before anything
+# is added. Lights at a distance of about |t/w| from the mesh lose nothing either: the vectors to them are rounded to
+# 2⁻⁵³ of their length as before.
 
 
-# From this ratio on, 2⁻⁵³ of the offset is more than 2⁻²⁴ of the distance to a light. Below it, the rounding is
-# invisible even in float32, and a light at the rounded image of a vertex must stay there.
+# Ratio of the offset to the distance of a light. At or above it, 2⁻⁵³ of the offset is at least 2⁻²⁴ of the distance.
+# Below it, the rounding is invisible even in float32, and a light at the rounded image of a vertex must stay there.
 _VERY_FAR = 2.0**29
 
 
 def relative_to_mesh(equation: Equation) -> Equation:
-    """Return the equation with its origin moved to the mesh's, if this is very far away and a light or the eye near it.
+    """Return the equation with the origin moved to the mesh's origin, or the equation itself.
 
-    Otherwise return the equation itself. The decision does not use the vertices, so that no colour depends on other
-    vertices. For the same reason, it uses the whole equation, before a plan simplifies it.
+    The origin is moved if the mesh's origin is very far away and a light or the eye is near it. The decision does not
+    use the vertices, so that no colour depends on other vertices. For the same reason, it uses the whole equation,
+    before a plan simplifies it.
     """
     matrix = equation.matrix
     if matrix is None or matrix[3, :3].any() or not matrix[3, 3] or not matrix[:3, 3].any():
@@ -564,8 +576,8 @@ def _seen_from_offset(place: VectorLike, matrix: Float64Array) -> Vector:
 def in_parts(equation: Equation) -> Equation:
     """Return the equation with area lights split into the parts that evaluators run.
 
-    For lobes with a closed form, the light itself is kept. For the other lobes, its nodes replace it. Its ambient light
-    arrives as if from its centre.
+    For lobes with a closed form, the light itself is kept. For the other lobes, the light's nodes replace the light.
+    The light's ambient colour arrives as if from its centre.
     """
     if not any(term.light.has_size for term in equation.terms):
         return equation
@@ -604,7 +616,7 @@ def _parts(
 
 
 def by_closed_form(term: LightTerm, forms: Sequence[CosinePower | None]) -> tuple[tuple[Vector, ...], ...]:
-    """Split a term's colours into those of the lobes with a closed form, and those of the others.
+    """Split a term's colours into the colours of lobes with a closed form, and the colours of the other lobes.
 
     Both results have an entry for each lobe: black where the other result has the colour.
     """

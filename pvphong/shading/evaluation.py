@@ -45,8 +45,9 @@ def evaluate(
     arrays. Shapes, types and all other arguments are checked at once, but nothing is computed until `compute` is
     called. Each chunk has its own plan, within the tolerance, and runs in one of Dask's threads. With a named backend
     and tolerance 0 the colours equal those of NumPy arrays to the bit, with one exception: if a map of a highlight's
-    field is constant in a chunk but not in all, area lights are exact there instead of a sum of nodes. NumPy arrays
-    are chunked like the Dask arrays. A scene without a viewer is framed by all points, which are then computed first.
+    field is constant in one chunk but not over all vertices, area lights are exact in this chunk instead of a sum of
+    nodes. NumPy arrays are chunked like the Dask arrays. A scene without a viewer is framed by all points, which are
+    then computed first.
 
     Parameters
     ----------
@@ -62,8 +63,8 @@ def evaluate(
         names and textures need a mesh, as in `mesh.phong.shade`.
     matrix : array_like, optional
         (4, 4) model matrix: it transforms points, and its inverse transpose transforms normals. Positions are added in
-        float64. If its translation is so long that the rounding shows in float32, it is first subtracted from lights
-        and eye, provided that all lights have known positions.
+        float64. If the matrix's translation is so long that the rounding shows in float32, the translation is first
+        subtracted from lights and eye, provided that all lights have known positions.
     precision : {"float32", "float64"}
         Precision of the result, and of the arithmetic after positions are subtracted. The error in float32 is at most
         (4√n + 16) · 2⁻²⁴ · (1 + number of lights) for colours of size 1, with n the largest of the material's shininess

@@ -26,10 +26,10 @@ from pvphong.optics.lights import EnvironmentLight
 from pvphong.shading.equation import BLACK, Equation, LightTerm, in_parts
 
 Gather = Callable[[FloatArray], FloatArray]
-"""Function from the colours that vertices send, (n, k), to the mean colours that they see, (n, k)."""
+"""Function from the colours that vertices send, (n, k), to the mean colours that the vertices see, (n, k)."""
 
-# Allowed excess of the albedo over 1. The first is the error of a sum over nodes of the white sky. The second is for a
-# fit such as Oren and Nayar's, which reflects up to 1.018 at grazing angles.
+# Allowed excess of the albedo over 1. _ROUNDED is the error of a sum over nodes of the white sky. _FITTED is for a fit
+# such as Oren and Nayar's, which reflects up to 1.018 at grazing angles.
 _ROUNDED, _FITTED = 0.01, 0.03
 # The series ends when a bounce changes the sum by at most this fraction.
 _NOTHING = 2.0**-26
@@ -55,7 +55,7 @@ class Radiosity(NamedTuple):
 
 
 def without_ambient(equation: Equation) -> Equation:
-    """Return the equation without ambient light, the light model's and the lights'."""
+    """Return the equation without the ambient light of the light model and of the lights."""
     terms = tuple(replace(term, ambient=BLACK) if any(term.ambient) else term for term in equation.terms)
     return replace(equation, ambient=BLACK, terms=terms)
 
@@ -80,7 +80,7 @@ def ambient_alone(equation: Equation) -> Equation:
 
 
 def diffuse_white(equation: Equation) -> tuple[Vector, ...]:
-    """Return the material colours of the diffuse lobes, and black for the others."""
+    """Return the material colours of the diffuse lobes, and black for the other lobes."""
     diffuse = equation.lobes_of["diffuse"]
     return tuple(color if k in diffuse else BLACK for k, color in enumerate(equation.colors))
 
@@ -93,7 +93,7 @@ def under_white_sky(equation: Equation) -> Equation:
 
 
 def without_gain(scattered: FloatArray, equation: Equation) -> FloatArray:
-    """Return the albedo of an equation's surface, clipped to at most 1.
+    """Return the albedo of an equation's surface, `scattered`, clipped to at most 1.
 
     Raises
     ------
@@ -102,9 +102,9 @@ def without_gain(scattered: FloatArray, equation: Equation) -> FloatArray:
     """
     most = float(scattered.max(initial=0.0))
     if most > 1.0 + (_FITTED if equation.diffuse_needs_viewer else _ROUNDED):
-        got = f"one that reflects {most:.3g} times the light that arrives"
-        remedy = "Reduce its diffuse colour times albedo to at most 1."
-        check.refuse("material", got, "one that reflects no more light than arrives, if light bounces", remedy)
+        got = f"one with a total reflectance of {most:.3g}"
+        remedy = "Reduce diffuse times albedo to at most 1."
+        check.refuse("material", got, "one with a total reflectance of at most 1, if light bounces", remedy)
     return np.minimum(scattered, 1.0)
 
 

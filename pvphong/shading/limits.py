@@ -1,10 +1,10 @@
 """Bounds on the factors of reflectances, which plans use before any vertex is lit.
 
-Three functions dispatch on the kind of reflectance: `most` bounds a lobe's factor, `change` bounds its change when
-light or viewer turn, and `extremes` returns the bounding reflectances for a map of a field. For kinds that are not
-registered, only Lambert lobes have bounds, so plans do not simplify the other lobes.
+Three functions dispatch on the kind of reflectance: `most` bounds a lobe's factor, `change` bounds the factor's change
+when the light or the viewer turns, and `extremes` returns the bounding reflectances for a map of a field. For kinds
+that are not registered, only Lambert lobes have bounds, so plans do not simplify the other lobes.
 
-In order: these functions; highlights that are a power of a cosine; Schlick's white part; microfacets; the others.
+In order: these functions; highlights that are a power of a cosine; Schlick's weight; microfacets; the others.
 """
 
 from __future__ import annotations
@@ -55,10 +55,10 @@ def change(reflectance: Any, lobe: int, turn: float, psi: float, *, light_moves:
 
 @singledispatch
 def extremes(reflectance: Any, field: str, low: float, high: float) -> tuple[Any, ...]:
-    """Return reflectances that bound all those whose `field` lies between `low` and `high`.
+    """Return reflectances whose bounds hold for every reflectance with `field` between `low` and `high`.
 
-    The sum of the results of `change` for them is a bound on the change for any of those. The maximum of `most` over
-    them is a bound on the factor.
+    The sum of `change` over the returned reflectances bounds the change of a factor. The maximum of `most` over them
+    bounds the factor.
     """
     return replace(reflectance, **{field: low}), replace(reflectance, **{field: high})
 
@@ -89,10 +89,10 @@ def _most_of_power(reflectance: Shiny, lobe: int, sightline: AngleBounds = ANYWH
 
 @change.register
 def _change_of_power(reflectance: Shiny, lobe: int, turn: float, psi: float, *, light_moves: bool) -> float:
-    """Return the power's slope times the turn, plus a jump if the light moves: it may cross the horizon of a vertex.
+    """Return the power's slope times the turn, plus a jump if the light moves: the light may cross a vertex's horizon.
 
-    There n·l is at most the sine of the turn. The angle from the normal is at least π/2 − turn to the light, and at
-    least π/2 − turn − ψ to the viewer.
+    At the horizon, n·l is at most the sine of the turn. The angle from the normal is at least π/2 − turn to the light,
+    and at least π/2 − turn − ψ to the viewer.
     """
     if lobe == 0:
         return turn if light_moves else 0.0
@@ -106,7 +106,7 @@ def _change_of_power(reflectance: Shiny, lobe: int, turn: float, psi: float, *, 
 
 @extremes.register
 def _(reflectance: Shiny, field: str, low: float, high: float) -> tuple[Any, ...]:
-    """Return both ends of the interval, and the greatest exponent below 1 if it lies between them.
+    """Return the reflectances at both ends of the interval, and at the greatest exponent below 1 if that lies between.
 
     For exponents between 0 and 1, highlights are infinitely steep.
     """
@@ -124,7 +124,7 @@ def _(reflectance: ModifiedPhong, lobe: int, sightline: AngleBounds = ANYWHERE) 
 
 @change.register
 def _(reflectance: ModifiedPhong, lobe: int, turn: float, psi: float, *, light_moves: bool) -> float:  # noqa: ARG001
-    """Bound the change of the product of the power and n·l. It is continuous at the horizon, where n·l is 0."""
+    """Bound the change of the product of the power and n·l. The product is continuous at the horizon."""
     if lobe == 0:
         return turn if light_moves else 0.0
     slope = _steepness(reflectance.sharpness) + light_moves
@@ -137,28 +137,28 @@ def _(reflectance: VtkHeadlight, lobe: int, sightline: AngleBounds = ANYWHERE) -
     return _largest_power(reflectance, sightline) if lobe else 1.0
 
 
-# --- Schlick's white part of the reflected light
+# --- Schlick's weight (1 − h·l)⁵ of the white part of the reflected light
 
 _WHITENESS_SLOPE = 2.5
-"""Largest change of the white part per radian by which l or v turns. It depends on h·l, the cosine of half the angle
-between l and v."""
+"""Largest change of Schlick's weight per radian by which l or v turns. The weight depends on h·l, the cosine of half
+the angle between l and v."""
 
 
 def _most_whiteness(psi: float) -> float:
-    """Return the largest white part for an angle of at most ψ from light to viewer."""
+    """Return the largest Schlick weight (1 − h·l)⁵ for an angle of at most ψ between light and viewer."""
     return (1.0 - math.cos(0.5 * min(psi, math.pi))) ** 5
 
 
 @most.register
 def _(reflectance: Metal, lobe: int, sightline: AngleBounds = ANYWHERE) -> float:
-    """Return Phong's bound times the largest white part."""
+    """Return Phong's bound; for the white lobe, times the largest Schlick weight."""
     white = _most_whiteness(sightline.psi) if lobe == 2 else 1.0
     return _most_of_power(reflectance, lobe, sightline) * white
 
 
 @change.register
 def _(reflectance: Metal, lobe: int, turn: float, psi: float, *, light_moves: bool) -> float:
-    """Return the sum of the bounds for Phong's power and for Schlick's white part."""
+    """Return the sum of the bounds for Phong's power and for Schlick's weight."""
     result = _change_of_power(reflectance, lobe, turn, psi, light_moves=light_moves)
     return min(result + _WHITENESS_SLOPE * turn, 1.0) if lobe else result
 
@@ -168,7 +168,10 @@ def _(reflectance: Metal, lobe: int, turn: float, psi: float, *, light_moves: bo
 
 @most.register
 def _(reflectance: Microfacets, lobe: int, sightline: AngleBounds = ANYWHERE) -> float:
-    """Return the density D at the largest n·h, times the largest K, 1/(2β)."""
+    """Return, for a highlight, the density D at the largest n·h, times the largest K, 1/(2β).
+
+    For the white lobe, it is also multiplied by the largest Schlick weight.
+    """
     if lobe == 0:
         return 1.0 if reflectance.is_faded else 1.15
     alpha, _, _, beta2, _, floor, least, _ = reflectance.parameters({})
@@ -204,7 +207,7 @@ def _(reflectance: OrenNayar, lobe: int, sightline: AngleBounds = ANYWHERE) -> f
 
 @change.register
 def _(reflectance: OrenNayar, lobe: int, turn: float, psi: float, *, light_moves: bool) -> float:  # noqa: ARG001
-    """Bound the change of A's part by its slope, and of B's part by B: its slope is unbounded near the horizon."""
+    """Bound the change of A's part by its slope, and of B's part by B: near the horizon, that slope is unbounded."""
     a, b = reflectance.parameters({})
     return (a * turn if light_moves else 0.0) + b
 

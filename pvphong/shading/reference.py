@@ -43,8 +43,8 @@ class Shading:
     rgb : ndarray
         Shape (n, 3). In [0, 1], unless the light model does not clamp.
     ambient, diffuse, specular, emission : ndarray or None
-        Shape (n, 3), unclamped; they add up to the unclamped colour. `ambient` contains the light model's and
-        the lights' ambient light. None unless components were requested, as are the arrays below.
+        Shape (n, 3), unclamped; they add up to the unclamped colour. `ambient` contains the light model's and the
+        lights' ambient light. These arrays, and those below, are None unless components were requested.
     per_light : ndarray or None
         Shape (n_lights, n, 3), unclamped: each light's ambient, diffuse and specular contribution, in the order of
         the scene's lights; zero for a light that is off.
@@ -106,7 +106,7 @@ _INTEGRATED = 2048
 
 
 class Block(NamedTuple):
-    """Vertices in the form that the equation reads. Fields that it does not need are empty."""
+    """Vertices in the form that the equation reads. Fields that the equation does not need are empty."""
 
     points: Float64Array
     surface: Surface
@@ -115,7 +115,8 @@ class Block(NamedTuple):
     The scalar False if v exists everywhere."""
     seen: FloatArray | None
     """Visible part of each light, and of the sky in the last row, shape (lights + 1, block); None if not needed. If
-    normals are turned towards the viewer, it is the part visible from the side that the viewer sees."""
+    normals are turned towards the viewer, it is the part that is visible from the side of the vertex that the viewer
+    sees."""
     tints: dict[str, FloatArray]
     """Factors of colours, (3, block). "albedo" multiplies ambient light; "diffuse", which includes the albedo, the
     lobes that take the albedo; "specular" the highlights; "emission" the emission."""
@@ -307,8 +308,8 @@ def _add(
 def _integrals(block: Block, reflectance: Reflectance, term: LightTerm) -> Iterator[Any]:
     """Yield each lobe's integral over an area light, times the term's gain.
 
-    Terms of the integral cancel, so it is computed in float64. It covers the whole light; the caller multiplies it by
-    the visible part.
+    Terms of the integral cancel, so it is computed in float64. The integral covers the whole light; the caller
+    multiplies it by the visible part.
     """
     real = block.surface.raw.dtype.type
     for form, color in zip(reflectance.forms, term.colors, strict=True):

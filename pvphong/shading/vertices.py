@@ -21,7 +21,7 @@ from pvphong.shading.equation import Equation, assemble
 from pvphong.shading.visibility import TransportLike, VisibilityLike
 
 _TO_TANGENTS = (
-    "Name a point array of vectors along the surface, or add texture coordinates to the mesh whose u varies everywhere."
+    "Name a point array of vectors along the surface, or give the mesh texture coordinates whose u varies everywhere."
 )
 
 _TO_VISIBILITY = "Pass visibility=mesh.phong.visibility(scene), or call mesh.phong.shade, which casts the rays."
@@ -185,7 +185,7 @@ class Vertices:
     def channels(self, equation: Equation) -> FloatArray | None:
         """Return the numbers per vertex that an equation reads, with rows as in `Equation.channels`.
 
-        Return None if it reads none.
+        Return None if the equation reads none.
 
         Tangents are unit vectors in the world. They are transformed like differences of points.
 

@@ -43,9 +43,9 @@ class VisibilityLike(Protocol):
 
 
 class Around(NamedTuple):
-    """What is known about n places before rays are cast from them to an area light or the sky.
+    """Bounds on the visibility around n places, known before rays are cast from them to an area light or the sky.
 
-    A place is a position on the surface. The visible parts around it are those of its triangle's corners.
+    A place is a position on the surface. The visible parts around a place are those at the corners of its triangle.
     """
 
     least: FloatArray
@@ -79,11 +79,11 @@ class Goal(NamedTuple):
 
     @property
     def flat(self) -> Goal:
-        """The comparison with its arrays (m, s, ...), for s places in each of m triangles, reshaped to (m · s, ...)."""
+        """The comparison for s places in each of m triangles, its arrays reshaped from (m, s, ...) to (m · s, ...)."""
         return Goal(self.if_hidden.reshape(-1, 3), self.contribution.reshape(-1, 3), self.allowed.ravel())
 
     def is_reached(self, part: Float64Array, error: Float64Array) -> BoolArray:
-        """Return True (n,) where the difference is allowed even if the visible part errs by two standard errors."""
+        """Return, shape (n,), True where the difference is allowed even if `part` is off by two standard errors."""
         difference = np.abs(self.if_hidden + part[:, None] * self.contribution)
         uncertainty = 2.0 * error[:, None] * np.abs(self.contribution)
         reached: BoolArray = (difference + uncertainty).max(axis=1) <= self.allowed
@@ -91,7 +91,7 @@ class Goal(NamedTuple):
 
 
 class TransportLike(Protocol):
-    """Light transport between the vertices of a mesh, and possibly from those of other meshes."""
+    """Light transport between the vertices of a mesh, and possibly from the vertices of other meshes."""
 
     @property
     def is_shared(self) -> bool:
@@ -101,14 +101,16 @@ class TransportLike(Protocol):
         """Return the largest part of any vertex's hemisphere, weighted by the cosine, that lit surfaces fill."""
 
     def why_nothing(self) -> str:
-        """Return the reason why no vertex sees lit surfaces; "" if one may."""
+        """Return the reason why no vertex sees lit surfaces; "" if a vertex may see one."""
 
     def gather(self, colors: FloatArray) -> FloatArray:
         """Return the cosine-weighted mean (n, k) of the colours that each vertex sees, if vertices send `colors`."""
 
 
 class GivenVisibility(VisibilityLike):
-    """Visibility that a user passes as an array. It cannot check positions, and gives plans no reasons.
+    """Visibility that a user passes as an array.
+
+    It cannot check positions, and gives plans no reasons for omitting shadows.
 
     Parameters
     ----------
@@ -144,7 +146,10 @@ class GivenVisibility(VisibilityLike):
         rows = len(lights) + 1
         self._sides = 1 + (self._parts.shape == (2 * rows, len(points)))
         if self._parts.shape != (self._sides * rows, len(points)):
-            remedy = "It has a row for each light, on or off, a row for the sky, and a column for each vertex."
+            remedy = (
+                "Give a row for each light, on or off, then a row for the sky, and a column for each vertex. For a "
+                "two-sided light model, as many rows may follow for the other sides."
+            )
             allowed = f"{_GIVEN}, or an array of shape {(len(lights) + 1, len(points))}"
             check.refuse(self._name, f"an array of shape {self._parts.shape}", allowed, remedy)
 
@@ -198,7 +203,7 @@ def known_transport(vertices: Any) -> TransportLike:
 
 
 def refuse_rays(scene: Scene, where: str) -> None:
-    """Raise ValueError for a scene with shadows, ambient occlusion or bounces; `where` says where they are missing."""
+    """Raise ValueError for a scene with shadows, ambient occlusion or bounces; `where` ends the message: "for …"."""
     if scene.light_model.is_global:
         remedy = "scene.light_model.without_rays() removes them; mesh.phong.shade supports them."
         allowed = f"without shadows, ambient occlusion and bounces {where}"

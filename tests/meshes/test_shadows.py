@@ -250,8 +250,8 @@ def test_of_another_mesh_or_other_lights_it_is_refused():
     twice = {"matrix": np.diag([2.0, 1, 1, 1])}
     for mesh, other, options, says in (
         (floor(cells=9), rig, {}, "computed for the mesh's 100 points"),
-        (moved, rig, {}, "computed for the mesh where it is now"),
-        (ground, rig, twice, "computed for the mesh where it is now"),
+        (moved, rig, {}, "computed for the mesh's current points"),
+        (ground, rig, twice, "computed for the mesh's current points"),
         (ground, scene(SUN), {}, "computed for the lights .*sun"),
         (ground, scene(SUN, replace(LAMP, name="bulb")), {}, "computed for the lights .*bulb"),
         (ground, scene(*rest), {}, "computed for the current lights; got one from before lamp moved"),

@@ -56,7 +56,7 @@ def test_it_is_as_it_was_and_casts_what_is_not_known_yet(tmp_path, way, two_side
     assert again.rays == seen.rays > half[1]
     lit = mesh.phong.shade(rig, visibility=again)["phong"]
     np.testing.assert_array_equal(lit, mesh.phong.shade(rig, visibility=seen)["phong"])
-    with pytest.raises(ValueError, match="visibility must be computed for the mesh where it is now"):
+    with pytest.raises(ValueError, match="visibility must be computed for the mesh's current points"):
         mesh.translate((0, 0, 1)).phong.shade(rig, visibility=again)
     assert (again.behind is None) is not two_sided
     if two_sided:

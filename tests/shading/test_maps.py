@@ -158,7 +158,8 @@ def test_where_some_are_infinitely_steep_none_is_taken_for_flat():
         ({"reflectance": ph.PBR(np.full(COUNT, 2.0))}, "^metallic must be numbers from 0 to 1"),
         (
             {"shininess": np.ones(COUNT), "reflectance": ph.OrenNayar(20)},
-            r"^shininess must be a number or colour for OrenNayar; .* Its maps may be albedo, diffuse, emission\.",
+            r"^shininess must be a number or colour for OrenNayar; .*"
+            r" OrenNayar can have maps of albedo, diffuse, emission\.",
         ),
     ],
 )

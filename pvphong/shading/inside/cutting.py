@@ -75,7 +75,8 @@ def cut_edges(surface: LitSurface, tolerance: float, limit: int) -> Cuts:
 def uncut_area(surface: LitSurface, tolerance: float) -> float:
     """Return the area of triangles that an edge crosses without a cut, if the jump exceeds a tolerance.
 
-    They were not cut because a part would have no area. This happens where edges of several lights meet.
+    These triangles were not cut because a part of them would have no area. This happens where edges of several lights
+    meet.
     """
     corners, vertices = surface.triangles.corners, surface.vertices
     is_crossed = np.zeros(len(corners), dtype=bool)
@@ -91,13 +92,13 @@ class _Crossings(NamedTuple):
     """Crossings of an edge with sides and triangles."""
 
     along: Float64Array
-    """Position of the crossing on each side, a fraction of its length, shape (s,); NaN if it is not crossed."""
+    """Position of the crossing on each side, as a fraction of the side, shape (s,); NaN if it is not crossed."""
     step: Float64Array
     """Jump of the colour there, shape (s,)."""
     rows: IntArray
     """Triangles that the edge crosses, shape (k,)."""
     deviation: Float64Array
-    """Largest distance of the edge from a straight line in each of them, shape (k,)."""
+    """Largest distance of the edge from a straight line in each of these triangles, shape (k,)."""
     width: Float64Array
     """Length of that line, shape (k,)."""
 
@@ -145,7 +146,7 @@ class _Edge:
         return steps_at(self._light, self._surface.vertices, corners, weights)
 
     def _look(self, rows: IntArray) -> None:
-        """Sample triangles that are new or changed, and record those with an edge that their corners do not show."""
+        """Sample triangles that are new or changed, and record the edges that corners do not show."""
         triangles, is_lit = self._surface.triangles, self._is_lit
         rows = rows[self._sizes(rows)[1] > 0.0]
         added = len(triangles) - len(self._is_hidden)
@@ -173,7 +174,7 @@ class _Edge:
         self._look_closely(rows[is_uniform & ~self._is_hidden[rows]])
 
     def _look_closely(self, rows: IntArray) -> None:
-        """Sample triangles at places a pixel apart. So far, their corners, sides and middles agree."""
+        """Sample triangles at places a pixel apart. The samples so far, at corners, on sides and inside, agree."""
         corners, is_lit = self._surface.triangles.corners, self._is_lit
         steps = np.maximum(self._sizes(rows)[0] / self._spacing, 1.0)
         orders = np.minimum(2 ** np.rint(np.log2(steps)).astype(np.int64), _FINEST)
@@ -189,10 +190,12 @@ class _Edge:
                 self._is_hidden[some[found]] |= self._steps(corners[some[found]], place)[:, 0] > self._tolerance
 
     def _can_jump(self, corners: IntArray, places: Float64Array, is_other: BoolArray) -> BoolArray:
-        """Return True (k,) where the colour may jump by more than the tolerance near the places (k, s) in `is_other`.
+        """Return, shape (k,), True where the colour may jump by more than the tolerance near places.
 
-        The edge lies between a place and its neighbours. The step there may exceed the steps at the places by a third
-        of their range.
+        `is_other`, shape (k, s), is True at the places whose visibility differs from the first corner's.
+
+        The edge lies between a place and its neighbours. The step at the edge may exceed the steps at the places by a
+        third of their range.
         """
         steps = self._steps(corners, places)
         larger = np.ptp(steps, axis=1) / 3.0 if len(steps) else np.zeros(0)
@@ -224,7 +227,7 @@ class _Edge:
     def _lines(self, along: Float64Array, rows: IntArray) -> tuple[IntArray, Float64Array]:
         """Return a corner (k,) and the ends (k, 2, 3) of the line across each crossed triangle.
 
-        The corner is the one that is alone on its side of the line.
+        The corner is alone on its side of the line.
         """
         triangles, is_lit = self._surface.triangles, self._is_lit
         at_corners = is_lit[triangles.corners[rows]]
@@ -239,7 +242,8 @@ class _Edge:
     def _deviations(self, along: Float64Array, rows: IntArray) -> tuple[Float64Array, Float64Array]:
         """Return the largest deviation (k,) of the edge from a line, and the line's length (k,).
 
-        The deviation is measured at the line's quarters, and at samples inside that are on its wrong side.
+        The deviation is measured at the line's quarters, and at samples inside the triangle that are lit on the line's
+        dark side, or dark on its lit side.
         """
         triangles, index = self._surface.triangles, np.arange(len(rows))
         p = self._surface.vertices.points[triangles.corners[rows]]
@@ -268,7 +272,11 @@ class _Edge:
 
     @staticmethod
     def _distances(weights: Float64Array, p: Float64Array, x: Float64Array, y: Float64Array) -> Float64Array:
-        """Return the distances (k, s) of places in triangles p (k, 3, 3) from the lines through x and y (k, 3)."""
+        """Return the distances of places in triangles from lines, shape (k, s).
+
+        `weights` holds the places, shape (k, s, 3) or (s, 3), and `p` the triangles' corners, shape (k, 3, 3). The line
+        in each triangle goes through `x` and `y`, shape (k, 3) each.
+        """
         line = (y - x)[:, None]
         width = np.linalg.norm(line, axis=2)
         far = np.linalg.norm(np.cross(weights @ p - x[:, None], line), axis=2)

@@ -47,9 +47,10 @@ _LARGE = 1.0 / 255.0
 def _errors_at(
     vertices: LitVertices, corners: IntArray, weights: Float64Array, enough: float | None = None
 ) -> Float64Array:
-    """Return the differences (m, s) of blended and lit colours at places in triangles (m, 3), in the worst channel.
+    """Return the differences of interpolated and exact colours in the worst channel, shape (m, s).
 
-    Lights with a size are sampled, and only the part of a difference that exceeds the noise counts.
+    `corners` holds the vertices of m triangles, shape (m, 3). `weights` holds s places in each; see `lighting`. Lights
+    with a size are sampled, and only the part of a difference that exceeds the noise counts.
     """
     shape = len(corners), weights.shape[-2]
     colors = blended(vertices.colors, corners, weights, *vertices.lighting.limits).reshape(*shape, 3)
@@ -63,9 +64,10 @@ def _errors_at(
 
 
 def first_errors(vertices: LitVertices, corners: IntArray, enough: float | None = None) -> Float64Array:
-    """Return the largest error (m,) of triangles (m, 3) at middles of sides, centroids, peaks and creases.
+    """Return the largest error of each triangle, (m,), at middles of sides, centroids, peaks and creases.
 
-    With `enough`, an error below `enough` may be underestimated; see the module's description.
+    `corners` has the shape (m, 3). With `enough`, an error below `enough` may be underestimated; see the module's
+    description.
     """
     result = pattern_errors(_FIRST, vertices, corners, enough)
 
@@ -79,9 +81,10 @@ def first_errors(vertices: LitVertices, corners: IntArray, enough: float | None 
 
 
 def more_errors(vertices: LitVertices, corners: IntArray, enough: float | None = None) -> Float64Array:
-    """Return the largest error (m,) at further samples.
+    """Return the largest error of each triangle, (m,), at further samples.
 
-    If blends of the stored normals have other directions, the errors at all samples are computed for these too.
+    If blends of the stored normals have other directions, the errors at all samples are computed for the stored normals
+    too.
     """
     result = pattern_errors(_MORE, vertices, corners, enough)
     length, stored = (np.linalg.norm(normals, axis=1) for normals in (vertices.normals, vertices.stored))
@@ -98,7 +101,10 @@ def more_errors(vertices: LitVertices, corners: IntArray, enough: float | None =
 
 
 def all_errors(vertices: LitVertices, corners: IntArray) -> Float64Array:
-    """Return the largest error (m,) at all samples; 0 in triangles without an area or with a non-finite point."""
+    """Return the largest error of each triangle, (m,), at all samples.
+
+    The error is 0 in triangles without an area or with a non-finite point.
+    """
     result = np.zeros(len(corners))
     rows = np.flatnonzero(sizes(vertices.points, corners)[1] > 0.0)
     shown = corners if len(rows) == len(corners) else corners[rows]
@@ -114,8 +120,8 @@ def jumps(vertices: LitVertices, corners: IntArray) -> tuple[Float64Array, Float
     """Return the largest jump of the colour in each triangle, and the error next to it, (m,) each.
 
     Splitting cannot reduce a jump. The search bisects the segment from the worst sample, peaks excluded, to the corner
-    whose colour differs most from it. It keeps the half with the larger difference. The difference that remains is a
-    jump.
+    whose colour differs most from the sample's. The search keeps the half with the larger difference. The difference
+    that remains is a jump.
     """
     steps, errors = np.zeros((2, len(corners)))
 
@@ -149,7 +155,7 @@ def jumps(vertices: LitVertices, corners: IntArray) -> tuple[Float64Array, Float
 def pattern_errors(
     pattern: Float64Array, vertices: LitVertices, corners: IntArray, enough: float | None = None
 ) -> Float64Array:
-    """Return the largest error (m,) at places (s, 3) that are the same for all triangles."""
+    """Return the largest error of each triangle, (m,), at the places of `pattern`, shape (s, 3)."""
     result = np.zeros(len(corners))
 
     def look(part: slice) -> None:
@@ -162,7 +168,17 @@ def pattern_errors(
 def _worst(
     places: Iterable[Places], vertices: LitVertices, corners: IntArray, enough: float | None = None
 ) -> tuple[IntArray, Float64Array, Float64Array]:
-    """Return the triangles (k,) that contain places, the place (k, 3) of the largest error in each, and the error."""
+    """Return the largest error at the places in each triangle that contains places.
+
+    Returns
+    -------
+    rows : ndarray of int
+        Indices of the triangles that contain places, shape (k,).
+    weights : ndarray
+        Place of the largest error in each of these triangles, shape (k, 3).
+    errors : ndarray
+        Error at this place, shape (k,).
+    """
     places = list(places)
     rows = np.concatenate([np.empty(0, dtype=np.intp), *(place.rows for place in places)])
     weights = np.concatenate([np.empty((0, 3)), *(place.weights for place in places)])

@@ -2,7 +2,8 @@
 
 The displayed colour inside a triangle is the linear blend of the colours at its corners. The exact colour is the
 lighting equation at the blended point with the blended normal, normalised: per-pixel shading, with the visibility of
-each light from there. Places are barycentric coordinates, (s, 3) or (m, s, 3).
+each light from there. Places are barycentric coordinates: shape (m, s, 3), or (s, 3) if they are the same for all m
+triangles.
 """
 
 from __future__ import annotations
@@ -129,7 +130,7 @@ class Lighting:
     def _has_cone(self, light: int) -> bool:
         """Return True if a light's cone can be treated as visibility.
 
-        It cannot if the light has an ambient colour, which visibility does not affect.
+        It cannot in VTK's convention, nor if the light has an ambient colour, which visibility does not affect.
         """
         given = self._lights[light]
         angles = given.values(Angle) if given.values(Aim) else []
@@ -162,7 +163,7 @@ class Lighting:
     def lit(
         self, points: Float64Array, normals: Float64Array, maps: Float64Array, seen: Float64Array, errors: Float64Array
     ) -> tuple[Float64Array, Float64Array]:
-        """Return `colors`, and their standard errors (n,), which result from the `errors` of the visible parts."""
+        """Return the result of `colors`, and its standard errors (n,), caused by the `errors` of the visible parts."""
         colors = self.colors(points, normals, maps, seen)
         noise = np.zeros(len(colors))
         if self.soft:
@@ -197,8 +198,8 @@ class Lighting:
     ) -> tuple[Float64Array, Float64Array]:
         """Return the visible part of a light from places on the mesh, and its standard error, (n,) each.
 
-        The visibility is that from the side that the viewer sees. Where this side faces away from a sharp light, the
-        light counts as visible.
+        The visibility is from the side of the surface that the viewer sees. Where this side faces away from a sharp
+        light, the light counts as visible.
 
         Rays begin on the blend of the tangent planes at a triangle's corners, if that is above the place. A convex mesh
         lies below the tangent planes of its vertices, and so below their blends. A ray that rises above the blend
@@ -215,7 +216,7 @@ class Lighting:
             Shape (n,): the dot product of normal and point in the world, blended from `LitVertices.level`. None if the
             places are the mesh's own vertices.
         around : Around, optional
-            What is known about the visibility around the places.
+            Known bounds on the visibility around the places.
         """
         p, n = self.in_world(points, normals)
         result, error, source = np.ones(len(p)), np.zeros(len(p)), self._lights.get(light)
@@ -251,7 +252,7 @@ class Lighting:
 def inside_cone(light: Light, points: Float64Array) -> FloatArray:
     """Return values (n,) that are positive inside a light's cone and negative outside.
 
-    They compare the chord between the axis and the ray with the chord of the cone's angle; see
+    The values compare the chord between the axis and the ray with the chord of the cone's angle; see
     `pvphong.optics.lights.spot`.
     """
     (direction,), (angle,) = light.values(Aim), light.values(Angle)
@@ -316,9 +317,10 @@ class ComparedColors(NamedTuple):
 def lit_inside(
     vertices: LitVertices, corners: IntArray, weights: Float64Array, compared: ComparedColors | None = None
 ) -> tuple[Float64Array, Float64Array]:
-    """Return the exact displayed colours (m, s, 3) at places in triangles (m, 3), and their standard errors (m, s).
+    """Return the exact displayed colours, shape (m, s, 3), and their standard errors, shape (m, s), at places.
 
-    With `compared`, a place needs no more rays once its difference is known to be allowed.
+    `corners` holds the vertices of m triangles, shape (m, 3). `weights` holds s places in each triangle. With
+    `compared`, a place needs no more rays once the difference of its colour is known to be allowed.
     """
     own = vertices.points, vertices.normals, vertices.maps
     points, normals, maps = (blended(each, corners, weights) for each in own)
@@ -355,7 +357,7 @@ def _seen_inside(
         if not len(rows) or not len(places):
             continue
         at, some = (rows[:, None], places), weights[places] if is_shared else weights[rows]
-        # The colour is known up to the last light's visibility, and without a gamma it is linear in that.
+        # The colour is known up to the last light's visibility, and without a gamma it is linear in this visibility.
         if compared is not None and k == lights[-1] and lighting.equation.gamma == 1.0:
             without, with_it = _colors_without_and_with(k, vertices, corners[rows], some, seen[at])
             goal = Goal(without - compared.colors[at], with_it - without, compared.allowed[at])
@@ -367,9 +369,10 @@ def _seen_inside(
 def seen_at(
     light: int, vertices: LitVertices, corners: IntArray, weights: Float64Array, goal: Goal | None = None
 ) -> tuple[Float64Array, Float64Array]:
-    """Return the result of `Lighting.seen`, (m, s) each, at blends of vertices (m, c).
+    """Return the two results of `Lighting.seen`, shape (m, s) each, at blends of vertices.
 
-    The weights of the blends have the shape (s, c) or (m, s, c). The shapes of the goal's arrays begin with (m, s).
+    `corners` has the shape (m, c). `weights` has the shape (m, s, c), or (s, c) if they are the same for all m. The
+    shapes of the goal's arrays begin with (m, s).
     """
     part, error = np.empty((2, len(corners), weights.shape[-2]))
 
@@ -389,7 +392,10 @@ def seen_at(
 
 
 def steps_at(light: int, vertices: LitVertices, corners: IntArray, weights: Float64Array) -> Float64Array:
-    """Return the difference (m, s) of colours with a light fully visible and hidden, at places in triangles (m, 3)."""
+    """Return the difference between the colours with a light fully visible and with the light hidden, shape (m, s).
+
+    `corners` and `weights` are as for `lit_inside`.
+    """
     seen = blended(vertices.seen, corners, weights)
     colors = _colors_without_and_with(light, vertices, corners, weights, seen)
     return difference(*map(vertices.lighting.shown, colors))
@@ -398,9 +404,9 @@ def steps_at(light: int, vertices: LitVertices, corners: IntArray, weights: Floa
 def _colors_without_and_with(
     light: int, vertices: LitVertices, corners: IntArray, weights: Float64Array, seen: Float64Array
 ) -> tuple[Float64Array, Float64Array]:
-    """Return colours with a light hidden and fully visible, not clamped, at places in triangles (m, 3).
+    """Return the colours with a light hidden, and those with it fully visible, shape (m, s, 3) each, not clamped.
 
-    Both have shape (m, s, 3). `seen` has a row for each place.
+    `corners` and `weights` are as for `lit_inside`. `seen` has a row of visible parts for each place.
     """
     own = vertices.points, vertices.normals, vertices.maps
     rows = [*(blended(each, corners, weights) for each in own), seen.reshape(-1, seen.shape[-1])]
@@ -412,7 +418,7 @@ def _colors_without_and_with(
 
 
 def to_viewer(points: Float64Array, equation: Equation) -> Float64Array:
-    """Return unit vectors v to the viewer from points (3, k): shape (3, k), or (3, 1) if all are equal."""
+    """Return unit vectors v from points (3, k) to the viewer: shape (3, k), or (3, 1) for a viewer at infinity."""
     return np.array(equation.to_eye)[:, None] if equation.eye is None else towards(equation.eye, points)[0]
 
 
@@ -423,9 +429,18 @@ def blended(
     low: float = -math.inf,
     high: float = math.inf,
 ) -> Float64Array:
-    """Return blends (m · s, k) of values (n, k) at places (s, c) or (m, s, c) between vertices (m, c).
+    """Interpolate clipped values by weights. Return shape (m · s, k), all s places of a triangle together.
 
-    The values are clipped to [low, high] first.
+    Parameters
+    ----------
+    values : ndarray
+        Shape (n, k): a row for each vertex.
+    corners : ndarray of int
+        Shape (m, c): indices of vertices.
+    weights : ndarray
+        Shape (m, s, c), or (s, c) if they are the same for all m.
+    low, high : float
+        Limits to which values are clipped.
     """
     compiled = kernel.blending()
     if compiled is not None:
@@ -444,5 +459,5 @@ def difference(colors: Float64Array, others: Float64Array) -> Float64Array:
 
 
 def largest(values: Float64Array) -> Float64Array:
-    """Return the maximum along the last axis, which is short: `max` takes several times as long."""
+    """Return the maximum along the last axis. For a short axis, `np.max` takes several times as long."""
     return reduce(np.maximum, np.moveaxis(values, -1, 0))

@@ -26,9 +26,10 @@ _AT_ONCE = 2**13
 
 
 def sizes(points: Float64Array, corners: IntArray) -> tuple[Float64Array, Float64Array]:
-    """Return the longest side and the least height, (m,) each, of triangles (m, 3) between points (n, 3).
+    """Return the longest side and the least height of m triangles, shape (m,) each.
 
-    The height is zero or NaN if a triangle has no area, or a point that is not finite.
+    `points` has the shape (n, 3), and `corners`, which holds point indices, the shape (m, 3). The height is zero or NaN
+    if a triangle has no area, or a point that is not finite.
     """
     longest, height = np.empty((2, len(corners)))
 
@@ -47,13 +48,16 @@ def sizes(points: Float64Array, corners: IntArray) -> tuple[Float64Array, Float6
 
 
 def area(points: Float64Array, corners: IntArray) -> float:
-    """Return the total area of triangles (m, 3) between points (n, 3). Those with a NaN or infinity count as 0."""
+    """Return the total area of triangles; arguments as for `sizes`. Triangles with a NaN or infinity count as 0."""
     longest, height = sizes(points, corners)
     return float(np.nan_to_num(longest * height).sum()) / 2.0
 
 
 def odd_corner(is_above: BoolArray) -> IntArray:
-    """Return the corner (m,) that is alone above or below in triangles (m, 3); the first if all are alike."""
+    """Return, shape (m,), the corner of each triangle whose flag differs from the other two; 0 if all agree.
+
+    `is_above` holds the flags of the corners, shape (m, 3).
+    """
     return (is_above == (is_above.sum(axis=1) == 1)[:, None]).argmax(axis=1)
 
 
@@ -96,9 +100,9 @@ class _AtCorners:
 
 
 def _chords(term: LightTerm, equation: Equation, points: Float64Array, normals: Float64Array) -> Float64Array:
-    """Return chords D (k, 3): a highlight is a power of the cosine 1 − |D|²/2.
+    """Return chords D, shape (k, 3), at points: a highlight is a power of the cosine 1 − |D|²/2.
 
-    For example, D is the difference of the mirror direction and the viewer's; see `pvphong.shading.reference`.
+    For example, D is the mirror direction minus v; see `pvphong.optics.reflectances.highlight`.
     """
     p, n = columns(points), unit(columns(normals))[0]
     v, to_light = to_viewer(p, equation), term.light.arrival(p).direction
@@ -114,7 +118,7 @@ _AT_CORNER = 2.0**-20
 
 
 def peaks(vertices: LitVertices, corners: IntArray) -> Iterator[Places]:
-    """Yield the places where a light's contribution is largest, in triangles where that is not a corner.
+    """Yield the places where a light's contribution is largest, in triangles where this place is not a corner.
 
     A vector that varies over the triangle is shortest there: the chord D of a highlight, the offset from a spot's axis,
     or the offset from a light at a position.
@@ -150,7 +154,9 @@ _INVISIBLE = 21.0
 
 
 def _highlight_peaks(term: LightTerm, equation: Equation, at: _AtCorners) -> Places:
-    """Return peaks by Gauss-Newton steps, in triangles larger than the highlight; the fixed pattern covers others.
+    """Return peaks by Gauss-Newton steps, in triangles larger than the highlight.
+
+    In smaller triangles, the fixed pattern of samples suffices.
 
     A chord's length deviates from linear by less than a quarter of the square of its spread over the triangle. By this
     bound, triangles too far from the highlight are skipped.
@@ -184,8 +190,9 @@ def _blend(weights: Float64Array, at_corners: Float64Array) -> Float64Array:
 def _shortest(at_corners: Float64Array) -> Float64Array:
     """Return barycentric coordinates (k, 3) of the shortest blend of three vectors (k, 3, 3).
 
-    It is the point of a triangle nearest to the origin: the foot of the perpendicular if that lies inside, else the
-    nearest of the three sides' nearest points (C. Ericson: Real-Time Collision Detection (2005), section 5.1.5).
+    The shortest blend is the point of a triangle nearest to the origin: the foot of the perpendicular if that lies
+    inside, else the nearest of the three sides' nearest points (C. Ericson: Real-Time Collision Detection (2005),
+    section 5.1.5).
     """
     a, b, c = at_corners.transpose(1, 2, 0)
     ab, ac = b - a, c - a
@@ -211,7 +218,7 @@ def _shortest(at_corners: Float64Array) -> Float64Array:
 
 
 def _is_at_corner(at_corners: Float64Array) -> BoolArray:
-    """Return True (k,) where the shortest blend of three vectors (k, 3, 3) is one of them.
+    """Return, shape (k,), True where the shortest blend of three vectors (k, 3, 3) is one of them.
 
     The length then increases from this corner along both sides.
     """
@@ -257,7 +264,9 @@ _ASIDE = 2.0**-5
 
 
 def _sign_changes(values: FloatArray) -> Iterator[Places]:
-    """Yield places where a value changes its sign: on two sides of a triangle, half-way between, and next to these.
+    """Yield places where a value changes its sign: its crossings with two sides of a triangle, and their middle.
+
+    Then yield places slightly to both sides of these.
 
     Parameters
     ----------

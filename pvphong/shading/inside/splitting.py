@@ -23,8 +23,8 @@ from pvphong.shading.inside.triangles import marked
 
 Stopped = Literal["tolerance", "max_points", "jump", "resolution"]
 
-# Fractions of the tolerance. A triangle with an error above the first is split, and one with an error above the second
-# is sampled densely. Errors between samples were found to be larger by up to 5 % (dense) and 30 % (others).
+# Fractions of the tolerance. A triangle with an error above _AIM is split, and a triangle with an error above _CLOSE is
+# sampled densely. Errors between samples were found to be larger by up to 5 % (dense) and 30 % (others).
 _AIM, _CLOSE = 0.95, 0.7
 
 # Least urgency of triangles that a round splits, as a fraction of the largest.
@@ -71,7 +71,7 @@ class Refinement:
     def run(self, tolerance: float, limit: int, *, cut: bool) -> Stopped:
         """Split until every error is within `tolerance` or splitting does not help; return the reason for stopping.
 
-        It always stops: each round adds a point, and `limit` bounds their number.
+        It always stops: each round adds a point, and `limit` bounds the number of points.
 
         Parameters
         ----------
@@ -125,7 +125,7 @@ class Refinement:
         return self.errors[rows] * self._known["longest"][rows]
 
     def _finish(self, tolerance: float) -> None:
-        """Take the remaining samples of all triangles, and dense ones where the error is close to the tolerance."""
+        """Take the remaining samples of all triangles, and dense samples where the error is close to the tolerance."""
         rows = np.flatnonzero(~self._known["finished"])
         for errors_of in (more_errors, partial(pattern_errors, DENSE)):
             errors = errors_of(self.surface.vertices, self.surface.triangles.corners[rows], _CLOSE * tolerance)
@@ -134,7 +134,7 @@ class Refinement:
             rows = rows[(self.errors[rows] > _CLOSE * tolerance) & (self.errors[rows] <= _AIM * tolerance)]
 
     def _look_for_jumps(self, rows: IntArray, tolerance: float) -> None:
-        """Mark triangles in which the colour jumps, and those that share a vertex with them, as stuck.
+        """Mark triangles in which the colour jumps, and triangles that share a vertex with them, as stuck.
 
         For example, around a vertex without a normal, colours vary as much in small triangles as in large ones.
         """

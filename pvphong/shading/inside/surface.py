@@ -18,7 +18,7 @@ class Added(NamedTuple):
     parents: IntArray
     """The two vertices that each new vertex lies between, shape (k, 2)."""
     along: Float64Array
-    """Position as a fraction of the way from the first to the second, shape (k,)."""
+    """Position as a fraction of the way from the first parent to the second, shape (k,)."""
 
 
 class LitSurface:
@@ -42,7 +42,7 @@ class LitSurface:
     triangles : Triangles
         Current triangles.
     vertices : LitVertices
-        Current vertices; the given ones come first.
+        Current vertices; the given vertices come first.
     added : list of Added
         Records of the added vertices, in order.
     diagonal : float
@@ -67,7 +67,7 @@ class LitSurface:
 
         On a smooth surface, the vertices are moved to the middles of cubic curves perpendicular to the ends' normals:
         the sides of PN triangles (A. Vlachos, J. Peters, C. Boyd, J. L. Mitchell: Curved PN triangles. Symposium on
-        Interactive 3D Graphics (2001), 159-166). On a circle, their error is of fourth order in the angle.
+        Interactive 3D Graphics (2001), 159-166). On a circle, the error of the middles is of fourth order in the angle.
         """
         curved = (self._triangles_of[marks] == 2) & self._smooth  # not on a boundary or where several sheets meet
         opposite = self._opposite(np.flatnonzero(marks))
@@ -78,7 +78,7 @@ class LitSurface:
     def cut(self, light: int, signs: IntArray, crossed: BoolArray, along: Float64Array, inner: IntArray) -> None:
         """Cut along the edge of a light's shadow or cone, as `Triangles.cut` does.
 
-        Vertices on the sheet of 1 see the light, those on the sheet of -1 do not.
+        Vertices on sheet 1 see the light, vertices on sheet -1 do not.
         """
         opposite = np.repeat(self._opposite(np.flatnonzero(crossed)), 2)
         cut = self.triangles.cut(signs, crossed, along, inner)
@@ -97,7 +97,7 @@ class LitSurface:
         return np.bincount(self.triangles.sides.ravel(), minlength=len(self.triangles.ends))
 
     def _opposite(self, sides: IntArray) -> IntArray:
-        """Return the opposite corner (k,) of sides that belong to one triangle; -1 for other sides."""
+        """Return the opposite corner (k,) of sides that belong to a single triangle; -1 for other sides."""
         corners = np.full(len(self.triangles.ends), -1)
         corners[self.triangles.sides] = np.roll(self.triangles.corners, 1, axis=1)
         corners[self._triangles_of != 1] = -1
@@ -106,8 +106,8 @@ class LitSurface:
     def seen_on_sides(self, light: int, sides: IntArray, along: Float64Array) -> Float64Array:
         """Return the visible part (k, s) of a sharp light from places along sides.
 
-        `along` has fractions of the sides, of shape (k, s) or (s,). If a side belongs to one triangle, the rays begin
-        slightly inside it.
+        `along` has fractions of the sides, of shape (k, s) or (s,). If a side belongs to a single triangle, the rays
+        begin slightly inside this triangle.
         """
         return self._seen_between(light, self.triangles.ends[sides], along, self._opposite(sides))[0]
 

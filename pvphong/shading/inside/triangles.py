@@ -40,7 +40,7 @@ class Cut(NamedTuple):
     along: Float64Array
     """Position as a fraction of the side, shape (k,)."""
     sheets: IntArray
-    """Sheet of every vertex, 1 or -1, shape (n + k,); 0 for a vertex on the line that belongs to none."""
+    """Sheet of every vertex, 1 or -1, shape (n + k,); 0 for a vertex on the line that belongs to no sheet."""
 
 
 class Triangles:
@@ -187,18 +187,18 @@ class Triangles:
     # -- cuts
 
     def from_end(self, sides: IntArray, vertices: IntArray, along: Float64Array) -> Float64Array:
-        """Return the position of the crossing on each side, counted from the end at the given vertex.
+        """Return the position of the crossing on each side, a fraction of the side, measured from the given vertex.
 
-        `along` counts from the side's first end.
+        `along` is the same fraction, measured from the side's first end.
         """
         return np.where(self.ends[sides, 0] == vertices, along[sides], 1.0 - along[sides])
 
     def cut(self, signs: IntArray, crossed: BoolArray, along: Float64Array, inner: IntArray) -> Cut:
         """Cut along a line that crosses the given sides, and separate its two sheets.
 
-        A triangle with two crossed sides is cut between the crossings, as in marching triangles. One with a single
-        crossed side is cut from there to the opposite corner. The squared lengths of the parts' sides follow from the
-        affine map that gives the triangle's sides their squared lengths.
+        A triangle with two crossed sides is cut between the crossings, as in marching triangles. A triangle with a
+        single crossed side is cut from this crossing to the opposite corner. The squared lengths of the parts' sides
+        follow from the affine map that gives the triangle's sides their squared lengths.
 
         Parameters
         ----------
@@ -285,7 +285,7 @@ class Triangles:
     def _part_sheets(self, signs: IntArray, inner: IntArray) -> tuple[IntArray, IntArray]:
         """Double the vertices on the line that both sheets share, and the sides between such vertices.
 
-        The existing vertex stays on the sheet of 1.
+        The existing vertex stays on sheet 1.
 
         Returns
         -------

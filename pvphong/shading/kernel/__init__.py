@@ -9,8 +9,8 @@ code. The kernel also declines an equation that it does not support:
 - an entry of an attenuation or a matrix that is neither 0 nor between 2⁻¹⁰⁰ and 2¹⁰⁰
 - a light that is too bright for its stage
 
-It declines single vertices too, which the reference then lights: a vertex on a light or the eye, one that is not
-finite, or one so far from a light or so near it that float32 does not hold the products.
+It declines single vertices too, which the reference then lights: a vertex on a light or the eye, a vertex that is not
+finite, or a vertex so far from a light or so near it that float32 does not hold the products.
 
 The kernel differs from the reference by rounding alone. float32 results are computed in float32, including geometry,
 except integrals over area lights. Differences of positions have full relative precision at any distance from the
@@ -158,8 +158,8 @@ def point_normals(
 ) -> Float64Array | None:
     """Return unit normals of a mesh's points, as `pvphong.geometry.normals.point_normals` does, or None.
 
-    They differ from those by rounding alone. Neither the numbering of the points nor the number of threads changes any
-    bit. None means that NumPy must compute them, or refuse the mesh.
+    Compiled normals differ from NumPy's by rounding alone. Neither the numbering of the points nor the number of
+    threads changes any bit. None means that NumPy must compute the normals, or refuse the mesh.
 
     Parameters
     ----------
@@ -190,7 +190,7 @@ def split_points(
     """Split a mesh's points along sharp edges, as VTK's filter does; or return None.
 
     The result equals the filter's and does not depend on the number of threads. None is returned without compiled code,
-    and for faces that VTK divides or refuses: those with more than 384 corners or fewer than three, or with an index
+    and for faces that VTK divides or refuses: faces with more than 384 corners or fewer than three, or with an index
     outside the points.
 
     Parameters
@@ -205,7 +205,7 @@ def split_points(
     connectivity : ndarray
         int64. New points are numbered after the existing ones.
     added : ndarray
-        int64: the point from which each new one was copied.
+        int64: the point from which each new point was copied.
     """
     library = _library()
     if library is None:
@@ -245,7 +245,7 @@ def rays_obstacle() -> str:
 
 
 def stages_of(sampling: Sampling) -> tuple[int, int] | None:
-    """Return the addresses of a light's two compiled formulas; None if another process must compile them first."""
+    """Return the addresses of a light's compiled `frame` and `sample`; None if they are not compiled yet."""
     from pvphong.shading.kernel import code, rays
 
     return code.if_compiled(_compiled(), lambda library: rays.stages_of(library, sampling))
@@ -273,7 +273,7 @@ def vertices_met(*arguments: Any) -> tuple[NDArray[np.int32], int]:
 
 
 def gatherer() -> Callable[[NDArray[np.int32], FloatArray], FloatArray] | None:
-    """Return `hits.gathered`; None without Numba, or if another process must compile it first."""
+    """Return `hits.gathered` for this process's library; None without Numba, or if its code must be compiled first."""
     library = _library()
     if library is None:
         return None

@@ -183,7 +183,7 @@ def _distinct(stages_of_all: _Named) -> _Named:
 
 
 def main() -> None:
-    """Compile the code for the standard input, a pickled `Request`, and then all the rest.
+    """Read a pickled `Request` from standard input, and compile its code, then all other code.
 
     Do nothing if another process is compiling.
     """
@@ -205,7 +205,7 @@ def main() -> None:
 
 
 def _request() -> Request | None:
-    """Return the request; None if its lights or reflectances cannot be imported, as those of an interactive session."""
+    """Return the request; None if its lights or reflectances cannot be imported, as in an interactive session."""
     try:
         request = pickle.load(sys.stdin.buffer)
     except (AttributeError, ImportError, EOFError):

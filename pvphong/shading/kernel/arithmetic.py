@@ -67,12 +67,15 @@ def inlined(function: Function) -> Function:
 
 
 def inlined_early(function: Function) -> Function:
-    """Compile as `inlined`, but inline before type inference: for functions with one caller, which LLVM sees as one."""
+    """Compile as `inlined`, but inline before type inference.
+
+    This is for functions with one caller: LLVM then sees the function and its caller as one.
+    """
     return cast(Function, numba.njit(**_OPTIONS, inline="always")(function))
 
 
 def contracted(function: Function) -> Function:
-    """Compile as `inlined`, with products and sums contracted."""
+    """Compile as `inlined`, with products and sums contracted to fused multiply-adds."""
     return cast(Function, numba.njit(**_OPTIONS, forceinline=True, fastmath={"contract"})(function))
 
 
@@ -80,7 +83,8 @@ def contracted(function: Function) -> Function:
 def multiply_add(_typing: Any, a: Any, b: Any, c: Any) -> Any:  # noqa: ARG001 Numba reads their names
     """Return a·b + c for three numbers of one type, rounded once on processors with fast fused multiply-add.
 
-    LLVM would contract some products and sums by itself, depending on the loop around them. This is always contracted.
+    LLVM would contract some products and sums by itself, depending on the loop around them. `multiply_add` is
+    contracted in every loop.
     """
 
     def generate(_context: Any, builder: Any, _signature: Any, arguments: Any) -> Any:
@@ -130,9 +134,9 @@ _LEAST32, _LEAST64 = np.float32(-126.0), -1022.0
 def log2_power(square: Any, exponent: Any, least: Any) -> Any:
     """Return n·max(log2(1 − d), `least`) for a chord's squared length |C|² = 2d and n = `exponent`.
 
-    All arguments have the same precision. (The floor is on the logarithm because 1 − floor would be rounded by far
-    more than the floor's own last bit.) If d >= 1 and `least` is infinite, the result is meaningless unless n = 0. It
-    is never less than the exponent of the least normal number.
+    All arguments have the same precision. (The floor is on the logarithm because 1 − floor would be rounded by far more
+    than the floor's own last bit.) If d >= 1 and `least` is −∞, the result is meaningless unless n = 0. The result is
+    never less than the exponent of the least normal number.
     """
     raise NotImplementedError  # overloaded for each precision in compiled code
 
@@ -215,8 +219,9 @@ _TAN_22_5, _TINIEST = math.sqrt(2.0) - 1.0, 2.0**-1000
 def arctan2(y: Any, x: Any) -> Any:
     """Return the angle θ of a point, as `math.atan2` does.
 
-    For angles up to 22.5°, θ = t + t³ P(t²) with t = tan θ. Others are reduced to these by symmetry and a turn by 45°.
-    It works in float64, for one point or for lanes. A call of libm's function would prevent vectorisation.
+    For angles up to 22.5°, θ = t + t³ P(t²) with t = tan θ. Other angles are reduced to these by symmetry and a turn by
+    45°. The function works in float64, for one point or for lanes. A call of libm's function would prevent
+    vectorisation.
     """
     height, width = abs(y), abs(x)
     low, high = formulas.minimum(height, width), formulas.maximum(formulas.maximum(height, width), _TINIEST)
@@ -235,7 +240,7 @@ def arctan2(y: Any, x: Any) -> Any:
 
 @intrinsic
 def as_type_of(_typing: Any, rows: Any, value: Any) -> Any:
-    """Return a number in the type of rows, or of another number."""
+    """Return `value` in the type of `rows`, which may also be another number."""
     kind = getattr(rows, "dtype", rows)
 
     def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:

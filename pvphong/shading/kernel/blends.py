@@ -35,10 +35,10 @@ def blend(
     count: int,
     blends: Any,
 ) -> int:
-    """Blend rows of `values`, with `width` numbers clipped to `limits`, at `places` places in each of `count` faces.
+    """Interpolate rows of `values` at `places` places in each of `count` faces, and write them to `blends`.
 
-    A face has `sides` corners, and a place has a weight for each. `stride` is the distance between the weights of two
-    faces: 0 if all faces share them.
+    A row has `width` numbers, which are clipped to `limits` first. A face has `sides` corners, and a place has a weight
+    for each corner. `stride` is the distance between the weights of two faces: 0 if all faces share the weights.
     """
     low, high = limits[0], limits[1]
     for i in range(count):
@@ -87,10 +87,7 @@ def blended(
     low: float = -math.inf,
     high: float = math.inf,
 ) -> Float64Array:
-    """Return blends (m · s, k) of values (n, k) at places (s, c) or (m, s, c) in faces (m, c).
-
-    The values are clipped to [low, high] first.
-    """
+    """Interpolate clipped values by weights; see `pvphong.shading.inside.lighting.blended`."""
     values, weights = np.require(values, np.float64, ["C"]), np.require(weights, np.float64, ["C"])
     corners = np.require(corners, np.int64, ["C"])
     (count, sides), places, width = corners.shape, weights.shape[-2], values.shape[1]

@@ -1,15 +1,15 @@
 """Compiled code: callable through addresses, kept on disk, and compiled by another process if a call must not wait.
 
-On disk there is a file for each function and its types, in Numba's cache folder: `__pycache__` next to the module, or
-the user's own if that is not writable, or one in NUMBA_CACHE_DIR if that is set. The file is written under another name
-and renamed. It starts with a digest of everything that the code depends on and a digest of the code itself. A file that
-is damaged, truncated or of another version is treated as missing and rewritten. So any number of processes may read and
-write at once. (Numba's own cache has two problems: its files share an index, in which two concurrent writers can assign
-one function the other's code; and it checks only the source file of the function itself, not those of the functions
-that it calls.)
+On disk there is a file for each function and its types, in Numba's cache folder: a folder in NUMBA_CACHE_DIR if that is
+set, else `__pycache__` next to the module, or the user's cache folder if `__pycache__` is not writable. The file is
+written under another name and renamed. It starts with a digest of everything that the code depends on and a digest of
+the code itself. A file that is damaged, truncated or of another version is treated as missing and rewritten. So any
+number of processes may read and write at once. (Numba's own cache has two problems: its files share an index, in which
+two concurrent writers can assign one function the other's code; and it checks only the source file of the function
+itself, not those of the functions that it calls.)
 
-If a call must not wait, another process compiles the missing code; it may outlive this one. This process requests each
-piece once, so that code that cannot be compiled is not tried again and again.
+If a call must not wait, another process compiles the missing code; that process may outlive this process. This process
+requests each piece once, so that code that cannot be compiled is not tried again and again.
 """
 
 from __future__ import annotations
@@ -204,7 +204,7 @@ def _is_own(module: str) -> bool:
 def _sources(modules: tuple[str, ...]) -> bytes:
     """Return a digest of all sources that functions of the modules may call; raise OSError if one is missing.
 
-    These are the modules' sources, and those of the packages with the kernel and the formulas.
+    These are the modules' sources, and the sources of the packages with the kernel and the formulas.
     """
     here = Path(__file__).parent
     folders = here, *(here.parents[1] / package for package in ("base", "geometry", "optics"))
@@ -222,7 +222,7 @@ class Library:
     """Code that has been compiled or read from disk in this process."""
 
     has_run: ClassVar[bool] = False
-    """True if compiled code has lit vertices or computed normals in this process."""
+    """True if compiled code has lit vertices, computed normals or split points in this process."""
 
     def __init__(self) -> None:
         self._lock = threading.RLock()
@@ -257,11 +257,18 @@ class Library:
         return self._code(function, stage_signature, real).where
 
     def call(self, function: Callable[..., Any], signature: Callable[..., Any], *kinds: str) -> Callable[..., int]:
-        """Return a compiled function that is no stage. `signature` is called with Numba's types named in `kinds`."""
+        """Return a compiled function that is not a stage.
+
+        `signature` returns the function's signature. It is called with Numba's types, whose names are `kinds`.
+        """
         return self._code(function, signature, *kinds).call
 
     def _code(self, function: Callable[..., Any], signature: Callable[..., Any], *kinds: str) -> Code:
-        """Look up code by the names of types and `code_identity`, because stages are new functions at each use."""
+        """Return a function's code for the types named in `kinds`; read or compile it at the first call.
+
+        The key is `code_identity`, not the function, because each use of a stage creates its function anew. A library
+        that does not compile raises NotCompiled if the code is not on disk, or while another thread is compiling.
+        """
         key = *code_identity(function), kinds
         code = self._codes.get(key)
         if code is not None:

@@ -5,9 +5,9 @@ compile anything. Branches are taken once per block. The driver does not depend 
 their code is in stages, which it calls through pointers, once per block and light. Only the common cases are built in:
 a uniform light, and Lambert's factor, which it adds without storing it first.
 
-Its loops are simple enough for LLVM to vectorise. Literals are float32: a Python float would widen float32 arithmetic,
-and these are widened, exactly, where rows are float64. There is no fast-math: each vertex's bits follow from IEEE
-arithmetic on its own numbers. Only `multiply_add` fuses products and sums, in the same way in every loop.
+Its loops are simple enough for LLVM to vectorise. Literals are float32: a Python float would widen float32 arithmetic.
+Where rows are float64, float32 literals are widened, exactly. There is no fast-math: each vertex's bits follow from
+IEEE arithmetic on its own numbers. Only `multiply_add` fuses products and sums, in the same way in every loop.
 """
 
 from __future__ import annotations
@@ -89,7 +89,7 @@ def shade(
         size = min(count - first, BLOCK)
         if s.single_lambert_light and size == BLOCK and _shine(normals, first, s, lights[0], rgb):
             continue
-        if first == 0 or not is_uniform:  # else all blocks have the first one's colours
+        if first == 0 or not is_uniform:  # else all blocks have the first block's colours
             good = _load(first, size, points, normals, channels, s, rows, wide, places)
             _prefetch_colors(first + BLOCK, rgb, display, s)
             if s.is_apart:
@@ -166,7 +166,7 @@ def clear(rows: Any, start: int) -> None:
 
 @compiled
 def _begin(rows: Any, target: int, base: Any, own: Any) -> None:
-    """Initialise colours: `base` times the open part of the sky, plus `own`."""
+    """Initialise colours: `base` times the visible part of the sky, plus `own`."""
     for i in range(BLOCK):
         sky = rows[at.SKY + i]
         rows[target + i] = multiply_add(base[0], sky, own[0])
@@ -405,7 +405,7 @@ def _add_share(rows: Any, start: int) -> None:
 
 @inlined_early
 def _end_share(first: int, count: int, rgb: Any, t: Any, s: Any, rows: Any) -> None:
-    """Add a complete share to its light and its component, and store the light if it is complete too."""
+    """Add a complete share to its light and its component, and store the light if the light is complete too."""
     if not t.is_alone:
         _add_share(rows, at.LIGHT_R)
     if t.light_at:
@@ -438,7 +438,7 @@ def _end_shares(first: int, count: int, rgb: Any, s: Any, rows: Any) -> None:
 
 @compiled
 def _finish(s: Any, rows: Any) -> None:
-    """Raise the colour to the settings' exponent."""
+    """Raise the colour to the power `s.exponent`."""
     if s.exponent != 1.0:
         exponent = as_type_of(rows, s.exponent)
         for i in range(3 * BLOCK):

@@ -1,11 +1,11 @@
 """Splitting a mesh's points along its sharp edges, compiled: the splitting of VTK's vtkSplitSharpEdgesPolyData.
 
 The faces around a point form fans: two neighbours are in the same fan if the edge between them is smooth. The first fan
-keeps the point, and each other fan gets a new point. Fans, their order and the rounding of normals are those of VTK's
+keeps the point, and each other fan gets a new point. Fans, their order and the rounding of normals are as in VTK's
 filter.
 
-Each call of `find_fans` computes the points of one range, as `normals.find_normals` does, and writes only for these. So
-the result depends neither on the ranges nor on the threads.
+Each call of `find_fans` computes the points of one range, as `normals.find_normals` does, and writes only for these
+points. So the result depends neither on the ranges nor on the threads.
 """
 
 from __future__ import annotations
@@ -25,8 +25,9 @@ from pvphong.shading.kernel.code import Library, NotCompiled
 from pvphong.shading.kernel.evaluation import address, as_contiguous
 from pvphong.shading.kernel.normals import CHUNK, FaceArrays, survey_code
 
-# Entries of a slot of the hash table: a point, or −1 in an empty slot; the number of faces in the list that have the
-# point; the sum of their indices in the list; and the last of these indices.
+# Entries of a slot of the hash table, for the list of faces around one point: another point, or −1 in an empty slot;
+# the number of faces in the list that have this other point; the sum of these faces' indices in the list; and the last
+# of these indices.
 KEY, COUNT, SUM, NEWEST, SLOT = range(5)
 
 # Odd factor of the hash: 2⁶⁴ divided by the golden ratio, without the first bit. It spreads consecutive numbers.
@@ -117,7 +118,7 @@ def count_corners(
 def _list_faces(
     corners: Any, offsets: Any, faces: int, surveyed: Any, first: int, last: int, starts: Any, ends: Any, around: Any
 ) -> None:
-    """List the faces around each point in their order, each face once. `ends` receives the ends of the lists."""
+    """List the faces around each point in the mesh's order, each face once. `ends` receives the ends of the lists."""
     for i in range(last - first):
         ends[i] = starts[i]
     for chunk in range((faces + CHUNK - 1) // CHUNK):

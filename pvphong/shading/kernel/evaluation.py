@@ -52,7 +52,7 @@ def shade(
 
     The bits of the result do not depend on the number of threads. Arrays that are not C-contiguous are copied piece by
     piece; this does not change the bits of the result. If only one of points and normals is float64, the other is
-    converted to it.
+    converted to float64.
 
     Parameters
     ----------
@@ -65,12 +65,13 @@ def shade(
     tints : mapping
         Result of `Vertices.tints`.
     result : Shading
-        Receives the colours. `rgb` must be C-contiguous and is overwritten. It is float32, float64, or uint8: float32
-        arithmetic, rounded to 0-255 for display. Components, if present, are overwritten too; with uint8 there must be
-        none.
+        Receives the colours. `rgb` must be C-contiguous and is overwritten. Its type is float32, float64 or uint8. With
+        uint8, arithmetic is in float32, and colours are rounded to 0-255 for display. Components, if present, are
+        overwritten too; with uint8 there must be none.
     whole : Equation, optional
-        The equation before a plan simplified it; by default the same. It determines whether the kernel declines, and
-        the type in which vertices are read, so that these do not depend on the positions of other vertices.
+        The equation before a plan simplified it; by default the same. This equation determines whether the kernel
+        declines, and the type in which vertices are read, so that these do not depend on the positions of other
+        vertices.
     channels : ndarray, optional
         Shape (k, n): further numbers per vertex, with rows as in `equation.channels`.
     waits : bool, default True
@@ -202,7 +203,7 @@ def _black(equation: Equation, result: Shading) -> list[FloatArray]:
 def _of_lobes(
     lobes: Sequence[Lobe], tints: Mapping[str, Tint], maps: Mapping[str, FloatArray], count: int, real: Any
 ) -> tuple[FloatArray, FloatArray, BoolArray | None]:
-    """Return the factors of the first two lobes' colours, shape (n, 3) each; those of the first exclude the albedo.
+    """Return the factors of the first two lobes' colours, shape (n, 3) each; the first lobe's exclude the albedo.
 
     The third result is True, shape (n,), where the third lobe's factor is not 1, so that the reference must light the
     vertex; None if there is no such vertex.
@@ -218,7 +219,7 @@ def _of_lobes(
 
 
 def _reader(array: FloatArray | None, dtype: Any) -> Callable[[slice], tuple[int, FloatArray | None]]:
-    """Return a function from a slice to the address of its rows and their owner: the array, or a converted copy."""
+    """Return a function from a slice to the address of the slice's rows, and the array or copy with these rows."""
     if array is None:
         return _nothing
     if array.dtype == dtype and array.flags.c_contiguous and array.flags.aligned:
@@ -249,13 +250,13 @@ def _nothing(_part: slice) -> tuple[int, None]:
 
 
 def map_colors(tint: Tint, real: Any) -> FloatArray:
-    """Return a map's colours as compiled code reads them. It clips albedo, so numbers may exceed the type's range."""
+    """Return a map's colours as compiled code reads them. Albedos may exceed the type's range: that code clips them."""
     rows = tint.rows if tint.rows.dtype == real else fractions(tint.name, tint.rows, real)
     return as_contiguous(rows if rows.shape[1] == 3 else np.broadcast_to(rows, (len(rows), 3)), real)
 
 
 def driver_code(library: Library, stored: str, real: str) -> Callable[..., int]:
-    """Return the compiled driver. `stored` is the type of the vertices, and `real` that of the rows."""
+    """Return the compiled driver. `stored` is the type of the vertices, and `real` is the type of the rows."""
 
     def signature(stored: Any, real: Any) -> Any:
         vertices, reals, floats, octets = map(types.CPointer, (stored, real, types.float64, types.uint8))

@@ -198,7 +198,7 @@ def gather(met: Any, count: int, samples: int, colors: Any, nothing: int, means:
     Parameters
     ----------
     met
-        Output of `look_around` for `count` vertices.
+        Output of `look_around` for `count` vertices, with `samples` rays each.
     colors
         Colours of all vertices, then black at index `nothing`.
     means

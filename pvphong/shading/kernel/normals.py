@@ -63,8 +63,8 @@ _LEAST_PRODUCT = float(np.finfo(np.float64).tiny)
 def survey(connectivity: Any, offsets: Any, first: int, last: int, corners: int, found: Any) -> bool:
     """Find the least and greatest index in each chunk of some faces; 0 and -1 in a chunk without an index.
 
-    Return True if the offsets ascend, are at most `corners`, the length of the connectivity, and if every face fits in
-    a block.
+    `corners` is the length of the connectivity. Return True if the offsets ascend and are at most `corners`, and every
+    face fits in a block.
     """
     for chunk in range(first // CHUNK, (last + CHUNK - 1) // CHUNK):
         begin, stop = chunk * CHUNK, min((chunk + 1) * CHUNK, last)
@@ -117,7 +117,10 @@ def _add_faces(
     last: int,
     sums: Any,
 ) -> bool:
-    """Add a block of faces of one size to the sums of the points from `first` to `last`; return False if declined."""
+    """Add a block of faces of one size to the sums of the points from `first` to `last`.
+
+    Return False to decline the mesh.
+    """
     for i in range(count):
         for corner in range(size):
             place, to = 3 * corners[starts[i] + corner], corner * count + i

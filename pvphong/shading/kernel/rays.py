@@ -38,7 +38,8 @@ X, Y, Z, BEGIN, DX, DY, DZ, TIME, END, MASK, NUMBER, FLAGS = range(0, 12 * RAYS,
 NX, NY, NZ, SECOND, THIRD, TRIANGLE, GEOMETRY, INSTANCE, INSTANCE_PART = range(12 * RAYS, 21 * RAYS, RAYS)
 # Then u and v of each ray, and its sampled relative length and weight. OPEN is 1 for an open ray, which is cast and has
 # no hit so far, else 0. MET is the first triangle hit among all casters; then follow the weights of its second and
-# third corner, and the cosine between the ray and its normal, up to a factor. FRAME is the frame of a vertex.
+# third corner, and the cosine between the ray and its normal, up to a factor. FRAME is a vertex's frame: the numbers
+# that a light's `frame` returns.
 U, V, SHARE, WEIGHT, OPEN, MET, MET_SECOND, MET_THIRD, MET_COSINE, FRAME = range(21 * RAYS, 31 * RAYS, RAYS)
 _MOST_IN_FRAME = 30
 _ROWS = FRAME + 2 * RAYS
@@ -78,7 +79,7 @@ def prepare(rows: Any, marks: Any) -> None:
 
 @inlined
 def bring_near(numbers: Any, c: int, rows: Any, wide: Any, valid: Any) -> None:
-    """Transform open rays to the coordinates of a caster, and mark those that can hit it."""
+    """Transform open rays to the coordinates of a caster, and mark the rays that can hit its triangles."""
     mx, my, mz, scale = numbers[4 * c], numbers[4 * c + 1], numbers[4 * c + 2], numbers[4 * c + 3]
     all_near = True
     for j in range(RAYS):
@@ -152,7 +153,10 @@ def frame_stage(frame: Callable[..., Any]) -> Callable[..., Any]:
 
 @intrinsic
 def _frame_of(_typing: Any, rows: Any) -> Any:
-    """Return the frame in a row as a tuple."""
+    """Return the numbers stored for the frame in `rows`, as a tuple of `_MOST_IN_FRAME`.
+
+    The numbers after the end of a shorter frame are not used.
+    """
 
     def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         values = [
@@ -207,7 +211,7 @@ def look_at_part(
 ) -> int:
     """Write the weights of a light's sample points, from `begin` up to `end`, for each vertex.
 
-    They are written twice: for all rays, and with 0 for rays that are blocked.
+    The weights are written twice: for all rays, and with 0 for rays that are blocked.
 
     Parameters
     ----------
@@ -291,19 +295,20 @@ def look_at_point(
 ) -> int:
     """Write 1 or 0 per vertex for the visibility of a light without a size; return the number of rays.
 
-    It is 0 for vertices that face away.
+    The visibility is 0 for vertices that face away.
 
     Parameters
     ----------
     points, origins, origins_behind, normals
         Vectors of all vertices. Rays start at the origins; the points determine which vertices face the light.
     light
-        The light's position or the direction to it; 1 if it is a position; 1 if vertices are two-sided; the height of
-        the rays' start above the origins; the length by which they end before the light.
+        Seven numbers: the light's position or the direction to the light; 1 for a position, 0 for a direction; 1 if
+        vertices are two-sided, else 0; the height of the rays' start above the origins; the length by which the rays
+        end before the light.
     seen, behind
         Output, for the front and the other side.
     chosen
-        Scratch memory for the vertices of sixteen rays, and for their sides.
+        Scratch memory for the vertices of sixteen rays, and for the vertices' sides.
     others
         As for `look_at_part`.
     """
@@ -425,7 +430,7 @@ def test_code(library: Library) -> Callable[..., int]:
 
 
 def stages_of(library: Library, sampling: Sampling) -> tuple[int, int]:
-    """Return the addresses of a light's two compiled formulas."""
+    """Return the addresses of a light's compiled `frame` and `sample`."""
     stages = frame_stage(sampling.frame), sample_stage(sampling.sample)
     frame, sample = (library.stage(stage, "float32") for stage in stages)
     return frame, sample
@@ -470,7 +475,7 @@ def part_seen(
     seeds
         Shape (2, m).
     begin, end : int
-        Range of sample points: multiples of 16, or the last, up to `sobol.MOST`.
+        Range of sample points, up to `sobol.MOST`. `begin` is a multiple of 16; `end` is too, unless no points follow.
     margin : float
         Length by which rays end before the light.
     casters : Casters
@@ -498,10 +503,10 @@ def point_seen(
     seen: Float64Array,
     behind: Float64Array,
 ) -> int:
-    """Write the visibility of a light without a size into `seen`, and that from the other sides into `behind`.
+    """Write the visibility of a light without a size into `seen`, and the other sides' visibility into `behind`.
 
-    Both are contiguous arrays of shape (m,). Points, origins and normals have the shape (m, 3). `light` has the numbers
-    that `look_at_point` reads; they include the flag for two sides. Return the number of rays.
+    `seen` and `behind` are contiguous arrays of shape (m,). Points, origins and normals have the shape (m, 3). `light`
+    has the numbers that `look_at_point` reads, which include the flag for two sides. Return the number of rays.
     """
     *given, numbers = as_float64(points, origins, origins_behind, normals, light)
     vertices = *map(address, given), len(points), address(numbers)

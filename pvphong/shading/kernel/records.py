@@ -54,11 +54,10 @@ TERM = np.dtype(
 """Record of a light. `is_uniform`: light from the direction `to_light`. `varies`: its strength is computed per vertex;
 constant factors are in the colours, and `gain`, a power of two, multiplies the strength. `wanted`: lobes other than
 black, as the sum of 1, 2 and 4. `visible`: channel of its visible part, or -1. `arrives`, `reflects`: addresses of the
-stages, 0 for those built into the driver. For an area light, `arrives` is `integral_stage`, which writes the
-reflectance's factors too, and `reflects` is `factors_already_written`.
-The last fields are for separate shares. `component`: index in `COMPONENTS` of the share that this term completes, or
--1. `light_at`: offset from the colours to the array of its light if this term completes the light, else 0. `is_alone`:
-its light has no other share."""
+stages, 0 for stages built into the driver. For an area light, `arrives` is `integral_stage`, which writes the
+reflectance's factors too, and `reflects` is `factors_already_written`. The last fields are for separate shares.
+`component`: index in `COMPONENTS` of the share that this term completes, or -1. `light_at`: offset from the colours to
+the array of its light if this term completes the light, else 0. `is_alone`: its light has no other share."""
 
 
 def _packer(kind: np.dtype[Any]) -> Callable[..., bytes]:
@@ -94,7 +93,7 @@ class TermCode(NamedTuple):
     numbers: tuple[float, ...] = ()
     """Numbers that the stage reads."""
     varies: bool = False
-    """True if it writes strengths; otherwise they are 1."""
+    """True if the stage writes strengths; otherwise strengths are 1."""
     divisors: slice = slice(0)
     """Slice of `numbers` with the three coefficients of the attenuation. Dividing them by k multiplies the strength by
     k. This admits lights so bright and so far away that float32 holds neither their intensity nor their attenuation."""
@@ -204,7 +203,7 @@ SETTINGS = np.dtype(
 exists. `single_lambert_light`: one light, uniform and with Lambert's factor only. `is_apart`: shares are separate;
 `components_at`: offsets of the components' arrays from the colours. `is_split`: lobes with and without albedo have
 separate sums. `count`: number of lights. `stride`: number of numbers per stage. `behind`: offset from a visibility
-channel to the other side's, or 0 if normals are not turned. `sky`, `tangents`, `field`: channel of the open part of
+channel to the other side's, or 0 if normals are not turned. `sky`, `tangents`, `field`: channel of the visible part of
 the sky, first of three channels of tangents, and channel of the map of a reflectance's field, or -1. `channel_length`:
 offset between channels. `takes_albedo`: lobes that the albedo multiplies, as the sum of 1, 2 and 4; `unmapped`: lobes
 that no map multiplies, if maps multiply others. `own`: colour like `base`, but independent of the sky. `over_diffuse`
@@ -235,7 +234,7 @@ class Records(NamedTuple):
     terms: bytes
     """Records of type `TERM`, one for each light."""
     numbers: bytes
-    """Floats of the reflectance's stage, then of each light's; a row each, padded with zeros."""
+    """Numbers of the reflectance's stage, then of each light's stage: a row for each stage, padded with zeros."""
 
 
 def codes_of(equation: Equation, real: str) -> list[TermCode] | None:
@@ -279,8 +278,8 @@ def records_of(
 ) -> Records:
     """Pack an equation and the result of `codes_of` into records for the driver.
 
-    `stored` is the type of the vertices and `real` that of the rows, as in `driver_code`. With `apart`, the equation's
-    terms must be those of `apart.shares`, in their order; shares without terms are added here.
+    `stored` is the type of the vertices, and `real` is the type of the rows, as in `driver_code`. With `apart`, the
+    equation's terms must be the terms of `apart.shares`, in their order; shares without terms are added here.
     """
     reflectance, base = equation.reflectance, equation.ambient
     field = next((name for name in equation.maps if name != "metallic"), "")
@@ -349,7 +348,7 @@ def records_of(
         or is_display
         or apart
     )
-    has_size = any(term.light.has_size for term in equation.terms)  # their stages read points in float64
+    has_size = any(term.light.has_size for term in equation.terms)  # area lights' stages read points in float64
     is_wide = has_size or stored == "float64" or equation.matrix is not None
     scalars: dict[str, float] = {
         "needs_normals": equation.needs_normals,
@@ -399,7 +398,11 @@ def records_of(
 
 
 def _ends(apart: Apart) -> tuple[list[tuple[bool, int, int]], list[tuple[bool, int, int]]]:
-    """Return the last three fields of `TERM`, for the shares that are independent of lights and for all terms."""
+    """Return two lists of (is_alone, component, light_at), the last three fields of `TERM`.
+
+    The first list is for the shares that are independent of lights, the second for all terms. Only the last term of
+    each share has values; the other terms have `_NO_END`.
+    """
     alone, ends = list[tuple[bool, int, int]](), list[tuple[bool, int, int]]()
     lights = [share.light for share in apart.shares]
     for share, next_light in zip(apart.shares, (*lights[1:], -1), strict=True):

@@ -90,7 +90,7 @@ def _cosine(rows: Any, i: int) -> Any:
 
 @inlined
 def _geometry(rows: Any, i: int, n_l: Any) -> Geometry:
-    """Return a formula's arguments for a vertex; LLVM removes those that it does not use."""
+    """Return a formula's arguments for a vertex; LLVM removes arguments that the formula does not use."""
     n, v, scale = (
         (rows[NX + i], rows[NY + i], rows[NZ + i]),
         (rows[VX + i], rows[VY + i], rows[VZ + i]),
@@ -109,7 +109,7 @@ def _geometry(rows: Any, i: int, n_l: Any) -> Geometry:
 
 @inlined
 def _parameters(rows: Any, numbers: Any) -> Any:
-    """Return a formula's eight parameters in the type of rows; it may use only some."""
+    """Return a formula's eight parameters in the type of rows; the formula may use only some."""
     return (
         as_type_of(rows, numbers[0]),
         as_type_of(rows, numbers[1]),
@@ -244,8 +244,8 @@ def light_stage(falloff: Callable[..., Any] | None, weakens: bool) -> Callable[.
     Parameters
     ----------
     falloff : formula or None
-        Function of the light's parameters and the unit vector to it. It returns 1 inside or 0 outside, and a squared
-        chord; the power of this chord's cosine multiplies the strength.
+        Function of the light's parameters and the unit vector to it. It returns two numbers: 1 inside the cone or 0
+        outside, and a squared chord. The power of this chord's cosine multiplies the strength.
     weakens : bool
         True if the strength depends on the distance.
     """
@@ -289,21 +289,22 @@ def _weaken(rows: Any, numbers: Any) -> None:
 # Flags of vertices: the whole light is above the horizon, or the horizon may cut the light.
 _WHOLE, _CUT = 1.0, 2.0
 
-# Offset of an integral's numbers: after the light's place, gain and radius, and the offsets of the others.
+# Offset of the first integral's numbers: after the light's place, gain and radius, and the offsets of the second
+# integral's numbers and of both lobes' numbers.
 _OWN_OF_INTEGRAL = 8
 
 
 def integral_stage(integrals: Sequence[Integral | None], forms: Sequence[CosinePower | None]) -> Callable[..., Any]:
     """Return a stage, (numbers, rows, points) → 1, that writes the integrals of lobes over an area light.
 
-    Formulas run only on vertices where the light may be above the horizon and a lobe reaches it. These are listed, and
-    taken from the block eight at a time.
+    Formulas run only on vertices where the light may be above the horizon and a lobe reaches the light. These vertices
+    are listed, and taken from the block eight at a time.
 
     Parameters
     ----------
     integrals, forms
-        Integral and form of each wanted lobe; None for the others. At most one is around the normal, and one around the
-        mirrored viewer.
+        Integral and form of each wanted lobe; None for other lobes. At most one form is around the normal, and at most
+        one around the mirrored viewer.
     """
     lobes = list(zip((FIRST, SECOND, THIRD), integrals, forms, strict=False))
     found = {form.around: (row, each.formula) for row, each, form in lobes if each is not None and form is not None}
@@ -368,7 +369,7 @@ def _listed(array: Any, start: int, rows: Any, k: int) -> Any:
 
 @compiled
 def _list(rows: Any, flags: int) -> int:
-    """List the vertices whose flag is not 0, first those with the whole light; return the length of the list.
+    """List the vertices whose flag is not 0, first those with flag `_WHOLE`; return the length of the list.
 
     Cutting a light by the horizon doubles the time of all eight vertices that are taken at once. So whole and cut
     lights are not mixed in a group of eight. The last group of either kind is padded with its first vertex, which also

@@ -1,4 +1,4 @@
-"""Bounds on a light's contribution and on its change when directions turn. All hold for every normal."""
+"""Bounds on a light's contribution, and on its change when a direction turns. They hold for every normal."""
 
 from __future__ import annotations
 
@@ -50,8 +50,8 @@ def most_ambient(state: PlanState) -> float:
 def most_scattered(equation: Equation) -> float:
     """Return a bound on the diffuse albedo, the reflection of a uniform white sky.
 
-    Lambert's reflectance has the integral 1 over the hemisphere. For others it is at most twice the largest factor
-    (2π over π).
+    Lambert's reflectance has the integral 1 over the hemisphere. The integral of any other reflectance is at most twice
+    the largest factor (2π over π).
     """
     shares = [
         max(equation.colors[k]) * (1.0 if equation.reflectance.lobes[k] is LAMBERT else 2.0 * equation.largest[k])
@@ -89,7 +89,7 @@ def stand_in_error(state: PlanState, term: LightTerm, choice: Approximation) -> 
 
 
 def largest_change(state: PlanState, term: LightTerm, turn: float, *, light_moves: bool) -> float:
-    """Return the largest change of a term's colour, for strength 1, when light or viewer turns by an angle.
+    """Return the largest change of a term's colour, for a light of strength 1, when the light or the viewer turns.
 
     Parameters
     ----------
@@ -114,7 +114,7 @@ def largest_change(state: PlanState, term: LightTerm, turn: float, *, light_move
 
 
 def viewer_seen(state: PlanState, eye: Vector | None) -> Cone | None:
-    """Return the cone of directions to the viewer; None if there is no bound. Without an eye, it is at infinity."""
+    """Return the cone of directions to the viewer, who is at infinity if `eye` is None; None if there is no bound."""
     if eye is None:
         return state.equation.to_eye, TURN_SLACK
     seen = state.extent.sight(eye)
@@ -122,7 +122,7 @@ def viewer_seen(state: PlanState, eye: Vector | None) -> Cone | None:
 
 
 def widest_to_viewer(state: PlanState, light: Cone) -> float:
-    """Return the greatest angle from light to viewer over all vertices, in radians."""
+    """Return the greatest angle between the directions to the light and the viewer, over all vertices, in radians."""
     viewer = viewer_seen(state, state.equation.eye)
     if viewer is None:
         return math.pi

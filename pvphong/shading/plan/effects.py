@@ -67,9 +67,9 @@ class Effect:
     neutral : mapping
         Field of the equation → its value without the effect. If empty, the effect is removed from each light's term.
     once, each : float
-        Approximate cost in nanoseconds per vertex, in total and for each light for which it runs. These are rounded
-        differences of runs with and without it of the compiled evaluator in float32, on one core of a server's
-        processor of 2022 at 3.7 GHz.
+        Approximate cost in nanoseconds per vertex, in total and for each light for which it runs. The costs are rounded
+        differences of the times with and without the effect, by the compiled evaluator in float32, on one core of a
+        server's processor of 2022 at 3.7 GHz.
     """
 
     name: str
@@ -134,11 +134,11 @@ class Effect:
         return replace(equation, terms=tuple(self.term_without(equation, term, point) for term in equation.terms))
 
     def term_without(self, equation: Equation, term: LightTerm, point: Vector) -> LightTerm:
-        """Return one light's term without the effect. Effects of lights override this; here it is unchanged."""
+        """Return one light's term without the effect. Effects of lights override this; here the term is unchanged."""
         return term
 
     def nanoseconds(self, decision: Decision) -> float:
-        """Return the approximate cost per vertex; 0 if it does not run."""
+        """Return the approximate cost per vertex; 0 if the effect does not run."""
         return self.once + self.each * decision.lights if decision.on else 0.0
 
 
@@ -151,7 +151,7 @@ def _evaluated(equation: Equation, terms: list[LightTerm]) -> int:
 
 
 class NormalTransform(Effect):
-    """Model matrix. The identity is removed, and some matrices do not change normals."""
+    """Transform of normals by the model matrix; off for matrices that do not change the directions of normals."""
 
     def simplify(self, state: PlanState) -> PlanState:
         equation = state.equation
@@ -182,7 +182,7 @@ class Emission(Effect):
 
 
 class Ambient(Effect):
-    """Ambient light of the light model and of the lights. For lights without a position, it is constant too."""
+    """Ambient light of the light model and of the lights; constant for lights without a position."""
 
     def decide(self, state: PlanState) -> Decision:
         equation = state.equation
@@ -202,10 +202,10 @@ class Bounces(Effect):
     albedo and the part of the hemisphere that surfaces fill. If the reflected ambient light is at most a, the part of
     it that remains after n bounces is at most rⁿ a.
 
-    With several meshes, the plan of one does not know the light and albedos of the others, so it keeps all bounces. Nor
-    does it know the errors of their plans. But each plan limits the error of its direct light to half the tolerance
-    divided by 1 + n, the number of terms of the series. Since r is at most 1, the errors that arrive here are at most
-    half the tolerance.
+    With several meshes, the plan of one mesh does not know the light and albedos of the others, so it keeps all
+    bounces. Nor does it know the errors of their plans. But each plan limits the error of its direct light to half the
+    tolerance divided by 1 + n, the number of terms of the series. Since r is at most 1, the errors that arrive at this
+    mesh are at most half the tolerance.
     """
 
     def simplify(self, state: PlanState) -> PlanState:
@@ -254,7 +254,10 @@ _BOUNCES_SAID = 3
 
 
 class Lights(Effect):
-    """Contribution of a light: black lights are removed, and lights that are too weak for the tolerance."""
+    """Contribution of a light: black lights are removed, and lights that are too weak for the tolerance.
+
+    `LightEffect` removes lights that do not reach the mesh.
+    """
 
     def try_remove(self, state: PlanState, term: LightTerm) -> Change | None:
         if term.is_black:
@@ -275,7 +278,8 @@ class Lights(Effect):
 class LightEffect(Effect):
     """Effect of some kinds of light, removed by a cheaper light.
 
-    `lights.py` defines the cheaper lights and their errors. This class compares the errors with the tolerance.
+    `lights.py` defines the cheaper lights and their errors. This class compares the errors with the tolerance. It also
+    removes a light that does not reach the mesh.
     """
 
     def try_remove(self, state: PlanState, term: LightTerm) -> Change | None:

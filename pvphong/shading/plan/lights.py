@@ -39,7 +39,7 @@ _OVERSHOOT = 2.0
 
 
 class LightBounds(NamedTuple):
-    """Bounds on a light's contribution to the vertices inside a sphere. The defaults are no bounds."""
+    """Bounds on a light's contribution to the vertices inside a sphere. The defaults stand for no bounds."""
 
     strongest: float = math.inf
     """Largest strength at any vertex, rounded up; infinite if there is no bound."""
@@ -62,10 +62,10 @@ class Approximation(NamedTuple):
     """Reason; `{bound}` in it is replaced by the colour error."""
 
     factor: float = 1.0
-    """Factor of their strength."""
+    """Factor of the cheaper lights' strength."""
 
     spread: float = 0.0
-    """Largest error of the strength."""
+    """Largest error of the total strength."""
 
     turn: float | None = None
     """Largest error of the direction, in radians; None if the direction is exact."""
@@ -79,7 +79,7 @@ class Approximation(NamedTuple):
 
 @singledispatch
 def effects(light: Any) -> frozenset[str]:
-    """Return the effects of a light: by default, position unless it is uniform, and size if it has one."""
+    """Return the effects of a light: by default, position unless uniform, and size if it has a size."""
     if light.is_uniform:
         return frozenset()
     return frozenset({POSITION, SIZE} if light.has_size else {POSITION})
@@ -159,10 +159,10 @@ def _strongest(seen: BoundingCone, attenuation: VectorLike) -> float:
 
 
 def _evenly_strong(light: Any, extent: MeshBounds, *, exactly: bool) -> Approximation | None:
-    """Return the light without attenuation; None if it is not accurate enough.
+    """Return the light without attenuation; None if there is no bound on the error.
 
-    With `exactly`, the attenuation must be constant. Otherwise no vertex may be at the light's position, where the
-    error is unbounded.
+    With `exactly`, None is returned for every attenuation that varies. Otherwise, None is returned if a vertex may be
+    at the light's position, where the error is unbounded.
     """
     constant, linear, quadratic = light.attenuation
 
@@ -196,7 +196,10 @@ def _(light: PointLight, effect: str, extent: MeshBounds, *, exactly: bool) -> A
 
 @without.register
 def _(light: Weakening, effect: str, point: Vector) -> tuple[Light, float]:
-    """Return the light with the strength that it has at the point, or parallel light with the direction there too."""
+    """Return, without attenuation, the light with its strength at the point.
+
+    Without position, return parallel light with the direction and the strength at the point.
+    """
     this: Any = light
     if effect == ATTENUATION:
         distance = np.array([math.dist(light.position, point)])
@@ -212,7 +215,10 @@ def _(light: SpotLight) -> frozenset[str]:
 
 @simpler.register
 def _(light: SpotLight, effect: str, extent: MeshBounds, *, exactly: bool) -> Approximation | None:
-    """Return no light if the mesh is outside the cone, or a point light if inside; or the light without attenuation."""
+    """Return, without the cone, a point light if the mesh is inside the cone, or no light if it is outside.
+
+    For the effect `ATTENUATION`, return the light without attenuation.
+    """
     if effect == ATTENUATION:
         return _evenly_strong(light, extent, exactly=exactly)
     seen = extent.sight(light.position) if effect == CONE else None
@@ -238,7 +244,7 @@ def _(light: SpotLight, effect: str, extent: MeshBounds, *, exactly: bool) -> Ap
 
 @without.register
 def _(light: SpotLight, effect: str, point: Vector) -> tuple[Light, float]:
-    """Return a point light, parallel light, or the light with the strength at a point."""
+    """Return, without the cone, a point light; without another effect, the same as for a point light."""
     return (_without_cone(light), 1.0) if effect == CONE else without.dispatch(Weakening)(light, effect, point)
 
 
@@ -276,9 +282,10 @@ def _reach_within(center: Vector, radius: float, extent: MeshBounds) -> LightBou
 
 @simpler.register
 def _(light: SphereLight, effect: str, extent: MeshBounds, *, exactly: bool) -> Approximation | None:
-    """Return a point light at its centre.
+    """Return a point light at the sphere's centre.
 
-    Its image is a uniform disk. With s the sine of its angular radius, its strength is 2 / (1 + √(1 − s²)) times 1/d².
+    The sphere's image is a uniform disk. Its strength is 2 / (1 + √(1 − s²)) times 1/d², with s the sine of the
+    disk's angular radius.
     """
     if exactly or effect != SIZE:
         return None
@@ -287,11 +294,11 @@ def _(light: SphereLight, effect: str, extent: MeshBounds, *, exactly: bool) -> 
 
 @simpler.register
 def _(light: Flat, effect: str, extent: MeshBounds, *, exactly: bool) -> Approximation | None:
-    """Return a spot light at its centre, or no light if the mesh is behind it.
+    """Return a spot light at the light's centre, or no light if the mesh is behind the light.
 
-    At height h above its plane, a part has the strength h/d³. The mean over the light differs from the value at its
-    centre by at most half the largest second derivative, 12 h/d⁵, times the square of its radius. With s the sine of
-    its angular radius, that is 6 s²/(1 − s)⁵ times 1/d².
+    At height h above the light's plane, a part of the light has the strength h/d³. The mean over the light differs from
+    the value at its centre by at most half the largest second derivative, 12 h/d⁵, times the square of the light's
+    radius. With s the sine of the light's angular radius, this difference is 6 s²/(1 − s)⁵ times 1/d².
     """
     seen = extent.sight(light.center) if effect == SIZE else None
     if seen is None:
@@ -333,13 +340,13 @@ def _as_point(seen: BoundingCone | None, radius: float, light: Light, spread: An
 
 @without.register
 def _(light: SphereLight, effect: str, point: Vector) -> tuple[Light, float]:
-    """Return a point light at its centre, or parallel light."""
+    """Return, without size, a point light at the light's centre; without position, parallel light."""
     return (light.nodes(1)[0], 1.0) if effect == SIZE else _parallel_at(light, point)
 
 
 @without.register
 def _(light: Flat, effect: str, point: Vector) -> tuple[Light, float]:
-    """Return a spot light at its centre, or parallel light."""
+    """Return, without size, a spot light at the light's centre; without position, parallel light."""
     if effect != SIZE:
         return _parallel_at(light, point)
     height = sum(n * (p - c) for n, p, c in zip(light.normal, point, light.center, strict=True))
@@ -347,7 +354,7 @@ def _(light: Flat, effect: str, point: Vector) -> tuple[Light, float]:
 
 
 def merged_nodes(light: Light, count: int, extent: MeshBounds) -> Approximation | None:
-    """Return at most `count` nodes that may replace the `NODES`; None if there is no bound.
+    """Return at most `count` nodes that may replace the light's `NODES` nodes; None if there is no bound on the error.
 
     Nodes that are close together are merged at their mean position. At distance d, 1/d² changes by at most 2/d³ per
     unit of length. So does h/d³, the falloff of a flat light at height h above its plane (the field of a dipole).

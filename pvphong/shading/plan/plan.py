@@ -1,7 +1,7 @@
 """The plan for a scene: the simplified equation, its evaluation, and an explanation of each effect.
 
 With backend="auto", `Plan.run` uses the compiled evaluator (`kernel.evaluation`) for work that is worth loading it. The
-readable evaluator (`reference`) does the rest, and what the compiled one declines.
+readable evaluator (`reference`) does the rest, and what the compiled evaluator declines.
 """
 
 from __future__ import annotations
@@ -33,11 +33,11 @@ from pvphong.shading.visibility import known_transport
 # Least product of the numbers of vertices and lights for which the compiled evaluator is worth the half second that it
 # takes to load. The rule is independent of earlier calls, so that equal calls on few vertices return equal bits.
 _WORTH_LOADING = 2**18
-# Cost of bounces as a number of lights: the light that vertices send and their albedo are evaluated, the latter by
-# lighting them with a sky.
+# Cost of bounces as a number of lights: the light that vertices send and their albedo are evaluated, the albedo by
+# lighting the vertices with a sky.
 _AS_LIGHT_THAT_BOUNCES = 32
-# The same product for windows, once the compiled evaluator is loaded. Here bits may depend on earlier calls, because
-# displayed colours are rounded anyway.
+# The corresponding product for windows, once the compiled evaluator is loaded. Here bits may depend on earlier calls,
+# because displayed colours are rounded anyway.
 _WORTH_STARTING = 2**13
 
 _FACES_AWAY = (
@@ -68,8 +68,8 @@ class Plan:
     equation : Equation
         The simplified equation, which evaluators run.
     whole : Equation
-        The equation before simplification. It determines evaluator and types, so that no vertex's bits depend on the
-        positions of others.
+        The equation before simplification. This equation determines the evaluator and the types, so that no vertex's
+        bits depend on the positions of other vertices.
 
     Examples
     --------
@@ -117,7 +117,7 @@ class Plan:
     ) -> Plan:
         """Return the plan for vertices. Their normals are read only if this may show that an effect is not needed.
 
-        The scene must have a viewer; `as_scene` adds a missing one.
+        The scene must have a viewer; `as_scene` adds a missing viewer.
 
         Raises
         ------
@@ -132,7 +132,7 @@ class Plan:
 
     @classmethod
     def of_equation(cls, whole: Equation, vertices: Vertices, tolerance: float = 0.0) -> Plan:
-        """Return the plan for the equation of a scene, or for one rewritten from it."""
+        """Return the plan for the equation of a scene, or for an equation rewritten from it."""
         state = PlanState.first(whole, tolerance, vertices)
         for effect in EFFECTS:
             state = effect.simplify(state)
@@ -161,7 +161,7 @@ class Plan:
     ) -> Shading:
         """Compute lit colours of the planned vertices, or of some of them.
 
-        The readable evaluator lights what the compiled one declines.
+        The readable evaluator lights what the compiled evaluator declines.
 
         Parameters
         ----------

@@ -96,7 +96,7 @@ class PlanState:
 
     @classmethod
     def first(cls, equation: Equation, tolerance: float, vertices: Vertices) -> PlanState:
-        """Return the state of an assembled equation, with the colour tolerance converted to one for sums of light."""
+        """Return the state of an assembled equation; `tolerance` is converted to a tolerance for sums of light."""
         # sums of light that differ by x differ by at most x^(1/gamma) when they are raised to 1/gamma
         allowed, extent = tolerance**equation.gamma, vertices.extent(equation.matrix)
         shining = sum(not term.is_black for term in equation.terms)
@@ -143,5 +143,5 @@ class PlanState:
         )
 
     def bound_of(self, effect: str) -> float:
-        """Return the sum of the bounds for omitting an effect."""
+        """Return the bound on the colour error from all simplifications of an effect: the sum of their bounds."""
         return math.fsum(self._of_colors(note) for note in self.simplifications if note.effect == effect)
