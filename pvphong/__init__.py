@@ -20,6 +20,7 @@ if TYPE_CHECKING:  # the alias tells a type checker that a name is public
     from pvphong import pipeline as pipeline
     from pvphong.accessor import BlocksPhong as BlocksPhong
     from pvphong.accessor import MeshPhong as MeshPhong
+    from pvphong.base.display import Display as Display
     from pvphong.batch.shading import Batch as Batch
     from pvphong.batch.shading import shade_files as shade_files
     from pvphong.chunks import evaluate as evaluate
@@ -82,6 +83,7 @@ _host.answered_by(_vtk_lights)
 
 _PLACES = {
     "accessor": "BlocksPhong MeshPhong",
+    "base.display": "Display",
     "batch.shading": "Batch shade_files",
     "chunks": "evaluate",
     "filter": "PhongFilter",

@@ -10,25 +10,26 @@ import os
 import weakref
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager, nullcontext
+from dataclasses import replace
 from types import MappingProxyType
 from typing import Any
 
-import numpy as np
 import pyvista as pv
 
 from pvphong.base import check
+from pvphong.base.display import Display
 from pvphong.base.handles import Handle
 from pvphong.meshes.blocks import leaves
 from pvphong.meshes.glance import warn_of_normals
 from pvphong.meshes.pictures import refuse_colouring, vertex_opacity, with_opacity
-from pvphong.meshes.surfaces import FeatureAngle, has_faces, surface
+from pvphong.meshes.surfaces import FeatureAngle, surface
 from pvphong.optics.lights import Light
 from pvphong.optics.material import Material
 from pvphong.scene.light_model import LightModel
 from pvphong.scene.scene import Scene
 from pvphong.studies.validate.validation import Comparison, validate
 from pvphong.studio.gizmos import Gizmo, Gizmos, History, Interaction, Keys, Options, check_keys
-from pvphong.studio.keywords import look_of
+from pvphong.studio.keywords import as_mesh, is_bare, look_of
 from pvphong.studio.lit_mesh import LitMesh, lit_meshes
 from pvphong.studio.live import LightHandle, MeshHandle, changed_light
 from pvphong.studio.subplot import Subplot
@@ -84,6 +85,7 @@ class PlotterPhong(Handle):
     def __init__(self, plotter: pv.Plotter) -> None:
         self._owner = weakref.ref(plotter)
         self._light_model = LightModel()
+        self._display = Display()
         self._subplots: list[Subplot] = []
         self._history = History()
         self._wrapped: dict[str, Callable[..., Any]] = {}
@@ -165,8 +167,8 @@ class PlotterPhong(Handle):
         subplot, plotter = self._subplot, self._plotter
         if add_mesh_options.get("lighting") is False and material is None:
             return subplot.add_unlit(functools.partial(plotter.add_mesh, mesh, **add_mesh_options))
-        mesh = _as_mesh(mesh, copies=bool(add_mesh_options.pop("copy_mesh", False)))
-        if material is None and _is_bare(mesh):
+        mesh = as_mesh(mesh, copies=bool(add_mesh_options.pop("copy_mesh", False)))
+        if material is None and is_bare(mesh):
             return plotter.add_mesh(mesh, **add_mesh_options)
         add_mesh_options.pop("lighting", None)
         next_color = functools.partial(getattr, subplot.renderer, "next_color")
@@ -426,6 +428,40 @@ class PlotterPhong(Handle):
             subplot.light_model = model
 
     @property
+    def display(self) -> Display:
+        """Transform that shows the colours of all lit meshes: exposure, tone curve and overlay. It can be set.
+
+        Unless it is the default, the light model clamps nothing before. `add_lit` shows colours as they are stored.
+
+        Examples
+        --------
+        >>> import pyvista as pv, pvphong as ph
+        >>> plotter = pv.Plotter(off_screen=True)
+        >>> plotter.phong.display = ph.Display(exposure=-1, tone="filmic")
+        >>> plotter.phong.exposure
+        -1.0
+        >>> plotter.close()
+        """
+        return self._display
+
+    @display.setter
+    def display(self, display: Display) -> None:
+        if not isinstance(display, Display):
+            check.refuse("display", display, "a Display")
+        self._display = display
+        for subplot in self._subplots:
+            subplot.lit.display = display
+
+    @property
+    def exposure(self) -> float:
+        """Exposure of the picture in stops, that of `display`. It can be set: 1 shows colours twice as bright."""
+        return self._display.exposure
+
+    @exposure.setter
+    def exposure(self, stops: float) -> None:
+        self.display = replace(self._display, exposure=stops)
+
+    @property
     def scene(self) -> Scene:
         """Current scene of the active subplot: its lights, its camera and the light model."""
         return self._subplot.scene
@@ -630,7 +666,7 @@ class PlotterPhong(Handle):
         for subplot in self._subplots:
             if subplot.renderer is renderer:
                 return subplot
-        self._subplots.append(Subplot(renderer, self._light_model, self._history))
+        self._subplots.append(Subplot(renderer, self._light_model, self._history, self._display))
         return self._subplots[-1]
 
     def __plotter_close__(self) -> None:
@@ -648,25 +684,6 @@ class PlotterPhong(Handle):
     def __plotter_deep_clean__(self) -> None:
         """Release all resources too, because a cleaned plotter has no camera but may still receive events."""
         self.__plotter_close__()
-
-
-def _is_bare(mesh: Any) -> bool:
-    """Return True for a mesh of lines, or of points without normals, which VTK draws unlit."""
-    if not isinstance(mesh, pv.PolyData | pv.PointSet) or not mesh.n_points:
-        return False
-    if isinstance(mesh, pv.PolyData) and has_faces(mesh):
-        return False
-    return (isinstance(mesh, pv.PolyData) and mesh.n_lines > 0) or mesh.point_data.active_normals_name is None
-
-
-def _as_mesh(given: Any, *, copies: bool) -> Any:
-    """Convert any mesh that PyVista's `add_mesh` accepts: a dataset, blocks, a VTK object, points, or a path."""
-    mesh = pv.read(given) if isinstance(given, str | os.PathLike) else given
-    if not isinstance(mesh, pv.DataSet | pv.MultiBlock) and (
-        isinstance(mesh, np.ndarray) or hasattr(mesh, "GetDataObjectType")
-    ):
-        mesh = pv.wrap(mesh)
-    return mesh.copy(deep=False) if copies else mesh
 
 
 pv.register_plotter_component("phong")(PlotterPhong)  # not as a decorator, for the reason given in `accessor`

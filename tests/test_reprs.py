@@ -53,7 +53,7 @@ VALUES = {
     for value in (
         *(kind() for kind in LIGHT_TYPES.values()), SCENE, SCENE.viewer, SCENE.light_model,
         *(kind(**REFLECTANCE_SHAPES[name](Dice(1))) for name, kind in REFLECTANCES.items()),
-        ph.Material(), ph.Colormap("Elevation", "terrain"),
+        ph.Material(), ph.Colormap("Elevation", "terrain"), ph.Display(1.0),
     )
 }  # fmt: skip
 """These show their fields."""

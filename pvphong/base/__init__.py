@@ -9,6 +9,7 @@ In reading order:
 - `formulas`: operations that run both on NumPy arrays and in compiled code.
 - `sobol`: evenly distributed points.
 - `color`: conversions between colour spaces.
+- `display`: linear colours to the bytes that a screen shows.
 - `threads`: work on ranges of vertices, divided among all cores.
 - `files`: atomic writes of files.
 - `documents`: JSON files.

@@ -25,7 +25,7 @@ _AT_ONCE = 2**14  # colours that a thread converts at once: few enough to stay i
 # Colours below this are shown as they are by the filmic curve.
 _SHOULDER = 0.6
 
-# Marks of clipping: a channel above 1, and black.
+# Marks of clipping: a channel of 1 or more, and black.
 _TOO_BRIGHT, _BLACK = (255, 0, 0), (0, 0, 255)
 
 # The luminance of a matt grey surface that looks half as bright as white.
@@ -52,13 +52,13 @@ class Display:
     Parameters
     ----------
     exposure : float, default 0
-        Brightness of the picture in stops: colours are multiplied by 2 to this power. From -20 to 20.
+        Brightness of the picture in stops: colours are multiplied by 2 to this power. From -10 to 10.
     tone : {"none", "filmic"}
         Curve for bright colours. "none" clips them at 1. "filmic" keeps colours up to 0.6 and compresses brighter ones,
         so that they approach 1 and keep their differences.
     overlay : {"none", "clipping", "false color"}
-        Marks in place of colours. "clipping" draws red where a channel is above 1 after exposure, or is 1 exactly after
-        the light model has clamped it, and blue where all channels are 0. "false color" draws bands of luminance, in
+        Marks in place of colours. "clipping" draws red where a channel is 1 or more after exposure, and blue where all
+        channels are 0. "false color" draws bands of luminance, in
         stops from middle grey (0.18): violet, blue and teal for dark colours, green for middle grey, yellow and orange
         for bright ones, red for those above white.
 
@@ -74,7 +74,7 @@ class Display:
     array([[128, 255, 255]], dtype=uint8)
     """
 
-    exposure: float = check.field(partial(check.number, at_least=-20.0, at_most=20.0), 0.0, unit="stops")
+    exposure: float = check.field(partial(check.number, at_least=-10.0, at_most=10.0), 0.0, unit="stops")
     tone: Tone = check.field(partial(check.choice, allowed=get_args(Tone)), "none")
     overlay: Overlay = check.field(partial(check.choice, allowed=get_args(Overlay)), "none")
 
@@ -100,10 +100,8 @@ class Display:
         result = np.empty(rgb.shape, np.uint8) if out is None else out
 
         def show(first: int, last: int) -> None:
-            exposed = rgb[first:last].astype(np.float32)
-            exposed *= np.float32(2.0**self.exposure)
-            np.nan_to_num(exposed, copy=False, nan=0.0, posinf=np.inf)
-            np.maximum(exposed, 0.0, out=exposed)
+            exposed = np.multiply(rgb[first:last], 2.0**self.exposure, dtype=np.float32)
+            np.fmax(exposed, np.float32(0.0), out=exposed)  # NaN to 0 too
             if self.overlay == "false color":
                 result[first:last] = _false_colors(exposed)
                 return

@@ -12,6 +12,7 @@ from typing import Annotated, Any
 from cyclopts import Parameter
 
 from pvphong.base import check
+from pvphong.base.display import Display, Tone
 from pvphong.base.types import Precision
 from pvphong.batch.pieces import Seams, is_pattern
 from pvphong.batch.shading import shade_files
@@ -50,6 +51,8 @@ def shade(
     compress: Compression | None = None,
     size: Annotated[tuple[int, int] | None, Parameter(negative="")] = None,
     background: str | None = None,
+    exposure: Number | None = None,
+    tone: Tone | None = None,
     workers: int | None = None,
     scheduler: str | None = None,
     seams: Seams | None = None,
@@ -90,6 +93,10 @@ def shade(
         Width and height of a picture in pixels. Default: 1024 768.
     background
         Background colour of a picture. Default: white.
+    exposure
+        Brightness of a picture in stops: 1 doubles it. Default: 0.
+    tone
+        Curve for bright colours of a picture: none clips them, filmic compresses them. Default: none.
     workers
         Number of local processes that light many files. Default: the number of processors.
     scheduler
@@ -117,7 +124,8 @@ def shade(
         check.refuse("--output", target, "a folder for many meshes", f"-o {target}/ makes a folder of that name.")
     is_folder = are_many or names_folder
     if is_folder or suffix != ".png":
-        _refuse_given({"--size": size, "--background": background}, "used with a .png output only")
+        of_picture = {"--size": size, "--background": background, "--exposure": exposure, "--tone": tone}
+        _refuse_given(of_picture, "used with a .png output only")
     if is_folder:
         _refuse_given({"--refine": refine}, "omitted for many files; refine each file by its own command")
         if workers is not None and scheduler is not None:
@@ -131,19 +139,23 @@ def shade(
         _refuse_given({"--array": array, "--components": components}, f"omitted: a {suffix} file has no named arrays")
     if suffix not in _COMPRESSED:
         _refuse_given({"--compress": compress}, f"used with {', '.join(_COMPRESSED)} only")
-    size = size or SIZE
+    size, display = size or SIZE, Display(exposure or 0.0, tone or "none")
     pictures.refuse_size(size)
     with busy(f"Lighting {mesh}"):
         outside, scene, material = lighting.read(mesh, size)
         if suffix == ".png":
             scene = seeing(scene, outside, size)
+            if display != Display():  # a lower exposure shows what was too bright
+                scene = replace(scene, light_model=replace(scene.light_model, clamp=False))
         if refine is None:
             lit = outside.phong.shade(scene, material, occluders=lighting.occluders(), **options)
         else:
             how = {name: options[name] for name in ("name", "precision", "feature_angle")}
             how |= {"tolerance": refine, "max_points": max_points, "occluders": lighting.occluders()}
             lit = outside.phong.refine(scene, material, **how)
-        picture = {"viewer": scene.viewer, "size": size, "background": background} if suffix == ".png" else {}
+        picture: dict[str, Any] = {}
+        if suffix == ".png":
+            picture = {"viewer": scene.viewer, "size": size, "background": background, "display": display}
         save(lit, target, name=options["name"], compress=compress, **picture)
     for block in leaves(lit) if refine is not None else ():
         print(block.field_data[options["name"] + "_refinement_summary"], file=sys.stderr)

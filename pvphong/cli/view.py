@@ -12,10 +12,12 @@ from typing import Any
 import pyvista as pv
 
 from pvphong.base import check
+from pvphong.base.display import Display, Tone
 from pvphong.cli.options import (
     DEFAULT_LIGHTING,
     SIZE,
     LightingOptions,
+    Number,
     seeing,
 )
 from pvphong.meshes.blocks import DEFAULT, common_or_named, datasets
@@ -28,6 +30,8 @@ from pvphong.scene.scene import Scene
 BACKGROUND = "#2b2e34"
 """Default background colour, dark so that lights and gizmos stand out."""
 
+_PLAIN = Display()
+
 _INSTEAD = "A picture needs no window: pvphong shade MESH -o picture.png."
 
 
@@ -37,6 +41,8 @@ def view(
     *,
     lighting: LightingOptions = DEFAULT_LIGHTING,
     background: str = BACKGROUND,
+    exposure: Number = 0.0,
+    tone: Tone = "none",
 ) -> None:
     """Show a lit mesh in a window, with gizmos for its lights; press h for the list of keys.
 
@@ -46,6 +52,10 @@ def view(
         File of any format that PyVista reads.
     background
         Background colour of the window.
+    exposure
+        Brightness of the picture in stops: 1 doubles it.
+    tone
+        Curve for bright colours: none clips them, filmic compresses them.
     """
     outside, scene, material = lighting.read(mesh)
     show(
@@ -57,6 +67,7 @@ def view(
         background=background,
         feature_angle=lighting.feature_angle,
         occluders=lighting.occluders(),
+        display=Display(exposure, tone),
     )
 
 
@@ -70,6 +81,7 @@ def show(
     background: str = BACKGROUND,
     feature_angle: FeatureAngle = "auto",
     occluders: Sequence[Any] = (),
+    display: Display = _PLAIN,
 ) -> None:
     """Open a window with a lit mesh and gizmos for its lights, and return when it is closed.
 
@@ -94,6 +106,8 @@ def show(
         As for `shade`.
     occluders : sequence
         Additional meshes, which are shown and cast shadows if the scene has shadows.
+    display : Display
+        Transform that shows the colours.
 
     Raises
     ------
@@ -108,6 +122,7 @@ def show(
     plotter = pv.Plotter(title=title, lighting="none")
     plotter.set_background(background)
     set_scene(plotter, scene)
+    plotter.phong.display = display
     drawn = plotter.phong.add_mesh(mesh, material, feature_angle=feature_angle)
     for occluder in occluders:
         plotter.phong.add_mesh(occluder, DEFAULT_MATERIAL)

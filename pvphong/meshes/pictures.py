@@ -17,6 +17,7 @@ import pyvista as pv
 
 from pvphong.base import check, threads
 from pvphong.base.color import xyz_from_rgb
+from pvphong.base.display import Display, Tone
 from pvphong.base.files import written_aside
 from pvphong.meshes.blocks import leaves
 from pvphong.meshes.colormaps import scale_of
@@ -33,6 +34,8 @@ WITHOUT_DISPLAY = ("vtkEGLRenderWindow", "vtkOSOpenGLRenderWindow")
 _AT_ONCE = 2**14  # number of colours that are converted at once: few enough to stay in the caches
 _LARGEST = 8192  # pixels; the limit of drivers is 8192 or 16384
 _CHOICE = "VTK_DEFAULT_OPENGL_WINDOW"
+
+_PLAIN = Display()
 
 _TRIAL = """
 from vtkmodules.vtkCommonCore import vtkUnsignedCharArray
@@ -56,6 +59,7 @@ def draw(
     name: str = "phong",
     size: tuple[int, int] = (1024, 768),
     background: str = "white",
+    display: Display = _PLAIN,
 ) -> np.ndarray[Any, np.dtype[np.uint8]]:
     """Draw a lit mesh as the viewer sees it.
 
@@ -71,6 +75,8 @@ def draw(
         Width and height in pixels.
     background : str, default "white"
         A colour name or hex string.
+    display : Display, optional
+        Transform that shows the colours.
 
     Returns
     -------
@@ -92,7 +98,9 @@ def draw(
             plotter.set_background(background)
             aim(plotter, viewer)
             for mesh in leaves(lit):
-                plotter.add_mesh(drawable(mesh, name), scalars=name, rgb=True, lighting=False, copy_mesh=False)
+                plotter.add_mesh(
+                    displayed(mesh, name, display), scalars=name, rgb=True, lighting=False, copy_mesh=False
+                )
             plotter.enable_anti_aliasing("ssaa")
             plotter.renderer.ResetCameraClippingRange()
             return np.asarray(plotter.screenshot(return_img=True))
@@ -100,7 +108,9 @@ def draw(
             plotter.close()
 
 
-def plot(mesh: pv.DataSet, /, *, name: str = "phong", **options: Any) -> Any:
+def plot(
+    mesh: pv.DataSet, /, *, name: str = "phong", exposure: float = 0.0, tone: Tone = "none", **options: Any
+) -> Any:
     """Show a lit mesh with PyVista's `plot` and its options; colours are clipped to [0, 1].
 
     Parameters
@@ -109,6 +119,10 @@ def plot(mesh: pv.DataSet, /, *, name: str = "phong", **options: Any) -> Any:
         A mesh with lit colours.
     name : str, default "phong"
         Name of the array with the colours.
+    exposure : float, default 0
+        Brightness of the picture in stops; see `Display`. Colours that the light model has clamped stay clamped.
+    tone : {"none", "filmic"}
+        Curve for bright colours; see `Display`.
     **options
         As for `pyvista.plot`, such as `screenshot`, `cpos`, `show_edges` or `opacity`. Options that colour a mesh are
         refused. If the unlit colours come from a `Colormap`, its scalar bar is shown; `show_scalar_bar` and
@@ -127,7 +141,8 @@ def plot(mesh: pv.DataSet, /, *, name: str = "phong", **options: Any) -> Any:
     """
     refuse_colouring(options)
     refuse_unlit(mesh, name)
-    drawn, scale = with_opacity(mesh, name, vertex_opacity(options)), scale_of(mesh, name)
+    display, scale = Display(exposure, tone), scale_of(mesh, name)
+    drawn = with_opacity(mesh, name, vertex_opacity(options), display)
     shows_bar, bar = options.pop("show_scalar_bar", pv.global_theme.show_scalar_bar), options.pop("scalar_bar_args", {})
     colors = {"rgb": True, "lighting": False, "scalars": name}
     if scale is None or not shows_bar:
@@ -224,12 +239,21 @@ def vertex_opacity(options: dict[str, Any]) -> Any:
     return options.pop("opacity")
 
 
-def with_opacity(mesh: pv.DataSet, name: str, opacity: Any) -> pv.DataSet:
+def displayed(mesh: pv.DataSet, name: str, display: Display) -> pv.DataSet:
+    """Return a drawable mesh with its colours as the display shows them."""
+    if display == _PLAIN:
+        return drawable(mesh, name)
+    result, colors = mesh.copy(deep=False), np.asarray(mesh.point_data[name])
+    result.point_data[name] = display(colors / 255.0 if colors.dtype == np.uint8 else colors)
+    return result
+
+
+def with_opacity(mesh: pv.DataSet, name: str, opacity: Any, display: Display = _PLAIN) -> pv.DataSet:
     """Return a drawable mesh. If `opacity`, from `vertex_opacity`, is not None, it is the colours' fourth channel."""
     if opacity is None:
-        return drawable(mesh, name)
+        return displayed(mesh, name, display)
     source = surface(mesh)
-    result = drawable(source, name)
+    result = displayed(source, name, display)
     colors = np.asarray(result.point_data[name])
     colors = colors / 255.0 if colors.dtype == np.uint8 else colors
     result.point_data[name] = np.column_stack([colors, opacity_at(opacity, mesh, source, source, None)])

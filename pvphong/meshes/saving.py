@@ -13,6 +13,7 @@ import pyvista as pv
 
 from pvphong.base import check
 from pvphong.base.color import srgb_from_linear
+from pvphong.base.display import Display
 from pvphong.base.files import written_aside
 from pvphong.base.types import FloatArray, rgb
 from pvphong.meshes import gltf
@@ -49,6 +50,7 @@ def save(
     viewer: Viewer | None = None,
     size: tuple[int, int] | None = None,
     background: str | None = None,
+    display: Display | None = None,
 ) -> None:
     """Write a lit mesh for other programs. The suffix of the path determines the format.
 
@@ -86,6 +88,8 @@ def save(
         Width and height of a .png in pixels; by default 1024 by 768.
     background : color, optional
         Background of a .png; by default white.
+    display : Display, optional
+        Transform that shows the colours in a .png, with exposure and tone curve; all other formats stay linear.
 
     Raises
     ------
@@ -113,6 +117,7 @@ def save(
         ("viewer", viewer, (".png",)),
         ("size", size, (".png",)),
         ("background", background, (".png",)),
+        ("display", display, (".png",)),
     ):
         if given is not None and suffix not in formats:
             check.refuse(option, given, f"left out for {suffix}", f"It applies to {' and '.join(formats)}.")
@@ -124,7 +129,8 @@ def save(
         refuse_unlit(mesh, name)
     if suffix == ".png":
         seen = viewer or Viewer.framing(lit.bounds)
-        save_picture(draw(lit, seen, name=name, size=size or _SIZE, background=background or "white"), target)
+        look: dict[str, Any] = {"background": background or "white", "display": display or Display()}
+        save_picture(draw(lit, seen, name=name, size=size or _SIZE, **look), target)
     elif suffix in _GLTF:
         parts = [gltf.Part(block, _drawn(mesh), _colors(mesh, name)) for block, mesh in meshes.items()]
         with written_aside(target) as aside:

@@ -6,6 +6,7 @@ Source: `pyvista.Plotter.add_mesh` and `add_composite`. Defaults and precedence 
 from __future__ import annotations
 
 import inspect
+import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import cache
@@ -20,7 +21,7 @@ from pvphong.base import check
 from pvphong.base.types import Float64Array
 from pvphong.meshes.blocks import datasets, leaves
 from pvphong.meshes.colormaps import lookup_table, scalars_of
-from pvphong.meshes.surfaces import FeatureAngle
+from pvphong.meshes.surfaces import FeatureAngle, has_faces
 from pvphong.optics.colormap import Colormap
 from pvphong.optics.material import Material, as_material
 
@@ -385,3 +386,22 @@ def _by_transfer(
     found = vtk_to_numpy(mapped).reshape(len(numbers), -1)[:, 3] / 255.0
     number = options.pop("opacity", None)
     return found * (1.0 if number is None else float(number)), own
+
+
+def is_bare(mesh: Any) -> bool:
+    """Return True for a mesh of lines, or of points without normals, which VTK draws unlit."""
+    if not isinstance(mesh, pv.PolyData | pv.PointSet) or not mesh.n_points:
+        return False
+    if isinstance(mesh, pv.PolyData) and has_faces(mesh):
+        return False
+    return (isinstance(mesh, pv.PolyData) and mesh.n_lines > 0) or mesh.point_data.active_normals_name is None
+
+
+def as_mesh(given: Any, *, copies: bool) -> Any:
+    """Convert any mesh that PyVista's `add_mesh` accepts: a dataset, blocks, a VTK object, points, or a path."""
+    mesh = pv.read(given) if isinstance(given, str | os.PathLike) else given
+    if not isinstance(mesh, pv.DataSet | pv.MultiBlock) and (
+        isinstance(mesh, np.ndarray) or hasattr(mesh, "GetDataObjectType")
+    ):
+        mesh = pv.wrap(mesh)
+    return mesh.copy(deep=False) if copies else mesh

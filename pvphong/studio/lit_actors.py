@@ -16,6 +16,7 @@ from typing import Any
 import pyvista as pv
 from vtkmodules.vtkRenderingCore import vtkTextActor
 
+from pvphong.base.display import Display
 from pvphong.base.types import Float64Array, FloatArray
 from pvphong.meshes.visibility import KnownOccluders, world_faces
 from pvphong.optics.material import Material
@@ -71,6 +72,8 @@ class LitActors:
         """
         self.is_mixed = False
         """True while the web page's faders write the colours. Refined pictures are not shown then."""
+        self.display = Display()
+        """Transform that shows the colours; can be set at any time."""
         self.gathering = Gathering()
         self._gathered = 0  # the gathering's count at the last refresh
         self._renderer, self._scene = renderer, scene
@@ -208,7 +211,7 @@ class LitActors:
         held = self.uses_preview_rays or self.is_mixed or self.gathering.part is not None  # refine only final colours
         for mesh, refining in refined.items():
             before = refining.pictures
-            refining.update(scene, self.occluders_of(mesh, scene), held=held, waits=waits)
+            refining.update(scene, self.occluders_of(mesh, scene), self.display, held=held, waits=waits)
             if refining.pictures > before:
                 is_new = True
                 if refining.reason:
@@ -261,7 +264,8 @@ class LitActors:
 
         def refresh(mesh: LitMesh) -> bool:
             light = None if bounced is None else bounced.get(mesh)
-            return mesh.refresh(lit, self.occluders_of(mesh, scene), samples=samples, bounced=light)
+            how: dict[str, Any] = {"samples": samples, "bounced": light, "display": self.display}
+            return mesh.refresh(lit, self.occluders_of(mesh, scene), **how)
 
         return refresh
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from typing import Any
 
@@ -12,6 +12,7 @@ import pyvista as pv
 from vtkmodules.util.numpy_support import vtk_to_numpy
 
 from pvphong.base import check
+from pvphong.base.display import Display
 from pvphong.base.types import ByteArray, Float64Array, FloatArray
 from pvphong.meshes.blocks import DEFAULT, datasets, leaves, materials_of, single_material
 from pvphong.meshes.colormaps import over_all
@@ -44,6 +45,9 @@ class SharedMaterial:
     """
 
     material: Material
+
+
+_PLAIN = Display()
 
 
 class LitMesh:
@@ -103,6 +107,8 @@ class LitMesh:
         self._eye: Any = None
         self._plan: Plan | None = None
         self._visibility: tuple[Any, Visibility] | None = None
+        self._display = Display()
+        self._linear: FloatArray | None = None
         self.geometry()
         self._show_colors()
 
@@ -151,6 +157,7 @@ class LitMesh:
         *,
         samples: int | None = None,
         bounced: FloatArray | None = None,
+        display: Display = _PLAIN,
     ) -> bool:
         """Update the colours; return True if they had to be recomputed.
 
@@ -169,6 +176,9 @@ class LitMesh:
         bounced : ndarray, optional
             Bounced light, shape (1, n, 3). A change is detected by identity, so pass a new array instead of editing the
             last one.
+        display : Display, optional
+            Transform that shows the colours. With another than the default one, the light model does not clamp, so that
+            a lower exposure shows what was too bright. Then a change of the display alone lights nothing again.
 
         Raises
         ------
@@ -176,23 +186,39 @@ class LitMesh:
             If an edit of the mesh or of an array has made the mesh impossible to light. Geometry that would crash VTK
             is not drawn until it is corrected.
         """
+        if display != _PLAIN:
+            scene = replace(scene, light_model=replace(scene.light_model, clamp=False))
         version, blockers = self.version, occluders and occluders.occluders
         self._show_colors()
         arriving = None if bounced is None else Map(bounced)  # compared by its identity
         state = scene.lights, scene.light_model, version, blockers, samples, arriving
         viewer = scene.viewer
         eye = viewer and (viewer.position, viewer.focal_point, viewer.up, viewer.parallel)
-        if state == self._lit_for and self._plan and (eye == self._eye or not self._plan.view_dependent):
+        is_lit = state == self._lit_for and self._plan and (eye == self._eye or not self._plan.view_dependent)
+        if is_lit and display == self._display:
             return False
-        self._plan, vertices = self.planned(scene, occluders, samples)
-        if self._plan.equation.bounces and bounced is None:
-            self._plan.sent(vertices)  # raises with the reason
-            bounced = np.zeros((1, len(vertices), 3), np.float32)
-        self._plan.run_for_display(vertices, vtk_to_numpy(self._colors), bounced)
-        self._lit_for, self._eye, self.bounced = state, eye, bounced
-        self.show_colors()
-        self.evaluations += 1
+        self._display = display
+        if not is_lit or self._linear is None:
+            self._plan, vertices = self.planned(scene, occluders, samples)
+            if self._plan.equation.bounces and bounced is None:
+                self._plan.sent(vertices)  # raises with the reason
+                bounced = np.zeros((1, len(vertices), 3), np.float32)
+            if display == _PLAIN:
+                self._plan.run_for_display(vertices, vtk_to_numpy(self._colors), bounced)
+                self._linear = None
+            else:
+                self._linear = self._plan.run(vertices, bounced=bounced).rgb
+            self._lit_for, self._eye, self.bounced = state, eye, bounced
+            self.evaluations += 1
+        self.write_colors()
         return True
+
+    def write_colors(self) -> bool:
+        """Write the lit colours as the display shows them, and return True; False if they are not kept."""
+        if self._linear is not None:
+            self._display(self._linear, vtk_to_numpy(self._colors))
+        self.show_colors()
+        return self._linear is not None
 
     def show_colors(self) -> None:
         """Mark the colours as modified, so that the next frame draws them."""

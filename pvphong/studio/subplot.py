@@ -10,6 +10,7 @@ from typing import Any
 
 import pyvista as pv
 
+from pvphong.base.display import Display
 from pvphong.scene.light_model import LightModel
 from pvphong.scene.scene import Scene
 from pvphong.studio.gizmos import History, Interaction
@@ -34,12 +35,15 @@ class Subplot:
         Can be set at any time.
     history : History
         Undo history that records edits.
+    display : Display
+        Transform that shows the lit colours. `lit.display` can be set at any time.
     """
 
-    def __init__(self, renderer: pv.Renderer, light_model: LightModel, history: History) -> None:
+    def __init__(self, renderer: pv.Renderer, light_model: LightModel, history: History, display: Display) -> None:
         self.renderer, self.light_model, self._history = renderer, light_model, history
         self.lights = WindowLights(renderer)
         self.lit = LitActors(renderer, lambda: self.scene)
+        self.lit.display = display
         self.interaction: Interaction | None = None
         self._unlit = weakref.WeakSet[Any]()
         self._refuse_shadow_pass()

@@ -186,6 +186,20 @@ def test_a_picture_of_the_size_and_background_asked_for():
     assert run("shade blocks.vtm -o lit.png") == 0
 
 
+def test_a_picture_has_the_exposure_and_tone_curve_that_are_asked_for():
+    """Colours are not clamped before, so that half the exposure shows more than half of a clamped white."""
+    viewer = ph.Viewer(position=(0, 0, 3))
+    ph.Scene([ph.DirectionalLight(frame="headlight", intensity=2.0)], viewer).save("bright.json")
+    middle = {}
+    for words in ("", "--exposure -1", "--exposure -1 --tone filmic"):
+        dull = "--scene bright.json --size 60 60 --ambient 0 --diffuse 0.8 --specular 0"
+        assert run(f"shade sphere.vtp -o lit.png {dull} {words}") == 0
+        middle[words] = int(pv.read("lit.png").active_scalars.reshape(60, 60, 3)[30, 30, 0])
+    assert middle[""] == 255
+    assert middle["--exposure -1"] == pytest.approx(0.8 * 255, abs=3)
+    assert middle["--exposure -1 --tone filmic"] == pytest.approx((0.6 + 0.4 * (1 - np.exp(-0.5))) * 255, abs=3)
+
+
 def test_a_picture_has_the_shadows_that_are_asked_for():
     brightness = []
     for words in ("", "--shadows --occluder roof.vtp"):

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 import pyvista as pv
 
-from pvphong import DirectionalLight, LightModel, Material, PointLight, Scene, Viewer, load_materials
+from pvphong import DirectionalLight, Display, LightModel, Material, PointLight, Scene, Viewer, load_materials
 from pvphong.cli import view
 from pvphong.cli.app import main
 from pvphong.cli.view import show
@@ -78,7 +78,7 @@ def test_words_become_arguments_of_the_window(monkeypatch):
     for words in (
         "--scene red.json",
         "--scene red.json --material jade --feature-angle none --background navy --albedo tint",
-        "--scene red.json --shadows --occluder roof.vtp",
+        "--scene red.json --shadows --occluder roof.vtp --exposure 1/2 --tone filmic",
     ):
         assert main(["view", "sphere.vtp", *words.split()]) == 0
     (mesh, scene, red, plain), (_, _, jade, changed), (_, shadowy, _, roofed) = calls
@@ -86,11 +86,12 @@ def test_words_become_arguments_of_the_window(monkeypatch):
     assert (scene, red) == (Scene.load("red.json"), load_materials("red.json")["default"])
     assert plain == {
         "title": "pvphong: sphere.vtp", "stem": "sphere", "background": view.BACKGROUND,
-        "feature_angle": "auto", "occluders": [],
+        "feature_angle": "auto", "occluders": [], "display": Display(),
     }  # fmt: skip
     assert jade == replace(JADE, albedo="tint")
     assert changed | {"feature_angle": None, "background": "navy"} == changed
     assert shadowy.light_model.shadows
+    assert roofed["display"] == Display(0.5, "filmic")
     assert [occluder.n_points for occluder in roofed["occluders"]] == [pv.read("roof.vtp").n_points]
 
 

@@ -180,3 +180,15 @@ def test_what_is_no_lit_array_is_refused(colors, options, message):
         mesh["phong"] = colors
     with pytest.raises(ValueError, match=message):
         mesh.phong.color_view(**{"space": "xyz"} | options)
+
+
+def test_a_plot_has_the_exposure_that_is_asked_for_and_the_mesh_keeps_its_colours(lit):
+    before = lit["phong"].copy()
+    views = []
+    for options in ({}, {"exposure": 1.0}, {"exposure": 1.0, "tone": "filmic"}):
+        look = {"off_screen": True, "screenshot": True, "return_img": True, "window_size": (60, 60)}
+        shown = lit.phong.plot(**options, **look, background="black")
+        views.append(np.asarray(shown[-1] if isinstance(shown, tuple) else shown).astype(int))
+    assert views[1].mean() > 1.3 * views[0].mean()
+    assert 0 < np.abs(views[2] - views[1]).max() < 60
+    np.testing.assert_array_equal(lit["phong"], before)

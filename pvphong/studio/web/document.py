@@ -1,7 +1,8 @@
 """The document that a studio edits: lights, materials, light model, edges, faders and accuracy, with one undo history.
 
 An edit names its field by a key: "light.3.intensity", "material.0.diffuse", "reflectance.0.roughness", "model.shadows",
-"surfaces.feature_angle", "fader.3.gain" or "accuracy.tolerance". A light keeps its number while the studio runs.
+"display.exposure", "surfaces.feature_angle", "fader.3.gain" or "accuracy.tolerance". A light keeps its number while the
+studio runs.
 """
 
 from __future__ import annotations
@@ -21,6 +22,7 @@ import numpy as np
 import pyvista as pv
 
 from pvphong.base import check
+from pvphong.base.display import Display
 from pvphong.base.types import Vector
 from pvphong.base.vectors import unit_vector
 from pvphong.meshes.surfaces import FeatureAngle
@@ -114,6 +116,7 @@ class DocumentState(NamedTuple):
     lights: LightStates
     materials: MaterialsState
     light_model: LightModel
+    display: Display
     accuracy: Accuracy
     mix: MixState
     feature_angles: dict[LitMesh, FeatureAngle]
@@ -174,6 +177,7 @@ class Document:
             lights=self._subplot.lights.state,
             materials=self._subplot.lit.state,
             light_model=self._phong.light_model,
+            display=self._phong.display,
             accuracy=self.accuracy,
             mix=self.mix.state,
             feature_angles={mesh: mesh.feature_angle for mesh in self._subplot.lit.meshes},
@@ -185,6 +189,8 @@ class Document:
         self._subplot.lit.revert(now.materials, then.materials)
         if now.light_model != then.light_model:
             self._phong.light_model = then.light_model
+        if now.display != then.display:
+            self._phong.display = then.display
         if now.accuracy != then.accuracy:
             self.accuracy = then.accuracy
         if now.mix != then.mix:
@@ -277,6 +283,8 @@ class Document:
                 self.surfaces = change(self.surfaces, name)
             case "model", name:
                 self._phong.light_model = change(self._phong.light_model, name)
+            case "display", name:
+                self._phong.display = change(self._phong.display, name)
             case "light", number, name:
                 self._set_light(self._light(number), name, change)
             case "fader", number, name:
@@ -588,6 +596,7 @@ class Document:
             "materials": materials,
             "surfaces": form_of(self.surfaces, "surfaces", self._middles),
             "model": sorted(model, key=lambda entry: entry["name"] not in _FIRST_OF_SCENE),
+            "display": {entry["name"]: entry for entry in form_of(self._phong.display, "display", self._middles)},
             "accuracy": {entry["name"]: entry for entry in form_of(self.accuracy, "accuracy", self._middles)},
             "mixing": self.mix.is_on,
             "evaluations": sum(mesh.evaluations for mesh in self._subplot.lit.meshes) + self.mix.evaluations,

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 import tempfile
 from collections.abc import Iterable, Mapping
-from dataclasses import MISSING, dataclass, fields
+from dataclasses import MISSING, dataclass, fields, replace
 from functools import cached_property
 from pathlib import Path, PurePath
 from typing import Any
@@ -14,6 +14,7 @@ import numpy as np
 import pyvista as pv
 
 from pvphong.base import check
+from pvphong.base.display import Display
 from pvphong.meshes.blocks import DEFAULT, common_or_named
 from pvphong.meshes.saving import save
 from pvphong.optics.colormap import Colormap
@@ -123,12 +124,15 @@ class Downloads:
     @cached_property
     def lit(self) -> Any:
         """The lit mesh or blocks, computed once. It can be read in any thread."""
+        return self._lit_in(self.scene)
+
+    def _lit_in(self, scene: Scene) -> Any:
         options, materials = self.options, self.materials
         if len(self.meshes) == 1:
             mesh = next(iter(self.meshes.values())).mesh
-            return mesh.phong.shade(self.scene, materials[DEFAULT], **options)
+            return mesh.phong.shade(scene, materials[DEFAULT], **options)
         blocks = pv.MultiBlock({name: mesh.mesh for name, mesh in self.meshes.items()})
-        return blocks.phong.shade(self.scene, materials, **options)
+        return blocks.phong.shade(scene, materials, **options)
 
     def script(self) -> str:
         """Return a Python script that reads the mesh, lights it as in the studio, and writes it.
@@ -171,7 +175,7 @@ class Downloads:
         folder : Path
             The folder.
         plotter : pyvista.Plotter
-            Defines the picture's background colour.
+            Defines the picture's background colour and its display transform.
         size : tuple of int
             Width and height of a picture, in pixels.
 
@@ -188,11 +192,16 @@ class Downloads:
         elif what == "py":
             path.write_text(self.script(), encoding="utf-8")
         else:
-            lit, matrix, how = self.lit, self.options.get("matrix"), dict[str, Any]()
+            matrix, how, scene = self.options.get("matrix"), dict[str, Any](), self.scene
+            display = plotter.phong.display
+            if what == "png" and display != Display():  # the view clamps nothing before the display either
+                scene = replace(scene, light_model=replace(scene.light_model, clamp=False))
+            lit = self.lit if scene is self.scene else self._lit_in(scene)
             if what in ("png", "glb") and matrix is not None:  # these show the mesh where it is drawn
                 lit = lit.transform(np.array(matrix), inplace=False)
             if what == "png":
-                how = {"viewer": self.scene.viewer, "size": size, "background": plotter.background_color.hex_rgb}
+                how = {"viewer": scene.viewer, "size": size, "background": plotter.background_color.hex_rgb}
+                how["display"] = display
             save(lit, path, **how)
         return path
 

@@ -17,6 +17,7 @@ import numpy as np
 from vtkmodules.util.numpy_support import vtk_to_numpy
 
 from pvphong.base import check
+from pvphong.base.display import Display
 from pvphong.base.types import ByteArray, ColorLike, FloatArray, Vector, rgb
 from pvphong.meshes.lit import shade_mesh
 from pvphong.optics.light import Light
@@ -25,8 +26,6 @@ from pvphong.studio.lit_mesh import ARRAY, LitMesh
 from pvphong.studio.subplot import Subplot
 from pvphong.studio.window_lights import RendererLight
 
-_ROWS = 2**14
-"""Number of vertices whose shares are summed at once. Three blocks of this size fit into a processor's cache."""
 _AFTER_LIT = 0.5  # observer priority: after lighting and gizmos
 _ROUNDING = 2e-3  # largest difference between a colour and the sum of base and shares
 
@@ -111,8 +110,8 @@ class Shares:
         self._rest: FloatArray = self._base
         self._factors: dict[RendererLight, Vector] = {}
 
-    def mix(self, factors: Mapping[RendererLight, Vector], out: ByteArray) -> None:
-        """Write the colours of a mix, 0 to 255, to `out`, shape (n, 3).
+    def mix(self, factors: Mapping[RendererLight, Vector], out: ByteArray, display: Display) -> None:
+        """Write the colours of a mix to `out`, shape (n, 3), as the display shows them.
 
         The same fader usually moves again. So the sum of the base and all shares except that fader's is cached.
         """
@@ -126,14 +125,7 @@ class Shares:
         self._factors = known
         share = self._base if self._moved is None else self._shares[self._moved]
         scale = np.array((0.0, 0.0, 0.0) if self._moved is None else known[self._moved], np.float32)
-        block = np.empty((_ROWS, 3), np.float32)
-        for start in range(0, len(out), _ROWS):
-            part = slice(start, start + _ROWS)
-            sums = np.multiply(share[part], scale, out=block[: len(out[part])])
-            sums += self._rest[part]
-            np.clip(sums, 0.0, 1.0, out=sums)
-            sums *= 255.0
-            np.rint(sums, out=out[part], casting="unsafe")
+        display(share * scale + self._rest, out)
 
 
 def colors_of(mesh: LitMesh) -> ByteArray:
@@ -214,7 +206,8 @@ class Mix:
             check.refuse("bounces", bounces, "0 in a mix", "Bounced light cannot be assigned to single lights.")
         lights = self._subplot.lights.renderer_lights
         factors = {each: self._heard(each).factors for each in lights}
-        known = factors, [(mesh, mesh.evaluations) for mesh in shown]
+        display = self._subplot.lit.display
+        known = factors, [(mesh, mesh.evaluations) for mesh in shown], display
         if known == self._mixed_for:
             return
         began = time.perf_counter()
@@ -223,7 +216,7 @@ class Mix:
             if known_shares is None or known_shares.evaluations != mesh.evaluations:
                 known_shares = self._shares[mesh] = self._evaluate(mesh, lights)
                 began = time.perf_counter()
-            known_shares.mix(factors, colors_of(mesh))
+            known_shares.mix(factors, colors_of(mesh), display)
             mesh.show_colors()
         self._mixed_for, self.seconds = known, time.perf_counter() - began
 
@@ -236,7 +229,8 @@ class Mix:
     def _put_back(self) -> None:
         """Restore the colours without faders, except of meshes that have been lit again since."""
         for mesh, shares in self._shares.items():
-            if mesh in self._subplot.lit.meshes and mesh.evaluations == shares.evaluations:
+            is_current = mesh in self._subplot.lit.meshes and mesh.evaluations == shares.evaluations
+            if is_current and not mesh.write_colors():
                 colors_of(mesh)[:] = shares.plain
                 mesh.show_colors()
         self._shares, self._mixed_for = {}, None

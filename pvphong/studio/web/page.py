@@ -54,7 +54,7 @@ html { overflow: hidden !important }
   border: 1px solid rgba(128, 128, 128, .6) }
 .studio-panel { max-width: 92vw }
 .studio-jump { display: flex; overflow-x: auto; padding: 4px 8px; border-bottom: 1px solid rgba(128, 128, 128, .3) }
-.v-application .studio-jump .v-btn { padding: 0 4px }
+.v-application .studio-jump .v-btn { padding: 0 4px; min-width: 0; letter-spacing: 0 }
 .studio-light { border-color: rgba(128, 128, 128, .35) }
 .studio-selected { border-color: rgb(var(--v-theme-primary)); box-shadow: 0 0 0 1px rgb(var(--v-theme-primary)) }
 .studio-panels .v-expansion-panel-title, .studio-panels .v-expansion-panel--active > .v-expansion-panel-title {
@@ -93,7 +93,7 @@ window.addEventListener('keydown', ({ key, target: input }) => {
 _DRAWN = f"drawer ?? utils.get('innerWidth') > {_NARROW}"
 """JavaScript expression for whether the panels are open. At first, they are open if there is room next to the view."""
 
-_PANELS = ("lights", "mix", "material", "scene", "plan", "accuracy", "files")
+_PANELS = ("lights", "mix", "material", "picture", "scene", "plan", "accuracy", "files")
 _JUMP = (
     "open_panels = open_panels.includes({number}) ? open_panels : [...open_panels, {number}];"
     " utils.get('document').getElementById('panel-{name}').scrollIntoView({{ behavior: 'smooth' }})"
@@ -160,6 +160,7 @@ def build(server: Any, plotter: Any, kinds: Mapping[str, str]) -> Any:
                 _lights(kinds)
                 _mix()
                 _materials()
+                _picture()
                 with _panel("Scene"):
                     form("model")
                 _plan()
@@ -427,6 +428,25 @@ def _balls(kind: str) -> None:
             alt="",
             loading="lazy",
         )
+
+
+def _picture() -> None:
+    """Add inputs for exposure, tone curve and overlay. Downloaded meshes do not depend on them."""
+    with _panel("Picture", "exposure and tone curve"):
+        number_input("display.exposure", "exposure")
+        v.VSelect(
+            model_value=("display.tone.value",),
+            items=("display.tone.choices",),
+            label="tone curve",
+            classes="mt-3",
+            update_modelValue="trigger('edit', ['display.tone', $event])",
+            title=("display.tone.help",),
+            **found_by("tone", "Tone curve"),
+        )
+        for overlay, label in (("clipping", "mark clipped colours"), ("false color", "luminance in false colours")):
+            is_on = f"display.overlay.value == '{overlay}'"
+            edit = f"trigger('edit', ['display.overlay', $event ? '{overlay}' : 'none'])"
+            switch(overlay.replace(" ", "-"), is_on, label, edit)
 
 
 def _plan() -> None:

@@ -117,6 +117,13 @@ def test_what_is_moved_is_lit_where_the_view_has_it(plotter, tmp_path, monkeypat
         image = np.asarray(pv.read(tmp_path / downloads.write("png", tmp_path, plotter, (64, 48))).active_scalars)
         view = plotter.screenshot(return_img=True)[::-1].reshape(-1, 3)
         assert np.abs(image.astype(int) - view).mean() < 6.0
+        plotter.phong.display = ph.Display(-2.0)
+        image = np.asarray(pv.read(tmp_path / downloads.write("png", tmp_path, plotter, (64, 48))).active_scalars)
+        plotter.render()
+        exposed = plotter.screenshot(return_img=True)[::-1].reshape(-1, 3)
+        assert np.abs(exposed.astype(int) - view).mean() > 1.5
+        assert np.abs(image.astype(int) - exposed).mean() < 6.0
+        plotter.phong.display = ph.Display()
         plotter.remove_actor(actors)
     assert json.loads(downloads.read("rig", plotter, (0, 0))[1])["materials"].keys() == {"bowl", "floor"}
 

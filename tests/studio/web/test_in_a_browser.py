@@ -343,6 +343,27 @@ def test_a_slider_is_moved_as_one_step(page):
     assert not page.state("can_undo")
 
 
+def test_exposure_tone_curve_and_clipping_change_the_picture_and_no_colour_of_a_file(page):
+    before, middle, evaluations = page.picture(), page.middle(), page.state("evaluations")
+    page.type("exposure", "-2")
+    page.until(lambda: page.state("display")["exposure"]["value"] == -2)
+    page.until(lambda: page.picture().mean() < before.mean() - 3)
+    page.type("exposure", "0,5")
+    page.until(lambda: page.state("display")["exposure"]["value"] == 0.5)
+    bright = page.settled(lambda: page.picture().tolist())
+    assert page.state("evaluations") <= evaluations + 2 * len(page.state("materials"))
+    page.trigger("edit", "display.tone", "filmic")
+    page.until(lambda: np.abs(page.picture() - np.array(bright, float)).mean() > 1)
+    page.trigger("edit", "display.tone", "none")
+    page.input("clipping").click()
+    reds = (255, 0, 0)
+    page.until(lambda: (np.abs(page.picture() - reds).max(axis=2) < 40).mean() > 0.01)
+    for _ in range(5):
+        page.click("undo")
+    page.until(lambda: page.state("display")["exposure"]["value"] == 0)
+    page.until(lambda: np.abs(page.middle() - middle).max() < 3)
+
+
 def test_the_plan_follows_the_tolerance(page):
     rows = page.until(lambda: page.all("plan-row"))
     assert {row.text.split()[0] for row in rows} >= {"lights", "diffuse", "specular"}

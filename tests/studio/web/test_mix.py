@@ -171,3 +171,22 @@ def test_what_is_no_sum_of_shares_is_refused(document, plotter):
     with pytest.raises(ValueError, match="contributions add up"):
         document.start_mix(True)
     assert not document.mix.is_on
+
+
+def test_a_mix_is_shown_with_the_exposure(document, plotter):
+    document.start_mix(True)
+    document.edit("fader.1.gain", 0.5)
+    before = frame(document, plotter)
+    document.edit("display.exposure", -1.0)
+    darker = frame(document, plotter)
+    dim = before < 250
+    assert np.abs(darker - before / 2.0)[dim].max() <= 1.5
+    document.start_mix(False)
+    exposed = frame(document, plotter)
+    document.edit("display.exposure", -2.0)
+    assert (frame(document, plotter) < exposed).any()
+    document.undo()
+    np.testing.assert_array_equal(frame(document, plotter), exposed)
+    document.undo()  # the end of the mix
+    document.undo()  # the first exposure
+    np.testing.assert_array_equal(frame(document, plotter), before)
