@@ -159,7 +159,11 @@ def _framed(scene: Scene, points: Any, matrix: Any) -> Any:
 
 
 def _cut_alike(given: dict[str, Any]) -> dict[str, Any]:
-    """Split all arrays into the same chunks along vertices; NumPy arrays become Dask arrays."""
+    """Split all arrays into the same chunks along vertices; NumPy arrays become Dask arrays.
+
+    If the lengths of the first Dask array's chunks are unknown, no array is split: all must have as many chunks, of
+    unknown lengths too.
+    """
     from dask.array import from_array, unify_chunks
 
     lazy = {name: _checked(name, array) for name, array in given.items() if hasattr(array, "__dask_graph__")}

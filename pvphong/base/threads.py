@@ -113,13 +113,15 @@ def shared(work: Callable[[int, int], Any], stop: int, step: int, longest: int =
     work : callable
         Function that the other threads call with the first item of a range and the item after its last.
     stop, step : int
-        End of the last range, and the length of the ranges.
+        End of the last range; and the length of the ranges, or their least length if `longest` is greater. The last
+        range may be shorter.
     longest : int, optional
-        Greatest length of a range. A value above `step` is for work that may take less time than waking a thread.
-        Unless there is a range of this length for every thread, the calling thread first does a quarter of a step and
-        measures its time; other threads join only if the rest takes long enough. Each range is then an even share of
-        the remaining items, but not shorter than `step` or longer than `longest`. So there are few ranges, and the last
-        ranges are short, so that all threads end together (guided self-scheduling, Polychronopoulos and Kuck 1987).
+        Greatest length of a range. By default, or if it is not above `step`, all ranges have the length `step`. Pass a
+        larger value if the work may take less time than waking a thread. Each range is then an even share of the
+        remaining items, between `step` and `longest`: the ranges are few, and the last ones are short, so that all
+        threads end together (guided self-scheduling, Polychronopoulos and Kuck 1987). If there are too few items for
+        one range of this length per thread, the calling thread first does a quarter of a step and measures its time;
+        other threads join only if the remaining work takes long enough.
     """
     go_on()
     begun, lock, note, has_failed = 0, threading.Lock(), text.counting(stop), threading.Event()

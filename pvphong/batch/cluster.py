@@ -83,7 +83,11 @@ def connected(client: Any, workers: int | None, pieces: int) -> Iterator[Client 
 
 
 def _refuse_silent(address: str) -> None:
-    """Raise an error if no scheduler listens at the address. Dask would retry for seconds, and print each attempt."""
+    """Raise an error if no scheduler listens at the address, or a TCP address has no port.
+
+    Dask would retry for seconds, and print each attempt. Addresses with a protocol other than tcp and tls are not
+    checked.
+    """
     scheme, _, place = address.rpartition("://")
     host, _, port = place.rpartition(":")
     if scheme in ("", "tcp", "tls"):

@@ -253,7 +253,11 @@ class _Run:
         self._job = replace(self._job, materials=materials)
 
     def light(self, *, merges: bool) -> None:
-        """Light all pieces that have not failed, with normals across merged seams."""
+        """Light all pieces that have not failed.
+
+        With `merges`, computed normals are those of the whole surface where its pieces touch; otherwise each piece has
+        its own normals.
+        """
         depend = merges or self._job.scene.light_model.needs_rays
         surfaces: dict[Any, list[Piece]] = defaultdict(list)
         for piece in self._pieces:

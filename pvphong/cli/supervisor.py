@@ -108,7 +108,10 @@ def _work(end: int | None) -> int:
 
 
 def _set_outputs(verbose: bool) -> None:
-    """Unless `verbose`, hide warnings and what C libraries print. Make both outputs escape unprintable characters."""
+    """Unless `verbose`, hide what C libraries print on standard error, and warnings if Python has no `-W` option.
+
+    Make both standard outputs escape characters that their encoding lacks.
+    """
     if not verbose and not sys.warnoptions:
         import logging
 

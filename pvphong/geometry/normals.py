@@ -134,7 +134,7 @@ class Faces:
             check.refuse(
                 "connectivity",
                 f"index {self.connectivity[first]} in face {face}",
-                allowed if self.n_points else "empty without points",
+                allowed if self.n_points else "empty if there are no points",
                 "The faces may come from a file or code that counts points differently, for example from 1.",
             )
         self._rows = np.ascontiguousarray(rows)  # otherwise each block would copy them

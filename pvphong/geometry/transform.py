@@ -289,7 +289,7 @@ def _cofactors(matrix: MatrixLike) -> list[int]:
 
 
 def _product(rows: FloatArray, coefficients: Float64Array, w: float) -> Float64Array:
-    """Return (coefficients @ row) / w for each row; a fourth column of coefficients is added unchanged."""
+    """Return (coefficients @ row) / w for each row. A fourth column of coefficients is added before the division."""
     with np.errstate(all="ignore"):
         result = _sums(rows.astype(np.float64, copy=False), coefficients)
         if w != 1.0:
@@ -340,11 +340,13 @@ def _in_proportion(integers: Sequence[int]) -> Float64Array:
 def _wide_sums(
     rows: FloatArray, mantissas: Float64Array, exponents: NDArray[np.int32]
 ) -> tuple[Float64Array, NDArray[np.int32]]:
-    """Return coefficients times each row, with separate exponents, so that nothing overflows or underflows.
+    """Return the products of the coefficients and each row, with separate exponents.
 
-    Rows have the shape (n, 3). The coefficients, mantissas * 2**exponents, have the shape (k, 3); or (k, 4), with
-    a last column that is added unchanged. The two results have the shape (n, k): sums and exponents of the values
-    sums * 2**exponents.
+    So nothing overflows or underflows.
+
+    `rows` has the shape (n, 3). The coefficients are `mantissas * 2**exponents`, shape (k, 3), or (k, 4) if the last
+    column is a constant to add. With the results `total` and `top`, shape (n, k) each, the products are
+    `total * 2**top`.
 
     Products and sums are rounded as in plain float64 arithmetic, in the order of the columns.
     """

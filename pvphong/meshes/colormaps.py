@@ -133,6 +133,8 @@ def joined(spans: Iterable[Span]) -> Span:
 def over_all(material: Material, meshes: Sequence[pv.DataSet]) -> Material:
     """Return the material; its colormaps without a range get the range of their arrays over all meshes.
 
+    A colormap with `categories=True` also gets the number of distinct values in place of True.
+
     A colormap whose array is invalid is not changed here; lighting a mesh with it raises the error.
     """
     return spanned(material, {name: spans_in(each, meshes) for name, each in unspanned(material).items()})
@@ -157,7 +159,10 @@ def spans_in(colormap: Colormap, meshes: Sequence[pv.DataSet]) -> Span:
 
 
 def spanned(material: Material, spans: Mapping[str, Span]) -> Material:
-    """Return the material; its colormaps without a range get the range in `spans`, which maps fields to ranges."""
+    """Return the material; its colormaps without a range get the range in `spans`, which maps fields to ranges.
+
+    A colormap with `categories=True` also gets the number of distinct values in place of True.
+    """
     found = {}
     for name, span in spans.items():
         colormap = material.maps[name]

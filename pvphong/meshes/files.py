@@ -306,13 +306,15 @@ def _save_with_folder(blocks: pv.MultiBlock, path: Path, options: dict[str, Any]
     """Write a file that refers to files of blocks in a folder next to it.
 
     The blocks are written first, under new names, so that an old file and its blocks stay valid until the new file
-    replaces it. The names contain the random suffix of the temporary folder. VTK's writer of blocks crashes the process
-    on a full disk. So that writer gets blocks with a single point in place of each mesh, and the meshes themselves are
-    written separately.
+    replaces it. The names contain the random suffix of the temporary folder in which the files are made.
+
+    VTK's writer of blocks crashes the process on a full disk. Therefore it only writes blocks that have a single point
+    in place of each mesh; the meshes are written separately.
     """
     target = Path(os.path.realpath(path))
     if target.exists() and not target.is_file():
-        check.refuse("path", target, "a regular file or a new path, because its blocks need a folder next to it")
+        remedy = "The blocks are written to a folder next to the file."
+        check.refuse("path", target, "a regular file or a new path", remedy)
     try:
         with written_aside(path) as aside:
             mark = "-" + aside.parent.name.removeprefix(PREFIX)
@@ -333,7 +335,8 @@ def _save_with_folder(blocks: pv.MultiBlock, path: Path, options: dict[str, Any]
                     sync(file)
                     file.replace(folder / file.name)
             except OSError as error:
-                raise ValueError(f"output needs the folder {folder} for its blocks ({error}).") from error
+                failure = f"output could not be written: its blocks need the folder {folder} ({error})."
+                raise ValueError(failure) from error
     finally:
         _clear_old_blocks(target)
 

@@ -185,7 +185,10 @@ def prepare(mesh: pv.DataSet, scene: SceneLike | None, material: Material | str,
 
 
 def ready(mesh: pv.DataSet, scene: SceneLike | None, material: Material | str, setting: Setting) -> Ready:
-    """Return the inputs of a mesh's plan: its surface, its vertices, its material, and a scene with a viewer."""
+    """Return a mesh and the inputs of its plan: its surface, a scene with a viewer, its vertices, and its material.
+
+    Of a PolyData, a shallow copy is returned.
+    """
     # Another thread may replace arrays of the mesh meanwhile. The copy keeps the old ones, so old and new do not mix.
     now = shallow_copy(mesh) if isinstance(mesh, pv.PolyData) else mesh
     material = as_material(material)

@@ -358,8 +358,7 @@ def color_view(mesh: pv.DataSet, space: ColorSpace, *, name: str = "phong") -> p
     Raises
     ------
     ValueError
-        If the array or the space does not exist, the array does not hold such colours, or Matplotlib is not installed,
-        which "hsv" needs.
+        If the array or the space does not exist, or the array does not hold such colours.
 
     Examples
     --------

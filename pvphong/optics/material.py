@@ -394,10 +394,11 @@ def refuse_maps_in_vtk(material: Material) -> None:
     for name in ("ambient", "diffuse"):
         red, green, blue = rgb(getattr(material, name))
         if not red == green == blue:
-            check.refuse(name, getattr(material, name), "grey if albedo is a map, for a comparison with VTK")
+            check.refuse(name, getattr(material, name), "grey if albedo is a map and the result is compared with VTK")
     if any(rgb(material.emission)) or material.reflectance is not None:
         name = "reflectance" if material.reflectance is not None else "emission"
-        check.refuse(name, getattr(material, name), "unset if albedo is a map, for a comparison with VTK")
+        allowed = "left out if albedo is a map and the result is compared with VTK"
+        check.refuse(name, getattr(material, name), allowed)
 
 
 def nearest_in_vtk(material: Material) -> str:

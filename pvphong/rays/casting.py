@@ -131,7 +131,7 @@ class Triangles(NamedTuple):
 
 
 class Embreex:
-    """Embree through embreex's own calls (the extra `rays`): the same results, but slower."""
+    """Embree through embreex's own calls (the extra `rays`), with the same results as `Embree`, but slower."""
 
     title = "embreex's own calls (slower)"
 

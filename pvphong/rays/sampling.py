@@ -137,7 +137,10 @@ def look(
         return (around.least[vertices] != part[vertices]) | (around.most[vertices] != part[vertices])
 
     def go_on(vertices: IntArray, sent: FloatArray, seen: FloatArray) -> None:
-        """Double the number of rays repeatedly, for the vertices whose error is still too large."""
+        """Double the number of rays repeatedly, for the vertices whose error is still too large.
+
+        At `_MOST_ADAPTIVE` rays per vertex, the doubling ends in any case.
+        """
         done = first
         while len(vertices) and done < _MOST_ADAPTIVE:
             more_sent, more_seen, scale = cast_points(vertices, done, 2 * done)

@@ -507,12 +507,8 @@ def refuse_too_large(samples: int, count: int, memory: float) -> None:
     available, needed = available_memory(), min(_BYTES_PER_RAY * samples * count, memory)
     if available is not None and needed > available:
         allowed = f"at most {available:.3g}, the number of free bytes"
-        check.refuse(
-            "memory",
-            f"{memory:.3g}",
-            allowed,
-            "With a lower limit, hits are not stored, and rays are cast for each bounce.",
-        )
+        consequence = "hits are then not stored, and rays are cast again for each bounce, which takes longer"
+        check.refuse("memory", f"{memory:.3g}", allowed, f"Pass a lower limit: {consequence}.")
 
 
 def _mean_by_arrays(met: NDArray[np.int32], colors: FloatArray) -> FloatArray:

@@ -130,7 +130,10 @@ class GivenVisibility(VisibilityLike):
         self._sides = 1
 
     def channels(self, lights: Sequence[int], *, sky: bool, behind: bool = False) -> FloatArray:  # noqa: ARG002
-        """Return all rows."""
+        """Return the rows of all lights and of the sky, whichever are requested.
+
+        With `behind`, as many rows for the other sides follow.
+        """
         if self._sides == 2:
             return self._parts if behind else self._parts[: len(self._parts) // 2]
         return np.concatenate([self._parts] * 2) if behind else self._parts

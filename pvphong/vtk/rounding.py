@@ -50,14 +50,17 @@ _LEAST_DENOMINATOR = math.sqrt(1e-8 / math.pi)
 
 
 class Pose(NamedTuple):
-    """Vertices in the mesh's object coordinates, relative to its centre, and its model matrix."""
+    """Vertices in object coordinates, and the matrix from there to the world.
+
+    The points are relative to the mesh's centre. The matrix is the model matrix, with the shift of the centre added.
+    """
 
     points: Float64Array
     """Points, shape (n, 3)."""
     normals: Float64Array
     """Unit normals, shape (n, 3); turned to the viewer if the scene is two-sided."""
     matrix: Float64Array
-    """Model matrix, shape (4, 4), with last row (0, 0, 0, 1)."""
+    """Matrix to the world, shape (4, 4), with last row (0, 0, 0, 1)."""
 
     def in_world(self) -> tuple[Float64Array, Float64Array]:
         """Return points and unit normals in the world, both (n, 3)."""

@@ -48,7 +48,7 @@ def shining(scene: Scene) -> list[Light]:
 
 
 def reflected(reflectance: ColorLike, color: Vector, light: Light) -> Vector:
-    """Return `reflectance` times `color`, one of the light's colours, times the light's intensity, per channel."""
+    """Return, per channel, `reflectance` × `color` × the light's intensity; `color` is one of the light's colours."""
     red, green, blue = (k * c * light.intensity for k, c in zip(rgb(reflectance), color, strict=True))
     return red, green, blue
 
@@ -104,7 +104,8 @@ class InexpressibleError(ValueError):
 def refuse_inexpressible(scene: Scene, material: Material, matrix: Float64Array | None) -> None:
     """Raise `InexpressibleError` for a scene that VTK cannot draw; ValueError for an unsupported light or reflectance.
 
-    A feature is allowed if it has no effect, such as a light's specular colour if the material has no specular.
+    A feature of colours or highlights is allowed if it has no effect, such as a light's specular colour if the material
+    has no specular. Other features, such as a shininess above VTK's highest power, are refused even without an effect.
     """
     for index, light in enumerate(scene.lights):
         refuse_unless_in_vtk(light, f"lights[{index}]", "a light that VTK supports")

@@ -191,7 +191,7 @@ FACE, RISES = [0, 1, 2], r"^offsets must be indices that rise from 0 to the conn
             (np.eye(3), [*FACE, 2, index, 0], [0, 0, 3, 3, 3, 6], rf"got index {index} in face 4\. The file")
             for index in (3, -1, 2**40)
         ],  # past empty faces
-        (np.empty((0, 3)), FACE, [0, 3], "^connectivity must be empty without points; got index 0 in face 0"),
+        (np.empty((0, 3)), FACE, [0, 3], "^connectivity must be empty if there are no points; got index 0 in face 0"),
         (np.eye(2), FACE, [0, 3], r"^points must be an \(n, 3\) array of real numbers"),
     ],
 )

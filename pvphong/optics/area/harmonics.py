@@ -71,7 +71,7 @@ def _polynomials(z: Float64Array, start: Float64Array) -> Iterator[Float64Array]
 
 
 def projected(image: Float64Array, bands: int) -> Float64Array:
-    """Project an image with constant texels, shape (h, w, 3), onto the harmonics of the first bands.
+    """Project an image with constant texels, shape (h, w, 3), onto the harmonics of the first `bands` bands.
 
     The coefficients have the shape (3, bands, bands, 2), with the indices [channel, l, m, cosine or sine]. They are
     exact up to rounding: integration is analytic along rows, and by Gauss-Legendre quadrature across them.
@@ -217,6 +217,6 @@ def moments(power: float, bands: int) -> Float64Array:
 
 
 def moments_left(power: float, bands: int) -> float:
-    """Return √(Σ (2l + 1) M²) over all l >= `bands`, by Parseval's theorem; rounded up."""
+    """Return √(Σ (2l + 1) M²) over all l >= `bands` for the lobe of `moments`, by Parseval's theorem; rounded up."""
     kept = moments(power, bands)
     return math.sqrt(max(2.0 / (2.0 * power + 1.0) - float((2.0 * np.arange(bands) + 1.0) @ kept**2), 0.0) + 1e-15)

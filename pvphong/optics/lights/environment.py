@@ -213,7 +213,10 @@ def _middle(up: VectorLike) -> Vector:
 
 @dataclass(frozen=True)
 class SkyChannel(Light):
-    """One colour channel of an environment, with a limited number of bands. Evaluators compute such channels.
+    """One colour channel of an environment, in its first bands of spherical harmonics.
+
+    For lobes with a closed form, evaluators light with such channels, each times its colour, in place of the
+    environment; see `EnvironmentLight.tints`.
 
     Parameters
     ----------
@@ -222,7 +225,7 @@ class SkyChannel(Light):
     channel : int
         Index of red, green or blue.
     most : int
-        Number of bands.
+        Number of bands that are used.
     """
 
     source: Any

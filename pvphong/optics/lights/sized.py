@@ -70,7 +70,7 @@ class Flat:
     def nodes(self, count: int) -> tuple[SpotLight, ...]:
         """Return at most `count` spot lights, evenly spread, with cones of 90° and the exponent 1.
 
-        A two-sided light has spot lights on both sides.
+        A two-sided light has spot lights on both sides, at least one on each.
         """
         sides = 2 if self.two_sided else 1
         places = self.spots(max(count // sides, 1))

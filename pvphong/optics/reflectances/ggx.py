@@ -1,4 +1,4 @@
-"""Rough glass, lacquer and metal: microfacets with Trowbridge and Reitz' distribution, known as GGX.
+"""Rough glass, lacquer and metal: microfacets with the Trowbridge-Reitz distribution, known as GGX.
 
 `microfacets.py` has the formula of the highlight.
 """

@@ -272,7 +272,7 @@ class _Edge:
 
     @staticmethod
     def _distances(weights: Float64Array, p: Float64Array, x: Float64Array, y: Float64Array) -> Float64Array:
-        """Return the distances of places in triangles from lines, shape (k, s).
+        """Return the distance of each of s places in k triangles from the triangle's line, shape (k, s).
 
         `weights` holds the places, shape (k, s, 3) or (s, 3), and `p` the triangles' corners, shape (k, 3, 3). The line
         in each triangle goes through `x` and `y`, shape (k, 3) each.

@@ -128,9 +128,9 @@ class Lighting:
         self._among = 0
 
     def _has_cone(self, light: int) -> bool:
-        """Return True if a light's cone can be treated as visibility.
+        """Return True if the light is 0 outside a cone of less than 90°, so that the edge can be cut like a shadow's.
 
-        It cannot in VTK's convention, nor if the light has an ambient colour, which visibility does not affect.
+        It cannot be in VTK's convention, nor if the light has an ambient colour, which visibility does not affect.
         """
         given = self._lights[light]
         angles = given.values(Angle) if given.values(Aim) else []

@@ -1,7 +1,7 @@
 """Compilation in advance: the code for an equation, and the code for all of pvphong's own lights and reflectances.
 
-`python -m pvphong.shading.kernel.ahead`, which `code` starts, compiles both in one process at low priority, the
-equation's code first. `compile_all` uses all processors, for callers that wait.
+`python -m pvphong.shading.kernel.ahead`, started by the module `code.py`, compiles both in one process at low priority,
+the equation's code first. `compile_all` uses all processors, for callers that wait.
 """
 
 from __future__ import annotations

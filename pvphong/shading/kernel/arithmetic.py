@@ -277,7 +277,7 @@ def is_nowhere(_typing: Any, pointer: Any) -> Any:
 
 @intrinsic
 def call_stage(_typing: Any, address: Any, numbers: Any, rows: Any, points: Any) -> Any:  # noqa: ARG001 Numba's names
-    """Call the stage at an address and return its integer."""
+    """Call the stage at an address and return its integer result."""
 
     def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         target, *pointers = arguments

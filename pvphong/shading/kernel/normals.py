@@ -88,7 +88,7 @@ def survey(connectivity: Any, offsets: Any, first: int, last: int, corners: int,
 
 @inlined
 def _corner(rows: Any, start: int, k: int) -> tuple[float, float, float]:
-    """Return a vector from three rows of corners."""
+    """Return entry `k` of each of three consecutive rows, x, y and z, of which the first begins at `start`."""
     return rows[start + k], rows[start + CORNERS + k], rows[start + 2 * CORNERS + k]
 
 

@@ -399,7 +399,11 @@ def _unit(w: Any) -> Any:
 def integral_numbers(
     gain: float, integrals: Sequence[Integral | None], forms: Sequence[CosinePower | None], real: str
 ) -> tuple[float, ...]:
-    """Return the numbers that `integral_stage` reads: place, gain, radius, and each integral's and lobe's numbers."""
+    """Return the numbers that `integral_stage` reads.
+
+    They are: the place, the gain and the radius; the offsets of the second integral's numbers and of both lobes'
+    numbers; then the numbers of each integral and its lobe, first around the normal, then around the mirrored viewer.
+    """
     place, radius = (0.0, 0.0, 0.0), 0.0
     parts: dict[str, tuple[tuple[float, ...], tuple[float, ...]]] = {"normal": ((), ()), "mirror": ((), ())}
     for each, form in zip(integrals, forms, strict=True):

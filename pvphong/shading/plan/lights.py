@@ -55,8 +55,9 @@ class Approximation(NamedTuple):
     """Cheaper lights that may replace a light, and bounds on the error."""
 
     make: Callable[[], tuple[Light, ...]] | None
-    """Function that returns the cheaper lights. Only their position and falloff are used; colours and intensity are
-    the original's. None if the original does not reach the mesh."""
+    """Function that returns the cheaper lights; None if the original does not reach the mesh. Of a light that replaces
+    the original, only position and falloff are used; colours and intensity are the original's. If several lights
+    replace an area light's nodes, their diffuse colours and intensities multiply the original's."""
 
     why: str = ""
     """Reason; `{bound}` in it is replaced by the colour error."""

@@ -319,6 +319,9 @@ def _with_bounced(direct: Shading, bounced: FloatArray, equation: Equation) -> S
 
 
 def is_worth_loading(count: int, equation: Equation) -> bool:
-    """Return True if the work is enough for `backend="auto"` to use the compiled evaluator, if its code exists."""
+    """Return True if lighting `count` vertices is enough work for the compiled evaluator.
+
+    `backend="auto"` then uses that evaluator, provided that its code has been compiled already.
+    """
     lights = len(equation.terms) + (_AS_LIGHT_THAT_BOUNCES if equation.bounces else 0)
     return count * lights >= _WORTH_LOADING

@@ -113,7 +113,7 @@ class PlanState:
 
     @cached_property
     def error_bound(self) -> float:
-        """Sum of the bounds so far."""
+        """Bound on the error of a colour: the sum over the simplifications so far."""
         return math.fsum(map(self._of_colors, self.simplifications)) * ROUNDED_UP
 
     def _of_colors(self, note: Simplification) -> float:

@@ -52,7 +52,7 @@ def save_figure(report: Result, path: str | os.PathLike[str], physics: Physics |
     Raises
     ------
     ValueError
-        If Matplotlib is missing, the suffix is not supported, or the file cannot be written.
+        If the suffix is not supported, or the file cannot be written.
     """
     facts, has_physics = report.facts, physics is not None
     with figure_in(path, _HEIGHT + PANEL_HEIGHT * has_physics) as figure:

@@ -166,7 +166,7 @@ class Physics:
         Raises
         ------
         ValueError
-            If Matplotlib is missing, or the file cannot be written.
+            If the suffix is not supported, or the file cannot be written.
         """
         with figure_in(path, PANEL_HEIGHT) as figure:
             draw_physics(figure, self)

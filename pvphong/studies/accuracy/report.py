@@ -288,7 +288,7 @@ class Tradeoff(Result):
         Raises
         ------
         ValueError
-            If Matplotlib is missing, or the file cannot be written.
+            If the suffix is not supported, or the file cannot be written.
         """
         save_figure(self, path, self.physics)
 

@@ -120,7 +120,7 @@ class Subject:
         rows : ndarray, optional
             Shape (m,): indices of the vertices; by default all of them.
         channels : ndarray, optional
-            Shape (k, m): visibility at these vertices, from `Visibility.channels`.
+            Shape (k, m): visibility at these vertices, from `Visibility.channels`; used only with `rows`.
         """
         part: Any = slice(None) if rows is None else rows
         points, normals = self.points[part], self.normals[part]

@@ -357,7 +357,10 @@ class Diagnosis:
         return mesh
 
     def _flags(self, count: int, *places: str) -> dict[str, NDArray[np.int32]]:
-        """Return the arrays of `to_mesh` for all points or all faces."""
+        """Return the arrays of `to_mesh` for all points or all faces.
+
+        `count` is their number; `places` are the values of `Finding.where` that are marked on them.
+        """
         severity, flags = np.zeros((2, count), dtype=np.int32)
         for finding in reversed(self.findings):  # findings that spoil the lighting come last and override notes
             if finding.where in places:

@@ -269,7 +269,7 @@ class Comparison:
     left_out : dict of str to ndarray
         Reason → indices of the points that were not compared for this reason. A point may have several reasons.
     pvphong, vtk : ndarray
-        Unclamped colours, shape (n_points, 3); NaN where VTK has none.
+        Unclamped colours, shape (n_points, 3). `vtk` is NaN where VTK has none.
 
     Examples
     --------

@@ -242,7 +242,11 @@ def shine(material: Material, step: int) -> Material:
 
 
 def strengthen(material: Material, step: int) -> Material:
-    """Increase the specular reflectance by `step` tenths, up to 1 in each channel."""
+    """Return the material with the largest channel of its specular reflectance changed by `step` tenths.
+
+    The other channels keep their proportions. The result is at least 0 and at most 1, or at most the old value if that
+    exceeds 1. A material whose specular reflectance is a map is returned unchanged.
+    """
     if "specular" in material.maps:
         return material
     colors = rgb(material.specular)

@@ -110,7 +110,10 @@ class Drawing:
             self._add_lines(np.array([[end, end + wing]]), strength)
 
     def label(self, point: Float64Array, text: str, right: float = 4.0) -> None:
-        """Add a short text, `right` pixels to the right of a world point, if the point and the text are visible."""
+        """Add a short text, `right` pixels to the right of a world point and 4 above it.
+
+        It is left out if the point is not visible, or the text would cross the upper edge of the picture.
+        """
         if self.view.edge_towards(point, 0.0) is not None:
             return
         place = self.view.project(point) + np.array([right, 4.0])

@@ -238,7 +238,7 @@ class LightInScene:
 
 
 class Handle:
-    """A field of a light in a window. Drags and typed values return a new light in world coordinates.
+    """Handle of one field of a light in a window. `dragged` and `typed` return the changed light, in world coordinates.
 
     This base class represents a number without a position, which can only be typed.
 
@@ -525,7 +525,10 @@ class FalloffHandle(Handle):
         return None if self.light.values(Aim) else distance_of(0.5, self.value)
 
     def point(self, view: View) -> Float64Array | None:
-        """Return the point to the right of the light where half of the light remains."""
+        """Return the point to the right of the light where half of the light remains.
+
+        The result is None if the light has an aim, or its falloff is constant.
+        """
         return None if self._half is None else self.shown.origin + self._half * view.viewer.axes[0]
 
     def dragged(self, start: DragStart, cursor: Cursor) -> Light:
@@ -540,7 +543,7 @@ class FalloffHandle(Handle):
 
     def typed(self, numbers: dict[str, float]) -> Light:
         """Return the light whose falloff leaves half of the light at this distance. The linear and quadratic
-        coefficients are scaled.
+        coefficients are scaled. A light without such a distance is returned unchanged.
         """
         distance = check.number("half left at", numbers["half left at"], above=0.0)
         if self._half is None:

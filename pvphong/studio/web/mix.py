@@ -203,7 +203,7 @@ class Mix:
             self._put_back()
             return
         if bounces := self._subplot.scene.light_model.bounces:
-            check.refuse("bounces", bounces, "0 in a mix", "Bounced light cannot be assigned to single lights.")
+            check.refuse("bounces", bounces, "0 in a mix", "Bounced light cannot be assigned to individual lights.")
         lights = self._subplot.lights.renderer_lights
         factors = {each: self._heard(each).factors for each in lights}
         display = self._subplot.lit.display

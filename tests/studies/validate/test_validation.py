@@ -417,8 +417,8 @@ def test_an_albedo_of_bytes_is_what_vtk_draws_as_vertex_colours(model):
     white = ball.phong.validate(scene, replace(material, albedo=1.0))
     assert np.abs(found.vtk - white.vtk).max() > 0.3
     for wrong, message in {
-        "diffuse": "^diffuse must be grey if albedo is a map",
-        "emission": "^emission must be unset if albedo is a map",
+        "diffuse": "^diffuse must be grey if albedo is a map and the result is compared with VTK",
+        "emission": "^emission must be left out if albedo is a map and the result is compared with VTK",
     }.items():
         with pytest.raises(ValueError, match=message):
             ball.phong.validate(scene, replace(material, **{wrong: (0.1, 0.2, 0.3)}))
