@@ -188,7 +188,7 @@ FACE, RISES = [0, 1, 2], r"^offsets must be indices that rise from 0 to the conn
             r"^connectivity must be a one-dimensional .* got an array of int64 with shape \(1, 3\)",
         ),
         *[
-            (np.eye(3), [*FACE, 2, index, 0], [0, 0, 3, 3, 3, 6], rf"got index {index} in face 4\. The file")
+            (np.eye(3), [*FACE, 2, index, 0], [0, 0, 3, 3, 3, 6], rf"got index {index} in face 4\. The faces may")
             for index in (3, -1, 2**40)
         ],  # past empty faces
         (np.empty((0, 3)), FACE, [0, 3], "^connectivity must be empty if there are no points; got index 0 in face 0"),
