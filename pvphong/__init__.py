@@ -56,6 +56,7 @@ if TYPE_CHECKING:  # the alias tells a type checker that a name is public
     from pvphong.rays.visibility import Visibility as Visibility
     from pvphong.report import Report as Report
     from pvphong.scene.light_model import LightModel as LightModel
+    from pvphong.scene.presets import setups as setups
     from pvphong.scene.presets import three_point as three_point
     from pvphong.scene.scene import Scene as Scene
     from pvphong.scene.scene import load_materials as load_materials
@@ -103,7 +104,7 @@ _PLACES = {
     "rays.visibility": "Visibility",
     "report": "Report",
     "scene.light_model": "LightModel",
-    "scene.presets": "three_point",
+    "scene.presets": "setups three_point",
     "scene.scene": "Scene load_materials",
     "scene.viewer": "Viewer",
     "shading.plan.plan": "Plan",

@@ -454,7 +454,15 @@ class PlotterPhong(Handle):
 
     @property
     def exposure(self) -> float:
-        """Exposure of the picture in stops, that of `display`. It can be set: 1 shows colours twice as bright."""
+        """Exposure of the picture in stops, that of `display`. It can be set: 1 shows colours twice as bright.
+
+        Examples
+        --------
+        >>> import pyvista as pv, pvphong as ph
+        >>> plotter = pv.Plotter(off_screen=True)
+        >>> plotter.phong.exposure = 1
+        >>> plotter.close()
+        """
         return self._display.exposure
 
     @exposure.setter

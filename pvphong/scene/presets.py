@@ -1,18 +1,84 @@
-"""Ready-made lights: three-point lighting around a mesh, and the lights of the default scene."""
+"""Ready-made lights: photographers' set-ups around a mesh, and the lights of the default scene."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Iterator, Mapping
 from typing import Any
 
 import numpy as np
 
 from pvphong.base import check
-from pvphong.optics.lights import DirectionalLight, Light, PointLight
+from pvphong.base.types import Float64Array
+from pvphong.base.vectors import unit_vector
+from pvphong.optics.lights import DirectionalLight, EnvironmentLight, Light, PointLight, RectangleLight
 from pvphong.scene.viewer import Viewer
 
 _AWAY = 1.0
-"""Distance of the lights of `three_point` from the centre, in diagonals of the mesh's bounds."""
+"""Distance of the lights from the centre, in diagonals of the mesh's bounds."""
+_NEARLY_ALONG_UP = 0.2  # sine of the angle between the view axis and `up`
+
+
+class _Surroundings:
+    """Places around a mesh, as the viewer sees it.
+
+    Parameters
+    ----------
+    mesh, viewer
+        As for `three_point`.
+    """
+
+    def __init__(self, mesh: Any, viewer: Viewer | None) -> None:
+        bounds = np.array(check.numbers_in("bounds", getattr(mesh, "bounds", mesh), 6))
+        self.viewer = viewer or Viewer.framing(bounds.tolist())
+        if not isinstance(self.viewer, Viewer):
+            check.refuse("viewer", viewer, "a Viewer", "Convert a camera with Viewer.from_camera.")
+        self.center = 0.5 * (bounds[::2] + bounds[1::2])
+        self.size = float(np.linalg.norm(bounds[1::2] - bounds[::2]))
+        """Length of the diagonal of the bounds."""
+        if not (bounds[::2] <= bounds[1::2]).all() or not self.size > 0.0:
+            check.refuse("bounds", bounds.tolist(), "the bounds of a mesh with at least two different points")
+
+    def towards(self, azimuth: float, elevation: float) -> Float64Array:
+        """Return a unit vector from the centre: degrees to the right of the viewer, and above the view axis."""
+        across, above = math.radians(azimuth), math.radians(elevation)
+        in_eye_space = math.sin(across) * math.cos(above), math.sin(above), math.cos(across) * math.cos(above)
+        return np.array(self.viewer.vector_to_world(in_eye_space))
+
+    def above_horizon(self, azimuth: float, elevation: float) -> Float64Array:
+        """Return a unit vector from the centre: degrees to the right of the viewer, and above the horizon.
+
+        The horizon is perpendicular to the viewer's `up`. A viewer who looks nearly along `up` has the horizon of
+        `towards`.
+        """
+        up = np.array(unit_vector(self.viewer.up))
+        _, own_up, back = self.viewer.axes
+        level = back - (back @ up) * up
+        if np.linalg.norm(level) < _NEARLY_ALONG_UP:
+            up, level = own_up, back
+        ahead = np.array(unit_vector(level.tolist()))
+        across, above = math.radians(azimuth), math.radians(elevation)
+        sideways = math.sin(across) * np.cross(up, ahead) + math.cos(across) * ahead
+        return np.asarray(math.cos(above) * sideways + math.sin(above) * up)
+
+    def softbox(
+        self, name: str, azimuth: float, elevation: float, brightness: float, width: float, height: float
+    ) -> Light:
+        """Return a rectangle light that faces the centre.
+
+        `brightness` is the colour of a white patch at the centre that faces the light, if it were small; `width` and
+        `height` are in diagonals of the bounds.
+        """
+        away = _AWAY * self.size * self.above_horizon(azimuth, elevation)
+        return RectangleLight(
+            position=self.center + away,
+            direction=-away,
+            up=self.viewer.up,
+            width=width * self.size,
+            height=height * self.size,
+            intensity=brightness * (_AWAY * self.size) ** 2,
+            name=name,
+        )
 
 
 def three_point(mesh: Any, viewer: Viewer | None = None, *, ratio: float = 4.0) -> tuple[Light, ...]:
@@ -46,23 +112,96 @@ def three_point(mesh: Any, viewer: Viewer | None = None, *, ratio: float = 4.0) 
     >>> [light.name for light in ph.three_point(pv.Sphere())]
     ['key', 'fill', 'rim']
     """
-    bounds = np.array(check.numbers_in("bounds", getattr(mesh, "bounds", mesh), 6))
-    ratio = check.number("ratio", ratio, at_least=1.0)
-    viewer = viewer or Viewer.framing(bounds.tolist())
-    if not isinstance(viewer, Viewer):
-        check.refuse("viewer", viewer, "a Viewer", "Convert a camera with Viewer.from_camera.")
-    center = 0.5 * (bounds[::2] + bounds[1::2])
-    size = float(np.linalg.norm(bounds[1::2] - bounds[::2]))
-    if not (bounds[::2] <= bounds[1::2]).all() or not size > 0.0:
-        check.refuse("bounds", bounds.tolist(), "the bounds of a mesh with at least two different points")
+    around, ratio = _Surroundings(mesh, viewer), check.number("ratio", ratio, at_least=1.0)
 
     def light(name: str, azimuth: float, elevation: float, intensity: float) -> Light:
-        across, above = math.radians(azimuth), math.radians(elevation)  # to the right of the view axis, and above it
-        in_eye_space = math.sin(across) * math.cos(above), math.sin(above), math.cos(across) * math.cos(above)
-        direction = np.array(viewer.vector_to_world(in_eye_space))
-        return PointLight(position=center + _AWAY * size * direction, intensity=intensity, name=name)
+        away = _AWAY * around.size * around.towards(azimuth, elevation)
+        return PointLight(position=around.center + away, intensity=intensity, name=name)
 
     return light("key", -45.0, 30.0, 0.9), light("fill", 50.0, 5.0, 0.9 / ratio), light("rim", 160.0, 50.0, 0.6)
+
+
+def _product(mesh: Any, viewer: Viewer | None = None) -> tuple[Light, ...]:
+    around = _Surroundings(mesh, viewer)
+    return (
+        around.softbox("key", -45.0, 50.0, 0.7, 0.8, 0.6),
+        around.softbox("fill", 60.0, 25.0, 0.2, 1.0, 0.7),
+        around.softbox("rim", 165.0, 50.0, 0.45, 0.9, 0.2),
+    )
+
+
+def _two_softboxes(mesh: Any, viewer: Viewer | None = None) -> tuple[Light, ...]:
+    around = _Surroundings(mesh, viewer)
+    return around.softbox("left", -50.0, 35.0, 0.55, 0.6, 0.9), around.softbox("right", 50.0, 35.0, 0.55, 0.6, 0.9)
+
+
+def _rim(mesh: Any, viewer: Viewer | None = None) -> tuple[Light, ...]:
+    around = _Surroundings(mesh, viewer)
+    return (
+        around.softbox("left rim", -125.0, 35.0, 0.65, 0.2, 0.9),
+        around.softbox("right rim", 125.0, 35.0, 0.65, 0.2, 0.9),
+        around.softbox("fill", 0.0, 40.0, 0.08, 1.0, 0.6),
+    )
+
+
+def _sky(mesh: Any, viewer: Viewer | None = None) -> tuple[Light, ...]:
+    around = _Surroundings(mesh, viewer)
+    sun = DirectionalLight(
+        direction=-around.above_horizon(-50.0, 40.0), diffuse=(1.0, 0.92, 0.8), intensity=0.6, name="sun"
+    )
+    return sun, EnvironmentLight(image=_SKY, up=around.viewer.up, intensity=0.5, name="sky")
+
+
+_ZENITH, _HORIZON, _GROUND = (0.45, 0.62, 0.95), (0.95, 0.97, 1.0), (0.3, 0.27, 0.23)
+_SKY = np.array([[np.add(np.multiply(t, _ZENITH), np.multiply(1.0 - t, _HORIZON))] * 2 for t in np.linspace(1, 0, 8)])
+_SKY = np.concatenate([_SKY, np.broadcast_to(_GROUND, (8, 2, 3))]).astype(np.float32)
+"""A clear sky over brown ground, from the zenith down."""
+
+
+class Setups(Mapping[str, Callable[..., tuple[Light, ...]]]):
+    """Set-ups of lights: name → function of a mesh, or its bounds, and of a viewer, which returns the lights.
+
+    - "three-point": key, fill and rim light without a size; see `three_point`.
+    - "product": a large softbox above, a weak one opposite, and a narrow one behind the mesh.
+    - "two softboxes": equal softboxes on both sides, for surfaces without harsh shadows.
+    - "rim": narrow softboxes behind the mesh, for outlines and glass.
+    - "sky": a low sun, and a blue sky over brown ground.
+
+    The viewer defaults to PyVista's default view of the mesh. The lights do not move with the viewer.
+
+    Examples
+    --------
+    >>> import pyvista as pv, pvphong as ph
+    >>> mesh = pv.Sphere()
+    >>> [light.name for light in ph.setups["product"](mesh)]
+    ['key', 'fill', 'rim']
+    """
+
+    def __getitem__(self, name: str) -> Callable[..., tuple[Light, ...]]:
+        return _SETUPS[check.choice("name", name, _SETUPS)]
+
+    def __contains__(self, name: object) -> bool:
+        return name in _SETUPS
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(_SETUPS)
+
+    def __len__(self) -> int:
+        return len(_SETUPS)
+
+    def __repr__(self) -> str:
+        return f"<set-ups of lights: {', '.join(self)}>"
+
+
+_SETUPS: Mapping[str, Callable[..., tuple[Light, ...]]] = {
+    "three-point": three_point,
+    "product": _product,
+    "two softboxes": _two_softboxes,
+    "rim": _rim,
+    "sky": _sky,
+}
+
+setups = Setups()
 
 
 def key_fill_rim() -> tuple[Light, ...]:

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 import pyvista as pv
 
+import pvphong as ph
 from pvphong import Viewer, three_point
 from pvphong.vtk.lights import from_vtk, light_kit
 
@@ -53,3 +54,50 @@ def test_three_point_stands_as_a_photographer_puts_it():
 def test_what_cannot_be_lit(arguments, message):
     with pytest.raises(ValueError, match=f"^{message}"):
         three_point(**{"mesh": pv.Sphere(), "viewer": VIEWER} | arguments)
+
+
+BALL = pv.Sphere(radius=2.0, center=(7, -3, 5), theta_resolution=60, phi_resolution=60)
+WHITE = ph.Material(ambient=0.0, diffuse=1.0)
+
+
+@pytest.mark.parametrize("name", ph.setups)
+@pytest.mark.parametrize("viewer", [None, VIEWER, Viewer((7, -3, 60), (7, -3, 5), (0, 1e-9, 1))])
+def test_set_ups_light_a_white_ball_well_and_clip_nothing(name, viewer):
+    lights = ph.setups[name](BALL, viewer)
+    assert len({light.name for light in lights}) == len(lights) > 1
+    seen = viewer or Viewer.framing(BALL.bounds)
+    lit = BALL.phong.shade(ph.Scene(lights, seen, ph.LightModel(ambient=0.0, clamp=False)), WHITE)["phong"]
+    assert 0.3 < lit.max() <= 1.1
+    assert lit.mean() > 0.05
+
+
+@pytest.mark.parametrize("name", ph.setups)
+def test_a_set_up_moves_and_grows_with_its_mesh(name):
+    """Colours do not depend on the mesh's unit and place."""
+    near, far = BALL.translate(-np.array(BALL.center)), BALL.scale(100.0)
+    colors = [
+        mesh.phong.shade(ph.Scene(ph.setups[name](mesh), Viewer.framing(mesh.bounds)), WHITE)["phong"]
+        for mesh in (near, far)
+    ]
+    np.testing.assert_allclose(*colors, atol=1e-4)
+
+
+def test_softboxes_are_above_the_horizon_of_a_viewer_who_looks_down():
+    for name in ("product", "two softboxes", "rim"):
+        for light in ph.setups[name](pv.Sphere(), Viewer((5, 5, 8), up=(0, 0, 1))):
+            assert light.position[2] > 0.3, (name, light.name)
+            assert np.dot(light.direction, light.position) < 0.0  # towards the centre
+
+
+@pytest.mark.parametrize("name", ph.setups)
+@pytest.mark.parametrize("mesh", [pv.PolyData(), (0, 0, 1, 1, 2, 2), "sphere"])
+def test_set_ups_refuse_what_has_no_size(name, mesh):
+    with pytest.raises(ValueError, match=r"^bounds must be"):
+        ph.setups[name](mesh)
+
+
+def test_an_unknown_set_up_is_refused_and_all_are_named():
+    assert list(ph.setups) == ["three-point", "product", "two softboxes", "rim", "sky"]
+    assert "portrait" not in ph.setups
+    with pytest.raises(ValueError, match=r"^name must be one of .*; got portrait"):
+        ph.setups["portrait"]

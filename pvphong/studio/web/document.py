@@ -33,6 +33,7 @@ from pvphong.optics.material import Material, as_material
 from pvphong.optics.reflectances import REFLECTANCES
 from pvphong.optics.roles import Aim, Corners, Length, Place, Up
 from pvphong.scene.light_model import LightModel
+from pvphong.scene.presets import setups
 from pvphong.scene.scene import Scene
 from pvphong.scene.viewer import Viewer
 from pvphong.studio.gizmos import Gizmo, Gizmos, History, commands
@@ -344,6 +345,17 @@ class Document:
         name = free_name(kind, {known.name for known in self._subplot.lights.values})
         with self._step():
             self.gizmos.add(replace(light, name=name))
+
+    def set_up(self, name: str) -> None:
+        """Replace all lights by a set-up from `setups`, around the visible meshes, as one undo step."""
+        make = setups[name]
+        bounds = [mesh.actor.GetBounds() for mesh in self._subplot.lit.shown if mesh.actor is not None]
+        if not bounds:
+            check.refuse("mesh", "none", "open", "Open a mesh first.")
+        low, high = np.min(bounds, axis=0)[::2], np.max(bounds, axis=0)[1::2]
+        with self._step():
+            around = np.stack([low, high], axis=1).ravel().tolist()
+            self._subplot.lights.replace(make(around, self._subplot.lights.viewer))
 
     def act(self, what: str, number: Any) -> str:
         """Duplicate, delete or solo a light, move it to the camera, or reset it; return a message."""

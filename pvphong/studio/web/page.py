@@ -14,6 +14,7 @@ from trame.widgets import client, html
 from trame.widgets import vuetify3 as v
 from trame_pyvista.widgets import PyVistaRCAView
 
+from pvphong.scene.presets import setups
 from pvphong.studio.web.inputs import (
     DEFAULTS,
     SIX_DIGITS,
@@ -205,6 +206,23 @@ def _lights(kinds: Mapping[str, str]) -> None:
             for kind, what in kinds.items():
                 add = f"trigger('add', ['{kind}']).then(() => {_SHOW_SELECTED})"
                 v.VBtn(f"+ {kind}", click=add, title=what, **found_by(f"add-{kind}", f"Add a light: {kind}"))
+        with v.VMenu():
+            with v.Template(v_slot_activator="{ props }"):
+                v.VBtn(
+                    "set-ups",
+                    v_bind="props",
+                    prepend_icon="mdi-lightbulb-group-outline",
+                    classes="mt-2",
+                    disabled=("!has_mesh",),
+                    title="Replace all lights by a set-up",
+                    **found_by("setups", "Set-ups of lights"),
+                )
+            with v.VList(density="compact"):
+                for name in setups:
+                    test = found_by(f"setup-{name.replace(' ', '-')}", f"Set-up: {name}")
+                    item = v.VListItem(name, click=f"trigger('set_up', ['{name}'])", **test)
+                    with item, v.Template(v_slot_prepend=True):
+                        html.Img(src=f"thumbnail/setup/{name}", width=40, height=40, classes="mr-3", alt="")
         with v.VCard(
             v_for="light in lights",
             key=("light.number",),

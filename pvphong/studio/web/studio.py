@@ -63,7 +63,7 @@ SKIES = (".hdr", ".png", ".jpg", ".jpeg")
 _MARKS = "pvphong worst vertices"
 
 _EDITS = (
-    *("edit", "slide", "settle", "add", "act", "select", "choose_material", "choose_reflectance"),
+    *("edit", "slide", "settle", "add", "set_up", "act", "select", "choose_material", "choose_reflectance"),
     "set_colormap",
     *("start_mix", "solo_fader", "keep_mix", "cancel_bounces", "cancel_refining"),
 )

@@ -1,4 +1,7 @@
-"""Thumbnails: a sphere for each named material and each reflectance, lit by pvphong with several vertices per pixel."""
+"""Thumbnails: a sphere for each named material, reflectance and set-up of lights.
+
+pvphong lights several vertices per pixel.
+"""
 
 from __future__ import annotations
 
@@ -11,7 +14,7 @@ import numpy as np
 from pvphong.base import check
 from pvphong.optics.material import Material
 from pvphong.scene.light_model import LightModel
-from pvphong.scene.presets import key_fill_rim
+from pvphong.scene.presets import key_fill_rim, setups
 from pvphong.scene.scene import Scene
 from pvphong.scene.viewer import Viewer
 from pvphong.shading.evaluation import evaluate
@@ -30,20 +33,27 @@ def thumbnail(kind: str, name: str) -> bytes:
 
     Parameters
     ----------
-    kind : {"material", "reflectance"}
+    kind : {"material", "reflectance", "setup"}
         The kind of thumbnail.
     name : str
-        Name of a material, or name of a reflectance in scene files.
+        Name of a material, of a reflectance in scene files, or of a set-up of lights.
 
     Raises
     ------
     ValueError
-        If there is no such material or reflectance.
+        If there is no such material, reflectance or set-up.
     """
     from PIL import Image
 
-    check.choice("kind", kind, ("material", "reflectance"))
-    material = Material.named(name) if kind == "material" else replace(_BASE, reflectance=new_reflectance(name))
+    material, scene = _BASE, _LIGHTS
+    match check.choice("kind", kind, ("material", "reflectance", "setup")):
+        case "material":
+            material = Material.named(name)
+        case "reflectance":
+            material = replace(_BASE, reflectance=new_reflectance(name))
+        case _:
+            lights = setups[name]((-1.0, 1.0) * 3, _LIGHTS.viewer)
+            scene = replace(_LIGHTS, lights=lights, light_model=LightModel())
     across = np.linspace(-1.06, 1.06, _SIDE * _SMOOTH)
     x, y = np.meshgrid(across, -across)
     inside = x * x + y * y < 1.0
@@ -51,7 +61,7 @@ def thumbnail(kind: str, name: str) -> bytes:
     if material.reflectance is not None and material.reflectance.needs:
         material = replace(material, tangents=np.cross((0.0, 1.0, 1e-6), normals))
     picture = np.zeros((*x.shape, 4))
-    picture[inside, :3] = evaluate(normals, normals, _LIGHTS, material, backend="numpy").rgb
+    picture[inside, :3] = evaluate(normals, normals, scene, material, backend="numpy").rgb
     picture[inside, 3] = 1.0
     blocks = picture.reshape(_SIDE, _SMOOTH, _SIDE, _SMOOTH, 4).mean(axis=(1, 3))
     blocks[..., :3] /= np.maximum(blocks[..., 3:], 1e-6)  # average over the covered part only

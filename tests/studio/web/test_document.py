@@ -445,3 +445,24 @@ def test_an_array_colours_a_material_through_a_colormap(document, plotter):
     assert not document.undo()
     assert document.state == before
     np.testing.assert_array_equal(colors(plotter), drawn)
+
+
+@pytest.mark.parametrize("name", ph.setups)
+def test_a_set_up_replaces_all_lights_and_is_undone(document, plotter, name):
+    before, drawn = document.state, colors(plotter)
+    document.set_up(name)
+    bounds = pv.Sphere(theta_resolution=12, phi_resolution=12).bounds
+    expected = ph.setups[name](bounds, plotter.phong.scene.viewer)
+    assert [light.name for light in plotter.phong.lights] == [light.name for light in expected]
+    assert (colors(plotter) != drawn).any()
+    document.undo()
+    assert document.state.lights == before.lights
+    np.testing.assert_array_equal(colors(plotter), drawn)
+
+
+def test_a_set_up_needs_a_mesh_and_a_name(document, plotter):
+    with pytest.raises(ValueError, match=r"^name must be one of"):
+        document.set_up("portrait")
+    plotter.clear_actors()
+    with pytest.raises(ValueError, match=r"^mesh must be open; got none"):
+        document.set_up("product")

@@ -343,6 +343,19 @@ def test_a_slider_is_moved_as_one_step(page):
     assert not page.state("can_undo")
 
 
+def test_a_set_up_is_chosen_by_its_picture_and_undone(page):
+    before = [light["called"] for light in page.state("lights")]
+    page.click("setups")
+    page.until(lambda: page.all("setup-product") and page.all("setup-three-point"))
+    image = page.all("setup-product")[0].find_element("css selector", "img")
+    page.until(lambda: image.get_property("naturalWidth") > 30)
+    page.settled(lambda: page.all("setup-product")[0].rect)
+    page.click("setup-product")
+    page.until(lambda: [light["kind"] for light in page.state("lights")] == ["rectangle"] * 3)
+    page.click("undo")
+    page.until(lambda: [light["called"] for light in page.state("lights")] == before)
+
+
 def test_exposure_tone_curve_and_clipping_change_the_picture_and_no_colour_of_a_file(page):
     before, middle, evaluations = page.picture(), page.middle(), page.state("evaluations")
     page.type("exposure", "-2")
