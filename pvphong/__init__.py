@@ -30,6 +30,7 @@ if TYPE_CHECKING:  # the alias tells a type checker that a name is public
     from pvphong.meshes.files import read as read
     from pvphong.meshes.glance import NormalsWarning as NormalsWarning
     from pvphong.meshes.lit import plan as plan
+    from pvphong.meshes.stages import stage as stage
     from pvphong.meshes.truth import Truth as Truth
     from pvphong.optics.colormap import Colormap as Colormap
     from pvphong.optics.lights import DirectionalLight as DirectionalLight
@@ -93,6 +94,7 @@ _PLACES = {
     "meshes.files": "read",
     "meshes.glance": "NormalsWarning",
     "meshes.lit": "plan",
+    "meshes.stages": "stage",
     "meshes.truth": "Truth",
     "optics.colormap": "Colormap",
     "optics.lights": "DirectionalLight DiskLight EnvironmentLight Light PointLight PolygonLight RectangleLight "

@@ -8,12 +8,12 @@ from __future__ import annotations
 import functools
 import os
 import weakref
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from contextlib import ExitStack, contextmanager, nullcontext
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from types import MappingProxyType
 from typing import Any
 
+import numpy as np
 import pyvista as pv
 
 from pvphong.base import check
@@ -22,6 +22,7 @@ from pvphong.base.handles import Handle
 from pvphong.meshes.blocks import leaves
 from pvphong.meshes.glance import warn_of_normals
 from pvphong.meshes.pictures import refuse_colouring, vertex_opacity, with_opacity
+from pvphong.meshes.stages import Stage, stage
 from pvphong.meshes.surfaces import FeatureAngle, surface
 from pvphong.optics.lights import Light
 from pvphong.optics.material import Material
@@ -32,21 +33,14 @@ from pvphong.studio.gizmos import Gizmo, Gizmos, History, Interaction, Keys, Opt
 from pvphong.studio.keywords import as_mesh, is_bare, look_of
 from pvphong.studio.lit_mesh import LitMesh, lit_meshes
 from pvphong.studio.live import LightHandle, MeshHandle, changed_light
+from pvphong.studio.outputs import Outputs
 from pvphong.studio.subplot import Subplot
 from pvphong.studio.web import refuse_missing_extra
 
 _NO_KEYS: Keys = MappingProxyType({})
 
-_OUTPUTS = (
-    "screenshot",
-    "save_graphic",
-    "export_html",
-    "export_vtksz",
-    "export_gltf",
-    "export_obj",
-    "export_vrml",
-)
-"""Methods of a plotter that write pictures or files. Before each, colours are updated and gizmos are hidden."""
+
+_STAGE = Material(ambient=0.6, diffuse=0.6)
 
 
 class PlotterPhong(Handle):
@@ -88,7 +82,7 @@ class PlotterPhong(Handle):
         self._display = Display()
         self._subplots: list[Subplot] = []
         self._history = History()
-        self._wrapped: dict[str, Callable[..., Any]] = {}
+        self._outputs = Outputs(self._owner, self._subplots)
 
     def __repr__(self) -> str:
         meshes = sum(len(subplot.lit.meshes) for subplot in self._subplots)
@@ -196,7 +190,7 @@ class PlotterPhong(Handle):
             for lit in meshes.values():
                 outline = plotter.add_silhouette(surface(lit.mesh), **look.silhouette)
                 outline.user_matrix = None if lit.matrix is None else lit.matrix
-        self._prepare_outputs()
+        self._outputs.prepare()
         for lit in meshes.values():  # after drawing, which may move the camera
             warn_of_normals(lit.mesh, lit.drawn, subplot.scene, lit.matrix)
         actors = tuple(lit.actor for lit in meshes.values())
@@ -253,6 +247,46 @@ class PlotterPhong(Handle):
         opacity = vertex_opacity(add_mesh_options)
         actors = tuple(self._draw(with_opacity(mesh, name, opacity), name, add_mesh_options) for mesh in meshes)
         return actors if isinstance(lit, pv.MultiBlock) else actors[0]
+
+    def add_stage(self, kind: Stage = "backdrop", material: Material | str | None = None) -> pv.Actor:
+        """Draw a stage under the visible lit meshes of the active subplot: a ground, a curved backdrop or a plinth.
+
+        It replaces an earlier stage. The meshes cast shadows on it if `light_model` has shadows.
+        `plotter.remove_actor("stage")` removes it.
+
+        Parameters
+        ----------
+        kind : {"backdrop", "ground", "plinth"}
+            The stage; see `ph.stage`. The wall of a backdrop is opposite to the present camera.
+        material : Material or str, optional
+            Material of the stage; by default a matt light grey.
+
+        Returns
+        -------
+        pyvista.Actor
+            The actor, whose material `mesh(actor)` can change.
+
+        Raises
+        ------
+        ValueError
+            If `kind` is unknown, or no lit mesh is visible.
+
+        Examples
+        --------
+        >>> import pyvista as pv, pvphong as ph
+        >>> plotter = pv.Plotter(off_screen=True)
+        >>> actor = plotter.phong.add_mesh(pv.Sphere(), "gold")
+        >>> actor = plotter.phong.add_stage("plinth")
+        >>> plotter.close()
+        """
+        lit, renderer = self._subplot.lit, self._subplot.renderer
+        bounds = [mesh.actor.bounds for mesh in lit.shown if mesh.actor is not None and lit.name_of(mesh) != "stage"]
+        if not bounds:
+            check.refuse("plotter", "one without a lit mesh", "a plotter that shows a lit mesh", "Call add_mesh first.")
+        low, high = np.min(bounds, axis=0)[::2], np.max(bounds, axis=0)[1::2]
+        viewer = self._subplot.lights.viewer if renderer.camera_set else None  # else PyVista's default view comes later
+        made = stage(np.stack([low, high], axis=1).ravel(), kind, viewer)
+        return self.add_mesh(made, _STAGE if material is None else material, name="stage", reset_camera=False)
 
     def mesh(self, actor: pv.Actor) -> MeshHandle:
         """Return a handle to a lit mesh. Set the handle's `material`, or fields of the material, to change the mesh.
@@ -540,7 +574,7 @@ class PlotterPhong(Handle):
         window = subplot.renderer, self._plotter.iren.interactor, render
         gizmos = Gizmos(*window, subplot.lights, subplot.lit, self._history, only, options)
         subplot.interaction = Interaction(gizmos)
-        self._prepare_outputs()
+        self._outputs.prepare()
         render()
         return self.gizmos
 
@@ -617,46 +651,6 @@ class PlotterPhong(Handle):
         options: dict[str, Any] = {"file": file, "port": port, "host": host, "browser": browser, "keep": keep}
         return serve(self._plotter, self._subplot, self._history, **options)
 
-    # -- pictures and exports ----------------------------------------------------------------------------
-
-    def _prepare_outputs(self) -> None:
-        """Wrap the plotter's methods that `_OUTPUTS` names, to run in `_prepared`; repeated calls have no effect."""
-        component, owner = weakref.ref(self), self._owner
-
-        def wrapped(method: Any) -> Any:
-            @functools.wraps(method)
-            def output(*args: Any, **kwargs: Any) -> Any:
-                alive = component()
-                # `show` always takes a last screenshot, with False as its file name; it must not wait for refinement
-                waits = not (args and args[0] is False)
-                with nullcontext() if alive is None else alive._prepared(waits):
-                    return method(owner(), *args, **kwargs)
-
-            return output
-
-        for name in _OUTPUTS:
-            method = getattr(type(self._plotter), name, None)
-            if method is not None and name not in vars(self._plotter):
-                self._wrapped[name] = wrapped(method)
-                setattr(self._plotter, name, self._wrapped[name])
-
-    @contextmanager
-    def _prepared(self, waits: bool) -> Iterator[None]:
-        """Update the colours, and hide gizmos while the `with` block runs.
-
-        Usually a frame updates the colours, but an exporter draws none. With `waits`, wait until meshes are refined.
-        """
-        interactions = self._interactions
-        is_refined = max([subplot.lit.refresh(waits=waits) for subplot in self._subplots], default=False)
-        with ExitStack() as stack:
-            for interaction in interactions:
-                stack.enter_context(interaction.out_of_sight())
-            if interactions or is_refined:
-                self._plotter.render()
-            yield
-        if interactions:
-            self._plotter.render()
-
     # -- lifetime ----------------------------------------------------------------------------------------
 
     @property
@@ -681,11 +675,7 @@ class PlotterPhong(Handle):
         """Release all resources; PyVista calls this whenever the plotter is closed."""
         for subplot in self._subplots:
             subplot.release()
-        plotter = self._owner()  # None if the plotter was collected without being closed
-        for name, output in self._wrapped.items():
-            if plotter is not None and vars(plotter).get(name) is output:
-                delattr(plotter, name)
-        self._wrapped.clear()
+        self._outputs.release()
         self._subplots.clear()
         self._history.clear()
 

@@ -6,6 +6,7 @@
 - `point_data`: values of a material's maps per point, also from textures.
 - `colormaps`: colours for scalars.
 - `default_scene`: a scene for a mesh if none is given.
+- `stages`: surfaces on which meshes stand.
 - `visibility`: triangles of meshes that block light, and visibility of the lights from a mesh's vertices.
 - `transport`: transport of light between the vertices of meshes.
 - `glance`: a quick warning of normals that point the wrong way.

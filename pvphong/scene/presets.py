@@ -19,7 +19,7 @@ _AWAY = 1.0
 _NEARLY_ALONG_UP = 0.2  # sine of the angle between the view axis and `up`
 
 
-class _Surroundings:
+class Surroundings:
     """Places around a mesh, as the viewer sees it.
 
     Parameters
@@ -29,7 +29,7 @@ class _Surroundings:
     """
 
     def __init__(self, mesh: Any, viewer: Viewer | None) -> None:
-        bounds = np.array(check.numbers_in("bounds", getattr(mesh, "bounds", mesh), 6))
+        self.bounds = bounds = np.array(check.numbers_in("bounds", getattr(mesh, "bounds", mesh), 6))
         self.viewer = viewer or Viewer.framing(bounds.tolist())
         if not isinstance(self.viewer, Viewer):
             check.refuse("viewer", viewer, "a Viewer", "Convert a camera with Viewer.from_camera.")
@@ -53,13 +53,20 @@ class _Surroundings:
         """
         up = np.array(unit_vector(self.viewer.up))
         _, own_up, back = self.viewer.axes
-        level = back - (back @ up) * up
-        if np.linalg.norm(level) < _NEARLY_ALONG_UP:
-            up, level = own_up, back
-        ahead = np.array(unit_vector(level.tolist()))
+        if np.linalg.norm(back - (back @ up) * up) < _NEARLY_ALONG_UP:
+            up = own_up
+        ahead = self.level(up)
         across, above = math.radians(azimuth), math.radians(elevation)
         sideways = math.sin(across) * np.cross(up, ahead) + math.cos(across) * ahead
         return np.asarray(math.cos(above) * sideways + math.sin(above) * up)
+
+    def level(self, up: Float64Array) -> Float64Array:
+        """Return the unit vector to the viewer, perpendicular to the unit vector `up`."""
+        _, own_up, back = self.viewer.axes
+        along = back - (back @ up) * up
+        if np.linalg.norm(along) < _NEARLY_ALONG_UP:  # the viewer looks along `up`
+            along = -own_up + (own_up @ up) * up
+        return np.array(unit_vector(along.tolist()))
 
     def softbox(
         self, name: str, azimuth: float, elevation: float, brightness: float, width: float, height: float
@@ -112,7 +119,7 @@ def three_point(mesh: Any, viewer: Viewer | None = None, *, ratio: float = 4.0) 
     >>> [light.name for light in ph.three_point(pv.Sphere())]
     ['key', 'fill', 'rim']
     """
-    around, ratio = _Surroundings(mesh, viewer), check.number("ratio", ratio, at_least=1.0)
+    around, ratio = Surroundings(mesh, viewer), check.number("ratio", ratio, at_least=1.0)
 
     def light(name: str, azimuth: float, elevation: float, intensity: float) -> Light:
         away = _AWAY * around.size * around.towards(azimuth, elevation)
@@ -122,7 +129,7 @@ def three_point(mesh: Any, viewer: Viewer | None = None, *, ratio: float = 4.0) 
 
 
 def _product(mesh: Any, viewer: Viewer | None = None) -> tuple[Light, ...]:
-    around = _Surroundings(mesh, viewer)
+    around = Surroundings(mesh, viewer)
     return (
         around.softbox("key", -45.0, 50.0, 0.7, 0.8, 0.6),
         around.softbox("fill", 60.0, 25.0, 0.2, 1.0, 0.7),
@@ -131,12 +138,12 @@ def _product(mesh: Any, viewer: Viewer | None = None) -> tuple[Light, ...]:
 
 
 def _two_softboxes(mesh: Any, viewer: Viewer | None = None) -> tuple[Light, ...]:
-    around = _Surroundings(mesh, viewer)
+    around = Surroundings(mesh, viewer)
     return around.softbox("left", -50.0, 35.0, 0.55, 0.6, 0.9), around.softbox("right", 50.0, 35.0, 0.55, 0.6, 0.9)
 
 
 def _rim(mesh: Any, viewer: Viewer | None = None) -> tuple[Light, ...]:
-    around = _Surroundings(mesh, viewer)
+    around = Surroundings(mesh, viewer)
     return (
         around.softbox("left rim", -125.0, 35.0, 0.65, 0.2, 0.9),
         around.softbox("right rim", 125.0, 35.0, 0.65, 0.2, 0.9),
@@ -145,7 +152,7 @@ def _rim(mesh: Any, viewer: Viewer | None = None) -> tuple[Light, ...]:
 
 
 def _sky(mesh: Any, viewer: Viewer | None = None) -> tuple[Light, ...]:
-    around = _Surroundings(mesh, viewer)
+    around = Surroundings(mesh, viewer)
     sun = DirectionalLight(
         direction=-around.above_horizon(-50.0, 40.0), diffuse=(1.0, 0.92, 0.8), intensity=0.6, name="sun"
     )

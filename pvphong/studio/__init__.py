@@ -7,6 +7,7 @@
 - `gizmos`: handles in the window that place lights by hand.
 - `subplot`: one renderer with all of these.
 - `live`: objects with which scripts change lights and materials.
+- `outputs`: pictures and exports of a plotter.
 - `keywords`: the keywords of PyVista's `add_mesh`.
 - `web`: a plotter in a web page.
 """
