@@ -233,8 +233,13 @@ class Document:
         as_before = ", as before" if kept == drawn else ""
         return f"Bounced light is cancelled: bounces = {kept}{as_before}."
 
+    def go_on_refining(self) -> None:
+        """Continue refining that was paused."""
+        for refining in self._subplot.lit.refining.values():
+            refining.go_on()
+
     def cancel_refining(self) -> None:
-        """Cancel refining until the next edit."""
+        """Cancel refining until the next edit; the last picture stays."""
         for refining in self._subplot.lit.refining.values():
             refining.cancel()
 

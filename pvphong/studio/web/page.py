@@ -174,7 +174,9 @@ def build(server: Any, plotter: Any, kinds: Mapping[str, str]) -> Any:
             _start()
             with html.Div(classes="studio-awaited"):
                 _awaited("gathering", "computing bounced light", "cancel_bounces")
-                _awaited("refining", "refining the view", "cancel_refining")
+                _awaited(
+                    "refining", "refining the view", "cancel_refining", paused="refining_paused", go_on="go_on_refining"
+                )
         v.VSnackbar(
             "{{ notice }}",
             model_value=("!!notice",),
@@ -571,14 +573,20 @@ def _open(name: str) -> None:
     file_input("mesh", "mesh: .stl .ply .obj .vtp .vtu .vtk .glb …", name=name)
 
 
-def _awaited(name: str, doing: str, cancel: str) -> None:
-    """Add a progress card over the view for a background computation. The state variable `name` is its percentage, or
-    null if nothing is computed.
+def _awaited(name: str, doing: str, cancel: str, *, paused: str = "false", go_on: str = "") -> None:
+    """Add a progress card over the view for a background computation.
+
+    The state variable `name` is its percentage, or null if nothing is computed. `paused` is the state variable for
+    whether it has paused, and `go_on` the trigger that continues it.
     """
     with v.VCard(v_if=f"{name} !== null", classes="pl-3 pr-1 py-1 mb-1", **found_by(name)):
         with html.Div(classes="studio-row mt-0"):
-            html.Span(doing, classes="text-body-2", **found_by("", status=True))
+            html.Span(f"{{{{ {paused} ? 'paused' : '{doing}' }}}}", classes="text-body-2", **found_by("", status=True))
+            html.Span(f"{{{{ {name} }}}} %", classes="text-body-2", **found_by(f"{name}-percent"))
             v.VSpacer()
+            if go_on:
+                more = found_by(go_on.replace("_", "-"), f"Go on: {doing}")
+                v.VBtn("Go on", v_if=paused, click=f"trigger('{go_on}')", **more)
             name_of_button = cancel.replace("_", "-")
             v.VBtn(
                 "Cancel", variant="text", click=f"trigger('{cancel}')", **found_by(name_of_button, f"Cancel: {doing}")

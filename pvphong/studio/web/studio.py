@@ -60,12 +60,15 @@ MESHES = (".vtp", ".vtu", ".vtk", ".vti", ".vts", ".vtr", ".vtkhdf", ".ply", ".s
 SKIES = (".hdr", ".png", ".jpg", ".jpeg")
 """Suffixes of the files that can be uploaded."""
 
+_BUDGET = 10.0
+"""Seconds after which refining pauses, until the page asks for more."""
+
 _MARKS = "pvphong worst vertices"
 
 _EDITS = (
     *("edit", "slide", "settle", "add", "act", "select", "choose_material", "choose_reflectance"),
     "set_colormap",
-    *("start_mix", "solo_fader", "keep_mix", "cancel_bounces", "cancel_refining"),
+    *("start_mix", "solo_fader", "keep_mix", "cancel_bounces", "cancel_refining", "go_on_refining"),
 )
 """Methods of the document that the page can trigger."""
 
@@ -222,17 +225,32 @@ class Studio:
     def _awaited(self) -> dict[str, Any]:
         """Return the progress of background computations, and the result of refining."""
         part, refining = self._subplot.lit.gathering.part, self._subplot.lit.refining
-        is_awaited = any(each.is_awaited for each in refining.values())
-        reason = next((each.reason for each in refining.values() if each.reason), "")
-        if refining and self.document.mix.is_on:
-            reason = "a mix is on"
-        added = sum(mesh.actor.mapper.dataset.n_points - mesh.drawn.n_points for mesh in refining if mesh.actor)
-        said = f"not refined: {reason}" if reason else f"refined, {added:,} points added" if added else ""
+        awaited = [each for each in refining.values() if each.is_awaited]
         return {
             "gathering": None if part is None else round(100.0 * part),
-            "refining": 0 if is_awaited else None,
-            "refined": "refining" if is_awaited else said,
+            "refining": round(100.0 * min(each.part for each in awaited)) if awaited else None,
+            "refining_paused": any(each.is_paused for each in awaited),
+            "refined": self._refined(),
         }
+
+    def _refined(self) -> str:
+        """Return a text on the refined picture that is shown; "" if nothing is refined."""
+        refining = self._subplot.lit.refining
+        if not refining:
+            return ""
+        awaited = [each for each in refining.values() if each.is_awaited]
+        reason = next((each.reason for each in refining.values() if each.reason), "")
+        if self.document.mix.is_on:
+            return "not refined: a mix is on"
+        added = sum(mesh.actor.mapper.dataset.n_points - mesh.drawn.n_points for mesh in refining if mesh.actor)
+        if not added and (awaited or reason):
+            return "refining" if awaited else f"not refined: {reason}"
+        said = f"refined, {added:,} points added" if added else ""
+        if not awaited and not reason:
+            return said
+        reached = [each.reached or 0.0 for each in refining.values()]
+        within = f", error up to {max(reached):.2g}" if all(reached) else ""
+        return said + within + (f"; {reason}" if reason else " so far")
 
     def _show(self) -> None:
         with self.server.state as state:
@@ -245,6 +263,9 @@ class Studio:
         """Poll for background results and draw them. Repeat this while results are awaited."""
         lit = self._subplot.lit
         if lit.is_awaiting:
+            for refining in lit.refining.values():
+                if refining.seconds >= _BUDGET:
+                    refining.pause()
             if lit.refresh():
                 self.draw()
             with self.server.state as state:
