@@ -213,6 +213,14 @@ class LitMesh:
         """Name of the array of the drawn mesh that VTK shows as colours."""
         return ARRAY if self._opacity is None else TRANSLUCENT_ARRAY
 
+    def as_shown(self) -> pv.PolyData:
+        """Return a copy of the surface that the window shows, which may be refined, with its colours as float32."""
+        shown = self.drawn if self.actor is None else self.actor.mapper.dataset
+        copied = shown.copy()
+        copied.point_data[ARRAY] = np.asarray(copied.point_data[ARRAY])[:, :3].astype(np.float32) / np.float32(255.0)
+        copied.set_active_scalars(ARRAY, preference="point")
+        return copied
+
     def blank(self) -> None:
         """Draw nothing until the next successful refresh: VTK crashes on an index out of range."""
         self.drawn.Initialize()

@@ -62,6 +62,8 @@ class Downloads:
         Prefix of the file names.
     textures : mapping
         Texture → file name, for textures from files. Rig and script refer to textures by these names.
+    is_as_shown : bool, default False
+        True to take the colours that the view shows, 8 bits per channel, instead of computing them.
     """
 
     meshes: Mapping[str, LitMesh]
@@ -70,6 +72,7 @@ class Downloads:
     reading: str
     stem: str
     textures: Mapping[Map, str]
+    is_as_shown: bool = False
 
     def __post_init__(self) -> None:
         self.stem = re.sub(r"[^\w.-]+", "-", self.stem).strip(".-") or "mesh"
@@ -122,8 +125,11 @@ class Downloads:
 
     @cached_property
     def lit(self) -> Any:
-        """The lit mesh or blocks, computed once. It can be read in any thread."""
+        """The lit mesh or blocks, computed once. It can be read in any thread, unless `is_as_shown`."""
         options, materials = self.options, self.materials
+        if self.is_as_shown:
+            shown = {name: mesh.as_shown() for name, mesh in self.meshes.items()}
+            return next(iter(shown.values())) if len(shown) == 1 else pv.MultiBlock(shown)
         if len(self.meshes) == 1:
             mesh = next(iter(self.meshes.values())).mesh
             return mesh.phong.shade(self.scene, materials[DEFAULT], **options)

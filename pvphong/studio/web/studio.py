@@ -364,11 +364,12 @@ class Studio:
 
     @property
     def downloads(self) -> Downloads:
-        """The downloads of the present state."""
+        """The downloads of the present state. While a background computation runs, they are as the view shows them."""
         meshes = {self.document.mesh_name(mesh): mesh for mesh in self._subplot.lit.shown}
         tolerance = self.document.accuracy.tolerance
         textures = self.document.textures
-        return Downloads(meshes, self._subplot.scene, tolerance, self._reading, self._stem, textures)
+        is_as_shown = self._subplot.lit.is_awaiting
+        return Downloads(meshes, self._subplot.scene, tolerance, self._reading, self._stem, textures, is_as_shown)
 
     async def _give(self, request: web.Request) -> web.StreamResponse:
         """Answer a request for a download."""
@@ -377,15 +378,23 @@ class Studio:
         try:
             width, height = (request.query.get(name, "0") for name in ("width", "height"))  # only for pictures
             size = _whole("width", width), _whole("height", height)
-            if what in LIT:
+            if what in LIT and not downloads.is_as_shown:
                 await asyncio.to_thread(lambda: downloads.lit)  # slow with bounces
             with self._active():
                 name, content = downloads.read(what, self._plotter, size)
         except ValueError as error:
             self.say(str(error))
             return web.Response(status=400, text=str(error))
+        if what in LIT and downloads.is_as_shown:
+            self.say(f"{name} is as the view shows it now, with 8-bit colours. {self._unfinished()}")
         heading = {"Content-Disposition": f'attachment; filename="{name}"', "Cache-Control": "no-store"}
         return web.Response(body=content, headers=heading, content_type="application/octet-stream")
+
+    def _unfinished(self) -> str:
+        """Return a sentence on the background computation that a download did not wait for."""
+        is_gathering = self._subplot.lit.gathering.part is not None
+        doing = "Bounced light is" if is_gathering else "The refined view is"
+        return f"{doing} not complete yet; for exact colours, download it again later."
 
     async def _take_mesh(self, name: str, path: Path, _query: Mapping[str, str]) -> None:
         self.open(await asyncio.to_thread(read, path, guarded=True), name)

@@ -55,3 +55,20 @@ def test_a_slow_refinement_gets_better_pauses_and_goes_on(slow, folder):
     page.until(lambda: page.state("refining") is None)
     assert page.all("refined")[0].text.endswith("; cancelled")
     assert "points added" in page.all("refined")[0].text
+
+
+def test_a_download_takes_the_mesh_as_shown_while_the_view_is_refined(slow, folder):
+    page, home = slow, folder / "as shown"
+    home.mkdir()
+    page.until(lambda: "points added" in page.all("refined")[0].text)
+    page.driver.execute_cdp_cmd("Browser.setDownloadBehavior", {"behavior": "allow", "downloadPath": str(home)})
+    for suffix in ("glb", "vtp"):
+        began = time.monotonic()
+        page.click(f"download-{suffix}")
+        page.until(lambda suffix=suffix: (home / f"ring-lit.{suffix}").exists(), seconds=10.0)
+        assert time.monotonic() - began < 5.0
+        page.until(lambda suffix=suffix: f"ring-lit.{suffix} is as the view shows it" in page.all("notice")[0].text)
+        assert page.state("refining") is not None
+    colors = pv.read(home / "ring-lit.vtp")["phong"]
+    assert len(colors) > 23_568
+    np.testing.assert_allclose(255.0 * colors, np.rint(255.0 * colors), atol=1e-4)
