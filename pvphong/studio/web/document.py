@@ -140,7 +140,7 @@ class Document:
         self.textures: dict[Map, str] = {}
         """File names of uploaded textures."""
         self._numbers: dict[RendererLight, int] = {}
-        self._middles = {"accuracy.refine": -8.0}  # 1/256, as fine as a display
+        self._middles: dict[str, float] = {}
         self._sliding: tuple[str, Any] | None = None
 
     @property
@@ -541,6 +541,8 @@ class Document:
 
     def shown(self) -> dict[str, Any]:
         """Return all values for the page: name in the page's state → value."""
+        moving = None if self._sliding is None else self._sliding[0]
+        self._middles = {key: middle for key, middle in self._middles.items() if key == moving}
         viewer, gizmos = self._subplot.lights.viewer, self.gizmos
         selected, soloed = gizmos.selected, gizmos.soloed
         lights = []

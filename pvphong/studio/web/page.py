@@ -16,6 +16,7 @@ from trame_pyvista.widgets import PyVistaRCAView
 
 from pvphong.studio.web.inputs import (
     DEFAULTS,
+    FINE,
     SIX_DIGITS,
     color_picker,
     color_text,
@@ -128,7 +129,7 @@ def build(server: Any, plotter: Any, kinds: Mapping[str, str]) -> Any:
     server.state.update({"seconds": 20, "width": 1920, "height": 1080})
     with VAppLayout(server, vuetify_config={"defaults": DEFAULTS}, theme=("theme",)):
         client.Style(_STYLE)
-        client.Script(_KEYS + _STEPS)
+        client.Script(_KEYS + _STEPS + FINE)
         with v.VAppBar(density="compact", flat=True, border=True):
             v.VAppBarTitle("{{ title }}", classes="text-body-1 font-weight-medium")
             for icon, name, label, click, more in (
