@@ -38,7 +38,8 @@ _STYLE = """
 html { overflow: hidden !important }
 .studio-view { position: absolute; inset: 0; touch-action: none }
 .studio-view:focus-within { outline: 2px solid rgb(var(--v-theme-primary)); outline-offset: -2px }
-.v-application .v-btn:not(.v-btn--icon) { text-transform: none; min-width: 0; padding: 0 8px }
+.v-application .v-btn:not(.v-btn--icon),
+.v-overlay-container .v-btn:not(.v-btn--icon) { text-transform: none; min-width: 0; padding: 0 8px }
 .studio-number { flex: 0 0 142px }
 .studio-numbers { display: flex; gap: 6px }
 .studio-buttons { display: flex; flex-wrap: wrap; gap: 4px }
@@ -125,7 +126,9 @@ def build(server: Any, plotter: Any, kinds: Mapping[str, str]) -> Any:
     own: dict[str, Any] = {"local": {}, "drawer": None, "open_panels": list(range(len(_PANELS)))}
     own |= {"busy": False, "uploads": 0}
     server.state.client_only(*own)
-    server.state.update(own | {"refusals": 0, "notice": "", "theme": "dark", "trame__title": "pvphong studio"})
+    server.state.update(
+        own | {"refusals": 0, "notice": "", "remedies": [], "theme": "dark", "trame__title": "pvphong studio"}
+    )
     server.state.update({"seconds": 20, "width": 1920, "height": 1080})
     with VAppLayout(server, vuetify_config={"defaults": DEFAULTS}, theme=("theme",)):
         client.Style(_STYLE)
@@ -178,13 +181,7 @@ def build(server: Any, plotter: Any, kinds: Mapping[str, str]) -> Any:
                 _awaited(
                     "refining", "refining the view", "cancel_refining", paused="refining_paused", go_on="go_on_refining"
                 )
-        v.VSnackbar(
-            "{{ notice }}",
-            model_value=("!!notice",),
-            timeout=-1,
-            location="bottom left",
-            **found_by("notice", status=True),
-        )
+        _notice()
     return view
 
 
@@ -594,6 +591,23 @@ def _awaited(name: str, doing: str, cancel: str, *, paused: str = "false", go_on
             )
         how_much = found_by("", f"Progress: {doing}")
         v.VProgressLinear(model_value=(name,), indeterminate=(f"!{name}",), height=4, **how_much)
+
+
+def _notice() -> None:
+    """Add the message at the bottom, with buttons for remedies."""
+    with v.VSnackbar(model_value=("!!notice",), timeout=-1, location="bottom left", **found_by("notice", status=True)):
+        html.Span("{{ notice }}")
+        with v.Template(v_slot_actions=True):
+            then = "(before, call) => before.then(() => trigger(...call))"
+            calls = f"remedy.calls.slice(1).reduce({then}, trigger(...remedy.calls[0]))"
+            v.VBtn(
+                "{{ remedy.label }}",
+                v_for="remedy in remedies",
+                key=("remedy.label",),
+                classes="ml-1",
+                click=calls,
+                **found_by("remedy"),
+            )
 
 
 def _start() -> None:

@@ -12,7 +12,7 @@ import itertools
 import socket
 import weakref
 import webbrowser
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path, PurePath
 from typing import Any
@@ -45,6 +45,7 @@ from pvphong.studio.web.access import Access, Messages, upload
 from pvphong.studio.web.document import Document
 from pvphong.studio.web.downloads import EXAMPLES, LIT, Downloads, reading_file
 from pvphong.studio.web.fields import number_in
+from pvphong.studio.web.messages import Remedy, in_page_words, remedies
 from pvphong.studio.web.page import build
 from pvphong.studio.web.report import Measuring, Report
 from pvphong.studio.web.thumbnails import thumbnail
@@ -123,8 +124,8 @@ class Studio:
         names |= {"reflectance_names": ["", *REFLECTANCES], "colormap_names": sorted(colormaps.names(), key=str.lower)}
         at_first = {"plan": {"accuracy": "", "meshes": []}, "script": "", "report": vars(Report()) | {"figure": ""}}
         self.server.state.update(names | at_first | {"marked": False} | self._shown())
-        self._triggers = {name: self._trigger(getattr(self.document, name)) for name in _EDITS}
-        self._triggers |= {name: self._trigger(act) for name, act in self._acts.items()}
+        self._triggers = {name: self._trigger(name, getattr(self.document, name)) for name in _EDITS}
+        self._triggers |= {name: self._trigger(name, act) for name, act in self._acts.items()}
         for name, trigger in self._triggers.items():
             self.server.controller.trigger(name)(trigger)
         kinds = {name: (kind.__doc__ or "").splitlines()[0].replace("`", "") for name, kind in LIGHT_TYPES.items()}
@@ -157,25 +158,29 @@ class Studio:
             "theme": self._turn_theme,
         }
 
-    def _trigger(self, act: Callable[..., Any]) -> Callable[..., None]:
+    def _trigger(self, name: str, act: Callable[..., Any]) -> Callable[..., None]:
         """Return a trigger that calls `act`, shows its message or its error, and requests a frame."""
         signature = inspect.signature(act)
 
         def trigger(*args: Any) -> None:
+            buttons: list[Remedy] = []
             try:
                 signature.bind(*args)
                 said = act(*args)
             except (ValueError, TypeError) as error:
                 said = str(error)
+                buttons = remedies(said, name, args)
                 self.server.state.refusals += 1
-            self._done(said)
+            self._done(said, buttons)
 
         return trigger
 
-    def _done(self, said: Any) -> None:
+    def _done(self, said: Any, buttons: Sequence[Remedy] = ()) -> None:
         """Show the message of an action, if any. Request a frame and an update of the page."""
         if isinstance(said, str) and said:
-            self.say(said)
+            self.say(said, buttons)
+        elif self.server.state.remedies:  # the error that they belong to is out of date
+            self._hush()
         self.draw()
         self.show()
 
@@ -185,15 +190,15 @@ class Studio:
 
     # -- state of the page
 
-    def say(self, text: str) -> None:
-        """Show a notice for a while."""
+    def say(self, text: str, buttons: Sequence[Remedy] = ()) -> None:
+        """Show a notice for a while, in the page's words, with buttons for remedies."""
         with self.server.state as state:
-            state.notice = text
+            state.update({"notice": in_page_words(text), "remedies": [each._asdict() for each in buttons]})
         self._later(_SAID_FOR, self._hush)
 
     def _hush(self) -> None:
         with self.server.state as state:
-            state.notice = ""
+            state.update({"notice": "", "remedies": []})
 
     def _later(self, seconds: float, act: Callable[[], None]) -> None:
         """Schedule a call after `seconds`. If it is scheduled already, change its time."""
