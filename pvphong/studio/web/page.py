@@ -45,6 +45,7 @@ html { overflow: hidden !important }
 .studio-buttons { display: flex; flex-wrap: wrap; gap: 4px }
 .studio-row { display: flex; align-items: center; gap: 8px; margin-top: 10px }
 .studio-head { display: flex; align-items: center; gap: 6px }
+.studio-heading { font: inherit }
 .studio-label { flex: 0 0 116px; font-size: 13px; line-height: 1.2; overflow-wrap: anywhere }
 .studio-unit { opacity: .7; font-size: 12px }
 .studio-hex { flex: 0 0 86px }
@@ -92,6 +93,16 @@ window.addEventListener('keydown', ({ key, target: input }) => {
 """Arrow keys up and down in a number input: add or subtract 1."""
 
 
+_ALT = """
+(() => {
+  const describe = () => document.querySelectorAll('.studio-view').forEach((view) =>
+    view.querySelectorAll('img').forEach((image) => image.alt === view.dataset.alt || (image.alt = view.dataset.alt)));
+  new MutationObserver(describe).observe(document.documentElement,
+    { childList: true, subtree: true, attributes: true, attributeFilter: ['data-alt'] });
+})();
+"""
+"""Gives the image of the view its alternative text, which trame's component does not."""
+
 _DRAWN = f"drawer ?? utils.get('innerWidth') > {_NARROW}"
 """JavaScript expression for whether the panels are open. At first, they are open if there is room next to the view."""
 
@@ -101,6 +112,8 @@ _JUMP = (
     " utils.get('document').getElementById('panel-{name}').scrollIntoView({{ behavior: 'smooth' }})"
 )
 
+
+_TEXT = ':data-alt="view_text"'
 
 _SHOW_SELECTED = (
     "utils.get('setTimeout')(() => utils.get('document').querySelector('.studio-selected')"
@@ -132,9 +145,10 @@ def build(server: Any, plotter: Any, kinds: Mapping[str, str]) -> Any:
     server.state.update({"seconds": 20, "width": 1920, "height": 1080})
     with VAppLayout(server, vuetify_config={"defaults": DEFAULTS}, theme=("theme",)):
         client.Style(_STYLE)
-        client.Script(_KEYS + _STEPS + FINE)
+        client.Script(_KEYS + _STEPS + FINE + _ALT)
         with v.VAppBar(density="compact", flat=True, border=True):
-            v.VAppBarTitle("{{ title }}", classes="text-body-1 font-weight-medium")
+            with v.VAppBarTitle():
+                html.H1("{{ title }}", classes="text-body-1 font-weight-medium text-truncate")
             for icon, name, label, click, more in (
                 ("undo", "undo", "Undo (Ctrl+Z)", "trigger('undo')", {"disabled": ("!can_undo",)}),
                 ("redo", "redo", "Redo (Ctrl+Y)", "trigger('redo')", {"disabled": ("!can_redo",)}),
@@ -172,7 +186,13 @@ def build(server: Any, plotter: Any, kinds: Mapping[str, str]) -> Any:
         with (
             v.VMain(style="height: 100vh"),
             html.Div(style="position: relative; height: 100%"),
-            html.Div(classes="studio-view", **found_by("view", "View of the model with gizmos; press h for the keys")),
+            html.Div(
+                classes="studio-view",
+                raw_attrs=[
+                    *found_by("view", "View of the model with gizmos; press h for the keys")["raw_attrs"],
+                    _TEXT,
+                ],
+            ),
         ):
             view = PyVistaRCAView(plotter, send_mouse_move=True, style="width: 100%; height: 100%")
             _start()
@@ -191,7 +211,7 @@ def build(server: Any, plotter: Any, kinds: Mapping[str, str]) -> Any:
 @contextmanager
 def _panel(title: str, note: str = "") -> Iterator[None]:
     with v.VExpansionPanel(eager=True, id=f"panel-{title.lower()}"):
-        with v.VExpansionPanelTitle(title):
+        with html.H2(classes="studio-heading"), v.VExpansionPanelTitle(title):
             if note:
                 html.Span(note, classes="studio-unit ml-2")
         with v.VExpansionPanelText():
@@ -456,7 +476,7 @@ def _accuracy() -> None:
             html.Span("{{ refined }}", classes="studio-unit", **found_by("refined", status=True))
         with html.Div(v_if="accuracy.refine.set"):
             number_input("accuracy.refine", "refine-tolerance", "largest error")
-        html.Div("Report", classes="text-caption mt-3")
+        html.H3("Report", classes="text-caption mt-3")
         with html.Div(classes="studio-row"):
             typed_number("seconds", "s", label="time", classes="studio-number", found="report-seconds")
             v.VBtn(
@@ -502,7 +522,7 @@ def _accuracy() -> None:
 
 def _files() -> None:
     with _panel("Files"):
-        html.Div("Save", classes="text-caption")
+        html.H3("Save", classes="text-caption")
         with html.Div(classes="studio-buttons mt-1"):
             single = "mesh_count < 2"
             _take("rig", "rig", "Lights, viewer, light model and materials as .json, for pvphong --scene")
@@ -517,7 +537,7 @@ def _files() -> None:
             width, height = (f"encodeURIComponent({typed(side)})" for side in ("width", "height"))
             size = f"?width=' + {width} + '&height=' + {height} + '"
             _take("png", "picture .png", "The view without gizmos and refinement, in this size", size)
-        html.Div("Python script that reproduces it exactly", classes="text-caption mt-3")
+        html.H3("Python script that reproduces it exactly", classes="text-caption mt-3")
         v.VTextarea(
             model_value=("script",),
             readonly=True,
@@ -533,7 +553,7 @@ def _files() -> None:
             click="utils.get('navigator').clipboard.writeText(script)",
             **found_by("copy-script"),
         )
-        html.Div("Open another mesh or a rig", classes="text-caption mt-4")
+        html.H3("Open another mesh or a rig", classes="text-caption mt-4")
         html.Div(
             "Another mesh starts with new lights. To keep the present ones, save the rig first and open it afterwards.",
             classes="studio-unit",
@@ -613,6 +633,6 @@ def _notice() -> None:
 def _start() -> None:
     """Add the card that the view shows while there is no mesh."""
     with v.VCard(v_if="!has_mesh", classes="studio-start pa-4", max_width=420, **found_by("start")):
-        html.Div("Light a mesh", classes="text-h6")
+        html.H2("Light a mesh", classes="text-h6")
         html.Div("Choose an example or open a file. The studio adds lights to it.", classes="text-body-2 mb-2")
         _open("first-mesh")

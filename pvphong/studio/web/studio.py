@@ -225,7 +225,9 @@ class Studio:
         points = sum(mesh.drawn.n_points for mesh in meshes)
         title = f"{self._stem}: {points:,} points" if meshes else "no mesh"
         of_meshes = {"title": title, "has_mesh": bool(meshes), "mesh_count": len(meshes)}
-        return self.document.shown() | self._awaited() | of_meshes
+        shown = self.document.shown()
+        lit_by = ", ".join(light["called"] for light in shown["lights"] if light["on"]["value"]) or "no light"
+        return shown | self._awaited() | of_meshes | {"view_text": f"{title}; lit by {lit_by}"}
 
     def _awaited(self) -> dict[str, Any]:
         """Return the progress of background computations, and the result of refining."""
@@ -519,6 +521,7 @@ class Studio:
             await messages.disconnectClients()
 
         server.app.on_shutdown.append(end)
+        server.app.router.add_post("/paraview/", _no_launcher)
         server.app.router.add_get("/take/{what}", self._give)
         server.app.router.add_get("/report/{number}.png", self._figure)
         server.app.router.add_get("/thumbnail/{kind}/{name}", _thumbnail)
@@ -602,6 +605,14 @@ def _whole(name: str, given: Any) -> int:
     """Return a whole number, from a number or text."""
     number = number_in(name, given)
     return int(number) if number.is_integer() else check.refuse(name, given, "a whole number")
+
+
+async def _no_launcher(_request: web.Request) -> web.StreamResponse:
+    """Answer trame's page, which asks at the start whether a launcher has a session for it: there is no launcher.
+
+    The page then connects to the server that it comes from. An error would have the same effect, but browsers log it.
+    """
+    return web.Response(status=204)
 
 
 async def _thumbnail(request: web.Request) -> web.StreamResponse:
