@@ -42,6 +42,7 @@ from pvphong.studio.subplot import Subplot
 from pvphong.studio.web import coloring
 from pvphong.studio.web.fields import edited, field_of, fields_of, form_of, has_stops
 from pvphong.studio.web.mix import Mix, MixState
+from pvphong.studio.web.opening import OpenFile, Opening
 from pvphong.studio.window_lights import LightStates, RendererLight, free_name
 
 
@@ -117,6 +118,7 @@ class DocumentState(NamedTuple):
     accuracy: Accuracy
     mix: MixState
     feature_angles: dict[LitMesh, FeatureAngle]
+    file: OpenFile | None
 
 
 class Document:
@@ -130,10 +132,12 @@ class Document:
         The lights, lit meshes and gizmos.
     history : History
         The undo history, shared with the gizmos.
+    opening : Opening, optional
+        The file that is shown; None if no other file is ever opened.
     """
 
-    def __init__(self, phong: Any, subplot: Subplot, history: History) -> None:
-        self._phong, self._subplot, self.history = phong, subplot, history
+    def __init__(self, phong: Any, subplot: Subplot, history: History, opening: Opening | None = None) -> None:
+        self._phong, self._subplot, self.history, self._opening = phong, subplot, history, opening
         refined = (each.tolerance for each in subplot.lit.refining.values())
         self._accuracy = Accuracy(refine=min(refined, default=None))
         self.mix = Mix(subplot)
@@ -177,10 +181,13 @@ class Document:
             accuracy=self.accuracy,
             mix=self.mix.state,
             feature_angles={mesh: mesh.feature_angle for mesh in self._subplot.lit.meshes},
+            file=self._opening and self._opening.file,
         )
 
     def revert(self, now: DocumentState, then: DocumentState) -> None:
         """Undo the changes that were made between the states `then` and `now`."""
+        if self._opening is not None and then.file is not None and then.file is not now.file:
+            self._opening.show(then.file, then.accuracy.refine)
         self._subplot.lights.revert(now.lights, then.lights)
         self._subplot.lit.revert(now.materials, then.materials)
         if now.light_model != then.light_model:
@@ -217,6 +224,13 @@ class Document:
     def redo(self) -> bool:
         """Redo the last undone step; return False if there is none."""
         return self.history.redo()
+
+    def open(self, mesh: Any, file: OpenFile) -> None:
+        """Show another file, as one undo step; see `Opening.open`."""
+        if self._opening is None:
+            check.refuse("file", file.stem, "opened in a studio")
+        with self._step():
+            self._opening.open(mesh, file, self.accuracy.refine)
 
     # -- cancelling background computations
 

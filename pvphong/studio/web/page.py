@@ -555,7 +555,7 @@ def _files() -> None:
         )
         html.H3("Open another mesh or a rig", classes="text-caption mt-4")
         html.Div(
-            "Another mesh starts with new lights. To keep the present ones, save the rig first and open it afterwards.",
+            "Another mesh keeps the lights: they are moved and scaled to fit it. Undo shows the mesh before it.",
             classes="studio-unit",
         )
         _open("mesh")

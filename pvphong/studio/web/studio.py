@@ -27,14 +27,13 @@ from pvphong.base import check
 from pvphong.base.types import Float64Array
 from pvphong.meshes import colormaps
 from pvphong.meshes.blocks import DEFAULT, map_blocks
-from pvphong.meshes.default_scene import default_scene
 from pvphong.meshes.files import read, read_texture
 from pvphong.meshes.lit import plan
-from pvphong.meshes.pictures import aim, refuse_size
+from pvphong.meshes.pictures import refuse_size
 from pvphong.meshes.surfaces import shallow_copy, surface
 from pvphong.optics.lights import LIGHT_TYPES
 from pvphong.optics.maps import IMAGES, is_image_path
-from pvphong.optics.material import DEFAULT_MATERIAL, Material
+from pvphong.optics.material import Material
 from pvphong.optics.reflectances import REFLECTANCES
 from pvphong.scene.scene import Scene, load_materials
 from pvphong.shading.plan.effects import EFFECTS
@@ -46,6 +45,7 @@ from pvphong.studio.web.document import Document
 from pvphong.studio.web.downloads import EXAMPLES, LIT, Downloads, reading_file
 from pvphong.studio.web.fields import number_in
 from pvphong.studio.web.messages import Remedy, in_page_words, remedies
+from pvphong.studio.web.opening import OpenFile, Opening
 from pvphong.studio.web.page import build
 from pvphong.studio.web.report import Measuring, Report
 from pvphong.studio.web.thumbnails import thumbnail
@@ -92,7 +92,7 @@ class Studio:
     host : str
         The address to listen on.
     keep : Path, optional
-        File to which the rig is written after each change, until another mesh is opened.
+        File to which the rig is written after each change, while the mesh is shown.
     """
 
     def __init__(
@@ -105,9 +105,10 @@ class Studio:
         host: str = "127.0.0.1",
         keep: Path | None = None,
     ) -> None:
-        self._plotter, self._subplot, self._host, self._keep = plotter, subplot, host, keep
-        self._reading, self._stem = reading_file(file), PurePath(file).stem
-        self.document = Document(plotter.phong, subplot, history)
+        self._plotter, self._subplot, self._host = plotter, subplot, host
+        shown = OpenFile(PurePath(file).stem, reading_file(file), keep)
+        self._opening = Opening(plotter, subplot, shown, self._forget_report)
+        self.document = Document(plotter.phong, subplot, history, self._opening)
         self.access = Access(host)
         self._loop = asyncio.get_running_loop()
         subplot.lit.is_in_a_page = True
@@ -184,6 +185,11 @@ class Studio:
         self.draw()
         self.show()
 
+    def _forget_report(self) -> None:
+        """End a measurement and hide its marks, because they belong to another mesh."""
+        self._measuring.cancel()
+        self.mark_worst(False)
+
     def _turn_theme(self) -> None:
         state = self.server.state
         state.theme = "light" if state.theme == "dark" else "dark"
@@ -223,7 +229,7 @@ class Studio:
     def _shown(self) -> dict[str, Any]:
         meshes = self._subplot.lit.shown
         points = sum(mesh.drawn.n_points for mesh in meshes)
-        title = f"{self._stem}: {points:,} points" if meshes else "no mesh"
+        title = f"{self._opening.file.stem}: {points:,} points" if meshes else "no mesh"
         of_meshes = {"title": title, "has_mesh": bool(meshes), "mesh_count": len(meshes)}
         shown = self.document.shown()
         lit_by = ", ".join(light["called"] for light in shown["lights"] if light["on"]["value"]) or "no light"
@@ -303,13 +309,11 @@ class Studio:
 
     def _save(self) -> None:
         """Save the rig, if `keep` was given."""
-        if self._keep is not None:
+        if (keep := self._opening.file.keep) is not None:
             try:
-                self.downloads.save_rig(self._keep)
+                self.downloads.save_rig(keep)
             except ValueError:  # its message contains the whole path
-                self.say(
-                    f"The rig is not saved: {self._keep.name} cannot be written, or a map is an array without a name."
-                )
+                self.say(f"The rig is not saved: {keep.name} cannot be written, or a map is an array without a name.")
 
     # -- meshes and files
 
@@ -331,7 +335,7 @@ class Studio:
             activate(before)
 
     def open(self, mesh: Any, file: str, reading: str = "") -> None:
-        """Show another mesh in the default scene; this clears the undo history.
+        """Show another mesh, as one undo step. Lights are kept and moved to fit; see `Opening.open`.
 
         Parameters
         ----------
@@ -348,21 +352,8 @@ class Studio:
             If the mesh has no surface to light; nothing is changed then.
         """
         outside = map_blocks(mesh, surface) if isinstance(mesh, pv.MultiBlock) else surface(mesh)
-        scene, phong = default_scene(outside), self._plotter.phong
-        before = [each.actor for each in self._subplot.lit.meshes]
-        self._measuring.cancel()
-        self.mark_worst(False)
-        self.document.history.settle()  # otherwise a step with the old mesh would be recorded later
         with self._active():
-            phong.add_mesh(outside, DEFAULT_MATERIAL, refine=self.document.accuracy.refine)
-            for actor in before:
-                self._plotter.remove_actor(actor, render=False)
-            self._subplot.lights.replace(scene.lights)
-            phong.light_model = scene.light_model
-            aim(self._plotter, scene.viewer)
-            self._plotter.reset_camera_clipping_range()
-        self.document.history.clear()
-        self._stem, self._reading, self._keep = PurePath(file).stem, reading or reading_file(file), None
+            self.document.open(outside, OpenFile(PurePath(file).stem, reading or reading_file(file)))
 
     def open_example(self, name: str) -> None:
         """Show one of PyVista's example meshes."""
@@ -376,7 +367,8 @@ class Studio:
         tolerance = self.document.accuracy.tolerance
         textures = self.document.textures
         is_as_shown = self._subplot.lit.is_awaiting
-        return Downloads(meshes, self._subplot.scene, tolerance, self._reading, self._stem, textures, is_as_shown)
+        file = self._opening.file
+        return Downloads(meshes, self._subplot.scene, tolerance, file.reading, file.stem, textures, is_as_shown)
 
     async def _give(self, request: web.Request) -> web.StreamResponse:
         """Answer a request for a download."""

@@ -1,0 +1,74 @@
+"""Brightness of a new light: it should add to a picture that is lit already, not overexpose it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from pvphong.base.types import Float64Array
+from pvphong.geometry.transform import transform_points
+from pvphong.optics.light import Light
+from pvphong.scene.scene import Scene
+from pvphong.scene.viewer import Viewer
+from pvphong.studio.lit_mesh import ARRAY, LitMesh
+
+_STOPS = 1.0 / 3.0
+_DARK = 1.0 / 255.0  # a mean below this is no picture that a light could spoil
+
+
+def brightened(light: Light, scene: Scene, meshes: Sequence[LitMesh]) -> Light:
+    """Return a light with the intensity at which it raises the mean of the picture by a third of a stop.
+
+    The mean is that of the surfaces that face the viewer. Shadows of the new light are left out, so that it may be a
+    little weaker. If the picture is black, or the light reaches nothing, the light is returned unchanged.
+
+    Parameters
+    ----------
+    light : Light
+        The new light, at its place.
+    scene : Scene
+        The scene without it.
+    meshes : sequence of LitMesh
+        The meshes, with their present colours.
+    """
+    if scene.viewer is None:
+        return light
+    before = added = total = 0.0
+    for mesh in meshes:
+        triangles = mesh.drawn.triangulate().regular_faces
+        weights = _towards(scene.viewer, mesh, triangles)
+        before += _sum(np.asarray(mesh.drawn[ARRAY]) / 255.0, triangles, weights)
+        added += _sum(_share(replace(light, intensity=1.0), scene, mesh), triangles, weights)
+        total += float(weights.sum())
+    if not total or before < _DARK * total or not 0.0 < added < np.inf:
+        return light
+    return replace(light, intensity=(2.0**_STOPS - 1.0) * before / added)
+
+
+def _sum(colors: Float64Array, triangles: np.ndarray, weights: Float64Array) -> float:
+    """Return the weighted sum of the mean colours of triangles."""
+    return float(weights @ colors.mean(axis=1)[triangles].mean(axis=1))
+
+
+def _towards(viewer: Viewer, mesh: LitMesh, triangles: np.ndarray) -> Float64Array:
+    """Return the area of each triangle as the viewer sees it, (m,); 0 if it faces away."""
+    points = np.asarray(mesh.drawn.points, np.float64)
+    if mesh.matrix is not None:
+        points = transform_points(points, mesh.matrix)
+    p, q, r = (points[triangles[:, corner]] for corner in range(3))
+    to_viewer = np.array(viewer.position) - (p + q + r) / 3.0
+    to_viewer /= np.maximum(np.linalg.norm(to_viewer, axis=1, keepdims=True), np.finfo(float).tiny)
+    return np.maximum(np.einsum("ki,ki->k", np.cross(q - p, r - p), to_viewer) / 2.0, 0.0)
+
+
+def _share(light: Light, scene: Scene, mesh: LitMesh) -> Float64Array:
+    """Return what a light adds to the colours of a mesh, without shadows, (n, 3)."""
+    model = replace(scene.light_model, shadows=False, ambient_occlusion=False, bounces=0, ambient=0.0, clamp=False)
+    colors = []
+    for intensity in (light.intensity, 0.0):
+        alone = Scene([replace(light, intensity=intensity)], scene.viewer, model)
+        plan, vertices = mesh.planned(alone)
+        colors.append(np.asarray(plan.run(vertices).rgb, np.float64))
+    return np.nan_to_num(colors[0] - colors[1])
