@@ -15,14 +15,16 @@ from pvphong.scene.viewer import Viewer
 from pvphong.studio.lit_mesh import ARRAY, LitMesh
 
 _STOPS = 1.0 / 3.0
+_BRIGHTEST = 0.6
 _DARK = 1.0 / 255.0  # a mean below this is no picture that a light could spoil
 
 
 def brightened(light: Light, scene: Scene, meshes: Sequence[LitMesh]) -> Light:
     """Return a light with the intensity at which it raises the mean of the picture by a third of a stop.
 
-    The mean is that of the surfaces that face the viewer. Shadows of the new light are left out, so that it may be a
-    little weaker. If the picture is black, or the light reaches nothing, the light is returned unchanged.
+    The mean is that of the surfaces that face the viewer. Shadows of the new light and clipping are left out, so that
+    the picture may become less bright. A light adds at most 0.6 anywhere, so that a narrow spot does not glare. If the
+    picture is black, or the light reaches nothing, the light is returned unchanged.
 
     Parameters
     ----------
@@ -35,16 +37,18 @@ def brightened(light: Light, scene: Scene, meshes: Sequence[LitMesh]) -> Light:
     """
     if scene.viewer is None:
         return light
-    before = added = total = 0.0
+    before = added = total = peak = 0.0
     for mesh in meshes:
         triangles = mesh.drawn.triangulate().regular_faces
         weights = _towards(scene.viewer, mesh, triangles)
+        share = _share(replace(light, intensity=1.0), scene, mesh)
         before += _sum(np.asarray(mesh.drawn[ARRAY]) / 255.0, triangles, weights)
-        added += _sum(_share(replace(light, intensity=1.0), scene, mesh), triangles, weights)
+        added += _sum(share, triangles, weights)
         total += float(weights.sum())
+        peak = max(peak, float(share[triangles[weights > 0.0]].max(initial=0.0)))
     if not total or before < _DARK * total or not 0.0 < added < np.inf:
         return light
-    return replace(light, intensity=(2.0**_STOPS - 1.0) * before / added)
+    return replace(light, intensity=min((2.0**_STOPS - 1.0) * before / added, _BRIGHTEST / peak))
 
 
 def _sum(colors: Float64Array, triangles: np.ndarray, weights: Float64Array) -> float:

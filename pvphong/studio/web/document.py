@@ -40,6 +40,7 @@ from pvphong.studio.lit_actors import MaterialsState
 from pvphong.studio.lit_mesh import LitMesh, SharedMaterial
 from pvphong.studio.subplot import Subplot
 from pvphong.studio.web import coloring
+from pvphong.studio.web.brightness import brightened
 from pvphong.studio.web.fields import edited, field_of, fields_of, form_of, has_stops
 from pvphong.studio.web.mix import Mix, MixState
 from pvphong.studio.web.opening import OpenFile, Opening
@@ -341,7 +342,8 @@ class Document:
     def add(self, kind: str) -> None:
         """Add a light and select it. `kind` is the name of its kind in scene files.
 
-        The light shines on the scene from the upper left. If lights are there already, it is to the right of them.
+        The light shines on the scene from the upper left. If lights are there already, it is to the right of them, and
+        raises the mean of the picture by a third of a stop.
         """
         made = LIGHT_TYPES[check.choice("kind", kind, LIGHT_TYPES)]
         scenery, viewer = self.gizmos.scenery, self._subplot.lights.viewer
@@ -351,6 +353,8 @@ class Document:
             origin = LightInScene(light, scenery).origin
             if all(math.dist(origin, other) > _LARGE * scenery.size for other in taken):
                 break
+        if any(known.on for known in self._subplot.lights.values):
+            light = brightened(light, self._subplot.scene, self._subplot.lit.shown)
         name = free_name(kind, {known.name for known in self._subplot.lights.values})
         with self._step():
             self.gizmos.add(replace(light, name=name))
