@@ -11,7 +11,7 @@ Read in this order:
 5. `access`: access control for HTTP and WebSocket, validation of messages, and uploads.
 6. `downloads`: the files to download, and the Python script that reproduces them.
 7. `report`: the accuracy report, measured in a separate process.
-8. `thumbnails`: spheres that show materials and reflectances.
+8. `framing`: the camera's angle in a narrow view. `thumbnails`: spheres that show materials and reflectances.
 9. `studio`: combines all of these, and has the server.
 10. `serving`: runs the studio in its own event loop, or in a notebook's.
 

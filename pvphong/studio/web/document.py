@@ -182,7 +182,7 @@ class Document:
             accuracy=self.accuracy,
             mix=self.mix.state,
             feature_angles={mesh: mesh.feature_angle for mesh in self._subplot.lit.meshes},
-            file=self._opening and self._opening.file,
+            file=None if self._opening is None else self._opening.file,
         )
 
     def revert(self, now: DocumentState, then: DocumentState) -> None:

@@ -106,14 +106,17 @@ class Opening:
         lit, renderer = self._subplot.lit, self._subplot.renderer
         self._put_away(lit.meshes)
         for mesh, name in file.meshes.items():
-            renderer.add_actor(mesh.actor, name=name or None, pickable=bool(mesh.actor.GetPickable()), render=False)
+            actor: Any = mesh.actor
+            renderer.add_actor(actor, name=name or None, pickable=bool(actor.GetPickable()), render=False)
             lit.add(mesh, refine)
         self._show_from(file.viewer)
         self._file = file
 
     def _show_from(self, viewer: Viewer | None) -> None:
+        """Move the camera. Its angle stays, because it depends on the width of the view."""
         if viewer is not None:
-            aim(self._subplot.renderer, viewer)
+            angle = self._subplot.renderer.camera.GetViewAngle()
+            aim(self._subplot.renderer, replace(viewer, view_angle=angle))
             self._subplot.renderer.ResetCameraClippingRange()
 
     def _put_away(self, meshes: Any) -> None:

@@ -31,7 +31,16 @@ from pvphong.studio.web.inputs import (
 )
 
 _WIDTH, _NARROW = 400, 860
-"""Width of the panels, and largest width of a window in which the panels cover the view, in pixels."""
+"""Width of the panels, and largest width of a window in which the panels are closed at first, in pixels."""
+
+_IS_LOW = f"($vuetify.display.width <= {_NARROW} && $vuetify.display.height >= $vuetify.display.width)"
+"""JavaScript expression for whether the panels are below the view, in a narrow upright window."""
+
+_SIZE = (
+    f"{_IS_LOW} ? Math.round(0.45 * $vuetify.display.height)"
+    f" : Math.min({_WIDTH}, Math.round(0.5 * $vuetify.display.width))"
+)
+"""JavaScript expression for the height of the panels below the view, or for their width next to it, in pixels."""
 
 
 _STYLE = """
@@ -55,7 +64,7 @@ html { overflow: hidden !important }
 .studio-size { flex: 0 0 116px }
 .studio-swatch { width: 32px; height: 40px !important; min-width: 32px !important;
   border: 1px solid rgba(128, 128, 128, .6) }
-.studio-panel { max-width: 92vw }
+.studio-panel.v-navigation-drawer--bottom { max-height: none }
 .studio-jump { display: flex; overflow-x: auto; padding: 4px 8px; border-bottom: 1px solid rgba(128, 128, 128, .3) }
 .v-application .studio-jump .v-btn { padding: 0 4px }
 .studio-light { border-color: rgba(128, 128, 128, .35) }
@@ -103,7 +112,7 @@ _ALT = """
 """
 """Gives the image of the view its alternative text, which trame's component does not."""
 
-_DRAWN = f"drawer ?? utils.get('innerWidth') > {_NARROW}"
+_DRAWN = f"drawer ?? $vuetify.display.width > {_NARROW}"
 """JavaScript expression for whether the panels are open. At first, they are open if there is room next to the view."""
 
 _PANELS = ("lights", "mix", "material", "scene", "plan", "accuracy", "files")
@@ -161,11 +170,10 @@ def build(server: Any, plotter: Any, kinds: Mapping[str, str]) -> Any:
         with v.VNavigationDrawer(
             model_value=(_DRAWN,),
             update_modelValue="drawer = $event",
-            location="right",
+            location=(f"{_IS_LOW} ? 'bottom' : 'right'",),
             classes="studio-panel",
-            width=_WIDTH,
-            mobile_breakpoint=_NARROW,  # Vuetify's default covers the view below 1280 pixels
-            temporary=(f"utils.get('innerWidth') <= {_NARROW}",),
+            width=(_SIZE,),
+            mobile_breakpoint=0,  # otherwise the panels cover the view in small windows
             **found_by("panels", "Panels"),
         ):
             with v.Template(v_slot_prepend=True), html.Div(classes="studio-jump"):
@@ -184,7 +192,7 @@ def build(server: Any, plotter: Any, kinds: Mapping[str, str]) -> Any:
                 _accuracy()
                 _files()
         with (
-            v.VMain(style="height: 100vh"),
+            v.VMain(style="height: 100dvh"),
             html.Div(style="position: relative; height: 100%"),
             html.Div(
                 classes="studio-view",
@@ -615,7 +623,14 @@ def _awaited(name: str, doing: str, cancel: str, *, paused: str = "false", go_on
 
 def _notice() -> None:
     """Add the message at the bottom, with buttons for remedies."""
-    with v.VSnackbar(model_value=("!!notice",), timeout=-1, location="bottom left", **found_by("notice", status=True)):
+    with v.VSnackbar(
+        model_value=("!!notice",),
+        timeout=-1,
+        location="bottom left",
+        max_width=(f"({_DRAWN}) && !{_IS_LOW} ? $vuetify.display.width - ({_SIZE}) - 24 : undefined",),
+        min_width=0,
+        **found_by("notice", status=True),
+    ):
         html.Span("{{ notice }}")
         with v.Template(v_slot_actions=True):
             then = "(before, call) => before.then(() => trigger(...call))"

@@ -14,6 +14,7 @@ import weakref
 import webbrowser
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
+from dataclasses import replace
 from pathlib import Path, PurePath
 from typing import Any
 
@@ -44,6 +45,7 @@ from pvphong.studio.web.access import Access, Messages, upload
 from pvphong.studio.web.document import Document
 from pvphong.studio.web.downloads import EXAMPLES, LIT, Downloads, reading_file
 from pvphong.studio.web.fields import number_in
+from pvphong.studio.web.framing import Framing
 from pvphong.studio.web.messages import Remedy, in_page_words, remedies
 from pvphong.studio.web.opening import OpenFile, Opening
 from pvphong.studio.web.page import build
@@ -139,6 +141,7 @@ class Studio:
                 alive.show()
 
         self._tag = subplot.renderer.AddObserver("EndEvent", drawn)
+        self._framing = Framing(subplot.renderer)
 
     # -- triggers of the page
 
@@ -367,8 +370,10 @@ class Studio:
         tolerance = self.document.accuracy.tolerance
         textures = self.document.textures
         is_as_shown = self._subplot.lit.is_awaiting
-        file = self._opening.file
-        return Downloads(meshes, self._subplot.scene, tolerance, file.reading, file.stem, textures, is_as_shown)
+        file, scene = self._opening.file, self._subplot.scene
+        if scene.viewer is not None:
+            scene = replace(scene, viewer=self._framing.in_a_wide_view(scene.viewer))
+        return Downloads(meshes, scene, tolerance, file.reading, file.stem, textures, is_as_shown)
 
     async def _give(self, request: web.Request) -> web.StreamResponse:
         """Answer a request for a download."""
@@ -577,6 +582,7 @@ class Studio:
         for due in self._due.values():
             due.cancel()
         self._subplot.renderer.RemoveObserver(self._tag)
+        self._framing.release()
         self._subplot.lit.is_in_a_page = False
         if self._plotter.render_window is not None:
             self._plotter.render_window.SetMultiSamples(self._samples)

@@ -34,3 +34,36 @@ def test_the_picture_has_an_alternative_text_and_panels_have_headings(page):
     assert found == ["Lights", "Mix", "Material", "Scene", "Plan", "Accuracy", "Files"]
     (title,) = page.driver.find_elements("css selector", "h1")
     assert title.text == "ball: 530 points"
+
+
+@pytest.mark.parametrize(("width", "height"), [(700, 900), (700, 480), (390, 844)])
+def test_panels_never_cover_the_view_and_the_model_is_not_cropped(page, folder, width, height):
+    def rect(name):
+        return page.all(name)[0].rect
+
+    def is_apart():
+        view, panels = rect("view"), rect("panels")
+        beside = view["x"] + view["width"] <= panels["x"] + 1
+        return beside or view["y"] + view["height"] <= panels["y"] + 1
+
+    try:
+        page.resize(width, height)
+        page.until(lambda: rect("view")["width"] == width)
+        for is_open in (False, True):
+            if is_open:
+                page.click("drawer")
+                page.until(is_apart)
+            view = page.settled(lambda: (rect("view"), rect("panels")))[0]
+            assert view["width"] >= 0.45 * width
+            assert view["height"] >= 0.4 * height
+            shown = page.until(lambda: page.settled(lambda: page.picture().tolist()))
+            picture = np.array(shown)
+            page.driver.save_screenshot(str(folder / f"{width}x{height}-{'open' if is_open else 'closed'}.png"))
+            assert picture.std() > 5
+            assert background_at_edges(picture[60:-20])
+        page.click("drawer")
+        page.until(lambda: rect("view")["width"] == width and rect("view")["height"] > 0.8 * height)
+    finally:
+        page.driver.execute_script("window.trame.state.set('drawer', null)")
+        page.resize(900, 600)
+        page.until(lambda: rect("view")["width"] == 500)
