@@ -625,7 +625,7 @@ class PlotterPhong(Handle):
             Open the page in a browser, except in a notebook.
         keep : path, optional
             JSON file to which lights, viewer, light model and materials are saved after each change, as by
-            `Scene.save`. Saving ends when another mesh is opened in the page.
+            `Scene.save`. Saving ends when another mesh is opened in the page, until that is undone.
 
         Returns
         -------

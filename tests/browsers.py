@@ -28,4 +28,5 @@ def new_browser(profile):
     options.binary_location = PROGRAMS["chromium"]
     for flag in (*FLAGS.split(), f"user-data-dir={profile}"):
         options.add_argument(f"--{flag}")
+    options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
     return webdriver.Chrome(options=options, service=webdriver.ChromeService(PROGRAMS["chromedriver"]))

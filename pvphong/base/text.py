@@ -94,6 +94,22 @@ def about(what: str) -> Iterator[None]:
         _subject.reset(token)
 
 
+@contextmanager
+def stage(what: str, start: float, end: float) -> Iterator[None]:
+    """Report the progress of all work in the block as a part of a longer task.
+
+    The listener receives `what` and a fraction between `start` and `end`. Stages can be nested.
+    """
+    listener = _listener.get()
+    if listener is None:
+        yield
+        return
+    with listening(lambda _, part: listener(what, start + (end - start) * part)):
+        listener(what, start)
+        yield
+    listener(what, end)
+
+
 def counting(whole: int) -> Callable[[int], None]:
     """Return a function that reports progress: threads call it with the number of pieces that they have just done.
 

@@ -24,6 +24,7 @@ Range: TypeAlias = tuple[int, int]
 
 _limit: ContextVar[int] = ContextVar("limit", default=sys.maxsize)
 _stop: ContextVar[threading.Event | None] = ContextVar("stop", default=None)
+_unpaused: ContextVar[threading.Event | None] = ContextVar("unpaused", default=None)
 
 
 class StoppedError(Exception):
@@ -31,17 +32,24 @@ class StoppedError(Exception):
 
 
 @contextlib.contextmanager
-def stopped_by(event: threading.Event) -> Iterator[None]:
-    """Within the block, `run` and `go_on` raise `StoppedError` in the calling thread once the event is set."""
-    token = _stop.set(event)
+def stopped_by(event: threading.Event, unpaused: threading.Event | None = None) -> Iterator[None]:
+    """Within the block, `run` and `go_on` raise `StoppedError` in the calling thread once the event is set.
+
+    With `unpaused`, they also block while that event is not set. To cancel paused work, set both events, `event` first.
+    """
+    token, pause = _stop.set(event), _unpaused.set(unpaused)
     try:
         yield
     finally:
         _stop.reset(token)
+        _unpaused.reset(pause)
 
 
 def go_on() -> None:
-    """Raise `StoppedError` if the calling thread's work is cancelled."""
+    """Block while the calling thread's work is paused, and raise `StoppedError` if it is cancelled."""
+    unpaused = _unpaused.get()
+    if unpaused is not None:
+        unpaused.wait()
     event = _stop.get()
     if event is not None and event.is_set():
         raise StoppedError
@@ -125,7 +133,7 @@ def shared(work: Callable[[int, int], Any], stop: int, step: int, longest: int =
     """
     go_on()
     begun, lock, note, has_failed = 0, threading.Lock(), text.counting(stop), threading.Event()
-    most = max(1, min(count(), -(-stop // step)))
+    most, unpaused = max(1, min(count(), -(-stop // step))), _unpaused.get()
     helpers: list[Future[None]] = []
 
     def take_ranges() -> Iterator[Range]:
@@ -147,7 +155,7 @@ def shared(work: Callable[[int, int], Any], stop: int, step: int, longest: int =
         has_failed.set()
 
     def help_out() -> None:
-        with contextlib.suppress(StoppedError), stopped_by(has_failed):
+        with contextlib.suppress(StoppedError), stopped_by(has_failed, unpaused):
             try:
                 for first, last in take_ranges():
                     work(first, last)

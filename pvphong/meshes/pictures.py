@@ -317,8 +317,8 @@ def preferring(window: str) -> Iterator[None]:
         del os.environ[_CHOICE]
 
 
-def aim(plotter: pv.Plotter, viewer: Viewer) -> None:
-    """Set a plotter's camera to the viewer, and keep it there when meshes are added."""
+def aim(plotter: pv.Plotter | pv.Renderer, viewer: Viewer) -> None:
+    """Set the camera of a plotter or renderer to the viewer, and keep it there when meshes are added."""
     camera = plotter.camera
     camera.SetPosition(viewer.position)
     camera.SetFocalPoint(viewer.focal_point)

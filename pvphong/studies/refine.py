@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import numbers
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
 from dataclasses import replace
 from typing import Any, Literal, NamedTuple, get_args
 
@@ -10,7 +13,7 @@ import numpy as np
 import pyvista as pv
 from numpy.typing import NDArray
 
-from pvphong.base import check
+from pvphong.base import check, text
 from pvphong.base.types import Float64Array, FloatArray, IntArray, MatrixLike, Precision
 from pvphong.meshes.colormaps import put_scale
 from pvphong.meshes.default_scene import scene_for
@@ -42,6 +45,9 @@ PunctualParameters = Literal["linear", "smooth"]
 # Default limit on the number of added points.
 _MOST_ADDED = 1_000_000
 
+# Progress, a fraction of the whole, when the mesh's own vertices are lit.
+_LIT = 0.1
+
 # Reasons why the tolerance is not reached.
 _NOT_REACHED: dict[Stopped, str] = {
     "max_points": "max_points is used up",
@@ -57,6 +63,22 @@ _ERROR = "_interpolation_error"
 
 # Suffix of the point array that pairs coincident points on the two sides of a cut.
 _PAIR = "_refinement_pair"
+
+
+Watcher = Callable[[Callable[[], pv.PolyData]], object]
+"""Function that is called with a function that returns the mesh as far as it is refined, with its colours."""
+
+_watcher: ContextVar[Watcher | None] = ContextVar("watcher", default=None)
+
+
+@contextmanager
+def watched(watcher: Watcher) -> Iterator[None]:
+    """Within the block, `refine` calls a function after the cuts of each light and each round of splits."""
+    token = _watcher.set(watcher)
+    try:
+        yield
+    finally:
+        _watcher.reset(token)
 
 
 class BouncedLight(NamedTuple):
@@ -209,15 +231,28 @@ def refine(
     real = check.choice("precision", precision, get_args(Precision))
     cut, rays = check.flag("cut", cut), tolerance * OF_RAYS
     setting = Setting(matrix, feature_angle, occluders, tolerance=rays)
-    lit = _lit_triangles(mesh, scene, material, setting, transport, cuts=cut)
+    with text.stage("refining", 0.0, 0.0):
+        lit = _lit_triangles(mesh, scene, material, setting, transport, cuts=cut)
     refuse_name(name, lit.mesh)
     count = lit.mesh.n_points
     limit = count + _MOST_ADDED if max_points is None else max_points
     if isinstance(limit, bool) or not isinstance(limit, numbers.Integral) or limit < count:
         check.refuse("max_points", max_points, f"an integer >= {count}, the mesh's number of points, or None")
+
+    def so_far() -> pv.PolyData:
+        picture = _split_mesh(lit, refinement, name)
+        picture.point_data[name] = lit.lighting.shown(refinement.surface.vertices.colors).astype(real)
+        return picture
+
+    def after_round() -> None:
+        if (watcher := _watcher.get()) is not None:
+            watcher(so_far)
+
     with _far_ranges_allowed():
-        refinement = Refinement(LitSurface(lit.mesh.points, lit.blended, lit.corners, lit.lighting, smooth))
-        stopped = refinement.run(tolerance, int(limit), cut=cut)
+        with text.stage("refining", 0.0, _LIT):
+            refinement = Refinement(LitSurface(lit.mesh.points, lit.blended, lit.corners, lit.lighting, smooth))
+        with text.stage("refining", _LIT, 1.0):
+            stopped = refinement.run(tolerance, int(limit), cut=cut, after_round=after_round)
     result, left = _split_mesh(lit, refinement, name), float(refinement.errors.max(initial=0.0))
     quality = f"{tolerance:.3g} everywhere, off by up to {left:.3g}"
     points = f"{result.n_points} points, {result.n_points - count} of them new"

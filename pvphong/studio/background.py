@@ -1,4 +1,4 @@
-"""Background work for a window: a thread that reports its progress and can be stopped."""
+"""Background work for a window: a thread that reports its progress, and can be paused and stopped."""
 
 from __future__ import annotations
 
@@ -28,7 +28,8 @@ class Job(Generic[Result]):
         """The error message if the task failed, else ""."""
         self.part = 0.0
         """Progress of the current step, from 0 to 1; 0 if the step does not report any."""
-        self._work, self._stop = work, threading.Event()
+        self._work, self._stop, self._unpaused = work, threading.Event(), threading.Event()
+        self._unpaused.set()
         self._thread = threading.Thread(target=self._run, name=f"pvphong {name}", daemon=True)
         self._thread.start()
 
@@ -37,7 +38,7 @@ class Job(Generic[Result]):
             self.part = part
 
         try:
-            with threads.stopped_by(self._stop), text.listening(listen):
+            with threads.stopped_by(self._stop, self._unpaused), text.listening(listen):
                 self.result = self._work()
         except threads.StoppedError:
             pass
@@ -53,6 +54,20 @@ class Job(Generic[Result]):
         """Block until the task has ended."""
         self._thread.join()
 
+    @property
+    def is_paused(self) -> bool:
+        """True after `pause`, until `go_on`."""
+        return not self._unpaused.is_set()
+
+    def pause(self) -> None:
+        """Pause the task; it soon uses no processor time."""
+        self._unpaused.clear()
+
+    def go_on(self) -> None:
+        """Continue a paused task."""
+        self._unpaused.set()
+
     def stop(self) -> None:
-        """Cancel the task; it ends soon, without a result."""
+        """Cancel the task, also if it is paused; it ends soon, without a result."""
         self._stop.set()
+        self._unpaused.set()

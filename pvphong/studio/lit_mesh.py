@@ -240,6 +240,28 @@ class LitMesh:
         """Name of the array of the drawn mesh that VTK shows as colours."""
         return ARRAY if self._opacity is None else TRANSLUCENT_ARRAY
 
+    @property
+    def linear(self) -> FloatArray:
+        """Current linear colours of the drawn mesh, shape (n, 3); rounded to 8 bits if the display is the default."""
+        drawn = vtk_to_numpy(self._colors) / np.float32(255.0)
+        return drawn if self._linear is None else self._linear.astype(np.float32)
+
+    def as_shown(self) -> pv.PolyData:
+        """Return a copy of the surface that the window shows, which may be refined, with its colours as float32.
+
+        With another display than the default one, it is the mesh's own surface with linear colours.
+        """
+        if self._linear is not None:
+            copied = self.drawn.copy()
+            copied.point_data[ARRAY] = self.linear
+            copied.set_active_scalars(ARRAY, preference="point")
+            return copied
+        shown = self.drawn if self.actor is None else self.actor.mapper.dataset
+        copied = shown.copy()
+        copied.point_data[ARRAY] = np.asarray(copied.point_data[ARRAY])[:, :3].astype(np.float32) / np.float32(255.0)
+        copied.set_active_scalars(ARRAY, preference="point")
+        return copied
+
     def blank(self) -> None:
         """Draw nothing until the next successful refresh: VTK crashes on an index out of range."""
         self.drawn.Initialize()

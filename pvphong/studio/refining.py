@@ -1,39 +1,48 @@
 """Refined pictures of lit meshes, computed in the background and shown while they are valid.
 
-After a moment without changes, a thread refines a copy of the drawn mesh. A change cancels the refinement, and the mesh
-is drawn again with its own vertices and their current colours.
+After a moment without changes, a thread refines a copy of the drawn mesh: coarsely first, then finer. The pictures on
+the way are shown. A change cancels the refinement, and the mesh is drawn again with its own vertices and their current
+colours.
 """
 
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
+from itertools import pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
 import pyvista as pv
 
+from pvphong.base import text
 from pvphong.base.display import Display
 from pvphong.base.types import ByteArray, FloatArray
 from pvphong.meshes.visibility import KnownOccluders
 from pvphong.optics.maps import Map, fractions
 from pvphong.scene.scene import Scene
-from pvphong.studies.refine import BouncedLight, refine
+from pvphong.studies.refine import BouncedLight, refine, watched
 from pvphong.studio.background import Job
 from pvphong.studio.lit_mesh import ARRAY, LitMesh
 
 _AFTER = 0.2  # seconds without changes before refining starts
 _OPACITY = "_opacity"
 _MOST_ADDED = 200_000  # points
+_LEVELS = (16.0, 4.0, 1.0)  # tolerances of the successive pictures, divided by the final one
+_APART = 1.0  # seconds between two pictures of an unfinished level, at least
 
 
 class _Picture(NamedTuple):
-    """A refined mesh, its linear colours, and its opacities from 0 to 255 if it has them."""
+    """A refined mesh."""
 
+    reached: float | None
+    """Tolerance that the colours reach; None if it is not known."""
     mesh: pv.PolyData
     linear: FloatArray
+    """Linear colours."""
     opacities: ByteArray | None
+    """Opacities from 0 to 255, if the mesh has them."""
 
     def show(self, display: Display) -> None:
         """Write the colours as the display shows them."""
@@ -60,13 +69,18 @@ class Refining:
         self.pictures = 0
         """Number of pictures made so far."""
         self.reason = ""
-        """Reason why the last picture is not refined; "" if the picture is refined."""
+        """Reason why the picture is not refined within the tolerance; "" if it is, or will be."""
+        self.reached: float | None = None
+        """Tolerance of the picture that is shown; None if it is not known."""
         self._state: Any = None
         self._since = 0.0
-        self._job: Job[_Picture] | None = None
+        self._job: Job[None] | None = None
+        self._made: list[_Picture] = []
         self._picture: _Picture | None = None
         self._display: Display | None = None
+        self._part = 0.0
         self._shown: pv.PolyData | None = None
+        self._is_final = False
 
     def update(
         self, scene: Scene, occluders: KnownOccluders | None, display: Display, *, held: bool, waits: bool
@@ -95,42 +109,92 @@ class Refining:
             return
         if self._state is None:
             self._state, self._since = mesh.state, time.monotonic()
-        if self._shown is None and self._job is None and (waits or time.monotonic() - self._since >= _AFTER):
-            self._job = Job("refining", self._work(scene, occluders, display))
-        if self._job is not None and waits:
-            self._job.wait()
-        if self._job is not None and self._job.is_done:
-            self.reason = self._job.reason
-            self._picture, self._job, self.pictures = self._job.result, None, self.pictures + 1
-            self._shown, self._display = drawn if self._picture is None else self._picture.mesh, None
+        if self._job is None and not self._is_final and (waits or time.monotonic() - self._since >= _AFTER):
+            self._made, self._part = [], 0.0
+            levels = _LEVELS[-1:] if waits else _LEVELS
+            self._job = Job("refining", self._work(scene, occluders, display, levels, self._made))
+            self._since = time.monotonic()
+        if self._job is not None:
+            if waits:
+                self._job.go_on()
+                self._job.wait()
+            self._take(self._job)
         if self._shown is not None:
             if self._picture is not None and self._display != display:
                 self._picture.show(display)
                 self._display = display
             self._show(self._shown)
 
+    def _take(self, job: Job[None]) -> None:
+        """Take the job's last picture if it is new."""
+        self._part = max(self._part, job.part)
+        is_done = job.is_done  # read before the pictures, because the last one may be added in between
+        picture = self._made[-1] if self._made else None
+        shown = self._mesh.drawn if picture is None else picture.mesh
+        if shown is not self._shown and (is_done or self._made):
+            self._shown, self._picture, self._display, self.pictures = shown, picture, None, self.pictures + 1
+            self.reached = None if picture is None else picture.reached
+        if is_done:
+            self._job, self._is_final, self.reason = None, True, job.reason
+
     @property
     def is_awaited(self) -> bool:
-        """True if the picture of the mesh in its current state is not made yet."""
-        return self._state is not None and self._shown is None
+        """True if the final picture of the mesh in its present state is not made yet."""
+        return self._state is not None and not self._is_final
+
+    @property
+    def part(self) -> float:
+        """Progress of the awaited picture, from 0 to 1."""
+        return self._part
+
+    @property
+    def seconds(self) -> float:
+        """Seconds for which the picture has been computed, since the start or the last pause."""
+        return 0.0 if self._job is None or self._job.is_paused else time.monotonic() - self._since
+
+    @property
+    def is_paused(self) -> bool:
+        """True after `pause`, until `go_on` or a change."""
+        return self._job is not None and self._job.is_paused
+
+    def pause(self) -> None:
+        """Pause the computation; the last picture stays."""
+        if self._job is not None:
+            self._job.pause()
+
+    def go_on(self) -> None:
+        """Continue a paused computation."""
+        if self._job is not None and self._job.is_paused:
+            self._since = time.monotonic()
+            self._job.go_on()
 
     def cancel(self) -> None:
-        """Cancel the awaited picture and show the mesh's own vertices until the mesh's state changes."""
+        """Cancel the awaited picture, and show the last one, or else the mesh's own vertices, until a change."""
         if self.is_awaited:
-            self.forget()
-            self._state, self._shown, self.reason = self._mesh.state, self._mesh.drawn, "cancelled"
+            if self._job is not None:
+                self._job.stop()
+            self._job, self._is_final, self.reason = None, True, "cancelled"
+            self._shown = self._shown or self._mesh.drawn
 
     def forget(self) -> None:
         """Show the mesh's own vertices and cancel the running job."""
         if self._job is not None:
             self._job.stop()
-        self._state = self._job = self._shown = self._picture = None
-        self.reason = ""
+        self._state = self._job = self._shown = self._picture = self.reached = None
+        self._is_final, self.reason = False, ""
         self._show(self._mesh.drawn)
 
-    def _work(self, scene: Scene, occluders: KnownOccluders | None, display: Display) -> Callable[[], _Picture]:
-        """Return the function that makes the picture. The function uses copies, since the originals may be edited
-        meanwhile.
+    def _work(
+        self,
+        scene: Scene,
+        occluders: KnownOccluders | None,
+        display: Display,
+        levels: Sequence[float],
+        made: list[_Picture],
+    ) -> Callable[[], None]:
+        """Return the function that makes a picture for each level and appends it to `made`.
+
+        The function uses copies, since the originals may be edited meanwhile.
         """
         mesh = self._mesh
         if display != Display():
@@ -148,18 +212,32 @@ class Refining:
         if opacities is not None:
             surface.point_data[_OPACITY] = opacities.astype(np.float64)
         options: dict[str, Any] = {"matrix": mesh.matrix, "max_points": surface.n_points + _MOST_ADDED}
-        options |= {"occluders": occluders or (), "tolerance": self.tolerance}
+        options |= {"occluders": occluders or ()}
         if mesh.bounced is not None:
             options["transport"] = BouncedLight(mesh.bounced.sum(axis=0))
 
-        def work() -> _Picture:
-            refined = refine(surface, scene, material, **options)
-            linear = np.array(refined[ARRAY])
+        last = time.monotonic()
+
+        def picture_of(refined: pv.PolyData, reached: float | None) -> _Picture:
+            linear, normals = np.array(refined[ARRAY]), np.asarray(refined.point_data.active_normals)
             alpha = None if opacities is None else np.rint(refined[_OPACITY]).astype(np.uint8)
-            normals = np.asarray(refined.point_data.active_normals)
             refined.clear_data()
             refined.point_data.active_normals = normals
-            return _Picture(refined, linear, alpha)
+            return _Picture(reached, refined, linear, alpha)
+
+        def watch(so_far: Callable[[], pv.PolyData]) -> None:
+            nonlocal last
+            if time.monotonic() - last >= _APART and not (made and made[-1].reached):  # a finished level is better
+                last = time.monotonic()
+                made.append(picture_of(so_far(), None))
+
+        def work() -> None:
+            shares = np.cumsum([0.0, *(level**-0.5 for level in levels)])  # the time that each level takes, roughly
+            for level, (start, end) in zip(levels, pairwise((shares / shares[-1]).tolist()), strict=True):
+                tolerance = level * self.tolerance
+                with text.stage("refining", start, end), watched(watch):
+                    refined = refine(surface, scene, material, tolerance=tolerance, **options)
+                    made.append(picture_of(refined, tolerance))
 
         return work
 

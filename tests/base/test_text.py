@@ -45,3 +45,17 @@ def test_progress_of_work_that_has_a_name_is_reported_to_who_listens():
     with text.about("digging"):
         text.counting(4)(4)  # nobody listens
     assert heard == [("digging", 0.25), ("digging", 1.0)]
+
+
+def test_stages_are_parts_of_the_whole():
+    heard = []
+    with text.listening(lambda what, part: heard.append((what, round(part, 3)))):
+        with text.stage("baking", 0.0, 0.5), text.stage("dough", 0.5, 1.0), text.about("kneading"):
+            text.counting(2)(1)
+        with text.stage("baking", 0.5, 1.0), text.about("oven"):
+            text.counting(4)(1)
+    assert {what for what, _ in heard} == {"baking"}
+    parts = [part for _, part in heard]
+    assert parts == [0.0, 0.25, 0.375, 0.5, 0.5, 0.5, 0.625, 1.0]
+    with text.stage("baking", 0.0, 1.0), text.about("oven"):
+        text.counting(1)(1)  # nothing listens

@@ -45,6 +45,41 @@ def test_who_is_told_to_stop_in_the_middle_ends_there_and_so_do_the_helpers():
     assert len(begun) < 10_000
 
 
+@needs_two
+def test_paused_work_waits_in_all_threads_and_can_be_cancelled():
+    stop, unpaused, done, ended = threading.Event(), threading.Event(), [], []
+
+    def work(first, _last):
+        done.append(first)
+        time.sleep(1e-3)
+
+    def run():
+        with threads.stopped_by(stop, unpaused):
+            try:
+                threads.run(work, 10_000, 1)
+            except threads.StoppedError:
+                ended.append(True)
+
+    unpaused.set()
+    runner = threading.Thread(target=run)
+    runner.start()
+    for _ in range(2):
+        unpaused.clear()
+        time.sleep(0.05)
+        before = len(done)
+        time.sleep(0.05)
+        assert len(done) == before
+        unpaused.set()
+        time.sleep(0.05)
+        assert len(done) > before
+    unpaused.clear()
+    stop.set()
+    unpaused.set()
+    runner.join()
+    assert ended
+    assert len(done) < 10_000
+
+
 def test_who_is_told_to_stop_begins_nothing_more_and_others_go_on():
     stop, done = threading.Event(), []
     with threads.stopped_by(stop):

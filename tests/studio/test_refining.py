@@ -1,5 +1,6 @@
 """Refined pictures in windows: shown while nothing changes; otherwise the mesh's own vertices are drawn."""
 
+import threading
 import time
 from dataclasses import replace
 
@@ -10,6 +11,7 @@ from mouse import Mouse
 from waiting import endless, until
 
 import pvphong as ph
+from pvphong.base import threads
 from pvphong.studio import refining
 from pvphong.studio.lit_actors import LightingWarning
 
@@ -133,6 +135,65 @@ def test_nothing_is_refined_of_a_mesh_that_is_removed(window, monkeypatch, end):
     w.plotter.remove_actor([w.floor, w.over])
     end(w.plotter)
     until(lambda: len(stopped) == len(begun))  # the second one may have started again after a frame
+
+
+def test_coarse_pictures_come_first_and_a_paused_one_goes_on(new_plotter, monkeypatch):
+    asked, may_go_on, refine = [], threading.Event(), refining.refine
+
+    def slowly(surface, *args, **options):
+        asked.append(options["tolerance"])
+        while len(asked) == 3 and not may_go_on.is_set():
+            threads.go_on()
+            time.sleep(0.001)
+        return refine(surface, *args, **options)
+
+    plotter = new_plotter((200, 200))
+    plotter.show(auto_close=False)
+    monkeypatch.setattr(refining, "_AFTER", 0.0)
+    monkeypatch.setattr(refining, "refine", slowly)
+    plotter.phong.add_light(LAMP)
+    floor = plotter.phong.add_mesh(
+        pv.Plane(i_size=6, j_size=6, i_resolution=4, j_resolution=4), SHINY, refine=TOLERANCE / 4
+    )
+    (job,) = plotter.phong._subplot.lit.refining.values()
+    until(lambda: plotter.render() or len(asked) == 3)
+    plotter.render()
+    np.testing.assert_allclose(asked, np.array([4, 1, 1 / 4]) * TOLERANCE)
+    assert (job.is_awaited, job.reached) == (True, TOLERANCE)
+    assert 0.2 < job.part < 0.5
+    coarse = floor.mapper.dataset
+    job.pause()
+    may_go_on.set()
+    time.sleep(0.05)
+    plotter.render()
+    assert (job.is_paused, job.seconds) == (True, 0.0)
+    assert floor.mapper.dataset is coarse
+    job.go_on()
+    until(lambda: plotter.render() or not job.is_awaited)
+    assert (job.reached, job.reason) == (TOLERANCE / 4, "")
+    assert floor.mapper.dataset.n_points > coarse.n_points
+
+
+def test_a_cancelled_picture_stays_as_it_is(window, monkeypatch):
+    begun, stopped, refine = [], [], refining.refine
+
+    def work(surface, *args, **options):
+        return (refine if options["tolerance"] > 5 * TOLERANCE else endless(begun, stopped))(surface, *args, **options)
+
+    w = window()
+    monkeypatch.setattr(refining, "refine", work)
+    w.phong.set_light("lamp", replace(LAMP, position=(-0.5, 0.2, 3)))
+    w.wait()
+    until(lambda: w.plotter.render() or len(begun) == 2)
+    w.plotter.render()
+    shown = w.floor.mapper.dataset
+    for each in w.phong._subplot.lit.refining.values():
+        each.pause()
+        each.cancel()
+    until(lambda: len(stopped) == 2)
+    w.plotter.render()
+    assert w.floor.mapper.dataset is shown
+    assert not w.shows_own()
 
 
 def test_what_cannot_be_refined_is_said_once_and_drawn_as_it_is(window, monkeypatch):

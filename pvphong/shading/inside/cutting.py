@@ -10,10 +10,12 @@ triangle contains a shadow that reaches no corner.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
 
+from pvphong.base import text
 from pvphong.base.types import BoolArray, Float64Array, IntArray
 from pvphong.shading.inside.lighting import seen_at, steps_at
 from pvphong.shading.inside.places import area, lattice, odd_corner, sizes
@@ -55,7 +57,9 @@ class Cuts(NamedTuple):
     """True if the limit of vertices stopped the cuts."""
 
 
-def cut_edges(surface: LitSurface, tolerance: float, limit: int) -> Cuts:
+def cut_edges(
+    surface: LitSurface, tolerance: float, limit: int, after_light: Callable[[], object] = lambda: None
+) -> Cuts:
     """Cut along the edges of all lights, one light after the other, where the colour jumps by more than a tolerance.
 
     Parameters
@@ -66,8 +70,14 @@ def cut_edges(surface: LitSurface, tolerance: float, limit: int) -> Cuts:
         Smaller jumps are not cut.
     limit : int
         Largest number of vertices afterwards.
+    after_light : callable
+        Called after the cuts of each light.
     """
-    cuts = [_Edge(surface, light, tolerance, limit).cut() for light in surface.lighting.sharp]
+    cuts, lights = list[Cuts](), surface.lighting.sharp
+    for number, light in enumerate(lights):
+        with text.stage("refining", number / len(lights), (number + 1) / len(lights)):
+            cuts.append(_Edge(surface, light, tolerance, limit).cut())
+        after_light()
     sides, strips, spent = zip(*cuts, strict=True) if cuts else ((), (), ())
     return Cuts(sum(sides), sum(strips), any(spent))
 

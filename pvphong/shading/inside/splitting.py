@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import partial
 from typing import Literal
 
 import numpy as np
 
-from pvphong.base import threads
+from pvphong.base import text, threads
 from pvphong.base.types import Float64Array, IntArray
 from pvphong.shading.inside.cutting import PIXEL, Cuts, cut_edges, uncut_area
 from pvphong.shading.inside.interpolation import (
@@ -29,6 +30,9 @@ _AIM, _CLOSE = 0.95, 0.7
 
 # Least urgency of triangles that a round splits, as a fraction of the largest.
 _URGENT = 0.25
+
+# Progress, a fraction of the whole, after the cuts, the first samples, and the splits that these require.
+_CUT, _SAMPLED, _SPLIT = 0.2, 0.4, 0.6
 
 # Least height of a triangle that is split, in steps of its coordinates' precision.
 _LEAST_HEIGHT = 16.0
@@ -68,7 +72,9 @@ class Refinement:
         result: Float64Array = self._known["error"]
         return result
 
-    def run(self, tolerance: float, limit: int, *, cut: bool) -> Stopped:
+    def run(
+        self, tolerance: float, limit: int, *, cut: bool, after_round: Callable[[], object] = lambda: None
+    ) -> Stopped:
         """Split until every error is within `tolerance` or splitting does not help; return the reason for stopping.
 
         It always stops: each round adds a point, and `limit` bounds the number of points.
@@ -81,17 +87,25 @@ class Refinement:
             Largest number of points.
         cut : bool
             True to cut along edges of shadows and cones first.
+        after_round : callable
+            Called after the cuts of each light and after each round of splits.
         """
         if cut:
-            self.cuts = cut_edges(self.surface, tolerance, limit)
-        self._measure(np.arange(len(self.surface.triangles)), tolerance)
+            with text.stage("refining", 0.0, _CUT):
+                self.cuts = cut_edges(self.surface, tolerance, limit, after_round)
+        with text.stage("refining", _CUT, _SAMPLED):
+            self._measure(np.arange(len(self.surface.triangles)), tolerance)
+        first = len(self._known)
         while len(rows := self._next_round(tolerance)):
             threads.go_on()
-            marks = self.surface.triangles.marks(rows, self._known["visible"])
-            if self.surface.triangles.n_vertices + np.count_nonzero(marks) > limit:
-                self._spend_what_is_left(tolerance, limit)
-                break
-            self._measure(self.surface.split(marks), tolerance)
+            part = _SAMPLED + (_SPLIT - _SAMPLED) * self._part(first, tolerance)
+            with text.stage("refining", part, part):
+                marks = self.surface.triangles.marks(rows, self._known["visible"])
+                if self.surface.triangles.n_vertices + np.count_nonzero(marks) > limit:
+                    self._spend_what_is_left(tolerance, limit)
+                    break
+                self._measure(self.surface.split(marks), tolerance)
+            after_round()
         if cut:
             self.cuts = self.cuts._replace(strip=self.cuts.strip + uncut_area(self.surface, tolerance))
         left = self.errors > tolerance
@@ -101,6 +115,15 @@ class Refinement:
             return "max_points"
         return "jump" if self._known["jump"][left].any() else "resolution"
 
+    def _part(self, first: int, tolerance: float) -> float:
+        """Return the progress of the rounds, estimated for errors proportional to the areas of triangles.
+
+        `first` is the number of triangles before the first round.
+        """
+        parts = np.where(self._known["stuck"], 1.0, np.maximum(self.errors / (_AIM * tolerance), 1.0))
+        expected = float(parts.sum()) - first
+        return (len(parts) - first) / expected if expected > 0.0 else 1.0
+
     def _next_round(self, tolerance: float) -> IntArray:
         """Return the triangles to split; an empty array if all that can be split are accurate."""
         while True:
@@ -108,7 +131,8 @@ class Refinement:
             if not len(rows):
                 if self._known["finished"].all():
                     return rows
-                self._finish(tolerance)
+                with text.stage("refining", _SPLIT, 1.0):
+                    self._finish(tolerance)
                 continue
             urgency = self._urgency(rows)
             rows = rows[urgency >= _URGENT * urgency.max()]

@@ -4,12 +4,14 @@ Read in this order:
 
 1. `fields`: kind, unit, range and help of a dataclass's fields, for forms. It also parses values from the page.
 2. `coloring`: the choice of an array and its colormap. `mix`: faders, which scale each light's contribution.
-3. `document`: the editable values, named by keys, with one undo history for panels and gizmos.
-4. `inputs` and `page`: Vuetify's components around the view.
+3. `opening`: the file that is shown, and lights that fit it when another is opened.
+   `new_light`: the place and the intensity of a new light. `document`: the editable values, named by keys, with one
+   undo history for panels and gizmos.
+4. `inputs` and `page`: Vuetify's components around the view. `messages`: errors in the words of the page.
 5. `access`: access control for HTTP and WebSocket, validation of messages, and uploads.
 6. `downloads`: the files to download, and the Python script that reproduces them.
 7. `report`: the accuracy report, measured in a separate process.
-8. `thumbnails`: spheres that show materials and reflectances.
+8. `framing`: the camera's angle in a narrow view. `thumbnails`: spheres that show materials and reflectances.
 9. `studio`: combines all of these, and has the server.
 10. `serving`: runs the studio in its own event loop, or in a notebook's.
 

@@ -23,19 +23,15 @@ import pyvista as pv
 
 from pvphong.base import check
 from pvphong.base.display import Display
-from pvphong.base.types import Vector
-from pvphong.base.vectors import unit_vector
 from pvphong.meshes.surfaces import FeatureAngle
 from pvphong.optics.light import Light
 from pvphong.optics.lights import LIGHT_TYPES, vtk_values
 from pvphong.optics.maps import FIELDS, Map
 from pvphong.optics.material import Material, as_material
 from pvphong.optics.reflectances import REFLECTANCES
-from pvphong.optics.roles import Aim, Corners, Length, Place, Up
 from pvphong.scene.light_model import LightModel
 from pvphong.scene.presets import setups
 from pvphong.scene.scene import Scene
-from pvphong.scene.viewer import Viewer
 from pvphong.studio.gizmos import Gizmo, Gizmos, History, commands
 from pvphong.studio.gizmos.gizmo import called
 from pvphong.studio.gizmos.handles import LightInScene
@@ -45,6 +41,8 @@ from pvphong.studio.subplot import Subplot
 from pvphong.studio.web import coloring
 from pvphong.studio.web.fields import edited, field_of, fields_of, form_of, has_stops
 from pvphong.studio.web.mix import Mix, MixState
+from pvphong.studio.web.new_light import brightened, placed_before
+from pvphong.studio.web.opening import OpenFile, Opening
 from pvphong.studio.window_lights import LightStates, RendererLight, free_name
 
 
@@ -97,8 +95,7 @@ _FIRST_OF_SCENE = ("ambient", "shadows", "ambient_occlusion", "bounces")
 """Fields of the light model that the page shows first."""
 
 # A new light: its offset from the scene's centre, to the right, up and towards the viewer, in scene sizes; its size, in
-# scene sizes; and the brightness that it gives to a white surface at the centre.
-_PLACE, _LARGE, _BRIGHT = (-0.6, 0.6, 0.5), 0.2, 0.6
+_LARGE = 0.2  # least distance between a new light and another, in scene sizes
 _APART = 0.45  # distance to the right of an existing light, in scene sizes
 _MOST_STOPS = 100.0
 
@@ -121,6 +118,7 @@ class DocumentState(NamedTuple):
     accuracy: Accuracy
     mix: MixState
     feature_angles: dict[LitMesh, FeatureAngle]
+    file: OpenFile | None
 
 
 class Document:
@@ -134,17 +132,19 @@ class Document:
         The lights, lit meshes and gizmos.
     history : History
         The undo history, shared with the gizmos.
+    opening : Opening, optional
+        The file that is shown; None if no other file is ever opened.
     """
 
-    def __init__(self, phong: Any, subplot: Subplot, history: History) -> None:
-        self._phong, self._subplot, self.history = phong, subplot, history
+    def __init__(self, phong: Any, subplot: Subplot, history: History, opening: Opening | None = None) -> None:
+        self._phong, self._subplot, self.history, self._opening = phong, subplot, history, opening
         refined = (each.tolerance for each in subplot.lit.refining.values())
         self._accuracy = Accuracy(refine=min(refined, default=None))
         self.mix = Mix(subplot)
         self.textures: dict[Map, str] = {}
         """File names of uploaded textures."""
         self._numbers: dict[RendererLight, int] = {}
-        self._middles = {"accuracy.refine": -8.0}  # 1/256, as fine as a display
+        self._middles: dict[str, float] = {}
         self._sliding: tuple[str, Any] | None = None
 
     @property
@@ -182,10 +182,13 @@ class Document:
             accuracy=self.accuracy,
             mix=self.mix.state,
             feature_angles={mesh: mesh.feature_angle for mesh in self._subplot.lit.meshes},
+            file=None if self._opening is None else self._opening.file,
         )
 
     def revert(self, now: DocumentState, then: DocumentState) -> None:
         """Undo the changes that were made between the states `then` and `now`."""
+        if self._opening is not None and then.file is not None and then.file is not now.file:
+            self._opening.show(then.file, then.accuracy.refine)
         self._subplot.lights.revert(now.lights, then.lights)
         self._subplot.lit.revert(now.materials, then.materials)
         if now.light_model != then.light_model:
@@ -225,6 +228,13 @@ class Document:
         """Redo the last undone step; return False if there is none."""
         return self.history.redo()
 
+    def open(self, mesh: Any, file: OpenFile) -> None:
+        """Show another file, as one undo step; see `Opening.open`."""
+        if self._opening is None:
+            check.refuse("file", file.stem, "opened in a studio")
+        with self._step():
+            self._opening.open(mesh, file, self.accuracy.refine)
+
     # -- cancelling background computations
 
     def cancel_bounces(self) -> str:
@@ -240,8 +250,13 @@ class Document:
         as_before = ", as before" if kept == drawn else ""
         return f"Bounced light is cancelled: bounces = {kept}{as_before}."
 
+    def go_on_refining(self) -> None:
+        """Continue refining that was paused."""
+        for refining in self._subplot.lit.refining.values():
+            refining.go_on()
+
     def cancel_refining(self) -> None:
-        """Cancel refining until the next edit."""
+        """Cancel refining until the next edit; the last picture stays."""
         for refining in self._subplot.lit.refining.values():
             refining.cancel()
 
@@ -332,7 +347,7 @@ class Document:
         """Add a light and select it. `kind` is the name of the light's kind in scene files.
 
         The light shines on the scene from the upper left. If lights are there already, the new light is to the right of
-        them.
+        them, and raises the mean of the picture by a third of a stop.
         """
         made = LIGHT_TYPES[check.choice("kind", kind, LIGHT_TYPES)]
         scenery, viewer = self.gizmos.scenery, self._subplot.lights.viewer
@@ -342,6 +357,8 @@ class Document:
             origin = LightInScene(light, scenery).origin
             if all(math.dist(origin, other) > _LARGE * scenery.size for other in taken):
                 break
+        if any(known.on for known in self._subplot.lights.values):
+            light = brightened(light, self._subplot.scene, self._subplot.lit.shown)
         name = free_name(kind, {known.name for known in self._subplot.lights.values})
         with self._step():
             self.gizmos.add(replace(light, name=name))
@@ -563,6 +580,8 @@ class Document:
 
     def shown(self) -> dict[str, Any]:
         """Return all values for the page: name in the page's state → value."""
+        moving = None if self._sliding is None else self._sliding[0]
+        self._middles = {key: middle for key, middle in self._middles.items() if key == moving}
         viewer, gizmos = self._subplot.lights.viewer, self.gizmos
         selected, soloed = gizmos.selected, gizmos.soloed
         lights = []
@@ -663,30 +682,3 @@ def new_reflectance(name: str) -> Any:
         if field.name in missing
     }
     return kind(**given)
-
-
-def placed_before(light: Light, center: Vector, size: float, viewer: Viewer, *, right: float = 0.0) -> Light:
-    """Return a light in world coordinates that shines on a scene from the upper left, at a suitable intensity.
-
-    Parameters
-    ----------
-    light : Light
-        A light with the defaults of its kind.
-    center, size
-        The scene's centre, and half its diagonal.
-    viewer : Viewer
-        Defines left and up.
-    right : float, default 0
-        Offset to the right, in scene sizes.
-    """
-    middle, axes = np.array(center), viewer.axes
-    place = middle + size * np.add(_PLACE, (right, 0.0, 0.0)) @ axes
-    ahead = np.array(unit_vector((middle - place).tolist()))
-    across = np.array(unit_vector(np.cross(axes[1], ahead).tolist()))
-    local = np.stack([across, np.cross(across, ahead), -ahead])  # the corners' default normal is −z
-    light = light.with_values(Place, place.tolist()).with_values(Aim, (middle - place).tolist())
-    light = light.with_values(Length, _LARGE * size).with_values(Up, viewer.up)
-    for corners in light.values(Corners):
-        light = light.with_values(Corners, (place + 2.0 * _LARGE * size * np.array(corners) @ local).tolist())
-    strength = float(np.broadcast_to(light.arrival(middle[:, None]).strength, 1)[0])
-    return replace(light, intensity=_BRIGHT / strength) if 0.0 < strength < math.inf else light

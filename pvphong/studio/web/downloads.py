@@ -63,6 +63,8 @@ class Downloads:
         Prefix of the file names.
     textures : mapping
         Texture → file name, for textures from files. Rig and script refer to textures by these names.
+    is_as_shown : bool, default False
+        True to take the colours that the view shows, 8 bits per channel, instead of computing them.
     """
 
     meshes: Mapping[str, LitMesh]
@@ -71,6 +73,7 @@ class Downloads:
     reading: str
     stem: str
     textures: Mapping[Map, str]
+    is_as_shown: bool = False
 
     def __post_init__(self) -> None:
         self.stem = re.sub(r"[^\w.-]+", "-", self.stem).strip(".-") or "mesh"
@@ -123,11 +126,14 @@ class Downloads:
 
     @cached_property
     def lit(self) -> Any:
-        """The lit mesh or blocks, computed once. It can be read in any thread."""
+        """The lit mesh or blocks, computed once. It can be read in any thread, unless `is_as_shown`."""
         return self._lit_in(self.scene)
 
     def _lit_in(self, scene: Scene) -> Any:
         options, materials = self.options, self.materials
+        if self.is_as_shown:
+            shown = {name: mesh.as_shown() for name, mesh in self.meshes.items()}
+            return next(iter(shown.values())) if len(shown) == 1 else pv.MultiBlock(shown)
         if len(self.meshes) == 1:
             mesh = next(iter(self.meshes.values())).mesh
             return mesh.phong.shade(scene, materials[DEFAULT], **options)
@@ -194,7 +200,9 @@ class Downloads:
         else:
             matrix, how, scene = self.options.get("matrix"), dict[str, Any](), self.scene
             display = plotter.phong.display
-            if what == "png" and display != Display():  # the view clamps nothing before the display either
+            if (
+                what == "png" and display != Display() and not self.is_as_shown
+            ):  # the view clamps nothing before the display either
                 scene = replace(scene, light_model=replace(scene.light_model, clamp=False))
             lit = self.lit if scene is self.scene else self._lit_in(scene)
             if what in ("png", "glb") and matrix is not None:  # these show the mesh where it is drawn

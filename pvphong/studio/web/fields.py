@@ -38,8 +38,12 @@ _KINDS: Mapping[str, Kind] = {
 _OF_THOUSANDS = re.compile(r"[-+]?[1-9]\d{0,2}(,\d{3})+(\.\d*)?")
 """A number whose commas may separate thousands. 1,000 is ambiguous, because some languages use decimal commas."""
 
-_STOPS = 8.0
-"""Range of the slider of a number without an upper limit: this many stops up and down, a factor of 2⁸ = 256 each."""
+_STOPS = 4.0
+"""Range of the slider of a number without an upper limit: this many stops up and down, a factor of 2⁴ = 16 each."""
+
+
+_STEP = 2.0**-4
+"""Least movement of that slider, in stops."""
 
 
 class Field(NamedTuple):
@@ -138,8 +142,8 @@ def form_of(value: Any, key: str, middles: dict[str, float], *, hidden: Sequence
     key : str
         Prefix of the entries' keys, which identify fields in edits.
     middles : dict
-        Key → centre of the slider of a number without an upper limit, in stops. The centre is kept while the number is
-        within the slider's range, so that the slider does not shift during a drag.
+        Key → centre of the slider of a number without an upper limit, in stops. A missing key is added, with the
+        current value; remove the key when the slider has been moved, so that its centre is the new value.
     hidden : sequence of str
         Fields to leave out.
     """
@@ -189,12 +193,9 @@ def _slider(field: Field, value: float | None, key: str, middles: dict[str, floa
     """Return the position and limits of a number's slider; empty if the number has no slider."""
     if has_stops(field) and value is not None:
         stops = math.log2(value) if value > 0.0 else -math.inf
-        middle = middles.get(key, 0.0)
-        if stops > -math.inf and abs(stops - middle) > _STOPS:
-            middle = 4.0 * round(stops / 4.0)
-        middles[key] = middle
+        middle = middles.setdefault(key, stops if value > 0.0 else 0.0)
         low, high = middle - _STOPS, middle + _STOPS
-        return {"slide": max(stops, low), "from": low, "to": high, "step": 0.0625, "stops": True}
+        return {"slide": min(max(stops, low), high), "from": low, "to": high, "step": _STEP, "stops": True}
     if value is None or not (field.least > -math.inf and field.most < math.inf):
         return {}
     step = (field.most - field.least) / 200.0

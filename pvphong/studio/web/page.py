@@ -17,6 +17,7 @@ from trame_pyvista.widgets import PyVistaRCAView
 from pvphong.scene.presets import setups
 from pvphong.studio.web.inputs import (
     DEFAULTS,
+    FINE,
     SIX_DIGITS,
     color_picker,
     color_text,
@@ -31,19 +32,30 @@ from pvphong.studio.web.inputs import (
 )
 
 _WIDTH, _NARROW = 400, 860
-"""Width of the panels, and largest width of a window in which the panels cover the view, in pixels."""
+"""Width of the panels, and largest width of a window in which the panels are closed at first, in pixels."""
+
+_IS_LOW = f"($vuetify.display.width <= {_NARROW} && $vuetify.display.height >= $vuetify.display.width)"
+"""JavaScript expression for whether the panels are below the view, in a narrow upright window."""
+
+_SIZE = (
+    f"{_IS_LOW} ? Math.round(0.45 * $vuetify.display.height)"
+    f" : Math.min({_WIDTH}, Math.round(0.5 * $vuetify.display.width))"
+)
+"""JavaScript expression for the height of the panels below the view, or for their width next to it, in pixels."""
 
 
 _STYLE = """
 html { overflow: hidden !important }
 .studio-view { position: absolute; inset: 0; touch-action: none }
 .studio-view:focus-within { outline: 2px solid rgb(var(--v-theme-primary)); outline-offset: -2px }
-.v-application .v-btn:not(.v-btn--icon) { text-transform: none; min-width: 0; padding: 0 8px }
+.v-application .v-btn:not(.v-btn--icon),
+.v-overlay-container .v-btn:not(.v-btn--icon) { text-transform: none; min-width: 0; padding: 0 8px }
 .studio-number { flex: 0 0 142px }
 .studio-numbers { display: flex; gap: 6px }
 .studio-buttons { display: flex; flex-wrap: wrap; gap: 4px }
 .studio-row { display: flex; align-items: center; gap: 8px; margin-top: 10px }
 .studio-head { display: flex; align-items: center; gap: 6px }
+.studio-heading { font: inherit }
 .studio-label { flex: 0 0 116px; font-size: 13px; line-height: 1.2; overflow-wrap: anywhere }
 .studio-unit { opacity: .7; font-size: 12px }
 .studio-hex { flex: 0 0 86px }
@@ -53,7 +65,7 @@ html { overflow: hidden !important }
 .studio-size { flex: 0 0 116px }
 .studio-swatch { width: 32px; height: 40px !important; min-width: 32px !important;
   border: 1px solid rgba(128, 128, 128, .6) }
-.studio-panel { max-width: 92vw }
+.studio-panel.v-navigation-drawer--bottom { max-height: none }
 .studio-jump { display: flex; overflow-x: auto; padding: 4px 8px; border-bottom: 1px solid rgba(128, 128, 128, .3) }
 .v-application .studio-jump .v-btn { padding: 0 4px; min-width: 0; letter-spacing: 0 }
 .studio-light { border-color: rgba(128, 128, 128, .35) }
@@ -91,7 +103,17 @@ window.addEventListener('keydown', ({ key, target: input }) => {
 """Arrow keys up and down in a number input: add or subtract 1."""
 
 
-_DRAWN = f"drawer ?? utils.get('innerWidth') > {_NARROW}"
+_ALT = """
+(() => {
+  const describe = () => document.querySelectorAll('.studio-view').forEach((view) =>
+    view.querySelectorAll('img').forEach((image) => image.alt === view.dataset.alt || (image.alt = view.dataset.alt)));
+  new MutationObserver(describe).observe(document.documentElement,
+    { childList: true, subtree: true, attributes: true, attributeFilter: ['data-alt'] });
+})();
+"""
+"""Gives the image of the view its alternative text, which trame's component does not."""
+
+_DRAWN = f"drawer ?? $vuetify.display.width > {_NARROW}"
 """JavaScript expression for whether the panels are open. At first, they are open if there is room next to the view."""
 
 _PANELS = ("lights", "mix", "material", "picture", "scene", "plan", "accuracy", "files")
@@ -100,6 +122,8 @@ _JUMP = (
     " utils.get('document').getElementById('panel-{name}').scrollIntoView({{ behavior: 'smooth' }})"
 )
 
+
+_TEXT = ':data-alt="view_text"'
 
 _SHOW_SELECTED = (
     "utils.get('setTimeout')(() => utils.get('document').querySelector('.studio-selected')"
@@ -125,13 +149,16 @@ def build(server: Any, plotter: Any, kinds: Mapping[str, str]) -> Any:
     own: dict[str, Any] = {"local": {}, "drawer": None, "open_panels": list(range(len(_PANELS)))}
     own |= {"busy": False, "uploads": 0}
     server.state.client_only(*own)
-    server.state.update(own | {"refusals": 0, "notice": "", "theme": "dark", "trame__title": "pvphong studio"})
+    server.state.update(
+        own | {"refusals": 0, "notice": "", "remedies": [], "theme": "dark", "trame__title": "pvphong studio"}
+    )
     server.state.update({"seconds": 20, "width": 1920, "height": 1080})
     with VAppLayout(server, vuetify_config={"defaults": DEFAULTS}, theme=("theme",)):
         client.Style(_STYLE)
-        client.Script(_KEYS + _STEPS)
+        client.Script(_KEYS + _STEPS + FINE + _ALT)
         with v.VAppBar(density="compact", flat=True, border=True):
-            v.VAppBarTitle("{{ title }}", classes="text-body-1 font-weight-medium")
+            with v.VAppBarTitle():
+                html.H1("{{ title }}", classes="text-body-1 font-weight-medium text-truncate")
             for icon, name, label, click, more in (
                 ("undo", "undo", "Undo (Ctrl+Z)", "trigger('undo')", {"disabled": ("!can_undo",)}),
                 ("redo", "redo", "Redo (Ctrl+Y)", "trigger('redo')", {"disabled": ("!can_redo",)}),
@@ -144,11 +171,10 @@ def build(server: Any, plotter: Any, kinds: Mapping[str, str]) -> Any:
         with v.VNavigationDrawer(
             model_value=(_DRAWN,),
             update_modelValue="drawer = $event",
-            location="right",
+            location=(f"{_IS_LOW} ? 'bottom' : 'right'",),
             classes="studio-panel",
-            width=_WIDTH,
-            mobile_breakpoint=_NARROW,  # Vuetify's default covers the view below 1280 pixels
-            temporary=(f"utils.get('innerWidth') <= {_NARROW}",),
+            width=(_SIZE,),
+            mobile_breakpoint=0,  # otherwise the panels cover the view in small windows
             **found_by("panels", "Panels"),
         ):
             with v.Template(v_slot_prepend=True), html.Div(classes="studio-jump"):
@@ -168,22 +194,24 @@ def build(server: Any, plotter: Any, kinds: Mapping[str, str]) -> Any:
                 _accuracy()
                 _files()
         with (
-            v.VMain(style="height: 100vh"),
+            v.VMain(style="height: 100dvh"),
             html.Div(style="position: relative; height: 100%"),
-            html.Div(classes="studio-view", **found_by("view", "View of the model with gizmos; press h for the keys")),
+            html.Div(
+                classes="studio-view",
+                raw_attrs=[
+                    *found_by("view", "View of the model with gizmos; press h for the keys")["raw_attrs"],
+                    _TEXT,
+                ],
+            ),
         ):
             view = PyVistaRCAView(plotter, send_mouse_move=True, style="width: 100%; height: 100%")
             _start()
             with html.Div(classes="studio-awaited"):
                 _awaited("gathering", "computing bounced light", "cancel_bounces")
-                _awaited("refining", "refining the view", "cancel_refining")
-        v.VSnackbar(
-            "{{ notice }}",
-            model_value=("!!notice",),
-            timeout=-1,
-            location="bottom left",
-            **found_by("notice", status=True),
-        )
+                _awaited(
+                    "refining", "refining the view", "cancel_refining", paused="refining_paused", go_on="go_on_refining"
+                )
+        _notice()
     return view
 
 
@@ -193,7 +221,7 @@ def build(server: Any, plotter: Any, kinds: Mapping[str, str]) -> Any:
 @contextmanager
 def _panel(title: str, note: str = "") -> Iterator[None]:
     with v.VExpansionPanel(eager=True, id=f"panel-{title.lower()}"):
-        with v.VExpansionPanelTitle(title):
+        with html.H2(classes="studio-heading"), v.VExpansionPanelTitle(title):
             if note:
                 html.Span(note, classes="studio-unit ml-2")
         with v.VExpansionPanelText():
@@ -494,7 +522,7 @@ def _accuracy() -> None:
             html.Span("{{ refined }}", classes="studio-unit", **found_by("refined", status=True))
         with html.Div(v_if="accuracy.refine.set"):
             number_input("accuracy.refine", "refine-tolerance", "largest error")
-        html.Div("Report", classes="text-caption mt-3")
+        html.H3("Report", classes="text-caption mt-3")
         with html.Div(classes="studio-row"):
             typed_number("seconds", "s", label="time", classes="studio-number", found="report-seconds")
             v.VBtn(
@@ -540,7 +568,7 @@ def _accuracy() -> None:
 
 def _files() -> None:
     with _panel("Files"):
-        html.Div("Save", classes="text-caption")
+        html.H3("Save", classes="text-caption")
         with html.Div(classes="studio-buttons mt-1"):
             single = "mesh_count < 2"
             _take("rig", "rig", "Lights, viewer, light model and materials as .json, for pvphong --scene")
@@ -555,7 +583,7 @@ def _files() -> None:
             width, height = (f"encodeURIComponent({typed(side)})" for side in ("width", "height"))
             size = f"?width=' + {width} + '&height=' + {height} + '"
             _take("png", "picture .png", "The view without gizmos and refinement, in this size", size)
-        html.Div("Python script that reproduces the colours exactly", classes="text-caption mt-3")
+        html.H3("Python script that reproduces the colours exactly", classes="text-caption mt-3")
         v.VTextarea(
             model_value=("script",),
             readonly=True,
@@ -571,9 +599,9 @@ def _files() -> None:
             click="utils.get('navigator').clipboard.writeText(script)",
             **found_by("copy-script"),
         )
-        html.Div("Open another mesh or a rig", classes="text-caption mt-4")
+        html.H3("Open another mesh or a rig", classes="text-caption mt-4")
         html.Div(
-            "Another mesh starts with new lights. To keep the current lights, save the rig first and open it later.",
+            "Another mesh keeps the lights: they are moved and scaled to fit it. Undo shows the mesh before it.",
             classes="studio-unit",
         )
         _open("mesh")
@@ -609,14 +637,20 @@ def _open(name: str) -> None:
     file_input("mesh", "mesh: .stl .ply .obj .vtp .vtu .vtk .glb …", name=name)
 
 
-def _awaited(name: str, doing: str, cancel: str) -> None:
-    """Add a progress card over the view for a background computation. The state variable `name` is its percentage, or
-    null if nothing is computed.
+def _awaited(name: str, doing: str, cancel: str, *, paused: str = "false", go_on: str = "") -> None:
+    """Add a progress card over the view for a background computation.
+
+    The state variable `name` is its percentage, or null if nothing is computed. `paused` is the state variable for
+    whether it has paused, and `go_on` the trigger that continues it.
     """
     with v.VCard(v_if=f"{name} !== null", classes="pl-3 pr-1 py-1 mb-1", **found_by(name)):
         with html.Div(classes="studio-row mt-0"):
-            html.Span(doing, classes="text-body-2", **found_by("", status=True))
+            html.Span(f"{{{{ {paused} ? 'paused' : '{doing}' }}}}", classes="text-body-2", **found_by("", status=True))
+            html.Span(f"{{{{ {name} }}}} %", classes="text-body-2", **found_by(f"{name}-percent"))
             v.VSpacer()
+            if go_on:
+                more = found_by(go_on.replace("_", "-"), f"Go on: {doing}")
+                v.VBtn("Go on", v_if=paused, click=f"trigger('{go_on}')", **more)
             name_of_button = cancel.replace("_", "-")
             v.VBtn(
                 "Cancel", variant="text", click=f"trigger('{cancel}')", **found_by(name_of_button, f"Cancel: {doing}")
@@ -625,9 +659,33 @@ def _awaited(name: str, doing: str, cancel: str) -> None:
         v.VProgressLinear(model_value=(name,), indeterminate=(f"!{name}",), height=4, **how_much)
 
 
+def _notice() -> None:
+    """Add the message at the bottom, with buttons for remedies."""
+    with v.VSnackbar(
+        model_value=("!!notice",),
+        timeout=-1,
+        location="bottom left",
+        max_width=(f"({_DRAWN}) && !{_IS_LOW} ? $vuetify.display.width - ({_SIZE}) - 24 : undefined",),
+        min_width=0,
+        **found_by("notice", status=True),
+    ):
+        html.Span("{{ notice }}")
+        with v.Template(v_slot_actions=True):
+            then = "(before, call) => before.then(() => trigger(...call))"
+            calls = f"remedy.calls.slice(1).reduce({then}, trigger(...remedy.calls[0]))"
+            v.VBtn(
+                "{{ remedy.label }}",
+                v_for="remedy in remedies",
+                key=("remedy.label",),
+                classes="ml-1",
+                click=calls,
+                **found_by("remedy"),
+            )
+
+
 def _start() -> None:
     """Add the card that the view shows while there is no mesh."""
     with v.VCard(v_if="!has_mesh", classes="studio-start pa-4", max_width=420, **found_by("start")):
-        html.Div("Light a mesh", classes="text-h6")
+        html.H2("Light a mesh", classes="text-h6")
         html.Div("Choose an example or open a file. The studio adds lights to it.", classes="text-body-2 mb-2")
         _open("first-mesh")

@@ -12,8 +12,9 @@ import itertools
 import socket
 import weakref
 import webbrowser
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
+from dataclasses import replace
 from pathlib import Path, PurePath
 from typing import Any
 
@@ -27,14 +28,13 @@ from pvphong.base import check
 from pvphong.base.types import Float64Array
 from pvphong.meshes import colormaps
 from pvphong.meshes.blocks import DEFAULT, map_blocks
-from pvphong.meshes.default_scene import default_scene
 from pvphong.meshes.files import read, read_texture
 from pvphong.meshes.lit import plan
-from pvphong.meshes.pictures import aim, refuse_size
+from pvphong.meshes.pictures import refuse_size
 from pvphong.meshes.surfaces import shallow_copy, surface
 from pvphong.optics.lights import LIGHT_TYPES
 from pvphong.optics.maps import IMAGES, is_image_path
-from pvphong.optics.material import DEFAULT_MATERIAL, Material
+from pvphong.optics.material import Material
 from pvphong.optics.reflectances import REFLECTANCES
 from pvphong.scene.scene import Scene, load_materials
 from pvphong.shading.plan.effects import EFFECTS
@@ -45,6 +45,9 @@ from pvphong.studio.web.access import Access, Messages, upload
 from pvphong.studio.web.document import Document
 from pvphong.studio.web.downloads import EXAMPLES, LIT, Downloads, reading_file
 from pvphong.studio.web.fields import number_in
+from pvphong.studio.web.framing import Framing
+from pvphong.studio.web.messages import Remedy, in_page_words, remedies
+from pvphong.studio.web.opening import OpenFile, Opening
 from pvphong.studio.web.page import build
 from pvphong.studio.web.report import Measuring, Report
 from pvphong.studio.web.thumbnails import thumbnail
@@ -60,12 +63,15 @@ MESHES = (".vtp", ".vtu", ".vtk", ".vti", ".vts", ".vtr", ".vtkhdf", ".ply", ".s
 SKIES = (".hdr", ".png", ".jpg", ".jpeg")
 """Suffixes of the files that can be uploaded."""
 
+_BUDGET = 10.0
+"""Seconds after which refining pauses, until the page asks for more."""
+
 _MARKS = "pvphong worst vertices"
 
 _EDITS = (
     *("edit", "slide", "settle", "add", "set_up", "act", "select", "choose_material", "choose_reflectance"),
     "set_colormap",
-    *("start_mix", "solo_fader", "keep_mix", "cancel_bounces", "cancel_refining"),
+    *("start_mix", "solo_fader", "keep_mix", "cancel_bounces", "cancel_refining", "go_on_refining"),
 )
 """Methods of the document that the page can trigger."""
 
@@ -88,7 +94,7 @@ class Studio:
     host : str
         The address to listen on.
     keep : Path, optional
-        File to which the rig is written after each change, until another mesh is opened.
+        File to which the rig is written after each change, while the mesh is shown.
     """
 
     def __init__(
@@ -101,9 +107,10 @@ class Studio:
         host: str = "127.0.0.1",
         keep: Path | None = None,
     ) -> None:
-        self._plotter, self._subplot, self._host, self._keep = plotter, subplot, host, keep
-        self._reading, self._stem = reading_file(file), PurePath(file).stem
-        self.document = Document(plotter.phong, subplot, history)
+        self._plotter, self._subplot, self._host = plotter, subplot, host
+        shown = OpenFile(PurePath(file).stem, reading_file(file), keep)
+        self._opening = Opening(plotter, subplot, shown, self._forget_report)
+        self.document = Document(plotter.phong, subplot, history, self._opening)
         self.access = Access(host)
         self._loop = asyncio.get_running_loop()
         subplot.lit.is_in_a_page = True
@@ -120,8 +127,8 @@ class Studio:
         names |= {"reflectance_names": ["", *REFLECTANCES], "colormap_names": sorted(colormaps.names(), key=str.lower)}
         at_first = {"plan": {"accuracy": "", "meshes": []}, "script": "", "report": vars(Report()) | {"figure": ""}}
         self.server.state.update(names | at_first | {"marked": False} | self._shown())
-        self._triggers = {name: self._trigger(getattr(self.document, name)) for name in _EDITS}
-        self._triggers |= {name: self._trigger(act) for name, act in self._acts.items()}
+        self._triggers = {name: self._trigger(name, getattr(self.document, name)) for name in _EDITS}
+        self._triggers |= {name: self._trigger(name, act) for name, act in self._acts.items()}
         for name, trigger in self._triggers.items():
             self.server.controller.trigger(name)(trigger)
         kinds = {name: (kind.__doc__ or "").splitlines()[0].replace("`", "") for name, kind in LIGHT_TYPES.items()}
@@ -134,6 +141,7 @@ class Studio:
                 alive.show()
 
         self._tag = subplot.renderer.AddObserver("EndEvent", drawn)
+        self._framing = Framing(subplot.renderer)
 
     # -- triggers of the page
 
@@ -154,27 +162,36 @@ class Studio:
             "theme": self._turn_theme,
         }
 
-    def _trigger(self, act: Callable[..., Any]) -> Callable[..., None]:
+    def _trigger(self, name: str, act: Callable[..., Any]) -> Callable[..., None]:
         """Return a trigger that calls `act`, shows its message or its error, and requests a frame."""
         signature = inspect.signature(act)
 
         def trigger(*args: Any) -> None:
+            buttons: list[Remedy] = []
             try:
                 signature.bind(*args)
                 said = act(*args)
             except (ValueError, TypeError) as error:
                 said = str(error)
+                buttons = remedies(said, name, args)
                 self.server.state.refusals += 1
-            self._done(said)
+            self._done(said, buttons)
 
         return trigger
 
-    def _done(self, said: Any) -> None:
+    def _done(self, said: Any, buttons: Sequence[Remedy] = ()) -> None:
         """Show the message of an action, if any. Request a frame and an update of the page."""
         if isinstance(said, str) and said:
-            self.say(said)
+            self.say(said, buttons)
+        elif self.server.state.remedies:  # the error that they belong to is out of date
+            self._hush()
         self.draw()
         self.show()
+
+    def _forget_report(self) -> None:
+        """End a measurement and hide its marks, because they belong to another mesh."""
+        self._measuring.cancel()
+        self.mark_worst(False)
 
     def _turn_theme(self) -> None:
         state = self.server.state
@@ -182,15 +199,15 @@ class Studio:
 
     # -- state of the page
 
-    def say(self, text: str) -> None:
-        """Show a notice for a while."""
+    def say(self, text: str, buttons: Sequence[Remedy] = ()) -> None:
+        """Show a notice for a while, in the page's words, with buttons for remedies."""
         with self.server.state as state:
-            state.notice = text
+            state.update({"notice": in_page_words(text), "remedies": [each._asdict() for each in buttons]})
         self._later(_SAID_FOR, self._hush)
 
     def _hush(self) -> None:
         with self.server.state as state:
-            state.notice = ""
+            state.update({"notice": "", "remedies": []})
 
     def _later(self, seconds: float, act: Callable[[], None]) -> None:
         """Schedule a call after `seconds`. If the call is scheduled already, change its time."""
@@ -215,24 +232,41 @@ class Studio:
     def _shown(self) -> dict[str, Any]:
         meshes = self._subplot.lit.shown
         points = sum(mesh.drawn.n_points for mesh in meshes)
-        title = f"{self._stem}: {points:,} points" if meshes else "no mesh"
+        title = f"{self._opening.file.stem}: {points:,} points" if meshes else "no mesh"
         of_meshes = {"title": title, "has_mesh": bool(meshes), "mesh_count": len(meshes)}
-        return self.document.shown() | self._awaited() | of_meshes
+        shown = self.document.shown()
+        lit_by = ", ".join(light["called"] for light in shown["lights"] if light["on"]["value"]) or "no light"
+        return shown | self._awaited() | of_meshes | {"view_text": f"{title}; lit by {lit_by}"}
 
     def _awaited(self) -> dict[str, Any]:
         """Return the progress of background computations, and the result of refining."""
         part, refining = self._subplot.lit.gathering.part, self._subplot.lit.refining
-        is_awaited = any(each.is_awaited for each in refining.values())
-        reason = next((each.reason for each in refining.values() if each.reason), "")
-        if refining and self.document.mix.is_on:
-            reason = "a mix is on"
-        added = sum(mesh.actor.mapper.dataset.n_points - mesh.drawn.n_points for mesh in refining if mesh.actor)
-        said = f"not refined: {reason}" if reason else f"refined, {added:,} points added" if added else ""
+        awaited = [each for each in refining.values() if each.is_awaited]
         return {
             "gathering": None if part is None else round(100.0 * part),
-            "refining": 0 if is_awaited else None,
-            "refined": "refining" if is_awaited else said,
+            "refining": round(100.0 * min(each.part for each in awaited)) if awaited else None,
+            "refining_paused": any(each.is_paused for each in awaited),
+            "refined": self._refined(),
         }
+
+    def _refined(self) -> str:
+        """Return a text on the refined picture that is shown; "" if nothing is refined."""
+        refining = self._subplot.lit.refining
+        if not refining:
+            return ""
+        awaited = [each for each in refining.values() if each.is_awaited]
+        reason = next((each.reason for each in refining.values() if each.reason), "")
+        if self.document.mix.is_on:
+            return "not refined: a mix is on"
+        added = sum(mesh.actor.mapper.dataset.n_points - mesh.drawn.n_points for mesh in refining if mesh.actor)
+        if not added and (awaited or reason):
+            return "refining" if awaited else f"not refined: {reason}"
+        said = f"refined, {added:,} points added" if added else ""
+        if not awaited and not reason:
+            return said
+        reached = [each.reached or 0.0 for each in refining.values()]
+        within = f", error up to {max(reached):.2g}" if all(reached) else ""
+        return said + within + (f"; {reason}" if reason else " so far")
 
     def _show(self) -> None:
         with self.server.state as state:
@@ -245,6 +279,9 @@ class Studio:
         """Poll for background results and draw them. Repeat this while results are awaited."""
         lit = self._subplot.lit
         if lit.is_awaiting:
+            for refining in lit.refining.values():
+                if refining.seconds >= _BUDGET:
+                    refining.pause()
             if lit.refresh():
                 self.draw()
             with self.server.state as state:
@@ -275,13 +312,11 @@ class Studio:
 
     def _save(self) -> None:
         """Save the rig, if `keep` was given."""
-        if self._keep is not None:
+        if (keep := self._opening.file.keep) is not None:
             try:
-                self.downloads.save_rig(self._keep)
+                self.downloads.save_rig(keep)
             except ValueError:  # its message contains the whole path
-                self.say(
-                    f"The rig is not saved: {self._keep.name} cannot be written, or a map is an array without a name."
-                )
+                self.say(f"The rig is not saved: {keep.name} cannot be written, or a map is an array without a name.")
 
     # -- meshes and files
 
@@ -303,7 +338,7 @@ class Studio:
             activate(before)
 
     def open(self, mesh: Any, file: str, reading: str = "") -> None:
-        """Show another mesh in the default scene; this clears the undo history.
+        """Show another mesh, as one undo step. Lights are kept and moved to fit; see `Opening.open`.
 
         Parameters
         ----------
@@ -320,21 +355,8 @@ class Studio:
             If the mesh has no surface to light; nothing is changed then.
         """
         outside = map_blocks(mesh, surface) if isinstance(mesh, pv.MultiBlock) else surface(mesh)
-        scene, phong = default_scene(outside), self._plotter.phong
-        before = [each.actor for each in self._subplot.lit.meshes]
-        self._measuring.cancel()
-        self.mark_worst(False)
-        self.document.history.settle()  # otherwise a step with the old mesh would be recorded later
         with self._active():
-            phong.add_mesh(outside, DEFAULT_MATERIAL, refine=self.document.accuracy.refine)
-            for actor in before:
-                self._plotter.remove_actor(actor, render=False)
-            self._subplot.lights.replace(scene.lights)
-            phong.light_model = scene.light_model
-            aim(self._plotter, scene.viewer)
-            self._plotter.reset_camera_clipping_range()
-        self.document.history.clear()
-        self._stem, self._reading, self._keep = PurePath(file).stem, reading or reading_file(file), None
+            self.document.open(outside, OpenFile(PurePath(file).stem, reading or reading_file(file)))
 
     def open_example(self, name: str) -> None:
         """Show one of PyVista's example meshes."""
@@ -343,11 +365,15 @@ class Studio:
 
     @property
     def downloads(self) -> Downloads:
-        """The downloads of the current state."""
+        """The downloads of the current state. While a background computation runs, they are as the view shows them."""
         meshes = {self.document.mesh_name(mesh): mesh for mesh in self._subplot.lit.shown}
         tolerance = self.document.accuracy.tolerance
         textures = self.document.textures
-        return Downloads(meshes, self._subplot.scene, tolerance, self._reading, self._stem, textures)
+        is_as_shown = self._subplot.lit.is_awaiting
+        file, scene = self._opening.file, self._subplot.scene
+        if scene.viewer is not None:
+            scene = replace(scene, viewer=self._framing.in_a_wide_view(scene.viewer))
+        return Downloads(meshes, scene, tolerance, file.reading, file.stem, textures, is_as_shown)
 
     async def _give(self, request: web.Request) -> web.StreamResponse:
         """Answer a request for a download."""
@@ -356,15 +382,23 @@ class Studio:
         try:
             width, height = (request.query.get(name, "0") for name in ("width", "height"))  # only for pictures
             size = _whole("width", width), _whole("height", height)
-            if what in LIT:
+            if what in LIT and not downloads.is_as_shown:
                 await asyncio.to_thread(lambda: downloads.lit)  # slow with bounces
             with self._active():
                 name, content = downloads.read(what, self._plotter, size)
         except ValueError as error:
             self.say(str(error))
             return web.Response(status=400, text=str(error))
+        if what in LIT and downloads.is_as_shown:
+            self.say(f"{name} is as the view shows it now, with 8-bit colours. {self._unfinished()}")
         heading = {"Content-Disposition": f'attachment; filename="{name}"', "Cache-Control": "no-store"}
         return web.Response(body=content, headers=heading, content_type="application/octet-stream")
+
+    def _unfinished(self) -> str:
+        """Return a sentence on the background computation that a download did not wait for."""
+        is_gathering = self._subplot.lit.gathering.part is not None
+        doing = "Bounced light is" if is_gathering else "The refined view is"
+        return f"{doing} not complete yet; for exact colours, download it again later."
 
     async def _take_mesh(self, name: str, path: Path, _query: Mapping[str, str]) -> None:
         self.open(await asyncio.to_thread(read, path, guarded=True), name)
@@ -484,6 +518,7 @@ class Studio:
             await messages.disconnectClients()
 
         server.app.on_shutdown.append(end)
+        server.app.router.add_post("/paraview/", _no_launcher)
         server.app.router.add_get("/take/{what}", self._give)
         server.app.router.add_get("/report/{number}.png", self._figure)
         server.app.router.add_get("/thumbnail/{kind}/{name}", _thumbnail)
@@ -547,6 +582,7 @@ class Studio:
         for due in self._due.values():
             due.cancel()
         self._subplot.renderer.RemoveObserver(self._tag)
+        self._framing.release()
         self._subplot.lit.is_in_a_page = False
         if self._plotter.render_window is not None:
             self._plotter.render_window.SetMultiSamples(self._samples)
@@ -567,6 +603,14 @@ def _whole(name: str, given: Any) -> int:
     """Return a whole number, from a number or text."""
     number = number_in(name, given)
     return int(number) if number.is_integer() else check.refuse(name, given, "a whole number")
+
+
+async def _no_launcher(_request: web.Request) -> web.StreamResponse:
+    """Answer trame's page, which asks at the start whether a launcher has a session for it: there is no launcher.
+
+    The page then connects to the server that it comes from. An error would have the same effect, but browsers log it.
+    """
+    return web.Response(status=204)
 
 
 async def _thumbnail(request: web.Request) -> web.StreamResponse:

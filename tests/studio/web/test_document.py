@@ -12,7 +12,8 @@ from pvphong.optics.lights import LIGHT_TYPES, nearest_in_vtk
 from pvphong.optics.reflectances import REFLECTANCES
 from pvphong.studio.gizmos import commands
 from pvphong.studio.gizmos.interaction import Entry
-from pvphong.studio.web.document import Document, placed_before
+from pvphong.studio.web.document import Document
+from pvphong.studio.web.new_light import placed_before
 
 
 @pytest.fixture

@@ -137,12 +137,14 @@ def test_an_array_and_an_image_are_named_not_shown():
     assert inputs(Material(albedo="scan"))["albedo"]["map"] == "array 'scan'"
 
 
-def test_a_slider_without_ends_stays_while_its_number_is_on_it():
-    middles = {}
-    for intensity, middle in ((1.0, 0.0), (200.0, 0.0), (300.0, 8.0), (2.0, 8.0), (0.0, 8.0), (0.5, -0.0)):
+def test_a_slider_without_ends_spans_four_stops_to_either_side_and_stays_during_a_drag():
+    for intensity, middle in ((1.0, 0.0), (200.0, np.log2(200.0)), (0.0, 0.0)):
+        middles = {}
         entry = inputs(PointLight(intensity=intensity), middles)["intensity"]
-        assert (entry["from"], entry["to"]) == (middle - 8.0, middle + 8.0)
-        assert intensity == 0.0 or 2.0 ** entry["slide"] == pytest.approx(intensity)
+        assert (entry["from"], entry["to"]) == (middle - 4.0, middle + 4.0)
+        assert 2.0 ** entry["slide"] == pytest.approx(intensity or 2.0**-4)
+        dragged = inputs(PointLight(intensity=3.0 * intensity), middles)["intensity"]
+        assert (dragged["from"], dragged["to"]) == (middle - 4.0, middle + 4.0)
 
 
 def test_hex_strings_are_what_a_display_shows():

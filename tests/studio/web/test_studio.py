@@ -2,6 +2,7 @@
 
 import asyncio
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -13,7 +14,10 @@ pytest.importorskip("trame_pyvista", reason="the studio needs the extra trame")
 import pvphong as ph
 from pvphong.cli.app import main
 from pvphong.meshes.blocks import leaves
+from pvphong.optics.lights import LIGHT_TYPES
 from pvphong.studio.lit_mesh import SharedMaterial
+from pvphong.studio.web.new_light import placed_before
+from pvphong.studio.web.opening import Fit
 from pvphong.studio.web.report import Report
 from pvphong.studio.web.studio import _MARKS, Studio
 
@@ -63,15 +67,67 @@ def lamp_and_ball(new_plotter):
     return plotter
 
 
-def test_nothing_of_before_comes_back_after_a_mesh_is_opened_while_something_is_slid(lamp_and_ball):
+def test_a_mesh_that_is_opened_while_something_is_slid_is_a_step_after_it(lamp_and_ball):
     def act(studio):
+        before = lamp_and_ball.phong.lights
         studio.document.slide("light.1.intensity", 1.0)
         studio.open_example("nut")
-        opened = lamp_and_ball.phong.lights
+        assert studio.document.undo()
+        assert lamp_and_ball.phong.lights[0].intensity == 2.0
+        assert studio.document.undo()
+        assert lamp_and_ball.phong.lights == before
         assert not studio.document.undo()
-        assert lamp_and_ball.phong.lights == opened
 
     in_a_studio(lamp_and_ball, act)
+
+
+def test_an_opened_mesh_keeps_the_lights_and_is_one_step_of_undo(lamp_and_ball):
+    plotter = lamp_and_ball
+
+    def act(studio):
+        (ball,) = plotter.phong._subplot.lit.meshes
+        before, viewer, shown = plotter.phong.lights, plotter.phong.scene.viewer, ball.drawn["phong"].copy()
+        studio.document.edit("light.1.diffuse", "orange")
+        studio.open(pv.Sphere(radius=5.0, center=(100, 0, 0)), "large.stl")
+        (large,) = plotter.phong._subplot.lit.meshes
+        assert studio._shown()["title"] == f"large: {large.drawn.n_points:,} points"
+        assert 'ph.read("large.stl")' in studio.downloads.script().replace("'", '"')
+        (lamp,) = plotter.phong.lights
+        np.testing.assert_allclose(lamp.position, (100 + 8.0, -4.0, 9.0), rtol=1e-6)
+        assert (lamp.name, lamp.intensity, lamp.diffuse) == ("lamp", 1.0, (1.0, 165 / 255, 0.0))
+        plotter.render()
+        assert studio.document.undo()
+        assert plotter.phong._subplot.lit.meshes == (ball,)
+        assert plotter.actors["ball"] is ball.actor
+        assert plotter.phong.scene.viewer == viewer
+        assert studio._shown()["title"] == f"part: {ball.drawn.n_points:,} points"
+        assert studio.document.undo()
+        plotter.render()
+        assert plotter.phong.lights == before
+        np.testing.assert_array_equal(ball.drawn["phong"], shown)
+        assert studio.document.redo()
+        assert studio.document.redo()
+        assert plotter.phong._subplot.lit.meshes == (large,)
+        assert plotter.phong.lights == (lamp,)
+
+    in_a_studio(plotter, act)
+
+
+LIT_ALIKE = [kind(frame=frame) for kind in LIGHT_TYPES.values() for frame in ("world", "camera", "headlight")]
+
+
+@pytest.mark.parametrize("light", LIT_ALIKE, ids=lambda light: f"{type(light).__name__} {light.frame}")
+def test_a_mesh_of_another_size_is_lit_alike(light):
+    if isinstance(light, ph.PointLight | ph.SpotLight):
+        light = replace(light, attenuation=(1.0, 0.2, 0.1))
+    ball, other = pv.Sphere(center=(0, 0, -1)), pv.Sphere(radius=20.0, center=(7, 8, 9))
+    viewers = [ph.Viewer.framing(each.bounds) for each in (ball, other)]
+    if light.frame == "world":
+        light = placed_before(light, (0, 0, -1), 0.866, viewers[0])
+    fit = Fit(*(np.reshape(each.bounds, (3, 2)) for each in (ball, other)), *viewers)
+    lit = ball.phong.shade(ph.Scene([light], viewers[0]))
+    again = other.phong.shade(ph.Scene([fit.light(light)], viewers[1]))
+    np.testing.assert_allclose(again["phong"], lit["phong"], atol=2e-4)
 
 
 def test_a_message_that_says_what_the_camera_is_to_fit_is_refused(lamp_and_ball):
@@ -102,7 +158,7 @@ def test_a_studio_acts_on_its_own_subplot_whichever_is_active(new_plotter, shape
         assert own.camera.distance < 1e3
         assert (other.actors, other.camera, plotter.renderer) == ({"other": before}, camera, other)
         assert "ball" not in own.actors
-        assert studio.document.gizmos.lights.values[0].name != "lamp"
+        assert studio.document.gizmos.lights.values[0].name == "lamp"
 
     in_a_studio(plotter, act)
 

@@ -1,0 +1,44 @@
+"""A studio in a real Chromium."""
+
+import time
+
+import pytest
+import pyvista as pv
+from browsers import new_browser
+from pages import Page, Served
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    return tmp_path_factory.mktemp("studio")
+
+
+@pytest.fixture(scope="module")
+def driver(folder):
+    driver = new_browser(folder / "profile")
+    yield driver
+    driver.quit()
+
+
+@pytest.fixture(scope="module")
+def served(folder):
+    mesh = folder / "ball.ply"
+    pv.Sphere(theta_resolution=24, phi_resolution=24).save(mesh)
+    served = Served(mesh)
+    yield served
+    served.close()
+
+
+@pytest.fixture(scope="module")
+def opened(driver, served):
+    return Page(driver, served.address)
+
+
+@pytest.fixture
+def page(opened):
+    """The page with all edits undone."""
+    while opened.state("can_undo"):
+        opened.trigger("undo")
+        time.sleep(0.1)
+    opened.until(lambda: not opened.state("can_undo"))
+    return opened

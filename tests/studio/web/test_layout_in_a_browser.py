@@ -1,0 +1,69 @@
+"""Layout and accessibility of the page: small windows, headings, alternative texts, and a console without errors."""
+
+import numpy as np
+import pytest
+from browsers import needs_a_browser
+
+pytestmark = needs_a_browser
+
+
+def background_at_edges(picture):
+    """Return True if the columns at both sides of the view show only the background."""
+    sides = np.concatenate([picture[:, :3], picture[:, -3:]], axis=1)
+    return np.ptp(sides.astype(int), axis=1).max() < 12
+
+
+def test_nothing_fails_while_the_page_loads(page):
+    page.driver.get_log("browser")
+    page.driver.refresh()
+    page.until(lambda: page.all("light-row") and page.picture().std() > 5)
+    failed = [each for each in page.driver.get_log("browser") if each["level"] == "SEVERE"]
+    assert failed == []
+    failed = "return performance.getEntriesByType('resource').filter((each) => each.responseStatus >= 400)"
+    assert page.driver.execute_script(failed) == []
+
+
+def test_the_picture_has_an_alternative_text_and_panels_have_headings(page):
+    def image():
+        return page.all("view")[0].find_element("css selector", "img")
+
+    page.until(lambda: image().get_attribute("alt") == "ball: 530 points; lit by key, fill, rim")
+    page.trigger("edit", page.light("fill")["on"]["key"], False)
+    page.until(lambda: image().get_attribute("alt") == "ball: 530 points; lit by key, rim")
+    found = [each.text.split("\n")[0] for each in page.driver.find_elements("css selector", "h2 button")]
+    assert found == ["Lights", "Mix", "Material", "Scene", "Plan", "Accuracy", "Files"]
+    (title,) = page.driver.find_elements("css selector", "h1")
+    assert title.text == "ball: 530 points"
+
+
+@pytest.mark.parametrize(("width", "height"), [(700, 900), (700, 480), (390, 844)])
+def test_panels_never_cover_the_view_and_the_model_is_not_cropped(page, folder, width, height):
+    def rect(name):
+        return page.all(name)[0].rect
+
+    def is_apart():
+        view, panels = rect("view"), rect("panels")
+        beside = view["x"] + view["width"] <= panels["x"] + 1
+        return beside or view["y"] + view["height"] <= panels["y"] + 1
+
+    try:
+        page.resize(width, height)
+        page.until(lambda: rect("view")["width"] == width)
+        for is_open in (False, True):
+            if is_open:
+                page.click("drawer")
+                page.until(is_apart)
+            view = page.settled(lambda: (rect("view"), rect("panels")))[0]
+            assert view["width"] >= 0.45 * width
+            assert view["height"] >= 0.4 * height
+            shown = page.until(lambda: page.settled(lambda: page.picture().tolist()))
+            picture = np.array(shown)
+            page.driver.save_screenshot(str(folder / f"{width}x{height}-{'open' if is_open else 'closed'}.png"))
+            assert picture.std() > 5
+            assert background_at_edges(picture[60:-20])
+        page.click("drawer")
+        page.until(lambda: rect("view")["width"] == width and rect("view")["height"] > 0.8 * height)
+    finally:
+        page.driver.execute_script("window.trame.state.set('drawer', null)")
+        page.resize(900, 600)
+        page.until(lambda: rect("view")["width"] == 500)
