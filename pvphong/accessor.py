@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any, Concatenate, ParamSpec, TypeVar, cast
 import numpy as np
 import pyvista as pv
 
+from pvphong.base.display import Tone
 from pvphong.base.handles import Handle
 from pvphong.base.types import Backend, MatrixLike, Weighting
 from pvphong.meshes import lit, pictures, saving
@@ -329,7 +330,7 @@ class BlocksPhong(Handle):
         """Return a diagnosis of each dataset."""
         return self._by_path(lambda block: block.phong.diagnose(**options))
 
-    def plot(self, *, name: str = "phong", **options: Any) -> Any:
+    def plot(self, *, name: str = "phong", exposure: float = 0.0, tone: Tone = "none", **options: Any) -> Any:
         """Show lit blocks in one picture; see `MeshPhong.plot`."""
         lit_blocks = pv.MultiBlock(leaves(self._blocks))  # without tables and empty meshes
         for block in lit_blocks:
@@ -337,7 +338,7 @@ class BlocksPhong(Handle):
         together = lit_blocks.combine()  # PyVista ignores `rgb` for a MultiBlock
         for block in lit_blocks:
             together.field_data.update(block.field_data)  # for the scalar bar
-        return pictures.plot(together, name=name, **options)
+        return pictures.plot(together, name=name, exposure=exposure, tone=tone, **options)
 
     @_options_of(MeshPhong.color_view)
     def color_view(self, space: pictures.ColorSpace, **options: Any) -> pv.MultiBlock:

@@ -370,7 +370,7 @@ MESH_OR_POINTS = r"^mesh_or_points must be a mesh or an \(n, 3\) array of real n
         ([1, 2, 3], r"an array of shape \(3,\)"),
         (None, "None"),
         ("mesh.vtp", "mesh.vtp"),
-        (pv.MultiBlock([pv.Sphere(), None]), r"a MultiBlock of 2 blocks\. blocks\.phong\.plan\(\.\.\.\) plans each"),
+        (pv.MultiBlock([pv.Sphere(), None]), r"a MultiBlock of 2 blocks\. Use blocks\.phong\.plan"),
         (vtk.vtkPolyData(), r"a vtkPolyData\. Convert a VTK dataset with pyvista\.wrap"),
     ],
 )
