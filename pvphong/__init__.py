@@ -20,6 +20,7 @@ if TYPE_CHECKING:  # the alias tells a type checker that a name is public
     from pvphong import pipeline as pipeline
     from pvphong.accessor import BlocksPhong as BlocksPhong
     from pvphong.accessor import MeshPhong as MeshPhong
+    from pvphong.base.color import kelvin as kelvin
     from pvphong.base.display import Display as Display
     from pvphong.batch.shading import Batch as Batch
     from pvphong.batch.shading import shade_files as shade_files
@@ -85,6 +86,7 @@ _host.answered_by(_vtk_lights)
 
 _PLACES = {
     "accessor": "BlocksPhong MeshPhong",
+    "base.color": "kelvin",
     "base.display": "Display",
     "batch.shading": "Batch shade_files",
     "chunks": "evaluate",

@@ -58,9 +58,8 @@ class Display:
         so that they approach 1 and keep their differences.
     overlay : {"none", "clipping", "false color"}
         Marks in place of colours. "clipping" draws red where a channel is 1 or more after exposure, and blue where all
-        channels are 0. "false color" draws bands of luminance, in
-        stops from middle grey (0.18): violet, blue and teal for dark colours, green for middle grey, yellow and orange
-        for bright ones, red for those above white.
+        channels are 0. "false color" draws bands of luminance, in stops from middle grey (0.18): violet, blue and teal
+        for dark colours, green for middle grey, yellow and orange for bright ones, and red for those above white.
 
     Raises
     ------

@@ -22,6 +22,7 @@ import numpy as np
 import pyvista as pv
 
 from pvphong.base import check
+from pvphong.base.color import kelvin
 from pvphong.base.display import Display
 from pvphong.meshes.surfaces import FeatureAngle
 from pvphong.optics.light import Light
@@ -39,7 +40,7 @@ from pvphong.studio.lit_actors import MaterialsState
 from pvphong.studio.lit_mesh import LitMesh, SharedMaterial
 from pvphong.studio.subplot import Subplot
 from pvphong.studio.web import coloring
-from pvphong.studio.web.fields import edited, field_of, fields_of, form_of, has_stops
+from pvphong.studio.web.fields import edited, field_of, fields_of, form_of, has_stops, number_in
 from pvphong.studio.web.mix import Mix, MixState
 from pvphong.studio.web.new_light import brightened, placed_before
 from pvphong.studio.web.opening import OpenFile, Opening
@@ -362,6 +363,10 @@ class Document:
         name = free_name(kind, {known.name for known in self._subplot.lights.values})
         with self._step():
             self.gizmos.add(replace(light, name=name))
+
+    def set_temperature(self, number: Any, temperature: Any) -> None:
+        """Give a light the colour of a black body, as one undo step. The temperature is in kelvin, a number or text."""
+        self.edit(f"light.{number}.diffuse", kelvin(number_in("temperature", temperature)))
 
     def set_up(self, name: str) -> None:
         """Replace all lights by a set-up from `setups`, around the visible meshes, as one undo step."""

@@ -264,6 +264,15 @@ def _lights(kinds: Mapping[str, str]) -> None:
                 _light_head()
             number_input("light.intensity", "intensity")
             with html.Div(v_if="light.selected"):
+                v.VTextField(
+                    key=("light.number + 'temperature' + light.diffuse.hex + refusals",),
+                    label="colour temperature, K",
+                    hint="2700 is warm, 6500 white, 10000 blue",
+                    inputmode="decimal",
+                    classes="mt-3",
+                    change="trigger('set_temperature', [light.number, $event.target.value])",
+                    **found_by("temperature"),
+                )
                 form("light.fields")
 
 

@@ -69,7 +69,18 @@ _BUDGET = 10.0
 _MARKS = "pvphong worst vertices"
 
 _EDITS = (
-    *("edit", "slide", "settle", "add", "set_up", "act", "select", "choose_material", "choose_reflectance"),
+    *(
+        "edit",
+        "slide",
+        "settle",
+        "add",
+        "set_up",
+        "set_temperature",
+        "act",
+        "select",
+        "choose_material",
+        "choose_reflectance",
+    ),
     "set_colormap",
     *("start_mix", "solo_fader", "keep_mix", "cancel_bounces", "cancel_refining", "go_on_refining"),
 )

@@ -467,3 +467,13 @@ def test_a_set_up_needs_a_mesh_and_a_name(document, plotter):
     plotter.clear_actors()
     with pytest.raises(ValueError, match=r"^mesh must be open; got none"):
         document.set_up("product")
+
+
+def test_a_temperature_is_a_colour_and_one_step(document, plotter):
+    before = document.state
+    document.set_temperature(1, "3200")
+    assert plotter.phong.lights[0].diffuse == ph.kelvin(3200)
+    with pytest.raises(ValueError, match=r"^temperature must be a finite number >= 1667"):
+        document.set_temperature(1, 100)
+    document.undo()
+    assert document.state == before

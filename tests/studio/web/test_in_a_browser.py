@@ -192,6 +192,17 @@ def test_a_slider_is_moved_as_one_step(page):
     assert not page.state("can_undo")
 
 
+def test_a_temperature_sets_the_colour_of_a_light(page):
+    page.click("add-point")
+    page.until(lambda: page.light("point")["selected"])
+    page.type("temperature", "2700")
+    page.until(lambda: np.allclose(page.light("point")["diffuse"]["value"], ph.kelvin(2700)))
+    page.type("temperature", "100")
+    page.until(lambda: "1667" in page.state("notice"))
+    page.click("undo")
+    page.until(lambda: page.light("point")["diffuse"]["hex"] == "#ffffff")
+
+
 def test_a_set_up_is_chosen_by_its_picture_and_undone(page):
     before = [light["called"] for light in page.state("lights")]
     page.click("setups")
