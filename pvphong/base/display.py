@@ -95,11 +95,23 @@ class Display:
         -------
         ndarray
             Shape (n, 3), uint8.
+
+        Raises
+        ------
+        ValueError
+            If `rgb` does not hold floats, or an array has another shape or type.
         """
-        result = np.empty(rgb.shape, np.uint8) if out is None else out
+        given = check.array("rgb", rgb)
+        if np.asarray(rgb).dtype.kind != "f":
+            allowed = "an array of floats, where 1 is full intensity"
+            check.refuse("rgb", f"an array of {np.asarray(rgb).dtype}", allowed, "Divide colours from 0 to 255 by 255.")
+        result = np.empty(given.shape, np.uint8) if out is None else out
+        if result.shape != given.shape or result.dtype != np.uint8:
+            got = f"an array of {result.dtype} with shape {result.shape}"
+            check.refuse("out", got, f"an array of uint8 with the shape of rgb, {given.shape}")
 
         def show(first: int, last: int) -> None:
-            exposed = np.multiply(rgb[first:last], 2.0**self.exposure, dtype=np.float32)
+            exposed = np.multiply(given[first:last], 2.0**self.exposure, dtype=np.float32)
             np.fmax(exposed, np.float32(0.0), out=exposed)  # NaN to 0 too
             if self.overlay == "false color":
                 result[first:last] = _false_colors(exposed)
@@ -111,7 +123,7 @@ class Display:
                 result[first:last][exposed.max(axis=1) >= 1.0] = _TOO_BRIGHT
                 result[first:last][~exposed.any(axis=1)] = _BLACK
 
-        threads.run(show, len(rgb), _AT_ONCE)
+        threads.run(show, len(given), _AT_ONCE)
         return result
 
 

@@ -81,3 +81,22 @@ def test_it_writes_into_an_array_that_is_given():
 def test_bad_values_are_refused(fields, message):
     with pytest.raises(ValueError, match=message):
         ph.Display(**fields)
+
+
+@pytest.mark.parametrize(
+    ("rgb", "out", "message"),
+    [
+        (np.zeros((2, 3), np.uint8), None, r"^rgb must be an array of floats, .* got an array of uint8\. Divide"),
+        (np.zeros((2, 4)), None, r"^rgb must be .* got an array of shape \(2, 4\)"),
+        ("red", None, r"^rgb must be"),
+        (COLORS, np.zeros((1, 3), np.uint8), r"^out must be an array of uint8 with the shape of rgb, \(40000, 3\)"),
+        (COLORS, np.zeros(COLORS.shape), r"^out must be .* got an array of float64 with shape \(40000, 3\)"),
+    ],
+)
+def test_arrays_that_are_no_colours_are_refused(rgb, out, message):
+    with pytest.raises(ValueError, match=message):
+        ph.Display()(rgb, out)
+
+
+def test_a_list_of_colours_is_taken():
+    assert ph.Display()([[0.0, 0.5, 2.0]]).tolist() == [[0, 128, 255]]

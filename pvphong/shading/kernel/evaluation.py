@@ -16,7 +16,7 @@ from pvphong.base import threads
 from pvphong.base.types import BoolArray, FloatArray
 from pvphong.optics.maps import COLORS, fractions
 from pvphong.optics.reflectance import Lobe
-from pvphong.shading.equation import Equation
+from pvphong.shading.equation import Equation, Share
 from pvphong.shading.kernel import code, driver, records
 from pvphong.shading.kernel.code import Library, NotCompiled, Request
 from pvphong.shading.kernel.vertices import BLOCK, ROWS
@@ -89,7 +89,7 @@ def shade(
     real = np.dtype(np.float64 if rgb.dtype == np.float64 else np.float32)
     codes = records.codes_of(whole, name_of(real))
     shown, apart = equation, None if result.base is None else _apart(equation, result)
-    black = _black(equation, result)
+    black = _black(() if apart is None else apart.shares, result)
     if apart is not None:
         equation = replace(equation, terms=tuple(term for share in apart.shares for term in share.terms))
     if codes is not None and equation is not whole:
@@ -189,11 +189,11 @@ def _apart(equation: Equation, result: Shading) -> records.Apart | None:
     return records.Apart(shares, own | dict(enumerate(map(offset, result.per_light))), components)
 
 
-def _black(equation: Equation, result: Shading) -> list[FloatArray]:
-    """Return the components, each of shape (n, 3), to which no share of the equation adds."""
+def _black(shares: Sequence[Share], result: Shading) -> list[FloatArray]:
+    """Return the components of a result, each of shape (n, 3), to which no share adds."""
     if result.base is None or result.per_light is None:
         return []
-    components, lights = {share.component for share in equation.shares}, {share.light for share in equation.shares}
+    components, lights = {share.component for share in shares}, {share.light for share in shares}
     by_light = {None: result.base} | dict(enumerate(result.per_light))
     return [getattr(result, name) for name in records.COMPONENTS if name not in components] + [
         array for light, array in by_light.items() if light not in lights

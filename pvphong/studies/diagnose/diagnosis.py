@@ -531,7 +531,7 @@ def _share(where: Any, weights: Float64Array) -> float:
 
 def _valid_faces(source: pv.PolyData, points: FloatArray) -> tuple[int, IntArray, Faces]:
     """Return the number of all faces, and the indices and corners of the faces whose points exist."""
-    connectivity, offsets = (np.asarray(each, np.int64) for each in unchecked_polygons(source))
+    connectivity, offsets = (np.array(each, np.int64) for each in unchecked_polygons(source))  # a diagnosis keeps them
     sizes = np.diff(offsets)
     in_range = (connectivity >= 0) & (connectivity < len(points))
     if in_range.all():

@@ -417,3 +417,11 @@ def test_a_face_that_comes_three_times_is_repeated_twice():
     points = np.float32([(0, 0, 0), (1, 0, 0), (0, 1, 0), (1, 1, 0)])
     faces = [(0, 1, 2), (1, 3, 2), (1, 2, 0), (2, 0, 1), (2, 1, 0)]
     assert diagnose(pv.PolyData.from_regular_faces(points, faces)).duplicate_faces.tolist() == [2, 3]
+
+
+def test_a_diagnosis_keeps_its_faces_when_the_mesh_is_edited_in_place():
+    mesh = pv.Sphere(theta_resolution=8, phi_resolution=8)
+    found = mesh.phong.diagnose()
+    before = found.to_mesh().regular_faces.copy()
+    mesh.GetPolys().GetConnectivityArray().FillValue(0)
+    np.testing.assert_array_equal(found.to_mesh().regular_faces, before)
