@@ -52,7 +52,7 @@ def test_the_readme_is_short_and_has_the_commands_that_ci_runs():
     assert len(README.splitlines()) <= 150
     assert [line for line in SHELL["README"] if line.startswith(("python3", "apt-get"))] == [
         SET_UP + "pvphong demo",
-        SET_UP.replace("install", "install -e") + "python -m pytest -n 2 --dist loadfile",
+        SET_UP.replace("install", "install -e") + "python -m pytest -n 3 --dist loadfile",
         f"apt-get install --yes {HEADLESS_PACKAGES}",
     ]
     assert f"apt-get install --yes {HEADLESS_PACKAGES}" in SHELL["install"]

@@ -558,7 +558,7 @@ def test_light_that_bounces_is_gathered_while_the_page_is_live(page, folder):
     """The mesh takes seconds to gather: first it is cancelled, then it finishes."""
     from selenium.webdriver.common.keys import Keys
 
-    pv.ParametricTorus(ringradius=1.0, crosssectionradius=0.45, u_res=240, v_res=240).save(folder / "ring.vtp")
+    pv.ParametricTorus(ringradius=1.0, crosssectionradius=0.45, u_res=160, v_res=160).save(folder / "ring.vtp")
     bring(page, "mesh", folder / "ring.vtp")
     page.until(lambda: page.state("title").startswith("ring") and len(page.state("lights")) == 3)
     page.until(lambda: not page.state("busy"))

