@@ -70,7 +70,7 @@ class BlockingFaces:
         return len(self.corners)
 
     def __getstate__(self) -> dict[str, Any]:
-        """Return the state for pickling, with the points of a mesh as a plain array."""
+        """Return the state for pickling, with the points as a plain NumPy array."""
         return {"points": np.asarray(self.points), "corners": self.corners}
 
     @cached_property
@@ -91,12 +91,12 @@ class BlockingFaces:
 
     @cached_property
     def box(self) -> Box | None:
-        """Least and greatest coordinates of the sound triangles, shape (3,); None if there are none."""
+        """Least and greatest coordinates of the triangles with finite corners, shape (3,) each; None without any."""
         return box_of(self.sound.points) if len(self.sound) else None
 
     @property
     def sphere(self) -> Sphere | None:
-        """Bounding sphere of the sound triangles; None if there are none."""
+        """Bounding sphere of the triangles with finite corners; None without any."""
         return None if self.box is None else sphere_around(self.box)
 
 
@@ -211,8 +211,8 @@ class Caster:
     Parameters
     ----------
     faces : BlockingFaces
-        Triangles, at least one of them sound. Triangles without an area, or with a corner that is not finite, block
-        nothing.
+        Triangles, at least one of them with finite corners. Triangles without an area, or with a corner that is not
+        finite, block nothing.
     within : (low, high) or None
         Box of a larger set that contains the triangles. It determines rounding and origins of rays, so that these are
         the same as for the whole set. Defaults to the triangles' own box.
@@ -232,7 +232,7 @@ class Caster:
 
     @property
     def place(self) -> tuple[float, ...]:
-        """Centre of the box, and the power of two that scales it to −1 to 1."""
+        """Centre of the box, three numbers; then the power of two that scales the box to [−1, 1]."""
         return *self._middle.tolist(), math.ldexp(1.0, min(-self._exponent, 1023))
 
     @property
@@ -326,7 +326,7 @@ class Occluders:
     parts : sequence of BlockingFaces
         Parts in the world.
     within : (low, high), optional
-        Box of a larger surface that contains the parts. Rays are rounded as with all parts of that surface.
+        Box of a larger surface that contains the parts. Rays are then rounded as if the whole surface were given.
     """
 
     def __init__(self, parts: Sequence[BlockingFaces], within: Box | None = None) -> None:
@@ -415,7 +415,8 @@ class Occluders:
     def resolution(self, part: int | None) -> float:
         """Return the smallest length that the caster of a part resolves.
 
-        If the part has no caster, or is None, use the caster with the smallest triangles. Without casters, return 0.
+        If `part` is None or has no caster, return the resolution of the caster with the smallest parts. Without
+        casters, return 0.
         """
         if not self.casters:
             return 0.0

@@ -167,14 +167,14 @@ class Embree:
     def blocked(self, origins: Float64Array, directions: FloatArray, lengths: Float64Array) -> BoolArray:
         """Return, shape (n,), True for each ray that hits a triangle within its length.
 
-        `origins` has the shape (n, 3), `directions`, which holds unit vectors, too, and `lengths` the shape (n,). All
+        `origins` and `directions` have the shape (n, 3), and `lengths` has (n,). The directions are unit vectors. All
         numbers are of moderate size.
         """
         return kernel.rays_blocked(origins, directions, lengths, casters_of([self], [(0.0, 0.0, 0.0, 1.0)]))
 
 
 def casters_of(scenes: Sequence[Embree], places: Sequence[Sequence[float]]) -> Casters:
-    """Return scenes, in the form for compiled code, with the transforms of rays to their coordinates.
+    """Return scenes in the form that compiled code reads, with the transforms of rays to the scenes' coordinates.
 
     An entry of `places` has four numbers: the centre of a scene, and the power of two that scales it to [−1, 1].
 

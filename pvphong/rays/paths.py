@@ -387,10 +387,10 @@ class PathTracer:
         return Interaction(reflector, points, origins, v, values | {"normal": n}, BEFORE_LIGHT * resolution)
 
     def _along_paths(self, at: Interaction, numbers: _Numbers, rays: list[int]) -> Float64Array:
-        """Return, shape (3, n), the light that each path carries to its first point. `rays` receives numbers of rays.
+        """Return, shape (3, n), the light that each path carries to its first point.
 
         The result excludes the emission of the first points and the light from point-like lights there, which are not
-        random.
+        random. The numbers of rays that are cast are appended to `rays`.
         """
         light, bounces = np.zeros(at.points.shape), 0
         bundles = [_Bundle(at, np.arange(len(at)), np.ones(at.points.shape))]
@@ -412,7 +412,7 @@ class PathTracer:
     def _of_points(self, at: Interaction, rays: list[int]) -> Float64Array:
         """Return, shape (3, n), the reflection of all lights without a size, found by one ray from each point to each.
 
-        `rays` receives numbers of rays.
+        The number of rays is appended to `rays`, light by light.
         """
         total = np.zeros(at.points.shape)
         for term in at.equation.terms:
@@ -429,8 +429,8 @@ class PathTracer:
     ) -> Float64Array:
         """Return `sent`, reflected light of shape (3, n), with 0 at points from which the ray to the light is blocked.
 
-        The rays go along `to_light`, shape (3, n), and end at `lengths`, shape (n,), less the margin. `rays` receives
-        their number.
+        The rays go along `to_light`, shape (3, n), and end at `lengths`, shape (n,), less the margin. Their number is
+        appended to `rays`.
         """
         rows = np.flatnonzero(sent.any(axis=0))
         blocked = self.occluders.blocked(at.origins[:, rows].T, to_light[:, rows].T, lengths[rows] - at.margin)
@@ -444,8 +444,8 @@ class PathTracer:
     ) -> tuple[Float64Array, _Rays]:
         """Return the reflection of all area lights, shape (3, n), and the rays that continue the paths.
 
-        The light is estimated by samples on each light and by the sampled direction in which a path continues. `rays`
-        receives numbers of rays.
+        The light is estimated by samples on each light and by the sampled direction in which a path continues. The
+        numbers of rays that are cast are appended to `rays`.
         """
         at, paths = bundle.at, bundle.paths
         total = np.zeros(at.points.shape)

@@ -91,7 +91,7 @@ def look(
     count : int
         Number of vertices.
     cast : callable
-        Casts rays.
+        Casts rays from some vertices to some points of the light; see `CastRays`.
     triangles : ndarray
         Shape (m, 3): the vertices of each face.
     tolerance : float

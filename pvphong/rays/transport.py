@@ -310,8 +310,8 @@ class Transport:
     def matrix(self) -> Any:
         """Transport matrix, `scipy.sparse.csr_array` (n, n), float32.
 
-        The entries of a row are the fractions of one vertex's rays that hit each other vertex. Their sum is the
-        cosine-weighted part of the vertex's hemisphere that fronts of surfaces fill.
+        A row belongs to one vertex: its entries are the fractions of this vertex's rays that hit each vertex. The sum
+        of a row is the cosine-weighted part of the vertex's hemisphere that fronts of surfaces fill.
 
         Raises
         ------
@@ -365,7 +365,7 @@ class Transport:
     # -- files
 
     def refuse_other(self, checksum: str) -> None:
-        """Raise ValueError if the checksum of the meshes differs, so that this was computed for other meshes."""
+        """Raise ValueError unless `checksum`, of the meshes to light, is that of the meshes of this transport."""
         if checksum != self._checksum:
             remedy = "Recompute it with mesh.phong.transport(), with the same matrix, occluders and feature angle."
             check.refuse("transport", "one for other or moved meshes", "computed for the meshes that are lit", remedy)

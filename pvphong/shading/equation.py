@@ -118,7 +118,7 @@ class Equation:
     two_sided : bool
         True if vertices that face away from the viewer are lit with −n.
     local_facing : bool
-        True if the side is determined from `eye` rather than along `to_eye`.
+        True if the position `eye` determines which side of a vertex the viewer sees, False if `to_eye` does.
     clamp : bool
         True if the sum is clamped to [0, 1].
     matrix : ndarray or None
@@ -397,7 +397,10 @@ def _standard(
 
 
 def _refuse_unread(standard: Equation, scene: Scene, material: Material, names: Iterable[str]) -> None:
-    """Raise ValueError for a map that the reflectance does not read, or that VTK's convention does not support."""
+    """Raise ValueError if a field in `names` has a map that its reflectance does not read.
+
+    Also raise it for a map, except of albedo, in VTK's convention, which does not support maps.
+    """
     reflectance = standard.reflectance
     for name in names:
         if name == "albedo":
@@ -574,7 +577,7 @@ def relative_to_mesh(equation: Equation) -> Equation:
 
 
 def _seen_from_offset(place: VectorLike, matrix: Float64Array) -> Vector:
-    """Return a position minus t/w, rounded once; t is the last column of the matrix (L | t), and w its last entry."""
+    """Return a position minus t/w, rounded once. In the matrix, t is the translation, and w is the last entry."""
     w = Fraction(float(matrix[3, 3]))
     x, y, z = (float(Fraction(float(a)) - Fraction(t) / w) for a, t in zip(place, matrix[:3, 3].tolist(), strict=True))
     return x, y, z
@@ -628,8 +631,8 @@ def _parts(
 def by_closed_form(term: LightTerm, forms: Sequence[CosinePower | None]) -> tuple[tuple[Vector, ...], ...]:
     """Split a term's colours into those of lobes with a closed form, and those of the other lobes.
 
-    Both results have an entry for each lobe; each lobe's colour is in one result, and black in the other. `forms` is
-    `Equation.forms`, or None for lobes to be treated as if they had no closed form.
+    Both results have an entry for each lobe; each lobe's colour is in one result, and black in the other. `forms`
+    has the form of each lobe, or None for a lobe without a closed form.
     """
     _, light = term.light.tints(term.bands)[0]
     is_exact = [form is not None and light.analytic_integral(form) is not None for form in forms]

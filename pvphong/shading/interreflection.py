@@ -121,7 +121,7 @@ def bounced(sent: Radiosity, gather: Gather, count: int, *, apart: bool) -> Floa
     sent : Radiosity
         Light that all vertices send.
     gather : callable
-        Multiplication by T.
+        Function from the colours that vertices send to the mean colours that they see; multiplication by T.
     count : int
         At least 1.
     apart : bool

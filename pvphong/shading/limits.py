@@ -92,7 +92,10 @@ def _steepness(shininess: float) -> float:
 
 @most.register
 def _most_of_power(reflectance: Shiny, lobe: int, sightline: AngleBounds = ANYWHERE) -> float:
-    """Return 1 for the first lobe, else the power at the largest cosine, or 0 if the light is below the horizon."""
+    """Return 1 for the first, diffuse lobe. For a highlight, return the power at the largest cosine.
+
+    The bound on a highlight is 0 if the light is below the horizon of every vertex.
+    """
     if lobe == 0:
         return 1.0
     return _largest_power(reflectance, sightline) if sightline.theta < math.pi / 2 else 0.0

@@ -177,7 +177,7 @@ class Vertices:
         Raises
         ------
         ValueError
-            As `assemble`.
+            As for `assemble`.
         """
         tints = frozenset(self.maps).intersection(COLORS)
         return assemble(scene, self.without_maps(material), matrix, self.ranges, tints)

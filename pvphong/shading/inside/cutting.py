@@ -67,7 +67,7 @@ def cut_edges(
     surface : LitSurface
         Surface to split and cut, in place.
     tolerance : float
-        Smaller jumps are not cut.
+        Smaller jumps of a colour are not cut.
     limit : int
         Largest number of vertices afterwards.
     after_light : callable
@@ -367,7 +367,8 @@ class _Edge:
     def _snapped(self, found: _Crossings) -> IntArray:
         """Return, shape (n,), 1 for each vertex on the lit side of the edge, -1 on the dark side, and 0 on the edge.
 
-        A vertex is on the edge if all crossings of its sides are nearer to it than half of the allowed deviation.
+        A vertex counts as on the edge if the edge crosses its sides, and each crossing is nearer to the vertex than
+        half of the allowed deviation.
         """
         surface, triangles = self._surface, self._surface.triangles
         sides = np.flatnonzero(~np.isnan(found.along))

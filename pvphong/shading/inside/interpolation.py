@@ -102,9 +102,9 @@ def more_errors(vertices: LitVertices, corners: IntArray, enough: float | None =
 
 
 def all_errors(vertices: LitVertices, corners: IntArray) -> Float64Array:
-    """Return, shape (m,), the largest error of each triangle, shape (m, 3), at all samples and next to jumps.
+    """Return, shape (m,), the largest error of each triangle at all samples and next to jumps.
 
-    The error is 0 in triangles without an area or with a non-finite point.
+    `corners` has the shape (m, 3). The error is 0 in triangles without an area or with a non-finite point.
     """
     result = np.zeros(len(corners))
     rows = np.flatnonzero(sizes(vertices.points, corners)[1] > 0.0)

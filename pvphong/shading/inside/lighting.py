@@ -133,7 +133,8 @@ class Lighting:
     def _has_cone(self, light: int) -> bool:
         """Return True if the light is 0 outside a cone of less than 90°, so that the edge can be cut like a shadow's.
 
-        It cannot be in VTK's convention, nor if the light has an ambient colour, which visibility does not affect.
+        The edge cannot be cut in VTK's convention, nor if the light has an ambient colour, which visibility does not
+        affect.
         """
         given = self._lights[light]
         angles = given.values(Angle) if given.values(Aim) else []
@@ -157,7 +158,7 @@ class Lighting:
         return plan.run(vertices, precision="float64", among=self._among).rgb
 
     def vertices(self, points: FloatArray, normals: FloatArray) -> LitVertices:
-        """Return the mesh's own vertices, lit."""
+        """Light the mesh's own vertices, given by points and normals of shape (n, 3), and return them."""
         self._among = _PLACES_PER_VERTEX * len(points)
         p, n = np.asarray(points, np.float64), np.asarray(normals, np.float64)  # PyVista's arrays are slow to slice
         level = dot(*(columns(each) for each in self.in_world(p, n)))
@@ -192,7 +193,7 @@ class Lighting:
 
     @property
     def limits(self) -> tuple[float, float]:
-        """Least and largest value of a displayed colour."""
+        """Least and largest value of a displayed colour; infinite if the light model does not clamp."""
         return (0.0, 1.0) if self.scene.light_model.clamp else (-math.inf, math.inf)
 
     def shown(self, colors: Float64Array) -> Float64Array:
@@ -330,11 +331,13 @@ class ComparedColors(NamedTuple):
 def lit_inside(
     vertices: LitVertices, corners: IntArray, weights: Float64Array, compared: ComparedColors | None = None
 ) -> tuple[Float64Array, Float64Array]:
-    """Return the exact displayed colours, shape (m, s, 3), and their standard errors, shape (m, s), at places.
+    """Return the exact displayed colours at places in triangles, and their standard errors.
+
+    The colours have the shape (m, s, 3), the errors (m, s).
 
     `corners` holds the vertices of m triangles, shape (m, 3). `weights` holds the barycentric coordinates of s places
     in each triangle, shape (m, s, 3), or (s, 3) if they are the same for all. With `compared`, no more rays are cast
-    from a place once the difference between its colour and the given one is known to be allowed.
+    from a place once the difference between its colour and that in `compared` is known to be allowed.
     """
     own = vertices.points, vertices.normals, vertices.maps
     points, normals, maps = (blended(each, corners, weights) for each in own)

@@ -116,7 +116,7 @@ class Refinement:
         return "jump" if self._known["jump"][left].any() else "resolution"
 
     def _part(self, first: int, tolerance: float) -> float:
-        """Return the progress of the rounds as a fraction, for errors that are proportional to triangles' areas.
+        """Estimate which fraction of all rounds of splits is done, if errors are proportional to triangles' areas.
 
         `first` is the number of triangles before the first round.
         """

@@ -100,7 +100,7 @@ class LitSurface:
         return np.bincount(self.triangles.sides.ravel(), minlength=len(self.triangles.ends))
 
     def _opposite(self, sides: IntArray) -> IntArray:
-        """Return, shape (k,), the corner opposite to each side of a single triangle; -1 for sides of several."""
+        """Return, shape (k,), the corner opposite to each of `sides` that only one triangle has; -1 for the others."""
         corners = np.full(len(self.triangles.ends), -1)
         corners[self.triangles.sides] = np.roll(self.triangles.corners, 1, axis=1)
         corners[self._triangles_of != 1] = -1

@@ -262,21 +262,30 @@ def stages_of(sampling: Sampling) -> tuple[int, int] | None:
 
 
 def part_seen(*arguments: Any) -> tuple[FloatArray, FloatArray, Float64Array, int]:
-    """Call `rays.part_seen` with this process's library, then the arguments. Requires that `rays_obstacle` is ""."""
+    """Call `rays.part_seen` with this process's library as its first argument.
+
+    It requires that `rays_obstacle` returns "".
+    """
     from pvphong.shading.kernel import rays
 
     return rays.part_seen(_compiled(), *arguments)
 
 
 def point_seen(*arguments: Any) -> int:
-    """Call `rays.point_seen` with this process's library, then the arguments. Requires that `rays_obstacle` is ""."""
+    """Call `rays.point_seen` with this process's library as its first argument.
+
+    It requires that `rays_obstacle` returns "".
+    """
     from pvphong.shading.kernel import rays
 
     return rays.point_seen(_compiled(), *arguments)
 
 
 def vertices_met(*arguments: Any) -> tuple[NDArray[np.int32], int]:
-    """Call `hits.vertices_met` with this process's library, then the arguments. Requires that `rays_obstacle` is ""."""
+    """Call `hits.vertices_met` with this process's library as its first argument.
+
+    It requires that `rays_obstacle` returns "".
+    """
     from pvphong.shading.kernel import hits
 
     return hits.vertices_met(_compiled(), *arguments)
@@ -313,14 +322,20 @@ def blending() -> Blends | None:
 
 
 def ray_hits(*arguments: Any) -> tuple[IntArray, FloatArray, Float64Array]:
-    """Call `hits.hits` with this process's library, then the arguments. Requires that `rays_obstacle` is ""."""
+    """Call `hits.hits` with this process's library as its first argument.
+
+    It requires that `rays_obstacle` returns "".
+    """
     from pvphong.shading.kernel import hits
 
     return hits.hits(_compiled(), *arguments)
 
 
 def rays_blocked(*arguments: Any) -> BoolArray:
-    """Call `rays.blocked` with this process's library, then the arguments. Requires that `rays_obstacle` is ""."""
+    """Call `rays.blocked` with this process's library as its first argument.
+
+    It requires that `rays_obstacle` returns "".
+    """
     from pvphong.shading.kernel import rays
 
     return rays.blocked(_compiled(), *arguments)

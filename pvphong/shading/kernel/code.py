@@ -105,11 +105,11 @@ class Store:
 
     @property
     def folder(self) -> Path:
-        """Folder of the files."""
+        """Folder of the files with compiled code."""
         return Path(self._form.locator.get_cache_path())
 
     def load_overload(self, signature: Any, context: Any) -> Any:
-        """Return the code for a signature; None if it is not on disk."""
+        """Return the function's code for a signature; None if it is not on disk, or damaged or out of date there."""
         context.refresh()
         path, key = self._path_and_key(signature, context.codegen())
         with contextlib.suppress(Exception):  # no file, or any error of pickle and Numba while reading it
@@ -120,7 +120,7 @@ class Store:
         return None
 
     def save_overload(self, signature: Any, result: Any) -> None:
-        """Write code to disk, if possible."""
+        """Write the function's code for a signature to disk, if possible."""
         path, key = self._path_and_key(signature, result.codegen)
         code = dumps(self._form.reduce(result))
         with contextlib.suppress(ValueError), written_aside(path) as aside:  # full disk, deleted folder
@@ -309,7 +309,7 @@ class Library:
 
 
 def stage_signature(real: Any) -> Any:
-    """Return the signature of all stages: from numbers, rows and points to an integer."""
+    """Return Numba's signature of a stage, (numbers, rows, points) → integer, for rows of the type `real`."""
     return types.intp(_FLOATS, types.CPointer(real), _FLOATS)
 
 

@@ -237,7 +237,7 @@ def _of_lobes(
 
 
 def _reader(array: FloatArray | None, dtype: Any) -> Callable[[slice], tuple[int, FloatArray | None]]:
-    """Return a function of a slice, which returns the address of the slice's rows of `array` as C-contiguous `dtype`.
+    """Return a function from a slice to the address of these rows of `array`, C-contiguous and of the type `dtype`.
 
     The function also returns the object that keeps the rows alive: the array itself, or a copy of the rows. Without an
     array, it returns 0 and None.
@@ -256,7 +256,7 @@ def _reader(array: FloatArray | None, dtype: Any) -> Callable[[slice], tuple[int
 
 
 def _color_reader(tint: Tint | None, real: Any) -> Callable[[slice], tuple[int, FloatArray | None]]:
-    """Return a function of a slice, which returns the address of a map's colours (n, 3), and the array with them.
+    """Return a function from a slice to the address of a map's colours there, and the array (n, 3) with them.
 
     Without a tint, the function returns 0 and None.
     """

@@ -360,14 +360,17 @@ class FaceArrays(NamedTuple):
     def checked(
         cls, look_over: Callable[..., int], connectivity: NDArray[Any], offsets: NDArray[Any], n_points: int
     ) -> Self | None:
-        """Check the faces of a mesh and return them in the form for compiled code; None if it cannot process them.
+        """Check the faces of a mesh, and return them in the form that compiled code reads.
+
+        Return None if compiled code cannot process them.
 
         Parameters
         ----------
         look_over : callable
             Compiled `survey`.
         connectivity, offsets : ndarray
-            Point indices of all faces, and the index in this array at which each face begins, then its length.
+            Point indices of all faces, face after face; and the index in this array at which each face begins, followed
+            by the array's length.
         n_points : int
             Number of points. If a face has an index outside the points, None is returned.
         """
@@ -400,8 +403,8 @@ class FaceArrays(NamedTuple):
     def points_at_once(self, n_points: int, least: int, most: int) -> int:
         """Return the number of points that a call of compiled code should process.
 
-        It is `least` or more, until a chunk of faces has points in at most two ranges on average. But the ranges of all
-        threads together have at most about `most` points, unless each is as short as `least`.
+        It is `least`, doubled until a chunk of faces has points in at most two such ranges on average, so that few
+        chunks are read repeatedly. The doubling ends when the ranges of all threads together reach `most` points.
         """
         length = least
         while length * threads.count() < min(n_points, most):

@@ -61,7 +61,10 @@ the array of its light if this term completes the light, else 0. `is_alone`: its
 
 
 def _packer(kind: np.dtype[Any]) -> Callable[..., bytes]:
-    """Return a function that packs all fields of a record in order. NumPy takes ten times as long."""
+    """Return a function that packs the values of a record's fields, in order, into bytes.
+
+    NumPy takes ten times as long.
+    """
     types = (kind[name] for name in kind.names or ())
     return struct.Struct("@" + "".join(f"{math.prod(each.shape)}{each.base.char}" for each in types)).pack
 

@@ -232,8 +232,8 @@ def load_points(array: Any, first: int, count: int, s: Any, rows: Any, points: A
     """Load the points of a block, `count` vectors of `array` from the one with index `first` on.
 
     If `points` is null, they are copied into the rows `PX` to `PZ`. Otherwise, they are written into the three rows at
-    `points`, in float64, after the model matrix has transformed them, if there is one: a point p becomes
-    (L p + t) / w, where L and t are the columns of `s.matrix`, and w is `s.w`.
+    `points`, in float64. If there is a model matrix, it transforms them first: a point p becomes (L p + t) / w,
+    where L is the left 3 × 3 part of `s.matrix`, t is its last column, and w is `s.w`.
     """
     if is_nowhere(points):
         load_vectors(array, first, count, shifted(rows, PX))
@@ -272,8 +272,8 @@ def load_normals(array: Any, first: int, count: int, s: Any, rows: Any, wide: An
     """Load the normals of a block, and write 1/|n|; return True if no vertex of the block is declined.
 
     The normals are `count` vectors of `array`, from the one with index `first` on. If `s.turns_normals`, they are
-    multiplied by `s.normal_matrix`. A vertex is declined, so that the reference lights it, if this nearly cancels its
-    normal. `wide` is scratch memory: three rows in float64.
+    multiplied by `s.normal_matrix`. A vertex is declined, so that the reference lights it, if this product nearly
+    vanishes. `wide` is scratch memory: three rows in float64.
     """
     normals = shifted(rows, NX)
     if s.turns_normals:

@@ -311,7 +311,10 @@ class LightEffect(Effect):
 
 
 class Size(LightEffect):
-    """Size of an area light. A point may replace the light; or fewer nodes, for lobes without a closed form."""
+    """Size of an area light, removed by a light at a point if the error is allowed.
+
+    Otherwise, for lobes without a closed form, fewer nodes may replace the light's nodes.
+    """
 
     def try_remove(self, state: PlanState, term: LightTerm) -> Change | None:
         change = super().try_remove(state, term)

@@ -288,7 +288,7 @@ class Plan:
 
     @property
     def _names(self) -> str:
-        """A sentence that says as what each array or texture name that the user passed is read; "" if there is none."""
+        """A sentence on how each name that the user passed is read, such as the name of an array; "" without names."""
         listed = ", ".join(f"{name} is {what}" for name, what in self.maps.items())
         return f"By name, {listed}." if listed else ""
 

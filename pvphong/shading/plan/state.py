@@ -129,7 +129,7 @@ class PlanState:
     def allowance(self) -> float:
         """Error of direct light that the next approximation may add; 0 if no approximation is allowed.
 
-        It is an equal share of the tolerance for each light, or what remains of the tolerance if that is less.
+        It is a share of the tolerance, equal for all lights, or what remains of the tolerance if that is less.
         """
         if not self.tolerance:
             return 0.0
