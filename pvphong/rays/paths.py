@@ -206,7 +206,7 @@ class _Sight:
         self._frame = tuple(np.broadcast_to(np.asarray(each, np.float64), len(at)) for each in frame)
 
     def sample(self, u: Float64Array, v: Float64Array) -> Float64Array:
-        """Return unit vectors to sampled points of the light, shape (3, n)."""
+        """Return unit vectors to points of the light, shape (3, n), chosen by the random numbers `u` and `v`, (n,)."""
         chosen = self._sampling.sample(self._numbers, self._frame, u, v)[0]
         return np.stack([np.broadcast_to(each, len(self._at)) for each in chosen]).astype(np.float64)
 

@@ -51,9 +51,10 @@ def place_or_direction(light: Light) -> Float64Array:
 
 
 def rays_to(light: Light, origins: Float64Array) -> tuple[Float64Array, Float64Array]:
-    """Return the unit vectors to a light without a size, shape (n, 3), and the distances, shape (n,).
+    """Return the unit vectors from origins to a light without a size, and the distances.
 
-    The distances are infinite if the light has no position.
+    The origins and the vectors have the shape (n, 3), and the distances (n,). The distances are infinite if the light
+    has no position.
     """
     place = place_of(light)
     if place is not None:

@@ -494,7 +494,7 @@ class _Reflectances(NamedTuple):
     def times(
         self, intensity: float, ambient: ColorLike, diffuse: ColorLike, specular: ColorLike
     ) -> tuple[Vector, tuple[Vector, ...], float]:
-        """Multiply these colours by a light's colours and intensity.
+        """Multiply the surface's colours by a light's intensity and its `ambient`, `diffuse` and `specular` colours.
 
         Return the term's ambient colour, the colour of each lobe, and the gain: a power of two by which all these
         colours are divided, so that none exceeds 1.

@@ -265,9 +265,10 @@ def _shade_block(block: Block, equation: Equation, result: Shading) -> None:
 def lobe_factors(
     reflectance: Reflectance, surface: Surface, arrival: Arrival, wanted: Sequence[bool]
 ) -> tuple[Any, ...]:
-    """Return, for each lobe, the factor at n vertices by which it multiplies the arriving light, as a new array (n,).
+    """Return, for each lobe of a reflectance, its factor at n vertices, as a new array of shape (n,).
 
-    `wanted` has a flag for each lobe; the factors of the others are arbitrary.
+    The factor multiplies the light that arrives from one direction, `arrival`, at each vertex of `surface`. `wanted`
+    has a flag for each lobe; the factors of lobes that are not wanted are arbitrary.
     """
     n_l = surface.cosine(arrival)
     if not any(wanted[1:]) and reflectance.lobes[0] is LAMBERT:

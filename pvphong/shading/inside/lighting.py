@@ -52,7 +52,10 @@ class SeenFromPlaces(VisibilityLike, Protocol):
         origins: Float64Array,
         around: Around | None = None,
     ) -> SeenFromPlaces:
-        """Return the visibility from places in the world, by rays from `origins`; all arrays have shape (n, 3)."""
+        """Return the visibility from places in the world, by rays from `origins`; all arrays have shape (n, 3).
+
+        `around` holds bounds on the visibility around the places, if they are known.
+        """
 
     def part(self, row: int) -> tuple[FloatArray, FloatArray]:
         """Return the visible part of the light number `row`, and its standard error, shape (n,) each.

@@ -132,8 +132,8 @@ _AT_CORNER = 2.0**-20
 def peaks(vertices: LitVertices, corners: IntArray) -> Iterator[Places]:
     """Yield the places where a light's contribution is largest, in triangles where this place is not a corner.
 
-    A vector that varies over the triangle is shortest there: the chord D of a highlight, the offset from a spot's axis,
-    or the offset from a light at a position.
+    `corners` holds the vertices of m triangles, shape (m, 3). At a peak, a vector that varies over the triangle is
+    shortest: the chord D of a highlight, the offset from a spot's axis, or the offset from a light at a position.
     """
     equation, at = vertices.lighting.equation, _AtCorners(vertices, corners)
     for term in equation.terms:
@@ -250,10 +250,11 @@ _SMOOTH = 2.0
 
 
 def creases(vertices: LitVertices, corners: IntArray) -> Iterator[Places]:
-    """Yield places at creases of the lighting in triangles, where one of these values changes its sign.
+    """Yield places at creases of the lighting in triangles, where one of several values changes its sign.
 
-    The values are n·l at a light's terminator, n·v (or n along the view axis) where a two-sided surface turns, the
-    angle at the edge of a spot's cone, a highlight's cosine at its cutoff, and a colour minus 1 where it saturates.
+    `corners` holds the vertices of m triangles, shape (m, 3). The values are n·l at a light's terminator, n·v (or n
+    along the view axis) where a two-sided surface turns, the angle at the edge of a spot's cone, a highlight's cosine
+    at its cutoff, and a colour minus 1 where it saturates.
     """
     equation, at = vertices.lighting.equation, _AtCorners(vertices, corners)
     p, n = columns(at.points), columns(at.normals)

@@ -50,7 +50,7 @@ _OPTIONS = {"error_model": "numpy", "_nrt": False, "no_cpython_wrapper": True, "
 
 
 def compiled(function: Function) -> Function:
-    """Decorator: compile the function when compiled code first calls it, with IEEE arithmetic: 1/0 is infinity.
+    """Compile a function when compiled code first calls it. Arithmetic is IEEE's; a division by zero gives infinity.
 
     Only compiled code may call the result: calling it from Python ends the process.
     """
@@ -58,7 +58,7 @@ def compiled(function: Function) -> Function:
 
 
 def inlined(function: Function) -> Function:
-    """Decorator: compile as `compiled`, and always inline, so that a loop around the call can be vectorised.
+    """Compile a function as `compiled` does, and always inline it, so that a loop around a call can be vectorised.
 
     Use it for large functions too. In the process that compiles, a call that is not inlined runs code that was
     optimised without its caller, up to three times slower.
@@ -67,7 +67,7 @@ def inlined(function: Function) -> Function:
 
 
 def inlined_early(function: Function) -> Function:
-    """Decorator: compile as `inlined`, but inline before type inference.
+    """Compile a function as `inlined` does, but inline it before type inference.
 
     This is for functions with one caller: LLVM then sees the function and its caller as one.
     """
@@ -75,7 +75,7 @@ def inlined_early(function: Function) -> Function:
 
 
 def contracted(function: Function) -> Function:
-    """Decorator: compile as `inlined`, with products and sums contracted to fused multiply-adds."""
+    """Compile a function as `inlined` does, and contract products and sums to fused multiply-adds."""
     return cast(Function, numba.njit(**_OPTIONS, forceinline=True, fastmath={"contract"})(function))
 
 

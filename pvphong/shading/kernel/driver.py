@@ -427,7 +427,10 @@ def _add_rows(rows: Any, start: int) -> None:
 
 @inlined_early
 def _tint(first: int, count: int, albedo: Any, diffuse: Any, specular: Any, s: Any, rows: Any) -> None:
-    """Multiply each part of a block's colours by its maps, and sum the parts, without the emission."""
+    """Multiply each part of a block's colours by its maps, `albedo`, `diffuse` or `specular`, and sum the parts.
+
+    The emission is no part of the sum. The maps are pointers to a colour for each of all vertices.
+    """
     if s.has_albedo:
         _multiply_by_albedo(first, count, albedo, rows, s.has_diffuse)
     if s.has_diffuse:
@@ -465,8 +468,8 @@ def _add_share(rows: Any, start: int) -> None:
 def _end_share(first: int, count: int, rgb: Any, t: Any, s: Any, rows: Any) -> None:
     """Add a complete share to the sums of its light and of its component, and clear the rows for the next share.
 
-    If the share is the last of its light, store the light's sum in the output. `t` is the record of the share's last
-    term.
+    If the share is the last of its light, store the light's sum in the output, `t.light_at` numbers after `rgb`. Here
+    `t` is the record of the share's last term.
     """
     if not t.is_alone:
         _add_share(rows, at.LIGHT_R)
@@ -488,7 +491,10 @@ def _end_share(first: int, count: int, rgb: Any, t: Any, s: Any, rows: Any) -> N
 
 @inlined_early
 def _end_shares(first: int, count: int, rgb: Any, s: Any, rows: Any) -> None:
-    """Store a block's components in the output, and write their sum into the colour's rows."""
+    """Store a block's components in the output, and write their sum into the colour's rows.
+
+    The components are stored `s.components_at` numbers after `rgb`.
+    """
     for k in range(4):
         if s.components_at[k]:
             component = at.COMPONENTS + 3 * BLOCK * k

@@ -48,8 +48,9 @@ def _edge(points: Any, origin: int, end: int) -> tuple[float, float, float]:
 def find_face_normals(points: Any, corners: Any, offsets: Any, first: int, last: int, normals: Any) -> int:
     """Compute unit normals of the faces from number `first` up to, but not including, `last`, in float32.
 
-    The arithmetic is that of `vtkPolygon::ComputeNormal` of VTK 9.7. The normal of a face without an area is zero.
-    Return the largest number of corners of a face, or 0 if a face has fewer than three.
+    `points` holds the coordinates of all points; `corners` and `offsets` are the connectivity and the offsets of all
+    faces. The arithmetic is that of `vtkPolygon::ComputeNormal` of VTK 9.7. The normal of a face without an area is
+    zero. Return the largest number of corners of a face, or 0 if a face has fewer than three.
     """
     largest = 0
     for face in range(first, last):

@@ -370,7 +370,10 @@ def hits(
     casters: Any,
     triangles: Any,
 ) -> tuple[IntArray, FloatArray, Float64Array]:
-    """Find the nearest hit of each ray; origins and directions have the shape (n, 3), lengths (n,).
+    """Find the nearest hit of each ray.
+
+    `origins` and `directions` have the shape (n, 3), `lengths` has (n,). `casters` are `Casters`, and `triangles` are
+    the `pvphong.rays.casting.Triangles` that they contain.
 
     Returns
     -------

@@ -306,7 +306,7 @@ def store_listed(_typing: Any, rows: Any, start: Any, place: Any, numbers: Any) 
 
 
 def _polynomial(operation: Callable[..., Any]) -> Callable[..., Any]:
-    """Decorator: the function computes `operation`, a function of `pvphong.base.formulas`, on lanes."""
+    """Return a decorator for the function that computes `operation`, of `pvphong.base.formulas`, on lanes."""
 
     def bind(function: Callable[..., Any]) -> Callable[..., Any]:
         def chosen(*kinds: Any) -> Any:

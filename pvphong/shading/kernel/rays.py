@@ -130,7 +130,7 @@ def bring_near(numbers: Any, c: int, rows: Any, wide: Any, valid: Any) -> None:
 
 @inlined
 def given(origins: Any, directions: Any, lengths: Any, first: int, count: int, rows: Any, wide: Any) -> int:
-    """Load up to sixteen of `count` given rays, from the one with index `first` on, and return the number loaded.
+    """Load up to sixteen of `count` given rays, starting at index `first`, and return the number loaded.
 
     Lengths and origins are written into `wide`, directions into `rows`. Rays whose direction is not finite are not
     open.
@@ -577,7 +577,10 @@ def point_seen(
 def blocked(
     library: Library, origins: Float64Array, directions: FloatArray, lengths: Float64Array, casters: Any
 ) -> BoolArray:
-    """Return, shape (n,), True for each ray that is blocked; origins and directions (n, 3), lengths (n,)."""
+    """Return, shape (n,), True for each ray that `casters`, a record of type `Casters`, block.
+
+    `origins` and `directions` have the shape (n, 3), `lengths` has (n,).
+    """
     found = np.zeros(len(directions), bool)
     if not len(found):
         return found

@@ -171,9 +171,9 @@ def scaled(x: float, y: float, z: float, exponent: int) -> tuple[float, float, f
 
 @compiled
 def load_vectors(array: Any, first: int, count: int, rows: Any) -> None:
-    """Copy `count` vectors of `array`, from the one with index `first` on, into the three rows at `rows`.
+    """Copy `count` vectors of `array`, starting at index `first`, into the three rows at `rows`: x, y and z.
 
-    The three rows hold x, y and z. Copies of the last vector fill the rest of the block.
+    Copies of the last vector fill the rest of the block.
     """
     part = shifted(array, 3 * first)
     for i in range(count):
@@ -186,7 +186,7 @@ def load_vectors(array: Any, first: int, count: int, rows: Any) -> None:
 
 @compiled
 def load_channel(channels: Any, first: int, count: int, row: Any) -> None:
-    """Copy `count` numbers of `channels`, from the one with index `first` on, into `row`; zeros fill the rest."""
+    """Copy `count` numbers of `channels`, starting at index `first`, into `row`; zeros fill the rest of the row."""
     part = shifted(channels, first)
     for i in range(count):
         row[i] = part[i]
@@ -229,11 +229,11 @@ def load_seen(channels: Any, channel: int, first: int, count: int, s: Any, rows:
 
 @compiled
 def load_points(array: Any, first: int, count: int, s: Any, rows: Any, points: Any) -> None:
-    """Load the points of a block, `count` vectors of `array` from the one with index `first` on.
+    """Load the points of a block: `count` vectors of `array`, starting at index `first`.
 
-    If `points` is null, they are copied into the rows `PX` to `PZ`. Otherwise, they are written into the three rows at
-    `points`, in float64. If there is a model matrix, it transforms them first: a point p becomes (L p + t) / w,
-    where L is the left 3 × 3 part of `s.matrix`, t is its last column, and w is `s.w`.
+    If `points` is null, the vectors are copied into the rows `PX` to `PZ`. Otherwise, they are written into the three
+    rows at `points`, in float64. A model matrix, if there is one, transforms them first: a point p becomes
+    (L p + t) / w, where L is the left 3 × 3 part of `s.matrix`, t is its last column, and w is `s.w`.
     """
     if is_nowhere(points):
         load_vectors(array, first, count, shifted(rows, PX))
@@ -271,7 +271,7 @@ def _measure_normals(rows: Any) -> bool:
 def load_normals(array: Any, first: int, count: int, s: Any, rows: Any, wide: Any) -> bool:
     """Load the normals of a block, and write 1/|n|; return True if no vertex of the block is declined.
 
-    The normals are `count` vectors of `array`, from the one with index `first` on. If `s.turns_normals`, they are
+    The normals are `count` vectors of `array`, starting at index `first`. If `s.turns_normals`, they are
     multiplied by `s.normal_matrix`. A vertex is declined, so that the reference lights it, if this product nearly
     vanishes. `wide` is scratch memory: three rows in float64.
     """

@@ -132,7 +132,10 @@ class Plan:
 
     @classmethod
     def of_equation(cls, whole: Equation, vertices: Vertices, tolerance: float = 0.0) -> Plan:
-        """Return the plan for vertices and a whole equation: that of a scene, or one that was rewritten from it."""
+        """Return the plan for vertices and a whole equation: that of a scene, or one that was rewritten from it.
+
+        `tolerance` is the largest colour error that is allowed.
+        """
         state = PlanState.first(whole, tolerance, vertices)
         for effect in EFFECTS:
             state = effect.simplify(state)
@@ -165,6 +168,10 @@ class Plan:
 
         Parameters
         ----------
+        vertices : Vertices
+            The vertices.
+        precision, backend, components
+            As for `pvphong.evaluate`.
         bounced : ndarray, optional
             Shape (k, n, 3): bounced light if other meshes send it too; see `interreflection.bounced`. By default it is
             computed from the vertices' own transport.
@@ -201,6 +208,8 @@ class Plan:
 
     def sent(self, vertices: Vertices, *, precision: Precision = "float32", backend: Backend = "auto") -> Radiosity:
         """Return the light that the vertices send before any bounce, and their albedo.
+
+        `precision` and `backend` are as for `pvphong.evaluate`.
 
         Raises
         ------
