@@ -339,7 +339,7 @@ def assemble(
     scene, material, matrix
         As for `evaluate`, except that the material has bounds in place of its maps; see `Vertices.without_maps`.
     maps, tints
-        As in `Equation`.
+        Ranges of the maps of numbers, and names of the fields with a map of colours, as in `Equation`.
 
     Raises
     ------

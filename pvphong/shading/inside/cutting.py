@@ -253,7 +253,7 @@ class _Edge:
         Parameters
         ----------
         along : ndarray
-            As `_Crossings.along`.
+            Shape (s,): position of the crossing on each side of a triangle, as a fraction of the side.
         rows : ndarray of int
             Triangles that the edge crosses, shape (k,).
 
@@ -279,7 +279,7 @@ class _Edge:
 
         The results are the largest distance of the edge from the line, and the length of the line, shape (k,) each. The
         distance is measured at the line's quarters, and at samples inside the triangle that are lit on the line's dark
-        side, or dark on its lit side. `along` is as `_Crossings.along`.
+        side, or dark on its lit side. `along`, shape (s,), is the position of the crossing on each side of a triangle.
         """
         triangles, index = self._surface.triangles, np.arange(len(rows))
         p = self._surface.vertices.points[triangles.corners[rows]]

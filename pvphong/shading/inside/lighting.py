@@ -226,7 +226,7 @@ class Lighting:
         light : int
             Index among the scene's lights; `equation.lights`, one past the last light, for the sky.
         points, normals : ndarray
-            Shape (n, 3), the normals with the lengths with which they are blended.
+            Shape (n, 3). The normals are blends of the vertices' normals, not normalised.
         level : ndarray, optional
             Shape (n,): the dot product of normal and point in the world, blended from `LitVertices.level`. None if the
             places are the mesh's own vertices.
@@ -290,9 +290,9 @@ class LitVertices:
     points : ndarray
         Positions.
     normals : ndarray
-        Normals, with the lengths with which they are blended here.
+        Normals of any length. They are blended here with these lengths.
     stored : ndarray
-        Normals with the lengths in the resulting mesh, with which its renderer blends them.
+        The same normals with the lengths that the resulting mesh stores. Its renderer blends these.
     maps : ndarray
         Shape (n, k): rows as in `Lighting.maps`.
     seen : ndarray

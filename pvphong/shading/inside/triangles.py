@@ -321,7 +321,7 @@ class Triangles:
         doubled : ndarray of int
             Vertices that were doubled, shape (k,).
         sheets : ndarray of int
-            As `Cut.sheets`.
+            Sheet of every vertex, 1 or -1, the k copies last; 0 for a vertex on the line that belongs to no sheet.
         """
         at_corners = signs[self.corners]
         sheet = np.sign(at_corners.max(axis=1) + at_corners.min(axis=1))  # 0 if an uncut line runs inside

@@ -157,9 +157,10 @@ def _take_logarithms(rows: Any, exponent: float, log_floor: float, end: float) -
 
 @inlined
 def _end_of(exponent: Any) -> Any:
-    """Return the squared length of a chord from which on a cosine's power is 0: 2 if `exponent` > 0, else infinity.
+    """Return the least squared length of a chord for which the power of its cosine is 0.
 
-    A chord of the squared length 2 belongs to the cosine 0.
+    This is 2, the squared chord of a right angle, if `exponent` is greater than 0. Otherwise, no power is 0, and the
+    result is infinity.
     """
     return TWO if exponent > ZERO else as_type_of(exponent, np.inf)
 
