@@ -397,9 +397,9 @@ def _standard(
 
 
 def _refuse_unread(standard: Equation, scene: Scene, material: Material, names: Iterable[str]) -> None:
-    """Raise ValueError if a field in `names` has a map that its reflectance does not read.
+    """Raise ValueError if the reflectance does not read the map of a field in `names`, or VTK does not support it.
 
-    Also raise it for a map, except of albedo, in VTK's convention, which does not support maps.
+    VTK's convention supports a map of albedo only.
     """
     reflectance = standard.reflectance
     for name in names:
@@ -631,8 +631,8 @@ def _parts(
 def by_closed_form(term: LightTerm, forms: Sequence[CosinePower | None]) -> tuple[tuple[Vector, ...], ...]:
     """Split a term's colours into those of lobes with a closed form, and those of the other lobes.
 
-    Both results have an entry for each lobe; each lobe's colour is in one result, and black in the other. `forms`
-    has the form of each lobe, or None for a lobe without a closed form.
+    Both results have a colour for each lobe: black for a lobe whose colour is in the other result. `forms` has the form
+    of each lobe, or None for a lobe without a closed form.
     """
     _, light = term.light.tints(term.bands)[0]
     is_exact = [form is not None and light.analytic_integral(form) is not None for form in forms]

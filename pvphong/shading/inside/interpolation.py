@@ -51,7 +51,7 @@ def _errors_at(
 
     `corners` holds the vertices of m triangles, shape (m, 3). `weights` holds the barycentric coordinates of s places
     in each, shape (m, s, 3) or (s, 3). Lights with a size are sampled, and only the part of a difference that exceeds
-    the noise counts. With `enough`, a smaller difference may be underestimated.
+    the noise counts. If `enough` is given, differences below it may be underestimated.
     """
     shape = len(corners), weights.shape[-2]
     colors = blended(vertices.colors, corners, weights, *vertices.lighting.limits).reshape(*shape, 3)
@@ -67,7 +67,7 @@ def _errors_at(
 def first_errors(vertices: LitVertices, corners: IntArray, enough: float | None = None) -> Float64Array:
     """Return, shape (m,), the largest error of each triangle at middles of sides, centroids, peaks and creases.
 
-    `corners` holds the vertices of m triangles, shape (m, 3). With `enough`, an error below `enough` may be
+    `corners` holds the vertices of m triangles, shape (m, 3). If `enough` is given, errors below it may be
     underestimated, which saves rays.
     """
     result = pattern_errors(_FIRST, vertices, corners, enough)
@@ -158,7 +158,7 @@ def pattern_errors(
 ) -> Float64Array:
     """Return, shape (m,), the largest error of each triangle at the places of `pattern`, shape (s, 3).
 
-    `corners` has the shape (m, 3). With `enough`, an error below `enough` may be underestimated.
+    `corners` has the shape (m, 3). If `enough` is given, errors below it may be underestimated.
     """
     result = np.zeros(len(corners))
 
@@ -183,7 +183,7 @@ def _worst(
     corners : ndarray of int
         Vertices of all triangles, shape (m, 3).
     enough : float, optional
-        An error below `enough` may be underestimated.
+        Errors below it may be underestimated; by default, none is.
 
     Returns
     -------

@@ -109,7 +109,7 @@ class Triangles:
         return added
 
     def with_tied(self, marks: BoolArray) -> BoolArray:
-        """Return `marks`, flags of sides, with True also for all sides that have the same tie as a marked side."""
+        """Return flags of sides: True where `marks` is True, and for all sides with the same tie as such a side."""
         if self._n_ties == len(self.ends):  # no sides are tied together
             return marks
         return marked(self._n_ties, self.ties[marks])[self.ties]

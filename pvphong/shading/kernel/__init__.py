@@ -262,7 +262,7 @@ def stages_of(sampling: Sampling) -> tuple[int, int] | None:
 
 
 def part_seen(*arguments: Any) -> tuple[FloatArray, FloatArray, Float64Array, int]:
-    """Call `rays.part_seen` with this process's library as its first argument.
+    """Call `rays.part_seen` with this process's library, followed by `arguments`.
 
     It requires that `rays_obstacle` returns "".
     """
@@ -272,7 +272,7 @@ def part_seen(*arguments: Any) -> tuple[FloatArray, FloatArray, Float64Array, in
 
 
 def point_seen(*arguments: Any) -> int:
-    """Call `rays.point_seen` with this process's library as its first argument.
+    """Call `rays.point_seen` with this process's library, followed by `arguments`.
 
     It requires that `rays_obstacle` returns "".
     """
@@ -282,7 +282,7 @@ def point_seen(*arguments: Any) -> int:
 
 
 def vertices_met(*arguments: Any) -> tuple[NDArray[np.int32], int]:
-    """Call `hits.vertices_met` with this process's library as its first argument.
+    """Call `hits.vertices_met` with this process's library, followed by `arguments`.
 
     It requires that `rays_obstacle` returns "".
     """
@@ -322,7 +322,7 @@ def blending() -> Blends | None:
 
 
 def ray_hits(*arguments: Any) -> tuple[IntArray, FloatArray, Float64Array]:
-    """Call `hits.hits` with this process's library as its first argument.
+    """Call `hits.hits` with this process's library, followed by `arguments`.
 
     It requires that `rays_obstacle` returns "".
     """
@@ -332,7 +332,7 @@ def ray_hits(*arguments: Any) -> tuple[IntArray, FloatArray, Float64Array]:
 
 
 def rays_blocked(*arguments: Any) -> BoolArray:
-    """Call `rays.blocked` with this process's library as its first argument.
+    """Call `rays.blocked` with this process's library, followed by `arguments`.
 
     It requires that `rays_obstacle` returns "".
     """

@@ -248,7 +248,8 @@ def find(
     Parameters
     ----------
     origins, directions, lengths
-        The rays: three coordinates, three coordinates and one number each. The distance of a hit replaces the length.
+        The rays: three numbers for each origin, three for each direction, and one for each length. The distance of a
+        hit replaces the length of its ray.
     count : int
         Number of rays.
     casters, function, scenes, places, firsts, triangles
@@ -372,8 +373,8 @@ def hits(
 ) -> tuple[IntArray, FloatArray, Float64Array]:
     """Find the nearest hit of each ray.
 
-    `origins` and `directions` have the shape (n, 3), `lengths` has (n,). `casters` are `Casters`, and `triangles` are
-    the `pvphong.rays.casting.Triangles` that they contain.
+    `origins` and `directions` have the shape (n, 3), `lengths` has (n,). `casters` is a record of type `Casters`, and
+    `triangles`, of type `pvphong.rays.casting.Triangles`, numbers the casters' triangles.
 
     Returns
     -------

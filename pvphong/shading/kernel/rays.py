@@ -150,8 +150,8 @@ def given(origins: Any, directions: Any, lengths: Any, first: int, count: int, r
 def _test(count: int, function: int, scenes: Any, numbers: Any, rows: Any, wide: Any, valid: Any) -> None:
     """Test sixteen rays with all casters, and set the entry of the row `OPEN` to 0 for each ray that hits something.
 
-    `count` is the number of casters; `function`, `scenes` and `numbers` are the address of `rtcOccluded16` and the
-    fields of `Casters`. The other arguments are scratch memory that holds the rays.
+    `count` is the number of casters, and `function` the address of `rtcOccluded16`. `scenes` and `numbers` are fields
+    of `Casters`. The other arguments are scratch memory that holds the rays.
     """
     for c in range(count):
         bring_near(numbers, c, rows, wide, valid)
@@ -415,7 +415,7 @@ def test(
     Parameters
     ----------
     origins, directions, lengths
-        The rays: three coordinates, three coordinates and one number each.
+        The rays: three numbers for each origin, three for each direction, and one for each length.
     count : int
         Number of rays.
     casters, function, scenes, places
@@ -577,9 +577,9 @@ def point_seen(
 def blocked(
     library: Library, origins: Float64Array, directions: FloatArray, lengths: Float64Array, casters: Any
 ) -> BoolArray:
-    """Return, shape (n,), True for each ray that `casters`, a record of type `Casters`, block.
+    """Return, shape (n,), True for each ray that a triangle of the casters blocks.
 
-    `origins` and `directions` have the shape (n, 3), `lengths` has (n,).
+    `origins` and `directions` have the shape (n, 3), `lengths` has (n,). `casters` is a record of type `Casters`.
     """
     found = np.zeros(len(directions), bool)
     if not len(found):

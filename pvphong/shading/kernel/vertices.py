@@ -312,7 +312,7 @@ def _unit(w: tuple[Any, Any, Any]) -> tuple[Any, Any, Any]:
 
 @compiled
 def load_tangents(channels: Any, stride: int, first: int, count: int, rows: Any) -> None:
-    """Load a block's tangents t, made orthogonal to the normal n and of length 1: (n × t) × n; 0 if t is along n.
+    """Load a block's tangents t as unit vectors along (n × t) × n, orthogonal to the normal n; 0 if t is along n.
 
     `channels` begins with the channel of the tangents' x. Those of y and z are `stride` and 2 · `stride` further on.
     `first` and `count` are as in the module's description.

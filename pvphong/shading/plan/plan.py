@@ -95,7 +95,7 @@ class Plan:
 
     @cached_property
     def needs(self) -> frozenset[str]:
-        """Inputs that will be read."""
+        """Inputs that will be read: some of "points", "normals", "tangents" and "viewer"."""
         equation = self._state.equation
         read = {
             "points": equation.needs_points or equation.needs_visibility or equation.bounces > 0,
