@@ -70,7 +70,7 @@ class BlockingFaces:
         return len(self.corners)
 
     def __getstate__(self) -> dict[str, Any]:
-        """Return the state for pickling, with the points of a mesh as a plain array."""
+        """Return the state for pickling, with the points as a plain NumPy array."""
         return {"points": np.asarray(self.points), "corners": self.corners}
 
     @cached_property
@@ -91,12 +91,12 @@ class BlockingFaces:
 
     @cached_property
     def box(self) -> Box | None:
-        """Least and greatest coordinates of the sound triangles, shape (3,); None if there are none."""
+        """Least and greatest coordinates of the triangles with finite corners, shape (3,) each; None without any."""
         return box_of(self.sound.points) if len(self.sound) else None
 
     @property
     def sphere(self) -> Sphere | None:
-        """Bounding sphere of the sound triangles; None if there are none."""
+        """Bounding sphere of the triangles with finite corners; None without any."""
         return None if self.box is None else sphere_around(self.box)
 
 
@@ -144,13 +144,13 @@ class Embreex:
         self.blocked(np.zeros((1, 3)), np.array([[0.0, 0.0, 1.0]]), np.ones(1))  # the first ray builds the tree
 
     def blocked(self, origins: Float64Array, directions: FloatArray, lengths: Float64Array) -> BoolArray:
-        """Return True for rays that hit a triangle; arguments as for `Embree.blocked`."""
+        """Return, shape (n,), True for each ray that hits a triangle; arguments as for `Embree.blocked`."""
         rays = (np.ascontiguousarray(a, np.float32) for a in (origins, directions))
         found: BoolArray = self._scene.run(*rays, dists=lengths.astype(np.float32), query="OCCLUDED") >= 0
         return found
 
     def first(self, origins: Float64Array, directions: FloatArray, lengths: Float64Array) -> Hits:
-        """Find the first hits; arguments as for `blocked`."""
+        """Find the first hit of each ray; arguments as for `Embree.blocked`."""
         rays = (np.ascontiguousarray(a, np.float32) for a in (origins, directions))
         found = self._scene.run(*rays, dists=lengths.astype(np.float32), query="INTERSECT", output=True)
         result, met = Hits.none(len(lengths)), found["geomID"] >= 0
@@ -174,11 +174,11 @@ class Locator:
         self._locator.BuildLocator()
 
     def blocked(self, origins: Float64Array, directions: FloatArray, lengths: Float64Array) -> BoolArray:
-        """Return True for rays that hit a triangle; arguments as for `Embree.blocked`."""
+        """Return, shape (n,), True for each ray that hits a triangle; arguments as for `Embree.blocked`."""
         return self.first(origins, directions, lengths).triangles >= 0
 
     def first(self, origins: Float64Array, directions: FloatArray, lengths: Float64Array) -> Hits:
-        """Find the first hits; arguments as for `blocked`."""
+        """Find the first hit of each ray; arguments as for `Embree.blocked`."""
         ends = origins + lengths[:, None] * directions
         meet: Any = self._locator.IntersectWithLine  # VTK's annotations lack output arguments
         of_vtk: list[Any] = [mutable(0.0), mutable(0), mutable(0)]
@@ -192,7 +192,10 @@ class Locator:
 
 
 def ray_backend() -> tuple[type[Embree | Embreex | Locator], str]:
-    """Return the fastest available backend, and the reason why no faster one is used; "" for the fastest of all."""
+    """Return the class of the fastest available backend, and the reason why a faster one is not available.
+
+    The reason is "" for `Embree`, the fastest of all.
+    """
     if importlib.util.find_spec("embreex") is None:
         return Locator, "embreex is not installed; pip install embreex"
     reason = embree.obstacle() or kernel.rays_obstacle()
@@ -208,8 +211,8 @@ class Caster:
     Parameters
     ----------
     faces : BlockingFaces
-        Triangles, at least one of them sound. Triangles without an area, or with a corner that is not finite, block
-        nothing.
+        Triangles, at least one of them with finite corners. Triangles without an area, or with a corner that is not
+        finite, block nothing.
     within : (low, high) or None
         Box of a larger set that contains the triangles. It determines rounding and origins of rays, so that these are
         the same as for the whole set. Defaults to the triangles' own box.
@@ -229,7 +232,7 @@ class Caster:
 
     @property
     def place(self) -> tuple[float, ...]:
-        """Centre of the box, and the power of two that scales it to −1 to 1."""
+        """Centre of the box, three numbers; then the power of two that scales the box to [−1, 1]."""
         return *self._middle.tolist(), math.ldexp(1.0, min(-self._exponent, 1023))
 
     @property
@@ -238,7 +241,7 @@ class Caster:
         return math.ldexp(RESOLUTION, self._exponent)
 
     def blocked(self, origins: FloatArray, directions: FloatArray, distances: FloatArray) -> BoolArray:
-        """Return True for rays that hit a triangle within a distance of their origin.
+        """Return True for each ray that hits a triangle within a distance of its origin.
 
         Parameters
         ----------
@@ -260,7 +263,10 @@ class Caster:
         return result
 
     def first(self, origins: FloatArray, directions: FloatArray, distances: FloatArray) -> Hits:
-        """Find the first hits, with triangle indices in `BlockingFaces.sound`; arguments as for `blocked`."""
+        """Find the first hit of each ray; arguments as for `blocked`.
+
+        Triangles are numbered as in `BlockingFaces.sound`, without those that have a corner that is not finite.
+        """
         result = Hits.none(len(directions))
         for rows, starts, towards, lengths, shorter in self._near(origins, directions, distances):
             hits = self.backend.first(starts, towards, lengths)
@@ -271,9 +277,11 @@ class Caster:
     def _near(
         self, origins: FloatArray, directions: FloatArray, distances: FloatArray
     ) -> Iterator[tuple[IntArray, Float64Array, FloatArray, Float64Array, Float64Array]]:
-        """Yield chunks of rays that may hit something: their indices, and the arguments of the backend.
+        """Yield chunks of rays that may hit something, with arguments for the backend's `blocked` and `first`.
 
-        Far origins are moved closer to the triangles. The last array is the length by which this shortens the rays.
+        Arguments as for `blocked`. A chunk is five arrays: the indices of the rays; their origins, directions and
+        lengths in the backend's coordinates; and the length by which each ray is shortened, because far origins are
+        moved along their rays to the triangles.
         """
         for begin in range(0, len(origins), _RAYS_AT_ONCE):
             part = slice(begin, begin + _RAYS_AT_ONCE)
@@ -318,7 +326,7 @@ class Occluders:
     parts : sequence of BlockingFaces
         Parts in the world.
     within : (low, high), optional
-        Box of a larger surface that contains the parts. Rays are rounded as with all parts of that surface.
+        Box of a larger surface that contains the parts. Rays are then rounded as if the whole surface were given.
     """
 
     def __init__(self, parts: Sequence[BlockingFaces], within: Box | None = None) -> None:
@@ -407,7 +415,8 @@ class Occluders:
     def resolution(self, part: int | None) -> float:
         """Return the smallest length that the caster of a part resolves.
 
-        If the part has no caster, or is None, use the caster with the smallest triangles. Without casters, return 0.
+        If `part` is None or has no caster, return the resolution of the caster with the smallest parts. Without
+        casters, return 0.
         """
         if not self.casters:
             return 0.0
@@ -415,7 +424,7 @@ class Occluders:
         return (own or self.casters)[-1].resolution
 
     def blocked(self, origins: FloatArray, directions: FloatArray, distances: FloatArray) -> BoolArray:
-        """Return True for rays that any part blocks; arguments as for `Caster.blocked`."""
+        """Return, shape (n,), True for each ray that any part blocks; arguments as for `Caster.blocked`."""
         found = np.zeros(len(directions), bool)
         for caster in self.casters:
             free = np.flatnonzero(~found)
@@ -423,7 +432,7 @@ class Occluders:
         return found
 
     def first(self, origins: FloatArray, directions: FloatArray, distances: FloatArray) -> Hits:
-        """Find the first hits among all parts, with indices in `triangles`.
+        """Find the first hit of each ray among all parts. Triangles are numbered as in `triangles`, part after part.
 
         Parameters
         ----------
@@ -442,7 +451,7 @@ class Occluders:
 
 
 def _joined(parts: Sequence[BlockingFaces]) -> tuple[FloatArray, NDArray[np.int64]]:
-    """Concatenate the points and corners of parts."""
+    """Concatenate the points of parts, and their corners as indices of the concatenated points."""
     starts = np.cumsum([0, *(len(part.points) for part in parts[:-1])])
     corners = np.concatenate([part.corners + start for part, start in zip(parts, starts, strict=True)])
     return np.concatenate([part.points for part in parts]), corners

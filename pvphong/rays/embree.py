@@ -96,7 +96,10 @@ def _libraries_in_wheel() -> list[str]:
 
 @functools.lru_cache(maxsize=1)
 def _device(_process: int) -> int:
-    """Return the Embree device of a process. It lives as long as the process; scenes refer to it."""
+    """Return the Embree device of this process. `_process`, its id, makes a forked process create a device of its own.
+
+    The device lives as long as the process; scenes refer to it. Raise Unavailable if Embree cannot be used.
+    """
     embree = library()
     device = embree.rtcNewDevice(None)
     if not device:
@@ -162,16 +165,18 @@ class Embree:
             raise MemoryError(f"Embree cannot build a scene of {len(corners):,} triangles (error {error}).")
 
     def blocked(self, origins: Float64Array, directions: FloatArray, lengths: Float64Array) -> BoolArray:
-        """Return, shape (n,), True for rays that hit a triangle.
+        """Return, shape (n,), True for each ray that hits a triangle within its length.
 
-        `origins` and `directions`, unit vectors, have the shape (n, 3), and `lengths` the shape (n,). All are of
-        moderate size.
+        `origins` and `directions` have the shape (n, 3), and `lengths` has (n,). The directions are unit vectors. All
+        numbers are of moderate size.
         """
         return kernel.rays_blocked(origins, directions, lengths, casters_of([self], [(0.0, 0.0, 0.0, 1.0)]))
 
 
 def casters_of(scenes: Sequence[Embree], places: Sequence[Sequence[float]]) -> Casters:
-    """Return scenes, and the transforms of rays to their coordinates, for compiled code.
+    """Return scenes in the form that compiled code reads, with the transforms of rays to the scenes' coordinates.
+
+    An entry of `places` has four numbers: the centre of a scene, and the power of two that scales it to [−1, 1].
 
     Embree's flag for coherent rays is not set: it makes hard shadows 1.1 times as fast, but lets rays pass between
     adjacent triangles.
@@ -183,5 +188,5 @@ def casters_of(scenes: Sequence[Embree], places: Sequence[Sequence[float]]) -> C
 
 
 def _release(embree: Any, scene: int, _arrays: tuple[Any, ...]) -> None:
-    """Release a scene; `_arrays` keeps the scene's shared arrays alive until then."""
+    """Release the scene with the handle `scene`. `_arrays` keeps the scene's shared arrays alive until then."""
     embree.rtcReleaseScene(scene)

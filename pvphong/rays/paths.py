@@ -79,12 +79,15 @@ class Reflector:
 
     @cached_property
     def _rows(self) -> Float64Array:
-        """All values of each point in one row."""
+        """All values of each point, side by side in one row, shape (n, sum of k)."""
         return np.concatenate(list(self.values.values()), axis=1, dtype=np.float64)
 
     @cached_property
     def cosine_share(self) -> float:
-        """Fraction of directions sampled by the cosine: the diffuse part of the reflected light, seen at 45°."""
+        """Fraction of directions that are sampled by the cosine; the others are sampled by the highlight.
+
+        It is the diffuse part of the reflected light for a viewer at 45°, within limits; 1 if there is no highlight.
+        """
         reflectance, colors = self.equation.reflectance, self.equation.colors
         across, _, n = np.eye(3)[:, :, None] * np.ones(_TRIED)
         surface = Surface(n, np.ones(_TRIED), math.sqrt(0.5) * (n + across), across)
@@ -106,16 +109,20 @@ class Reflector:
         return min(max(diffuse / (diffuse + specular), _LEAST_SHARE), 1.0 - _LEAST_SHARE)
 
     def named(self, rows: Float64Array) -> dict[str, Float64Array]:
-        """Split rows into values by name, shape (k, m) each."""
+        """Split rows, shape (m, sum of k), into the values by name, shape (k, m) each."""
         ends = np.cumsum([value.shape[1] for value in self.values.values()])
         return dict(zip(self.values, np.split(np.ascontiguousarray(rows.T), ends[:-1]), strict=True))
 
     def at_points(self, points: IntArray) -> dict[str, Float64Array]:
-        """Return the values at the given points, by name."""
+        """Return the values at the points with the given indices, by name, shape (k, m) each."""
         return self.named(self._rows[points])
 
     def between(self, corners: IntArray, weights: Float64Array) -> dict[str, Float64Array]:
-        """Return the values inside triangles with corners (m, 3), interpolated by barycentric weights (m, 3)."""
+        """Return the values at one place in each of m triangles, by name, shape (k, m) each.
+
+        `corners`, shape (m, 3), holds point indices. `weights`, shape (m, 3), holds barycentric coordinates, by which
+        the values are interpolated.
+        """
         a, b, c = (weights[:, k, None] * self._rows[corners[:, k]] for k in range(3))
         return self.named(a + b + c)
 
@@ -161,20 +168,23 @@ class Interaction:
 
     @cached_property
     def directions(self) -> Directions:
-        """Importance sampling of directions, by the cosine and, if there is one, by the highlight."""
+        """Importance sampling of directions: by the cosine, and by the highlight too if there is one."""
         by_cosine, share = around(self.normals, 1.0), self._cosine_share
         by_highlight = self.equation.reflectance.directions(self.surface) if share < 1.0 else None
         return by_cosine if by_highlight is None else mixed(by_cosine, by_highlight, share)
 
     def factors(self, arrival: Arrival) -> tuple[Any, ...]:
-        """Return the factor of each lobe for arriving light, shape (n,) each."""
+        """Return, for each lobe, the factor by which it multiplies the arriving light, shape (n,)."""
         wanted = [any(color) for color in self.equation.colors]
         found = lobe_factors(self.equation.reflectance, self.surface, arrival, wanted)
         pairs = zip(self._lobes, found, strict=True)
         return tuple(factor * self._has_viewer if lobe.needs_viewer else factor for lobe, factor in pairs)
 
     def reflected(self, colors: Sequence[Vector], factors: Sequence[Any]) -> Float64Array:
-        """Return the sum over lobes of colours times factors, shape (3, n)."""
+        """Return, shape (3, n), the sum over the lobes of colour times factor times tint, for each point.
+
+        `colors` has a colour for each lobe, and `factors` a number or an array (n,) for each lobe.
+        """
         total = np.zeros(self.points.shape)
         for color, tint, factor in zip(colors, self._tints, factors, strict=True):
             if any(color):
@@ -196,21 +206,25 @@ class _Sight:
         self._frame = tuple(np.broadcast_to(np.asarray(each, np.float64), len(at)) for each in frame)
 
     def sample(self, u: Float64Array, v: Float64Array) -> Float64Array:
-        """Return unit vectors to sampled points of the light, shape (3, n)."""
+        """Return unit vectors to points of the light, shape (3, n), chosen by the random numbers `u` and `v`, (n,)."""
         chosen = self._sampling.sample(self._numbers, self._frame, u, v)[0]
         return np.stack([np.broadcast_to(each, len(self._at)) for each in chosen]).astype(np.float64)
 
     def arriving(
         self, to_light: Float64Array, factors: Sequence[Any], *, by_chance: bool
     ) -> tuple[Float64Array, Float64Array]:
-        """Return the light from directions (3, n) after reflection, times the power heuristic over the density.
+        """Return each sample's estimate of the light's reflection: reflected light, times weight, over density.
+
+        The weight is the power heuristic for sampling on the light and by the surface.
 
         Parameters
         ----------
         to_light : ndarray
-            Directions, sampled on the light or by the surface, with the surface's `factors` for them.
+            Unit vectors, shape (3, n), sampled on the light or by the surface.
+        factors
+            Result of `Interaction.factors` for light from these directions.
         by_chance : bool
-            True if the surface sampled the directions.
+            True if the surface sampled the directions, False if they were sampled on the light.
 
         Returns
         -------
@@ -252,9 +266,19 @@ class _Numbers:
         self._seeds = sobol.seeds((self._rounds[:, :, None] + self._points).ravel())
 
     def pairs(self, paths: IntArray, bounces: int, purpose: int) -> tuple[Float64Array, Float64Array]:
-        """Return a pair for each of the given paths; before the first bounce, a pair for every path.
+        """Return a pair of random numbers for each path, as two arrays.
 
-        Before the first bounce, the pairs are points of the Sobol sequence, shuffled for each round and purpose.
+        Before the first bounce, a pair is returned for every path, whatever `paths` is. These pairs are points of the
+        Sobol sequence, shuffled for each round and purpose.
+
+        Parameters
+        ----------
+        paths : ndarray of int
+            Numbers of the paths.
+        bounces : int
+            Number of bounces so far.
+        purpose : int
+            Number of the purpose, less than `purposes`. Pairs for different purposes are independent.
         """
         if bounces:
             number = np.uint32(bounces * self._purposes + purpose)
@@ -275,13 +299,13 @@ def _joined(pairs: NDArray[np.uint32]) -> NDArray[np.uint64]:
 
 
 class _Bundle(NamedTuple):
-    """Paths at one reflector."""
+    """Paths that have reached points of one reflector."""
 
     at: Interaction
     paths: IntArray
     """Numbers of the paths, shape (n,)."""
     weights: Float64Array
-    """Throughput from here to the vertex, shape (3, n)."""
+    """Throughput of each path from these points back to its vertex, shape (3, n)."""
 
 
 class _Rays(NamedTuple):
@@ -322,9 +346,10 @@ class PathTracer:
     seed: int
 
     def trace(self, part: int, receiver: Receiver) -> tuple[Float64Array, Float64Array, int]:
-        """Return the colours of one reflector's vertices as the scene's viewer sees them, not clamped.
+        """Trace the paths of one reflector's vertices, and return their colours as the scene's viewer sees them.
 
-        Returns colours and their standard errors, both of shape (n, 3), and the number of rays.
+        `part` is the reflector's index, and `receiver` has its vertices. The results are the colours, not clamped, and
+        their standard errors, shape (n, 3) each; and the number of rays.
         """
         count, terms = len(receiver.points), self.reflectors[part].equation.terms
         rgb, error, rays = np.zeros((count, 3)), np.zeros((count, 3)), list[int]()
@@ -349,7 +374,7 @@ class PathTracer:
         return rgb, error, sum(rays)
 
     def _seen_by_viewer(self, part: int, receiver: Receiver, vertices: IntArray) -> Interaction:
-        """Return the interaction at some vertices, as evaluators treat them."""
+        """Return the interaction at some vertices of reflector `part`, seen by the scene's viewer, as in evaluators."""
         reflector, resolution = self.reflectors[part], self.occluders.resolution(part)
         equation, values = reflector.equation, reflector.at_points(vertices)
         points, to_eye = np.ascontiguousarray(receiver.points[vertices].T), np.array(equation.to_eye)[:, None]
@@ -362,10 +387,10 @@ class PathTracer:
         return Interaction(reflector, points, origins, v, values | {"normal": n}, BEFORE_LIGHT * resolution)
 
     def _along_paths(self, at: Interaction, numbers: _Numbers, rays: list[int]) -> Float64Array:
-        """Return the light that all paths carry to their first points, shape (3, n).
+        """Return, shape (3, n), the light that each path carries to its first point.
 
         The result excludes the emission of the first points and the light from point-like lights there, which are not
-        random.
+        random. The numbers of rays that are cast are appended to `rays`.
         """
         light, bounces = np.zeros(at.points.shape), 0
         bundles = [_Bundle(at, np.arange(len(at)), np.ones(at.points.shape))]
@@ -385,7 +410,10 @@ class PathTracer:
         return light
 
     def _of_points(self, at: Interaction, rays: list[int]) -> Float64Array:
-        """Return the reflected light of lights without a size, shape (3, n), by one ray to each."""
+        """Return, shape (3, n), the reflection of all lights without a size, found by one ray from each point to each.
+
+        The number of rays is appended to `rays`, light by light.
+        """
         total = np.zeros(at.points.shape)
         for term in at.equation.terms:
             if not term.light.has_size and term.needs_normals:
@@ -399,9 +427,10 @@ class PathTracer:
     def _unblocked(
         self, at: Interaction, sent: Float64Array, to_light: Float64Array, lengths: Float64Array, rays: list[int]
     ) -> Float64Array:
-        """Return `sent`, shape (3, n), with 0 where a ray is blocked.
+        """Return `sent`, reflected light of shape (3, n), with 0 at points from which the ray to the light is blocked.
 
-        Rays go along `to_light`, shape (3, n), and end at `lengths`, shape (n,), less the margin.
+        The rays go along `to_light`, shape (3, n), and end at `lengths`, shape (n,), less the margin. Their number is
+        appended to `rays`.
         """
         rows = np.flatnonzero(sent.any(axis=0))
         blocked = self.occluders.blocked(at.origins[:, rows].T, to_light[:, rows].T, lengths[rows] - at.margin)
@@ -413,7 +442,11 @@ class PathTracer:
     def _scattered(
         self, bundle: _Bundle, numbers: _Numbers, bounces: int, rays: list[int]
     ) -> tuple[Float64Array, _Rays]:
-        """Return the reflected light of area lights, shape (3, n), and the rays that continue the paths."""
+        """Return the reflection of all area lights, shape (3, n), and the rays that continue the paths.
+
+        The light is estimated by samples on each light and by the sampled direction in which a path continues. The
+        numbers of rays that are cast are appended to `rays`.
+        """
         at, paths = bundle.at, bundle.paths
         total = np.zeros(at.points.shape)
         sights = [_Sight(term, at) for term in at.equation.terms if term.light.has_size and term.needs_normals]
@@ -435,7 +468,11 @@ class PathTracer:
         return total, _Rays(paths[rows], weights, to_light[:, rows], hits.triangles, hits.weights.T)
 
     def _met(self, rays: _Rays, numbers: _Numbers, bounces: int) -> Iterator[_Bundle]:
-        """Yield the paths that continue, as a bundle for each reflector. Back faces are black, and end paths."""
+        """Yield the paths that continue after they hit something, as a bundle for each reflector.
+
+        `rays` are the paths' rays with their first hits, and `bounces` is the number of bounces so far. A path ends if
+        it misses, hits a back face or an occluder that is no reflector, or by Russian roulette.
+        """
         weights, goes_on = rays.weights, rays.triangles >= 0
         if bounces >= _BOUNCES_FOR_SURE:
             chance = np.clip(weights.max(axis=0, initial=0.0), _LEAST_LIKELY, _MOST_LIKELY)

@@ -51,9 +51,10 @@ def place_or_direction(light: Light) -> Float64Array:
 
 
 def rays_to(light: Light, origins: Float64Array) -> tuple[Float64Array, Float64Array]:
-    """Return the unit vectors to a light without a size, shape (n, 3), and the distances, shape (n,).
+    """Return the unit vectors from origins to a light without a size, and the distances.
 
-    The distances are infinite if the light has no position.
+    The origins and the vectors have the shape (n, 3), and the distances (n,). The distances are infinite if the light
+    has no position.
     """
     place = place_of(light)
     if place is not None:
@@ -74,7 +75,11 @@ def part_by_arrays(
     margin: float,
     occluders: Occluders,
 ) -> tuple[FloatArray, FloatArray, Float64Array, int]:
-    """Compute the visible part of a light with NumPy; arguments as for `pvphong.shading.kernel.rays.part_seen`."""
+    """Cast rays from vertices to sample points of a light with NumPy.
+
+    Arguments and results are those of `pvphong.shading.kernel.rays.part_seen`, with occluders in place of casters: the
+    weight of each ray; the weight again, or 0 if the ray is blocked; a scale per vertex; and the number of rays.
+    """
     count = len(origins)
     points = np.arange(begin, end)[:, None]
     u = sobol.coordinate(points.astype(np.uint32), seeds[0])
@@ -103,7 +108,11 @@ def around_by_arrays(
     occluders: Occluders,
     triangles: SendingTriangles,
 ) -> tuple[NDArray[np.int32], int]:
-    """Find the vertices that rays hit with NumPy; arguments as for `pvphong.shading.kernel.hits.vertices_met`."""
+    """Cast rays from vertices over their hemispheres with NumPy.
+
+    Return the vertex that each ray hits, −1 for none, and the number of rays. Arguments and results are those of
+    `pvphong.shading.kernel.hits.vertices_met`, with occluders in place of casters.
+    """
     points = np.arange(begin, end)
     u = sobol.coordinate(points.astype(np.uint32), seeds[0][:, None])
     v = sobol.coordinate(sobol.SECOND[points], seeds[1][:, None])
@@ -134,7 +143,7 @@ BEGUN_ABOVE = 2.0**-15
 
 
 def may_block(light: Light, vertices: Box | None, parts: Box) -> BoolArray:
-    """Return True for parts whose boxes may be between vertices and a light; for all parts if too little is known.
+    """Return True for each part whose box may be between vertices and a light; for all parts if too little is known.
 
     The space between the vertices' box and the light's box is their convex hull: the boxes (1 − t) a + t b with t from
     0 to 1. For a light without a position, t has no upper bound.
@@ -182,7 +191,10 @@ def may_block(light: Light, vertices: Box | None, parts: Box) -> BoolArray:
 
 
 def may_hide(vertices: Box | None, parts: Box, distance: float) -> BoolArray:
-    """Return True for parts that may be within a distance of vertices; arguments as for `may_block`."""
+    """Return, shape (m,), True for each part that may be within `distance` of a vertex.
+
+    `vertices` and `parts` are as for `may_block`: boxes of the vertices and of the parts.
+    """
     if vertices is None:
         return np.ones(len(parts[0]), bool)
     low, high = vertices
@@ -252,7 +264,10 @@ class Receiver:
     known: Callable[[], Begun] | None = None
 
     def some(self, rows: IntArray) -> Receiver:
-        """Return a receiver with some of the vertices and the faces between them. Rays have the same origins."""
+        """Return a receiver with the vertices of the given indices and the faces between them only.
+
+        Rays have the same origins as in this receiver.
+        """
         places = np.full(len(self.points), -1)
         places[rows] = np.arange(len(rows))
         corners = places[self.faces.corners]
@@ -294,12 +309,12 @@ class Receiver:
         return result
 
     def above(self, rows: Any, height: Any) -> Float64Array:
-        """Return the origins of rays of some vertices, at a height above their tangent planes."""
+        """Return the origins of the rays of the vertices `rows`, raised by `height` along their normals."""
         return self.origins[rows] + height * self.unit_normals[rows]
 
     @cached_property
     def extent(self) -> MeshBounds:
-        """Bounds of the vertices."""
+        """Bounds on the positions of the vertices."""
         return MeshBounds(self.points, None, None)
 
     @cached_property
@@ -318,7 +333,7 @@ class Receiver:
 
     @cached_property
     def begun(self) -> Begun:
-        """Origins of rays, and the mean rise, from which the other side's origins follow."""
+        """Origins of rays, and the mean height of the adjacent faces, from which the other side's origins follow."""
         if self.known is not None:
             return self.known()
         points, normals, triangles = self.points, self.unit_normals, self.faces.corners

@@ -91,7 +91,7 @@ def look(
     count : int
         Number of vertices.
     cast : callable
-        Casts rays.
+        Casts rays from some vertices to some points of the light; see `CastRays`.
     triangles : ndarray
         Shape (m, 3): the vertices of each face.
     tolerance : float
@@ -124,14 +124,17 @@ def look(
         return np.concatenate([p.sent for p in parts]), np.concatenate([p.seen for p in parts]), parts[0].scale
 
     def estimate(vertices: IntArray, sent: FloatArray, seen: FloatArray, is_at_edge: BoolArray) -> None:
-        """Record estimates. Rays that agree have no error, except at vertices that may be at the edge of a penumbra."""
+        """Record the visible parts of vertices, and their errors, from the weights `sent` and `seen` of their rays.
+
+        Where all rays agree, the error is 0, except at vertices for which `is_at_edge` is True.
+        """
         found, its_error = _estimate(sent, seen)
         part[vertices] = found
         error[vertices] = np.where((found > 0.0) & (found < 1.0) | is_at_edge, its_error, 0.0)
         is_unknown[vertices] = ~sent.any(axis=0)
 
     def at_edge(vertices: IntArray) -> BoolArray:
-        """Return True for vertices around which the visible part may differ from their own."""
+        """Return True for each vertex whose neighbours may see more or less of the light than the vertex does."""
         if around is None:
             return ~is_alone[vertices]
         return (around.least[vertices] != part[vertices]) | (around.most[vertices] != part[vertices])
@@ -139,7 +142,8 @@ def look(
     def go_on(vertices: IntArray, sent: FloatArray, seen: FloatArray) -> None:
         """Double the number of rays repeatedly, for the vertices whose error is still too large.
 
-        At `_MOST_ADAPTIVE` rays per vertex, the doubling ends in any case.
+        `sent` and `seen` are the weights of the first rays. At `_MOST_ADAPTIVE` rays per vertex, the doubling ends in
+        any case.
         """
         done = first
         while len(vertices) and done < _MOST_ADAPTIVE:
@@ -183,7 +187,11 @@ def look(
 
 
 def _estimate(sent: FloatArray, seen: FloatArray) -> tuple[Float64Array, Float64Array]:
-    """Estimate the visible part as a ratio of means, and its standard error, (m,) each, from `sent` and `seen`."""
+    """Return the visible part from each of m vertices, a ratio of means, and its standard error, shape (m,) each.
+
+    `sent` and `seen`, shape (k, m), are the contributions of k points of the light without and with occlusion, as in
+    `Cast`.
+    """
     count = len(sent)
     folds = -1, min(count, _AT_ONCE), sent.shape[1]  # partial sums keep the digits of float32
     sum_sent, sum_seen = (each.reshape(folds).sum(axis=1).sum(axis=0, dtype=np.float64) for each in (sent, seen))

@@ -43,8 +43,8 @@ _FEW_RAYS, _FEW_RAYS_OF_VTK = 2**20, 2**15  # numbers that take a tenth or two o
 _STREAM, _STREAM_OF_CORNERS = 1, 2  # streams of random numbers, different from those of visibility
 
 Met = Callable[[int, int, NDArray[np.int32]], None]
-"""Function of the first vertex of a block, the first vertex after it, and the vertices that the block's rays hit, shape
-(m, samples)."""
+"""Function that receives the hits of a block of m vertices. Its arguments are the number of the block's first vertex,
+the number of the first vertex after the block, and the vertices that the rays hit, shape (m, samples)."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,12 +67,15 @@ class HemisphereTracer:
 
     @cached_property
     def starts(self) -> IntArray:
-        """Index of each receiver's first vertex among all receivers' vertices; last, the number of all vertices."""
+        """For each receiver, the index of its first vertex among all receivers' vertices; then the number of all."""
         return np.cumsum([0, *(len(each.points) for each in self.receivers)])
 
     @cached_property
     def triangles(self) -> SendingTriangles:
-        """All triangles; the front of an emitting triangle is the side to which its vertices' normals point."""
+        """All triangles of the occluders; those of the receivers send light from their fronts.
+
+        The front of a triangle is the side to which its vertices' normals point.
+        """
         starts, numbers, corners = self.occluders.triangles
         sides, firsts = np.zeros(len(corners), np.int8), np.cumsum([0, *self.occluders.counts])
         vertices = np.full_like(corners, -1)
@@ -88,7 +91,7 @@ class HemisphereTracer:
         return SendingTriangles(starts, numbers, vertices, sides)
 
     def may_see(self, receiver: Receiver) -> BoolArray:
-        """Return True for vertices that may see geometry above their tangent planes, shape (n,)."""
+        """Return, shape (n,), True for vertices of a receiver that may see geometry above their tangent planes."""
         result = np.zeros(len(receiver.points), bool)
         slack = self.occluders.resolution(receiver.part)
         for index, part in enumerate(self.occluders.parts):
@@ -107,8 +110,8 @@ class HemisphereTracer:
         Parameters
         ----------
         found : callable
-            Receives the hits, called from several threads. If `rows` is given, the block's vertices are indices of
-            `rows`.
+            Receives the hits of each block of vertices; called from several threads. Vertices are numbered over all
+            receivers; if `rows` is given, they are numbered by their index in `rows`.
         rows : ndarray, optional
             Vertices, shape (k,), in ascending order.
         """
@@ -208,7 +211,7 @@ class Transport:
 
     @classmethod
     def of(cls, tracer: HemisphereTracer, memory: float) -> Self:
-        """Make the transport of a tracer."""
+        """Return the transport whose rays a tracer casts; `memory` is the memory limit in bytes."""
         counts = tuple(np.diff(tracer.starts).tolist())
         return cls(tracer, memory, checksum_of(tracer), counts, tracer.samples)
 
@@ -221,12 +224,12 @@ class Transport:
 
     @property
     def parts(self) -> list[TransportPart]:
-        """Transport of the vertices of each mesh."""
+        """For each mesh, the transport of its vertices."""
         return [TransportPart(self, index) for index in range(len(self._counts))]
 
     @property
     def slices(self) -> list[slice]:
-        """Rows of each mesh's vertices."""
+        """For each mesh, the slice of its vertices among the vertices of all meshes."""
         ends = np.cumsum(self._counts).tolist()
         return [slice(end - count, end) for end, count in zip(ends, self._counts, strict=True)]
 
@@ -307,8 +310,8 @@ class Transport:
     def matrix(self) -> Any:
         """Transport matrix, `scipy.sparse.csr_array` (n, n), float32.
 
-        The entries of a row are the fractions of one vertex's rays that hit each other vertex. Their sum is the
-        cosine-weighted part of the vertex's hemisphere that fronts of surfaces fill.
+        A row belongs to one vertex: its entries are the fractions of this vertex's rays that hit each vertex. The sum
+        of a row is the cosine-weighted part of the vertex's hemisphere that fronts of surfaces fill.
 
         Raises
         ------
@@ -346,7 +349,7 @@ class Transport:
         return self._kept
 
     def _cast(self, found: Met) -> None:
-        """Cast all rays."""
+        """Cast all rays, pass their hits to `found`, and count rays and seconds."""
         assert self._tracer is not None
         start = time.perf_counter()
         if len(self) >= _WORTH_A_WARNING and self._tracer.occluders.are_slow:
@@ -362,7 +365,7 @@ class Transport:
     # -- files
 
     def refuse_other(self, checksum: str) -> None:
-        """Raise ValueError if the checksum of the meshes differs, so that this was computed for other meshes."""
+        """Raise ValueError unless `checksum`, of the meshes to light, is that of the meshes of this transport."""
         if checksum != self._checksum:
             remedy = "Recompute it with mesh.phong.transport(), with the same matrix, occluders and feature angle."
             check.refuse("transport", "one for other or moved meshes", "computed for the meshes that are lit", remedy)
@@ -446,7 +449,10 @@ class TransportPart:
         return None if tracer is None else (tracer.occluders, tracer.receivers[self.index].part)
 
     def most(self) -> float:
-        """Return the largest sum of a row of the matrix, for this mesh's vertices, or a bound before rays are cast."""
+        """Return the largest part of the hemisphere of any vertex of this mesh that fronts of surfaces fill.
+
+        The part is weighted by the cosine. Before rays are cast, a bound on it is returned.
+        """
         whole, tracer = self.whole, self.whole._tracer
         if whole._kept is not None:
             return float(whole._sums[whole.slices[self.index]].max(initial=0.0))
@@ -469,7 +475,10 @@ class TransportPart:
         return min(sampled, 1.0)
 
     def why_nothing(self) -> str:
-        """Return the reason why no vertex sees the front of a surface; "" if a vertex may. No rays are cast."""
+        """Return the reason why no vertex of this mesh sees the front of a surface; "" if a vertex may see one.
+
+        No rays are cast for this.
+        """
         tracer = self.whole._tracer
         if self.whole._kept is not None:
             return "" if self.most() > 0.0 else "no vertex sees a lit surface"
@@ -483,7 +492,7 @@ class TransportPart:
         return "the mesh is convex, and alone" if own.is_convex else ""
 
     def gather(self, colors: FloatArray) -> FloatArray:
-        """Gather colours as `Transport.gather` does."""
+        """Return the cosine-weighted mean colour that each vertex sees; see `Transport.gather`."""
         return self.whole.gather(colors)
 
 
@@ -503,7 +512,10 @@ def checksum_of(tracer: HemisphereTracer) -> str:
 
 
 def refuse_too_large(samples: int, count: int, memory: float) -> None:
-    """Raise ValueError if a transport would need more memory than is free."""
+    """Raise ValueError if a transport of `count` vertices, with `samples` rays each, needs more memory than is free.
+
+    `memory` is the transport's memory limit in bytes; it never needs more than that.
+    """
     available, needed = available_memory(), min(_BYTES_PER_RAY * samples * count, memory)
     if available is not None and needed > available:
         allowed = f"at most {available:.3g}, the number of free bytes"
@@ -512,7 +524,11 @@ def refuse_too_large(samples: int, count: int, memory: float) -> None:
 
 
 def _mean_by_arrays(met: NDArray[np.int32], colors: FloatArray) -> FloatArray:
-    """Gather with NumPy; arguments as for `pvphong.shading.kernel.hits.gathered`."""
+    """Return, shape (m, 3), the mean of the colours that the rays of each vertex hit, computed with NumPy.
+
+    `met`, shape (m, samples), holds the vertices that the rays hit, −1 for none. `colors`, shape (n + 1, 3), holds the
+    colours of the vertices, then black.
+    """
     numbers = met.astype(np.intp)
     columns = np.ascontiguousarray(colors.T)
     return np.stack([np.take(column, numbers, mode="wrap").sum(axis=1) for column in columns], axis=1) / met.shape[1]

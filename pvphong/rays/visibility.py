@@ -104,11 +104,15 @@ class Tracer:
         return [tracer._part_of(light) for tracer in (self, *[self.turned] * behind)]
 
     def _origins(self, rows: Any) -> Float64Array:
-        """Return the origins of rays of some vertices."""
+        """Return the origins of the rays of some vertices, raised above the tangent planes by the resolution."""
         return self.receiver.above(rows, self.occluders.resolution(self.receiver.part))
 
     def _all_or_nothing_of(self, light: Light, *, behind: bool) -> list[Seen]:
-        """Return the visibility of a light without a size: one ray per vertex, from the side that faces it."""
+        """Return the visibility of a light without a size, by one ray from the side of each vertex that faces it.
+
+        The result has an entry for the vertices and, with `behind`, one for their other sides. A side that faces away
+        sees nothing of the light.
+        """
         receiver, compiled = self.receiver, self.occluders.compiled
         count, above = len(receiver.points), self.occluders.resolution(receiver.part)
         sides = [self, *[self.turned] * behind]
@@ -138,13 +142,16 @@ class Tracer:
         return [Seen(part, np.zeros(count), cast * (index == 0)) for index, part in enumerate(parts)]
 
     def _facing(self, light: Light, some: slice) -> IntArray:
-        """Return the indices, within the slice, of vertices that face a light."""
+        """Return the indices of vertices that face a light, among those in the slice `some`, counted from its start."""
         normals, points = self.receiver.unit_normals[some], self.receiver.points[some]
         with np.errstate(all="ignore"):
             return np.flatnonzero(dot(normals.T, light.arrival(np.ascontiguousarray(points.T)).direction) > 0.0)
 
     def _part_of(self, light: Light) -> Seen:
-        """Return the visible part of an area light, by adaptive sampling weighted with its contribution."""
+        """Return the visible part of an area light, by adaptive sampling.
+
+        Each point of the light is weighted with its contribution to the vertex.
+        """
         if light.sampling is None:
             remedy = "Implement `sampling` to cast shadows; see pvphong.optics.area.sampling."
             check.refuse("light", light, "a light with `sampling`", remedy)
@@ -154,9 +161,10 @@ class Tracer:
         return seen if light.is_uniform else self._with_slivers(seen, light, margin)
 
     def _with_slivers(self, seen: Seen, light: Any, margin: float) -> Seen:
-        """Cast one ray to a light's highest point from each vertex for which no sample contributed.
+        """Return `seen`, with one more ray from each vertex to which no sample of an area light contributed.
 
-        Such a vertex may have the light just above its horizon.
+        Such a vertex may have the light just above its horizon. The ray goes to the light's highest point, and ends
+        `margin` before it.
         """
         if seen.is_unknown is None or not (light.places or light.outline is not None):
             return seen
@@ -177,7 +185,7 @@ class Tracer:
         return seen._replace(part=part, rays=seen.rays + len(rows) * bool(self.occluders.casters))
 
     def sky(self) -> Seen:
-        """Return the visibility of the sky in the hemispheres around the normals."""
+        """Return the visible part of the sky in the hemisphere around each vertex's normal; 1 without a normal."""
         seen = self._look(sky_sampling(self.distance, 1.0), 0.0, self.ambient, _LEAST_OF_ALL_AROUND)
         has_normal: BoolArray = (self.receiver.unit_normals != 0.0).any(axis=1)
         return seen._replace(part=np.where(has_normal, seen.part, 1.0))
@@ -337,17 +345,17 @@ class Visibility:
 
     @property
     def standard_error(self) -> StandardError:
-        """Standard errors of `per_light` and `sky`."""
+        """Standard errors of the arrays `per_light` and `sky`, which are computed if they are missing."""
         self.channels(range(len(self.lights)), sky=True)
         return StandardError(self._errors[:-1], self._errors[-1])
 
     @property
     def blocking(self) -> tuple[Occluders, int | None]:
-        """The occluders, and the index of the mesh's own faces among their parts, or None."""
+        """The occluders, and the index of the mesh's own faces among their parts; None if these faces block nothing."""
         return self._tracer.occluders, self._receiver.part
 
     def expected_cost(self) -> Cost:
-        """Estimate the cost of all results that are not computed yet, by rays from some vertices.
+        """Estimate the cost of all results that are not computed yet, by casting rays from some of the vertices.
 
         This builds the casters, which takes about a second for three million triangles.
         """
@@ -371,7 +379,7 @@ class Visibility:
         lights, labels
             As for the class.
         samples : int, optional
-            Number of rays for results that are not computed yet.
+            Number of rays per vertex for results that are not computed yet; by default, their error sets the number.
         """
         tracer, two_sided = replace(self._tracer, samples=samples), self.behind is not None
         result = Visibility(tracer, lights, labels, two_sided=two_sided)
@@ -392,7 +400,7 @@ class Visibility:
         Parameters
         ----------
         samples : int, optional
-            As for the tracer.
+            Number of rays per vertex; by default, the error sets the number.
         rows : ndarray, optional
             Vertices to keep, with the faces between them, shape (m,). Adaptive sampling may then cast more rays per
             vertex.
@@ -402,7 +410,10 @@ class Visibility:
         return Visibility(tracer, self._lights, self.lights, two_sided=two_sided)
 
     def part(self, row: int) -> tuple[FloatArray, FloatArray]:
-        """Return the visible part of a light and its standard error, (n,) each; the row after the lights is the sky."""
+        """Return the visible part of the light number `row`, and its standard error, shape (n,) each.
+
+        The row after the last light is the sky.
+        """
         is_sky = row == len(self.lights)
         return self.channels(() if is_sky else (row,), sky=is_sky)[row], self._errors[row]
 
@@ -504,10 +515,10 @@ class Visibility:
         self._done.add(row)
 
     def channels(self, lights: Sequence[int], *, sky: bool, behind: bool = False) -> FloatArray:
-        """Return an array (lights + 1, n) with the requested rows of `per_light`, and `sky` in the last row.
+        """Return an array of shape (lights + 1, n): the rows of `per_light`, and in the last row `sky`.
 
-        Rows that are not requested may not be computed yet. With `behind`, the same number of rows follows for the
-        other sides.
+        The rows of `lights`, and the last row if `sky`, are computed if they are missing; other rows may be missing.
+        With `behind`, the same number of rows follows for the other sides.
         """
         if behind and self.behind is None:
             self._refuse_one_side()
@@ -586,7 +597,7 @@ class Visibility:
 
 
 class _State(NamedTuple):
-    """State of a visibility for pickling; `done` has an entry for each side."""
+    """State of a visibility for pickling; `done` lists, for each side, the rows that have been computed."""
 
     tracer: Tracer
     lights: tuple[Light, ...]
@@ -609,7 +620,7 @@ def _restored(state: _State) -> Visibility:
 
 
 def _state_of(header: dict[str, Any], arrays: dict[str, Any]) -> _State:
-    """Return the state from a file; raise ValueError if it is damaged."""
+    """Return the state that a file stores as a header and arrays; raise ValueError if the file is damaged."""
     labels, sides = tuple(map(str, header["labels"])), tuple(sorted(map(int, done)) for done in header["done"])
     lights = tuple(
         documents.value_of_type(f"lights[{k}]", entry, LIGHT_TYPES) for k, entry in enumerate(header["lights"])
@@ -638,7 +649,7 @@ def _state_of(header: dict[str, Any], arrays: dict[str, Any]) -> _State:
 
 
 def _is_sound(faces: BlockingFaces) -> bool:
-    """Return True if the arrays have valid shapes and types, and all corners are indices of points."""
+    """Return True if the faces' arrays have valid shapes and types, and all corners are indices of points."""
     points, corners = faces.points, faces.corners
     has_shapes = points.ndim == 2 and points.shape[1] == 3 and corners.ndim == 2 and corners.shape[1] == 3
     is_typed = points.dtype.kind == "f" and corners.dtype == np.int64

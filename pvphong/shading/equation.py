@@ -118,7 +118,7 @@ class Equation:
     two_sided : bool
         True if vertices that face away from the viewer are lit with −n.
     local_facing : bool
-        True if the side is determined from `eye` rather than along `to_eye`.
+        True if the position `eye` determines which side of a vertex the viewer sees, False if `to_eye` does.
     clamp : bool
         True if the sum is clamped to [0, 1].
     matrix : ndarray or None
@@ -179,7 +179,7 @@ class Equation:
 
     @property
     def forms(self) -> tuple[CosinePower | None, ...]:
-        """For each lobe, the cosine power whose integrals over area lights have a closed form, or None.
+        """For each lobe, its form as a power of a cosine if integrals over area lights have a closed form, else None.
 
         If a map varies, only diffuse lobes have a closed form.
         """
@@ -250,7 +250,10 @@ class Equation:
         return self.two_sided and self.needs_normals
 
     def toward_viewer(self, v: FloatArray) -> FloatArray:
-        """Return the directions towards which normals are turned: v, shape (3, n), or the view axis, shape (3, 1)."""
+        """Return the directions towards which normals are turned in two-sided lighting.
+
+        These are the unit vectors v to the viewer, shape (3, n), if `local_facing`; else the view axis, shape (3, 1).
+        """
         return v if self.local_facing else np.array(self.to_eye)[:, None]
 
     @cached_property
@@ -303,7 +306,10 @@ class Equation:
 
 
 class Share(NamedTuple):
-    """One component of a light's contribution; or of the colour that is independent of lights, with None as `light`."""
+    """One component of a light's contribution, or of the colour that is independent of lights.
+
+    `light` is the light's index, or None for the colour that is independent of lights.
+    """
 
     component: Component | Literal["ambient", "emission"]
     light: int | None
@@ -333,7 +339,7 @@ def assemble(
     scene, material, matrix
         As for `evaluate`, except that the material has bounds in place of its maps; see `Vertices.without_maps`.
     maps, tints
-        As in `Equation`.
+        Ranges of the maps of numbers, and names of the fields with a map of colours, as in `Equation`.
 
     Raises
     ------
@@ -391,7 +397,10 @@ def _standard(
 
 
 def _refuse_unread(standard: Equation, scene: Scene, material: Material, names: Iterable[str]) -> None:
-    """Raise ValueError for a map that the reflectance does not read, or that VTK's convention does not support."""
+    """Raise ValueError if the reflectance does not read the map of a field in `names`, or VTK does not support it.
+
+    VTK's convention supports a map of albedo only.
+    """
     reflectance = standard.reflectance
     for name in names:
         if name == "albedo":
@@ -485,9 +494,10 @@ class _Reflectances(NamedTuple):
     def times(
         self, intensity: float, ambient: ColorLike, diffuse: ColorLike, specular: ColorLike
     ) -> tuple[Vector, tuple[Vector, ...], float]:
-        """Return a term's ambient colour, its lobes' colours, and the gain, for a light's colours and intensity.
+        """Multiply the surface's colours by a light's intensity and its `ambient`, `diffuse` and `specular` colours.
 
-        The gain is a power of two by which all these colours are divided, so that none exceeds 1.
+        Return the term's ambient colour, the colour of each lobe, and the gain: a power of two by which all these
+        colours are divided, so that none exceeds 1.
         """
         shining: dict[Component, Vector] = {"diffuse": rgb(diffuse), "specular": rgb(specular)}
         dim = _product(FARTHEST, self.ambient, rgb(ambient), intensity)
@@ -507,7 +517,10 @@ def _product(most: float, reflectance: Vector, light: Vector, intensity: float =
 
 
 def _capped(most: float, *factors: float) -> float:
-    """Return a product of three numbers >= 0, at most `most`; partial products cannot overflow or underflow."""
+    """Return the product of three numbers >= 0, or `most` if the product is larger.
+
+    Products of only two of the numbers cannot overflow or underflow.
+    """
     if 0.0 in factors:
         return 0.0
     mantissas, exponents = zip(*map(math.frexp, factors), strict=True)
@@ -564,7 +577,7 @@ def relative_to_mesh(equation: Equation) -> Equation:
 
 
 def _seen_from_offset(place: VectorLike, matrix: Float64Array) -> Vector:
-    """Return a position minus t/w, rounded once."""
+    """Return a position minus t/w, rounded once. In the matrix, t is the translation, and w is the last entry."""
     w = Fraction(float(matrix[3, 3]))
     x, y, z = (float(Fraction(float(a)) - Fraction(t) / w) for a, t in zip(place, matrix[:3, 3].tolist(), strict=True))
     return x, y, z
@@ -616,9 +629,10 @@ def _parts(
 
 
 def by_closed_form(term: LightTerm, forms: Sequence[CosinePower | None]) -> tuple[tuple[Vector, ...], ...]:
-    """Split a term's colours into the colours of lobes with a closed form, and the colours of the other lobes.
+    """Split a term's colours into those of lobes with a closed form, and those of the other lobes.
 
-    Both results have an entry for each lobe: black where the other result has the colour.
+    Both results have a colour for each lobe: black for a lobe whose colour is in the other result. `forms` has the form
+    of each lobe, or None for a lobe without a closed form.
     """
     _, light = term.light.tints(term.bands)[0]
     is_exact = [form is not None and light.analytic_integral(form) is not None for form in forms]

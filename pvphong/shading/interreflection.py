@@ -80,7 +80,7 @@ def ambient_alone(equation: Equation) -> Equation:
 
 
 def diffuse_white(equation: Equation) -> tuple[Vector, ...]:
-    """Return the material colours of the diffuse lobes, and black for the other lobes."""
+    """Return, for each lobe, the material's colour if the lobe is diffuse, else black."""
     diffuse = equation.lobes_of["diffuse"]
     return tuple(color if k in diffuse else BLACK for k, color in enumerate(equation.colors))
 
@@ -93,7 +93,9 @@ def under_white_sky(equation: Equation) -> Equation:
 
 
 def without_gain(scattered: FloatArray, equation: Equation) -> FloatArray:
-    """Return the albedo of an equation's surface, `scattered`, clipped to at most 1.
+    """Return `scattered`, the diffuse albedo of a surface's vertices, clipped to at most 1.
+
+    The albedo may exceed 1 slightly, by the error of the method that computed it for the equation's reflectance.
 
     Raises
     ------
@@ -119,7 +121,7 @@ def bounced(sent: Radiosity, gather: Gather, count: int, *, apart: bool) -> Floa
     sent : Radiosity
         Light that all vertices send.
     gather : callable
-        Multiplication by T.
+        Function from the colours that vertices send to the mean colours that they see; multiplication by T.
     count : int
         At least 1.
     apart : bool

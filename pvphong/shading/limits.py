@@ -27,13 +27,18 @@ from pvphong.optics.reflectances.ward import LEAST_HEIGHT
 
 @singledispatch
 def most(reflectance: Any, lobe: int, sightline: AngleBounds = ANYWHERE) -> float:  # noqa: ARG001 no bound
-    """Return the largest factor of a lobe within bounds on angles; infinite if there is no bound."""
+    """Return a bound on the factor of the lobe with the index `lobe`; infinite if there is none.
+
+    It holds for all directions within `sightline`, the bounds on the angles between normal, light and viewer.
+    """
     return 1.0 if reflectance.lobes[lobe] is LAMBERT else math.inf
 
 
 @singledispatch
 def change(reflectance: Any, lobe: int, turn: float, psi: float, *, light_moves: bool) -> float:  # noqa: ARG001 any ψ
-    """Return the largest change of a lobe's factor when l or v turns, for any normal.
+    """Return a bound on the change of a lobe's factor when the direction l to the light or v to the viewer turns.
+
+    It holds for any normal. It is infinite if nothing is known.
 
     Parameters
     ----------
@@ -44,7 +49,7 @@ def change(reflectance: Any, lobe: int, turn: float, psi: float, *, light_moves:
     turn : float
         Angle of the turn in radians.
     psi : float
-        Greatest angle from light to viewer before the turn.
+        Greatest angle ψ between l and v before the turn, in radians.
     light_moves : bool
         True if l turns, False if v turns.
     """
@@ -67,13 +72,19 @@ def extremes(reflectance: Any, field: str, low: float, high: float) -> tuple[Any
 
 
 def _largest_power(reflectance: Shiny, sightline: AngleBounds) -> float:
-    """Return the largest power of a cosine, on either side of the surface."""
+    """Return the largest value, within bounds on angles, of a highlight that is a power of a cosine.
+
+    The light may be on either side of the surface.
+    """
     cosine = min(reflectance.peak.most(sightline) * ROUNDED_UP, 1.0)
     return float(max(cosine, reflectance.floor, 0.0) ** reflectance.sharpness)
 
 
 def _steepness(shininess: float) -> float:
-    """Return the largest slope of cosⁿ θ: √n · ((n − 1)/n)^((n − 1)/2) for n >= 1; unbounded below 1, except at 0."""
+    """Return the largest slope of cosⁿ θ, for the exponent n, `shininess`.
+
+    It is √n · ((n − 1)/n)^((n − 1)/2) for n >= 1, infinite for n between 0 and 1, and 0 for n = 0.
+    """
     if shininess < 1.0:
         return math.inf if shininess else 0.0
     return math.sqrt(shininess) * (1.0 - 1.0 / shininess) ** (0.5 * (shininess - 1.0))
@@ -81,7 +92,10 @@ def _steepness(shininess: float) -> float:
 
 @most.register
 def _most_of_power(reflectance: Shiny, lobe: int, sightline: AngleBounds = ANYWHERE) -> float:
-    """Return 1 for the first lobe, else the power at the largest cosine, or 0 if the light is below the horizon."""
+    """Return 1 for the first, diffuse lobe. For a highlight, return the power at the largest cosine.
+
+    The bound on a highlight is 0 if the light is below the horizon of every vertex.
+    """
     if lobe == 0:
         return 1.0
     return _largest_power(reflectance, sightline) if sightline.theta < math.pi / 2 else 0.0
@@ -89,7 +103,10 @@ def _most_of_power(reflectance: Shiny, lobe: int, sightline: AngleBounds = ANYWH
 
 @change.register
 def _change_of_power(reflectance: Shiny, lobe: int, turn: float, psi: float, *, light_moves: bool) -> float:
-    """Return the power's slope times the turn, plus a jump if the light moves: the light may cross a vertex's horizon.
+    """Return a bound for Lambert's first lobe, or for a highlight that is a power of a cosine.
+
+    A highlight changes by at most the power's slope times the turn. If the light moves, a jump is added, because the
+    light may cross a vertex's horizon.
 
     At the horizon, n·l is at most the sine of the turn. The angle from the normal is at least π/2 − turn to the light,
     and at least π/2 − turn − ψ to the viewer.
@@ -117,7 +134,7 @@ def _(reflectance: Shiny, field: str, low: float, high: float) -> tuple[Any, ...
 
 @most.register
 def _(reflectance: ModifiedPhong, lobe: int, sightline: AngleBounds = ANYWHERE) -> float:
-    """Return the power's bound times n·l and the normalisation."""
+    """Return, for the highlight, the bound on the power, times the largest n·l and the normalisation."""
     factor = reflectance.parameters({})[0] * max(math.cos(sightline.theta), 0.0) if lobe else 1.0
     return _most_of_power(reflectance, lobe, sightline) * float(factor)
 
@@ -133,7 +150,7 @@ def _(reflectance: ModifiedPhong, lobe: int, turn: float, psi: float, *, light_m
 
 @most.register
 def _(reflectance: VtkHeadlight, lobe: int, sightline: AngleBounds = ANYWHERE) -> float:
-    """Return the largest power on both sides: this highlight does not end at the horizon."""
+    """Return, for the highlight, the largest power on either side: this highlight does not end at the horizon."""
     return _largest_power(reflectance, sightline) if lobe else 1.0
 
 
@@ -145,13 +162,13 @@ the angle between l and v."""
 
 
 def _most_whiteness(psi: float) -> float:
-    """Return the largest Schlick weight (1 − h·l)⁵ for an angle of at most ψ between light and viewer."""
+    """Return the largest Schlick weight (1 − h·l)⁵ if the angle between light and viewer is at most ψ, in radians."""
     return (1.0 - math.cos(0.5 * min(psi, math.pi))) ** 5
 
 
 @most.register
 def _(reflectance: Metal, lobe: int, sightline: AngleBounds = ANYWHERE) -> float:
-    """Return Phong's bound; for the white lobe, times the largest Schlick weight."""
+    """Return the bound for Phong's model; for the white lobe, multiplied by the largest Schlick weight."""
     white = _most_whiteness(sightline.psi) if lobe == 2 else 1.0
     return _most_of_power(reflectance, lobe, sightline) * white
 
@@ -168,9 +185,10 @@ def _(reflectance: Metal, lobe: int, turn: float, psi: float, *, light_moves: bo
 
 @most.register
 def _(reflectance: Microfacets, lobe: int, sightline: AngleBounds = ANYWHERE) -> float:
-    """Return, for a highlight, the density D at the largest n·h, times the largest K, 1/(2β).
+    """Return, for a highlight, the microfacets' density D at the largest n·h, times the largest masking K, 1/(2β).
 
-    For the white lobe, it is also multiplied by the largest Schlick weight.
+    For the white lobe, the product is also multiplied by the largest Schlick weight. For the diffuse base, the bound is
+    a constant.
     """
     if lobe == 0:
         return 1.0 if reflectance.is_faded else 1.15
@@ -201,13 +219,16 @@ def _(reflectance: Microfacets, lobe: int, turn: float, psi: float, *, light_mov
 
 @most.register
 def _(reflectance: OrenNayar, lobe: int, sightline: AngleBounds = ANYWHERE) -> float:  # noqa: ARG001 one lobe, all angles
-    """Return a bound on A + B, which is at most 1.125, at a sigma of 22°."""
+    """Return a bound on the sum of the model's coefficients A and B. It is at most 1.125, which sigma = 22° reaches."""
     return 1.13
 
 
 @change.register
 def _(reflectance: OrenNayar, lobe: int, turn: float, psi: float, *, light_moves: bool) -> float:  # noqa: ARG001
-    """Bound the change of A's part by its slope, and of B's part by B: near the horizon, that slope is unbounded."""
+    """Bound the change of the model's term with A by its slope, and the change of its term with B by B.
+
+    Near the horizon, the slope of the term with B is unbounded.
+    """
     a, b = reflectance.parameters({})
     return (a * turn if light_moves else 0.0) + b
 

@@ -77,7 +77,7 @@ class Shading:
         return f"<Shading of {self.rgb.shape[0]} vertices, {self.rgb.dtype}{parts}>"
 
     def part(self, rows: slice) -> Shading:
-        """Return the record of some of the vertices, with views of these arrays."""
+        """Return the lit colours of the vertices in the slice `rows`, as views of these arrays."""
         return self._of_each(lambda array: array[..., rows, :])
 
     def copy(self) -> Shading:
@@ -90,7 +90,10 @@ class Shading:
 
     @classmethod
     def empty(cls, count: int, lights: int, real: np.dtype[Any], *, components: bool) -> Shading:
-        """Allocate uninitialised arrays for `count` vertices."""
+        """Allocate uninitialised arrays of the type `real` for `count` vertices and `lights` lights.
+
+        Without `components`, only `rgb` is allocated.
+        """
         rgb = np.empty((count, 3), real)
         if not components:
             return cls(rgb)
@@ -219,7 +222,10 @@ def seen_by_viewer(points: FloatArray, normals: FloatArray, equation: Equation, 
 
 
 def _shade_block(block: Block, equation: Equation, result: Shading) -> None:
-    """Evaluate the equation: emission, ambient light, and each light's contribution lobe by lobe."""
+    """Evaluate the equation for a block, and write the colours into the arrays of `result`.
+
+    The colour is the sum of the emission, the ambient light, and each light's contribution, lobe by lobe.
+    """
     real, reflectance = result.rgb.dtype.type, equation.reflectance
     for array in vars(result).values():
         if array is not None:
@@ -259,7 +265,11 @@ def _shade_block(block: Block, equation: Equation, result: Shading) -> None:
 def lobe_factors(
     reflectance: Reflectance, surface: Surface, arrival: Arrival, wanted: Sequence[bool]
 ) -> tuple[Any, ...]:
-    """Return the factor of each lobe at n vertices, a new array (n,); arbitrary for lobes that are not wanted."""
+    """Return, for each lobe of a reflectance, its factor at n vertices, as a new array of shape (n,).
+
+    The factor multiplies the light that arrives from one direction, `arrival`, at each vertex of `surface`. `wanted`
+    has a flag for each lobe; the factors of lobes that are not wanted are arbitrary.
+    """
     n_l = surface.cosine(arrival)
     if not any(wanted[1:]) and reflectance.lobes[0] is LAMBERT:
         return (np.maximum(n_l, n_l.dtype.type(0.0)), *(0.0,) * (len(wanted) - 1))
@@ -276,7 +286,10 @@ def lobe_factors(
 
 
 def tint_of(lobe: Lobe, tints: Mapping[str, FloatArray], surface: Surface) -> FloatArray | None:
-    """Return the factors of a lobe's colour; None if they are 1 everywhere."""
+    """Return the factors, shape (3, n), by which maps multiply a lobe's colour; None if they are 1 everywhere.
+
+    `tints` has the factors of colours by name, as `Block.tints`.
+    """
     if lobe.takes_albedo:
         found = tints.get("diffuse")
         if lobe.tint is None or (found is None and not surface.maps):
@@ -322,7 +335,11 @@ def _integrals(block: Block, reflectance: Reflectance, term: LightTerm) -> Itera
 
 
 def _integrated(integral: Integral, form: CosinePower, block: Block, *, rounded: bool) -> Float64Array:
-    """Return the integral, shape (n,). Few vertices are evaluated at a time, so that temporaries stay in the caches."""
+    """Return the integral of the lobe with the form `form` over an area light, at each vertex of a block, shape (n,).
+
+    With `rounded`, float32's accuracy suffices. Few vertices are evaluated at a time, so that temporaries stay in the
+    caches.
+    """
     n, lobe = block.surface.exact_normals, lobe_numbers(form.power, rounded=rounded)
     a = block.surface.mirrored if form.around == "mirror" and form.power else n  # 0⁰ is 1 in the whole hemisphere
     result = np.zeros(n.shape[1])

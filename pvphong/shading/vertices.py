@@ -38,11 +38,11 @@ class Tint(NamedTuple):
     """The bound, a power of two."""
 
     def at(self, part: Any) -> Tint:
-        """Return the tint of some of the vertices."""
+        """Return the tint of some of the vertices; `part` is a slice or an index array."""
         return self._replace(rows=self.rows[part])
 
     def factors(self, real: Any) -> FloatArray:
-        """Return the factors, shape (3, n)."""
+        """Return the factors, shape (3, n), in the NumPy type `real`."""
         rows = fractions(self.name, self.rows, real)
         return np.asarray(np.broadcast_to(rows.T, (3, len(rows))) * real(1.0 / self.most))
 
@@ -140,25 +140,25 @@ class Vertices:
         return None if vectors is None else check.array(name, vectors, count=len(self.points))
 
     def normals_if(self, needed: bool) -> FloatArray:
-        """Return the normals, or zeros if they are not needed and would have to be computed."""
+        """Return the normals; or zeros, if `needed` is False and the normals would have to be computed first."""
         if needed or not callable(self._normals):
             return self.normals
         return np.broadcast_to(np.zeros(3, np.float32), self.points.shape)
 
     def tints(self, equation: Equation) -> dict[str, Tint]:
-        """Return the tints that an equation reads, by name."""
+        """Return the tints that an equation reads, by the name of the field that their map replaces."""
         return self.tints_of(equation.needed_tints)
 
     def tints_of(self, names: Iterable[str]) -> dict[str, Tint]:
-        """Return the tints of the given maps, by name."""
+        """Return the tints of the maps with the given names, by name."""
         return {name: Tint(name, self.maps[name].rows, self.maps[name].most) for name in names}
 
     def without_maps(self, material: Material) -> Material:
-        """Return the material with each map replaced by the bound on its values."""
+        """Return a copy of a material in which the bound on each map's values stands in place of the map."""
         return material.with_values({name: values.most for name, values in self.maps.items()})
 
     def sending(self, colors: FloatArray, material: Material) -> Vertices:
-        """Return these vertices with a map of emission: the material's emission plus `colors`, shape (n, 3)."""
+        """Return these vertices with another map of emission: the material's own emission plus `colors`, (n, 3)."""
         emitted = self.maps.get("emission")
         own = rgb(material.emission) if emitted is None else fractions("emission", emitted.rows)
         maps = {name: values.rows for name, values in self.maps.items()} | {"emission": colors + own}
@@ -177,7 +177,7 @@ class Vertices:
         Raises
         ------
         ValueError
-            As `assemble`.
+            As for `assemble`.
         """
         tints = frozenset(self.maps).intersection(COLORS)
         return assemble(scene, self.without_maps(material), matrix, self.ranges, tints)
@@ -225,6 +225,6 @@ class Vertices:
         return np.full(6, np.nan) if found is None else np.column_stack(found).ravel()
 
     def extent(self, matrix: Float64Array | None) -> MeshBounds:
-        """Return bounds on the positions and normals in the world, computed at the first use."""
+        """Return bounds on the positions and normals after a model matrix; they are computed at their first use."""
         known = None if self._normals is None else lambda: self.normals
         return MeshBounds(self.points, known, matrix)

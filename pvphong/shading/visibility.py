@@ -30,10 +30,10 @@ class VisibilityLike(Protocol):
         return ""
 
     def channels(self, lights: Sequence[int], *, sky: bool, behind: bool = False) -> FloatArray:
-        """Return visible parts in [0, 1], shape (all the scene's lights + 1, n), with the sky in the last row.
+        """Return visible parts in [0, 1], shape (lights + 1, n): a row for each of the scene's lights, then the sky.
 
-        Rows that are not requested may hold any finite numbers. With `behind`, as many rows follow for the other side
-        of each vertex.
+        Only the rows of `lights`, and that of the sky if `sky`, must be right; others may hold any finite numbers. With
+        `behind`, as many rows follow for the other side of each vertex.
         """
 
     def refuse_other(
@@ -56,7 +56,7 @@ class Around(NamedTuple):
     """Comparison that may end the rays from a place early. If None, only the tolerance of the rays ends them."""
 
     def at(self, rows: Any) -> Around:
-        """Return the record of some of the places."""
+        """Return the bounds around some of the places; `rows` is an index array, a mask or a slice."""
         return Around(self.least[rows], self.most[rows], None if self.goal is None else self.goal.at(rows))
 
 
@@ -74,7 +74,7 @@ class Goal(NamedTuple):
     """Largest difference that is allowed, shape (...)."""
 
     def at(self, rows: Any) -> Goal:
-        """Return the comparison at some of the places."""
+        """Return the comparison at some of the places; `rows` is an index array, a mask or a slice."""
         return Goal(*(each[rows] for each in self))
 
     @property
@@ -83,7 +83,10 @@ class Goal(NamedTuple):
         return Goal(self.if_hidden.reshape(-1, 3), self.contribution.reshape(-1, 3), self.allowed.ravel())
 
     def is_reached(self, part: Float64Array, error: Float64Array) -> BoolArray:
-        """Return, shape (n,), True where the difference is allowed even if `part` is off by two standard errors."""
+        """Return, shape (n,), True for places at which the difference of colours is surely allowed.
+
+        It must be allowed even if the visible part, `part`, is off by two standard errors, `error`; shape (n,) each.
+        """
         difference = np.abs(self.if_hidden + part[:, None] * self.contribution)
         uncertainty = 2.0 * error[:, None] * np.abs(self.contribution)
         reached: BoolArray = (difference + uncertainty).max(axis=1) <= self.allowed
@@ -130,7 +133,7 @@ class GivenVisibility(VisibilityLike):
         self._sides = 1
 
     def channels(self, lights: Sequence[int], *, sky: bool, behind: bool = False) -> FloatArray:  # noqa: ARG002
-        """Return the rows of all lights and of the sky, whichever are requested.
+        """Return the given rows of all lights and of the sky, even those that are not requested.
 
         With `behind`, as many rows for the other sides follow.
         """
@@ -160,12 +163,25 @@ class GivenVisibility(VisibilityLike):
 def checked_visibility(
     name: str, given: Any, points: FloatArray, matrix: MatrixLike | None, scene: Scene
 ) -> VisibilityLike:
-    """Return the visibility that a user passes: a `Visibility`, or an array as for `GivenVisibility`.
+    """Check the visibility that a user passes for points and a scene, and return it.
+
+    Parameters
+    ----------
+    name : str
+        The argument's name, for messages.
+    given
+        A `Visibility`, or an array as for `GivenVisibility`.
+    points : ndarray
+        Shape (n, 3), in the mesh's own coordinates.
+    matrix : array_like or None
+        (4, 4) model matrix.
+    scene : Scene
+        The scene.
 
     Raises
     ------
     ValueError
-        If it is something else, or was computed for other points or lights.
+        If `given` is something else, or was computed for other points or lights.
     """
     if not hasattr(given, "refuse_other"):
         given = GivenVisibility(name, given)
@@ -175,12 +191,13 @@ def checked_visibility(
 
 
 def checked_part(name: str, given: Any, count: int) -> TransportLike:
-    """Return the single part of a `Transport` that a user passes for `count` vertices.
+    """Check the transport that a user passes for one mesh of `count` vertices, and return the part for this mesh.
 
     Raises
     ------
     ValueError
-        If it is something else, or was computed for other vertices.
+        If `given` is not a `Transport`, or is one for several meshes or another number of vertices. The message calls
+        it `name`.
     """
     allowed = "the result of mesh.phong.transport()"
     parts = getattr(given, "parts", None)
@@ -206,7 +223,10 @@ def known_transport(vertices: Any) -> TransportLike:
 
 
 def refuse_rays(scene: Scene, where: str) -> None:
-    """Raise ValueError for a scene with shadows, ambient occlusion or bounces; `where` ends the message: "for …"."""
+    """Raise ValueError for a scene with shadows, ambient occlusion or bounces.
+
+    `where` ends the message's sentence on what is allowed; it begins with "for".
+    """
     if scene.light_model.is_global:
         remedy = "scene.light_model.without_rays() removes them; mesh.phong.shade supports them."
         allowed = f"without shadows, ambient occlusion and bounces {where}"

@@ -47,12 +47,12 @@ _FINEST = 2**9
 
 
 class Cuts(NamedTuple):
-    """Summary of the cuts."""
+    """Summary of the cuts along the edges of shadows and cones."""
 
     sides: int = 0
     """Number of triangle sides that were cut."""
     strip: float = 0.0
-    """Area, in the mesh's unit, that may have the colours of the other side of an edge."""
+    """Area, in the mesh's unit squared, that may have the colours of the other side of an edge."""
     is_spent: bool = False
     """True if the limit of vertices stopped the cuts."""
 
@@ -67,7 +67,7 @@ def cut_edges(
     surface : LitSurface
         Surface to split and cut, in place.
     tolerance : float
-        Smaller jumps are not cut.
+        Smaller jumps of a colour are not cut.
     limit : int
         Largest number of vertices afterwards.
     after_light : callable
@@ -83,10 +83,10 @@ def cut_edges(
 
 
 def uncut_area(surface: LitSurface, tolerance: float) -> float:
-    """Return the area of triangles that an edge crosses without a cut, if the jump exceeds a tolerance.
+    """Return the total area of triangles in which an edge of a shadow or cone was not cut.
 
-    These triangles were not cut because a part of them would have no area. This happens where edges of several lights
-    meet.
+    Only triangles in which the colour jumps at the edge by more than the tolerance count. They were not cut because a
+    part of them would have no area, as happens where edges of several lights meet.
     """
     corners, vertices = surface.triangles.corners, surface.vertices
     is_crossed = np.zeros(len(corners), dtype=bool)
@@ -99,12 +99,12 @@ def uncut_area(surface: LitSurface, tolerance: float) -> float:
 
 
 class _Crossings(NamedTuple):
-    """Crossings of an edge with sides and triangles."""
+    """Crossings of one light's edge, of its shadow or cone, with s sides of triangles and k triangles."""
 
     along: Float64Array
     """Position of the crossing on each side, as a fraction of the side, shape (s,); NaN if it is not crossed."""
     step: Float64Array
-    """Jump of the colour there, shape (s,)."""
+    """Jump of the colour at the crossing, shape (s,); 0 if the side is not cut there."""
     rows: IntArray
     """Triangles that the edge crosses, shape (k,)."""
     deviation: Float64Array
@@ -156,7 +156,10 @@ class _Edge:
         return steps_at(self._light, self._surface.vertices, corners, weights)
 
     def _look(self, rows: IntArray) -> None:
-        """Sample triangles that are new or changed, and record the edges that corners do not show."""
+        """Sample the triangles `rows`, which are new or changed, and mark those with an edge that corners do not show.
+
+        Such an edge crosses a side twice, or encloses a shadow that reaches no corner.
+        """
         triangles, is_lit = self._surface.triangles, self._is_lit
         rows = rows[self._sizes(rows)[1] > 0.0]
         added = len(triangles) - len(self._is_hidden)
@@ -184,7 +187,10 @@ class _Edge:
         self._look_closely(rows[is_uniform & ~self._is_hidden[rows]])
 
     def _look_closely(self, rows: IntArray) -> None:
-        """Sample triangles at places a pixel apart. The samples so far, at corners, on sides and inside, agree."""
+        """Sample the triangles `rows` densely, at places about a pixel apart, and mark those with an edge inside.
+
+        In these triangles, all samples so far agree: at corners, on sides and inside.
+        """
         corners, is_lit = self._surface.triangles.corners, self._is_lit
         steps = np.maximum(self._sizes(rows)[0] / self._spacing, 1.0)
         orders = np.minimum(2 ** np.rint(np.log2(steps)).astype(np.int64), _FINEST)
@@ -200,12 +206,19 @@ class _Edge:
                 self._is_hidden[some[found]] |= self._steps(corners[some[found]], place)[:, 0] > self._tolerance
 
     def _can_jump(self, corners: IntArray, places: Float64Array, is_other: BoolArray) -> BoolArray:
-        """Return, shape (k,), True where the colour may jump by more than the tolerance near places.
+        """Return, shape (k,), True for triangles or sides in which the colour may jump by more than the tolerance.
 
-        `is_other`, shape (k, s), is True at the places whose visibility differs from the first corner's.
-
-        The edge lies between a place and its neighbours. The step at the edge may exceed the steps at the places by a
+        The edge lies between a place and its neighbours. The jump at the edge may exceed the jumps at the places by a
         third of their range.
+
+        Parameters
+        ----------
+        corners : ndarray of int
+            Vertices of k triangles, shape (k, 3), or of k sides, shape (k, 2).
+        places : ndarray
+            Barycentric coordinates of s places, the same in all.
+        is_other : ndarray of bool
+            Shape (k, s): True at places whose visibility differs from the first corner's.
         """
         steps = self._steps(corners, places)
         larger = np.ptp(steps, axis=1) / 3.0 if len(steps) else np.zeros(0)
@@ -235,9 +248,21 @@ class _Edge:
         return _Crossings(along, step, rows, *self._deviations(along, rows))
 
     def _lines(self, along: Float64Array, rows: IntArray) -> tuple[IntArray, Float64Array]:
-        """Return a corner (k,) and the ends (k, 2, 3) of the line across each crossed triangle.
+        """Return the straight line across each of the k triangles `rows`, as a corner and two ends.
 
-        The corner is alone on its side of the line.
+        Parameters
+        ----------
+        along : ndarray
+            Shape (s,): position of the crossing on each side of a triangle, as a fraction of the side.
+        rows : ndarray of int
+            Triangles that the edge crosses, shape (k,).
+
+        Returns
+        -------
+        alone : ndarray of int
+            Shape (k,): the corner, 0 to 2, that is alone on its side of the line.
+        ends : ndarray
+            Shape (k, 2, 3): barycentric coordinates of both ends of the line.
         """
         triangles, is_lit = self._surface.triangles, self._is_lit
         at_corners = is_lit[triangles.corners[rows]]
@@ -250,10 +275,11 @@ class _Edge:
         return alone, weights
 
     def _deviations(self, along: Float64Array, rows: IntArray) -> tuple[Float64Array, Float64Array]:
-        """Return the largest deviation (k,) of the edge from a line, and the line's length (k,).
+        """Return, for each of the k triangles `rows`, how far the edge deviates from a straight line.
 
-        The deviation is measured at the line's quarters, and at samples inside the triangle that are lit on the line's
-        dark side, or dark on its lit side.
+        The results are the largest distance of the edge from the line, and the length of the line, shape (k,) each. The
+        distance is measured at the line's quarters, and at samples inside the triangle that are lit on the line's dark
+        side, or dark on its lit side. `along`, shape (s,), is the position of the crossing on each side of a triangle.
         """
         triangles, index = self._surface.triangles, np.arange(len(rows))
         p = self._surface.vertices.points[triangles.corners[rows]]
@@ -294,7 +320,10 @@ class _Edge:
         return result
 
     def _poor(self, found: _Crossings) -> IntArray:
-        """Return the triangles to split, the most urgent first."""
+        """Return the triangles to split before cuts, the most urgent first.
+
+        In them, the edge deviates too far from a straight line, ends inside, or crosses no side that can be cut.
+        """
         triangles = self._surface.triangles
         steps = found.step[triangles.sides[found.rows]]
         ends_inside = ((steps > 0.0).sum(axis=1) == 1) & (steps.max(axis=1) > self._tolerance)
@@ -336,9 +365,10 @@ class _Edge:
         return Cuts(len(np.unique(triangles.ties[: len(is_cut)][is_cut])), strip, is_spent)
 
     def _snapped(self, found: _Crossings) -> IntArray:
-        """Return 1 or -1 for vertices on the two sides of the edge, and 0 for vertices on it, (n,).
+        """Return, shape (n,), 1 for each vertex on the lit side of the edge, -1 on the dark side, and 0 on the edge.
 
-        A vertex is on the edge if all crossings of its sides are nearer to it than half of the allowed deviation.
+        A vertex counts as on the edge if the edge crosses its sides, and each crossing is nearer to the vertex than
+        half of the allowed deviation.
         """
         surface, triangles = self._surface, self._surface.triangles
         sides = np.flatnonzero(~np.isnan(found.along))
@@ -355,7 +385,18 @@ class _Edge:
         return np.where(on_line[places], 0, np.where(self._is_lit, 1, -1))
 
     def _turned_over(self, is_cut: BoolArray, along: Float64Array) -> IntArray:
-        """Return the triangles with a part that rounding would reverse or leave without an area."""
+        """Return the indices of triangles whose cuts must be dropped.
+
+        Rounding the new vertices would reverse the orientation of a part of such a triangle, or leave it without an
+        area.
+
+        Parameters
+        ----------
+        is_cut : ndarray of bool
+            Shape (s,): True for each side that is to be cut.
+        along : ndarray
+            Shape (s,): position of the cut, as a fraction of the side.
+        """
         surface, triangles = self._surface, self._surface.triangles
         count = is_cut[triangles.sides].sum(axis=1)
         rows = np.flatnonzero(count)

@@ -47,10 +47,11 @@ _LARGE = 1.0 / 255.0
 def _errors_at(
     vertices: LitVertices, corners: IntArray, weights: Float64Array, enough: float | None = None
 ) -> Float64Array:
-    """Return the differences of interpolated and exact colours in the worst channel, shape (m, s).
+    """Return, shape (m, s), the difference of interpolated and exact colours at places, in the worst channel.
 
-    `corners` holds the vertices of m triangles, shape (m, 3). `weights` holds s places in each; see `lighting`. Lights
-    with a size are sampled, and only the part of a difference that exceeds the noise counts.
+    `corners` holds the vertices of m triangles, shape (m, 3). `weights` holds the barycentric coordinates of s places
+    in each, shape (m, s, 3) or (s, 3). Lights with a size are sampled, and only the part of a difference that exceeds
+    the noise counts. If `enough` is given, differences below it may be underestimated.
     """
     shape = len(corners), weights.shape[-2]
     colors = blended(vertices.colors, corners, weights, *vertices.lighting.limits).reshape(*shape, 3)
@@ -64,10 +65,10 @@ def _errors_at(
 
 
 def first_errors(vertices: LitVertices, corners: IntArray, enough: float | None = None) -> Float64Array:
-    """Return the largest error of each triangle, (m,), at middles of sides, centroids, peaks and creases.
+    """Return, shape (m,), the largest error of each triangle at middles of sides, centroids, peaks and creases.
 
-    `corners` has the shape (m, 3). With `enough`, an error below `enough` may be underestimated; see the module's
-    description.
+    `corners` holds the vertices of m triangles, shape (m, 3). If `enough` is given, errors below it may be
+    underestimated, which saves rays.
     """
     result = pattern_errors(_FIRST, vertices, corners, enough)
 
@@ -81,10 +82,10 @@ def first_errors(vertices: LitVertices, corners: IntArray, enough: float | None 
 
 
 def more_errors(vertices: LitVertices, corners: IntArray, enough: float | None = None) -> Float64Array:
-    """Return the largest error of each triangle, (m,), at further samples.
+    """Return, shape (m,), the largest error of each triangle at the samples that `first_errors` does not take.
 
-    If blends of the stored normals have other directions, the errors at all samples are computed for the stored normals
-    too.
+    Arguments as for `first_errors`. If blends of the stored normals, which the renderer uses, have other directions
+    than blends of `normals`, the errors at all samples are also computed with the stored normals.
     """
     result = pattern_errors(_MORE, vertices, corners, enough)
     length, stored = (np.linalg.norm(normals, axis=1) for normals in (vertices.normals, vertices.stored))
@@ -101,9 +102,9 @@ def more_errors(vertices: LitVertices, corners: IntArray, enough: float | None =
 
 
 def all_errors(vertices: LitVertices, corners: IntArray) -> Float64Array:
-    """Return the largest error of each triangle, (m,), at all samples.
+    """Return, shape (m,), the largest error of each triangle at all samples and next to jumps.
 
-    The error is 0 in triangles without an area or with a non-finite point.
+    `corners` has the shape (m, 3). The error is 0 in triangles without an area or with a non-finite point.
     """
     result = np.zeros(len(corners))
     rows = np.flatnonzero(sizes(vertices.points, corners)[1] > 0.0)
@@ -117,11 +118,11 @@ def all_errors(vertices: LitVertices, corners: IntArray) -> Float64Array:
 
 
 def jumps(vertices: LitVertices, corners: IntArray) -> tuple[Float64Array, Float64Array]:
-    """Return the largest jump of the colour in each triangle, and the error next to it, (m,) each.
+    """Search each triangle for a jump of the colour; return its size and the error next to it, shape (m,) each.
 
-    Splitting cannot reduce a jump. The search bisects the segment from the worst sample, peaks excluded, to the corner
-    whose colour differs most from the sample's. The search keeps the half with the larger difference. The difference
-    that remains is a jump.
+    `corners` has the shape (m, 3). Splitting triangles cannot reduce a jump. The search starts from the segment between
+    the worst sample, peaks excluded, and the corner whose colour differs most from the sample's. It bisects the segment
+    repeatedly, and keeps the half with the larger difference of colours. The difference that remains is the jump.
     """
     steps, errors = np.zeros((2, len(corners)))
 
@@ -155,7 +156,10 @@ def jumps(vertices: LitVertices, corners: IntArray) -> tuple[Float64Array, Float
 def pattern_errors(
     pattern: Float64Array, vertices: LitVertices, corners: IntArray, enough: float | None = None
 ) -> Float64Array:
-    """Return the largest error of each triangle, (m,), at the places of `pattern`, shape (s, 3)."""
+    """Return, shape (m,), the largest error of each triangle at the places of `pattern`, shape (s, 3).
+
+    `corners` has the shape (m, 3). If `enough` is given, errors below it may be underestimated.
+    """
     result = np.zeros(len(corners))
 
     def look(part: slice) -> None:
@@ -168,7 +172,18 @@ def pattern_errors(
 def _worst(
     places: Iterable[Places], vertices: LitVertices, corners: IntArray, enough: float | None = None
 ) -> tuple[IntArray, Float64Array, Float64Array]:
-    """Return the largest error at the places in each triangle that contains places.
+    """Return, for each triangle that contains any of the places, the place with the largest error.
+
+    Parameters
+    ----------
+    places : iterable of Places
+        Places in triangles; a triangle may have several.
+    vertices : LitVertices
+        Vertices of the mesh.
+    corners : ndarray of int
+        Vertices of all triangles, shape (m, 3).
+    enough : float, optional
+        Errors below it may be underestimated; by default, none is.
 
     Returns
     -------
@@ -189,7 +204,10 @@ def _worst(
 
 
 def _in_parts(look: Callable[[slice], None], vertices: LitVertices, triangles: int, samples: int) -> None:
-    """Call `look` on blocks of the triangles, on all cores; `samples` is the number of samples per triangle."""
+    """Call `look` with slices that together cover all triangles, on all cores.
+
+    `triangles` is their number, and `samples` the number of samples that `look` takes in each.
+    """
     handling = np.geterr()  # a new thread starts with NumPy's defaults
     step = (_SAMPLES_BY_RAYS if vertices.lighting.soft else _SAMPLES) // samples
     own = threads.count() if triangles <= step else 1  # several parts share the threads

@@ -52,10 +52,16 @@ class SeenFromPlaces(VisibilityLike, Protocol):
         origins: Float64Array,
         around: Around | None = None,
     ) -> SeenFromPlaces:
-        """Return the visibility from places in the world, by rays from `origins`; all arrays have shape (n, 3)."""
+        """Return the visibility from places in the world, by rays from `origins`; all arrays have shape (n, 3).
+
+        `around` holds bounds on the visibility around the places, if they are known.
+        """
 
     def part(self, row: int) -> tuple[FloatArray, FloatArray]:
-        """Return the visible part of a light, or of the sky in the last row, and its standard error, (n,) each."""
+        """Return the visible part of the light number `row`, and its standard error, shape (n,) each.
+
+        The row after the last light is the sky.
+        """
 
 
 class Lighting:
@@ -130,7 +136,8 @@ class Lighting:
     def _has_cone(self, light: int) -> bool:
         """Return True if the light is 0 outside a cone of less than 90°, so that the edge can be cut like a shadow's.
 
-        It cannot be in VTK's convention, nor if the light has an ambient colour, which visibility does not affect.
+        The edge cannot be cut in VTK's convention, nor if the light has an ambient colour, which visibility does not
+        affect.
         """
         given = self._lights[light]
         angles = given.values(Angle) if given.values(Aim) else []
@@ -138,7 +145,11 @@ class Lighting:
         return is_alone and len(angles) == 1 and angles[0] < 90.0
 
     def colors(self, points: FloatArray, normals: FloatArray, maps: Float64Array, seen: Float64Array) -> Float64Array:
-        """Return lit colours (n, 3), not clamped. `maps`, and the visible parts `seen`, have a row for each vertex."""
+        """Return the lit colours of n vertices, shape (n, 3), not clamped.
+
+        Points and normals have the shape (n, 3). `maps` has the rows of `Lighting.maps`, and `seen`, shape
+        (n, lights + 1), the visible part of each light and of the sky; or (n, 0) if everything is visible.
+        """
         at = {name: maps[:, part] for name, part in self._columns.items()}
         if "tangents" in at:  # where blended tangents cancel, the normal, which counts as no tangent
             at["tangents"] = np.where(at["tangents"].any(axis=1, keepdims=True), at["tangents"], normals)
@@ -150,7 +161,7 @@ class Lighting:
         return plan.run(vertices, precision="float64", among=self._among).rgb
 
     def vertices(self, points: FloatArray, normals: FloatArray) -> LitVertices:
-        """Return the mesh's own vertices, lit."""
+        """Light the mesh's own vertices, given by points and normals of shape (n, 3), and return them."""
         self._among = _PLACES_PER_VERTEX * len(points)
         p, n = np.asarray(points, np.float64), np.asarray(normals, np.float64)  # PyVista's arrays are slow to slice
         level = dot(*(columns(each) for each in self.in_world(p, n)))
@@ -163,7 +174,11 @@ class Lighting:
     def lit(
         self, points: Float64Array, normals: Float64Array, maps: Float64Array, seen: Float64Array, errors: Float64Array
     ) -> tuple[Float64Array, Float64Array]:
-        """Return the result of `colors`, and its standard errors (n,), caused by the `errors` of the visible parts."""
+        """Return the lit colours of n vertices (n, 3), not clamped, and their standard errors (n,).
+
+        The errors of the colours are caused by `errors`, the standard errors of the visible parts `seen`. The other
+        arguments are as for `colors`.
+        """
         colors = self.colors(points, normals, maps, seen)
         noise = np.zeros(len(colors))
         if self.soft:
@@ -181,11 +196,11 @@ class Lighting:
 
     @property
     def limits(self) -> tuple[float, float]:
-        """Least and largest value of a displayed colour."""
+        """Least and largest value of a displayed colour; infinite if the light model does not clamp."""
         return (0.0, 1.0) if self.scene.light_model.clamp else (-math.inf, math.inf)
 
     def shown(self, colors: Float64Array) -> Float64Array:
-        """Return displayed colours: clamped if the light model says so."""
+        """Return the colours as they are displayed: clamped to [0, 1] if the light model clamps."""
         return np.clip(colors, *self.limits)
 
     def seen(
@@ -211,7 +226,7 @@ class Lighting:
         light : int
             Index among the scene's lights; `equation.lights`, one past the last light, for the sky.
         points, normals : ndarray
-            Shape (n, 3), the normals with the lengths with which they are blended.
+            Shape (n, 3). The normals are blends of the vertices' normals, not normalised.
         level : ndarray, optional
             Shape (n,): the dot product of normal and point in the world, blended from `LitVertices.level`. None if the
             places are the mesh's own vertices.
@@ -250,7 +265,9 @@ class Lighting:
 
 
 def inside_cone(light: Light, points: Float64Array) -> FloatArray:
-    """Return values (n,) that are positive inside a light's cone and negative outside.
+    """Return, shape (n,), a value for each point that is positive inside a light's cone and negative outside.
+
+    `points` has the shape (3, n).
 
     The values compare the chord between the axis and the ray with the chord of the cone's angle; see
     `pvphong.optics.lights.spot`.
@@ -273,9 +290,9 @@ class LitVertices:
     points : ndarray
         Positions.
     normals : ndarray
-        Normals, with the lengths with which they are blended here.
+        Normals of any length. They are blended here with these lengths.
     stored : ndarray
-        Normals with the lengths in the resulting mesh, with which its renderer blends them.
+        The same normals with the lengths that the resulting mesh stores. Its renderer blends these.
     maps : ndarray
         Shape (n, k): rows as in `Lighting.maps`.
     seen : ndarray
@@ -317,10 +334,13 @@ class ComparedColors(NamedTuple):
 def lit_inside(
     vertices: LitVertices, corners: IntArray, weights: Float64Array, compared: ComparedColors | None = None
 ) -> tuple[Float64Array, Float64Array]:
-    """Return the exact displayed colours, shape (m, s, 3), and their standard errors, shape (m, s), at places.
+    """Return the exact displayed colours at places in triangles, and their standard errors.
 
-    `corners` holds the vertices of m triangles, shape (m, 3). `weights` holds s places in each triangle. With
-    `compared`, a place needs no more rays once the difference of its colour is known to be allowed.
+    The colours have the shape (m, s, 3), the errors (m, s).
+
+    `corners` holds the vertices of m triangles, shape (m, 3). `weights` holds the barycentric coordinates of s places
+    in each triangle, shape (m, s, 3), or (s, 3) if they are the same for all. With `compared`, no more rays are cast
+    from a place once the difference between its colour and that in `compared` is known to be allowed.
     """
     own = vertices.points, vertices.normals, vertices.maps
     points, normals, maps = (blended(each, corners, weights) for each in own)
@@ -339,9 +359,10 @@ INTO_TRIANGLE = 2.0**-10
 def _seen_inside(
     vertices: LitVertices, corners: IntArray, weights: Float64Array, compared: ComparedColors | None
 ) -> tuple[Float64Array, Float64Array]:
-    """Return visible parts at places in triangles, and their standard errors, (m, s, lights + 1) each.
+    """Return the visible parts of all lights at places in triangles, and their standard errors.
 
-    Rays are cast where the corners do not determine the visibility. At a corner, sampled visibility is known.
+    Both have the shape (m, s, lights + 1). Arguments as for `lit_inside`. Rays are cast only where the corners do not
+    determine the visibility. For a place at a corner, the corner's sampled visibility is used.
     """
     lighting, shape = vertices.lighting, (len(corners), weights.shape[-2], vertices.seen.shape[1])
     seen = blended(vertices.seen, corners, weights).reshape(shape)
@@ -369,10 +390,20 @@ def _seen_inside(
 def seen_at(
     light: int, vertices: LitVertices, corners: IntArray, weights: Float64Array, goal: Goal | None = None
 ) -> tuple[Float64Array, Float64Array]:
-    """Return the two results of `Lighting.seen`, shape (m, s) each, at blends of vertices.
+    """Return the visible part of a light at places between vertices, and its standard error, shape (m, s) each.
 
-    `corners` has the shape (m, c). `weights` has the shape (m, s, c), or (s, c) if they are the same for all m. The
-    shapes of the goal's arrays begin with (m, s).
+    Parameters
+    ----------
+    light : int
+        Index among the scene's lights; `equation.lights`, one past the last light, for the sky.
+    vertices : LitVertices
+        Vertices of the mesh.
+    corners : ndarray of int
+        Shape (m, c): the vertices between which the places lie.
+    weights : ndarray
+        Shape (m, s, c): weights of these vertices at s places; or (s, c) if they are the same for all m.
+    goal : Goal, optional
+        Comparison that may end the rays from a place early. The shapes of its arrays begin with (m, s).
     """
     part, error = np.empty((2, len(corners), weights.shape[-2]))
 
@@ -392,9 +423,9 @@ def seen_at(
 
 
 def steps_at(light: int, vertices: LitVertices, corners: IntArray, weights: Float64Array) -> Float64Array:
-    """Return the difference between the colours with a light fully visible and with the light hidden, shape (m, s).
+    """Return, shape (m, s), by how much the colour at places changes if a light is hidden instead of fully visible.
 
-    `corners` and `weights` are as for `lit_inside`.
+    `light`, `vertices`, `corners` and `weights` are as for `seen_at`. The result is the largest change of a channel.
     """
     seen = blended(vertices.seen, corners, weights)
     colors = _colors_without_and_with(light, vertices, corners, weights, seen)
@@ -404,9 +435,10 @@ def steps_at(light: int, vertices: LitVertices, corners: IntArray, weights: Floa
 def _colors_without_and_with(
     light: int, vertices: LitVertices, corners: IntArray, weights: Float64Array, seen: Float64Array
 ) -> tuple[Float64Array, Float64Array]:
-    """Return the colours with a light hidden, and those with it fully visible, shape (m, s, 3) each, not clamped.
+    """Return the colours at places with a light hidden, and with it fully visible, shape (m, s, 3) each, not clamped.
 
-    `corners` and `weights` are as for `lit_inside`. `seen` has a row of visible parts for each place.
+    `light`, `vertices`, `corners` and `weights` are as for `seen_at`. `seen` holds the visible parts of all lights at
+    each place, shape (m, s, lights + 1) or (m · s, lights + 1); the light's own parts are not used.
     """
     own = vertices.points, vertices.normals, vertices.maps
     rows = [*(blended(each, corners, weights) for each in own), seen.reshape(-1, seen.shape[-1])]
@@ -418,7 +450,7 @@ def _colors_without_and_with(
 
 
 def to_viewer(points: Float64Array, equation: Equation) -> Float64Array:
-    """Return unit vectors v from points (3, k) to the viewer: shape (3, k), or (3, 1) for a viewer at infinity."""
+    """Return the unit vectors from points, shape (3, k), to the viewer: (3, k), or (3, 1) for a viewer at infinity."""
     return np.array(equation.to_eye)[:, None] if equation.eye is None else towards(equation.eye, points)[0]
 
 
@@ -450,7 +482,7 @@ def blended(
 
 
 def difference(colors: Float64Array, others: Float64Array) -> Float64Array:
-    """Return the largest absolute difference of colours (..., 3) over the channels."""
+    """Return, shape (...), the largest absolute difference of a channel between colours and others, shape (..., 3)."""
     compiled = kernel.blending() if colors.shape == others.shape else None
     if compiled is None:
         return largest(np.abs(colors - others))

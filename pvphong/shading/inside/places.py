@@ -48,21 +48,24 @@ def sizes(points: Float64Array, corners: IntArray) -> tuple[Float64Array, Float6
 
 
 def area(points: Float64Array, corners: IntArray) -> float:
-    """Return the total area of triangles; arguments as for `sizes`. Triangles with a NaN or infinity count as 0."""
+    """Return the total area of triangles. Triangles with a point that is not finite count as 0.
+
+    `points` has the shape (n, 3), and `corners`, which holds point indices, the shape (m, 3).
+    """
     longest, height = sizes(points, corners)
     return float(np.nan_to_num(longest * height).sum()) / 2.0
 
 
 def odd_corner(is_above: BoolArray) -> IntArray:
-    """Return, shape (m,), the corner of each triangle whose flag differs from the other two; 0 if all agree.
+    """Return, shape (m,), the corner of each triangle, 0 to 2, whose flag differs from the other two; 0 if all agree.
 
-    `is_above` holds the flags of the corners, shape (m, 3).
+    `is_above` holds the corners' flags, shape (m, 3).
     """
     return (is_above == (is_above.sum(axis=1) == 1)[:, None]).argmax(axis=1)
 
 
 def lattice(order: int) -> Float64Array:
-    """Return barycentric coordinates (s, 3) in multiples of 1/order, without the corners."""
+    """Return all barycentric coordinates, shape (s, 3), that are multiples of 1/order, without the corners."""
     steps = [(i, j, order - i - j) for i in range(order + 1) for j in range(order + 1 - i)]
     return np.array([step for step in steps if max(step) < order]) / order
 
@@ -81,7 +84,15 @@ class Places(NamedTuple):
 
 
 class _AtCorners:
-    """Values at the corners of triangles (m, 3), computed once per vertex rather than per corner."""
+    """Values at the corners of triangles, computed once per vertex rather than once per corner.
+
+    Attributes
+    ----------
+    rows : slice or ndarray of int
+        The vertices for which values are computed: those of the triangles, possibly with others between them.
+    points, normals : ndarray
+        Positions and normals of these vertices, in the world.
+    """
 
     def __init__(self, vertices: LitVertices, corners: IntArray) -> None:
         low, high = int(corners.min(initial=len(vertices.points))), int(corners.max(initial=0)) + 1
@@ -95,14 +106,15 @@ class _AtCorners:
         self.points, self.normals = vertices.lighting.in_world(points, normals)
 
     def of(self, values: Any) -> Any:
-        """Return values of vertices (n, ...) at the corners, shape (m, 3, ...)."""
+        """Return values at the corners of the triangles, shape (m, 3, ...), from values of the vertices in `rows`."""
         return np.take(values, self._corners, axis=0)  # takes a quarter of the time of values[...]
 
 
 def _chords(term: LightTerm, equation: Equation, points: Float64Array, normals: Float64Array) -> Float64Array:
-    """Return chords D, shape (k, 3), at points: a highlight is a power of the cosine 1 − |D|²/2.
+    """Return the chord D of a light's highlight at points: the highlight is a power of the cosine 1 − |D|²/2.
 
-    For example, D is the mirror direction minus v; see `pvphong.optics.reflectances.highlight`.
+    Points, normals and result have the shape (k, 3). In Phong's model, D is the mirror direction of the light minus the
+    unit vector to the viewer; see `pvphong.optics.reflectances.highlight`.
     """
     p, n = columns(points), unit(columns(normals))[0]
     v, to_light = to_viewer(p, equation), term.light.arrival(p).direction
@@ -120,8 +132,8 @@ _AT_CORNER = 2.0**-20
 def peaks(vertices: LitVertices, corners: IntArray) -> Iterator[Places]:
     """Yield the places where a light's contribution is largest, in triangles where this place is not a corner.
 
-    A vector that varies over the triangle is shortest there: the chord D of a highlight, the offset from a spot's axis,
-    or the offset from a light at a position.
+    `corners` holds the vertices of m triangles, shape (m, 3). At a peak, a vector that varies over the triangle is
+    shortest: the chord D of a highlight, the offset from a spot's axis, or the offset from a light at a position.
     """
     equation, at = vertices.lighting.equation, _AtCorners(vertices, corners)
     for term in equation.terms:
@@ -154,12 +166,12 @@ _INVISIBLE = 21.0
 
 
 def _highlight_peaks(term: LightTerm, equation: Equation, at: _AtCorners) -> Places:
-    """Return peaks by Gauss-Newton steps, in triangles larger than the highlight.
+    """Return the peaks of one light's highlight, found by Gauss-Newton steps, in triangles larger than the highlight.
 
     In smaller triangles, the fixed pattern of samples suffices.
 
-    A chord's length deviates from linear by less than a quarter of the square of its spread over the triangle. By this
-    bound, triangles too far from the highlight are skipped.
+    Inside a triangle, a chord's length deviates from linear by less than a quarter of the square of its spread over the
+    triangle. By this bound, triangles too far from the highlight are skipped. `at` has the triangles' corners.
     """
     sharpness = equation.sharpness
     chords = _chords(term, equation, at.points, at.normals)
@@ -188,7 +200,9 @@ def _blend(weights: Float64Array, at_corners: Float64Array) -> Float64Array:
 
 
 def _shortest(at_corners: Float64Array) -> Float64Array:
-    """Return barycentric coordinates (k, 3) of the shortest blend of three vectors (k, 3, 3).
+    """Return the barycentric coordinates, shape (k, 3), of the shortest blend of three vectors, for k triangles.
+
+    `at_corners`, shape (k, 3, 3), holds the three vectors of each triangle.
 
     The shortest blend is the point of a triangle nearest to the origin: the foot of the perpendicular if that lies
     inside, else the nearest of the three sides' nearest points (C. Ericson: Real-Time Collision Detection (2005),
@@ -218,9 +232,10 @@ def _shortest(at_corners: Float64Array) -> Float64Array:
 
 
 def _is_at_corner(at_corners: Float64Array) -> BoolArray:
-    """Return, shape (k,), True where the shortest blend of three vectors (k, 3, 3) is one of them.
+    """Return, shape (k,), True for triangles in which the shortest blend of three vectors is one of the three.
 
-    The length then increases from this corner along both sides.
+    `at_corners`, shape (k, 3, 3), holds the three vectors of each triangle. The length of the blend then increases from
+    one corner along both of its sides.
     """
     a, b, c = at_corners.transpose(1, 2, 0)
     ab, bc, ca = b - a, c - b, a - c
@@ -235,10 +250,11 @@ _SMOOTH = 2.0
 
 
 def creases(vertices: LitVertices, corners: IntArray) -> Iterator[Places]:
-    """Yield places at creases of the lighting in triangles, where one of these values changes its sign.
+    """Yield places at creases of the lighting in triangles, where one of several values changes its sign.
 
-    The values are n·l at a light's terminator, n·v (or n along the view axis) where a two-sided surface turns, the
-    angle at the edge of a spot's cone, a highlight's cosine at its cutoff, and a colour minus 1 where it saturates.
+    `corners` holds the vertices of m triangles, shape (m, 3). The values are n·l at a light's terminator, n·v (or n
+    along the view axis) where a two-sided surface turns, the angle at the edge of a spot's cone, a highlight's cosine
+    at its cutoff, and a colour minus 1 where it saturates.
     """
     equation, at = vertices.lighting.equation, _AtCorners(vertices, corners)
     p, n = columns(at.points), columns(at.normals)
@@ -264,9 +280,10 @@ _ASIDE = 2.0**-5
 
 
 def _sign_changes(values: FloatArray) -> Iterator[Places]:
-    """Yield places where a value changes its sign: its crossings with two sides of a triangle, and their middle.
+    """Yield places where a value changes its sign, and places next to them, in the triangles where it does.
 
-    Then yield places slightly to both sides of these.
+    The value is 0 along a line. Its crossings with two sides of a triangle are yielded first, then their middle, then
+    places slightly to both sides of these three.
 
     Parameters
     ----------

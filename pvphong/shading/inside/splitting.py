@@ -116,7 +116,7 @@ class Refinement:
         return "jump" if self._known["jump"][left].any() else "resolution"
 
     def _part(self, first: int, tolerance: float) -> float:
-        """Return the progress of the rounds, estimated for errors proportional to the areas of triangles.
+        """Estimate which fraction of all rounds of splits is done, if errors are proportional to triangles' areas.
 
         `first` is the number of triangles before the first round.
         """
@@ -125,7 +125,7 @@ class Refinement:
         return (len(parts) - first) / expected if expected > 0.0 else 1.0
 
     def _next_round(self, tolerance: float) -> IntArray:
-        """Return the triangles to split; an empty array if all that can be split are accurate."""
+        """Return the triangles to split next. Return an empty array if all triangles that can be split are accurate."""
         while True:
             rows = self._poor(tolerance)
             if not len(rows):
@@ -145,7 +145,10 @@ class Refinement:
         return np.flatnonzero((self.errors > _AIM * tolerance) & ~self._known["stuck"])
 
     def _urgency(self, rows: IntArray) -> Float64Array:
-        """Return error times length: of two triangles with equal errors, the larger is more visible."""
+        """Return the error of each triangle of `rows`, times its longest side.
+
+        Of two triangles with equal errors, the larger is more visible.
+        """
         return self.errors[rows] * self._known["longest"][rows]
 
     def _finish(self, tolerance: float) -> None:
@@ -158,7 +161,9 @@ class Refinement:
             rows = rows[(self.errors[rows] > _CLOSE * tolerance) & (self.errors[rows] <= _AIM * tolerance)]
 
     def _look_for_jumps(self, rows: IntArray, tolerance: float) -> None:
-        """Mark triangles in which the colour jumps, and triangles that share a vertex with them, as stuck.
+        """Search the triangles `rows` for jumps of the colour, and mark some as stuck: splitting these would not help.
+
+        Stuck are those in which the colour jumps, and those that share a vertex with a triangle in which it jumps.
 
         For example, around a vertex without a normal, colours vary as much in small triangles as in large ones.
         """
@@ -170,7 +175,7 @@ class Refinement:
         self._known["stuck"][rows] |= at_jumps[corners[rows]].any(axis=1)
 
     def _spend_what_is_left(self, tolerance: float, limit: int) -> None:
-        """Split as many of the most urgent triangles as the limit allows."""
+        """Split as many of the most urgent triangles as the largest number of points, `limit`, allows."""
         rows = self._poor(tolerance)
         rows = rows[np.argsort(-self._urgency(rows), kind="stable")]
         fits, too_many = 0, len(rows) + 1
@@ -186,7 +191,7 @@ class Refinement:
         self._look_for_jumps(self._poor(tolerance), tolerance)
 
     def _measure(self, rows: IntArray, tolerance: float) -> None:
-        """Take the first samples of triangles that are new or changed."""
+        """Record the sizes of the triangles `rows`, which are new or changed, and their errors at the first samples."""
         corners = self.surface.triangles.corners[rows]
         points = self.surface.vertices.points
         longest, height = sizes(points, corners)

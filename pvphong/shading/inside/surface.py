@@ -63,7 +63,9 @@ class LitSurface:
         self.diagonal = float(np.linalg.norm(np.ptp(finite, axis=0))) if len(finite) else 0.0
 
     def split(self, marks: BoolArray) -> IntArray:
-        """Split sides, light the vertices at their middles, and return the triangles that are new or changed.
+        """Split the sides where `marks` is True, and light the new vertices at the sides' middles.
+
+        `marks` is the result of `Triangles.marks`. Return the indices of the triangles that are new or changed.
 
         On a smooth surface, the vertices are moved to the middles of cubic curves perpendicular to the ends' normals:
         the sides of PN triangles (A. Vlachos, J. Peters, C. Boyd, J. L. Mitchell: Curved PN triangles. Symposium on
@@ -76,9 +78,10 @@ class LitSurface:
         return rows
 
     def cut(self, light: int, signs: IntArray, crossed: BoolArray, along: Float64Array, inner: IntArray) -> None:
-        """Cut along the edge of a light's shadow or cone, as `Triangles.cut` does.
+        """Cut along the edge of a light's shadow or cone, and light the new vertices.
 
-        Vertices on sheet 1 see the light, vertices on sheet -1 do not.
+        `light` is the light's index. The other arguments are as for `Triangles.cut`. Vertices on sheet 1 of the cut see
+        the light; vertices on sheet -1 do not.
         """
         opposite = np.repeat(self._opposite(np.flatnonzero(crossed)), 2)
         cut = self.triangles.cut(signs, crossed, along, inner)
@@ -97,17 +100,17 @@ class LitSurface:
         return np.bincount(self.triangles.sides.ravel(), minlength=len(self.triangles.ends))
 
     def _opposite(self, sides: IntArray) -> IntArray:
-        """Return the opposite corner (k,) of sides that belong to a single triangle; -1 for other sides."""
+        """Return, shape (k,), the corner opposite to each of `sides` that only one triangle has; -1 for the others."""
         corners = np.full(len(self.triangles.ends), -1)
         corners[self.triangles.sides] = np.roll(self.triangles.corners, 1, axis=1)
         corners[self._triangles_of != 1] = -1
         return corners[sides]
 
     def seen_on_sides(self, light: int, sides: IntArray, along: Float64Array) -> Float64Array:
-        """Return the visible part (k, s) of a sharp light from places along sides.
+        """Return the visible part of a light without a size from s places along each of k sides, shape (k, s).
 
-        `along` has fractions of the sides, of shape (k, s) or (s,). If a side belongs to a single triangle, the rays
-        begin slightly inside this triangle.
+        `along` holds the places as fractions of the sides, measured from the first end, shape (k, s) or (s,). If a side
+        belongs to a single triangle, the rays begin slightly inside this triangle.
         """
         return self._seen_between(light, self.triangles.ends[sides], along, self._opposite(sides))[0]
 

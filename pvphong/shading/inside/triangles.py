@@ -26,7 +26,7 @@ _TIE = 2.0**-10
 
 
 def marked(count: int, numbers: IntArray) -> BoolArray:
-    """Return an array of `count` flags, True at the given indices."""
+    """Return an array of `count` flags, True at the indices `numbers`."""
     marks = np.zeros(count, dtype=bool)
     marks[numbers] = True
     return marks
@@ -96,7 +96,11 @@ class Triangles:
         return len(self.corners)
 
     def _add_sides(self, ends: IntArray, squares: Float64Array, ties: IntArray | None = None) -> IntArray:
-        """Add sides and return their numbers. Without `ties`, each side gets a new tie."""
+        """Add sides and return their numbers.
+
+        `ends` has the shape (k, 2), and `squares`, shape (k,), holds the squared lengths. `ties`, shape (k,), holds the
+        sides' ties; without it, each side gets a new tie.
+        """
         added = len(self.ends) + np.arange(len(ends))
         ties = self._n_ties + np.arange(len(ends)) if ties is None else ties
         self._n_ties = max(self._n_ties, int(ties.max(initial=-1)) + 1)
@@ -105,7 +109,7 @@ class Triangles:
         return added
 
     def with_tied(self, marks: BoolArray) -> BoolArray:
-        """Return marks of sides (s,), extended to all sides that have the same tie as a marked side."""
+        """Return flags of sides: True where `marks` is True, and for all sides with the same tie as such a side."""
         if self._n_ties == len(self.ends):  # no sides are tied together
             return marks
         return marked(self._n_ties, self.ties[marks])[self.ties]
@@ -113,7 +117,7 @@ class Triangles:
     # -- bisection
 
     def marks(self, rows: IntArray, shaped: BoolArray) -> BoolArray:
-        """Return marks (s,) of the sides to split, so that each triangle is split through its longest side.
+        """Return, shape (s,), True for the sides to split, so that each triangle is split through its longest side.
 
         Parameters
         ----------
@@ -162,7 +166,11 @@ class Triangles:
         return parents, np.unique(np.concatenate(changed))
 
     def _bisect(self, rows: IntArray, middle: IntArray, half: IntArray) -> IntArray:
-        """Split each triangle from the middle m of its longest split side pq to the opposite corner r."""
+        """Split each triangle of `rows` from the middle m of its longest split side pq to the opposite corner r.
+
+        Return the numbers of the parts. `middle` and `half` have an entry for each side: the vertex at its middle, and
+        the first of the two sides that are its halves; −1 if the side is not split.
+        """
         squares = np.where(middle[self.sides[rows]] >= 0, self._squares[self.sides[rows]], -1.0)
         p, q, r, pq, qr, rp = self._turned(rows, squares.argmax(axis=1))
         m = middle[pq]
@@ -173,9 +181,10 @@ class Triangles:
         return self._replace(rows, [(p, m, r, pm, mr, rp), (m, q, r, mq, qr, mr)])
 
     def _replace(self, rows: IntArray, parts: list[tuple[IntArray, ...]]) -> IntArray:
-        """Replace triangles by parts, and return the parts' numbers. The first part takes the triangle's number.
+        """Replace the triangles `rows` by parts, and return the parts' numbers.
 
-        A part is three arrays of corners, then three of sides.
+        An entry of `parts` is six arrays with an element for each triangle: the three corners of one of its parts, then
+        the three sides. The first part takes the number of its triangle; the others get new numbers.
         """
         (first, *others), count = (np.stack(part, axis=1) for part in parts), len(self)
         self.corners[rows], self.sides[rows] = first[:, :3], first[:, 3:]
@@ -187,9 +196,10 @@ class Triangles:
     # -- cuts
 
     def from_end(self, sides: IntArray, vertices: IntArray, along: Float64Array) -> Float64Array:
-        """Return the position of the crossing on each side, a fraction of the side, measured from the given vertex.
+        """Return the position of the crossing on each side, a fraction of the side, measured from one of its ends.
 
-        `along` is the same fraction, measured from the side's first end.
+        `sides` and `vertices`, shape (k,), are the sides and the ends to measure from. `along`, shape (s,), holds the
+        fractions for all sides, measured from each side's first end.
         """
         return np.where(self.ends[sides, 0] == vertices, along[sides], 1.0 - along[sides])
 
@@ -235,7 +245,11 @@ class Triangles:
         return Cut(parents, np.concatenate([at, np.zeros(len(doubled))]), sheets)
 
     def _turned(self, rows: IntArray, first: IntArray) -> tuple[IntArray, ...]:
-        """Return the three corners, then the three sides, of triangles, in cyclic order from the corner `first`."""
+        """Return the three corners, then the three sides, of the triangles `rows`: six arrays of shape (k,).
+
+        Corners and sides are in cyclic order. The first corner is the one with the index `first`, 0 to 2, and the first
+        side leads from it to the second corner.
+        """
         turn = (first[:, None] + np.arange(3)) % 3
         corners, sides = (np.take_along_axis(each[rows], turn, axis=1) for each in (self.corners, self.sides))
         return *corners.T, *sides.T
@@ -243,7 +257,12 @@ class Triangles:
     def _cut_between(
         self, rows: IntArray, crossed: BoolArray, along: Float64Array, signs: IntArray, new: IntArray, piece: IntArray
     ) -> None:
-        """Cut triangles a b c from x on ab to y on ca, and the quadrangle x b c y along its shorter diagonal."""
+        """Cut the triangles `rows`, a b c, from x on ab to y on ca; split the rest, x b c y, at its shorter diagonal.
+
+        `crossed` and `along` are as for `cut`, and `signs` as well, with entries for the new vertices. `new` and
+        `piece` have an entry for each side: the number of its new vertex on sheet 1, which the copy on sheet -1
+        follows, and the number of the first of its two pieces; −1 if the side is not cut.
+        """
         a, b, c, ab, bc, ca = self._turned(rows, ((~crossed[self.sides[rows]]).argmax(axis=1) + 2) % 3)
         is_lower = signs[a] < 0
         xa, xo, ya, yo = new[ab] + is_lower, new[ab] + ~is_lower, new[ca] + is_lower, new[ca] + ~is_lower
@@ -269,7 +288,10 @@ class Triangles:
     def _cut_to_corner(
         self, rows: IntArray, crossed: BoolArray, along: Float64Array, signs: IntArray, new: IntArray, piece: IntArray
     ) -> None:
-        """Cut triangles p q r from x on pq to r. Both sheets share the vertex r until `_part_sheets`."""
+        """Cut the triangles `rows`, p q r, from x on pq to r; arguments as for `_cut_between`.
+
+        Both sheets share the vertex r until `_part_sheets` doubles it.
+        """
         p, q, r, pq, qr, rp = self._turned(rows, crossed[self.sides[rows]].argmax(axis=1))
         is_lower = signs[p] < 0
         xp, xq = new[pq] + is_lower, new[pq] + ~is_lower
@@ -285,14 +307,21 @@ class Triangles:
     def _part_sheets(self, signs: IntArray, inner: IntArray) -> tuple[IntArray, IntArray]:
         """Double the vertices on the line that both sheets share, and the sides between such vertices.
 
-        The existing vertex stays on sheet 1.
+        The existing vertex stays on sheet 1; the copy is on sheet -1.
+
+        Parameters
+        ----------
+        signs : ndarray of int
+            Shape (n_vertices,): 1 or -1 for vertices on either side of the line, 0 for vertices on it.
+        inner : ndarray of int
+            As for `cut`.
 
         Returns
         -------
         doubled : ndarray of int
             Vertices that were doubled, shape (k,).
         sheets : ndarray of int
-            As `Cut.sheets`.
+            Sheet of every vertex, 1 or -1, the k copies last; 0 for a vertex on the line that belongs to no sheet.
         """
         at_corners = signs[self.corners]
         sheet = np.sign(at_corners.max(axis=1) + at_corners.min(axis=1))  # 0 if an uncut line runs inside

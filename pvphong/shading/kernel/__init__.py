@@ -53,7 +53,10 @@ if TYPE_CHECKING:
 
 
 def obstacle() -> tuple[str, str] | None:
-    """Return the reason why Numba cannot be used in this process, and a remedy. The first call imports Numba."""
+    """Return the reason why Numba cannot be used in this process, and a remedy; None if it can be used.
+
+    The first call imports Numba.
+    """
     if _library() is not None:
         return None
     if importlib.util.find_spec("numba") is not None:
@@ -82,7 +85,10 @@ def has_run() -> bool:
 
 
 def seconds_compiling(run: Callable[[], object]) -> float:
-    """Return the seconds that Numba spends compiling during a call, without loading code from disk."""
+    """Call `run`, and return the seconds that Numba compiles meanwhile, or 0 without Numba.
+
+    Loading code from disk does not count.
+    """
     if not is_available():
         run()
         return 0.0
@@ -116,7 +122,7 @@ def compile_all(report: Callable[[str, int, int], object]) -> Path:
     Parameters
     ----------
     report : callable
-        As for `ahead.compile_all`.
+        Called after each piece of code with its name, the number of finished pieces, and the number of all pieces.
 
     Raises
     ------
@@ -144,7 +150,7 @@ def compile_all(report: Callable[[str, int, int], object]) -> Path:
 
 
 def evaluator() -> Callable[..., bool] | None:
-    """Return `evaluation.shade` with this process's library as its first argument; None without Numba."""
+    """Return `evaluation.shade` with its first argument bound to this process's library; None without Numba."""
     library = _library()
     if library is None:
         return None
@@ -166,11 +172,12 @@ def point_normals(
     points : ndarray
         Shape (n, 3), float32 or float64, of any memory layout.
     connectivity, offsets : ndarray
-        One-dimensional integer arrays.
+        One-dimensional integer arrays: the point indices of all faces, face after face, and the index in this array at
+        which each face begins, then the length of the array.
     weighting : {"angle", "area", "max"}
         As for the NumPy function.
     waits : bool, default True
-        As for `evaluation.shade`.
+        True to compile missing code now. If False, None is returned, and another process compiles it for later calls.
     """
     library = _library()
     if library is None:
@@ -187,7 +194,7 @@ def point_normals(
 def split_points(
     points: FloatArray, connectivity: NDArray[Any], offsets: NDArray[Any], angle: float, *, waits: bool = True
 ) -> tuple[NDArray[np.int64], NDArray[np.int64]] | None:
-    """Split a mesh's points along sharp edges, as VTK's filter does; or return None.
+    """Split a mesh's points along sharp edges, as VTK's filter vtkSplitSharpEdgesPolyData does; or return None.
 
     The result equals the filter's and does not depend on the number of threads. None is returned without compiled code,
     and for faces that VTK divides or refuses: faces with more than 384 corners or fewer than three, or with an index
@@ -245,28 +252,40 @@ def rays_obstacle() -> str:
 
 
 def stages_of(sampling: Sampling) -> tuple[int, int] | None:
-    """Return the addresses of a light's compiled `frame` and `sample`; None if they are not compiled yet."""
+    """Return the addresses of the compiled functions `frame` and `sample` of a light's sampling.
+
+    Return None if they are not compiled yet; another process then compiles them.
+    """
     from pvphong.shading.kernel import code, rays
 
     return code.if_compiled(_compiled(), lambda library: rays.stages_of(library, sampling))
 
 
 def part_seen(*arguments: Any) -> tuple[FloatArray, FloatArray, Float64Array, int]:
-    """Call `rays.part_seen`, which requires that `rays_obstacle` returns an empty string."""
+    """Call `rays.part_seen` with this process's library, followed by `arguments`.
+
+    It requires that `rays_obstacle` returns "".
+    """
     from pvphong.shading.kernel import rays
 
     return rays.part_seen(_compiled(), *arguments)
 
 
 def point_seen(*arguments: Any) -> int:
-    """Call `rays.point_seen`, which requires that `rays_obstacle` returns an empty string."""
+    """Call `rays.point_seen` with this process's library, followed by `arguments`.
+
+    It requires that `rays_obstacle` returns "".
+    """
     from pvphong.shading.kernel import rays
 
     return rays.point_seen(_compiled(), *arguments)
 
 
 def vertices_met(*arguments: Any) -> tuple[NDArray[np.int32], int]:
-    """Call `hits.vertices_met`, which requires that `rays_obstacle` returns an empty string."""
+    """Call `hits.vertices_met` with this process's library, followed by `arguments`.
+
+    It requires that `rays_obstacle` returns "".
+    """
     from pvphong.shading.kernel import hits
 
     return hits.vertices_met(_compiled(), *arguments)
@@ -284,7 +303,7 @@ def gatherer() -> Callable[[NDArray[np.int32], FloatArray], FloatArray] | None:
 
 
 class Blends(NamedTuple):
-    """`blends.blended` and `blends.differences`, compiled."""
+    """The functions `blended` and `differences` of `blends`, with this process's library as their first argument."""
 
     blended: Callable[..., Float64Array]
     differences: Callable[[Float64Array, Float64Array], Float64Array]
@@ -303,14 +322,20 @@ def blending() -> Blends | None:
 
 
 def ray_hits(*arguments: Any) -> tuple[IntArray, FloatArray, Float64Array]:
-    """Call `hits.hits`, which requires that `rays_obstacle` returns an empty string."""
+    """Call `hits.hits` with this process's library, followed by `arguments`.
+
+    It requires that `rays_obstacle` returns "".
+    """
     from pvphong.shading.kernel import hits
 
     return hits.hits(_compiled(), *arguments)
 
 
 def rays_blocked(*arguments: Any) -> BoolArray:
-    """Call `rays.blocked`, which requires that `rays_obstacle` returns an empty string."""
+    """Call `rays.blocked` with this process's library, followed by `arguments`.
+
+    It requires that `rays_obstacle` returns "".
+    """
     from pvphong.shading.kernel import rays
 
     return rays.blocked(_compiled(), *arguments)

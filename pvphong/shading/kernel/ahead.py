@@ -43,7 +43,7 @@ class CompilationUnit(NamedTuple):
 
 
 def pieces(library: Library) -> list[CompilationUnit]:
-    """Return all code for pvphong's own lights and reflectances."""
+    """Return all functions to compile in advance: for meshes, rays, and pvphong's own lights and reflectances."""
     result = [
         CompilationUnit("faces", partial(normals.survey_code, library)),
         *(CompilationUnit(f"normals, {real}", partial(normals.normals_code, library, real)) for real in _REALS),
@@ -108,7 +108,7 @@ def compile_all(report: Callable[[str, int, int], object]) -> None:
 
 
 def _leave_interrupts() -> None:
-    """Ignore Ctrl-C, which the waiting process handles."""
+    """Ignore Ctrl-C in a compiling process, because the process that waits for it handles the interrupt."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
 
 
@@ -137,7 +137,7 @@ def _of_lights() -> _Named:
 
 
 def _of_lights_with_a_size() -> _Named:
-    """Return the stages of all area lights, for each choice of Phong's lobes."""
+    """Return the stages of all area lights, for Phong's diffuse lobe, its highlight, and both together."""
     diffuse, highlight = CosinePower("normal", 1.0), CosinePower("mirror", 20.0)
     lights = [(name, part) for name, kind in LIGHT_TYPES.items() for _, part in _sample(kind).tints()]
     return _distinct(
@@ -149,7 +149,7 @@ def _of_lights_with_a_size() -> _Named:
 
 
 def _of_samplings() -> _Named:
-    """Return the stages that sample rays to all kinds of light, to the sky, and to an image of the sky."""
+    """Return the stages that sample rays to each kind of light with a size, to the sky, and to an image of the sky."""
     found = {name: _sample(kind).sampling for name, kind in LIGHT_TYPES.items()}
     by_light = [(name, each.frame, each.sample) for name, each in found.items() if each is not None]
     chosen = [*by_light, ("sky", sky_frame, sky_sample), ("image", sky_frame, image_sample)]
@@ -173,12 +173,12 @@ def _of_reflectances() -> _Named:
 
 
 def _sample(kind: Any) -> Any:
-    """Return an instance of a kind, with 1 for fields without a default."""
+    """Return an instance of a dataclass, with 1 for each field without a default."""
     return kind(*(1.0 for each in fields(kind) if each.default is MISSING))
 
 
 def _distinct(stages_of_all: _Named) -> _Named:
-    """Remove stages whose code is the same as another's."""
+    """Return the pairs of name and stage without duplicates: of stages with the same code, the last one is kept."""
     return {code_identity(stage): (name, stage) for name, stage in stages_of_all}.values()
 
 

@@ -50,7 +50,7 @@ _OPTIONS = {"error_model": "numpy", "_nrt": False, "no_cpython_wrapper": True, "
 
 
 def compiled(function: Function) -> Function:
-    """Compile on first use, with IEEE arithmetic; a division by zero gives infinity.
+    """Compile a function when compiled code first calls it. Arithmetic is IEEE's; a division by zero gives infinity.
 
     Only compiled code may call the result: calling it from Python ends the process.
     """
@@ -58,7 +58,7 @@ def compiled(function: Function) -> Function:
 
 
 def inlined(function: Function) -> Function:
-    """Compile as `compiled`, and always inline, so that a loop around the call can be vectorised.
+    """Compile a function as `compiled` does, and always inline it, so that a loop around a call can be vectorised.
 
     Use it for large functions too. In the process that compiles, a call that is not inlined runs code that was
     optimised without its caller, up to three times slower.
@@ -67,7 +67,7 @@ def inlined(function: Function) -> Function:
 
 
 def inlined_early(function: Function) -> Function:
-    """Compile as `inlined`, but inline before type inference.
+    """Compile a function as `inlined` does, but inline it before type inference.
 
     This is for functions with one caller: LLVM then sees the function and its caller as one.
     """
@@ -75,7 +75,7 @@ def inlined_early(function: Function) -> Function:
 
 
 def contracted(function: Function) -> Function:
-    """Compile as `inlined`, with products and sums contracted to fused multiply-adds."""
+    """Compile a function as `inlined` does, and contract products and sums to fused multiply-adds."""
     return cast(Function, numba.njit(**_OPTIONS, forceinline=True, fastmath={"contract"})(function))
 
 
@@ -132,11 +132,12 @@ _LEAST32, _LEAST64 = np.float32(-126.0), -1022.0
 
 
 def log2_power(square: Any, exponent: Any, least: Any) -> Any:
-    """Return n·max(log2(1 − d), `least`) for a chord's squared length |C|² = 2d and n = `exponent`.
+    """Return n · max(log2(1 − d), `least`), where d is half of `square`, and n is `exponent`.
 
-    All arguments have the same precision. (The floor is on the logarithm because 1 − floor would be rounded by far more
-    than the floor's own last bit.) If d >= 1 and `least` is −∞, the result is meaningless unless n = 0. The result is
-    never less than the exponent of the least normal number.
+    This is the logarithm of a power of a cosine: the angle's chord C has the squared length |C|² = `square`, and the
+    cosine is 1 − d. All arguments have the same precision. (The floor is on the logarithm because 1 − floor would be
+    rounded by far more than the floor's own last bit.) If d >= 1 and `least` is −∞, the result is meaningless unless
+    n = 0. The result is never less than the exponent of the least normal number.
     """
     raise NotImplementedError  # overloaded for each precision in compiled code
 
@@ -240,7 +241,7 @@ def arctan2(y: Any, x: Any) -> Any:
 
 @intrinsic
 def as_type_of(_typing: Any, rows: Any, value: Any) -> Any:
-    """Return `value` in the type of `rows`, which may also be another number."""
+    """Convert `value` to the type of the entries of the pointer `rows`; or, if `rows` is a number, to its type."""
     kind = getattr(rows, "dtype", rows)
 
     def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
@@ -251,7 +252,7 @@ def as_type_of(_typing: Any, rows: Any, value: Any) -> Any:
 
 @intrinsic
 def shifted(_typing: Any, pointer: Any, count: Any) -> Any:  # noqa: ARG001 Numba reads its name
-    """Return the pointer to the entry that is `count` entries further on."""
+    """Return a pointer to the entry `count` entries after the one that `pointer` points to."""
 
     def generate(_context: Any, builder: Any, _signature: Any, arguments: Any) -> Any:
         return builder.gep(*arguments[:1], [arguments[1]])
@@ -261,7 +262,7 @@ def shifted(_typing: Any, pointer: Any, count: Any) -> Any:  # noqa: ARG001 Numb
 
 @intrinsic
 def nowhere(_typing: Any, pointer: Any) -> Any:
-    """Return a null pointer of a pointer's type."""
+    """Return a null pointer of the same type as `pointer`."""
     return pointer(pointer), lambda _context, _builder, _signature, arguments: ir.Constant(arguments[0].type, None)
 
 
@@ -277,7 +278,7 @@ def is_nowhere(_typing: Any, pointer: Any) -> Any:
 
 @intrinsic
 def call_stage(_typing: Any, address: Any, numbers: Any, rows: Any, points: Any) -> Any:  # noqa: ARG001 Numba's names
-    """Call the stage at an address and return its integer result."""
+    """Call the stage at an address with the arguments (numbers, rows, points), and return its integer result."""
 
     def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         target, *pointers = arguments

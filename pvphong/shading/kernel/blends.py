@@ -35,10 +35,21 @@ def blend(
     count: int,
     blends: Any,
 ) -> int:
-    """Interpolate rows of `values` at `places` places in each of `count` faces, and write them to `blends`.
+    """Interpolate rows of numbers at places inside faces; return `count`.
 
-    A row has `width` numbers, which are clipped to `limits` first. A face has `sides` corners, and a place has a weight
-    for each corner. `stride` is the distance between the weights of two faces: 0 if all faces share the weights.
+    Parameters
+    ----------
+    values, width, limits
+        A row of `width` numbers for each vertex. The numbers are clipped to the two `limits` first.
+    corners, sides
+        `sides` vertices for each face.
+    weights, stride
+        A weight for each corner, place after place. `stride` is the distance from the weights of one face to those of
+        the next: 0 if all faces share the weights.
+    places, count : int
+        Number of places in a face, and number of faces.
+    blends
+        Output: a row for each place, face after face.
     """
     low, high = limits[0], limits[1]
     for i in range(count):
@@ -54,7 +65,10 @@ def blend(
 
 
 def compare(colors: Any, others: Any, count: int, differences: Any) -> int:
-    """Compute the largest difference over the channels between `count` colours and others; NaN if a channel is NaN."""
+    """Compute, for `count` pairs of colours, the largest absolute difference of a channel; NaN if a channel is NaN.
+
+    Return `count`.
+    """
     for i in range(count):
         most = abs(colors[3 * i] - others[3 * i])
         for k in range(3 * i + 1, 3 * i + 3):
@@ -99,7 +113,10 @@ def blended(
 
 
 def differences(library: Library, colors: Float64Array, others: Float64Array) -> Float64Array:
-    """Return the largest differences (n,) over the channels between colours (n, 3); both arrays are C-contiguous."""
+    """Return, shape (n,), the largest absolute difference of a channel between two colours.
+
+    `colors` and `others` have the shape (n, 3) and are C-contiguous.
+    """
     result = np.empty(len(colors))
     compare_code(library)(address(colors), address(others), len(colors), address(result))
     return result

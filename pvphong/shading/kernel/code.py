@@ -105,11 +105,11 @@ class Store:
 
     @property
     def folder(self) -> Path:
-        """Folder of the files."""
+        """Folder of the files with compiled code."""
         return Path(self._form.locator.get_cache_path())
 
     def load_overload(self, signature: Any, context: Any) -> Any:
-        """Return the code for a signature; None if it is not on disk."""
+        """Return the function's code for a signature; None if it is not on disk, or damaged or out of date there."""
         context.refresh()
         path, key = self._path_and_key(signature, context.codegen())
         with contextlib.suppress(Exception):  # no file, or any error of pickle and Numba while reading it
@@ -120,7 +120,7 @@ class Store:
         return None
 
     def save_overload(self, signature: Any, result: Any) -> None:
-        """Write code to disk, if possible."""
+        """Write the function's code for a signature to disk, if possible."""
         path, key = self._path_and_key(signature, result.codegen)
         code = dumps(self._form.reduce(result))
         with contextlib.suppress(ValueError), written_aside(path) as aside:  # full disk, deleted folder
@@ -161,7 +161,11 @@ class _Absent(Exception):
 
 
 class Code(CFunc):
-    """Function that is called by its address: read from disk if it is there, else compiled and written to disk."""
+    """Compiled function, which other compiled code calls by its address, and Python by `call`.
+
+    Its code is read from disk if it is there. Otherwise it is compiled and written to disk; or, if `compiles` is False,
+    `_Absent` is raised.
+    """
 
     def __init__(self, function: Callable[..., Any], signature: Any, *, compiles: bool = True) -> None:
         super().__init__(function, (signature.args, signature.return_type), {}, dict(_OPTIONS))
@@ -185,7 +189,7 @@ class Code(CFunc):
 
 
 def store_of(function: Callable[..., Any]) -> Store | None:
-    """Return the cache of a function's code; None if no folder is writable, or sources are missing."""
+    """Return the cache on disk of a function's code; None if no folder is writable, or sources are missing."""
     formulas = [cell.cell_contents for cell in function.__closure__ or () if callable(cell.cell_contents)]
     modules = {each.__module__ for each in (function, *formulas)}
     if not all(map(_is_own, modules)):  # a user's formula may call any other
@@ -202,9 +206,10 @@ def _is_own(module: str) -> bool:
 
 @functools.cache
 def _sources(modules: tuple[str, ...]) -> bytes:
-    """Return a digest of all sources that functions of the modules may call; raise OSError if one is missing.
+    """Return a digest of all source code that functions of the named modules may call.
 
-    These are the modules' sources, and the sources of the packages with the kernel and the formulas.
+    That is the source of these modules, and of the packages with the kernel and the formulas. Raise OSError if a source
+    file is missing.
     """
     here = Path(__file__).parent
     folders = here, *(here.parents[1] / package for package in ("base", "geometry", "optics"))
@@ -214,7 +219,7 @@ def _sources(modules: tuple[str, ...]) -> bytes:
 
 
 def code_identity(function: Callable[..., Any]) -> tuple[CodeType, tuple[Any, ...]]:
-    """Return a function's code and the values that it closes over; equal for functions that do the same."""
+    """Return a function's bytecode and the values that it closes over. Functions that do the same have equal ones."""
     return function.__code__, tuple(cell.cell_contents for cell in function.__closure__ or ())
 
 
@@ -253,18 +258,27 @@ class Library:
         return self.folder and self.folder / "pvphong.lock"
 
     def stage(self, function: Callable[..., Any], real: str) -> int:
-        """Return the address of a light's or reflectance's stage for a type of rows."""
+        """Return the address of the compiled stage of a light or a reflectance, for rows of the type `real`."""
         return self._code(function, stage_signature, real).where
 
     def call(self, function: Callable[..., Any], signature: Callable[..., Any], *kinds: str) -> Callable[..., int]:
         """Return a compiled function that is not a stage.
 
-        `signature` returns the function's signature. It is called with Numba's types, whose names are `kinds`.
+        Parameters
+        ----------
+        function : callable
+            The Python function.
+        signature : callable
+            Returns the function's signature. It is called with one Numba type for each of `kinds`.
+        *kinds : str
+            "float32" or "float64".
         """
         return self._code(function, signature, *kinds).call
 
     def _code(self, function: Callable[..., Any], signature: Callable[..., Any], *kinds: str) -> Code:
-        """Return a function's code for the types named in `kinds`; read or compile it at the first call.
+        """Return a function's code for the types named in `kinds`; arguments as for `call`.
+
+        The code is read from disk or compiled at the first call.
 
         The key is `code_identity`, not the function, because each use of a stage creates its function anew. A library
         that does not compile raises NotCompiled if the code is not on disk, or while another thread is compiling.
@@ -295,7 +309,7 @@ class Library:
 
 
 def stage_signature(real: Any) -> Any:
-    """Return the signature of all stages: from numbers, rows and points to an integer."""
+    """Return Numba's signature of a stage, (numbers, rows, points) → integer, for rows of the type `real`."""
     return types.intp(_FLOATS, types.CPointer(real), _FLOATS)
 
 
@@ -313,8 +327,14 @@ class _Compiler:
 def ask_for(missing: Key, request: Request | None, lock: Path | None) -> None:
     """Start a process that compiles missing code, unless it was requested before or a compiler is running.
 
-    Without a request, the missing code is part of what is always compiled. The compiling process holds `lock`, which is
-    None if code cannot be kept.
+    Parameters
+    ----------
+    missing
+        Key of the code.
+    request : Request or None
+        Equation to compile code for first; None if the code is part of what is always compiled.
+    lock : Path or None
+        File that the compiling process locks; None if code cannot be kept on disk, so that no process is started.
     """
     with _Compiler.lock:
         is_running = _Compiler.process is not None and _Compiler.process.poll() is None
@@ -329,7 +349,10 @@ def ask_for(missing: Key, request: Request | None, lock: Path | None) -> None:
 
 
 def if_compiled(library: Library, find: Callable[[Library], Found]) -> Found | None:
-    """Return the result of `find`. If code is missing, let another process compile it, and return None."""
+    """Return the result of `find`, called with a library that does not compile.
+
+    If code is missing, let another process compile it, and return None.
+    """
     try:
         return find(library.cached_only)
     except NotCompiled as missing:
@@ -338,7 +361,10 @@ def if_compiled(library: Library, find: Callable[[Library], Found]) -> Found | N
 
 
 def _start(request: Request | None) -> subprocess.Popen[bytes] | None:
-    """Start a compiler at low priority, detached from the terminal; None in a program that embeds Python."""
+    """Start a compiling process at low priority, detached from the terminal, and return it.
+
+    Return None, and start none, in a program that embeds Python.
+    """
     if not Path(sys.executable or "").name.lower().startswith("python"):
         return None
     try:

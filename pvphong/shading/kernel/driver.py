@@ -8,6 +8,9 @@ a uniform light, and Lambert's factor, which it adds without storing it first.
 Its loops are simple enough for LLVM to vectorise. Literals are float32: a Python float would widen float32 arithmetic.
 Where rows are float64, float32 literals are widened, exactly. There is no fast-math: each vertex's bits follow from
 IEEE arithmetic on its own numbers. Only `multiply_add` fuses products and sums, in the same way in every loop.
+
+Arguments that several functions share are described in `vertices`. Further, `varies` is True if the row `STRENGTH` has
+the light's strength at each vertex, and False if the strength is 1.
 """
 
 from __future__ import annotations
@@ -53,7 +56,7 @@ def shade(
     wide: Any,
     declined: Any,
 ) -> bool:
-    """Light vertices, and return True if none is declined; declined vertices are marked.
+    """Light vertices, and return True if none is declined. Declined vertices are marked, and the reference lights them.
 
     Parameters
     ----------
@@ -128,9 +131,18 @@ def shade(
 
 @compiled
 def _shine(normals: Any, first: int, s: Any, t: Any, rgb: Any) -> bool:
-    """Light a full block by one uniform light with Lambert's factor, without using rows: a third less time.
+    """Light a full block by one uniform light with Lambert's factor. This takes a third less time than using rows.
 
-    Return True if all normals can be used as they are; otherwise the colours are invalid.
+    Return True if all normals can be used without scaling; otherwise the colours are invalid.
+
+    Parameters
+    ----------
+    normals, rgb
+        Normals, and output colours, of all vertices.
+    first : int
+        Index of the block's first vertex.
+    s, t
+        Records of the settings and of the light.
     """
     low, high, to_light = as_type_of(rgb, s.low), as_type_of(rgb, s.high), in_type(t.to_light, rgb)
     base, color, inverse = in_type(s.base, rgb), in_type(t.colors[0], rgb), inverse_length(square(to_light))
@@ -152,21 +164,24 @@ def _shine(normals: Any, first: int, s: Any, t: Any, rgb: Any) -> bool:
 
 @compiled
 def fill(rows: Any, start: int, w: Any) -> None:
-    """Fill three rows with the same vector or colour."""
+    """Fill the three rows that begin at offset `start` with the vector or colour `w`."""
     for i in range(BLOCK):
         put(shifted(rows, start), i, w)
 
 
 @compiled
 def clear(rows: Any, start: int) -> None:
-    """Fill three rows with black."""
+    """Fill the three rows that begin at offset `start` with black."""
     for i in range(3 * BLOCK):
         rows[start + i] = ZERO
 
 
 @compiled
 def _begin(rows: Any, target: int, base: Any, own: Any) -> None:
-    """Initialise colours: `base` times the visible part of the sky, plus `own`."""
+    """Initialise the colours in the three rows that begin at offset `target`.
+
+    The colour of each vertex is `base` times the visible part of the sky, plus `own`.
+    """
     for i in range(BLOCK):
         sky = rows[at.SKY + i]
         rows[target + i] = multiply_add(base[0], sky, own[0])
@@ -178,7 +193,17 @@ def _begin(rows: Any, target: int, base: Any, own: Any) -> None:
 def _load(
     first: int, count: int, points: Any, normals: Any, channels: Any, s: Any, rows: Any, wide: Any, places: Any
 ) -> bool:
-    """Load the vertices and initialise the colours; return True if no vertex is declined."""
+    """Load a block of vertices and initialise its colours; return True if no vertex of the block is declined.
+
+    Parameters
+    ----------
+    first, count, channels, s, rows, wide
+        As in the description of `vertices`.
+    points, normals
+        Vectors of all vertices.
+    places
+        Where the block's points are written: `wide`, or a null pointer for the rows `PX` to `PZ`.
+    """
     good = True
     if s.needs_normals:
         good = at.load_normals(normals, first, count, s, rows, wide)
@@ -203,7 +228,10 @@ def _load(
 
 @inlined_early
 def _prefetch_colors(first: int, rgb: Any, display: Any, s: Any) -> None:
-    """Prefetch the next block's output: writes to memory that is not cached take longest."""
+    """Prefetch the output memory of the block that begins at vertex `first`.
+
+    Writes to memory that is not cached take longest. The output is `display` if `s.is_display`, else `rgb`.
+    """
     if s.is_display:
         prefetch_to_write(display, first)
     else:
@@ -215,27 +243,37 @@ def _prefetch_colors(first: int, rgb: Any, display: Any, s: Any) -> None:
 
 @compiled
 def _settle_strength(rows: Any, gain: Any) -> None:
-    """Multiply strengths by a gain."""
+    """Multiply a light's strengths, in the row `STRENGTH`, by a factor, and limit the products to `_BRIGHTEST`."""
     for i in range(BLOCK):
         rows[at.STRENGTH + i] = min(rows[at.STRENGTH + i] * gain, _BRIGHTEST)
 
 
 @inlined
 def _strength(rows: Any, i: int, varies: bool) -> Any:
-    """Return the light's strength at a vertex. `varies` is constant in a loop, so LLVM makes two loops of it."""
+    """Return the light's strength at vertex `i`: the entry of the row `STRENGTH`, or 1 if it does not vary.
+
+    `varies` is constant in a loop, so LLVM makes two loops of it.
+    """
     return rows[at.STRENGTH + i] if varies else ONE
 
 
 @compiled
 def _hide(rows: Any, varies: bool) -> None:
-    """Multiply strengths by the visible part of the light."""
+    """Write the light's strengths times its visible parts, the row `VISIBLE`, into the row `STRENGTH`.
+
+    Before, the strengths are in the row `STRENGTH` if `varies`, else 1.
+    """
     for i in range(BLOCK):
         rows[at.STRENGTH + i] = _strength(rows, i, varies) * rows[at.VISIBLE + i]
 
 
 @compiled
 def _add(rows: Any, target: int, factors: int, varies: bool, color: Any) -> None:
-    """Add `color`, times the factors in a row and the light's strength, to the three rows that begin at `target`."""
+    """Add a lobe's light: `color` times the lobe's factor and the light's strength at each vertex.
+
+    The factors are in the row at offset `factors`. The sums are the three rows that begin at offset `target`. The
+    strengths are in the row `STRENGTH` if `varies`, else 1.
+    """
     for i in range(BLOCK):
         factor = rows[factors + i] * _strength(rows, i, varies)
         rows[target + i] = multiply_add(color[0], factor, rows[target + i])
@@ -245,7 +283,11 @@ def _add(rows: Any, target: int, factors: int, varies: bool, color: Any) -> None
 
 @compiled
 def _add_two(rows: Any, varies: bool, color: Any, other: Any) -> None:
-    """Add the first two lobes at once, with half the memory traffic. No map may multiply only one of them."""
+    """Add the light of the first two lobes, with the colours `color` and `other`, to the vertices' colours.
+
+    Adding both at once halves the memory traffic. It is possible only if no map multiplies just one of these lobes. The
+    light's strengths are in the row `STRENGTH` if `varies`, else 1.
+    """
     for i in range(BLOCK):
         strength = _strength(rows, i, varies)
         first, second = rows[at.FIRST + i] * strength, rows[at.SECOND + i] * strength
@@ -256,7 +298,11 @@ def _add_two(rows: Any, varies: bool, color: Any, other: Any) -> None:
 
 @compiled
 def _add_lambert(rows: Any, varies: bool, color: Any, is_uniform: bool, to_light: Any) -> None:
-    """Add a colour times max(n·l, 0) and the light's strength; l is `to_light` if `is_uniform`, else read from rows."""
+    """Add `color` times max(n·l, 0) and the light's strength to the vertices' colours.
+
+    If `is_uniform`, l is the direction of `to_light`; otherwise, the rows from `DX` on have vectors to the light. The
+    strengths are in the row `STRENGTH` if `varies`, else 1.
+    """
     inverse = inverse_length(square(to_light))
     for i in range(BLOCK):
         d = to_light if is_uniform else vector(shifted(rows, at.DX), i)
@@ -269,7 +315,7 @@ def _add_lambert(rows: Any, varies: bool, color: Any, is_uniform: bool, to_light
 
 @compiled
 def _arrive_evenly(rows: Any, to_light: Any) -> None:
-    """Fill the rows of D, the vector to a uniform light, and of 1/|D|."""
+    """Fill the rows of D, the vector to a light, with `to_light`, and the row of 1/|D|."""
     inverse = inverse_length(square(to_light))
     for i in range(BLOCK):
         put(shifted(rows, at.DX), i, to_light)
@@ -280,7 +326,15 @@ def _arrive_evenly(rows: Any, to_light: Any) -> None:
 def _add_light(
     first: int, count: int, channels: Any, t: Any, s: Any, numbers: Any, own: Any, rows: Any, points: Any
 ) -> bool:
-    """Add one light; return True if no vertex is declined."""
+    """Add one light to the colours of a block; return True if no vertex of the block is declined.
+
+    Parameters
+    ----------
+    first, count, channels, t, s, rows, points
+        As in the description of `vertices`.
+    numbers, own
+        Numbers that the reflectance's stage and the light's stage read.
+    """
     good = True
     to_light = in_type(t.to_light, rows)
     if not t.is_uniform:
@@ -332,9 +386,10 @@ def _byte(intensity: Any) -> Any:
 
 @compiled
 def _multiply_by_albedo(first: int, count: int, albedo: Any, rows: Any, has_ambient: bool) -> None:
-    """Multiply the colour by the albedo, clipped to [0, 1]; NaN counts as 0.
+    """Multiply a block's colours by the albedo, clipped to [0, 1]; NaN counts as 0.
 
-    The rows of the lobes' factors, which are no longer needed, hold the albedo.
+    If `has_ambient`, also multiply the ambient light, which is then in rows of its own. The albedo is loaded into the
+    rows of the lobes' factors, which are no longer needed.
     """
     at.load_vectors(albedo, first, count, shifted(rows, at.FIRST))
     for i in range(3 * BLOCK):
@@ -347,7 +402,7 @@ def _multiply_by_albedo(first: int, count: int, albedo: Any, rows: Any, has_ambi
 
 @compiled
 def _multiply_by_diffuse(first: int, count: int, diffuse: Any, rows: Any, over: Any) -> None:
-    """Multiply diffuse light by its map, scaled by `over`, and add ambient light."""
+    """Multiply a block's diffuse light by the map `diffuse` and the number `over`, and add the ambient light."""
     at.load_vectors(diffuse, first, count, shifted(rows, at.FIRST))
     for i in range(3 * BLOCK):
         rows[at.R + i] = multiply_add(rows[at.R + i], rows[at.FIRST + i] * over, rows[at.AMBIENT_R + i])
@@ -355,7 +410,10 @@ def _multiply_by_diffuse(first: int, count: int, diffuse: Any, rows: Any, over: 
 
 @compiled
 def _add_times_map(first: int, count: int, tints: Any, rows: Any, start: int, over: Any) -> None:
-    """Add the three rows that begin at `start`, times a map that is scaled by `over`, to the colour."""
+    """Add light to a block's colours: the three rows that begin at offset `start`, times a map and a number.
+
+    `tints` is the map, a colour for each of all vertices, and `over` is the number.
+    """
     at.load_vectors(tints, first, count, shifted(rows, at.FIRST))
     for i in range(3 * BLOCK):
         rows[at.R + i] = multiply_add(rows[start + i], rows[at.FIRST + i] * over, rows[at.R + i])
@@ -369,7 +427,10 @@ def _add_rows(rows: Any, start: int) -> None:
 
 @inlined_early
 def _tint(first: int, count: int, albedo: Any, diffuse: Any, specular: Any, s: Any, rows: Any) -> None:
-    """Sum the colour's parts except emission, each times its maps."""
+    """Multiply each part of a block's colours by its maps, `albedo`, `diffuse` or `specular`, and sum the parts.
+
+    The emission is no part of the sum. The maps are pointers to a colour for each of all vertices.
+    """
     if s.has_albedo:
         _multiply_by_albedo(first, count, albedo, rows, s.has_diffuse)
     if s.has_diffuse:
@@ -384,7 +445,7 @@ def _tint(first: int, count: int, albedo: Any, diffuse: Any, specular: Any, s: A
 
 @inlined_early
 def _add_emission(first: int, count: int, emission: Any, s: Any, rows: Any) -> None:
-    """Add the emission, unless the initial colours include it."""
+    """Add the emission, times its map if there is one, to a block's colours, unless they include it from the start."""
     if s.has_emission or s.is_split:
         fill(rows, at.OTHER_R, in_type(s.emission, rows))
         if s.has_emission:
@@ -398,14 +459,18 @@ def _add_emission(first: int, count: int, emission: Any, s: Any, rows: Any) -> N
 
 @compiled
 def _add_share(rows: Any, start: int) -> None:
-    """Add the colour's rows to the three rows that begin at `start`."""
+    """Add the current share, in the colour's rows, to the three rows that begin at offset `start`."""
     for i in range(3 * BLOCK):
         rows[start + i] = rows[start + i] + rows[at.R + i]
 
 
 @inlined_early
 def _end_share(first: int, count: int, rgb: Any, t: Any, s: Any, rows: Any) -> None:
-    """Add a complete share to its light and its component, and store the light if the light is complete too."""
+    """Add a complete share to the sums of its light and of its component, and clear the rows for the next share.
+
+    If the share is the last of its light, store the light's sum in the output, `t.light_at` numbers after `rgb`. Here
+    `t` is the record of the share's last term.
+    """
     if not t.is_alone:
         _add_share(rows, at.LIGHT_R)
     if t.light_at:
@@ -426,7 +491,10 @@ def _end_share(first: int, count: int, rgb: Any, t: Any, s: Any, rows: Any) -> N
 
 @inlined_early
 def _end_shares(first: int, count: int, rgb: Any, s: Any, rows: Any) -> None:
-    """Store the components, and write their sum into the colour's rows."""
+    """Store a block's components in the output, and write their sum into the colour's rows.
+
+    The components are stored `s.components_at` numbers after `rgb`.
+    """
     for k in range(4):
         if s.components_at[k]:
             component = at.COMPONENTS + 3 * BLOCK * k
@@ -438,7 +506,7 @@ def _end_shares(first: int, count: int, rgb: Any, s: Any, rows: Any) -> None:
 
 @compiled
 def _finish(s: Any, rows: Any) -> None:
-    """Raise the colour to the power `s.exponent`."""
+    """Raise a block's colours, not below 0, to the power `s.exponent`, unless that is 1."""
     if s.exponent != 1.0:
         exponent = as_type_of(rows, s.exponent)
         for i in range(3 * BLOCK):
@@ -447,7 +515,10 @@ def _finish(s: Any, rows: Any) -> None:
 
 @compiled
 def _put_rows(first: int, count: int, out: Any, rows: Any, start: int) -> None:
-    """Store three rows as consecutive vectors, without clipping."""
+    """Store the three rows that begin at offset `start` as `count` vectors of `out`, without clipping.
+
+    `first` is the index of the first of these vectors.
+    """
     part = shifted(out, 3 * first)
     for i in range(count):
         part[3 * i] = rows[start + i]
@@ -476,7 +547,7 @@ def _store_bytes(first: int, count: int, display: Any, rows: Any) -> None:
 
 @inlined_early
 def _store(first: int, count: int, rgb: Any, display: Any, s: Any, rows: Any) -> None:
-    """Store the colours of a block."""
+    """Store the colours of a block: as bytes in `display` if `s.is_display`, else as floats in `rgb`."""
     if s.is_display:
         _store_bytes(first, count, display, rows)
     else:

@@ -39,17 +39,18 @@ _SPREAD = 0x1E3779B97F4A7C15
 
 @inlined
 def _edge(points: Any, origin: int, end: int) -> tuple[float, float, float]:
-    """Return the vector from one point to another, subtracted in the points' own precision."""
+    """Return the vector from point number `origin` to point number `end`, subtracted in the points' own precision."""
     a, b = 3 * origin, 3 * end
     x, y, z = points[b] - points[a], points[b + 1] - points[a + 1], points[b + 2] - points[a + 2]
     return np.float64(x), np.float64(y), np.float64(z)
 
 
 def find_face_normals(points: Any, corners: Any, offsets: Any, first: int, last: int, normals: Any) -> int:
-    """Compute unit normals of faces in float32, as `vtkPolygon::ComputeNormal` of VTK 9.7 does.
+    """Compute unit normals of the faces from number `first` up to, but not including, `last`, in float32.
 
-    The normal of a face without an area is zero. Return the largest number of corners, or 0 if a face has fewer than
-    three.
+    `points` holds the coordinates of all points; `corners` and `offsets` are the connectivity and the offsets of all
+    faces. The arithmetic is that of `vtkPolygon::ComputeNormal` of VTK 9.7. The normal of a face without an area is
+    zero. Return the largest number of corners of a face, or 0 if a face has fewer than three.
     """
     largest = 0
     for face in range(first, last):
@@ -80,17 +81,22 @@ def find_face_normals(points: Any, corners: Any, offsets: Any, first: int, last:
 
 @inlined
 def _touches(surveyed: Any, chunk: int, first: int, last: int) -> bool:
-    """Return True if a chunk of faces may have one of the points from `first` to `last`."""
+    """Return True if a chunk of faces may contain a point from number `first` up to, but not including, `last`.
+
+    `surveyed` holds the least and the greatest point index of each chunk.
+    """
     return (surveyed[2 * chunk] < last) & (surveyed[2 * chunk + 1] >= first)
 
 
 def count_corners(
     corners: Any, offsets: Any, faces: int, surveyed: Any, first: int, last: int, starts: Any, most: Any
 ) -> int:
-    """Count the corners at each of the points from `first` to `last`.
+    """Count the corners of faces at each point from number `first` up to, but not including, `last`.
 
     Parameters
     ----------
+    corners, offsets, faces, surveyed
+        `FaceArrays.addresses`: connectivity, offsets, number of faces, and least and greatest index in each chunk.
     starts
         Output: for each point, the sum of the counts before it. It has one more entry than there are points, and must
         contain zeros.
@@ -118,7 +124,12 @@ def count_corners(
 def _list_faces(
     corners: Any, offsets: Any, faces: int, surveyed: Any, first: int, last: int, starts: Any, ends: Any, around: Any
 ) -> None:
-    """List the faces around each point in the mesh's order, each face once. `ends` receives the ends of the lists."""
+    """List the faces around each point from number `first` up to, but not including, `last`.
+
+    The faces of a list are in the mesh's order, each face once. `around` receives the lists, point after point. The
+    list of a point begins at its entry of `starts`, from `count_corners`. `ends` receives the ends of the lists. The
+    other arguments are as for `count_corners`.
+    """
     for i in range(last - first):
         ends[i] = starts[i]
     for chunk in range((faces + CHUNK - 1) // CHUNK):
@@ -134,7 +145,10 @@ def _list_faces(
 
 @inlined
 def _enter(table: Any, mask: int, point: int, place: int) -> int:
-    """Record in the table that the face at index `place` of the list has a point; return the point's slot."""
+    """Record in the hash table that a face has the point number `point`; return the offset of the point's slot.
+
+    `place` is the index of the face in the list of faces, and `mask` the number of slots minus 1.
+    """
     slot = SLOT * (((point * _SPREAD) >> 32) & mask)
     while table[slot + KEY] != point and table[slot + KEY] >= 0:
         slot = (slot + SLOT) & (SLOT * mask + SLOT - 1)
@@ -151,9 +165,20 @@ def _enter(table: Any, mask: int, point: int, place: int) -> int:
 def _look_around(
     corners: Any, offsets: Any, point: int, around: Any, begin: int, count: int, table: Any, sides: Any
 ) -> None:
-    """Enter the points of all faces around a point into the table.
+    """Enter the points of all faces around one point into the hash table.
 
-    `sides` receives, for each face, the slots of the point's two neighbours.
+    Parameters
+    ----------
+    corners, offsets
+        Connectivity and offsets of the mesh.
+    point : int
+        Number of the point.
+    around, begin, count
+        The point's list of faces: `count` entries of `around`, from `begin` on.
+    table
+        The hash table, which is overwritten.
+    sides
+        Output: for each face of the list, the slots of the point's two neighbours in the face.
     """
     others = 0
     for i in range(count):
@@ -182,7 +207,10 @@ def _look_around(
 
 @inlined
 def _are_alike(normals: Any, one: int, two: int, cosine: Any) -> bool:
-    """Return True if the edge between two faces is smooth; False for NaN."""
+    """Return True if the edge between the faces number `one` and `two` is smooth; False for NaN.
+
+    It is smooth if the dot product of the faces' normals exceeds the number at `cosine`.
+    """
     a, b = 3 * one, 3 * two
     product = normals[a] * normals[b] + normals[a + 1] * normals[b + 1] + normals[a + 2] * normals[b + 2]
     return product > cosine[0]
@@ -192,9 +220,18 @@ def _are_alike(normals: Any, one: int, two: int, cosine: Any) -> bool:
 def _number_fans(
     normals: Any, cosine: Any, around: Any, begin: int, count: int, table: Any, sides: Any, fans: Any
 ) -> int:
-    """Assign the faces in a list to fans, and return the number of fans.
+    """Assign the faces around one point to fans, and return the number of fans.
 
-    A fan grows from its first face in both directions.
+    A fan grows from its first face in both directions, across smooth edges.
+
+    Parameters
+    ----------
+    normals, cosine
+        Normals of all faces; an edge is smooth if the cosine between its faces exceeds `cosine`.
+    around, begin, count, table, sides
+        As for `_look_around`, which has filled `table` and `sides`.
+    fans
+        Output: number of the fan of each face in the list.
     """
     for i in range(count):
         fans[i] = -1
@@ -233,10 +270,12 @@ def find_fans(
     numbers: Any,
     extra: Any,
 ) -> int:
-    """Number the fans of faces around the points from `first` to `last`.
+    """Number the fans of faces around each point from number `first` up to, but not including, `last`.
 
     Parameters
     ----------
+    corners, offsets, faces, surveyed
+        As for `count_corners`.
     normals, cosine
         Normals from `find_face_normals`. An edge is smooth if the cosine between its faces exceeds `cosine`.
     starts
@@ -290,7 +329,7 @@ _MESH = _INDICES, _INDICES, types.intp, _INDICES
 
 
 def normals_code(library: Library, stored: str) -> Any:
-    """Return `find_face_normals`, compiled for points of a type."""
+    """Return `find_face_normals`, compiled for points of the type `stored`."""
     faces = _INDICES, _INDICES, types.intp, types.intp, _NORMALS
     return library.call(find_face_normals, lambda kind: types.intp(types.CPointer(kind), *faces), stored)
 
@@ -310,7 +349,7 @@ def fans_code(library: Library) -> Any:
 def split_points(
     library: Library, points: FloatArray, connectivity: NDArray[Any], offsets: NDArray[Any], angle: float
 ) -> tuple[NDArray[np.int64], NDArray[np.int64]] | None:
-    """Split points; see `pvphong.shading.kernel.split_points`."""
+    """Split a mesh's points along sharp edges; see `pvphong.shading.kernel.split_points`."""
     stored = np.dtype(np.float32 if points.dtype == np.float32 else np.float64)
     try:
         look_over, find_normals = survey_code(library), normals_code(library, stored.name)

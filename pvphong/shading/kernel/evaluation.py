@@ -172,9 +172,9 @@ def shade(
 
 
 def _apart(equation: Equation, result: Shading) -> records.Apart | None:
-    """Return an equation's shares and their offsets in a result.
+    """Return the shares of an equation and the offsets at which `result` stores them.
 
-    Return None if components are not requested, or if all shares are black.
+    Return None if the result has no components, or if the equation has no shares because all are black.
     """
     shares, rgb = equation.shares, result.rgb
     if result.base is None or result.per_light is None or not shares:
@@ -190,7 +190,7 @@ def _apart(equation: Equation, result: Shading) -> records.Apart | None:
 
 
 def _black(shares: Sequence[Share], result: Shading) -> list[FloatArray]:
-    """Return the components of a result, each of shape (n, 3), to which no share adds."""
+    """Return the arrays of a result, each of shape (n, 3), to which no share adds, so that they are black."""
     if result.base is None or result.per_light is None:
         return []
     components, lights = {share.component for share in shares}, {share.light for share in shares}
@@ -203,10 +203,28 @@ def _black(shares: Sequence[Share], result: Shading) -> list[FloatArray]:
 def _of_lobes(
     lobes: Sequence[Lobe], tints: Mapping[str, Tint], maps: Mapping[str, FloatArray], count: int, real: Any
 ) -> tuple[FloatArray, FloatArray, BoolArray | None]:
-    """Return the factors of the first two lobes' colours, shape (n, 3) each; the first lobe's exclude the albedo.
+    """Return the factors by which maps multiply the colours of the first two lobes, and the vertices left out.
 
-    The third result is True, shape (n,), where the third lobe's factor is not 1, so that the reference must light the
-    vertex; None if there is no such vertex.
+    Parameters
+    ----------
+    lobes
+        The three lobes of the reflectance.
+    tints
+        Tints of colours, by field.
+    maps
+        Maps of the reflectance's fields, shape (n,) each.
+    count : int
+        Number n of vertices.
+    real
+        Type of the factors, a NumPy type.
+
+    Returns
+    -------
+    first, second : ndarray
+        Shape (n, 3). The first lobe's factors exclude the albedo, by which compiled code multiplies.
+    left_out : ndarray or None
+        Shape (n,): True where the third lobe's factor is not 1, so that the reference must light the vertex. None if
+        there is no such vertex.
     """
     of: dict[str, Any] = {name: tints[name].factors(real.type) for name in ("albedo", "diffuse") if name in tints}
     albedo = of.get("albedo", np.ones((3, count), real.type))
@@ -219,7 +237,11 @@ def _of_lobes(
 
 
 def _reader(array: FloatArray | None, dtype: Any) -> Callable[[slice], tuple[int, FloatArray | None]]:
-    """Return a function from a slice to the address of the slice's rows, and the array or copy with these rows."""
+    """Return a function from a slice to the address of these rows of `array`, C-contiguous and of the type `dtype`.
+
+    The function also returns the object that keeps the rows alive: the array itself, or a copy of the rows. Without an
+    array, it returns 0 and None.
+    """
     if array is None:
         return _nothing
     if array.dtype == dtype and array.flags.c_contiguous and array.flags.aligned:
@@ -234,7 +256,10 @@ def _reader(array: FloatArray | None, dtype: Any) -> Callable[[slice], tuple[int
 
 
 def _color_reader(tint: Tint | None, real: Any) -> Callable[[slice], tuple[int, FloatArray | None]]:
-    """Return the same as `_reader`, for the colours of a map."""
+    """Return a function from a slice to the address of a map's colours there, and the array (n, 3) with them.
+
+    Without a tint, the function returns 0 and None.
+    """
     if tint is None:
         return _nothing
 
@@ -250,7 +275,10 @@ def _nothing(_part: slice) -> tuple[int, None]:
 
 
 def map_colors(tint: Tint, real: Any) -> FloatArray:
-    """Return a map's colours as compiled code reads them. Albedos may exceed the type's range: that code clips them."""
+    """Return a map's colours, shape (n, 3), as compiled code reads them: C-contiguous, of the type `real`.
+
+    Albedos are not clipped to [0, 1]; compiled code does that.
+    """
     rows = tint.rows if tint.rows.dtype == real else fractions(tint.name, tint.rows, real)
     return as_contiguous(rows if rows.shape[1] == 3 else np.broadcast_to(rows, (len(rows), 3)), real)
 
@@ -295,5 +323,5 @@ def name_of(kind: np.dtype[Any]) -> str:
 
 
 def as_contiguous(array: FloatArray, dtype: Any) -> FloatArray:
-    """Return the array itself, or a contiguous, aligned copy of the given type."""
+    """Return the array itself if it is C-contiguous, aligned and of the type `dtype`, else such a copy."""
     return np.require(array, dtype, ["C", "A"])

@@ -77,10 +77,20 @@ def _find(
     wide: Any,
     valid: Any,
 ) -> None:
-    """Find the nearest hit of each open ray (`OPEN` > 0).
+    """Find the nearest hit of each of sixteen rays that is open (`OPEN` > 0), among all casters.
 
-    Write the triangle's number to `MET`, −1 for a miss; the hit's values to the `MET_…` rows after it; and the distance
-    to `LENGTH`.
+    Write the triangle's number to the row `MET`, −1 for a miss; the weights of its second and third corners and the
+    cosine, up to a factor, to the rows `MET_SECOND`, `MET_THIRD` and `MET_COSINE`; and the distance to the row
+    `LENGTH`.
+
+    Parameters
+    ----------
+    count, function, scenes, numbers
+        Number of casters, address of `rtcIntersect16`, and the fields `scenes` and `numbers` of `Casters`.
+    firsts, triangles
+        Fields `starts` and `numbers` of `pvphong.rays.casting.Triangles`.
+    rows, marks, wide, valid
+        Scratch memory that holds the rays; see `rays`.
     """
     for j in range(RAYS):
         marks[MET + j] = np.int32(-1)
@@ -140,7 +150,7 @@ def look_around(
     seeds
         Two seeds per vertex for the points, and one for the corners.
     begin, end : int
-        Range of sample points: multiples of 16.
+        Number of the first sample point, and of the point after the last: multiples of 16.
     casters, function, scenes, places, firsts, triangles
         Number of casters, address of `rtcIntersect16`, `scenes` and `numbers` of `Casters`, and `starts` and `numbers`
         of `pvphong.rays.casting.Triangles`.
@@ -193,7 +203,7 @@ def look_around(
 
 
 def gather(met: Any, count: int, samples: int, colors: Any, nothing: int, means: Any) -> int:
-    """Compute the mean colour that the rays of each vertex hit.
+    """Compute, for each vertex, the mean of the colours that its rays hit; return `count`.
 
     Parameters
     ----------
@@ -233,9 +243,23 @@ def find(
     wide: Any,
     valid: Any,
 ) -> int:
-    """Find the nearest hits of given rays: triangles, weights of their second and third corners, and distances.
+    """Find the nearest hit of each of `count` rays, and return `count`.
 
-    The triangle is −1 for a miss. The distances replace the rays' lengths.
+    Parameters
+    ----------
+    origins, directions, lengths
+        The rays: three numbers for each origin, three for each direction, and one for each length. The distance of a
+        hit replaces the length of its ray.
+    count : int
+        Number of rays.
+    casters, function, scenes, places, firsts, triangles
+        As for `look_around`.
+    met
+        Output: number of the triangle that each ray hits, −1 for a miss.
+    weights
+        Output: barycentric weights of that triangle's second and third corners; not written for a miss.
+    rows, marks, wide, valid
+        Scratch memory.
     """
     prepare(rows, marks)
     for first in range(0, count, RAYS):
@@ -274,7 +298,10 @@ def find_code(library: Library) -> Callable[..., int]:
 
 
 def _finding(casters: Any, all_triangles: Any) -> tuple[int, ...]:
-    """Return casters and triangles as arguments of the compiled functions."""
+    """Return the arguments `casters`, `function`, `scenes`, `places`, `firsts` and `triangles` of `look_around`.
+
+    They are the fields of `Casters`, and the fields `starts` and `numbers` of `all_triangles`.
+    """
     triangles = address(all_triangles.starts), address(all_triangles.numbers)
     return len(casters.scenes), casters.intersect, address(casters.scenes), address(casters.numbers), *triangles
 
@@ -291,19 +318,22 @@ def vertices_met(
     casters: Any,
     triangles: Any,
 ) -> tuple[NDArray[np.int32], int]:
-    """Return the vertices that `look_around` chooses, shape (m, end − begin), and the number of rays.
+    """Cast rays from m vertices, and return the vertex that each hits, shape (m, end − begin), and the number of rays.
+
+    The vertex is a random corner of the triangle that the ray hits, chosen with its barycentric weight as probability.
+    It is −1 if the ray hits nothing or the back of a triangle.
 
     Parameters
     ----------
     library, stages, numbers, origins, normals
-        As for `part_seen`.
+        As for `rays.part_seen`.
     seeds
-        Shape (3, m).
+        Shape (3, m): two seeds per vertex for the sample points, and one for the corners.
     begin, end : int
-        Range of sample points: multiples of 16, up to `sobol.MOST`.
+        Number of the first sample point, and of the point after the last: multiples of 16, up to `sobol.MOST`.
     casters : Casters
         Geometry.
-    triangles : Triangles
+    triangles : SendingTriangles
         Vertices and front sides of its triangles.
     """
     count, seeds = len(origins), np.ascontiguousarray(seeds)
@@ -317,7 +347,7 @@ def vertices_met(
 
 
 def gathered(library: Library, met: NDArray[np.int32], colors: FloatArray) -> FloatArray:
-    """Return the mean colours that rays hit, shape (m, 3).
+    """Return, shape (m, 3), the mean of the colours that the rays of each vertex hit.
 
     Parameters
     ----------
@@ -341,7 +371,20 @@ def hits(
     casters: Any,
     triangles: Any,
 ) -> tuple[IntArray, FloatArray, Float64Array]:
-    """Return nearest hits of given rays: triangles (n,), −1 for none; weights (n, 2); and distances (n,)."""
+    """Find the nearest hit of each ray.
+
+    `origins` and `directions` have the shape (n, 3), `lengths` has (n,). `casters` is a record of type `Casters`, and
+    `triangles`, of type `pvphong.rays.casting.Triangles`, numbers the casters' triangles.
+
+    Returns
+    -------
+    met : ndarray of int
+        Shape (n,): number of the triangle; −1 for a miss.
+    weights : ndarray
+        Shape (n, 2): barycentric weights of the triangle's second and third corners.
+    distances : ndarray
+        Shape (n,): distance of the hit; infinity for a miss.
+    """
     met, weights = np.full(len(directions), -1), np.zeros((len(directions), 2), np.float32)
     origins, far = as_float64(origins, np.array(lengths, np.float64))
     if len(met):

@@ -42,13 +42,13 @@ _F64, _I64, _BITS = (ir.VectorType(kind, WIDTH) for kind in (ir.DoubleType(), ir
 
 
 class Lanes(types.Type):
-    """Type of eight numbers; a single number among the operands is broadcast."""
+    """Numba's type of eight numbers. If the other operand is a single number, all lanes use that number."""
 
     def __init__(self) -> None:
         super().__init__("lanes")
 
     def unify(self, _context: Any, other: Any) -> Any:
-        """Return the type of a variable that is assigned a number first and lanes later."""
+        """Return this type for a variable that holds a number at one time and lanes at another; else None."""
         return self if isinstance(other, (types.Float, types.Integer)) else None
 
 
@@ -94,7 +94,19 @@ def _all(kind: Any, value: Any) -> Any:
 def _operation(
     function: Callable[..., Any], kinds: Sequence[Sequence[Any]], result: Any, generate: Callable[..., Any]
 ) -> None:
-    """Let compiled code call a function with arguments of these kinds, at least one of them lanes or conditions."""
+    """Let compiled code call a function on lanes. At least one argument must be lanes or conditions.
+
+    Parameters
+    ----------
+    function : callable
+        The function or operator, such as `operator.add`.
+    kinds
+        Allowed types of each argument.
+    result
+        Type of the result.
+    generate : callable
+        Function from LLVM's builder and the arguments to the instruction that computes the result.
+    """
 
     class Template(AbstractTemplate):  # type: ignore[misc]  # Numba has no types
         key = function
@@ -119,7 +131,7 @@ def _operation(
 
 
 def _call(name: str) -> Callable[..., Any]:
-    """Return a generator of calls to LLVM's intrinsic function of that name."""
+    """Return a function that emits a call of LLVM's intrinsic `name` with vectors of eight float64."""
 
     def generate(builder: Any, *arguments: Any) -> Any:
         kind = ir.FunctionType(_F64, [_F64] * len(arguments))
@@ -184,7 +196,10 @@ _WHOLE = 1.5 * 2.0**52
 
 
 def _power_below(builder: Any, x: Any) -> Any:
-    """Return 1/2ᵏ for a normal number 2ᵏ · [1, 2), by subtracting its exponent's bits from twice the bias."""
+    """Return 1/2ᵏ for a normal number x from 2ᵏ to 2ᵏ⁺¹, where k is whole.
+
+    The result's bits are twice the exponent's bias minus the bits of x's exponent.
+    """
     exponent = builder.and_(builder.bitcast(x, _I64), _all(_I64, _EXPONENT))
     return builder.bitcast(builder.sub(_all(_I64, 2 * _BIAS << _MANTISSA), exponent), _F64)
 
@@ -194,7 +209,7 @@ _operation(formulas.over_its_size, _ONE, LANES, _power_below)
 
 @intrinsic
 def _parted(_typing: Any, x: Any) -> Any:
-    """Return k and m in x = 2ᵏ m, m in [√½, √2), for x > 0."""
+    """Return k and m such that x = 2ᵏ · m, where k is whole and m is in [√½, √2); x must be greater than 0."""
 
     def generate(context: Any, builder: Any, given: Any, values: Any) -> Any:
         bits = builder.bitcast(values[0], _I64)
@@ -208,7 +223,7 @@ def _parted(_typing: Any, x: Any) -> Any:
 
 @intrinsic
 def _two_to(_typing: Any, shifted: Any) -> Any:
-    """Return 2ᵏ for a whole number k to which `_WHOLE` was added."""
+    """Return 2ᵏ, where the argument `shifted` is the sum of a whole number k and `_WHOLE`."""
 
     def generate(_context: Any, builder: Any, _given: Any, values: Any) -> Any:
         bits = builder.shl(builder.bitcast(values[0], _I64), _all(_I64, _MANTISSA))
@@ -218,17 +233,20 @@ def _two_to(_typing: Any, shifted: Any) -> Any:
 
 
 def _listed(builder: Any, row: Any, start: Any, rows: Any, place: Any) -> list[Any]:
-    """Return pointers to eight numbers of a row; their indices are the entries of `rows` that begin at `place`."""
+    """Return pointers to eight numbers of the row that begins at offset `start` from the pointer `row`.
+
+    Their indices in this row are eight consecutive entries of `rows`, from `place` on.
+    """
     places = [builder.load(builder.gep(rows, [builder.add(place, place.type(lane))])) for lane in range(WIDTH)]
     return [builder.gep(row, [builder.add(start, builder.fptosi(each, start.type))]) for each in places]
 
 
 @intrinsic
 def load_listed(_typing: Any, row: Any, start: Any, rows: Any, place: Any) -> Any:  # noqa: ARG001 Numba's names
-    """Return eight numbers of a row that begins at `start`, as float64.
+    """Return, as float64, eight numbers of the row that begins at offset `start` from the pointer `row`.
 
-    Their indices are the eight entries of `rows` that begin at `place`. If the last index is the first plus seven, the
-    numbers are consecutive and one load suffices.
+    Their indices in this row are eight consecutive entries of `rows`, from `place` on. If the last index is the first
+    plus seven, the numbers are consecutive, and one load suffices.
     """
 
     def generate(_context: Any, builder: Any, _given: Any, values: Any) -> Any:
@@ -256,7 +274,7 @@ def load_listed(_typing: Any, row: Any, start: Any, rows: Any, place: Any) -> An
 
 @intrinsic
 def store(_typing: Any, rows: Any, place: Any, numbers: Any) -> Any:  # noqa: ARG001 Numba reads their names
-    """Store eight numbers into rows, rounded to the type of the rows."""
+    """Store eight numbers into consecutive entries of `rows`, from `place` on, rounded to the type of the rows."""
 
     def generate(_context: Any, builder: Any, _given: Any, values: Any) -> Any:
         start = builder.gep(values[0], [values[1]])
@@ -269,7 +287,10 @@ def store(_typing: Any, rows: Any, place: Any, numbers: Any) -> Any:  # noqa: AR
 
 @intrinsic
 def store_listed(_typing: Any, rows: Any, start: Any, place: Any, numbers: Any) -> Any:  # noqa: ARG001 as above
-    """Store eight numbers into a row that begins at `start`, rounded to its type; `place` is as for `load_listed`."""
+    """Store eight numbers into the row that begins at offset `start` in `rows`, rounded to the type of the rows.
+
+    Their indices in this row are eight consecutive entries of `rows`, from `place` on.
+    """
 
     def generate(_context: Any, builder: Any, _given: Any, values: Any) -> Any:
         to, start, place, numbers = values
@@ -285,7 +306,7 @@ def store_listed(_typing: Any, rows: Any, start: Any, place: Any, numbers: Any) 
 
 
 def _polynomial(operation: Callable[..., Any]) -> Callable[..., Any]:
-    """Implement an operation of formulas for lanes by the decorated function."""
+    """Return a decorator for the function that computes `operation`, of `pvphong.base.formulas`, on lanes."""
 
     def bind(function: Callable[..., Any]) -> Callable[..., Any]:
         def chosen(*kinds: Any) -> Any:
@@ -340,7 +361,11 @@ def _log1p(x: Any) -> Any:
 
 @_polynomial(formulas.power_less_one)
 def _power_less_one(less: Any, exponent: Any) -> Any:
-    """Return 2ʸ − 1, where y = `exponent` · log₂(1 − `less`), by whole and fractional powers of two."""
+    """Return (1 − `less`) to the power `exponent`, minus 1.
+
+    That is 2ʸ − 1, where y = `exponent` · log₂(1 − `less`). A power of two with a whole exponent and one with a
+    fractional exponent are computed separately.
+    """
     y = formulas.maximum(exponent * _log2_above_one(-formulas.minimum(less, 1.0)), -1022.0)
     shifted = y + _WHOLE
     r = y - (shifted - _WHOLE)

@@ -61,10 +61,23 @@ _LEAST_PRODUCT = float(np.finfo(np.float64).tiny)
 
 
 def survey(connectivity: Any, offsets: Any, first: int, last: int, corners: int, found: Any) -> bool:
-    """Find the least and greatest index in each chunk of some faces; 0 and -1 in a chunk without an index.
+    """Find the least and greatest point index in each chunk of faces.
 
-    `corners` is the length of the connectivity. Return True if the offsets ascend and are at most `corners`, and every
-    face fits in a block.
+    Parameters
+    ----------
+    connectivity, offsets
+        Point indices of all faces, and the index in this array at which each face begins.
+    first, last : int
+        Number of the first face, a multiple of `CHUNK`, and of the face after the last.
+    corners : int
+        Length of the connectivity.
+    found
+        Output: two numbers for each chunk, the least and the greatest index; 0 and −1 in a chunk without an index.
+
+    Returns
+    -------
+    bool
+        True if the offsets ascend and are at most `corners`, and every face fits in a block.
     """
     for chunk in range(first // CHUNK, (last + CHUNK - 1) // CHUNK):
         begin, stop = chunk * CHUNK, min((chunk + 1) * CHUNK, last)
@@ -88,19 +101,19 @@ def survey(connectivity: Any, offsets: Any, first: int, last: int, corners: int,
 
 @inlined
 def _corner(rows: Any, start: int, k: int) -> tuple[float, float, float]:
-    """Return entry `k` of each of three consecutive rows, x, y and z, of which the first begins at `start`."""
+    """Return the vector `k` from the three consecutive rows, x, y and z, that begin at offset `start`."""
     return rows[start + k], rows[start + CORNERS + k], rows[start + 2 * CORNERS + k]
 
 
 @inlined
 def _cross(a: tuple[float, float, float], b: tuple[float, float, float]) -> tuple[float, float, float]:
-    """Return the cross product, with every product rounded as in NumPy."""
+    """Return the cross product a × b, with every product rounded as in NumPy."""
     return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
 
 
 @inlined
 def _is_usable(span: float) -> bool:
-    """Return True if the squares of a face's edges are in range; `span` is the edges' largest coordinate."""
+    """Return True if the squares of a face's edges are in range; `span` is the largest coordinate of an edge vector."""
     return (span == 0.0) | ((span >= LEAST_SPAN) & (span <= MOST_SPAN))
 
 
@@ -117,9 +130,24 @@ def _add_faces(
     last: int,
     sums: Any,
 ) -> bool:
-    """Add a block of faces of one size to the sums of the points from `first` to `last`.
+    """Add a block of faces with equally many corners to the sums of their points; return False to decline the mesh.
 
-    Return False to decline the mesh.
+    Parameters
+    ----------
+    points, corners
+        Coordinates of all points, and connectivity of all faces.
+    starts
+        For each face of the block, the index in `corners` at which it begins.
+    count, size : int
+        Number of faces in the block, and number of corners of each.
+    weighting : int
+        Index in `WEIGHTINGS`.
+    rows
+        Scratch memory, of length `ROWS`.
+    first, last : int
+        Number of the first point whose sums are wanted, and of the point after the last.
+    sums
+        `SUMS` numbers for each of these points; the faces' weighted normals are added to them.
     """
     for i in range(count):
         for corner in range(size):
@@ -236,9 +264,22 @@ def find_normals(
     sums: Any,
     normals: Any,
 ) -> bool:
-    """Compute normals of the points from `first` to `last`; return False if NumPy must compute them.
+    """Compute the normals of some points; return False if NumPy must compute them.
 
-    `starts`, `rows` and `sums` are scratch memory; `sums` must contain zeros.
+    Parameters
+    ----------
+    points
+        Coordinates of all points.
+    corners, offsets, faces, surveyed
+        `FaceArrays.addresses`: connectivity, offsets, number of faces, and least and greatest index in each chunk.
+    weighting : int
+        Index in `WEIGHTINGS`.
+    first, last : int
+        Number of the first point, and of the point after the last.
+    starts, rows, sums
+        Scratch memory. `sums`, of `SUMS` numbers for each point, must contain zeros.
+    normals
+        Output: a unit vector for each of these points; zero if there is none.
     """
     count, size = 0, 0
     for chunk in range((faces + CHUNK - 1) // CHUNK):
@@ -294,7 +335,7 @@ def survey_code(library: Library) -> Any:
 
 
 def normals_code(library: Library, stored: str) -> Any:
-    """Return `find_normals`, compiled for points of a type."""
+    """Return `find_normals`, compiled for points of the type `stored`."""
     mesh = _INDICES, _INDICES, types.intp, _INDICES, types.intp
     own = types.intp, types.intp, _INDICES, _FLOATS, _FLOATS, _FLOATS
     return library.call(find_normals, lambda kind: types.boolean(types.CPointer(kind), *mesh, *own), stored)
@@ -319,7 +360,20 @@ class FaceArrays(NamedTuple):
     def checked(
         cls, look_over: Callable[..., int], connectivity: NDArray[Any], offsets: NDArray[Any], n_points: int
     ) -> Self | None:
-        """Check a mesh with `look_over`, the compiled `survey`; return None if compiled code declines its faces."""
+        """Check the faces of a mesh, and return them in the form that compiled code reads.
+
+        Return None if compiled code cannot process them.
+
+        Parameters
+        ----------
+        look_over : callable
+            Compiled `survey`.
+        connectivity, offsets : ndarray
+            Point indices of all faces, face after face; and the index in this array at which each face begins, followed
+            by the array's length.
+        n_points : int
+            Number of points. If a face has an index outside the points, None is returned.
+        """
         if any(array.ndim != 1 or array.dtype.kind not in "iu" for array in (connectivity, offsets)):
             return None
         corners, starts = (np.require(array, np.int64, ["C", "A"]) for array in (connectivity, offsets))
@@ -340,13 +394,17 @@ class FaceArrays(NamedTuple):
 
     @property
     def addresses(self) -> tuple[int, int, int, int]:
-        """Addresses of corners and starts, number of faces, and address of the spans."""
+        """The faces as arguments of compiled functions: three addresses, and the number of faces.
+
+        In order: address of `corners`, address of `starts`, number of faces, address of `spans`.
+        """
         return address(self.corners), address(self.starts), len(self.starts) - 1, address(self.spans)
 
     def points_at_once(self, n_points: int, least: int, most: int) -> int:
-        """Return the number of points in a range: at least `least`, and enough to read chunks at most twice on average.
+        """Return the number of points that a call of compiled code should process.
 
-        The ranges of all threads together have at most about `most` points, unless they are as short as `least`.
+        It is `least`, doubled until a chunk of faces has points in at most two such ranges on average, so that few
+        chunks are read repeatedly. The doubling ends when the ranges of all threads together reach `most` points.
         """
         length = least
         while length * threads.count() < min(n_points, most):
@@ -360,9 +418,10 @@ class FaceArrays(NamedTuple):
 def point_normals(
     library: Library, points: FloatArray, connectivity: NDArray[Any], offsets: NDArray[Any], weighting: Weighting
 ) -> Float64Array | None:
-    """Compute normals; see `pvphong.shading.kernel.point_normals`.
+    """Compute normals of a mesh's points; see `pvphong.shading.kernel.point_normals`.
 
-    Return None if NumPy must compute them, or raise the error, for example for an index without a point.
+    Return None if NumPy must compute them; or if the mesh is invalid, for example with an index without a point, so
+    that NumPy must raise the error.
     """
     stored = np.dtype(np.float32 if points.dtype == np.float32 else np.float64)
     try:

@@ -5,6 +5,14 @@ vertex. In reading order: the memory; `bring_near`, which transforms rays to the
 occlusion test; `look_at_part`, which samples many rays from each vertex to an area light or the sky by two stages;
 `look_at_point`, which casts one ray from each vertex to a light without a size; `test`, which tests given rays; and the
 Python functions that allocate memory and call these. First hits are in `hits`.
+
+Arguments that functions here and in `hits` share:
+
+- `rows`, `marks`: pointers to the same scratch memory of a thread, as float32 and as int32. `X`, for example, is the
+  offset of a row, and `rows[X + j]` its entry for ray `j` of the sixteen
+- `wide`: pointer to rows in float64; `valid`: sixteen flags, −1 for rays that Embree tests, else 0
+- `casters`, `function`, `scenes`, `places`: number of casters, address of Embree's function, and the fields `scenes`
+  and `numbers` of `Casters`
 """
 
 from __future__ import annotations
@@ -53,7 +61,11 @@ _WIDE = VERTEX + RAYS
 
 @intrinsic
 def cast_rays(_typing: Any, function: Any, valid: Any, scene: Any, rays: Any) -> Any:  # noqa: ARG001
-    """Call `rtcOccluded16` or `rtcIntersect16`, without options."""
+    """Call Embree's function at the address `function`, `rtcOccluded16` or `rtcIntersect16`, without options.
+
+    It tests the sixteen rays in `rays` with `scene`, the handle of a scene. The flag of a ray in `valid` is −1 if it is
+    tested, else 0.
+    """
 
     def generate(_context: Any, builder: Any, _signature: Any, arguments: Any) -> Any:
         target, which, handle, sixteen = arguments
@@ -68,7 +80,10 @@ def cast_rays(_typing: Any, function: Any, valid: Any, scene: Any, rays: Any) ->
 
 @inlined
 def prepare(rows: Any, marks: Any) -> None:
-    """Fill the fields that are the same for all rays."""
+    """Write the fields of Embree's rays that are the same for all rays, such as the near end and the mask.
+
+    `rows` and `marks` point to the same memory, as float32 and as int32.
+    """
     for j in range(RAYS):
         rows[BEGIN + j] = ZERO
         rows[TIME + j] = ZERO
@@ -79,7 +94,12 @@ def prepare(rows: Any, marks: Any) -> None:
 
 @inlined
 def bring_near(numbers: Any, c: int, rows: Any, wide: Any, valid: Any) -> None:
-    """Transform open rays to the coordinates of a caster, and mark the rays that can hit its triangles."""
+    """Transform sixteen rays from the world to the coordinates of caster `c`, for Embree.
+
+    The rays' origins and lengths are read from `wide`, their directions from `rows`, the caster's centre and scale from
+    `numbers`, four for each caster. An entry of `valid` becomes −1 for an open ray that can hit the caster's triangles,
+    else 0. A ray that begins far from the triangles is moved towards them; `wide` receives the length that it loses.
+    """
     mx, my, mz, scale = numbers[4 * c], numbers[4 * c + 1], numbers[4 * c + 2], numbers[4 * c + 3]
     all_near = True
     for j in range(RAYS):
@@ -110,7 +130,11 @@ def bring_near(numbers: Any, c: int, rows: Any, wide: Any, valid: Any) -> None:
 
 @inlined
 def given(origins: Any, directions: Any, lengths: Any, first: int, count: int, rows: Any, wide: Any) -> int:
-    """Load sixteen given rays, or fewer at the end; return their number."""
+    """Load up to sixteen of `count` given rays, starting at index `first`, and return the number loaded.
+
+    Lengths and origins are written into `wide`, directions into `rows`. Rays whose direction is not finite are not
+    open.
+    """
     lanes = min(RAYS, count - first)
     for j in range(RAYS):
         i = first + min(j, lanes - 1)
@@ -124,7 +148,11 @@ def given(origins: Any, directions: Any, lengths: Any, first: int, count: int, r
 
 @inlined
 def _test(count: int, function: int, scenes: Any, numbers: Any, rows: Any, wide: Any, valid: Any) -> None:
-    """Set `OPEN` to 0 for rays that hit something."""
+    """Test sixteen rays with all casters, and set the entry of the row `OPEN` to 0 for each ray that hits something.
+
+    `count` is the number of casters, and `function` the address of `rtcOccluded16`. `scenes` and `numbers` are fields
+    of `Casters`. The other arguments are scratch memory that holds the rays.
+    """
     for c in range(count):
         bring_near(numbers, c, rows, wide, valid)
         cast_rays(function, valid, scenes[c], rows)
@@ -137,7 +165,11 @@ def _test(count: int, function: int, scenes: Any, numbers: Any, rows: Any, wide:
 
 
 def frame_stage(frame: Callable[..., Any]) -> Callable[..., Any]:
-    """Return a stage, (numbers, rows, wide) → int, that writes the result of a light's `frame` for a vertex."""
+    """Return a stage, (numbers, rows, wide) → int, that calls a light's `frame` for a vertex and writes the result.
+
+    The stage reads the vertex's origin and normal from `wide`. It writes the first two results, the ray length and the
+    factor, into `wide`, and the others into the row `FRAME`. It returns the number of results.
+    """
 
     def compute(numbers: Any, rows: Any, wide: Any) -> int:
         p = wide[VERTEX], wide[VERTEX + 1], wide[VERTEX + 2]
@@ -169,7 +201,11 @@ def _frame_of(_typing: Any, rows: Any) -> Any:
 
 
 def sample_stage(sample: Callable[..., Any]) -> Callable[..., Any]:
-    """Return a stage, (numbers, rows, wide) → int, that writes directions, relative lengths and weights of rays."""
+    """Return a stage, (numbers, rows, wide) → 1, that samples sixteen rays from a vertex to a light.
+
+    The stage reads the vertex's frame and the sixteen pairs u, v of sample coordinates from `rows`, and writes the
+    directions, relative lengths and weights of the rays into `rows`.
+    """
 
     def choose(numbers: Any, rows: Any, _wide: Any) -> int:
         frame = _frame_of(rows)
@@ -209,9 +245,9 @@ def look_at_part(
     wide: Any,
     valid: Any,
 ) -> int:
-    """Write the weights of a light's sample points, from `begin` up to `end`, for each vertex.
+    """Cast rays from each vertex to the sample points of a light from number `begin` up to, but not including, `end`.
 
-    The weights are written twice: for all rays, and with 0 for rays that are blocked.
+    For each ray, write its weight; and its weight again, or 0 if the ray is blocked.
 
     Parameters
     ----------
@@ -220,15 +256,15 @@ def look_at_part(
     origins, normals
         Consecutive vectors of all vertices.
     seeds
-        Result of `sobol.seeds`.
+        Result of `sobol.seeds`: two seeds for each vertex.
     count : int
         Number of vertices.
     points
-        Result of `sobol.in_squares`, so that neighbouring rays are cast together.
+        Result of `sobol.in_squares`: the sample points' digits, ordered so that neighbouring rays are cast together.
     margin
         Pointer to the length by which rays end before the light.
     casters, function, scenes, places
-        Number of casters, and the fields of `Casters`.
+        Number of casters, address of `rtcOccluded16`, and the fields `scenes` and `numbers` of `Casters`.
     sent, seen
         Output, shape (end − begin, count): weights, and weights of the rays that are not blocked.
     scales
@@ -293,9 +329,9 @@ def look_at_point(
     valid: Any,
     chosen: Any,
 ) -> int:
-    """Write 1 or 0 per vertex for the visibility of a light without a size; return the number of rays.
+    """Cast a ray from each vertex to a light without a size, and write 1 if it arrives, or 0 if it is blocked.
 
-    The visibility is 0 for vertices that face away.
+    Vertices that face away from the light get 0 without a ray. Return the number of rays.
 
     Parameters
     ----------
@@ -306,7 +342,7 @@ def look_at_point(
         vertices are two-sided, else 0; the height of the rays' start above the origins; the length by which the rays
         end before the light.
     seen, behind
-        Output, for the front and the other side.
+        Output for the vertices' front sides and other sides. `behind` is written only if vertices are two-sided.
     chosen
         Scratch memory for the vertices of sixteen rays, and for the vertices' sides.
     others
@@ -374,7 +410,21 @@ def test(
     wide: Any,
     valid: Any,
 ) -> int:
-    """Write 1 for each given ray that is blocked, else 0; return the number of rays."""
+    """Test `count` rays with all casters, and return `count`.
+
+    Parameters
+    ----------
+    origins, directions, lengths
+        The rays: three numbers for each origin, three for each direction, and one for each length.
+    count : int
+        Number of rays.
+    casters, function, scenes, places
+        Number of casters, address of `rtcOccluded16`, and the fields `scenes` and `numbers` of `Casters`.
+    blocked
+        Output: a byte per ray, 1 if it is blocked, 0 if it is not or if its direction is not finite.
+    rows, marks, wide, valid
+        Scratch memory.
+    """
     prepare(rows, marks)
     for first in range(0, count, RAYS):
         lanes = given(origins, directions, lengths, first, count, rows, wide)
@@ -430,19 +480,19 @@ def test_code(library: Library) -> Callable[..., int]:
 
 
 def stages_of(library: Library, sampling: Sampling) -> tuple[int, int]:
-    """Return the addresses of a light's compiled `frame` and `sample`."""
+    """Return the addresses of the compiled functions `frame` and `sample` of a light's sampling."""
     stages = frame_stage(sampling.frame), sample_stage(sampling.sample)
     frame, sample = (library.stage(stage, "float32") for stage in stages)
     return frame, sample
 
 
 def as_float64(*arrays: Any) -> list[Float64Array]:
-    """Convert arrays to contiguous float64, as compiled code reads them."""
+    """Convert arrays to C-contiguous float64, as compiled code reads them."""
     return [np.ascontiguousarray(array, np.float64) for array in arrays]
 
 
 def _testing(casters: Any) -> tuple[int, ...]:
-    """Return the arguments of compiled occlusion tests for casters."""
+    """Return the arguments `casters`, `function`, `scenes` and `places` of compiled occlusion tests, from `Casters`."""
     return len(casters.scenes), casters.occluded, address(casters.scenes), address(casters.numbers)
 
 
@@ -458,9 +508,7 @@ def part_seen(
     margin: float,
     casters: Any,
 ) -> tuple[FloatArray, FloatArray, Float64Array, int]:
-    """Return the outputs `sent`, `seen` and `scales` of `look_at_part`, and the number of rays.
-
-    `sent` and `seen` have the shape (end − begin, m) and the type float32; `scales` has the shape (m,).
+    """Cast rays from m vertices to the sample points of an area light or of the sky.
 
     Parameters
     ----------
@@ -471,15 +519,25 @@ def part_seen(
     numbers
         Numbers that the light's formulas read.
     origins, normals
-        Shape (m, 3).
+        Origins of rays, and unit normals of the vertices, shape (m, 3).
     seeds
-        Shape (2, m).
+        Shape (2, m): result of `sobol.seeds` for the vertices.
     begin, end : int
-        Range of sample points, up to `sobol.MOST`. `begin` is a multiple of 16; `end` is too, unless no points follow.
+        Number of the first sample point, and of the point after the last, up to `sobol.MOST`. `begin` is a multiple of
+        16; `end` is too, unless no points follow.
     margin : float
         Length by which rays end before the light.
     casters : Casters
         Occluders.
+
+    Returns
+    -------
+    sent, seen : ndarray
+        Shape (end − begin, m), float32: the weight of each ray; and the weight again, or 0 if the ray is blocked.
+    scales : ndarray
+        Shape (m,): factors from mean weights to colours.
+    rays : int
+        Number of rays that were cast.
     """
     count, seeds = len(origins), np.ascontiguousarray(seeds)
     numbers, origins, normals = as_float64(numbers, origins, normals)
@@ -503,10 +561,12 @@ def point_seen(
     seen: Float64Array,
     behind: Float64Array,
 ) -> int:
-    """Write the visibility of a light without a size into `seen`, and the other sides' visibility into `behind`.
+    """Cast a ray from each of m vertices to a light without a size, and return the number of rays.
 
-    `seen` and `behind` are contiguous arrays of shape (m,). Points, origins and normals have the shape (m, 3). `light`
-    has the numbers that `look_at_point` reads, which include the flag for two sides. Return the number of rays.
+    `seen` receives 1 for each vertex whose ray arrives, and 0 for vertices whose ray is blocked or that face away from
+    the light. If the vertices are two-sided, `behind` receives the same for their other sides. Both are contiguous
+    arrays of shape (m,). Points, origins and normals have the shape (m, 3). `light` has the seven numbers that
+    `look_at_point` reads.
     """
     *given, numbers = as_float64(points, origins, origins_behind, normals, light)
     vertices = *map(address, given), len(points), address(numbers)
@@ -517,7 +577,10 @@ def point_seen(
 def blocked(
     library: Library, origins: Float64Array, directions: FloatArray, lengths: Float64Array, casters: Any
 ) -> BoolArray:
-    """Return True for given rays that are blocked."""
+    """Return, shape (n,), True for each ray that a triangle of the casters blocks.
+
+    `origins` and `directions` have the shape (n, 3), `lengths` has (n,). `casters` is a record of type `Casters`.
+    """
     found = np.zeros(len(directions), bool)
     if not len(found):
         return found

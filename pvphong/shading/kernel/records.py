@@ -61,7 +61,10 @@ the array of its light if this term completes the light, else 0. `is_alone`: its
 
 
 def _packer(kind: np.dtype[Any]) -> Callable[..., bytes]:
-    """Return a function that packs all fields of a record in order. NumPy takes ten times as long."""
+    """Return a function that packs the values of a record's fields, in order, into bytes.
+
+    NumPy takes ten times as long.
+    """
     types = (kind[name] for name in kind.names or ())
     return struct.Struct("@" + "".join(f"{math.prod(each.shape)}{each.base.char}" for each in types)).pack
 
@@ -138,7 +141,7 @@ def holds(numbers: Iterable[Any]) -> bool:
 
 
 def are_in_range(numbers: Iterable[float]) -> bool:
-    """Return True if compiled code accepts the coordinates."""
+    """Return True if compiled code accepts the coordinates: none exceeds 2¹⁰⁰ in magnitude, and none is NaN."""
     for x in numbers:  # noqa: SIM110 runs for each light, and takes a third of the time that `all` does
         if not abs(x) <= _LARGEST:
             return False
@@ -146,7 +149,7 @@ def are_in_range(numbers: Iterable[float]) -> bool:
 
 
 def sum_of(flags: Iterable[bool]) -> int:
-    """Return flags as the bits of a number, the first as 1, the next as 2, then 4."""
+    """Return the number whose bits are the flags: the first flag counts 1, the second 2, the third 4."""
     return sum([1 << k for k, flag in enumerate(flags) if flag])
 
 
@@ -238,7 +241,10 @@ class Records(NamedTuple):
 
 
 def codes_of(equation: Equation, real: str) -> list[TermCode] | None:
-    """Return the code of each term; None if a stage is missing, or a number is out of compiled code's range."""
+    """Return the code of each term, for rows of the type `real`.
+
+    Return None if compiled code does not support the equation: a stage is missing, or a number is out of range.
+    """
     lobes = equation.reflectance.lobes
     if "metallic" in equation.maps and equation.reflectance.parameters({})[7] != 1.0:
         return None  # where surfaces are nearly black, the base depends on the map too
@@ -256,9 +262,10 @@ def codes_of(equation: Equation, real: str) -> list[TermCode] | None:
 
 
 def blends(equation: Equation, tints: Mapping[str, Tint]) -> bool:
-    """Return True if maps change the lobes' colours other than by multiplication with albedo and diffuse.
+    """Return True if maps change a lobe's colour in another way than multiplying it by albedo and diffuse.
 
-    The colours of the first two lobes are then passed to compiled code as maps.
+    The colours of the first two lobes are then passed to compiled code as maps. `tints` is the result of
+    `Vertices.tints`.
     """
     varies = "metallic" in equation.maps or "albedo" in tints or "diffuse" in tints
     return varies and any(lobe.tint for lobe in equation.reflectance.lobes)
@@ -276,10 +283,26 @@ def records_of(
     channel_length: int = 0,
     apart: Apart | None = None,
 ) -> Records:
-    """Pack an equation and the result of `codes_of` into records for the driver.
+    """Pack an equation into records for the driver.
 
-    `stored` is the type of the vertices, and `real` is the type of the rows, as in `driver_code`. With `apart`, the
-    equation's terms must be the terms of `apart.shares`, in their order; shares without terms are added here.
+    Parameters
+    ----------
+    equation : Equation
+        The equation. With `apart`, its terms must be the terms of `apart.shares`, in their order.
+    codes
+        Result of `codes_of`.
+    library : Library
+        Compiles the stages, or raises NotCompiled.
+    stored, real : str
+        Type of the vertices, and type of the rows: "float32" or "float64".
+    tints
+        Result of `Vertices.tints`.
+    is_display : bool
+        True if colours are stored as bytes.
+    channel_length : int
+        Number of entries of each visibility or map channel: the number of all vertices.
+    apart : Apart, optional
+        Shares to store separately. Shares without terms are added to the records.
     """
     reflectance, base = equation.reflectance, equation.ambient
     field = next((name for name in equation.maps if name != "metallic"), "")
@@ -398,10 +421,10 @@ def records_of(
 
 
 def _ends(apart: Apart) -> tuple[list[tuple[bool, int, int]], list[tuple[bool, int, int]]]:
-    """Return two lists of (is_alone, component, light_at), the last three fields of `TERM`.
+    """Return two lists with the values of the last three fields of `TERM`: (is_alone, component, light_at).
 
-    The first list is for the shares that are independent of lights, the second for all terms. Only the last term of
-    each share has values; the other terms have `_NO_END`.
+    The first list has an entry for each share that is independent of lights. The second list has an entry for each term
+    of the other shares. Only the last term of a share has values; its other terms have `_NO_END`.
     """
     alone, ends = list[tuple[bool, int, int]](), list[tuple[bool, int, int]]()
     lights = [share.light for share in apart.shares]
@@ -418,8 +441,8 @@ def _ends(apart: Apart) -> tuple[list[tuple[bool, int, int]], list[tuple[bool, i
 def _gain_apart(gain: float, numbers: tuple[float, ...], divisors: slice) -> tuple[float, float, tuple[float, ...]]:
     """Split a gain into a factor from 1 to 2 and a power of two; return both, and the numbers of the stage.
 
-    The factor multiplies the colours, and the power of two the strength of each vertex. If float32 cannot hold the
-    power, the divisors among the numbers take a part of it.
+    The factor multiplies the colours, and the power of two multiplies the strength at each vertex. If float32 cannot
+    hold the power, a part of it divides the numbers in the slice `divisors`, the coefficients of the attenuation.
     """
     mantissa, exponent = math.frexp(gain)
     kept = min(exponent - 1, _IN_FLOAT32)

@@ -83,14 +83,17 @@ _ALL_LOBES = 1 + 2 + 4
 
 @inlined
 def _cosine(rows: Any, i: int) -> Any:
-    """Return the cosine n·l, with the sign of the raw vectors' product."""
+    """Return the cosine n·l at vertex `i`. Its sign is that of the dot product of the vectors before normalisation."""
     n_d = dot((rows[NX + i], rows[NY + i], rows[NZ + i]), (rows[DX + i], rows[DY + i], rows[DZ + i]))
     return n_d * (rows[INVERSE_DISTANCE + i] * rows[INVERSE_NORMAL + i])
 
 
 @inlined
 def _geometry(rows: Any, i: int, n_l: Any) -> Geometry:
-    """Return a formula's arguments for a vertex; LLVM removes arguments that the formula does not use."""
+    """Return the geometry at vertex `i`, an argument of a reflectance's formula; `n_l` is the cosine n·l there.
+
+    LLVM removes the fields that the formula does not use.
+    """
     n, v, scale = (
         (rows[NX + i], rows[NY + i], rows[NZ + i]),
         (rows[VX + i], rows[VY + i], rows[VZ + i]),
@@ -109,7 +112,10 @@ def _geometry(rows: Any, i: int, n_l: Any) -> Geometry:
 
 @inlined
 def _parameters(rows: Any, numbers: Any) -> Any:
-    """Return a formula's eight parameters in the type of rows; the formula may use only some."""
+    """Convert a formula's parameters, the first eight of `numbers`, to the type of `rows`.
+
+    A formula may use only some of them.
+    """
     return (
         as_type_of(rows, numbers[0]),
         as_type_of(rows, numbers[1]),
@@ -124,19 +130,23 @@ def _parameters(rows: Any, numbers: Any) -> Any:
 
 @inlined
 def _shows(square: Any, n_l: Any, dark: Any) -> bool:
-    """Return True if a highlight may be greater than 0: its squared chord is below `dark`, and n·l above 0.
+    """Return True if a highlight may be greater than 0: its squared chord `square` is below `dark`, and n·l above 0.
 
-    A highlight with an infinite `dark` does not end at the horizon.
+    If `dark` is infinite, the highlight does not end at the horizon, so the sign of n·l does not matter.
     """
     return (square < dark) & ((n_l > ZERO) | (dark > TWO))
 
 
 @compiled
 def _take_logarithms(rows: Any, exponent: float, log_floor: float, end: float) -> None:
-    """Replace |C|² in the second row by the power's logarithm, which is −∞ where |C|² is at least `end`.
+    """Replace |C|², the squared length of a chord, in the row `SECOND` by log2 of the power of the chord's cosine.
 
-    `_raised` is the other half, in a separate loop. A processor looks only some hundred instructions ahead, and each
-    step of a polynomial depends on the one before. Two loops take a third less time than one.
+    The cosine is 1 − |C|²/2, but at least 2 to the power `log_floor`. It is raised to `exponent`. If |C|² is at least
+    `end`, the power is 0, and −∞ is written.
+
+    Another loop then calls `_raised`, which returns the power from its logarithm. A processor looks only some hundred
+    instructions ahead, and each step of a polynomial depends on the one before. So two loops, for the logarithms and
+    for the powers, take a third less time than one.
     """
     n, least, dark = as_type_of(rows, exponent), as_type_of(rows, log_floor), as_type_of(rows, end)
     for i in range(BLOCK):
@@ -147,13 +157,20 @@ def _take_logarithms(rows: Any, exponent: float, log_floor: float, end: float) -
 
 @inlined
 def _end_of(exponent: Any) -> Any:
-    """Return the least squared chord at which a power with this exponent is 0, as in `Power.numbers`."""
+    """Return the least squared length of a chord for which the power of its cosine is 0.
+
+    This is 2, the squared chord of a right angle, if `exponent` is greater than 0. Otherwise, no power is 0, and the
+    result is infinity.
+    """
     return TWO if exponent > ZERO else as_type_of(exponent, np.inf)
 
 
 @compiled
 def _take_logarithms_of_each(rows: Any) -> None:
-    """Replace |C|² as `_take_logarithms` does, with an exponent per vertex and without a floor."""
+    """Replace |C|² in the row `SECOND` by the logarithm of a power, as `_take_logarithms` does.
+
+    The exponents are the entries of the row `FIELD`, one for each vertex. There is no floor.
+    """
     for i in range(BLOCK):
         n, square = rows[FIELD + i], rows[SECOND + i]
         n = min(max(n, as_type_of(n, FAINTEST)), as_type_of(n, BRIGHTEST)) if n > ZERO else n
@@ -175,10 +192,20 @@ def factors_already_written(_numbers: Any, _rows: Any, _points: Any) -> int:
 def reflectance_stage(
     reflectance: Reflectance, wanted: Sequence[bool], *, is_mapped: bool = False
 ) -> Callable[..., Any]:
-    """Return a stage, (numbers, rows, points) → int, that writes the wanted factors of a reflectance.
+    """Return a stage, (numbers, rows, points) → int, that writes the factors of a reflectance's lobes.
 
-    The stage returns the lobes that may be other than 0 in the block, as the sum of 1, 2 and 4. If `is_mapped`, the row
-    `FIELD` has the mapped field per vertex; otherwise the numbers have it.
+    The stage returns a sum of 1, 2 and 4 for the first, second and third lobe. Lobes that are not wanted are left out,
+    and so are lobes known to be 0 in the whole block.
+
+    Parameters
+    ----------
+    reflectance : Reflectance
+        The reflectance.
+    wanted : sequence of bool
+        For each lobe, True to write its factor.
+    is_mapped : bool
+        True to read a field of the reflectance, such as the shininess, per vertex from the row `FIELD`. If False, the
+        field is one of the numbers.
     """
     factors, mapped, peak = type(reflectance).factors, type(reflectance).mapped, reflectance.peak
     varies = int(is_mapped)
@@ -239,13 +266,14 @@ def reflectance_stage(
 def light_stage(falloff: Callable[..., Any] | None, weakens: bool) -> Callable[..., Any]:
     """Return a stage, (numbers, rows, points) → bool, that writes vectors to a light, and strengths if they vary.
 
-    The stage returns True if no vertex is declined; `approach` marks declined vertices, which the reference lights.
+    The stage returns True if no vertex of the block is declined, that is, marked by `approach` for the reference.
 
     Parameters
     ----------
     falloff : formula or None
-        Function of the light's parameters and the unit vector to it. It returns two numbers: 1 inside the cone or 0
-        outside, and a squared chord. The power of this chord's cosine multiplies the strength.
+        Function of the light's parameters and the unit vector to the light. It returns two numbers: 1 inside the cone
+        or 0 outside, and a squared chord. The power of this chord's cosine multiplies the strength. None if the light
+        is equally strong in all directions.
     weakens : bool
         True if the strength depends on the distance.
     """
@@ -279,7 +307,7 @@ def light_stage(falloff: Callable[..., Any] | None, weakens: bool) -> Callable[.
 
 @compiled
 def _weaken(rows: Any, numbers: Any) -> None:
-    """Replace distances by strengths."""
+    """Replace the distances in the row `STRENGTH` by strengths, using the attenuation's coefficients in `numbers`."""
     constant, linear = as_type_of(rows, numbers[3]), as_type_of(rows, numbers[4])
     quadratic = as_type_of(rows, numbers[5])
     for i in range(BLOCK):
@@ -297,14 +325,14 @@ _OWN_OF_INTEGRAL = 8
 def integral_stage(integrals: Sequence[Integral | None], forms: Sequence[CosinePower | None]) -> Callable[..., Any]:
     """Return a stage, (numbers, rows, points) → 1, that writes the integrals of lobes over an area light.
 
-    Formulas run only on vertices where the light may be above the horizon and a lobe reaches the light. These vertices
-    are listed, and taken from the block eight at a time.
+    Formulas run only on vertices where the light may be above the horizon and a lobe reaches the light. The indices of
+    these vertices are listed in the row `LIST`, and the vertices are taken from the block eight at a time.
 
     Parameters
     ----------
     integrals, forms
-        Integral and form of each wanted lobe; None for other lobes. At most one form is around the normal, and at most
-        one around the mirrored viewer.
+        For each lobe, its integral and its form, the power of a cosine; both are None for a lobe that is not wanted. At
+        most one form is around the normal, and at most one around the mirrored viewer.
     """
     lobes = list(zip((FIRST, SECOND, THIRD), integrals, forms, strict=False))
     found = {form.around: (row, each.formula) for row, each, form in lobes if each is not None and form is not None}
@@ -344,13 +372,20 @@ def integral_stage(integrals: Sequence[Integral | None], forms: Sequence[CosineP
 
 @inlined
 def _towards(place: Any, rows: Any, points: Any, k: int) -> Any:
-    """Return the vectors from eight listed vertices to a position, and the vertices' unit normals."""
+    """Return the vectors from eight vertices to the position `place`, and the vertices' unit normals.
+
+    The vertices are those whose indices are the entries `k` to `k` + 7 of the row `LIST`.
+    """
     return subtract(place, _listed(points, 0, rows, k)), _unit(_listed(rows, NX, rows, k))
 
 
 @inlined
 def _axis(lobe: Any, rows: Any, k: int, n: Any) -> Any:
-    """Return the directions from eight listed vertices to the viewer, mirrored at n; or n itself for the power 0."""
+    """Return the directions of a lobe's axis at eight vertices: to the viewer, mirrored at n.
+
+    For a lobe with the power 0, the axis is n itself. The vertices are those whose indices are the entries `k` to
+    `k` + 7 of the row `LIST`; `n` holds their unit normals.
+    """
     if lobe[POWER] > 0.0:  # 0⁰ is 1 in the whole hemisphere around n
         v = _unit(_listed(rows, VX, rows, k))
         return _unit(subtract(times(n, 2.0 * dot(n, v)), v))
@@ -359,7 +394,10 @@ def _axis(lobe: Any, rows: Any, k: int, n: Any) -> Any:
 
 @inlined
 def _listed(array: Any, start: int, rows: Any, k: int) -> Any:
-    """Return the vectors of eight listed vertices from three rows."""
+    """Return the vectors of eight vertices from the three rows of `array` that begin at `start`.
+
+    The vertices are those whose indices are the entries `k` to `k` + 7 of the row `LIST` of `rows`.
+    """
     return (
         load_listed(array, start, rows, LIST + k),
         load_listed(array, start + BLOCK, rows, LIST + k),
@@ -369,7 +407,9 @@ def _listed(array: Any, start: int, rows: Any, k: int) -> Any:
 
 @compiled
 def _list(rows: Any, flags: int) -> int:
-    """List the vertices whose flag is not 0, first those with flag `_WHOLE`; return the length of the list.
+    """Write the indices of vertices whose flag is not 0 to the row `LIST`; return the length of the list.
+
+    `flags` is the offset of the row of flags. Vertices with the flag `_WHOLE` come first, then those with `_CUT`.
 
     Cutting a light by the horizon doubles the time of all eight vertices that are taken at once. So whole and cut
     lights are not mixed in a group of eight. The last group of either kind is padded with its first vertex, which also
@@ -399,10 +439,11 @@ def _unit(w: Any) -> Any:
 def integral_numbers(
     gain: float, integrals: Sequence[Integral | None], forms: Sequence[CosinePower | None], real: str
 ) -> tuple[float, ...]:
-    """Return the numbers that `integral_stage` reads.
+    """Return the numbers that the stage from `integral_stage` reads, for rows of the type `real`.
 
-    They are: the place, the gain and the radius; the offsets of the second integral's numbers and of both lobes'
-    numbers; then the numbers of each integral and its lobe, first around the normal, then around the mirrored viewer.
+    They are: the light's place, the gain and the light's radius; the offsets of the second integral's numbers and of
+    both lobes' numbers; then the numbers of each integral and its lobe, first around the normal, then around the
+    mirrored viewer. `integrals` and `forms` are as for `integral_stage`; `gain` multiplies the integrals.
     """
     place, radius = (0.0, 0.0, 0.0), 0.0
     parts: dict[str, tuple[tuple[float, ...], tuple[float, ...]]] = {"normal": ((), ()), "mirror": ((), ())}
@@ -417,12 +458,12 @@ def integral_numbers(
 
 
 def light_numbers(light: PunctualParameters) -> tuple[float, ...]:
-    """Return the numbers that `light_stage` reads."""
+    """Return the numbers that a light's stage, from `light_stage`, reads."""
     power = light.power or Power(0.0)
     return *light.position, *light.attenuation, *power.numbers, *light.parameters
 
 
 def reflectance_numbers(reflectance: Reflectance) -> tuple[float, ...]:
-    """Return the numbers that `reflectance_stage` reads."""
+    """Return the numbers that a reflectance's stage, from `reflectance_stage`, reads."""
     power = reflectance.power({}) or Power(0.0)
     return *power.numbers, *reflectance.parameters({})

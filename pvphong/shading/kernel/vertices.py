@@ -4,6 +4,16 @@ A block's values are in scratch memory, row after row, in the type of the arithm
 holds them, else in separate float64 memory. Vectors may have any length. If their squares could leave the range of
 floats, each vector is first scaled by a power of two. That is exact, so a vertex has the same bits in any unit of
 length. Vectors that are zero or not finite become zero vectors, on which light is 0.
+
+Arguments that functions here, in `stages` and in `driver` share:
+
+- `rows`: pointer to the block's rows. `NX`, for example, is the offset of a row, and `rows[NX + i]` its entry for
+  vertex `i` of the block
+- `first`, `count`: index of the block's first vertex among all vertices, and number of vertices in the block
+- `s`, `t`: record of the settings, of type `records.SETTINGS`; and of one light, of type `records.TERM`
+- `points`: pointer to three rows in float64 with the block's points; null if the rows `PX` to `PZ` have the points
+- `wide`: pointer to three rows in float64 for temporary values
+- `channels`: pointer to numbers of all vertices, channel after channel, `s.channel_length` apart
 """
 
 from __future__ import annotations
@@ -109,19 +119,19 @@ _NEAREST, _FARTHEST = np.float32(2.0**-110), np.float32(2.0**120)
 
 @inlined
 def in_type(vector: Any, rows: Any) -> tuple[Any, Any, Any]:
-    """Return a vector or colour of a record in the type of rows."""
+    """Convert the three numbers of a vector or colour to the type of `rows`."""
     return as_type_of(rows, vector[0]), as_type_of(rows, vector[1]), as_type_of(rows, vector[2])
 
 
 @inlined
 def vector(rows: Any, i: int) -> tuple[Any, Any, Any]:
-    """Return a vertex's vector from the first three rows."""
+    """Return the vector of vertex `i` of a block; `rows` begins with the three rows of its coordinates."""
     return rows[i], rows[BLOCK + i], rows[2 * BLOCK + i]
 
 
 @inlined
 def put(rows: Any, i: int, w: tuple[Any, Any, Any]) -> None:
-    """Write a vertex's vector into the first three rows."""
+    """Write the vector `w` of vertex `i` of a block; `rows` begins with the three rows of its coordinates."""
     rows[i], rows[BLOCK + i], rows[2 * BLOCK + i] = w
 
 
@@ -133,7 +143,7 @@ def is_moderate(squared: Any) -> bool:
 
 @inlined
 def transformed(matrix: Any, w: tuple[float, float, float]) -> tuple[float, float, float]:
-    """Return the first three columns of a matrix times a vector."""
+    """Multiply the left 3 × 3 part of a matrix by the vector `w`."""
     return (
         matrix[0, 0] * w[0] + matrix[0, 1] * w[1] + matrix[0, 2] * w[2],
         matrix[1, 0] * w[0] + matrix[1, 1] * w[1] + matrix[1, 2] * w[2],
@@ -155,13 +165,16 @@ def is_finite(x: float, y: float, z: float) -> bool:
 
 @inlined
 def scaled(x: float, y: float, z: float, exponent: int) -> tuple[float, float, float]:
-    """Return a vector divided by a power of two."""
+    """Return the vector (x, y, z) divided by 2 to the power `exponent`."""
     return math.ldexp(x, -exponent), math.ldexp(y, -exponent), math.ldexp(z, -exponent)
 
 
 @compiled
 def load_vectors(array: Any, first: int, count: int, rows: Any) -> None:
-    """Load consecutive vectors into the first three rows; copies of the last vector pad the block."""
+    """Copy `count` vectors of `array`, starting at index `first`, into the three rows at `rows`: x, y and z.
+
+    Copies of the last vector fill the rest of the block.
+    """
     part = shifted(array, 3 * first)
     for i in range(count):
         rows[i] = part[3 * i]
@@ -173,7 +186,7 @@ def load_vectors(array: Any, first: int, count: int, rows: Any) -> None:
 
 @compiled
 def load_channel(channels: Any, first: int, count: int, row: Any) -> None:
-    """Load one number per vertex into a row; zeros pad the block."""
+    """Copy `count` numbers of `channels`, starting at index `first`, into `row`; zeros fill the rest of the row."""
     part = shifted(channels, first)
     for i in range(count):
         row[i] = part[i]
@@ -185,7 +198,16 @@ def load_channel(channels: Any, first: int, count: int, row: Any) -> None:
 def load_seen(channels: Any, channel: int, first: int, count: int, s: Any, rows: Any, target: int) -> None:
     """Load the visible part of a light or of the sky into a row, for the side of each vertex that the viewer sees.
 
-    Usually it is the same side for all vertices of a block. Then the other side's channel is not read.
+    If the viewer sees the same side of all vertices of the block, the other side's channel is not read.
+
+    Parameters
+    ----------
+    channels, first, count, s, rows
+        As in the module's description.
+    channel : int
+        Number of the channel with the visible part from the front.
+    target : int
+        Offset of the row to write.
     """
     front = shifted(channels, channel * s.channel_length)
     behind = shifted(front, s.behind * s.channel_length)
@@ -207,7 +229,12 @@ def load_seen(channels: Any, channel: int, first: int, count: int, s: Any, rows:
 
 @compiled
 def load_points(array: Any, first: int, count: int, s: Any, rows: Any, points: Any) -> None:
-    """Load (L p + t) / w in float64, for the settings' matrix (L | t) and w; or p into rows if `points` is null."""
+    """Load the points of a block: `count` vectors of `array`, starting at index `first`.
+
+    If `points` is null, the vectors are copied into the rows `PX` to `PZ`. Otherwise, they are written into the three
+    rows at `points`, in float64. A model matrix, if there is one, transforms them first: a point p becomes
+    (L p + t) / w, where L is the left 3 × 3 part of `s.matrix`, t is its last column, and w is `s.w`.
+    """
     if is_nowhere(points):
         load_vectors(array, first, count, shifted(rows, PX))
         return
@@ -221,14 +248,17 @@ def load_points(array: Any, first: int, count: int, s: Any, rows: Any, points: A
 
 @inlined
 def _in_two(rows: Any, x: float) -> tuple[Any, Any]:
-    """Return a number rounded to the type of rows, and the remainder."""
+    """Return `x` rounded to the type of `rows`, and the remainder in the same type."""
     rounded = as_type_of(rows, x)
     return rounded, as_type_of(rows, x - np.float64(rounded))
 
 
 @compiled
 def _measure_normals(rows: Any) -> bool:
-    """Write 1/|n|; return True if all normals can be used without scaling."""
+    """Write 1/|n| of a block's normals n into the row `INVERSE_NORMAL`.
+
+    Return True if all normals can be used without scaling.
+    """
     good = True
     for i in range(BLOCK):
         squared = square(vector(shifted(rows, NX), i))
@@ -239,9 +269,11 @@ def _measure_normals(rows: Any) -> bool:
 
 @compiled
 def load_normals(array: Any, first: int, count: int, s: Any, rows: Any, wide: Any) -> bool:
-    """Load normals, transformed by the settings' matrix, and 1/|n|; return True if no vertex is declined.
+    """Load the normals of a block, and write 1/|n|; return True if no vertex of the block is declined.
 
-    `wide` is scratch memory.
+    The normals are `count` vectors of `array`, starting at index `first`. If `s.turns_normals`, they are
+    multiplied by `s.normal_matrix`. A vertex is declined, so that the reference lights it, if this product nearly
+    vanishes. `wide` is scratch memory: three rows in float64.
     """
     normals = shifted(rows, NX)
     if s.turns_normals:
@@ -280,7 +312,11 @@ def _unit(w: tuple[Any, Any, Any]) -> tuple[Any, Any, Any]:
 
 @compiled
 def load_tangents(channels: Any, stride: int, first: int, count: int, rows: Any) -> None:
-    """Load unit tangents orthogonal to n, (n × t) × n; zero for tangents along n."""
+    """Load a block's tangents t as unit vectors along (n × t) × n, orthogonal to the normal n; 0 if t is along n.
+
+    `channels` begins with the channel of the tangents' x. Those of y and z are `stride` and 2 · `stride` further on.
+    `first` and `count` are as in the module's description.
+    """
     tangents = shifted(rows, TX)
     for axis in range(3):
         load_channel(shifted(channels, axis * stride), first, count, shifted(tangents, axis * BLOCK))
@@ -294,10 +330,11 @@ def load_tangents(channels: Any, stride: int, first: int, count: int, rows: Any)
 
 @inlined  # LLVM removes the distance if it is not measured
 def approach(rows: Any, points: Any, x: float, y: float, z: float, measures: bool) -> bool:
-    """Write the vectors D to a position, and 1/|D|; return True if no vertex is declined.
+    """Write the vectors D from a block's vertices to the position (x, y, z), and 1/|D|.
 
-    If `measures`, also write |D| into the row of strengths. A vertex is declined if it is at the position, if it is not
-    finite, or if its measured distance is out of range.
+    If `measures`, also write |D| into the row of strengths. Return True if no vertex of the block is declined, that is,
+    left to the reference. A vertex is declined if it is at the position, if it is not finite, or if `measures` is True
+    and |D| is out of range. `points` is as in the module's description.
     """
     offsets, good = shifted(rows, DX), True
     (x0, x1), (y0, y1), (z0, z1) = _in_two(rows, x), _in_two(rows, y), _in_two(rows, z)
@@ -341,7 +378,11 @@ def approach(rows: Any, points: Any, x: float, y: float, z: float, measures: boo
 
 @compiled
 def look_at_viewer(s: Any, rows: Any, points: Any) -> bool:
-    """Write v, and turn n towards the viewer, if the settings need them; return True if no vertex is declined."""
+    """Write the unit vectors v to a local viewer, and turn a block's normals towards the viewer.
+
+    v is written only if `s.needs_eye`, and normals are turned only if `s.is_flipped`, for two-sided lighting. Return
+    True if no vertex of the block is declined. The reference lights declined vertices, such as a vertex at the eye.
+    """
     good, normals, viewer = True, shifted(rows, NX), shifted(rows, VX)
     if s.needs_eye:
         good = approach(rows, points, s.eye[0], s.eye[1], s.eye[2], False)

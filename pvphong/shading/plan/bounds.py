@@ -19,7 +19,7 @@ Cone = tuple[Vector, float]
 
 
 def most_color(state: PlanState, term: LightTerm) -> float:
-    """Return a bound on the colour that a term adds to any vertex, for a light of strength 1."""
+    """Return a bound on the colour, in any channel, that a term adds to any vertex if its light has strength 1."""
     red, green, blue = term.ambient
     for color, largest in zip(term.colors, state.equation.largest, strict=True):
         red += color[0] * largest
@@ -29,7 +29,7 @@ def most_color(state: PlanState, term: LightTerm) -> float:
 
 
 def most_sent(state: PlanState) -> float:
-    """Return a bound on the direct light that a vertex reflects diffusely, plus its emission."""
+    """Return a bound on the direct light, in any channel, that a vertex reflects diffusely, plus its emission."""
     equation = state.equation
     sent = [
         term.gain * state.reach(term).strongest * max(term.colors[k]) * equation.largest[k]
@@ -41,7 +41,7 @@ def most_sent(state: PlanState) -> float:
 
 
 def most_ambient(state: PlanState) -> float:
-    """Return a bound on the ambient light that a vertex reflects."""
+    """Return a bound on the ambient light, in any channel, that a vertex reflects."""
     terms = [term for term in state.equation.terms if any(term.ambient)]
     lights = math.fsum(term.gain * state.reach(term).strongest * max(term.ambient) for term in terms)
     return (lights + max(state.equation.ambient)) * ROUNDED_UP
@@ -61,7 +61,9 @@ def most_scattered(equation: Equation) -> float:
 
 
 def most_left(ratio: float, kept: int, count: int, sent: float, ambient: float) -> float:
-    """Return a bound on the light of the bounces that are not kept, plus the remaining ambient light.
+    """Return a bound on the light that is lost if only the first `kept` of `count` bounces are computed.
+
+    That is the light of the other bounces, and the ambient light that remains after all bounces.
 
     Parameters
     ----------
@@ -81,7 +83,7 @@ def most_left(ratio: float, kept: int, count: int, sent: float, ambient: float) 
 
 
 def stand_in_error(state: PlanState, term: LightTerm, choice: Approximation) -> float:
-    """Return the largest colour error if a cheaper light replaces a term's light."""
+    """Return the largest colour error if the cheaper light `choice` replaces a term's light."""
     bound = most_color(state, term) * choice.spread
     if choice.turn is not None:
         bound += largest_change(state, term, choice.turn, light_moves=True) * choice.strongest
@@ -114,7 +116,10 @@ def largest_change(state: PlanState, term: LightTerm, turn: float, *, light_move
 
 
 def viewer_seen(state: PlanState, eye: Vector | None) -> Cone | None:
-    """Return the cone of directions to the viewer, who is at infinity if `eye` is None; None if there is no bound."""
+    """Return the cone of directions from all vertices to the viewer; None if there is no bound.
+
+    The viewer is at the position `eye`; or, if `eye` is None, at infinity along the view axis.
+    """
     if eye is None:
         return state.equation.to_eye, TURN_SLACK
     seen = state.extent.sight(eye)
@@ -122,7 +127,10 @@ def viewer_seen(state: PlanState, eye: Vector | None) -> Cone | None:
 
 
 def widest_to_viewer(state: PlanState, light: Cone) -> float:
-    """Return the greatest angle between the directions to the light and the viewer, over all vertices, in radians."""
+    """Return a bound on the angle between the directions to a light and to the viewer, over all vertices, in radians.
+
+    `light` is the cone of directions to the light.
+    """
     viewer = viewer_seen(state, state.equation.eye)
     if viewer is None:
         return math.pi
@@ -131,7 +139,10 @@ def widest_to_viewer(state: PlanState, light: Cone) -> float:
 
 
 def sightline(state: PlanState, term: LightTerm) -> AngleBounds | None:
-    """Return bounds on the angles between normals, a light and the viewer; None if a cone is unknown."""
+    """Return bounds on the angles between normal, term's light and viewer, over all vertices.
+
+    Return None if no cone is known that contains the normals, the directions to the light or those to the viewer.
+    """
     reach, normals = state.reach(term), state.extent.normal_cone
     viewer = viewer_seen(state, state.equation.eye) if normals and reach.direction else None
     if normals is None or reach.direction is None or viewer is None:

@@ -82,7 +82,7 @@ class Effect:
     def simplify(self, state: PlanState) -> PlanState:
         """Remove the effect from each light for which the error is allowed, and return the new state.
 
-        The error that is allowed for a light takes the error bounds of the lights before it into account.
+        Lights are tried in order. The error bound of each removal reduces the error that is allowed for later lights.
         """
         if type(self).try_remove is Effect.try_remove:
             return state
@@ -104,7 +104,10 @@ class Effect:
         return state.rewritten(replace(state.equation, terms=tuple(terms)), *exact) if changes else state
 
     def try_remove(self, state: PlanState, term: LightTerm) -> Change | None:
-        """Return one light's term without the effect; None if it cannot be removed."""
+        """Return the terms that replace one light's term, without the effect, and the simplifications with bounds.
+
+        Return None if the light's term must stay as it is.
+        """
         return None
 
     def has(self, equation: Equation, term: LightTerm) -> bool:
@@ -112,9 +115,9 @@ class Effect:
         return False
 
     def decide(self, state: PlanState) -> Decision:
-        """Return the decision for a finished state.
+        """Return the decision for a finished state: on or off, the reason, and the error bound.
 
-        An effect is off because of the noted simplifications, because no light remains, or because no light has it.
+        An effect is off because simplifications have removed it, because no light remains, or because no light has it.
         """
         noted, bound = state.why_without(self.name), state.bound_of(self.name)
         having = [term for term in state.equation.terms if self.has(state.equation, term)]
@@ -126,19 +129,22 @@ class Effect:
     def without(self, equation: Equation, point: Vector) -> Equation:
         """Return the equation without the effect, regardless of the error.
 
-        A value that varies over the mesh is replaced by its value at the point. The accuracy report compares colours
-        with and without the effect. Plans do not call this.
+        A value that varies over the mesh is replaced by its value at `point`. The accuracy report compares colours with
+        and without the effect. Plans do not call this.
         """
         if self.neutral:
             return replace(equation, **self.neutral)
         return replace(equation, terms=tuple(self.term_without(equation, term, point) for term in equation.terms))
 
     def term_without(self, equation: Equation, term: LightTerm, point: Vector) -> LightTerm:
-        """Return one light's term without the effect. Effects of lights override this; here the term is unchanged."""
+        """Return one light's term without the effect, as for `without`. Effects of lights override this method.
+
+        By default, the term is returned unchanged.
+        """
         return term
 
     def nanoseconds(self, decision: Decision) -> float:
-        """Return the approximate cost per vertex; 0 if the effect does not run."""
+        """Return the approximate cost in nanoseconds per vertex; 0 if the effect does not run."""
         return self.once + self.each * decision.lights if decision.on else 0.0
 
 
@@ -276,7 +282,7 @@ class Lights(Effect):
 
 
 class LightEffect(Effect):
-    """Effect of some kinds of light, removed by a cheaper light.
+    """Effect of some kinds of light, removed by replacing the light with a cheaper one.
 
     `lights.py` defines the cheaper lights and their errors. This class compares the errors with the tolerance. It also
     removes a light that does not reach the mesh.
@@ -305,7 +311,10 @@ class LightEffect(Effect):
 
 
 class Size(LightEffect):
-    """Size of an area light. A point may replace the light; or fewer nodes, for lobes without a closed form."""
+    """Size of an area light, removed by a light at a point if the error is allowed.
+
+    Otherwise, for lobes without a closed form, fewer nodes may replace the light's nodes.
+    """
 
     def try_remove(self, state: PlanState, term: LightTerm) -> Change | None:
         change = super().try_remove(state, term)
@@ -342,10 +351,10 @@ class Size(LightEffect):
 
 
 class Sky(Effect):
-    """Resolution of an environment light: its number of bands of spherical harmonics."""
+    """Variation of an environment light over directions: its bands of spherical harmonics beyond the first."""
 
     def try_remove(self, state: PlanState, term: LightTerm) -> Change | None:
-        """Return the term with the fewest bands within the tolerance."""
+        """Return the term with the fewest bands whose error is allowed; None if all bands are needed."""
         for bands in range(1, _bands(term)) if state.allowance else ():
             bound = _error_without_bands(state.equation, term, bands)
             if bound <= state.allowance:
@@ -377,7 +386,7 @@ def _bands(term: LightTerm) -> int:
 
 
 def _error_without_bands(equation: Equation, term: LightTerm, bands: int) -> float:
-    """Return the largest colour error with only the first bands of a light."""
+    """Return the largest colour error if only the first `bands` bands of a term's light are evaluated."""
     errors = [
         max(color) * term.light.error_without_bands(form, bands)
         for form, color in zip(equation.forms, term.colors, strict=True)
@@ -390,9 +399,9 @@ def _error_without_bands(equation: Equation, term: LightTerm, bands: int) -> flo
 
 
 class Reflection(Effect):
-    """Component of the reflected light.
+    """One component of the reflected light, diffuse or specular.
 
-    If it is black, its coefficients in the light's term are zero. Evaluators skip them, so nothing is rewritten.
+    If it is black, its colours in each light's term are zero. Evaluators skip zeros, so the equation is not rewritten.
     """
 
     name: Component

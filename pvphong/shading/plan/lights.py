@@ -134,14 +134,14 @@ def _parallel_at(light: Any, point: Vector) -> tuple[Light, float]:
 
 @reach.register
 def _(light: DirectionalLight, extent: MeshBounds) -> LightBounds:  # noqa: ARG001 the same everywhere
-    """Return strength 1 from one direction."""
+    """Return the same bounds for all vertices: the strength 1, and the one direction to the light."""
     x, y, z = unit_vector(light.direction)
     return LightBounds(1.0, (-x, -y, -z), TURN_SLACK)
 
 
 @effects.register
 def _(light: Weakening) -> frozenset[str]:
-    """Return position, and attenuation if it is not constant 1."""
+    """Return the effects `POSITION` and `ATTENUATION`; only `POSITION` if the attenuation is the constant 1."""
     return frozenset({POSITION} if tuple(light.attenuation) == NONE else {POSITION, ATTENUATION})
 
 
@@ -408,7 +408,7 @@ def _halved(places: Float64Array, count: int) -> Sequence[Float64Array]:
 
 @effects.register
 def _(light: EnvironmentLight) -> frozenset[str]:
-    """Return the sky's effect if the light varies."""
+    """Return the effect `SKY`; or no effect if the light is the same from all directions."""
     return frozenset({SKY}) if light.bands > 1 else frozenset()
 
 

@@ -95,7 +95,7 @@ class Plan:
 
     @cached_property
     def needs(self) -> frozenset[str]:
-        """Inputs that will be read."""
+        """Inputs that will be read: some of "points", "normals", "tangents" and "viewer"."""
         equation = self._state.equation
         read = {
             "points": equation.needs_points or equation.needs_visibility or equation.bounces > 0,
@@ -115,9 +115,9 @@ class Plan:
         matrix: MatrixLike | None = None,
         tolerance: float = 0.0,
     ) -> Plan:
-        """Return the plan for vertices. Their normals are read only if this may show that an effect is not needed.
+        """Return the plan for vertices with a material in a scene. The scene must have a viewer; `as_scene` adds one.
 
-        The scene must have a viewer; `as_scene` adds a missing viewer.
+        The vertices' normals are read only if they may show that an effect is not needed.
 
         Raises
         ------
@@ -132,7 +132,10 @@ class Plan:
 
     @classmethod
     def of_equation(cls, whole: Equation, vertices: Vertices, tolerance: float = 0.0) -> Plan:
-        """Return the plan for the equation of a scene, or for an equation rewritten from it."""
+        """Return the plan for vertices and a whole equation: that of a scene, or one that was rewritten from it.
+
+        `tolerance` is the largest colour error that is allowed.
+        """
         state = PlanState.first(whole, tolerance, vertices)
         for effect in EFFECTS:
             state = effect.simplify(state)
@@ -165,6 +168,10 @@ class Plan:
 
         Parameters
         ----------
+        vertices : Vertices
+            The vertices.
+        precision, backend, components
+            As for `pvphong.evaluate`.
         bounced : ndarray, optional
             Shape (k, n, 3): bounced light if other meshes send it too; see `interreflection.bounced`. By default it is
             computed from the vertices' own transport.
@@ -202,6 +209,8 @@ class Plan:
     def sent(self, vertices: Vertices, *, precision: Precision = "float32", backend: Backend = "auto") -> Radiosity:
         """Return the light that the vertices send before any bounce, and their albedo.
 
+        `precision` and `backend` are as for `pvphong.evaluate`.
+
         Raises
         ------
         ValueError
@@ -218,7 +227,7 @@ class Plan:
     def run_for_display(self, vertices: Vertices, out: ByteArray, bounced: FloatArray | None = None) -> None:
         """Compute lit colours in float32 and write them as 0-255 into `out`, shape (n, 3), uint8.
 
-        `bounced` is as for `run`.
+        `bounced`, shape (k, n, 3), is bounced light if other meshes send it too; by default it is computed.
         """
         equation, least = self.equation, _WORTH_STARTING if kernel.has_run() else _WORTH_LOADING
         if not equation.bounces and len(out) * len(self.whole.terms) >= least:
@@ -252,7 +261,7 @@ class Plan:
         return html_table(title, ("effect", "", "why", "reads", "bound", "ns"), self._rows)
 
     def explain(self) -> str:
-        """Return a table of all effects: on or off, reason, inputs, error bound and approximate cost.
+        """Return a table, as text, of all effects: on or off, reason, inputs, error bound and approximate cost.
 
         Nanoseconds are estimates for the compiled evaluator in float32 on one core of a server's processor of 2022.
         `tradeoff` measures on your machine how much time omitting an effect saves.
@@ -280,7 +289,7 @@ class Plan:
 
     @property
     def _said(self) -> tuple[str, ...]:
-        """Sentences on the inputs of the colours, and a warning if no light can reach them."""
+        """A sentence on what the colours depend on, and a warning if every vertex faces away from every light."""
         reads = ", ".join(sorted(self.needs)) or "nothing"
         depends = "change" if self.view_dependent else "do not change"
         dependence = f"It reads {reads}; the colours {depends} when the viewer moves."
@@ -288,13 +297,13 @@ class Plan:
 
     @property
     def _names(self) -> str:
-        """Sentence on the interpretation of names that the user passed."""
+        """A sentence on how each name that the user passed is read, such as the name of an array; "" without names."""
         listed = ", ".join(f"{name} is {what}" for name, what in self.maps.items())
         return f"By name, {listed}." if listed else ""
 
     @property
     def _nanoseconds(self) -> list[float]:
-        """Cost of each effect per vertex."""
+        """Approximate cost of each effect, in nanoseconds per vertex."""
         return [effect.nanoseconds(self.effects[effect.name]) for effect in EFFECTS]
 
     @property
@@ -311,7 +320,10 @@ class Plan:
 
 
 def _with_bounced(direct: Shading, bounced: FloatArray, equation: Equation) -> Shading:
-    """Add bounced light to direct light, and clamp the sum if the equation does."""
+    """Add bounced light, shape (k, n, 3), to direct light in place, and clamp the sum if the equation clamps.
+
+    If components were requested, return a record with the bounced light too.
+    """
     direct.rgb[:] += bounced.sum(axis=0)
     if equation.clamp:
         np.clip(direct.rgb, 0.0, 1.0, out=direct.rgb)

@@ -48,9 +48,10 @@ class Decision:
 
 
 class Simplification(NamedTuple):
-    """One rewriting of the equation: the effect that was omitted, its light, the reason and the error bound.
+    """One rewriting of the equation: an effect that was omitted, for one light or for all.
 
-    `only_for_this_viewer`: the effect may have to run for another viewer.
+    `light` is the light's label, or "" if the effect does not concern one light. `bound` is the largest colour error.
+    `only_for_this_viewer` is True if the effect may have to run for another viewer.
     """
 
     effect: str
@@ -62,7 +63,7 @@ class Simplification(NamedTuple):
 
 @dataclass(frozen=True)
 class PlanState:
-    """An equation while effects rewrite it.
+    """The state of a plan while it is made: an equation that effects rewrite, and what the effects need for that.
 
     Parameters
     ----------
@@ -73,7 +74,7 @@ class PlanState:
     extent : MeshBounds
         Bounds on positions and normals of the vertices.
     tolerance : float
-        Total error that is allowed, before the sum of light is raised to 1/gamma.
+        Total error that is allowed in the sum of all light. The colour is this sum, raised to 1/gamma.
     simplifications : tuple of Simplification
         Rewritings so far.
     visibility : VisibilityLike or None
@@ -96,7 +97,11 @@ class PlanState:
 
     @classmethod
     def first(cls, equation: Equation, tolerance: float, vertices: Vertices) -> PlanState:
-        """Return the state of an assembled equation; `tolerance` is converted to a tolerance for sums of light."""
+        """Return the state of an equation before any effect is removed.
+
+        `tolerance` is the largest colour error. The state's tolerance is for the sum of all light, which is raised to
+        1/gamma to give the colour.
+        """
         # sums of light that differ by x differ by at most x^(1/gamma) when they are raised to 1/gamma
         allowed, extent = tolerance**equation.gamma, vertices.extent(equation.matrix)
         shining = sum(not term.is_black for term in equation.terms)
@@ -104,7 +109,7 @@ class PlanState:
         return cls(equation, shining, extent, allowed, simplifications, vertices.visibility, vertices.transport)
 
     def reach(self, term: LightTerm) -> LightBounds:
-        """Return the bounds on a light's contribution; cached because several effects need it."""
+        """Return the bounds on the contribution of a term's light. They are cached: several effects need them."""
         light, reach = self._reaches.get(term.index, (None, LightBounds()))
         if light is not term.light:
             reach = lights.reach(term.light, self.extent)
@@ -117,12 +122,15 @@ class PlanState:
         return math.fsum(map(self._of_colors, self.simplifications)) * ROUNDED_UP
 
     def _of_colors(self, note: Simplification) -> float:
-        """Return the colour error of a simplification; bounces amplify errors of direct light."""
+        """Return the bound on the colour error of a simplification, with the errors of direct light times `gain`."""
         return note.bound if note.effect == BOUNCES else note.bound * self.gain
 
     @cached_property
     def allowance(self) -> float:
-        """Error that the next approximation may add: its share of the tolerance, or the remaining tolerance if less."""
+        """Error of direct light that the next approximation may add; 0 if no approximation is allowed.
+
+        It is a share of the tolerance, equal for all lights, or what remains of the tolerance if that is less.
+        """
         if not self.tolerance:
             return 0.0
         share = self.tolerance / (2 * max(self.shining, 1))
@@ -133,7 +141,7 @@ class PlanState:
         return replace(self, equation=equation, simplifications=(*self.simplifications, *simplifications))
 
     def why_without(self, effect: str) -> str:
-        """Return the noted reasons for omitting an effect, each with its lights; "" if there are none."""
+        """Return the reasons for omitting an effect so far, each with the lights that it concerns; "" without any."""
         lights_by_reason = defaultdict[str, list[str]](list)
         for note in self.simplifications:
             if note.effect == effect:
