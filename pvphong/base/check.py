@@ -285,10 +285,9 @@ def keywords(kind: Any, given: Iterable[str]) -> None:
 
 
 def refuse_color(kind: Any, given: Mapping[str, Any]) -> None:
-    """Raise ``ValueError`` if `given` has the key "color", PyVista's name for what the dataclass `kind` calls
-    `diffuse`.
+    """Refuse "color" as a key of `given`: it is PyVista's name for the field `diffuse` of the dataclass `kind`.
 
-    A dataclass that has a field `color` accepts the key.
+    Raise ``ValueError``, unless the dataclass has a field `color`.
     """
     for name in ("color", "colour"):
         if name in given and name not in kind.__dataclass_fields__:

@@ -108,8 +108,9 @@ def paths_of(given: Any, out: Path) -> list[Path]:
 
 
 def _place(path: Path) -> Path:
-    """Return the absolute path of a file, for comparison with others. Links to folders are resolved, links to files
-    not.
+    """Return the absolute path of a file, for comparison with other paths.
+
+    Links to folders are resolved, links to files are not.
     """
     return Path(os.path.realpath(path.parent), path.name)
 

@@ -135,8 +135,7 @@ ANYWHERE = MeshBounds(np.zeros((0, 3)), None, None)
 
 
 def _cone(low: Float64Array, high: Float64Array) -> tuple[Vector, float] | None:
-    """Return the unit axis and the half-angle of a cone around all vectors between the corners `low` and `high` of a
-    box.
+    """Return the unit axis and the half-angle of a cone around all vectors in the box from `low` to `high`.
 
     Only the box's corners are examined: for a vector n, n·axis is smallest at a corner, and |n| is largest at a corner.
     The result is None if the half-angle would be 90° or more, or a bound is not finite.

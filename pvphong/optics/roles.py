@@ -45,11 +45,24 @@ class Role:
     """Label of each number, for a field of several numbers."""
 
     def mapped(self, value: Any, point: Map, vector: Map) -> Any:  # noqa: ARG002 a number is the same in all frames
-        """Return the value in another frame; `point` and `vector` transform positions and vectors into this frame."""
+        """Return the field's value in another frame. A number, such as an angle, is the same in all frames.
+
+        Parameters
+        ----------
+        value : Any
+            Value of the field.
+        point : callable
+            Function that transforms a position into the other frame.
+        vector : callable
+            Function that transforms a vector, such as a direction, into the other frame.
+        """
         return value
 
     def of_viewer(self, value: Any, viewer: Any) -> Any:
-        """Return a headlight's value in the world frame; by default, the given value is in eye space."""
+        """Return the value in the world frame that the field of a headlight has for a viewer.
+
+        By default, the headlight's own `value` is taken as eye-space coordinates and converted.
+        """
         return self.mapped(value, viewer.point_to_world, viewer.vector_to_world)
 
 
@@ -60,11 +73,11 @@ class Place(Role):
     labels: ClassVar[tuple[str, ...]] = ("x", "y", "z")
 
     def mapped(self, value: Any, point: Map, vector: Map) -> Any:  # noqa: ARG002 it is a point
-        """Transform the point."""
+        """Return the position `value` in another frame, by the function `point`; see `Role.mapped`."""
         return point(value)
 
     def of_viewer(self, value: Any, viewer: Any) -> Any:  # noqa: ARG002 as for any role
-        """Return the eye's position."""
+        """Return the position of the viewer's eye, which is a headlight's position."""
         return viewer.position
 
 
@@ -74,7 +87,7 @@ class Direction(Role):
     labels: ClassVar[tuple[str, ...]] = ("x", "y", "z")
 
     def mapped(self, value: Any, point: Map, vector: Map) -> Any:  # noqa: ARG002 it is a vector
-        """Transform the vector."""
+        """Return the vector `value` in another frame, by the function `vector`; see `Role.mapped`."""
         return vector(value)
 
 
@@ -89,7 +102,7 @@ class Aim(Direction):
     """The direction in which a light travels."""
 
     def of_viewer(self, value: Any, viewer: Any) -> Any:  # noqa: ARG002 as for any role
-        """Return the direction of the view axis."""
+        """Return the direction of the viewer's view axis, in which a headlight shines."""
         return viewer.view_direction
 
 
@@ -100,7 +113,7 @@ class Corners(Role):
     labels: ClassVar[tuple[str, ...]] = ("x", "y", "z")
 
     def mapped(self, value: Any, point: Map, vector: Map) -> Any:  # noqa: ARG002 they are points
-        """Transform the points."""
+        """Return the corners `value` in another frame, each by the function `point`; see `Role.mapped`."""
         return tuple(point(corner) for corner in value)
 
 
@@ -159,7 +172,7 @@ class Power(Falloff):
 
 
 def meaning(role: Role, default: Any) -> Any:
-    """Declare a field with a role."""
+    """Declare a dataclass field of a light with a role, which checks the field's value."""
     return check.field(role.check, default, role=role)
 
 
@@ -174,12 +187,34 @@ def aim() -> Any:
 
 
 def length(default: float, handle: str, remedy: str = "", **shown: Any) -> Any:
-    """Declare a field that holds a size > 0; `shown` are parameters of `Length`."""
+    """Declare a field that holds a size > 0.
+
+    Parameters
+    ----------
+    default : float
+        Default of the field.
+    handle : str
+        Name of the size's handle in a window.
+    remedy : str
+        Sentence that ends the message for an invalid size.
+    **shown
+        Parameters of `Length`.
+    """
     return meaning(Length(partial(check.number, above=0.0, remedy=remedy), handle, **shown), default)
 
 
 def angle(default: float, handle: str, **limits: Any) -> Any:
-    """Declare a field that holds an angle in degrees; `limits` are parameters of `check.number`."""
+    """Declare a field that holds an angle in degrees.
+
+    Parameters
+    ----------
+    default : float
+        Default of the field.
+    handle : str
+        Name of the angle's handle in a window.
+    **limits
+        Bounds of the angle and the remedy, as for `check.number`.
+    """
     least = limits.get("above", limits.get("at_least", 0.0))
     return meaning(Angle(partial(check.number, **limits), handle, least, limits.get("at_most", 180.0)), default)
 
@@ -197,5 +232,5 @@ def direction_from(position: Any, target: Any) -> Vector:
 
 @cache
 def roles_of(kind: Any) -> dict[str, Role]:
-    """Return the mapping field name → role, in order, for the fields of a dataclass that have a role."""
+    """Return field name → role, for those fields of the dataclass `kind` that have a role, in order."""
     return {each.name: each.metadata["role"] for each in fields(kind) if "role" in each.metadata}

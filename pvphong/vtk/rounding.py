@@ -175,7 +175,7 @@ class _Arrival(NamedTuple):
 
 
 def _arrival(surface: _Surface, light: VtkValues) -> _Arrival:
-    """Compute the light that arrives at the vertices from one light, given in world coordinates."""
+    """Compute the light that arrives at the vertices from one light; `light` has world coordinates."""
     count = len(surface.points)
     everywhere, nowhere = np.ones(count, dtype=bool), np.zeros(count, dtype=bool)
     axis = np.array(light.direction) / np.linalg.norm(light.direction)
@@ -203,7 +203,18 @@ def _arrival(surface: _Surface, light: VtkValues) -> _Arrival:
 def _phong_share(
     surface: _Surface, light: Light, terms: Terms, doubt: float
 ) -> tuple[Float64Array, Float64Array, dict[str, BoolArray]]:
-    """Return how one light acts on n vertices in VTK's Phong.
+    """Compute, for VTK's Phong shading, the light that n vertices reflect from one light, and its float32 error.
+
+    Parameters
+    ----------
+    surface : _Surface
+        The vertices.
+    light : Light
+        The light.
+    terms : Terms
+        The scene that VTK draws.
+    doubt : float
+        Smaller jumps of the colour leave no vertex open.
 
     Returns
     -------
@@ -249,7 +260,21 @@ def _phong_share(
 
 
 def _physical_limits(surface: _Surface, terms: Terms, values: PBR, tolerance: float) -> Limits:
-    """Return the limits for VTK's physically based shading: the sum of all light, raised to the power 1/2.2."""
+    """Find the vertices whose colour float32 leaves open in VTK's physically based shading.
+
+    The colour is the sum of all light to the power 1/2.2, so errors of the sum are converted to errors of this power.
+
+    Parameters
+    ----------
+    surface : _Surface
+        The vertices.
+    terms : Terms
+        The scene that VTK draws.
+    values : PBR
+        The reflectance, as VTK's shader computes it.
+    tolerance : float
+        Largest difference that counts as agreement.
+    """
     sums, errors, edges = np.zeros((3, *surface.points.shape))
     if not terms.tier:
         sums += np.array(rgb(terms.material.ambient)) + rgb(terms.material.diffuse)
@@ -274,7 +299,24 @@ def _physical_limits(surface: _Surface, terms: Terms, values: PBR, tolerance: fl
 def _physical_share(
     surface: _Surface, came: _Arrival, diffuse: Vector, values: PBR
 ) -> tuple[Float64Array, Float64Array]:
-    """Return the reflected fraction of white light, and its relative error in roundings, both (n, 3)."""
+    """Compute the fraction of white light that the vertices reflect to the eye in VTK's physically based shading.
+
+    Parameters
+    ----------
+    surface : _Surface
+        The n vertices.
+    came : _Arrival
+        Light that arrives from one light.
+    diffuse : tuple of float
+        The material's diffuse colour.
+    values : PBR
+        The reflectance.
+
+    Returns
+    -------
+    light, error : ndarray
+        Shape (n, 3): the fraction, and its relative error in roundings.
+    """
     middle = came.direction + surface.to_eye
     length = np.linalg.norm(middle, axis=1)
     n_l, n_v, h_l = _dot(surface.normals, came.direction), _dot(surface.normals, surface.to_eye), 0.5 * length
@@ -303,7 +345,11 @@ def _physical_share(
 
 
 def _error_above_floor(cosine: Float64Array, turn: Any) -> Float64Array:
-    """Return the relative error of a cosine whose vectors are rotated by `turn`; 0 well below its floor."""
+    """Return the relative error, in roundings, of a cosine that VTK's shader limits to at least `_FLOOR`.
+
+    `turn` is the sum of the angles by which float32 rotates the cosine's vectors, in roundings. The error is 0 where
+    the cosine is so far below the floor that rounding cannot lift it above.
+    """
     lost = _sine(cosine) * turn + 3.0
     return np.where(cosine > _FLOOR - lost * _ROUNDING, lost / np.maximum(cosine, _FLOOR), 0.0)
 
@@ -313,7 +359,10 @@ def _sine(cosine: Float64Array) -> Float64Array:
 
 
 def _unit_error(length: Float64Array) -> Float64Array:
-    """Return the angle by which float32 normalisation rotates a vector of this length; NaN if it overflows."""
+    """Return the angle, in roundings, by which normalizing a vector of this length in float32 rotates the vector.
+
+    The angle is NaN if the squared length overflows float32.
+    """
     return np.where(length <= _LONGEST, 1.0 + _FLUSHED / (length * length), np.nan)
 
 
