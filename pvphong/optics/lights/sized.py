@@ -93,9 +93,7 @@ class Flat:
         )
 
     def part(self, place: Sequence[float], sign: float, intensity: float) -> SpotLight:
-        """Return a node of the light: a spot light at `place` that shines to the front, or to the back if `sign` <
-        0.
-        """
+        """Return a node at `place`: a spot light that shines to the front or, if `sign` is −1, to the back."""
         x, y, z = place
         return SpotLight((x, y, z), times(self.normal, sign), 90.0, 1.0, INVERSE_SQUARE, intensity=intensity)
 
