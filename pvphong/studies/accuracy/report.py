@@ -223,7 +223,7 @@ class Tradeoff(Result):
         return found
 
     def _cells(self) -> Iterator[tuple[Kind, tuple[str, ...]]]:
-        """Yield each row's kind and its table cells, one for each of `_HEADINGS`, sorted by kind and time."""
+        """Yield the kind and the table cells of each row, sorted by kind and time; one cell for each of `_HEADINGS`."""
         for row in sorted(self.rows, key=lambda row: (KINDS.index(row.kind), row.time.median)):
             mark, error = "★" if row in self.chosen else "●" if row.on_front else "", row.error
             name, time = f"{row.name} (peer)" if row.is_peer else row.name, row.time
@@ -303,7 +303,7 @@ def _pairs_table(title: str, rows: list[tuple[str, str]]) -> Table:
 
 
 def circumstances(mesh: pv.PolyData, scene: Scene, material: Material) -> dict[str, str]:
-    """Return the circumstances of a report: mesh, scene, material, machine, threads, versions, date."""
+    """Return what a report depends on, as name → text: mesh, scene, material, machine, threads, versions, date."""
     kinds = Counter(type(light).__name__ for light in scene.lights if light.on)
     lights = ", ".join(f"{count} {kind}" for kind, count in kinds.items()) or "no light"
     in_kernel = f", {threads.count()} in the kernel" if "numba" in sys.modules else ""

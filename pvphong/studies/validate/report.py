@@ -36,18 +36,18 @@ _FORMULA = "16 · power · 2⁻²⁴ + 1e-6"
 
 @dataclass(frozen=True)
 class CaseRow:
-    """A case and its comparison."""
+    """A scene of the report and the comparison of its colours, as a row of the table."""
 
     case: Case
     comparison: Comparison
 
     @property
     def ratio(self) -> float:
-        """The largest error divided by the bound."""
+        """The largest error divided by the bound on errors; at most 1 if the scene passes."""
         return self.comparison.max_error / self.comparison.tolerance
 
     def cells(self) -> tuple[str, ...]:
-        """Return the text under each heading."""
+        """Return the row's texts, one for each column of the table."""
         case, compared = self.case, self.comparison
         counts = f"{compared.tier}, {TIERS[compared.tier]}", f"{compared.n} of {compared.n + compared.n_left_out}"
         errors = f"{compared.max_error:.2e}", f"{compared.tolerance:.2e}", f"{self.ratio:.2f}"
