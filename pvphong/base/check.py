@@ -58,7 +58,8 @@ def number(
 ) -> float:
     """Return a finite real number within the bounds, as a float; refuse any other value.
 
-    The value may equal `at_least` and `at_most`, but must be greater than `above`.
+    The value may equal `at_least` and `at_most`, but must be greater than `above`. `remedy` is a sentence that ends the
+    message.
     """
     if type(value) is float and math.isfinite(value) and at_least <= value <= at_most and value > above:
         return value  # the usual case, kept fast for files with many lights

@@ -204,8 +204,10 @@ class Power(NamedTuple):
 
     @property
     def numbers(self) -> tuple[float, float, float]:
-        """Three numbers for compiled code: n, limited to float32's range; log2(floor); and the squared length of the
-        angle's chord at and above which the power is 0.
+        """Three numbers by which compiled code computes the power.
+
+        They are n, limited to float32's range; log2(floor); and the squared length of the angle's chord at and above
+        which the power is 0.
         """
         exponent = self.exponent and max(FAINTEST, min(self.exponent, BRIGHTEST))
         log_floor = math.log2(self.floor) if self.floor else -math.inf

@@ -209,7 +209,7 @@ class Values(NamedTuple):
 
 
 def above(largest: float) -> float:
-    """Round a number >= 0 up to a power of two; return 1 for 0.
+    """Return the least power of two that is not below a number >= 0; 1 for 0.
 
     Colours are divided by the result. Division by a power of two is exact, so that no vertex's colour depends on the
     others.

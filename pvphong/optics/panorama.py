@@ -114,7 +114,7 @@ class Panorama:
 
 
 def row_areas(height: int, width: int) -> Float64Array:
-    """Return, for each row of an equirectangular image, the solid angle of one texel, shape (height,)."""
+    """Return, for each row of an equirectangular image of this size, the solid angle of one texel, shape (height,)."""
     middles, half = _angles(height), 0.5 * math.pi / height
     return np.asarray(2.0 * np.sin(middles) * math.sin(half) * (2.0 * math.pi / width))
 

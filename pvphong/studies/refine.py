@@ -73,7 +73,10 @@ _watcher: ContextVar[Watcher | None] = ContextVar("watcher", default=None)
 
 @contextmanager
 def watched(watcher: Watcher) -> Iterator[None]:
-    """Within the block, `refine` calls a function after the cuts of each light and each round of splits."""
+    """Within the block, let `refine` call the function `watcher` after the cuts of each light and each round of splits.
+
+    Its argument is a function that returns the mesh as refined so far, with its colours.
+    """
     token = _watcher.set(watcher)
     try:
         yield

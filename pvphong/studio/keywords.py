@@ -118,8 +118,9 @@ _STYLES = "surface", "wireframe", "points", "points_gaussian"
 
 
 def _refuse_misspelt(options: Mapping[str, Any]) -> None:
-    """Raise ``ValueError`` for names of colours, styles or textures that PyVista does not know. PyVista's own message
-    would have many lines.
+    """Raise ``ValueError`` for names of colours, styles or textures that PyVista does not know.
+
+    PyVista's own message would have many lines.
     """
     for name, value in options.items():
         if isinstance(value, str) and (name == "color" or name.endswith("_color")):

@@ -130,7 +130,10 @@ class LitMesh:
     def planned(
         self, scene: Scene, occluders: KnownOccluders | None = None, samples: int | None = None
     ) -> tuple[Plan, Vertices]:
-        """Return the shading plan and its vertices. Parameters and errors are the same as for `refresh`."""
+        """Return the plan that lights the mesh in a scene, and the vertices for it.
+
+        Parameters and errors are those of `refresh`.
+        """
         visibility = None
         if (model := scene.light_model).needs_rays:
             key = self.geometry(), occluders and occluders.occluders, model.two_sided, model.occlusion_distance

@@ -85,8 +85,10 @@ class Refining:
     def update(
         self, scene: Scene, occluders: KnownOccluders | None, display: Display, *, held: bool, waits: bool
     ) -> None:
-        """Show the refined picture of the mesh's current state, if it is made already; otherwise start to make it after
-        a moment without changes. The mesh's colours must be up to date.
+        """Show the refined picture of the mesh's current state, or start to make it.
+
+        It is shown once it is made. Work on it starts after a moment without changes. The mesh's colours must be up to
+        date.
 
         Parameters
         ----------
@@ -97,7 +99,7 @@ class Refining:
         display : Display
             Transform that shows the colours.
         held : bool
-            True during a drag, for example: show the mesh's own vertices and refine nothing.
+            True, for example during a drag, to show the mesh's own vertices and refine nothing.
         waits : bool
             True to block until the picture is made.
         """

@@ -333,7 +333,7 @@ def driver() -> str:
 
 @contextmanager
 def off_screen_window(width: int, height: int) -> Iterator[vtkRenderWindow]:
-    """Open an off-screen window for the duration of the block, then empty and close it.
+    """Open an off-screen window of this size in pixels for the duration of the block, then empty and close it.
 
     Raises ``ValueError`` if VTK cannot draw on this machine.
     """

@@ -87,10 +87,11 @@ class Limits:
 
 
 def allowed_error(roughness: float) -> float:
-    """Return the allowed error of physically based colours, 6 · 2⁻²⁴ / roughness⁴ + 2e-6; relative for colours above 1.
+    """Return the allowed error of physically based colours; for colours above 1, it is relative.
 
-    The denominator of D, 1 − (1 − α²)(n·h)², is only α² = roughness⁴ at the peak. So five or six roundings of n·h and
-    its square are magnified. D contains the square of the denominator, and the colour is D to the power 1/2.2.
+    It is 6 · 2⁻²⁴ / roughness⁴ + 2e-6, with roughness⁴ at least `_LEAST_DENOMINATOR`. The denominator of D, 1 − (1 −
+    α²)(n·h)², is only α² = roughness⁴ at the peak. So five or six roundings of n·h and its square are magnified. D
+    contains the square of the denominator, and the colour is D to the power 1/2.2.
     """
     return 6.0 * _ROUNDING / max(roughness**4, _LEAST_DENOMINATOR) + 2e-6
 

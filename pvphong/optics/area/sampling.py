@@ -141,7 +141,7 @@ def _combined(x: Any, a: Any, y: Any, b: Any, z: Any, c: Any) -> Any:
 
 @formula
 def sphere_frame(numbers: Any, p: Any, n: Any) -> Any:
-    """Compute the `frame` of a sphere light; the module docstring describes arguments and result.
+    """Compute what the rays of a vertex need to sample a sphere light: the `frame` of the module docstring.
 
     `numbers` has the centre and the radius. From inside, the sphere fills all directions. Values for `sample`:
 
@@ -164,7 +164,7 @@ def sphere_frame(numbers: Any, p: Any, n: Any) -> Any:
 
 @formula
 def sphere_sample(_numbers: Any, frame: Any, u: Any, v: Any) -> Any:
-    """Compute the `sample` of a sphere light, where a ray enters the sphere.
+    """Sample a sphere light, where rays enter it: return direction, distance and weight for u and v.
 
     `frame` is from `sphere_frame`. The reach is the distance to the centre; from inside, the radius.
     """
@@ -182,7 +182,7 @@ def sphere_sample(_numbers: Any, frame: Any, u: Any, v: Any) -> Any:
 
 
 def sphere_seen(_numbers: Any, frame: Any, d: Any) -> Any:
-    """Compute `seen` for a sphere light and the direction d: where a ray enters the sphere.
+    """Invert `sphere_sample`: return the distance at which a ray in the direction d enters the sphere, and the density.
 
     `frame` is from `sphere_frame`. From inside, the sphere emits nothing.
     """
@@ -231,7 +231,7 @@ def _corner(c: Any, n: Any, height: Any) -> Any:
 
 @formula
 def flat_frame(numbers: Any, p: Any, n: Any) -> Any:
-    """Compute the `frame` of a flat light; the module docstring describes arguments and result.
+    """Compute what the rays of a vertex need to sample a flat light: the `frame` of the module docstring.
 
     `numbers` has the centre; the normal; two half sides as vectors; 1 if the light is two-sided, else 0; and the corner
     position, which is the fraction of the half sides at which the corners are: 1 for a rectangle, √½ for a disk. Values
@@ -342,14 +342,14 @@ def _from_flat(frame: Any, x: Any, y: Any, over_density: Any) -> Any:
 
 @formula
 def rectangle_sample(_numbers: Any, frame: Any, u: Any, v: Any) -> Any:
-    """Compute the `sample` of a rectangle light, with `frame` from `flat_frame`."""
+    """Sample a rectangle light: return direction, distance and weight for u and v; `frame` is from `flat_frame`."""
     x, y, density = _on_rectangle(frame, u, v)
     return _from_flat(frame, x, y, ONE / density)
 
 
 @formula
 def disk_sample(_numbers: Any, frame: Any, u: Any, v: Any) -> Any:
-    """Compute the `sample` of a disk light, with `frame` from `flat_frame`.
+    """Sample a disk light: return direction, distance and weight for u and v; `frame` is from `flat_frame`.
 
     For a vertex near the disk's plane, the square around the disk is sampled; points outside the disk have weight 0.
     """
@@ -380,7 +380,7 @@ def _on_plane(numbers: Any, frame: Any, d: Any) -> Any:
 
 
 def _of_side(x: Any, slope: Any, height: Any) -> Any:
-    """Invert `_on_side`: return the u that it maps to the offset x, and the density there."""
+    """Invert `_on_side`: return the u that it maps to the offset x, and the density there; `slope` is from `_slope`."""
     off = x - slope[3]
     delta = arctan2(off, height) - arctan2(slope[1], slope[0])
     return HALF + HALF * delta / slope[2], slope[4] / (height * height + off * off)
@@ -401,7 +401,7 @@ def _rectangle_density(frame: Any, x: Any, y: Any) -> Any:
 
 
 def rectangle_seen(numbers: Any, frame: Any, d: Any) -> Any:
-    """Compute `seen` for a rectangle light and the direction d, with `frame` from `flat_frame`."""
+    """Invert `rectangle_sample`: return the distance to the light, and the density, for the direction d."""
     x, y, far, factor = _on_plane(numbers, frame, d)
     first, second = frame[27], frame[28]
     is_met = (abs(x) <= first * (ONE + _SLACK)) & (abs(y) <= second * (ONE + _SLACK))
@@ -409,7 +409,7 @@ def rectangle_seen(numbers: Any, frame: Any, d: Any) -> Any:
 
 
 def disk_seen(numbers: Any, frame: Any, d: Any) -> Any:
-    """Compute `seen` for a disk light and the direction d, with `frame` from `flat_frame`."""
+    """Invert `disk_sample`: return the distance to the light, and the density, for the direction d."""
     x, y, far, factor = _on_plane(numbers, frame, d)
     radius = frame[27]
     distance = sqrt(x * x + y * y) / radius
@@ -430,7 +430,10 @@ TRIANGLES = 14
 
 @formula
 def polygon_sample(numbers: Any, frame: Any, u: Any, v: Any) -> Any:
-    """Compute the `sample` of a polygon light, uniformly over its triangles, with `frame` from `flat_frame`."""
+    """Sample a polygon light uniformly, by its triangles: return direction, distance and weight for u and v.
+
+    `numbers` are those of the polygon; `frame` is from `flat_frame`.
+    """
     which = index(ZERO * u)
     for k in range(int(numbers[TRIANGLES]) - 1):
         which = which + select(u >= numbers[TRIANGLES + 1 + 8 * k], 1, 0)
@@ -443,7 +446,7 @@ def polygon_sample(numbers: Any, frame: Any, u: Any, v: Any) -> Any:
 
 
 def polygon_seen(numbers: Any, frame: Any, d: Any) -> Any:
-    """Compute `seen` for a polygon light and the direction d, in any triangle, with `frame` from `flat_frame`."""
+    """Invert `polygon_sample`: return the distance to the light, and the density, for the direction d."""
     x, y, far, factor = _on_plane(numbers, frame, d)
     x, y, is_met = x / frame[27], y / frame[28], x != x
     for k in range(int(numbers[TRIANGLES])):
@@ -460,7 +463,7 @@ def polygon_seen(numbers: Any, frame: Any, d: Any) -> Any:
 
 @formula
 def sky_frame(numbers: Any, _p: Any, n: Any) -> Any:
-    """Compute the `frame` of a sky; the module docstring describes arguments and result.
+    """Compute what the rays of a vertex need to sample a sky: the `frame` of the module docstring.
 
     `numbers` has the distance beyond which geometry does not occlude the sky, and the sky's brightness. Values for
     `sample`:
@@ -486,17 +489,17 @@ def _by_cosine(frame: Any, u: Any, v: Any) -> Any:
 
 @formula
 def sky_sample(_numbers: Any, frame: Any, u: Any, v: Any) -> Any:
-    """Compute the `sample` of a uniform sky, by the cosine to the normal, with `frame` from `sky_frame`."""
+    """Sample a uniform sky by the cosine to the normal: return direction, distance and weight for u and v."""
     return _by_cosine(frame, u, v), ONE, frame[9] + ZERO * u
 
 
 def sky_seen(_numbers: Any, frame: Any, d: Any) -> Any:
-    """Compute `seen` for a uniform sky and the direction d. The sky's distance is the reach everywhere."""
+    """Invert `sky_sample`: return the distance, which is always the reach, and the density for the direction d."""
     return ONE, maximum(dot(frame[6:9], d), ZERO) * frame[9] / math.pi
 
 
 def sky_sampling(distance: float, brightness: float) -> Sampling:
-    """Return the sampling of a uniform sky that geometry occludes only up to a distance."""
+    """Return the sampling of a uniform sky of some brightness, which geometry occludes only up to a distance."""
     return Sampling(sky_frame, sky_sample, sky_seen, (distance, brightness))
 
 
@@ -537,10 +540,11 @@ def _cell(numbers: Any, d: Any) -> Any:
 
 @formula
 def image_sample(numbers: Any, frame: Any, u: Any, v: Any) -> Any:
-    """Compute the `sample` of a sky with an image: by the image's energy where u < ½, else by the cosine.
+    """Sample a sky with an image: return direction, distance and weight for u and v.
 
-    `numbers` is from `image_numbers`, `frame` from `sky_frame`. Weights use the mean density of both: the balance
-    heuristic (E. Veach and L. Guibas, "Optimally combining sampling techniques", 1995).
+    Directions are chosen by the image's energy if u < ½, else by the cosine to the normal. `numbers` is from
+    `image_numbers`, `frame` from `sky_frame`. Weights use the mean density of both: the balance heuristic (E. Veach and
+    L. Guibas, "Optimally combining sampling techniques", 1995).
     """
     rows, columns = int(numbers[_ROWS]), int(numbers[_COLUMNS])
     ends = _TABLES + rows + 1
@@ -573,7 +577,7 @@ def image_sample(numbers: Any, frame: Any, u: Any, v: Any) -> Any:
 
 
 def image_seen(numbers: Any, frame: Any, d: Any) -> Any:
-    """Compute `seen` for a sky with an image and the direction d. The sky's distance is the reach everywhere."""
+    """Invert `image_sample`: return the distance, which is always the reach, and the density for the direction d."""
     rows, columns = int(numbers[_ROWS]), int(numbers[_COLUMNS])
     row, column = _cell(numbers, d)
     cells = _TABLES + 2 * (rows + 1) + rows * (columns + 1)

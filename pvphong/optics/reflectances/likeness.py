@@ -47,13 +47,13 @@ def stand_in(reflectance: Any, material: Any) -> tuple[str, Any] | None:  # noqa
 
 @stand_in.register
 def _(reflectance: Metal, material: Any) -> tuple[str, Any]:
-    """Replace Metal by Phong's reflection, with a highlight that has the metal's colour at all angles."""
+    """Replace `Metal` by Phong's reflection, whose highlight has the metal's colour at all angles."""
     return "Phong for Metal", replace(material, specular=reflectance.color, reflectance=Phong(reflectance.shininess))
 
 
 @stand_in.register
 def _(reflectance: OrenNayar, material: Any) -> tuple[str, Any]:
-    """Replace Oren-Nayar by Lambert's cosine with the same total reflectance, A + B (2/3 − 64/(45π))."""
+    """Replace `OrenNayar` by Lambert's cosine with the same total reflectance, A + B (2/3 − 64/(45π))."""
     a, b = reflectance.parameters({})
     whole = a + b * (2.0 / 3.0 - 64.0 / (45.0 * math.pi))
     color = tuple(channel * whole for channel in rgb(material.diffuse))

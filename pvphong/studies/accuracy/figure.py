@@ -231,11 +231,11 @@ class Picture(NamedTuple):
 
 
 def linked_pictures(report: Result) -> list[Picture]:
-    """Draw pictures of the mesh from one viewer: the reference, the chosen colours, their errors at the vertices, and
-    the errors inside triangles if all triangles were searched.
+    """Draw the mesh from one viewer: its reference colours, the chosen colours, and their errors.
 
-    The viewer is the scene's if it sees the mesh, otherwise one that frames the mesh. The colour scale of errors at the
-    vertices is symmetric and ends at the largest error. The scale of errors inside triangles is logarithmic.
+    The last picture, of errors inside triangles, is drawn only if all triangles were searched. The viewer is the
+    scene's if it sees the mesh, otherwise one that frames the mesh. The colour scale of errors at the vertices is
+    symmetric and ends at the largest error. The scale of errors inside triangles is logarithmic.
 
     Raises
     ------

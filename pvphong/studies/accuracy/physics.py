@@ -78,8 +78,9 @@ class ModelOfLight:
 
     @property
     def rms(self) -> float:
-        """Root mean square of the model's error. The mean square of `error` also contains the mean square of the noise
-        of path tracing, which is subtracted.
+        """Root mean square of the model's error, without the noise of path tracing.
+
+        The mean square of `error` contains the mean square of this noise, which is subtracted.
         """
         return max(float(np.square(self.error).mean()) - self.noise**2, 0.0) ** 0.5
 
@@ -188,8 +189,9 @@ def measure(
     budget: float,
     say: Callable[[str], object],
 ) -> Physics:
-    """Light a mesh by each model, and by path tracing. If the light model is two-sided, models with bounces are left
-    out.
+    """Light a mesh by each light model, and by path tracing.
+
+    If the light model is two-sided, models with bounces are left out.
 
     Parameters
     ----------

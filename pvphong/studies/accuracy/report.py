@@ -173,9 +173,7 @@ class Tradeoff(Result):
             yield self.physics.sentence()
 
     def explain(self) -> str:
-        """Return the whole report as text: rows, costs of effects, predicted error bounds, variants left out, and
-        circumstances.
-        """
+        """Return the whole report as text: rows, costs of effects, error bounds, variants left out, circumstances."""
         title = f"Cost of each effect: time with it minus time without it, of {self.baseline}"
         ledger = table(title, "effect", "", "cost", "if dropped", "why", right=("cost", "if dropped"))
         ledger.columns[1].no_wrap = True

@@ -55,7 +55,7 @@ class Errors:
 
     @classmethod
     def at_vertices(cls, colors: FloatArray, truth: FloatArray) -> Errors:
-        """Return the errors of colours, shape (n, 3), relative to the true colours of the same vertices."""
+        """Return the errors of colours at vertices, shape (n, 3), against the true colours there, `truth`."""
         differences = np.abs(colors.astype(np.float64) - truth)
         worst = differences.max(axis=1)
         rms = math.sqrt(float(np.mean(differences**2)))
@@ -376,7 +376,7 @@ class Result:
 
 
 def table(title: str, *headings: str, right: Collection[str] = ()) -> Table:
-    """Return an empty `rich.table.Table`. The columns named in `right` are right-aligned and not wrapped."""
+    """Return an empty `rich.table.Table` with a title. Columns named in `right` are right-aligned and not wrapped."""
     from rich import box
     from rich.table import Table
 

@@ -69,8 +69,9 @@ class ImageComparison:
 
     @property
     def p99(self) -> float:
-        """99th percentile of the differences inside the silhouette. The difference of a pixel is the largest of its
-        channels.
+        """99th percentile of the pixels' differences inside the silhouette.
+
+        The difference of a pixel is the largest of its channels.
         """
         return float(np.percentile(np.abs(self.difference[self.inside]).max(axis=1), 99))
 

@@ -170,10 +170,10 @@ def refuse_path(path: str | os.PathLike[str]) -> None:
 
 
 def vtk_report() -> VTKReport:
-    """Compare a fixed list of scenes with VTK: every kind of light, tier of VTK's lighting code, frame, matrix and
-    projection.
+    """Compare a fixed list of scenes with VTK.
 
-    The meshes are bundled with PyVista.
+    It has every kind of light, tier of VTK's lighting code, frame, matrix and projection. The meshes are bundled with
+    PyVista.
 
     Returns
     -------

@@ -43,8 +43,9 @@ def toggle_hidden(gizmos: Gizmos) -> None:
 
 
 def select_next(gizmos: Gizmos) -> None:
-    """Select the next light; after the last light, select none. Lights without handles are included, since keys act on
-    them too.
+    """Select the next light; after the last light, select none.
+
+    Lights without handles are included, since keys act on them too.
     """
     ring = [None, *gizmos.all]
     chosen = ring[(ring.index(gizmos.selected) + 1) % len(ring)]

@@ -209,7 +209,7 @@ class LightInScene:
     def draw_circles(
         self, drawing: Drawing, radius: float, strength: float, normals: Float64Array | None = None
     ) -> None:
-        """Add circles around the icon, by default three that show a sphere; circles that are too large are left out."""
+        """Add circles of a radius around the icon, by default three that show a sphere, unless they are too large."""
         for normal in np.eye(3) if normals is None else normals:
             if radius < _LARGEST * self.scenery.size:
                 drawing.line(circle(self.origin, normal, radius), strength)
@@ -345,8 +345,9 @@ class PlaceHandle(Handle):
 
 
 class AimHandle(Handle):
-    """Handle of an aim, at the target. A light without a position has a second such handle at its icon, and its aim is
-    typed as angles.
+    """Handle of an aim, at the target.
+
+    A light without a position has a second such handle at its icon, and its aim is typed as angles.
     """
 
     @property
@@ -419,8 +420,9 @@ class AimHandle(Handle):
 
 
 class AngleHandle(Handle):
-    """Handle of an angle to the aim, such as the angle of a cone. The handle is on the cone's rim, at the target's
-    distance, on the side that is seen best.
+    """Handle of an angle to the aim, such as that of a cone.
+
+    The handle is on the cone's rim, at the target's distance, on the side that is seen best.
     """
 
     _number_format = "{name} {value:.1f}°"
@@ -470,8 +472,10 @@ class AngleHandle(Handle):
 
 
 class LengthHandle(Handle):
-    """Handle of a size. The handle's distance from the light's centre is the fraction `role.share` of the size. The
-    handle is to the right of the centre or above it, and in the light's plane if the light has one.
+    """Handle of a size.
+
+    Its distance from the light's centre is the fraction `role.share` of the size. It is to the right of the centre or
+    above it, and in the light's plane if the light has one.
     """
 
     _number_format = "{name} {value:.4g}"
@@ -493,8 +497,9 @@ class LengthHandle(Handle):
         return self.shown.origin + self.role.share * self.value * self._side(view)
 
     def dragged(self, start: DragStart, cursor: Cursor) -> Light:
-        """Return the light whose size puts the handle under the cursor. If the light has an up vector, the handle moves
-        only along the light's axis `role.axis`.
+        """Return the light whose size puts the handle under the cursor.
+
+        If the light has an up vector, the handle moves only along the light's axis `role.axis`.
         """
         distance = _distance(self, start, cursor, self._side(start.view) if self.light.values(Up) else None)
         return self.light if distance is None else self.with_value(distance / self.role.share)
@@ -509,8 +514,7 @@ class LengthHandle(Handle):
 
 
 class FalloffHandle(Handle):
-    """Handle of a falloff that is the same in all directions. The handle is to the right of the light, where half of
-    the light remains.
+    """Handle of a falloff that is the same in all directions, to the right of the light, where half of it remains.
 
     A light with an aim has no such handle: its target shows its range.
     """
