@@ -71,7 +71,7 @@ def _cmap(name: str, value: Any) -> Any:
 
 
 def _nearest(value: str, known: Sequence[str]) -> str:
-    """Return the sentence "Did you mean …?" if `value` differs from a known name only in case; otherwise ""."""
+    """Return "Did you mean …?" if `value` differs from a known name only in upper and lower case; otherwise ""."""
     alike = [name for name in known if name.lower() == value.lower()]
     return f"Did you mean {alike[0]!r}?" if alike else ""
 

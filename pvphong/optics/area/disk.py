@@ -58,9 +58,16 @@ _MOST_PIECES = 2000.0
 
 @formula
 def _upward(n: Any, m: Any, e: Any, r: Any) -> Any:
-    """Return u and t as in the module docstring, the angle β of the rim above the horizon, and |n × e|.
+    """Describe how the horizon cuts a disk: return the unit vectors u and t, the angle β, and |n × e|.
 
-    n, m, e and r are as in the module docstring.
+    u is upward in the disk's plane, and t = e × u. The rim m + r (cos δ u + sin δ t) is above the horizon for |δ| <= β.
+
+    Parameters
+    ----------
+    n, m, e
+        Normal of the horizon; vector to the disk's centre; axis of the disk, with e·m > 0.
+    r
+        Radius of the disk.
     """
     rise = subtract(n, times(e, dot(n, e)))
     steep = sqrt(dot(rise, rise))
@@ -78,7 +85,10 @@ def _upward(n: Any, m: Any, e: Any, r: Any) -> Any:
 
 @formula
 def _rim(m: Any, u: Any, t: Any, r: Any, delta: Any) -> Any:
-    """Return the point x(δ) of the rim and the derivative x'(δ), for δ = `delta`; see the module docstring."""
+    """Return the point x(δ) = m + r (cos δ u + sin δ t) of a disk's rim, and the derivative x'(δ), for δ = `delta`.
+
+    m is the vector to the disk's centre, r its radius; u and t are from `_upward`.
+    """
     ahead, aside = r * cosine(delta), r * sine(delta)
     x = m[0] + ahead * u[0] + aside * t[0], m[1] + ahead * u[1] + aside * t[1], m[2] + ahead * u[2] + aside * t[2]
     return x, (ahead * t[0] - aside * u[0], ahead * t[1] - aside * u[1], ahead * t[2] - aside * u[2])
@@ -88,7 +98,7 @@ def _rim(m: Any, u: Any, t: Any, r: Any, delta: Any) -> Any:
 def _above(m: Any, u: Any, r: Any, beta: Any) -> Any:
     """Return the fraction of a disk's area that is above the horizon, and the vector from the vertex to its centroid.
 
-    m, u, r and `beta` are m, u, r and β of the module docstring.
+    m is the vector to the disk's centre, r its radius; u and β, `beta`, are from `_upward`.
     """
     area = beta - sine(beta) * cosine(beta)
     lift = sine(beta) * sine(beta) * sine(beta) / (1.5 * maximum(area, 1e-300))
@@ -241,8 +251,19 @@ def sphere_highlight(own: Any, lobe: Any, d: Any, n: Any, w: Any) -> Any:
 def _within_rim(lobe: Any, w: Any, n: Any, m: Any, e: Any, r: Any, is_lit: Any) -> Any:
     """Integrate 1/(π r²) · max(w·ω, 0)ᵏ dω over the part of a disk above the horizon; 0 where `is_lit` is False.
 
-    `lobe` is from `lobe_numbers`, and w is the lobe's axis; other symbols are those of the module docstring. If the
-    lobe is much wider than the light's angular size, the centroid of the part above the horizon replaces the light.
+    If the lobe is much wider than the light's angular size, the centroid of the part above the horizon replaces the
+    light.
+
+    Parameters
+    ----------
+    lobe : sequence of float
+        From `lobe_numbers`.
+    w, n
+        Axis of the lobe, and normal of the horizon.
+    m, e, r
+        Vector to the disk's centre; axis of the disk, with e·m > 0; radius.
+    is_lit
+        Mask of the vertices that may get light.
     """
     distance = sqrt(dot(m, m))
     is_lit = is_lit & shows(lobe, w, m, distance, r)
@@ -267,10 +288,23 @@ def _within_rim(lobe: Any, w: Any, n: Any, m: Any, e: Any, r: Any, is_lit: Any) 
 
 @formula
 def _along_rim(lobe: Any, w: Any, m: Any, e: Any, u: Any, t: Any, r: Any, beta: Any, is_long: Any) -> Any:
-    """Integrate (1 − max(z, 0)ᵖ) dφ, as in the module docstring of `lobes`, along pieces of the rim above the horizon.
+    """Integrate (1 − max(z, 0)ᵖ) dφ along the part of a disk's rim above the horizon, piece by piece.
 
-    `lobe` is from `lobe_numbers`, and w is the lobe's axis; m, e, u, t, r and β are those of this module's docstring.
-    Vertices where `is_long` is False are skipped. For low powers, the rim is split at the equator of w.
+    z is the cosine with the lobe's axis w, and φ the angle around w. For low powers, the rim is split at the equator of
+    w.
+
+    Parameters
+    ----------
+    lobe : sequence of float
+        From `lobe_numbers`.
+    w
+        Axis of the lobe.
+    m, e, r
+        Vector to the disk's centre; axis of the disk, with e·m > 0; radius.
+    u, t, beta
+        From `_upward`.
+    is_long
+        Mask of the vertices to compute.
     """
     over = dot(e, m)
     level = subtract(m, times(e, over))

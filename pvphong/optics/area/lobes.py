@@ -121,9 +121,10 @@ def lobe_numbers(power: float, *, rounded: bool = False) -> tuple[float, ...]:
 def great_arc(lobe: Any, along: Any, across: Any, first: Any, length: Any) -> Any:
     """Integrate (1 − max(z, 0)ᵖ) dφ along arcs of great circles, counter-clockwise around their poles m.
 
-    At the angle y from the point closest to w, z = across · cos y and dφ = along · dy / (1 − z²). 1 − z is
-    pole + 2 across sin² y/2, without cancellation. If only one long side of a thin light is beyond the lobe's cutoff, a
-    step of zᵖ at the cutoff would be as large as the integral. So beyond the cutoff zᵖ keeps its value at the cutoff.
+    z is the cosine with the lobe's axis w, and φ the angle around w. At the angle y from the point closest to w, z =
+    across · cos y and dφ = along · dy / (1 − z²). 1 − z is pole + 2 across sin² y/2, without cancellation. If only one
+    long side of a thin light is beyond the lobe's cutoff, a step of zᵖ at the cutoff would be as large as the integral.
+    So beyond the cutoff zᵖ keeps its value at the cutoff.
 
     Parameters
     ----------

@@ -71,7 +71,8 @@ def is_glowing(own: Any, m: Any, n: Any, size: Any) -> Any:
     """Return True if a vertex with the normal n can get light from a flat light at the offset m.
 
     The vertex must have a normal, an emitting side of the light must face it, and a sphere of the radius `size` around
-    the light must be partly above the horizon. `own` has the light's numbers.
+    the light must be partly above the horizon. `own` has the light's numbers, of which the first four are the normal of
+    its front, and 1 if the back emits too, else 0.
     """
     behind = dot(own, m)
     return ((behind < 0.0) | (behind * own[TWO_SIDED] > 0.0)) & (dot(n, n) > 0.5) & (dot(n, m) > -size)
@@ -79,10 +80,17 @@ def is_glowing(own: Any, m: Any, n: Any, size: Any) -> Any:
 
 @formula
 def _horizon(own: Any, m: Any, n: Any) -> Any:
-    """Return the offset from the polygon's middle of the point r, at which lines along the horizon are joined.
+    """Return the point r of the horizon at which the lines are joined that close a clipped polygon.
 
-    The horizon cuts the polygon's plane along a line; r is the point of this line nearest to the polygon's middle.
-    `own` has the polygon's numbers; m and n are as in the module docstring.
+    The horizon cuts the polygon's plane along a line; r is the point of this line nearest to the polygon's middle,
+    given as the offset from the middle.
+
+    Parameters
+    ----------
+    own
+        The polygon's numbers.
+    m, n
+        Vector to the polygon's middle, and normal of the horizon.
     """
     rise = subtract(n, times(own, dot(own, n)))
     return times(rise, -dot(n, m) / maximum(dot(rise, rise), 1e-300))

@@ -146,7 +146,7 @@ class Subject:
         Parameters
         ----------
         seen : Visibility
-            Visibility at these vertices.
+            Visibility at the vertices `rows`.
         rows : ndarray
             Shape (m,): indices of the vertices.
         """

@@ -231,8 +231,8 @@ _NAMED = {name: named for name, named in _NAMED.items() if named.reflectance is 
 def next_material(material: Material, step: int) -> Material:
     """Return the named material that follows a material in the table; with `step` −1, the one that precedes it.
 
-    For a material that is not in the table, the result is its first or its last one. The result keeps albedo and
-    tangents. It also keeps the reflectance, unless the old or new named material has one.
+    For a material that is not in the table, the result is the table's first one, or with `step` −1 its last one. The
+    result keeps albedo and tangents. It also keeps the reflectance, unless the old or new named material has one.
     """
     names, name = list(_NAMED), name_of(material)
     at = names.index(name) if name else min(-step, 0)
