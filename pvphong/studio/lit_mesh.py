@@ -235,7 +235,7 @@ class LitMesh:
             self.drawn.set_active_scalars(TRANSLUCENT_ARRAY, preference="point")
 
     def opacities(self) -> ByteArray | None:
-        """Return an opacity for each drawn vertex, from 0 to 255; None if the whole actor has a single opacity."""
+        """Return an opacity for each drawn vertex, uint8; None if the whole actor has a single opacity."""
         if self._opacity is None:
             return None
         found = opacity_at(self._opacity, self.mesh, self._whole, self.drawn, self._original_points)

@@ -25,7 +25,15 @@ _METHODS = (
 
 
 class Outputs:
-    """The methods of one plotter that make pictures and exports, which update colours and hide gizmos first."""
+    """The methods of one plotter that make pictures and exports, which update colours and hide gizmos first.
+
+    Parameters
+    ----------
+    owner : weakref.ref
+        The plotter.
+    subplots : list of Subplot
+        The plotter's subplots; the list may change later.
+    """
 
     def __init__(self, owner: weakref.ref[pv.Plotter], subplots: list[Subplot]) -> None:
         self._owner, self._subplots = owner, subplots

@@ -38,9 +38,10 @@ _SHARPEST = 2.0**40
 
 @formula
 def whiteness(at: Geometry) -> Any:
-    """Compute Schlick's (1 − h·l)⁵, by which a reflectance turns from its colour at normal incidence to white (1994).
+    """Compute (1 − h·l)⁵, by which a reflectance turns from its colour at normal incidence to white.
 
-    The cosine h·l is half the length of l + v. If l = −v, the cosine is 0, and there is no half-way direction.
+    The cosine h·l is half the length of l + v. If l = −v, the cosine is 0, and there is no half-way direction. Source:
+    Schlick 1994, equation 15.
     """
     rest = maximum(ONE - HALF * sqrt(square(add(at.l, at.v))), ZERO)
     return (rest * rest) * (rest * rest) * rest
