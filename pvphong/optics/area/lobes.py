@@ -100,8 +100,8 @@ def gauss_legendre(count: int) -> tuple[Float64Array, Float64Array]:
 def lobe_numbers(power: float, *, rounded: bool = False) -> tuple[float, ...]:
     """Return the numbers by which formulas integrate the lobe max(z, 0)ᵏ, with k = `power`.
 
-    Their layout is described above. They suit results in float64; if `rounded`, those in float32, with fewer quadrature
-    nodes.
+    A comment at the beginning of the file describes their layout. They suit results in float64; if `rounded`, those in
+    float32, with fewer quadrature nodes.
     """
     accuracy, raised = _ROUNDED if rounded else _EXACT, power + 1.0
     is_smooth = raised >= SMOOTH_FROM

@@ -301,7 +301,7 @@ class PlaceHandle(Handle):
 
     @property
     def middle(self) -> Float64Array:
-        """Centre of the position or corners."""
+        """Centre of the position or corners, as a world point."""
         return np.mean(np.atleast_2d(self.value), axis=0)
 
     def typed(self, numbers: dict[str, float]) -> Light:
@@ -326,7 +326,7 @@ class PlaceHandle(Handle):
         return self.middle
 
     def dragged(self, start: DragStart, cursor: Cursor) -> Light:
-        """Return the light moved with the cursor. If it snaps, the coordinates that change are rounded to the grid."""
+        """Return the light moved with the cursor; snapping rounds the coordinates that change to the grid."""
         point = start.moved(cursor)
         if cursor.snapping:
             stays = np.abs(point - start.point) <= 1e-9 * self.scenery.size
@@ -352,15 +352,15 @@ class AimHandle(Handle):
 
     @property
     def _sign(self) -> float:
-        """1 for the handle at the target; −1 at the icon, which shows the direction that the light comes from."""
+        """1 for the handle at the target; −1 for the one at the icon, which shows where the light comes from."""
         return -1.0 if self.name == ORIGIN else 1.0
 
     def point(self, view: View) -> Float64Array:  # noqa: ARG002 the same in all views
-        """Return the position of the target, or of the icon."""
+        """Return the world position of the target; for the handle at the icon, that of the icon."""
         return self.shown.origin if self.name == ORIGIN else self.shown.target(self.value)
 
     def dragged(self, start: DragStart, cursor: Cursor) -> Light:
-        """Return the light aimed by the handle's new position; if the cursor snaps, azimuth and elevation do too."""
+        """Return the light aimed by the handle's new position; snapping rounds its azimuth and elevation."""
         goal = start.moved(cursor)
         if np.array_equal(goal, start.point):
             return self.light
@@ -435,11 +435,11 @@ class AngleHandle(Handle):
         return middle + far * (np.cos(turn) * along + np.sin(turn) * side)
 
     def point(self, view: View) -> Float64Array | None:
-        """Return the point on the rim."""
+        """Return the world point on the cone's rim at which the handle is; None for a light without an aim."""
         return None if self.shown.along is None else self._edge(self.value, view)
 
     def dragged(self, start: DragStart, cursor: Cursor) -> Light:
-        """Return the light whose rim is nearest to the cursor on the screen; if it snaps, in steps of degrees."""
+        """Return the light whose cone's rim is nearest to the cursor on the screen; snapping rounds the angle."""
         least, most = self.role.least + _MARGIN, self.role.most - _MARGIN
         tried = np.linspace(least, most, 81)
         best = _nearest(start, cursor, lambda degrees: self._edge(degrees, start.view), tried)
@@ -493,7 +493,7 @@ class LengthHandle(Handle):
         return np.asarray(side if side @ shown >= 0.0 else -side)
 
     def point(self, view: View) -> Float64Array:
-        """Return the point at the fraction `role.share` of the size."""
+        """Return the world position of the handle, at the fraction `role.share` of the size from the centre."""
         return self.shown.origin + self.role.share * self.value * self._side(view)
 
     def dragged(self, start: DragStart, cursor: Cursor) -> Light:
@@ -552,7 +552,7 @@ class FalloffHandle(Handle):
         return self.with_value((constant, linear * shrink, quadratic * shrink * shrink))
 
     def draw(self, drawing: Drawing, selected: bool) -> None:
-        """If selected, add spheres where 1/2 and 1/256 of the light remain."""
+        """If the light is selected, add spheres at the distances where 1/2 and 1/256 of it remain."""
         for fraction, strength, label in _LEFT if selected and not self.light.values(Aim) else ():
             radius = distance_of(fraction, self.value)
             if radius is not None and radius < _LARGEST * self.scenery.size:
@@ -571,11 +571,11 @@ class TurnHandle(Handle):
     _number_format = "{name} {value:.1f}°"
 
     def point(self, view: View) -> Float64Array:  # noqa: ARG002 the same in all views
-        """Return the point at the front."""
+        """Return the world position of the light's front, on a circle around the scene's centre."""
         return self.shown.front
 
     def dragged(self, start: DragStart, cursor: Cursor) -> Light:
-        """Return the light whose front is nearest to the cursor on the screen; if it snaps, in steps of degrees."""
+        """Return the light turned so that its front is nearest to the cursor; snapping rounds the angle."""
         light: Any = self.light
         middle, (ahead, right, _) = np.array(self.scenery.center), light.axes
         far = float(np.linalg.norm(start.point - middle))
@@ -593,7 +593,7 @@ class TurnHandle(Handle):
         return self.with_value(math.remainder(degrees, 360.0))
 
     def draw(self, drawing: Drawing, selected: bool) -> None:
-        """Add the circle; if selected, also the front and the up axis."""
+        """Add the circle on which the front moves; if selected, also the front and the up axis."""
         middle, place = np.array(self.scenery.center), self.shown.front
         up = np.array(unit_vector(self.light.values(Up)[0]))
         far = float(np.linalg.norm(place - middle))
@@ -622,14 +622,14 @@ def _nearest(
     tried: Float64Array,
     reluctance: float = 0.0,
 ) -> float | None:
-    """Return the number whose point is nearest to the cursor on the screen.
+    """Return the number for which a point appears nearest to the handle's new place on the screen, by a search.
 
     Parameters
     ----------
     start, cursor
         The drag.
     places : callable
-        Maps numbers, shape (n,), to points, shape (n, 3).
+        Maps numbers, shape (n,), to world points, shape (n, 3).
     tried : numpy.ndarray
         Increasing, evenly spaced candidates. The best one is then refined.
     reluctance : float, default 0
