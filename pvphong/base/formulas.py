@@ -76,7 +76,7 @@ def select(condition: Any, a: Any, b: Any) -> Any:
 
 
 def multiply_add(a: Any, b: Any, c: Any) -> Any:
-    """Return a·b + c, rounded once in compiled code."""
+    """Return a·b + c. Compiled code rounds the result once, NumPy rounds product and sum."""
     return a * b + c
 
 
@@ -196,7 +196,7 @@ def chord_power(squared: Any, exponent: Any, floor: float = 0.0) -> Any:
 
 
 class Power(NamedTuple):
-    """A power of a cosine: max(f, floor)ⁿ."""
+    """A power of a cosine f: max(f, floor)ⁿ, with the exponent n."""
 
     exponent: Any
     """The exponent n >= 0: a number, or an array with an exponent for each vertex."""
@@ -240,31 +240,31 @@ def dot(a: Any, b: Any) -> Any:
 
 @formula
 def square(w: Any) -> Any:
-    """Squared length |w|²."""
+    """Return the squared length |w|² of a vector."""
     return multiply_add(w[2], w[2], multiply_add(w[1], w[1], w[0] * w[0]))
 
 
 @formula
 def add(a: Any, b: Any) -> Any:
-    """Sum of two vectors."""
+    """Return the sum of two vectors."""
     return a[0] + b[0], a[1] + b[1], a[2] + b[2]
 
 
 @formula
 def subtract(a: Any, b: Any) -> Any:
-    """Difference of two vectors."""
+    """Return the difference a − b of two vectors."""
     return a[0] - b[0], a[1] - b[1], a[2] - b[2]
 
 
 @formula
 def times(w: Any, factor: Any) -> Any:
-    """A vector times a number."""
+    """Return the vector w times a number."""
     return w[0] * factor, w[1] * factor, w[2] * factor
 
 
 @formula
 def cross(a: Any, b: Any) -> Any:
-    """Cross product; exactly 0 for equal vectors."""
+    """Return the cross product of two vectors; it is exactly 0 for equal vectors."""
     return (
         multiply_add(a[1], b[2], -(a[2] * b[1])),
         multiply_add(a[2], b[0], -(a[0] * b[2])),

@@ -36,7 +36,7 @@ class _Task:
 
 
 class Here:
-    """Client that runs tasks in this process, one after the other; for a single file without Dask."""
+    """Client that runs tasks in this process, one after the other, for a single file if Dask is not installed."""
 
     def submit(self, work: Callable[..., Any], *given: Any, pure: bool) -> Any:  # noqa: ARG002 as of Dask's
         """Call `work` with the arguments `given` at once, and return a finished task.

@@ -50,7 +50,7 @@ class Piece:
 
 @dataclass(frozen=True)
 class Index:
-    """Index file, the path of the new index file for the lit files, and the lit files in the order of the input."""
+    """An index file, the path of its copy that names lit files, and these lit files in the order of the index file."""
 
     input: Path
     output: Path
@@ -58,7 +58,7 @@ class Index:
 
 
 class ArrayType(NamedTuple):
-    """Description of an array of a lit file. A .pvtp file declares the arrays that all its pieces have."""
+    """Name, type and size of an array in a lit file, as a .pvtp file declares the arrays that all its pieces have."""
 
     place: str
     """"PointData", "CellData" or "Points"."""

@@ -322,7 +322,7 @@ class _Run:
         }
 
     def write_indices(self) -> None:
-        """Write each index file whose pieces all have a lit file."""
+        """Write each index file whose pieces all have a lit file; record the others as failed."""
         for index in self._indices:
             named = [self._results[output] for output in index.outputs]
             failed = sum(bool(result.reason) for result in named)
@@ -336,7 +336,7 @@ class _Run:
             self._results[index.output] = result
 
     def batch(self, note: str) -> Batch:
-        """Return the results of all input files."""
+        """Return the results of all pieces and index files as a `Batch` with the given note."""
         results = [(piece.input, self._results[piece.output]) for piece in self._pieces]
         results += [(index.input, self._results[index.output]) for index in self._indices]
         failed = {path: result.reason for path, result in results if result.reason}

@@ -225,7 +225,7 @@ class Lighting:
         return replace(scene, light_model=model)
 
     def occluders(self) -> list[Any]:
-        """Read the additional meshes that cast shadows."""
+        """Read and return the meshes of the options --occluder, which also cast shadows."""
         return [read_mesh(path) for path in self.occluder]
 
 
@@ -246,7 +246,7 @@ def seeing(scene: Scene, mesh: Any, size: tuple[int, int]) -> Scene:
 
 
 def _reflectance(text: str) -> Reflectance:
-    """Parse a reflectance such as ggx:roughness=0.3:f0=1,0.78,0.34."""
+    """Parse the option --reflectance, such as ggx:roughness=0.3:f0=1,0.78,0.34, and return the reflectance."""
     name, *parts = text.split(":")
     kind = REFLECTANCES[check.choice("--reflectance", name, REFLECTANCES)]
     known, given = [each.name for each in fields(kind)], dict[str, ColorLike]()

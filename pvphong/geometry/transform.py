@@ -24,7 +24,7 @@ from pvphong.base.vectors import columns, unit
 
 
 class MatrixClass(Enum):
-    """Class of a matrix by its effect on the directions of normals; the value is the description in reports."""
+    """Class of a matrix by its effect on the directions of normals; the values are phrases for reports."""
 
     TRANSLATION = "a translation"
     UNIFORM_SCALE = "a uniform scale"

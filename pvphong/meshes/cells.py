@@ -69,7 +69,7 @@ class Cells:
 
     @cached_property
     def offsets(self) -> NDArray[Any]:
-        """Start of each cell in `connectivity`, and the end of the last, shape (count + 1,).
+        """Index in `connectivity` at which each cell starts, and the end of the last cell, shape (count + 1,).
 
         VTK does not store offsets of cells of equal size; they are created at the first access.
         """

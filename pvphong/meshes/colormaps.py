@@ -101,7 +101,7 @@ def _reduced(label: str, colormap: Colormap, values: Any) -> Any:
 
 
 class Span(NamedTuple):
-    """Range of an array of numbers."""
+    """Range of an array of numbers: what a colormap without `clim` needs to know of the array."""
 
     low: float
     """Smallest finite number; +infinity if there is none."""

@@ -176,7 +176,10 @@ class _File:
         return shared | {"pbrMetallicRoughness": {"baseColorFactor": [1.0, 1.0, 1.0, 1.0]} | numbers}
 
     def lights(self, scene: Scene) -> list[int]:
-        """Append the lights that glTF can represent, and return the indices of their nodes."""
+        """Append those lights of a scene that glTF can represent, and return the indices of their nodes.
+
+        A `LightsWarning` names the others.
+        """
         nodes, lights, left_out = list[int](), list[dict[str, Any]](), list[str]()
         for light in scene.world_lights:
             if not light.on:
@@ -262,7 +265,7 @@ def _punctual(light: Light) -> tuple[dict[str, Any], dict[str, Any]] | None:
 
 
 def _turned(direction: Any) -> list[float]:
-    """Return the rotation, as a quaternion (x, y, z, w), that turns −z to a direction."""
+    """Return the rotation that turns the direction −z to a given direction, as a quaternion (x, y, z, w)."""
     d = np.array(direction, np.float64)
     x, y, z = d / np.linalg.norm(d)
     if z > 1.0 - 1e-12:

@@ -292,7 +292,7 @@ def save_picture(image: np.ndarray[Any, np.dtype[np.uint8]], path: Path) -> None
 
 @cache
 def drawing_window() -> str:
-    """Return the class of window with which VTK can draw on this machine.
+    """Return the name of the class of windows with which VTK can draw on this machine.
 
     Drawing is tried once, in a child process, because VTK crashes the process if a library is missing.
 

@@ -24,7 +24,7 @@ _MULTIPLE = 16
 
 
 class Exchanging(NamedTuple):
-    """A surface that exchanges light."""
+    """A surface that exchanges light with others: a mesh, a function that returns its point normals, and its matrix."""
 
     source: pv.PolyData
     normals: Callable[[], FloatArray]

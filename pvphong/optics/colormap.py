@@ -204,7 +204,7 @@ class Colormap:
 
     @property
     def given(self) -> dict[str, Any]:
-        """Mapping field → value, for `scalars` and the other fields that differ from their defaults."""
+        """`scalars`, and the other fields that differ from their defaults, as field → value."""
         others = {
             each.name: getattr(self, each.name) for each in fields(self)[1:] if getattr(self, each.name) != each.default
         }

@@ -209,7 +209,7 @@ class Light(metaclass=_Kind):
 
     @property
     def roles(self) -> dict[str, Role]:
-        """Mapping field name → role, for the fields that only this kind of light has."""
+        """Roles of the fields that only this kind of light has, as name of the field → role."""
         kind: Any = type(self)
         return roles_of(kind)
 

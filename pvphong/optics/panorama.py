@@ -81,7 +81,7 @@ class Panorama:
 
     @cached_property
     def largest(self) -> float:
-        """The image's largest number."""
+        """Largest number of all channels and texels."""
         return float(self.image.max())
 
     @cached_property
@@ -130,7 +130,7 @@ def directions(height: int, width: int) -> Float64Array:
 
 
 def _angles(count: int) -> Float64Array:
-    """Return the midpoints of `count` equal parts of [0, π]."""
+    """Return the midpoints of `count` equal parts of the interval from 0 to π."""
     return np.asarray((np.arange(count) + 0.5) * (math.pi / count))
 
 

@@ -54,7 +54,7 @@ class Geometry(NamedTuple):
 
 
 class AngleBounds(NamedTuple):
-    """Bounds on angles between normals, light and viewer over all vertices, in radians."""
+    """Bounds on the angles between normal, light and viewer that hold at all vertices, in radians."""
 
     theta: float
     """Least angle from normal to light."""
@@ -207,7 +207,7 @@ class Reflectance(ABC):
 
     @property
     def forms(self) -> tuple[CosinePower | None, ...]:
-        """Each lobe's factor as a power of a cosine; None for a factor of another form.
+        """For each lobe, its factor as a power of a cosine; None for a lobe whose factor has another form.
 
         Powers of a cosine have exact integrals over area lights (`Light.analytic_integral`).
         """

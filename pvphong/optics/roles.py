@@ -67,7 +67,7 @@ class Role:
 
 
 class Place(Role):
-    """Position of a light: three coordinates."""
+    """Role of a field that holds the light's position: three coordinates."""
 
     unit: ClassVar[str] = MESH_UNIT
     labels: ClassVar[tuple[str, ...]] = ("x", "y", "z")
@@ -82,7 +82,7 @@ class Place(Role):
 
 
 class Direction(Role):
-    """A vector of any length."""
+    """Role of a field that holds a vector of any length."""
 
     labels: ClassVar[tuple[str, ...]] = ("x", "y", "z")
 
@@ -92,14 +92,14 @@ class Direction(Role):
 
 
 class Up(Direction):
-    """Orientation of a light around its aim.
+    """Role of a field that holds the direction of a light's height, and so its orientation around its aim.
 
     The light's `axes` are unit vectors as rows: front, right and up.
     """
 
 
 class Aim(Direction):
-    """The direction in which a light travels."""
+    """Role of a field that holds the direction in which a light travels."""
 
     def of_viewer(self, value: Any, viewer: Any) -> Any:  # noqa: ARG002 as for any role
         """Return the direction of the viewer's view axis, in which a headlight shines."""
@@ -107,7 +107,7 @@ class Aim(Direction):
 
 
 class Corners(Role):
-    """Corners of a light: points in order around the light."""
+    """Role of a field that holds the corners of a light, in order around it."""
 
     unit: ClassVar[str] = MESH_UNIT
     labels: ClassVar[tuple[str, ...]] = ("x", "y", "z")
@@ -153,20 +153,26 @@ class Angle(Role):
 
 
 class Turn(Role):
-    """Rotation of a light around its up vector, counter-clockwise, in degrees; the light's `axes[0]` is its front."""
+    """Role of a field that holds a rotation around the light's up vector, counter-clockwise, in degrees.
+
+    The light's `axes[0]` is its front.
+    """
 
     unit: ClassVar[str] = "°"
 
 
 class Falloff(Role):
-    """Falloff of a light: the attenuation coefficients, or for a subclass another number."""
+    """Role of a field that holds a falloff: the attenuation coefficients, or in a subclass another number."""
 
     unit: ClassVar[str] = f"1, 1/{MESH_UNIT}, 1/{MESH_UNIT}²"
     labels: ClassVar[tuple[str, ...]] = ("constant", "linear", "quadratic")
 
 
 class Power(Falloff):
-    """Exponent of a light whose strength is a power of the cosine off its aim."""
+    """Role of a field that holds an exponent.
+
+    The light's strength is this power of the cosine of the angle off its aim.
+    """
 
     unit: ClassVar[str] = ""
 
@@ -220,10 +226,7 @@ def angle(default: float, handle: str, **limits: Any) -> Any:
 
 
 def direction_from(position: Any, target: Any) -> Vector:
-    """Return the vector from a position to a target.
-
-    Raises ValueError, which names the target, if they are the same.
-    """
+    """Return the vector from a position to a target; raise ValueError, which names the target, if they are the same."""
     (x, y, z), (a, b, c) = check.vector("position", position), check.vector("target", target)
     if (x, y, z) == (a, b, c):
         check.refuse("target", target, "different from position", "The light shines from position to target.")

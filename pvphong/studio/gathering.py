@@ -33,7 +33,7 @@ Planned = Callable[[LitMesh], tuple[Plan, Vertices]]
 
 
 class _Gathered(NamedTuple):
-    """Bounced light between meshes: the last result, or the one in progress."""
+    """Bounced light between meshes, and the inputs from which it was or is being computed."""
 
     state: Any
     """Lights, light model, versions of the meshes, and number of rays, for which the light was computed."""
@@ -77,7 +77,7 @@ class Gathering:
 
     @property
     def bounces(self) -> int:
-        """Number of bounces of the light that is drawn while a background job runs."""
+        """Number of bounces of the light that is drawn until the background job ends; 0 if none is drawn."""
         last, awaited = self._last, self._awaited
         return 0 if last is None or awaited is None or last.geometry != awaited.geometry else last.bounces
 

@@ -141,7 +141,7 @@ class LitActors:
             self._refining[mesh] = Refining(mesh, refine)
 
     def name_of(self, mesh: LitMesh) -> str:
-        """Return the actor name of a mesh; "" if none was given."""
+        """Return the name that was given to the actor of a mesh; "" if none was."""
         names = [name for name, actor in self._renderer.actors.items() if actor is mesh.actor]
         return names[0] if names and "(Addr=" not in names[0] else ""
 

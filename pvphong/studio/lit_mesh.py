@@ -337,7 +337,7 @@ class LitMesh:
         return geometry, place
 
     def _show_colors(self) -> None:
-        """Make the colours the active scalars of the drawn mesh; allocate them if the number of points has changed."""
+        """Make the array of colours the active scalars of the drawn mesh; a new number of points needs a new array."""
         data, count = self.drawn.GetPointData(), self.drawn.n_points
         if self._colors is None or self._colors.GetNumberOfValues() != 3 * count:
             self._colors, self._lit_for = pv.convert_array(np.zeros((count, 3), np.uint8), ARRAY), None

@@ -144,7 +144,11 @@ def vtk_shade(
 
 
 def vtk_light(light: Any, viewer: Viewer) -> vtkLight:
-    """Return a copy of a light, which the renderer may move. `pyvista.Light.copy` would round colours to 8 bits."""
+    """Return a light as a new `vtkLight`, which the renderer may move.
+
+    It is not copied by `pyvista.Light.copy`, which rounds colours to 8 bits. `viewer` places lights that move with the
+    viewer.
+    """
     copy = vtkLight()
     if isinstance(light, Light):
         if light.on:

@@ -63,7 +63,7 @@ class Pose(NamedTuple):
     """Matrix to the world, shape (4, 4), with last row (0, 0, 0, 1)."""
 
     def in_world(self) -> tuple[Float64Array, Float64Array]:
-        """Return points and unit normals in the world, both (n, 3)."""
+        """Return points and unit normals in world coordinates, shape (n, 3) each."""
         linear = self.matrix[:3, :3]
         normals = self.normals @ np.linalg.inv(linear)  # a row times L⁻¹ is L⁻ᵀ times a column
         return self.points @ linear.T + self.matrix[:3, 3], normals / np.linalg.norm(normals, axis=1)[:, None]
@@ -129,7 +129,7 @@ def limits(pose: Pose, terms: Terms, tolerance: float, *, has_floors: bool) -> L
 
 
 class _Surface(NamedTuple):
-    """Vertices in the world, and the float32 errors of their transformation to eye space."""
+    """Vertices in world coordinates, and the float32 errors of their transformation to eye space."""
 
     points: Float64Array
     normals: Float64Array
@@ -159,7 +159,7 @@ def _surface(pose: Pose, terms: Terms) -> _Surface:
 
 
 class _Arrival(NamedTuple):
-    """Light that arrives at n vertices from one light."""
+    """Light that arrives at n vertices from one light, and its float32 errors."""
 
     direction: Float64Array
     """Unit vectors l, shape (n, 3)."""

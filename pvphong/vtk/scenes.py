@@ -48,7 +48,7 @@ def shining(scene: Scene) -> list[Light]:
 
 
 def reflected(reflectance: ColorLike, color: Vector, light: Light) -> Vector:
-    """Return, per channel, `reflectance` × `color` × the light's intensity; `color` is one of the light's colours."""
+    """Return the product of a reflectance, one of the light's colours and the light's intensity, for each channel."""
     red, green, blue = (k * c * light.intensity for k, c in zip(rgb(reflectance), color, strict=True))
     return red, green, blue
 

@@ -148,10 +148,10 @@ def disk_irradiance(own: Any, _lobe: Any, d: Any, n: Any, _w: Any) -> Any:
 
 @formula
 def _elementary(middle: Any, beta: Any, K: Any, M: Any, S: Any, least: Any, most: Any) -> Any:
-    """Integrate 1, cos ψ and sin ψ, each divided by K + M cos ψ, from middle − β to middle + β.
+    """Return three integrals over ψ from middle − β to middle + β: of 1, cos ψ and sin ψ, each over K + M cos ψ.
 
-    ψ is the angle along the rim from the rim's farthest point. The squared distance to the rim is K + M cos ψ, between
-    `least` and `most`; S is √(least · most).
+    ψ is the angle along a disk's rim from the rim's farthest point, and `beta` is β. The squared distance to the rim is
+    K + M cos ψ, between `least` and `most`; S is √(least · most).
     """
     first, last = middle - beta, middle + beta
     ratio = sqrt(least / most)

@@ -67,7 +67,7 @@ denser there."""
 
 
 class _Accuracy(NamedTuple):
-    """Accuracy of the integrals of a lobe that is 1 at its middle."""
+    """Numbers that define how accurately a lobe is integrated, which is 1 at its middle."""
 
     nothing: float
     """The zᵖ below which a smooth lobe is taken as 0."""

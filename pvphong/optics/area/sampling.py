@@ -116,7 +116,7 @@ def length_and_direction(d: Any) -> Any:
 
 @formula
 def _across(w: Any) -> Any:
-    """Return two unit vectors that form an orthonormal basis with w.
+    """Return two unit vectors that are orthogonal to the unit vector w and to each other.
 
     Source: T. Duff et al., "Building an orthonormal basis, revisited" (2017).
     """
@@ -610,7 +610,7 @@ def _shares(parts: Float64Array) -> Float64Array:
 
 
 class Directions(NamedTuple):
-    """Importance sampling of directions at n points, with functions of arrays."""
+    """Importance sampling of a direction at each of n points: a function that samples, and one for the density."""
 
     sample: Callable[[Any, Any], Float64Array]
     """Function of u and v, shape (n,), that returns unit vectors, shape (3, n); zero where they give no direction."""

@@ -80,7 +80,7 @@ class PolygonLight(Flat, Light):
 
     @cached_property
     def triangles(self) -> Float64Array:
-        """Triangulation of the polygon, shape (k − 2, 3, 3), as offsets from its first corner."""
+        """Triangles that make up the polygon, shape (k − 2, 3 corners, 3), as offsets from its first corner."""
         offsets = self.outline - self.outline[0]
         flat = offsets @ across(self.normal).T
         return np.array([offsets[list(ears)] for ears in _ears(flat)])

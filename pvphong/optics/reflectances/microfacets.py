@@ -125,7 +125,7 @@ ROUGHNESS = partial(number_or_map, above=0.0, at_most=1.0, remedy="0.1 is polish
 
 
 class Microfacets(Reflectance):
-    """Diffuse base, `faded` or `coupled`, under a highlight of microfacets in two colours.
+    """Reflectance of small mirrors: a highlight in two colours over a diffuse base, which is `faded` or `coupled`.
 
     Each subclass has the field `roughness`.
     """
@@ -147,7 +147,7 @@ class Microfacets(Reflectance):
 
     @property
     def alpha(self) -> float:
-        """Roughness α of the distribution."""
+        """Roughness α of the distribution D, for a roughness that is no map."""
         return float(self.parameters({})[0])
 
     @property

@@ -194,7 +194,10 @@ def is_physical(prop: Any) -> bool:
 
 
 def physical_of(prop: Any) -> PBR:
-    """Return the reflectance of a physically based property; raise ValueError for features that are not supported."""
+    """Return the reflectance of a VTK property with physically based shading.
+
+    Raise ValueError for features of the property that pvphong does not support.
+    """
     asked = {
         "anisotropy": (prop.GetAnisotropy(), 0.0),
         "coat_strength": (prop.GetCoatStrength(), 0.0),

@@ -86,7 +86,7 @@ class ModelOfLight:
 
     @property
     def largest(self) -> float:
-        """Largest absolute error."""
+        """Largest absolute error of any channel."""
         return float(np.abs(self.error).max())
 
 
@@ -117,13 +117,13 @@ class Physics:
 
     @property
     def exposure(self) -> float:
-        """Factor applied to colours for display. It keeps nearly all path-traced values below white."""
+        """Factor by which pictures multiply colours, so that nearly all path-traced colours are below white."""
         bright = float(np.quantile(self.truth.rgb, _BRIGHT))
         return 1.0 / bright if bright > 0.0 else 1.0
 
     @property
     def cheapest(self) -> ModelOfLight:
-        """Cheapest model whose error is about as small as that of the best one."""
+        """Fastest of the models whose RMS error is about as small as the smallest."""
         least = max(min(each.rms for each in self.models), self.noise / 4.0)
         return min((each for each in self.models if each.rms <= _AS_GOOD * least), key=lambda each: each.seconds)
 

@@ -120,7 +120,7 @@ class Timing:
 
     @classmethod
     def of(cls, seconds: Sequence[float] | Float64Array) -> Timing:
-        """Return the median and quartiles of seconds. NaN entries are skipped."""
+        """Return the timing of repeated runs, given their seconds; NaN entries are skipped."""
         low, median, high = np.nanpercentile(seconds, (25.0, 50.0, 75.0)).tolist()
         return cls(median, low, high, int(np.count_nonzero(~np.isnan(seconds))))
 
@@ -365,11 +365,11 @@ class Result:
 
     @cached_property
     def chosen_colors(self) -> FloatArray:
-        """Colours of the row chosen at the vertices, shape (n_points, 3); evaluated again at the first access."""
+        """Colours of the row chosen at the vertices, shape (n_points, 3); the first access evaluates them again."""
         return self._lighting[self.name_of_chosen]()
 
     def worst(self) -> list[tuple[int, float]]:
-        """Return index and error of the vertices where the chosen row has the largest errors, largest first."""
+        """Return index and error of those vertices where the chosen row has its largest errors, largest first."""
         errors = np.abs(self.chosen_colors.astype(np.float64) - self.reference_colors).max(axis=1)
         order = np.argsort(-errors, kind="stable")[:_WORST]
         return [(int(index), float(errors[index])) for index in order]

@@ -54,7 +54,7 @@ class Clock:
 
     @property
     def left(self) -> float:
-        """Remaining seconds; negative after the end."""
+        """Seconds of the budget that remain; negative after its end."""
         return self.seconds - self.spent
 
     def say(self, what: str) -> None:

@@ -162,7 +162,7 @@ class VTKReport:
 
 
 def refuse_path(path: str | os.PathLike[str]) -> None:
-    """Raise ``ValueError`` if a report cannot be written to the path."""
+    """Raise ``ValueError`` unless a path ends in .md and its folder exists, so that a report can be written to it."""
     refuse_suffix(Path(path), "a report", (".md",))
     folder = Path(path).resolve().parent
     if not folder.is_dir():

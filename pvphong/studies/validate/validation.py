@@ -314,7 +314,7 @@ class Comparison:
 
     @property
     def max_error(self) -> float:
-        """Largest error of any channel. Like `rms`, `p50` and `p99`, it is NaN if nothing was compared."""
+        """Largest absolute error of any channel. Like `rms`, `p50` and `p99`, it is NaN if nothing was compared."""
         return float(self._magnitudes.max()) if self.n else math.nan
 
     @property

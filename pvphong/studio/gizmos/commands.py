@@ -32,12 +32,12 @@ from pvphong.studio.window_lights import free_name
 
 
 def toggle_help(gizmos: Gizmos) -> None:
-    """Show all keys, or hide them."""
+    """Show the list of all keys, or hide it if it is shown."""
     gizmos.shows_help = not gizmos.shows_help
 
 
 def toggle_hidden(gizmos: Gizmos) -> None:
-    """Hide all gizmos, or show them."""
+    """Hide all gizmos, or show them if they are hidden."""
     gizmos.is_hidden = not gizmos.is_hidden
     gizmos.notice = "gizmos hidden: g shows them" if gizmos.is_hidden else ""
 
@@ -54,7 +54,7 @@ def select_next(gizmos: Gizmos) -> None:
 
 
 def undo_or_redo(gizmos: Gizmos, step: int) -> None:
-    """Undo the last step, or redo the last undone step."""
+    """Undo the last step if `step` is −1; redo the last undone step if it is 1."""
     if step < 0:
         gizmos.notice = "undone" if gizmos.history.undo() else "nothing to undo"
     else:
@@ -65,17 +65,17 @@ def undo_or_redo(gizmos: Gizmos, step: int) -> None:
 
 
 def mute(_gizmos: Gizmos, gizmo: Gizmo) -> Light:
-    """Switch the light off, or on."""
+    """Return the light, switched off if it is on, and on if it is off."""
     return replace(gizmo.light, on=not gizmo.light.on)
 
 
 def reset(_gizmos: Gizmos, gizmo: Gizmo) -> Light:
-    """Reset the light to the value that it had when it got its gizmo."""
+    """Return the light as it was when it got its gizmo."""
     return gizmo.first
 
 
 def to_camera(gizmos: Gizmos, gizmo: Gizmo) -> Light:
-    """Move the light to the viewer, and aim it along the view axis."""
+    """Return the light, moved to the viewer and aimed along the view axis."""
     light, viewer = gizmo.light, gizmos.lights.viewer
     world = replace(light, frame="headlight").in_world(viewer)
     aim: Any = tuple(viewer.distance * part for part in viewer.view_direction)  # the focal point is its target
@@ -84,7 +84,7 @@ def to_camera(gizmos: Gizmos, gizmo: Gizmo) -> Light:
 
 
 def brighten(gizmos: Gizmos, gizmo: Gizmo, step: int) -> Light:
-    """Increase the intensity by `step` thirds of a photographic stop. Three steps double the intensity."""
+    """Return the light, brighter by `step` thirds of a photographic stop; three steps double its intensity."""
     light = gizmo.light
     intensity = on_scale(light.intensity, 3, step) if light.intensity else 0.0
     stops = f" = {math.log2(intensity):+.2g} stops" if intensity else "; press Enter to type one"
@@ -129,12 +129,12 @@ def warmed(color: ColorLike, steps: float) -> Vector:
 
 
 def turn_hue(gizmos: Gizmos, gizmo: Gizmo, step: int) -> Light:
-    """Turn the hue of the light by `step` steps."""
+    """Return the light with its hue turned by `step` steps."""
     return _recolor(gizmos, gizmo, "hue", partial(hue_turned, degrees=_HUE_STEP * step))
 
 
 def warm(gizmos: Gizmos, gizmo: Gizmo, step: int) -> Light:
-    """Make the light's colours warmer by `step` steps."""
+    """Return the light with colours that are warmer by `step` steps; cooler for negative steps."""
     return _recolor(gizmos, gizmo, "warmer" if step > 0 else "cooler", partial(warmed, steps=step))
 
 

@@ -40,7 +40,7 @@ def hue(light: Light) -> Vector:
 
 
 def circle(center: Float64Array, normal: Float64Array, radius: float, count: int = 64) -> Float64Array:
-    """Return a circle around a unit normal, as a closed polygon with `count` sides, shape (count + 1, 3)."""
+    """Return a circle around a centre and a unit normal, as a closed polygon of shape (count + 1, 3)."""
     side = np.cross(normal, np.eye(3)[int(np.argmin(np.abs(normal)))])
     side /= np.linalg.norm(side)
     turn = np.linspace(0.0, 2.0 * np.pi, count + 1)[:, None]
@@ -73,7 +73,7 @@ class Drawing:
 
     @property
     def lines(self) -> tuple[Float64Array, ByteArray]:
-        """Segments, shape (n, 2, 2), and their colours, RGBA, shape (n, 4)."""
+        """Segments in pixels, shape (n, 2 ends, 2), and their colours, RGBA, shape (n, 4)."""
         segments = [np.empty((0, 2, 2)), *(segments for segments, _, _ in self._lines)]
         colors = [np.tile(color, (len(segments), 1)) for segments, color, _ in self._lines]
         return np.concatenate(segments), np.concatenate([np.empty((0, 4), np.uint8), *colors])
@@ -228,7 +228,10 @@ _LETTER = (7.5, 18.0)  # largest size of a character in other texts, in pixels
 
 
 class Overlay:
-    """Lines with dark edges, areas above them, and texts. They are not lit, pickable or part of the bounds."""
+    """What VTK draws over the picture: lines with dark edges, areas above them, and texts.
+
+    They are not lit, cannot be picked, and do not count for the scene's bounds.
+    """
 
     def __init__(self) -> None:
         self._lines = {thin: (vtkPolyData(), vtkPolyData()) for thin in (True, False)}

@@ -322,7 +322,7 @@ class PlaceHandle(Handle):
         return replace(self.light, **changes)
 
     def point(self, view: View) -> Float64Array:  # noqa: ARG002 the same in all views
-        """Return the light's centre."""
+        """Return the world position of the light's centre."""
         return self.middle
 
     def dragged(self, start: DragStart, cursor: Cursor) -> Light:
@@ -410,7 +410,7 @@ class AimHandle(Handle):
 
     @property
     def said(self) -> tuple[str, str]:
-        """The target and its distance; for a light without a position, the direction and its angles."""
+        """Target and its distance; for a light without a position, direction and angles."""
         if self.light.values(Place):
             target = self.shown.target(self.value)
             return f"{self.name} {_tuple_of(target)}", f"distance {self.shown.reach(self.value):.4g}"
@@ -505,7 +505,7 @@ class LengthHandle(Handle):
         return self.light if distance is None else self.with_value(distance / self.role.share)
 
     def draw(self, drawing: Drawing, selected: bool) -> None:
-        """Add a circle through the handle, for lights without an outline; if selected, also a sphere."""
+        """For a light without an outline, add a circle through the handle; if selected, also a sphere."""
         if self.light.outline is None:
             radius = self.role.share * self.value
             self.shown.draw_circles(drawing, radius, 0.6 if selected else 0.3, drawing.view.viewer.axes[2:])

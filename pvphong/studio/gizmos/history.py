@@ -35,7 +35,7 @@ _Steps = deque[tuple[Editable, Any, Any]]
 
 
 class History:
-    """The steps that can be undone, and those that can be redone; the last 256 of each."""
+    """The steps that can be undone, and those that can be redone again; at most 256 of each."""
 
     def __init__(self) -> None:
         self._done, self._undone = _Steps(maxlen=_LONGEST), _Steps(maxlen=_LONGEST)
