@@ -268,7 +268,7 @@ def _named_files(root: ElementTree.Element) -> list[tuple[ElementTree.Element, s
     """Return a tuple for each element of an index file that names a file.
 
     The tuple has the element, the name of its attribute with the file's path, and the path of its block, such as
-    "car/wheel"; the latter is "" in a .pvtp, .pvtu or .pvd file.
+    "car/wheel". In a .pvtp, .pvtu or .pvd file, there are no blocks, and the path of the block is "".
     """
     if root.get("type") in _PARALLEL:
         return [(element, "Source", "") for element in root.iter("Piece")]

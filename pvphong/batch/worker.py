@@ -69,7 +69,10 @@ class Job:
     compress: Compression = "lz4"
 
     def refuse_wrong(self, pieces: Sequence[Piece]) -> None:
-        """Light a triangle with the job's settings, to raise ``ValueError`` if no piece can be lit with them."""
+        """Raise ``ValueError`` for settings with which pieces cannot be lit, by lighting a triangle with them.
+
+        Also refused are maps that are not names, and different materials for blocks that refer to the same file.
+        """
         labels = sorted({label for piece in pieces for label in piece.labels})
         material_of = dict(zip(labels, materials_of(labels, self.materials), strict=True))
         for material in self.materials.values():

@@ -160,7 +160,7 @@ def corners_of(low: Float64Array, high: Float64Array) -> Float64Array:
 
 
 def sphere_around(box: Box) -> Sphere:
-    """Return the sphere through the corners of a box. The radius is infinite if its computation overflows."""
+    """Return the least sphere around a box, with its radius rounded up. The radius is infinite if it overflows."""
     low, high = (end.tolist() for end in box)
     x, y, z = centre = [a / 2 + b / 2 for a, b in zip(low, high, strict=True)]
     reach = (max(b - c, c - a) for a, b, c in zip(low, high, centre, strict=True))

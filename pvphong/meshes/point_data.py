@@ -424,7 +424,7 @@ def _planes(texture: Any, name: str) -> NDArray[Any]:
 def _texel_numbers(size: int, wrap: int) -> IntArray:
     """Return the indices of an axis's `size` texels, and those to use outside the image: one before and two after.
 
-    The latter follow from `wrap`, VTK's mode for places outside the image; −1 is the border colour.
+    The indices outside follow from `wrap`, VTK's mode for places outside the image; −1 is the border colour.
     """
     return np.pad(np.arange(1, size + 1), (1, 2), _BEYOND[wrap]) - 1  # "constant" pads with 0
 

@@ -169,7 +169,7 @@ class Gathering:
 def _sent(exchanging: dict[LitMesh, tuple[Plan, Vertices]]) -> tuple[Radiosity, set[LitMesh]]:
     """Return the direct light that all meshes reflect, and the set of meshes for which it cannot be computed.
 
-    The latter reflect nothing. `exchanging` maps each mesh to its plan and vertices.
+    Meshes in this set reflect nothing. `exchanging` maps each mesh to its plan and vertices.
     """
     sent, silent = list[Radiosity](), set[LitMesh]()
     for mesh, (plan, vertices) in exchanging.items():
