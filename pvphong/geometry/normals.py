@@ -341,7 +341,7 @@ def _weights(block: FaceBlock, areas: Float64Array, weighting: Weighting) -> Flo
 
 
 def _levels(faces: Faces, power: int) -> NDArray[np.int32] | None:
-    """Return exponents by which the points' weights are scaled, so that their sums do not overflow, shape (n_points,).
+    """Return exponents by which the points' weights are scaled, so that their sums stay in range, shape (n_points,).
 
     `power` is the power of length in the unit of the weights: 2 for areas, 0 for angles, −2 for the weighting "max".
     The result is None if all weights are in range, as is usual.
