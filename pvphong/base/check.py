@@ -58,7 +58,8 @@ def number(
 ) -> float:
     """Return a finite real number within the bounds, as a float; refuse any other value.
 
-    The value may equal `at_least` and `at_most`, but must be greater than `above`.
+    The value may equal `at_least` and `at_most`, but must be greater than `above`. `remedy` is a sentence that ends the
+    message.
     """
     if type(value) is float and math.isfinite(value) and at_least <= value <= at_most and value > above:
         return value  # the usual case, kept fast for files with many lights
@@ -96,7 +97,7 @@ def choice(name: str, value: Any, allowed: Iterable[str]) -> str:
 
 
 def meant(value: Any, options: Iterable[str]) -> str:
-    """Return the sentence "Did you mean …?" with the options most similar to `value`; "" if none is similar."""
+    """Return "Did you mean …?" with those of `options` that are most similar to `value`; "" if none is similar."""
     close = difflib.get_close_matches(value.lower(), options) if isinstance(value, str) else ()
     return f"Did you mean {' or '.join(repr(c) for c in close)}?" if close else ""
 
@@ -109,13 +110,13 @@ def text(name: str, value: Any) -> str:
 
 
 def vector(name: str, value: Any) -> Vector:
-    """Return three finite numbers, as a tuple of floats."""
+    """Return three finite numbers as a tuple of floats; refuse any other value."""
     x, y, z = numbers_in(name, value, 3)
     return x, y, z
 
 
 def direction(name: str, value: Any) -> Vector:
-    """Return three finite numbers that are not all zero. The vector is not normalized."""
+    """Return three finite numbers, not all zero, as a tuple of floats; refuse any other value. It is not normalized."""
     result = vector(name, value)
     if not any(result):
         refuse(name, value, "a direction, three finite numbers that are not all zero")
@@ -123,7 +124,7 @@ def direction(name: str, value: Any) -> Vector:
 
 
 def numbers_in(name: str, value: Any, count: int) -> tuple[float, ...]:
-    """Return a sequence of `count` finite numbers, as a tuple of floats."""
+    """Return `count` finite numbers, given as a sequence or array, as a tuple of floats; refuse any other value."""
     if _are_floats(value, count):
         return tuple(value)
     allowed = f"{count} finite numbers"
@@ -208,9 +209,10 @@ def array(name: str, value: Any, *, count: int | None = None, allowed: str = _RO
 
 
 def real_array(name: str, value: Any, allowed: str) -> Any:
-    """Return an array of integers or floats, of any shape.
+    """Return array_like integers or floats as an array, of any shape.
 
-    Ragged lists, strings, objects, complex numbers and masked entries are refused.
+    Ragged lists, strings, objects, complex numbers and masked entries are refused; `allowed` describes the allowed
+    values in the message.
     """
     if isinstance(value, np.ma.MaskedArray) and np.ma.is_masked(value):
         refuse(name, "an array with masked entries", allowed, "Fill them, for example with array.filled(0.0).")
@@ -252,19 +254,30 @@ field."""
 
 
 def field(checked: Check, default: Any = dataclasses.MISSING, **more: Any) -> Any:
-    """Declare a dataclass field. `fields` checks its value with `checked`; `more` is added to the field's metadata."""
+    """Declare a dataclass field whose value is checked.
+
+    Parameters
+    ----------
+    checked : callable
+        Function of the field's name and value that returns the canonical value or raises ValueError. The function
+        `fields` calls it.
+    default : Any
+        Default value of the field; by default, the field has none.
+    **more
+        Further entries of the field's metadata.
+    """
     return dataclasses.field(default=default, metadata={"check": checked, **more})
 
 
 def fields(instance: Any) -> None:
-    """Check the fields of a new frozen dataclass that were declared with `field`, and set their canonical values."""
+    """Check the fields of a new frozen dataclass by the checks that `field` declared; store the checked values."""
     kind: Any = type(instance)
     for name, checked in _checks(kind):
         object.__setattr__(instance, name, checked(name, getattr(instance, name)))
 
 
 def keywords(kind: Any, given: Iterable[str]) -> None:
-    """Raise ``TypeError`` if a given name is not a field of a dataclass; the message suggests the nearest field."""
+    """Raise ``TypeError`` if a name in `given` is not a field of the dataclass `kind`; suggest the nearest field."""
     known = [each.name for each in dataclasses.fields(kind)]
     for name in given:
         if name not in known:
@@ -273,7 +286,10 @@ def keywords(kind: Any, given: Iterable[str]) -> None:
 
 
 def refuse_color(kind: Any, given: Mapping[str, Any]) -> None:
-    """Raise ``ValueError`` for PyVista's argument `color`, for a dataclass that has the field `diffuse` instead."""
+    """Refuse "color" as a key of `given`: it is PyVista's name for the field `diffuse` of the dataclass `kind`.
+
+    Raise ``ValueError``, unless the dataclass has a field `color`.
+    """
     for name in ("color", "colour"):
         if name in given and name not in kind.__dataclass_fields__:
             refuse(name, given[name], "given as diffuse=", f"Use {kind.__name__}(diffuse={given[name]!r}).")

@@ -23,14 +23,14 @@ white."""
 
 
 def linear_from_srgb(encoded: Float64Array) -> Float64Array:
-    """Convert sRGB values of any shape to linear light; values outside [0, 1] follow the same curve."""
+    """Convert sRGB values, an array of any shape, to linear light; values outside [0, 1] follow the same curve."""
     with np.errstate(invalid="ignore"):
         curve = np.maximum((encoded + 0.055) / 1.055, 0.0) ** 2.4
     return np.where(encoded <= 0.04045, encoded / 12.92, curve)
 
 
 def srgb_from_linear(linear: FloatArray) -> Float64Array:
-    """Convert linear light of any shape to sRGB values; negative numbers stay negative."""
+    """Convert linear light, an array of any shape, to sRGB values; negative numbers stay negative."""
     with np.errstate(invalid="ignore"):
         curve = 1.055 * np.maximum(linear, 0.0) ** (1.0 / 2.4) - 0.055
     return np.where(linear <= 0.0031308, 12.92 * linear, curve)

@@ -128,9 +128,10 @@ class Display:
 
 
 def _filmic(exposed: FloatArray) -> FloatArray:
-    """Return the filmic curve: x up to s, then s + (1 - s) (1 - exp(-(x - s) / (1 - s))), with s = `_SHOULDER`.
+    """Apply the filmic curve to colours after exposure.
 
-    The two parts have the same slope at s.
+    With s = `_SHOULDER`, the curve is x up to s, and s + (1 − s) (1 − exp(−(x − s) / (1 − s))) above. Its slope is
+    continuous at s.
     """
     rest = np.float32(1.0 - _SHOULDER)
     beyond = np.maximum(exposed - np.float32(_SHOULDER), np.float32(0.0))
@@ -139,7 +140,7 @@ def _filmic(exposed: FloatArray) -> FloatArray:
 
 
 def _false_colors(exposed: FloatArray) -> ByteArray:
-    """Return the colour of each band of luminance, shape (n, 3)."""
+    """Return the false colours of colours after exposure, shape (n, 3): one colour for each band of luminance."""
     limits, colors = zip(*_FALSE_COLORS, strict=True)
     with np.errstate(divide="ignore"):
         stops = np.log2(exposed @ XYZ_OF_RGB[1].astype(np.float32) / np.float32(_MIDDLE_GREY))

@@ -18,13 +18,19 @@ Kind = TypeVar("Kind")
 
 
 def read(path: str | os.PathLike[str], what: str) -> Any:
-    """Return the content of a JSON file.
+    """Read a JSON file and return its content.
+
+    Parameters
+    ----------
+    path : path
+        The file.
+    what : str
+        Noun for the expected kind of file, such as "a scene file"; error messages contain it.
 
     Raises
     ------
     ValueError
-        If the file cannot be read or is not JSON. The message names the expected kind of file, `what`, such as "a
-        scene file".
+        If the file cannot be read or is not JSON.
     """
     try:
         return json.loads(Path(path).read_text(encoding="utf-8"))
@@ -37,24 +43,39 @@ def read(path: str | os.PathLike[str], what: str) -> Any:
 
 
 def entries(place: str, given: Any) -> dict[str, Any]:
-    """Return a JSON object as a dict; raise ValueError for any other value."""
+    """Return a copy of `given` if it is a mapping (a JSON object); raise ValueError for any other value.
+
+    Error messages begin with `place`, the position of the value in its file, such as "lights[2]".
+    """
     return dict(given) if isinstance(given, Mapping) else check.refuse(place, given, "a JSON object")
 
 
 def check_keys(place: str, given: Mapping[str, Any], allowed: set[str]) -> None:
-    """Raise ValueError if a JSON object has a key that is not allowed."""
+    """Raise ValueError if the mapping `given` (a JSON object) has a key that is not in `allowed`.
+
+    Error messages contain `place`, the position of the object in its file, such as "lights[2]".
+    """
     for key in given:
         if key not in allowed:
             check.refuse(f"field of {place}", key, "one of " + ", ".join(sorted(allowed)))
 
 
 def value(place: str, kind: type[Kind], given: Any) -> Kind:
-    """Create an instance of the dataclass `kind` from a JSON object of its fields; missing fields have their defaults.
+    """Create an instance of a dataclass from a JSON object.
+
+    Parameters
+    ----------
+    place : str
+        Position of the object in its file, such as "lights[2]"; error messages contain it.
+    kind : type
+        The dataclass.
+    given : Any
+        The JSON object, a mapping from names of fields to values. Fields that it lacks have their defaults.
 
     Raises
     ------
     ValueError
-        If `given` is not an object, or a field is unknown or invalid. The message contains the place.
+        If `given` is not a mapping, or a field is unknown or invalid.
     """
     found = entries(place, given)
     check_keys(place, found, {field.name for field in fields(kind)})  # type: ignore[arg-type] # any dataclass
@@ -65,9 +86,21 @@ def value(place: str, kind: type[Kind], given: Any) -> Kind:
 
 
 def with_type(argument: str, given: Any, kinds: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the fields of the dataclass `given` as a dict; the entry "type" is the name of its class in `kinds`.
+    """Convert a dataclass instance to a dict for JSON: its fields, and the name of its class as the entry "type".
 
-    Raise ValueError if `kinds` does not contain the class.
+    Parameters
+    ----------
+    argument : str
+        Name of the argument in the error message.
+    given : dataclass instance
+        The value to convert.
+    kinds : mapping
+        Name → class, for all classes that files can store.
+
+    Raises
+    ------
+    ValueError
+        If `kinds` does not contain the class.
     """
     for name, kind in kinds.items():
         if type(given) is kind:
@@ -77,7 +110,22 @@ def with_type(argument: str, given: Any, kinds: Mapping[str, Any]) -> dict[str, 
 
 
 def value_of_type(place: str, given: Any, kinds: Mapping[str, type[Kind]]) -> Kind:
-    """Create a dataclass as `value` does; the JSON object's entry "type" is the name of the class in `kinds`."""
+    """Create a dataclass instance from a JSON object whose entry "type" names the class: the inverse of `with_type`.
+
+    Parameters
+    ----------
+    place : str
+        Position of the object in its file, such as "lights[2]"; error messages contain it.
+    given : Any
+        The JSON object: the entry "type", and the fields of the class. Missing fields have their defaults.
+    kinds : mapping
+        Name → class, for all classes that "type" may name.
+
+    Raises
+    ------
+    ValueError
+        If `given` is not a mapping, "type" is not in `kinds`, or a field is unknown or invalid.
+    """
     found = entries(place, given)
     kind = kinds[check.choice(f"{place}.type", found.pop("type", None), kinds)]
     return value(place, kind, found)

@@ -91,7 +91,11 @@ def written_aside(path: str | os.PathLike[str]) -> Iterator[Path]:
 
 
 def _refuse_target(target: Path, old: os.stat_result | None) -> None:
-    """Raise ``ValueError`` if the target's folder does not exist, or if the existing file must not be replaced."""
+    """Raise ``ValueError`` if a file cannot be written to the path `target`.
+
+    Its folder must exist. If something exists at the path, `old` is its status, and it must be a regular file that can
+    be written.
+    """
     if not target.parent.is_dir():
         check.refuse("path", target, "in a folder that exists", f"Create {target.parent} first.")
     if old is None:
@@ -106,7 +110,9 @@ def _refuse_target(target: Path, old: os.stat_result | None) -> None:
 
 @contextmanager
 def folder_aside(place: Path) -> Iterator[Path]:
-    """Yield a new temporary folder in `place`, removed at the end. Folders of killed processes are removed first.
+    """Create a temporary folder in the folder `place` for the duration of the block, and yield it.
+
+    Before that, temporary folders in `place` whose processes were killed are removed.
 
     Raises
     ------
@@ -134,7 +140,7 @@ def folder_aside(place: Path) -> Iterator[Path]:
 
 
 def _clear_abandoned(place: Path) -> None:
-    """Remove temporary folders whose processes have ended."""
+    """Remove the temporary folders in the folder `place` whose processes have ended."""
     for folder in place.glob(PREFIX + "????????"):
         with suppress(OSError):
             if (folder / _LOCK).exists():
@@ -148,7 +154,11 @@ def _clear_abandoned(place: Path) -> None:
 
 
 def _remove(folder: Path) -> None:
-    """Remove a folder and its content, the lock file last, so that another process can finish if this one is killed."""
+    """Remove a temporary folder and its content.
+
+    The lock file is removed last. So if this process is killed meanwhile, another process recognizes the folder as
+    abandoned.
+    """
     with suppress(OSError):
         for entry in folder.iterdir():
             if entry.is_dir():
@@ -159,7 +169,9 @@ def _remove(folder: Path) -> None:
 
 
 def reserve(aside: Path, size: int) -> None:
-    """Check that a file `aside` of `size` bytes fits on its disk, for writers that do not report a full disk.
+    """Check that a file of `size` bytes at the path `aside` fits on its disk.
+
+    Call it before writers that do not report a full disk.
 
     Raises
     ------
@@ -183,7 +195,10 @@ def reserve(aside: Path, size: int) -> None:
 
 
 def sync(written: Path) -> None:
-    """Flush a file to the disk; some file systems report a full disk or quota only here, with an ``OSError``."""
+    """Flush the file at the path `written` to the disk.
+
+    Some file systems report a full disk or quota only then, as an ``OSError``.
+    """
     with written.open("rb+") as file:
         os.fsync(file.fileno())
 
@@ -198,8 +213,8 @@ def write_json(document: Any, path: str | os.PathLike[str]) -> None:
 def locked(path: Path, *, makes: bool = True) -> Iterator[bool]:
     """Lock a file for the duration of the block; yield True if this process has the lock, else False.
 
-    The file is created if `makes` is true, and it is not removed at the end. False means that the file is missing,
-    cannot be created or locked, or was removed in the meantime. The system releases the lock when the process that
+    False means that the file is missing, cannot be created or locked, or was removed in the meantime. If `makes` is
+    true, a missing file is created; it is not removed at the end. The system releases the lock when the process that
     holds it ends.
     """
     try:

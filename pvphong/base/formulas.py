@@ -47,7 +47,7 @@ LEAST_SQUARE = np.float32(FAINTEST)
 
 
 def formula(function: Function) -> Function:
-    """Mark a function as callable from compiled code."""
+    """Mark a function as a formula, which compiled code may call too, and return it."""
     FORMULAS.append(function)
     return function
 
@@ -76,12 +76,12 @@ def select(condition: Any, a: Any, b: Any) -> Any:
 
 
 def multiply_add(a: Any, b: Any, c: Any) -> Any:
-    """Return a·b + c, rounded once in compiled code."""
+    """Return a·b + c. Compiled code rounds the result once, NumPy rounds product and sum."""
     return a * b + c
 
 
 def as_type_of(x: Any, value: Any) -> Any:
-    """Convert the number `value` to the type of x."""
+    """Convert the number `value` to the float type of x."""
     return x.dtype.type(value)
 
 
@@ -96,7 +96,7 @@ def wrapped(x: Any) -> Any:
 
 
 def index(x: Any) -> Any:
-    """Round x >= 0 down to an integer, for indexing a table."""
+    """Round x >= 0 down to an integer, which can index a table."""
     return x.astype(np.int64)
 
 
@@ -106,22 +106,22 @@ def nearest(x: Any) -> Any:
 
 
 def over_its_size(x: Any) -> Any:
-    """Return the power of two that scales x > 0 to [1, 2); x is capped at 2¹⁰⁰⁰."""
+    """Return the power of two that, multiplied by x > 0, gives a number in [1, 2); for x > 2¹⁰⁰⁰, that of 2¹⁰⁰⁰."""
     return np.ldexp(1.0, 1 - np.frexp(np.minimum(x, 2.0**1000))[1])
 
 
 def arctan2(y: Any, x: Any) -> Any:
-    """Return the angle of a point, in [−π, π]; 0 at the origin."""
+    """Return the angle of the point (x, y) from the x axis, in [−π, π]; 0 at the origin."""
     return np.arctan2(y, x)
 
 
 def sine(x: Any) -> Any:
-    """Return the sine of x, for up to a few full turns."""
+    """Return the sine of x in radians; accurate for up to a few full turns."""
     return np.sin(x)
 
 
 def cosine(x: Any) -> Any:
-    """Return the cosine of x, with an error of a few roundings of 1."""
+    """Return the cosine of x in radians. The error is a few roundings of the number 1."""
     return np.cos(x)
 
 
@@ -131,18 +131,18 @@ def log1p(x: Any) -> Any:
 
 
 def power_less_one(less: Any, exponent: Any) -> Any:
-    """Return max(z, 0)ᵖ − 1 with p = `exponent` and z = 1 − `less`, accurate near z = 1 too; 0⁰ is 1."""
+    """Return zᵖ − 1 for z = max(1 − `less`, 0) and p = `exponent`, accurate near z = 1 too; 0⁰ is 1."""
     with np.errstate(divide="ignore", invalid="ignore"):
         return np.where(exponent > 0.0, np.expm1(exponent * np.log1p(-np.minimum(less, 1.0))), 0.0)
 
 
 def any_of(conditions: Any) -> Any:
-    """Return True if the condition holds for any vertex. `if any_of(...)` skips work that no vertex needs."""
+    """Return True if the condition holds for at least one vertex; `if any_of(...)` skips work that no vertex needs."""
     return np.any(conditions)
 
 
 def largest(x: Any) -> Any:
-    """Return the largest of whole numbers >= 0 as an int: the number of loop steps that suffices for all vertices."""
+    """Return the largest of whole numbers x >= 0 as an int: the number of loop steps that suffices for all vertices."""
     return int(np.max(x, initial=0.0))
 
 
@@ -152,10 +152,20 @@ def exponential(x: Any) -> Any:
 
 
 def chord_power(squared: Any, exponent: Any, floor: float = 0.0) -> Any:
-    """Return max(f, floor)ⁿ for the cosine f = 1 − ½|C|² of an angle with the chord C.
+    """Return max(f, floor)ⁿ for a cosine f, given the chord of its angle: f = 1 − ½|C|², with the chord C.
 
-    `squared` is |C|². The exponent n is a number or an array; the power is 1 for n = 0. The power is computed as
-    exp(n · log1p(−½|C|²)), which is accurate near f = 1.
+    Parameters
+    ----------
+    squared : number
+        The squared length |C|².
+    exponent : number
+        The exponent n. For n = 0 the result is 1.
+    floor : float, default 0
+        Least value of the cosine.
+
+    Notes
+    -----
+    The power is computed as exp(n · log1p(−½|C|²)), which is accurate near f = 1.
     """
     real = squared.dtype.type
     is_flat = np.equal(exponent, 0.0)
@@ -186,7 +196,7 @@ def chord_power(squared: Any, exponent: Any, floor: float = 0.0) -> Any:
 
 
 class Power(NamedTuple):
-    """A power of a cosine: max(f, floor)ⁿ."""
+    """A power of a cosine f: max(f, floor)ⁿ, with the exponent n."""
 
     exponent: Any
     """The exponent n >= 0: a number, or an array with an exponent for each vertex."""
@@ -194,8 +204,10 @@ class Power(NamedTuple):
 
     @property
     def numbers(self) -> tuple[float, float, float]:
-        """Three numbers for compiled code: n, limited to float32's range; log2(floor); and the squared length of the
-        angle's chord at and above which the power is 0.
+        """Three numbers by which compiled code computes the power.
+
+        They are n, limited to float32's range; log2(floor); and the squared length of the angle's chord at and above
+        which the power is 0.
         """
         exponent = self.exponent and max(FAINTEST, min(self.exponent, BRIGHTEST))
         log_floor = math.log2(self.floor) if self.floor else -math.inf
@@ -204,7 +216,7 @@ class Power(NamedTuple):
 
 @formula
 def horner(t: Any, coefficients: Any) -> Any:
-    """Evaluate a polynomial; coefficients begin with the highest power.
+    """Evaluate a polynomial in t. Its coefficients are constants, that of the highest power first.
 
     Compilers unroll the loop for up to about a dozen terms.
     """
@@ -219,37 +231,40 @@ def horner(t: Any, coefficients: Any) -> Any:
 
 @formula
 def dot(a: Any, b: Any) -> Any:
-    """Dot product, summed in the order x, y, z, without fused multiply-adds: exact cancellation gives 0."""
+    """Return the dot product of two vectors, summed in the order x, y, z.
+
+    Multiplications and additions are rounded separately, so that terms that cancel exactly give 0.
+    """
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
 @formula
 def square(w: Any) -> Any:
-    """Squared length |w|²."""
+    """Return the squared length |w|² of a vector."""
     return multiply_add(w[2], w[2], multiply_add(w[1], w[1], w[0] * w[0]))
 
 
 @formula
 def add(a: Any, b: Any) -> Any:
-    """Sum of two vectors."""
+    """Return the sum of two vectors."""
     return a[0] + b[0], a[1] + b[1], a[2] + b[2]
 
 
 @formula
 def subtract(a: Any, b: Any) -> Any:
-    """Difference of two vectors."""
+    """Return the difference a − b of two vectors."""
     return a[0] - b[0], a[1] - b[1], a[2] - b[2]
 
 
 @formula
 def times(w: Any, factor: Any) -> Any:
-    """A vector times a number."""
+    """Return the vector w times a number."""
     return w[0] * factor, w[1] * factor, w[2] * factor
 
 
 @formula
 def cross(a: Any, b: Any) -> Any:
-    """Cross product; exactly 0 for equal vectors."""
+    """Return the cross product of two vectors; it is exactly 0 for equal vectors."""
     return (
         multiply_add(a[1], b[2], -(a[2] * b[1])),
         multiply_add(a[2], b[0], -(a[0] * b[2])),
@@ -259,8 +274,5 @@ def cross(a: Any, b: Any) -> Any:
 
 @formula
 def inverse_length(squared: Any) -> Any:
-    """Return 1 over the length of a vector, given its squared length.
-
-    The result is finite for a zero vector, so that the vector times the result is zero.
-    """
+    """Return 1 over the length of a vector, given its squared length; for a zero vector, a finite number."""
     return ONE / sqrt(maximum(squared, LEAST_SQUARE))

@@ -31,7 +31,7 @@ class Handle:
 
 @cache
 def declared(kind: Any) -> frozenset[str]:
-    """Return the names of the public attributes that a class declares."""
+    """Return the names of the public attributes that the class `kind` declares."""
     annotated = {name for base in kind.__mro__ for name in vars(base).get("__annotations__", ())}
     return frozenset(name for name in {*dir(kind), *annotated} if not name.startswith("_"))
 

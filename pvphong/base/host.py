@@ -15,7 +15,7 @@ _load: list[Callable[[], Any]] = []
 
 
 def answered_by(load: Callable[[], Any]) -> None:
-    """Register the function that imports and returns `pvphong.vtk.lights`; it is called when the module is needed."""
+    """Register a function that imports and returns the module `pvphong.vtk.lights`; `answers` calls it."""
     _load[:] = [load]
 
 

@@ -32,19 +32,22 @@ _is_reading = False
 def say(what: str, more: object = "") -> None:
     """Send a message about the next action to the watcher of this process, if it has one.
 
-    Messages, and the text `more` that follows each:
-
-    - "folder", a path: this temporary folder is to be removed if this process is killed.
-    - "reading", the allowed seconds and a path: reading of this file begins.
-    - "done": reading has ended or failed.
-    - "status", the exit status: the work is complete, even if libraries crash when they are unloaded.
+    Parameters
+    ----------
+    what : {"folder", "reading", "done", "status"}
+        Kind of message. "folder": remove a temporary folder if this process is killed. "reading": reading of a file
+        begins. "done": reading has ended or failed. "status": the work is complete, even if libraries crash when they
+        are unloaded.
+    more : object
+        Content of the message, which is converted to text: for "folder" the path; for "reading" the allowed seconds, a
+        space and the path; for "done" nothing; for "status" the exit status.
     """
     if watcher is not None:
         os.write(watcher, os.fsencode(f"{what} {more}") + b"\0")
 
 
 def environment() -> "dict[str, str]":
-    """Return environment variables with which another Python process finds the same modules."""
+    """Return this process's environment variables, with a PYTHONPATH by which a child finds the same modules."""
     return os.environ | {"PYTHONPATH": os.pathsep.join(entry or os.getcwd() for entry in sys.path)}
 
 
@@ -68,7 +71,7 @@ class Watch:
         self.overdue = False
 
     def until_it_ends(self) -> None:
-        """Receive messages until the worker closes its end of the pipe by exiting."""
+        """Receive the worker's messages until the worker exits. If reading takes too long, kill the worker."""
         rest, deadline, bytes_read = b"", math.inf, 0
         while True:
             wait = None if deadline == math.inf else max(deadline - time.monotonic(), 0.0)
@@ -97,7 +100,7 @@ class Watch:
                     deadline = time.monotonic() + self.limit
 
     def _count_bytes_read(self) -> int:
-        """Return the number of bytes that the worker has read; 0 if the system does not report it."""
+        """Return the number of bytes that the worker process has read so far; 0 if the system does not report it."""
         try:
             with open(f"/proc/{self._process}/io") as counts:
                 return int(counts.readline().split()[1])
@@ -105,9 +108,14 @@ class Watch:
             return 0
 
     def failure(self, code: int, advice: str = "") -> str:
-        """Return one line about the worker's crash, followed by `advice`.
+        """Describe the worker's crash in one line.
 
-        `code` is the worker's exit status, or minus the number of the signal that ended it.
+        Parameters
+        ----------
+        code : int
+            The worker's exit status, or minus the number of the signal that ended it.
+        advice : str
+            Sentence that is appended.
         """
         if self.overdue:
             what = f"Reading timed out: no data from the disk for {self.limit:.0f} s."
@@ -124,7 +132,7 @@ class Watch:
 
 
 def begin_work(end: int) -> None:
-    """Make this process a worker. `end` is the descriptor of its end of the pipe.
+    """Make this process a worker: `say` will send its messages to the pipe with the file descriptor `end`.
 
     On Linux, the system kills the worker when its watcher ends.
     """
@@ -139,10 +147,10 @@ def begin_work(end: int) -> None:
 
 @contextmanager
 def reading(path: "str | os.PathLike[str]") -> "Iterator[None]":
-    """Announce to the watcher that the block reads a file; on Linux, also limit the process to the memory that is free.
+    """Announce to the watcher that the block reads the file `path`, so that the watcher can limit the time.
 
-    A corrupt file may request huge allocations; with the limit they fail before the system stalls. Nested blocks, and
-    blocks in a process without a watcher, have no effect.
+    On Linux, memory is limited to what is free: a corrupt file may request huge allocations, which then fail before the
+    system stalls. In a nested block, or in a process without a watcher, the function has no effect.
     """
     global _is_reading
     if watcher is None or _is_reading:
@@ -171,7 +179,7 @@ def reading(path: "str | os.PathLike[str]") -> "Iterator[None]":
 
 
 def available_memory() -> int | None:
-    """Return the bytes that can be allocated without swapping; None if the system does not report it."""
+    """Return how many bytes can be allocated without swapping; None if the system does not report it."""
     return _bytes_in("/proc/meminfo", "MemAvailable:") if sys.platform == "linux" else None
 
 

@@ -33,9 +33,10 @@ _MIXERS = tuple(map(np.uint32, (0x3D20ADEA, 0x05526C56, 0x53A22864)))
 
 
 def _second_coordinates() -> NDArray[np.uint32]:
-    """Compute the second coordinates: each digit of a point's number adds a row of Pascal's triangle modulo 2.
+    """Compute the second coordinates of all points as binary digits, shape (MOST,).
 
-    The first coordinates need no table: their digits are those of the point's number.
+    Each digit of a point's number adds a row of Pascal's triangle modulo 2. The first coordinates need no table: their
+    digits are those of the point's number.
     """
     numbers, row = np.arange(MOST, dtype=np.uint32), 1
     result = np.zeros(MOST, np.uint32)
@@ -63,7 +64,7 @@ of squares, the points k and (k xor entry m) lie in the same cell."""
 
 @functools.lru_cache(maxsize=64)
 def in_squares(begin: int, end: int, size: int) -> NDArray[np.uint32]:
-    """Return the digits of both coordinates of points `begin` to `end`, ordered along a Morton curve.
+    """Return the digits of both coordinates of consecutive points, ordered along a Morton curve.
 
     In this order, 2ᵐ consecutive points that begin at a multiple of 2ᵐ lie in one square, or in one half of a square.
     Scrambling keeps this property, because it only swaps halves of squares.
@@ -71,14 +72,14 @@ def in_squares(begin: int, end: int, size: int) -> NDArray[np.uint32]:
     Parameters
     ----------
     begin, end : int
-        Number of the first point, and of the point after the last; at most `MOST`.
+        Numbers of the first point (inclusive) and the last (exclusive); at most `MOST`.
     size : int
-        The last point is repeated until the count is a multiple of `size`.
+        The last point is repeated until the number of points is a multiple of `size`.
 
     Returns
     -------
     ndarray
-        Shape (2, n), C-contiguous.
+        Shape (2, n), uint32, C-contiguous; `coordinate` turns the digits into coordinates.
     """
     numbers = np.arange(begin, end, dtype=np.uint32)
     curve = np.zeros(len(numbers), np.uint32)  # Morton code: digits of both coordinates alternate, leading ones first
@@ -90,9 +91,9 @@ def in_squares(begin: int, end: int, size: int) -> NDArray[np.uint32]:
 
 
 def seeds(numbers: NDArray[np.integer[Any]], stream: int = 0) -> NDArray[np.uint32]:
-    """Return two pseudo-random seeds per number, shape (2, n) (splitmix64; G. L. Steele et al. 2014).
+    """Return two pseudo-random uint32 seeds for each integer in `numbers`, shape (2, n).
 
-    Seeds of different streams, from 0 to 2³¹, are independent.
+    Different streams, 0 to 2³¹, give independent seeds. Method: splitmix64 (G. L. Steele et al. 2014).
     """
     z = (numbers.astype(np.uint64) + np.uint64((stream << 32) + 1)) * np.uint64(0x9E3779B97F4A7C15)
     z = (z ^ (z >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
@@ -103,7 +104,10 @@ def seeds(numbers: NDArray[np.integer[Any]], stream: int = 0) -> NDArray[np.uint
 
 @formula
 def coordinate(digits: Any, seed: Any) -> Any:
-    """Scramble a coordinate's digits, uint32, by a seed, and return the coordinate, float32, in [0, 1)."""
+    """Scramble the binary digits of a coordinate, and return the coordinate, float32, in [0, 1).
+
+    `digits` is a uint32 from `in_squares` or `SECOND`, and `seed` a uint32 from `seeds`.
+    """
     x = wrapped(digits ^ wrapped(digits * _MIXERS[0]))
     x = wrapped(x + seed)
     x = wrapped(x * wrapped(wrapped(seed >> _SIXTEEN) | _ONE))
@@ -121,7 +125,10 @@ def coordinate(digits: Any, seed: Any) -> Any:
 
 @formula
 def random(number: Any, seed: Any) -> Any:
-    """Hash two uint32 to a pseudo-random float32 in [0, 1) (C. Wellons, "Hash prospector", 2018)."""
+    """Hash a number and a seed, both uint32, to a pseudo-random float32 in [0, 1).
+
+    Source: C. Wellons, "Hash prospector" (2018).
+    """
     x = wrapped(wrapped(number * _SPREAD) ^ seed)
     x = wrapped(wrapped(x ^ wrapped(x >> _SIXTEEN)) * _SHUFFLE[0])
     x = wrapped(wrapped(x ^ wrapped(x >> _FIFTEEN)) * _SHUFFLE[1])

@@ -21,8 +21,9 @@ WIDTH = 80
 
 
 def wrapped(sentence: str) -> list[str]:
-    """Wrap a sentence to lines of `WIDTH`, without breaking words. The first line's indent is kept; the other lines are
-    indented by two more columns.
+    """Wrap a sentence to lines of `WIDTH` characters, without breaking words.
+
+    The first line keeps its indent; the other lines are indented by two more columns.
     """
     indent = sentence[: len(sentence) - len(sentence.lstrip())]
     return textwrap.wrap(
@@ -31,7 +32,7 @@ def wrapped(sentence: str) -> list[str]:
 
 
 def rendered(parts: Iterable[Any]) -> str:
-    """Render sentences and `rich` tables as text, in lines of `WIDTH`; an empty line follows each table."""
+    """Render sentences and `rich` tables as text, in lines of `WIDTH` characters; an empty line follows each table."""
     from rich.console import Console
 
     lines: list[str] = []
@@ -47,9 +48,9 @@ def rendered(parts: Iterable[Any]) -> str:
 
 
 def changed_fields(value: Any, without: Sequence[str] = ()) -> str:
-    """Return the names and values of a dataclass's fields that differ from their defaults, in one line.
+    """Return the names and values of those fields of a dataclass that differ from their defaults, in one line.
 
-    `without` lists fields to omit.
+    Fields whose names are in `without` are omitted.
     """
     shown = {field.name: (getattr(value, field.name), field.default) for field in fields(value)}
     return ", ".join(
@@ -58,7 +59,7 @@ def changed_fields(value: Any, without: Sequence[str] = ()) -> str:
 
 
 def html_table(title: str, headings: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
-    """Return a small HTML table for a notebook; all text is escaped. Without headings it has no header row."""
+    """Return a small HTML table for a notebook; all text is escaped. If `headings` is empty, it has no header row."""
     body = ""
     for kind, cells in [("th", headings)] * bool(headings) + [("td", row) for row in rows]:
         inner = "".join(f'<{kind} style="text-align: left">{escape(cell)}</{kind}>' for cell in cells)
@@ -76,7 +77,10 @@ _subject: ContextVar[str] = ContextVar("subject", default="")
 
 @contextmanager
 def listening(listener: Listener | None) -> Iterator[None]:
-    """Within the block, report the progress of all work to a listener; None for no reports."""
+    """Within the block, report the progress of work to a listener; None switches reports off.
+
+    A listener is a function of the work's name and the finished fraction.
+    """
     token = _listener.set(listener)
     try:
         yield
@@ -86,7 +90,7 @@ def listening(listener: Listener | None) -> Iterator[None]:
 
 @contextmanager
 def about(what: str) -> Iterator[None]:
-    """Give the work in the block a name. Work without a name is not reported."""
+    """Name the work in the block for reports of progress, such as "casting rays". Unnamed work is not reported."""
     token = _subject.set(what)
     try:
         yield
@@ -96,9 +100,14 @@ def about(what: str) -> Iterator[None]:
 
 @contextmanager
 def stage(what: str, start: float, end: float) -> Iterator[None]:
-    """Report the progress of all work in the block as a part of a longer task.
+    """Report the progress of all work in the block as one part of a longer task.
 
-    The listener receives `what` and a fraction between `start` and `end`. Stages can be nested.
+    Parameters
+    ----------
+    what : str
+        Name that the listener receives in place of the names of the work inside.
+    start, end : float
+        Fractions of the longer task, 0 to 1, at which the block begins and ends. Stages can be nested.
     """
     listener = _listener.get()
     if listener is None:
@@ -111,9 +120,9 @@ def stage(what: str, start: float, end: float) -> Iterator[None]:
 
 
 def counting(whole: int) -> Callable[[int], None]:
-    """Return a function that reports progress: threads call it with the number of pieces that they have just done.
+    """Return a function that reports progress to the current listener, for work that consists of `whole` pieces.
 
-    `whole` is the total number of pieces.
+    Threads call the function with the number of pieces that they have just finished.
     """
     listener, what = _listener.get(), _subject.get()
     if listener is None or not what:

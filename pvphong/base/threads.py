@@ -28,14 +28,15 @@ _unpaused: ContextVar[threading.Event | None] = ContextVar("unpaused", default=N
 
 
 class StoppedError(Exception):
-    """Raised when the work is cancelled."""
+    """Raised in work that has been cancelled by the event of `stopped_by`."""
 
 
 @contextlib.contextmanager
 def stopped_by(event: threading.Event, unpaused: threading.Event | None = None) -> Iterator[None]:
-    """Within the block, `run` and `go_on` raise `StoppedError` in the calling thread once the event is set.
+    """Make the work in the block cancellable: once `event` is set, `run` and `go_on` raise `StoppedError`.
 
-    With `unpaused`, they also block while that event is not set. To cancel paused work, set both events, `event` first.
+    With `unpaused`, `run` and `go_on` also wait while that event is not set. To cancel work that waits, set `event` and
+    then `unpaused`.
     """
     token, pause = _stop.set(event), _unpaused.set(unpaused)
     try:
@@ -46,7 +47,7 @@ def stopped_by(event: threading.Event, unpaused: threading.Event | None = None) 
 
 
 def go_on() -> None:
-    """Block while the calling thread's work is paused, and raise `StoppedError` if it is cancelled."""
+    """Wait while the calling thread's work is paused; raise `StoppedError` if it is cancelled. See `stopped_by`."""
     unpaused = _unpaused.get()
     if unpaused is not None:
         unpaused.wait()
@@ -67,13 +68,16 @@ def count() -> int:
 
 @functools.lru_cache(maxsize=1)
 def _processors(_process: int, _second: int) -> int:
-    """Return the number of processors available to this process; read once a second, because it takes about 40 µs."""
+    """Return the number of processors available to this process.
+
+    The result is cached for each process ID and each second, because reading it takes about 40 µs.
+    """
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 @contextlib.contextmanager
 def limited(threads: int) -> Iterator[None]:
-    """Within the block, limit the number of threads that the calling thread uses.
+    """Within the block, let the calling thread's work use at most the given number of threads.
 
     Pass 1 for work that already runs in several threads.
     """
@@ -86,9 +90,9 @@ def limited(threads: int) -> Iterator[None]:
 
 @functools.lru_cache(maxsize=1)
 def _executor(_process: int) -> ThreadPoolExecutor:
-    """Return the thread pool of a process. Each process has its own, because threads do not survive a fork.
+    """Return the thread pool of the process with this ID. A fork needs a new pool, because threads do not survive it.
 
-    Threads start when they are needed, and are kept.
+    The pool starts threads when they are needed, and keeps them.
     """
     return ThreadPoolExecutor(max_workers=2 * (os.cpu_count() or 1), thread_name_prefix="pvphong")
 
@@ -98,9 +102,10 @@ _WORTH_WAKING = 3e-4
 
 
 def run(work: Callable[[int, int], Any], stop: int, step: int) -> None:
-    """Call `work(first, last)` for ranges of length `step` from 0 to `stop`, on at most `count()` threads.
+    """Call `work(first, last)` for consecutive ranges of `step` items from 0 to `stop`, on at most `count()` threads.
 
-    Exceptions and interrupts have the same effect as in `shared`.
+    `first` is the first item of a range, and `last` the item after its end. The last range may be shorter. If a call
+    raises, no more ranges start, and the exception is raised when all running ranges have ended.
     """
     with shared(work, stop, step) as ranges:
         for first, last in ranges:
@@ -120,9 +125,10 @@ def shared(work: Callable[[int, int], Any], stop: int, step: int, longest: int =
     ----------
     work : callable
         Function that the other threads call with the first item of a range and the item after its last.
-    stop, step : int
-        End of the last range; and the length of the ranges, or their least length if `longest` is greater. The last
-        range may be shorter.
+    stop : int
+        Number of items.
+    step : int
+        Length of the ranges; their least length if `longest` is greater. The last range may be shorter.
     longest : int, optional
         Greatest length of a range. By default, or if it is not above `step`, all ranges have the length `step`. Pass a
         larger value if the work may take less time than waking a thread. Each range is then an even share of the

@@ -22,7 +22,7 @@ _LEAST, _MOST = 2.0**-60, 2.0**60
 
 
 def dot(a: FloatArray, b: FloatArray) -> Any:
-    """Dot products of the columns of two (3, n) arrays, summed in the order x, y, z."""
+    """Return the dot products of the columns of two (3, n) arrays, shape (n,), each summed in the order x, y, z."""
     products = a * b
     total = products[0]
     total += products[1]
@@ -31,13 +31,13 @@ def dot(a: FloatArray, b: FloatArray) -> Any:
 
 
 def is_direction(vectors: FloatArray) -> BoolArray:
-    """Return a mask, shape (n,), of the columns of a (3, n) array that are directions: finite and not zero."""
+    """Return a mask, shape (n,): True for each column of a (3, n) array that is finite and not zero."""
     x, y, z = vectors  # row by row, which is ten times faster
     return np.asarray(np.isfinite(x) & np.isfinite(y) & np.isfinite(z) & ((x != 0.0) | (y != 0.0) | (z != 0.0)))
 
 
 def cross(a: NDArray[Real], b: NDArray[Real]) -> NDArray[Real]:
-    """Cross products of the columns of two (3, ...) arrays."""
+    """Return the cross products of the columns of two (3, ...) arrays, which are broadcast against each other."""
     result = np.empty(np.broadcast_shapes(a.shape, b.shape), a.dtype)
     for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
         np.multiply(a[j], b[k], out=result[i])
@@ -51,29 +51,35 @@ def columns(rows: FloatArray) -> Float64Array:
 
 
 def unit_vector(vector: VectorLike) -> Vector:
-    """Normalize a single finite vector that is not zero. The bits are the same as from `unit`, at less cost."""
+    """Return the unit vector along a finite vector that is not zero; bit for bit as by `unit`, which takes arrays."""
     (x, y, z), _ = moderate_vector(vector)
     length = math.sqrt(x * x + y * y + z * z)
     return x / length, y / length, z / length
 
 
 def moderate_vector(vector: VectorLike) -> tuple[Vector, float]:
-    """Scale a finite nonzero vector by a power of two; return the scaled vector, and 1 over its moderate length."""
+    """Scale a finite nonzero vector by a power of two, so that its largest component is in [0.5, 1).
+
+    Return the scaled vector, and 1 over the scaled vector's length.
+    """
     scale = -math.frexp(max(map(abs, vector)))[1]
     x, y, z = (math.ldexp(component, scale) for component in vector)
     return (x, y, z), 1.0 / math.sqrt(x * x + y * y + z * z)
 
 
 def angle_between(a: VectorLike, b: VectorLike) -> float:
-    """Return the angle between two unit vectors in radians, to 1e-7: arc cosines lose half the digits near 0 and π."""
+    """Return the angle between two unit vectors in radians.
+
+    The error is up to 1e-7, because arc cosines lose half the digits near 0 and π.
+    """
     return math.acos(max(-1.0, min(1.0, a[0] * b[0] + a[1] * b[1] + a[2] * b[2])))
 
 
 def unit(w: NDArray[Real]) -> tuple[NDArray[Real], NDArray[Real]]:
-    """Return the unit vectors, shape (3, n), and the lengths, shape (n,), of the columns of a (3, n) array.
+    """Normalize the columns of a (3, n) array; return the unit vectors, shape (3, n), and the lengths, shape (n,).
 
-    A zero or non-finite column gives a zero vector and the length 0. Float64 unit vectors are within 4 roundings
-    (4 * 2**-53) of the exact ones.
+    A zero or non-finite column gives a zero vector and the length 0. Float64 unit vectors are within 4 roundings (4 *
+    2**-53) of the exact ones.
     """
     with np.errstate(all="ignore"):
         square, rare = _squares(w)
@@ -88,11 +94,21 @@ def unit(w: NDArray[Real]) -> tuple[NDArray[Real], NDArray[Real]]:
 
 
 def moderate(w: FloatArray, real: Any = np.float64) -> tuple[Any, Any]:
-    """Scale the columns of a (3, n) array to moderate lengths; return the scaled columns, and 1 over their lengths.
+    """Scale columns of a (3, n) array by powers of two, where needed to keep their squared lengths in a safe range.
 
-    Both results are new arrays of the float type `real`. A column whose squared length is in a safe range is only
-    rounded to that type; any other column is first scaled by a power of two. A zero or non-finite column gives a zero
-    vector, with 0 for its inverse length.
+    Parameters
+    ----------
+    w : ndarray
+        Shape (3, n). Columns whose squared length is in the safe range are not scaled.
+    real : type, default float64
+        Float type of the results.
+
+    Returns
+    -------
+    scaled : ndarray
+        Shape (3, n), the columns, scaled where needed; zero for a zero or non-finite column.
+    inverse : ndarray
+        Shape (n,), 1 over the lengths of the columns of `scaled`; 0 for a zero column.
     """
     with np.errstate(all="ignore"):
         result = w.astype(real, order="C")
@@ -105,9 +121,9 @@ def moderate(w: FloatArray, real: Any = np.float64) -> tuple[Any, Any]:
 
 
 def _squares(w: NDArray[Real]) -> tuple[NDArray[Real], BoolArray | None]:
-    """Return the squared lengths of columns, and a mask of the columns whose squared length is outside the safe range.
+    """Compute the squared lengths of the columns of a (3, n) array, and find those outside the safe range.
 
-    Instead of the mask, None is returned if all are inside.
+    The results are the squared lengths, and a mask that is True outside the safe range; None if all are inside it.
     """
     square = dot(w, w)
     if square.min(initial=1.0) >= _LEAST and square.max(initial=1.0) <= _MOST:  # a NaN fails both
@@ -116,10 +132,10 @@ def _squares(w: NDArray[Real]) -> tuple[NDArray[Real], BoolArray | None]:
 
 
 def _rescaled(w: NDArray[Real]) -> tuple[NDArray[Real], NDArray[np.int32]]:
-    """Scale columns by powers of two so that the largest entry of each is in [0.5, 1).
+    """Scale the columns of a (3, n) array by powers of two, so that the largest component of each is in [0.5, 1).
 
-    Return the scaled columns, and the exponents: a column is 2**exponent times the scaled one. A column that is not
-    finite becomes zero.
+    Return the scaled columns and the exponents: a column is 2**exponent times its scaled column. The scaled column is
+    zero if the column is zero or not finite.
     """
     finite = np.where(np.isfinite(w).all(axis=0), w, 0.0)
     exponents = np.frexp(np.abs(finite).max(axis=0))[1]
@@ -131,7 +147,10 @@ def _inverse(length: NDArray[Real]) -> NDArray[Real]:
 
 
 def towards(target: Vector, points: Float64Array, real: Any = np.float64) -> tuple[Any, Float64Array]:
-    """Return unit vectors from points to a target, and the distances; see `directions_to`."""
+    """Return the unit vectors from points, shape (3, n), to a target, and the distances, shape (n,).
+
+    Arguments, types and special cases are those of `directions_to`.
+    """
     directions, inverse, distance = directions_to(target, points, real)
     directions *= inverse
     return directions, distance

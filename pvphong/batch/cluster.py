@@ -29,17 +29,21 @@ _ADDRESS = "a distributed.Client, or the address of a running Dask scheduler suc
 
 
 class _Task:
-    """Finished task of a `Here` client; compared by identity."""
+    """A task that a `Here` client has run, with its value. Tasks are compared by identity, so that they can be keys."""
 
     def __init__(self, value: Any) -> None:
         self.value = value
 
 
 class Here:
-    """Client that runs tasks in this process, one after the other; for a single file without Dask."""
+    """Client that runs tasks in this process, one after the other, for a single file if Dask is not installed."""
 
     def submit(self, work: Callable[..., Any], *given: Any, pure: bool) -> Any:  # noqa: ARG002 as of Dask's
-        """Run the function immediately; arguments may be tasks, which stand for their values."""
+        """Call `work` with the arguments `given` at once, and return a finished task.
+
+        An argument that is a task is replaced by its value. If the call raises, the task's value is a `Result` with the
+        reason. `pure` is ignored; Dask's clients have this parameter.
+        """
         try:
             return _Task(work(*(each.value if isinstance(each, _Task) else each for each in given)))
         except Exception as error:  # any error, as in a Dask task
@@ -48,9 +52,17 @@ class Here:
 
 @contextmanager
 def connected(client: Any, workers: int | None, pieces: int) -> Iterator[Client | Here]:
-    """Yield a client of a Dask cluster: the given client, a client for a given address, or that of a local cluster.
+    """Yield a client of a Dask cluster for the duration of the block.
 
-    A local cluster ends with the `with` block. If Dask is not installed, a single piece is lit in this process.
+    Parameters
+    ----------
+    client : Client, str or None
+        A client, which is yielded itself, or the address of a scheduler. None starts a local cluster, which ends with
+        the block.
+    workers : int or None
+        Number of processes of a local cluster; None for the number of processors.
+    pieces : int
+        Number of pieces to light. If Dask is not installed, a single piece is lit in this process.
 
     Raises
     ------
@@ -83,10 +95,10 @@ def connected(client: Any, workers: int | None, pieces: int) -> Iterator[Client 
 
 
 def _refuse_silent(address: str) -> None:
-    """Raise an error if no scheduler listens at the address, or a TCP address has no port.
+    """Raise an error if no scheduler answers at an address, or a TCP address has no port.
 
-    Dask would retry for seconds, and print each attempt. Addresses with a protocol other than tcp and tls are not
-    checked.
+    Without this check, Dask would retry for seconds and print each attempt. Addresses with a protocol other than tcp
+    and tls are not checked.
     """
     scheme, _, place = address.rpartition("://")
     host, _, port = place.rpartition(":")
@@ -98,9 +110,16 @@ def _refuse_silent(address: str) -> None:
 
 
 def _local(workers: int | None, held: ExitStack) -> Client:
-    """Start a local cluster of processes with one thread each.
+    """Start a local cluster with one thread in each process, and return its client.
 
     A process gets one piece at a time, so that a crash can be attributed to its piece.
+
+    Parameters
+    ----------
+    workers : int or None
+        Number of processes; None for the number of processors.
+    held : ExitStack
+        Ends the client and the cluster when it is closed.
     """
     import dask
     from distributed import Client, LocalCluster
@@ -126,7 +145,7 @@ def _local(workers: int | None, held: ExitStack) -> Client:
 
 
 def _refuse_other_versions(client: Client) -> None:
-    """Refuse a cluster without workers, or with workers that have other versions of `_PACKAGES` than this process.
+    """Raise ``ValueError`` for a cluster without workers, or whose workers lack this process's versions of `_PACKAGES`.
 
     Dask itself warns about different versions of its own packages.
     """
@@ -146,10 +165,21 @@ def _refuse_other_versions(client: Client) -> None:
 
 
 def ended(client: Client | Here, tasks: Mapping[Any, Item], *, fetches: bool = True) -> Iterator[tuple[Item, Any]]:
-    """As each task ends, yield its item in `tasks`, a mapping from tasks to items, and its value.
+    """Yield an item and a value for each task, in the order in which tasks end.
 
-    For a failed task, the value is a `Result` with the reason. Without `fetches`, values stay on the workers, and the
-    task itself is yielded in place of its value.
+    Parameters
+    ----------
+    client : Client or Here
+        Client that runs the tasks.
+    tasks : mapping
+        Task → item, such as the piece that the task lights.
+    fetches : bool, default True
+        True to yield the tasks' values. False to leave the values on the workers, and yield the tasks themselves.
+
+    Yields
+    ------
+    item, value
+        The value is a `Result` with the reason if the task failed.
     """
     if isinstance(client, Here):
         for task, item in tasks.items():

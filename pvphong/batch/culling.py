@@ -73,9 +73,14 @@ class PotentialOccluders(Generic[Name]):
     blockers: tuple[Name, ...]
 
     def may_count(self, scene: Scene, parts: Box) -> BoolArray:
-        """Return a mask of boxes: True if their contents may block a light of the scene, or its sky, for the piece.
+        """Return a mask of boxes, shape (m,): True if triangles in the box may block light, or the sky, for this piece.
 
-        `parts` are the low and high corners of m boxes, each of shape (m, 3).
+        Parameters
+        ----------
+        scene : Scene
+            The scene; only its shadows and ambient occlusion are considered if they are on.
+        parts : (low, high)
+            Corners of the boxes, shape (m, 3) each.
         """
         model = scene.light_model
         result: BoolArray = np.zeros(len(parts[0]), bool)
@@ -87,7 +92,11 @@ class PotentialOccluders(Generic[Name]):
         return result
 
     def blocking(self, scene: Scene, faces: BlockingFaces) -> BlockingFaces:
-        """Return the triangles of another piece that may block light. Whole runs of triangles are kept or dropped."""
+        """Return those triangles of another piece that may block light of this piece.
+
+        `faces` are all triangles of the other piece that block light. They are tested, and kept or dropped, in runs of
+        `_RUN` consecutive triangles.
+        """
         kept = []
         for start in range(0, len(faces), _RUN * _RUNS_AT_ONCE):
             corners = faces.corners[start : start + _RUN * _RUNS_AT_ONCE]
@@ -101,7 +110,7 @@ class PotentialOccluders(Generic[Name]):
 
 
 def outline_of(surface: pv.PolyData) -> Outline:
-    """Return the outline of a surface."""
+    """Return the outline of a piece's surface: the boxes around its points and triangles, and the number of points."""
     if not surface.n_points:
         return Outline((np.full(3, np.inf), np.full(3, -np.inf)), None, 0)
     faces, extent = world_faces(surface), MeshBounds(surface.points, None, None)
@@ -127,11 +136,15 @@ class _Boxes:
 
     @property
     def whole(self) -> Box:
-        """Box around all boxes."""
+        """Box around all boxes: its low and high corner."""
         return self._around[0].min(axis=0), self._around[1].max(axis=0)
 
     def met(self, meets: Callable[[Box], BoolArray]) -> IntArray:
-        """Return the indices of boxes that satisfy a test. A box around a box that satisfies it must satisfy it too."""
+        """Return the indices of the boxes for which the function `meets` returns True.
+
+        `meets` takes the low and high corners of k boxes, shape (k, 3) each, and returns a mask, shape (k,). It is
+        first called for larger boxes. If it is True for a box, it must be True for every box around it.
+        """
         runs = np.flatnonzero(meets(self._around))
         rows = (self._run * runs[:, None] + np.arange(self._run)).ravel()
         rows = rows[rows < len(self._lows)]
@@ -139,7 +152,10 @@ class _Boxes:
 
 
 def touching(outlines: Sequence[Outline]) -> Iterator[list[int]]:
-    """Yield, for each piece, the indices of the other pieces that may share points with it."""
+    """Yield, for each piece in order, the indices of the other pieces that may share points with it.
+
+    These are the pieces whose boxes touch its own.
+    """
     everywhere = np.full(3, -np.inf), np.full(3, np.inf)
     boxes = [everywhere if outline.points is None else outline.points for outline in outlines]
     of_all = _Boxes(boxes)

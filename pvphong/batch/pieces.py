@@ -50,7 +50,7 @@ class Piece:
 
 @dataclass(frozen=True)
 class Index:
-    """Index file, the path of the new index file for the lit files, and the lit files in the order of the input."""
+    """An index file, the path of its copy that names lit files, and these lit files in the order of the index file."""
 
     input: Path
     output: Path
@@ -58,7 +58,7 @@ class Index:
 
 
 class ArrayType(NamedTuple):
-    """Description of an array of a lit file. A .pvtp file declares the arrays that all its pieces have."""
+    """Name, type and size of an array in a lit file, as a .pvtp file declares the arrays that all its pieces have."""
 
     place: str
     """"PointData", "CellData" or "Points"."""
@@ -70,8 +70,13 @@ class ArrayType(NamedTuple):
 def paths_of(given: Any, out: Path) -> list[Path]:
     """Return the files that paths and patterns name, in order and without duplicates.
 
-    A match of a pattern inside the folder `out` is a result of an earlier call, and is skipped. If the pattern itself
-    begins with that folder, no match is skipped.
+    Parameters
+    ----------
+    given : path, or iterable of paths
+        Paths of files, and patterns such as `parts/*.vtp`.
+    out : Path
+        Output folder. A file in it that a pattern matches is a result of an earlier call, and is skipped, unless the
+        pattern itself begins with this folder.
 
     Raises
     ------
@@ -103,7 +108,10 @@ def paths_of(given: Any, out: Path) -> list[Path]:
 
 
 def _place(path: Path) -> Path:
-    """Return the canonical path of a file. Links to folders are resolved, links to files are not."""
+    """Return the absolute path of a file, for comparison with other paths.
+
+    Links to folders are resolved, links to files are not.
+    """
     return Path(os.path.realpath(path.parent), path.name)
 
 
@@ -112,7 +120,7 @@ def _is_inside(path: Path, folder: Path) -> bool:
 
 
 def is_pattern(path: str) -> bool:
-    """Return True if the path is a pattern; False if a file of exactly this name exists."""
+    """Return True if a path has pattern characters, such as *, and no file of exactly this name exists."""
     return glob.has_magic(path) and not os.path.lexists(path)
 
 
@@ -147,7 +155,21 @@ def pieces_and_indices(paths: Iterable[Path], out: Path, *, as_one: bool = False
             check.refuse("paths", f"{other} and {source}, both for {output}", "files with different names", remedy)
 
     def add(path: Path, target: Path, label: str, surface: str, above: tuple[Path, ...]) -> Path:
-        """Add a file and the files that it names. Return its output; `target` is the output without suffix."""
+        """Add a file, and all files that it names, to the pieces and index files; return the path of its lit file.
+
+        Parameters
+        ----------
+        path : Path
+            Mesh file or index file.
+        target : Path
+            Path of the lit file without suffix.
+        label : str
+            Name of the block that refers to the file, which selects its material.
+        surface : str
+            Identifier of the surface of which the file is a piece; "" for a surface of its own.
+        above : tuple of Path
+            The index files that lead to this file.
+        """
         suffix = path.suffix.lower()
         if suffix not in _INDICES:
             output = target.with_name(f"{target.name}.vtp")
@@ -230,7 +252,7 @@ def write_index(index: Index, arrays: Sequence[Sequence[ArrayType]]) -> bool:
 
 
 def _root(path: Path) -> ElementTree.Element:
-    """Return the root element of an index file; raise ValueError if it is not valid."""
+    """Parse an index file, and return its root element; raise ValueError if it is not a valid index file."""
     if not os.path.isfile(path):  # also False for a name that is too long
         check.refuse("paths", path, "a file that exists")
     try:
@@ -243,7 +265,11 @@ def _root(path: Path) -> ElementTree.Element:
 
 
 def _named_files(root: ElementTree.Element) -> list[tuple[ElementTree.Element, str, str]]:
-    """Return each element that names a file, with the name of the attribute that does, and its block's path or ""."""
+    """Return a tuple for each element of an index file that names a file.
+
+    The tuple has the element, the name of its attribute with the file's path, and the path of its block, such as
+    "car/wheel". In a .pvtp, .pvtu or .pvd file, there are no blocks, and the path of the block is "".
+    """
     if root.get("type") in _PARALLEL:
         return [(element, "Source", "") for element in root.iter("Piece")]
     if root.get("type") == "Collection":

@@ -73,9 +73,10 @@ class Neighbours:
 
 
 def border_of(surface: pv.PolyData, *, of_volume: bool = False) -> Border:
-    """Return the faces of a surface that touch its boundary edges; all faces if it is the surface of a volume.
+    """Return the faces of a piece's surface that may share points with other pieces, and the outline of the piece.
 
-    The surface of a volume is closed, and may share any of its faces with its neighbours.
+    These are the faces with a point on the surface's boundary edges. With `of_volume`, the surface encloses a volume
+    and is closed; any of its faces may then be shared, and all are returned.
     """
     connectivity, offsets = polygons(surface)
     sizes = np.diff(offsets)
@@ -95,7 +96,10 @@ def border_of(surface: pv.PolyData, *, of_volume: bool = False) -> Border:
 
 
 def neighbours_of(border: Border, others: Sequence[Border]) -> Neighbours:
-    """Return those faces of other pieces that have a corner at one of a piece's border points."""
+    """Return the faces of other pieces that have a corner at a border point of a piece.
+
+    `border` belongs to the piece, `others` to the other pieces.
+    """
     # the faces of all borders, one piece after the other. `corners` has the row of each corner among all points, and
     # `place` a number for each point, which is the same for points with equal coordinates
     borders = [border, *others]
@@ -123,7 +127,17 @@ def neighbours_of(border: Border, others: Sequence[Border]) -> Neighbours:
 
 
 def with_normals(surface: pv.PolyData, neighbours: Neighbours, feature_angle: FeatureAngle) -> pv.PolyData:
-    """Return a piece's surface, split along sharp edges, with the point normals of the whole surface."""
+    """Return a piece's surface with the point normals that it has as a part of the whole surface.
+
+    Parameters
+    ----------
+    surface : pyvista.PolyData
+        Surface of the piece.
+    neighbours : Neighbours
+        Faces of other pieces around the piece's border points.
+    feature_angle : float, "auto" or None
+        The surface is split along edges that are sharper than this angle, as by `split_sharp_edges`.
+    """
     added, extra = len(neighbours.offsets) - 1, len(neighbours.points)
     polys = cells(surface)[2]
     end = polys.first + polys.count
@@ -151,13 +165,13 @@ def with_normals(surface: pv.PolyData, neighbours: Neighbours, feature_angle: Fe
 
 
 def has_only_ghosts(mesh: pv.DataSet) -> bool:
-    """Return True if a mesh has cells and all of them are ghost cells."""
+    """Return True if a mesh has cells, and all of them are marked as ghost cells."""
     ghosts = mesh.cell_data.get(_GHOST)
     return ghosts is not None and mesh.n_cells > 0 and bool(np.all(ghosts))
 
 
 def without_ghosts(surface: pv.PolyData) -> pv.PolyData:
-    """Return a surface without ghost cells and their points."""
+    """Return a surface without its ghost cells, and without points that only ghost cells use."""
     ghosts = surface.cell_data.get(_GHOST)
     if ghosts is None or not np.any(ghosts):
         return surface
@@ -169,7 +183,10 @@ def without_ghosts(surface: pv.PolyData) -> pv.PolyData:
 
 
 def _with_cells(mesh: pv.PolyData, kept: BoolArray) -> pv.PolyData:
-    """Return a mesh with only the cells where `kept` is True, their points, and the points that no cell uses."""
+    """Return a mesh with only those cells for which the mask `kept` is True.
+
+    Points of removed cells are removed too, unless a kept cell uses them. Points that no cell used stay.
+    """
     has_cell, is_kept = np.zeros(mesh.n_points, bool), np.zeros(mesh.n_points, bool)
     found: list[tuple[Any, Any]] = []
     for array in cells(mesh):
@@ -197,12 +214,12 @@ def _with_cells(mesh: pv.PolyData, kept: BoolArray) -> pv.PolyData:
 
 
 def _offsets(sizes: Any) -> NDArray[np.intp]:
-    """Return the start of each run, for consecutive runs of the given sizes, and the end of the last run."""
+    """Return the start of each of several consecutive runs, and the end of the last, given the runs' sizes."""
     return np.concatenate([[0], np.cumsum(np.asarray(sizes, np.intp))]).astype(np.intp)
 
 
 def _ranges(low: IntArray, high: IntArray) -> IntArray:
-    """Return the integers from low[i] to high[i] − 1 of all ranges i, one range after the other."""
+    """Return the integers low[i], …, high[i] − 1 for each i, concatenated."""
     sizes = high - low
     before = np.repeat(low - _offsets(sizes)[:-1], sizes)
     return before + np.arange(len(before))

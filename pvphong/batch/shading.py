@@ -203,7 +203,7 @@ def shade_files(
 
 @contextmanager
 def _folders(folders: Iterable[Path]) -> Iterator[None]:
-    """Create the output folders. Before and after the block, remove temporary files of killed workers from them."""
+    """Create the output folders. Before and after the block, remove the temporary files of killed workers there."""
 
     def clear() -> None:
         for folder in folders:
@@ -223,7 +223,7 @@ def _folders(folders: Iterable[Path]) -> Iterator[None]:
 
 
 class _Run:
-    """State of one call: the pieces and index files, and the results by output path."""
+    """State of one call of `shade_files`: its pieces and index files, and the result for each output path."""
 
     def __init__(self, client: Client | Here, job: Job, pieces: Sequence[Piece], indices: Sequence[Index]) -> None:
         self._client, self._job, self._pieces, self._indices = client, job, pieces, indices
@@ -231,7 +231,10 @@ class _Run:
         self._results: dict[Path, Result] = {}
 
     def frame(self, given: Scene | None) -> None:
-        """Add a viewer that frames all pieces to the given scene; if it is None, use the default scene."""
+        """Give the job a scene with a viewer that frames all pieces.
+
+        The scene is `given` with that viewer added. If `given` is None, it is the default scene.
+        """
         low, high, is_open = np.full(3, np.nan), np.full(3, np.nan), False
         for _, (bounds, has_edges) in self._each(bounds_of, self._pieces):
             low, high = np.fmin(low, bounds[::2]), np.fmax(high, bounds[1::2])
@@ -241,7 +244,7 @@ class _Run:
         self._job = replace(self._job, scene=scene)
 
     def span(self) -> None:
-        """Give each colormap without a range the range of its array in all pieces."""
+        """Set the range of each colormap that has none: the range of the colormap's array over all pieces."""
         fields = [(label, name) for label, each in self._job.materials.items() for name in unspanned(each)]
         if not fields:
             return
@@ -253,10 +256,10 @@ class _Run:
         self._job = replace(self._job, materials=materials)
 
     def light(self, *, merges: bool) -> None:
-        """Light all pieces that have not failed.
+        """Light all pieces that have no result yet.
 
-        With `merges`, computed normals are those of the whole surface where its pieces touch; otherwise each piece has
-        its own normals.
+        With `merges`, normals that are computed from faces are those of the whole surface, also where its pieces touch.
+        Without it, each piece has its own normals.
         """
         depend = merges or self._job.scene.light_model.needs_rays
         surfaces: dict[Any, list[Piece]] = defaultdict(list)
@@ -272,9 +275,10 @@ class _Run:
             self._end(piece, result)
 
     def _begin_together(self, pieces: Sequence[Piece], *, merges: bool) -> dict[Any, Piece]:
-        """Start a task that lights each piece of one surface; return task → piece.
+        """Start a task for each piece of one surface, which lights the piece; return task → piece.
 
-        The task gets the pieces that may block the piece's light and, with `merges`, the faces that touch the piece.
+        A task receives the other pieces that may block its piece's light. With `merges`, it also receives the other
+        pieces' faces that touch its piece.
         """
         looked = dict(self._each(look, self._left(pieces), self._job))
         made_from = checksum_of([looked[piece][0] if piece in looked else "" for piece in pieces])
@@ -318,7 +322,7 @@ class _Run:
         }
 
     def write_indices(self) -> None:
-        """Write each index file whose pieces all have a lit file."""
+        """Write each index file whose pieces all have a lit file; record the others as failed."""
         for index in self._indices:
             named = [self._results[output] for output in index.outputs]
             failed = sum(bool(result.reason) for result in named)
@@ -332,7 +336,7 @@ class _Run:
             self._results[index.output] = result
 
     def batch(self, note: str) -> Batch:
-        """Return the results of all input files."""
+        """Return the results of all pieces and index files as a `Batch` with the given note."""
         results = [(piece.input, self._results[piece.output]) for piece in self._pieces]
         results += [(index.input, self._results[index.output]) for index in self._indices]
         failed = {path: result.reason for path, result in results if result.reason}
@@ -341,13 +345,17 @@ class _Run:
         return Batch(tuple(done), tuple(skipped), failed, note)
 
     def _begin(self, work: Callable[..., Any], piece: Piece, *more: Any) -> Any:
-        """Start a task. `more` may contain tasks, whose values are sent from worker to worker."""
+        """Start the task `work(piece, *more)`, and return it. Tasks in `more` are replaced by their values."""
         return self._client.submit(work, _found_anywhere(piece), *more, pure=False)
 
     def _each(
         self, work: Callable[..., Any], pieces: Iterable[Piece], *more: Any, fetches: bool = True
     ) -> Iterator[tuple[Piece, Any]]:
-        """Run a task for each piece; yield pieces and values as tasks end, and record failed pieces."""
+        """Run the task `work(piece, *more)` for each piece; yield pieces and values in the order in which tasks end.
+
+        A piece whose task fails is recorded as failed and not yielded. With `fetches` False, the task itself is yielded
+        in place of the value, which stays on its worker.
+        """
         return self._values({self._begin(work, piece, *more): piece for piece in pieces}, fetches=fetches)
 
     def _values(self, tasks: Mapping[Any, Piece], *, fetches: bool = True) -> Iterator[tuple[Piece, Any]]:
@@ -361,12 +369,12 @@ class _Run:
         return [piece for piece in pieces if piece.output not in self._results]
 
     def _end(self, piece: Piece, result: Result) -> None:
-        """Record a piece's result; later results of the same piece are ignored."""
+        """Record the result of a piece, unless it has one already."""
         if piece.output not in self._results:
             self._results[piece.output] = result
             self._count(1)
 
 
 def _found_anywhere(piece: Piece) -> Piece:
-    """Return a piece with absolute paths."""
+    """Return a piece with absolute paths, which worker processes in other folders find too."""
     return replace(piece, input=piece.input.absolute(), output=piece.output.absolute())

@@ -69,7 +69,10 @@ class Job:
     compress: Compression = "lz4"
 
     def refuse_wrong(self, pieces: Sequence[Piece]) -> None:
-        """Raise ``ValueError`` for settings with which no piece can be lit, by lighting a triangle with them."""
+        """Raise ``ValueError`` for settings with which pieces cannot be lit, by lighting a triangle with them.
+
+        Also refused are maps that are not names, and different materials for blocks that refer to the same file.
+        """
         labels = sorted({label for piece in pieces for label in piece.labels})
         material_of = dict(zip(labels, materials_of(labels, self.materials), strict=True))
         for material in self.materials.values():
@@ -89,7 +92,7 @@ class Job:
 
     @property
     def checksum(self) -> str:
-        """Return a checksum of everything on which a lit file depends, except the mesh."""
+        """Checksum of all settings on which a lit file depends: scene, materials with their images, and options."""
         maps = [given for material in self.materials.values() for given in material.maps.values()]
         images = [Path(str(given)) for given in maps if is_image_path(given)]
         contents = [checksum_of_file(image) for image in images if image.is_file()]
@@ -97,7 +100,7 @@ class Job:
 
 
 def checksum_of(value: Any) -> str:
-    """Return the SHA-256 of plain values and dataclasses of such, including the names of the dataclasses."""
+    """Return the SHA-256 of a value made of plain values and dataclasses; it includes the dataclasses' names."""
 
     def plain(other: Any) -> Any:
         if is_dataclass(other):
@@ -144,7 +147,10 @@ def receipt_path(output: Path) -> Path:
 
 
 def valid_receipt(piece: Piece, job: Job) -> Receipt | None:
-    """Return a piece's receipt if the lit file has not changed and was lit with the same settings; otherwise None."""
+    """Return the receipt of a piece's lit file if it is still valid; otherwise None.
+
+    It is valid if the lit file has not changed since, and was lit by this version of pvphong with the job's settings.
+    """
     with suppress(OSError, ValueError, TypeError):
         found = json.loads(receipt_path(piece.output).read_text(encoding="utf-8"))
         receipt = Receipt(**found | {"arrays": tuple(ArrayType(*array) for array in found["arrays"])})
@@ -183,12 +189,15 @@ class Result:
 
 
 def look(piece: Piece, job: Job) -> tuple[str, Receipt | None]:
-    """Return the checksum of a piece's file, and the receipt of its lit file, or None without a valid receipt."""
+    """Return the checksum of a piece's input file, and the receipt of its lit file, or None if that is not valid."""
     return _checksum_of_input(piece), valid_receipt(piece, job)
 
 
 def bounds_of(piece: Piece) -> tuple[tuple[float, ...], bool]:
-    """Return the bounds x_min, …, z_max of a piece's surface, and True if it has open edges."""
+    """Return the bounds x_min, x_max, …, z_max of a piece's surface, and True if it has open edges.
+
+    The bounds are NaN if the piece has no points.
+    """
     outside, _ = _surface(piece)
     if not outside.n_points:
         return (math.nan,) * 6, False
@@ -196,19 +205,19 @@ def bounds_of(piece: Piece) -> tuple[tuple[float, ...], bool]:
 
 
 def spans_of(piece: Piece, colormaps: Sequence[Colormap]) -> list[Span]:
-    """Return the range of each colormap's array in a piece."""
+    """Return, for each colormap, the range of the colormap's array in a piece."""
     mesh = read_mesh(str(piece.input))
     return [spans_in(colormap, [mesh] if isinstance(mesh, pv.DataSet) else []) for colormap in colormaps]
 
 
 def border_in(piece: Piece) -> Border:
-    """Return the border of a piece, which its neighbours need."""
+    """Read a piece, and return the faces at its border, which its neighbours need for their normals."""
     outside, of_volume = _surface(piece)
     return border_of(outside, of_volume=of_volume)
 
 
 def outline_in(piece: Piece) -> Outline:
-    """Return the outline of a piece. From all outlines it follows which pieces may block each other's light."""
+    """Read a piece, and return its outline. The outlines tell which pieces may block each other's light."""
     outside, _ = _surface(piece)
     return outline_of(outside)
 
@@ -253,7 +262,7 @@ def light(
 
 
 def reason_of(error: BaseException) -> str:
-    """Format an error in one line, with its type unless it is a ValueError."""
+    """Format an error in one line: its message, after the type's name unless it is a ValueError."""
     message = " ".join(str(error).split())
     return message if isinstance(error, ValueError) else f"{type(error).__name__}: {message}".rstrip(": ")
 
@@ -265,10 +274,10 @@ def _checksum_of_input(piece: Piece) -> str:
 
 
 def _surface(piece: Piece) -> tuple[pv.PolyData, bool]:
-    """Return the surface of a piece's file, without ghost cells, and True if the file holds a volume.
+    """Read a piece's file; return its surface without ghost cells, and True if the file holds a volume.
 
-    A file without points, or with only ghost cells, gives an empty surface. A simulation's process without cells writes
-    such a file.
+    A file without points, or with only ghost cells, gives an empty surface. Parallel simulations write such a file for
+    a process that has no cells.
     """
     mesh = read_mesh(str(piece.input))
     if isinstance(mesh, pv.MultiBlock):
@@ -298,14 +307,17 @@ def _lit(
 
 
 def _occluders(mesh: pv.PolyData, scene: Scene, around: PotentialOccluders[Piece]) -> KnownOccluders:
-    """Return a piece's triangles, and those of other pieces that may block its light. The files are read one by one."""
+    """Return the triangles that may block the light of a piece: its own, and those of the other pieces in `around`.
+
+    `mesh` is the piece's surface. The files of the other pieces are read one after the other.
+    """
     others = (around.blocking(scene, world_faces(_surface(piece)[0])) for piece in around.blockers)
     parts = [world_faces(mesh), *others]
     return KnownOccluders(Occluders(parts, around.within), 0 if len(parts[0]) else None, around.first)
 
 
 def _array_types(lit: pv.PolyData) -> tuple[ArrayType, ...]:
-    """Describe the numeric arrays of a mesh, with its points last. An empty mesh has none."""
+    """Describe the numeric arrays of a lit mesh, its points last; the result is empty if it has no points."""
     if not lit.n_points:
         return ()
     named = [

@@ -78,7 +78,10 @@ _PHRASES = {
 
 
 def _in_its_words(reason: str, words: Sequence[str]) -> str:
-    """Reword an error for the command line: name the option in place of the argument."""
+    """Reword an error of a Python function for the command line: name the option in place of the argument.
+
+    `reason` is the error's text, and `words` are the words of the command line.
+    """
     if re.search(r"^Unknown option: .?--colou?r\b", reason):
         return f"{reason.split('. Did')[0].removesuffix('.')}. --diffuse sets the surface's colour."
     argument, must, rest = reason.partition(" must be ")
@@ -101,14 +104,17 @@ def _in_its_words(reason: str, words: Sequence[str]) -> str:
 
 
 def _function(command: str) -> Any:
-    """Import and return a command's function. Its docstring becomes the command's help."""
+    """Import and return the function of a command. Its docstring becomes the command's help."""
     found = app[command]
     found.help = None
     return found.default_command
 
 
 def main(tokens: Sequence[str] | None = None) -> int:
-    """Run the command line in this process and return the exit status."""
+    """Run the command line in this process, and return the exit status.
+
+    `tokens` are the words of the command line; by default, those of `sys.argv`.
+    """
     words = list(sys.argv[1:] if tokens is None else tokens)
     is_verbose = VERBOSE in words
     command = next((word for word in words if not word.startswith("-")), "")

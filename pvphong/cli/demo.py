@@ -76,7 +76,10 @@ def demo(*, folder: Path = Path("pvphong-demo")) -> None:
 
 
 def _report(lit: pv.PolyData, seconds: float) -> str:
-    """Return a report in Markdown: the mesh, its lights and its diagnosis."""
+    """Return a report in Markdown about a lit mesh: its size, its lights and its diagnosis.
+
+    `seconds` is the time that lighting took.
+    """
     darkest, brightest = (", ".join(f"{c:.3f}" for c in end(axis=0)) for end in (lit["phong"].min, lit["phong"].max))
     rows = [
         ("mesh", f"{lit.n_points} points, {lit.n_cells} faces"),

@@ -46,7 +46,10 @@ Flag = Annotated[bool, Parameter(negative="", show_default=False)]
 
 
 def _number(_type: Any, tokens: Sequence[Any]) -> float:
-    """Parse a float, or a quotient such as 1/255."""
+    """Parse the word of an option as a float, or as a quotient such as 1/255.
+
+    The signature is the one that the command-line parser calls: the option's type and its words.
+    """
     above, slash, below = tokens[0].value.partition("/")
     if slash and not float(below):
         raise ValueError(f'unable to convert "{tokens[0].value}" into a number')
@@ -138,7 +141,10 @@ class Lighting:
     feature_angle: Annotated[FeatureAngle, Parameter(show_choices=False)] = "auto"
 
     def materials(self) -> dict[str, Material]:
-        """Return block → material: that of --material, or those of the rig, with the changes by the other options."""
+        """Return block → material, as the options define it.
+
+        These are the material of --material, or else those of the rig, with the changes by the other options.
+        """
         if self.material is not None:
             if is_color_name(self.material) and self.material.lower() not in Material.names():
                 remedy = f"For a colour use --diffuse {self.material}."
@@ -196,7 +202,7 @@ class Lighting:
         return outside, self.with_rays(self.with_sun(scene)), materials if has_blocks else single_material(materials)
 
     def with_sun(self, scene: Scene) -> Scene:
-        """Return the scene with the sun of --sun as its only light; without --sun, the scene itself."""
+        """Return a scene whose only light is the sun of the option --sun; without the option, the given scene."""
         if self.sun is None:
             return scene
         try:
@@ -207,7 +213,7 @@ class Lighting:
         return replace(scene, lights=[DirectionalLight.from_angles(azimuth, elevation, name="sun")])
 
     def with_rays(self, scene: Scene) -> Scene:
-        """Return the scene with shadows, ambient occlusion and bounces as given by the options."""
+        """Return the scene with shadows, ambient occlusion and bounces as the options and the scene ask for."""
         model = scene.light_model
         occlusion = model.ambient_occlusion or self.ambient_occlusion  # in the rig it may be a distance
         shadows, bounces = model.shadows or self.shadows, model.bounces if self.bounces is None else self.bounces
@@ -219,7 +225,7 @@ class Lighting:
         return replace(scene, light_model=model)
 
     def occluders(self) -> list[Any]:
-        """Read the additional meshes that cast shadows."""
+        """Read and return the meshes of the options --occluder, which also cast shadows."""
         return [read_mesh(path) for path in self.occluder]
 
 
@@ -229,7 +235,10 @@ DEFAULT_LIGHTING = Lighting()
 
 
 def seeing(scene: Scene, mesh: Any, size: tuple[int, int]) -> Scene:
-    """Return the scene for a picture of a mesh. A viewer that cannot see the mesh is moved to frame it, with a note."""
+    """Return the scene for a picture of a mesh, whose `size` is in pixels.
+
+    A viewer that cannot see the mesh is moved to frame it, and a note is printed.
+    """
     if scene.viewer.sees(mesh.bounds, size[0] / size[1]):
         return scene
     print("note: the scene's viewer does not see this mesh, and was moved to frame it.", file=sys.stderr)
@@ -237,7 +246,7 @@ def seeing(scene: Scene, mesh: Any, size: tuple[int, int]) -> Scene:
 
 
 def _reflectance(text: str) -> Reflectance:
-    """Parse a reflectance such as ggx:roughness=0.3:f0=1,0.78,0.34."""
+    """Parse the option --reflectance, such as ggx:roughness=0.3:f0=1,0.78,0.34, and return the reflectance."""
     name, *parts = text.split(":")
     kind = REFLECTANCES[check.choice("--reflectance", name, REFLECTANCES)]
     known, given = [each.name for each in fields(kind)], dict[str, ColorLike]()
@@ -253,7 +262,7 @@ def _reflectance(text: str) -> Reflectance:
 
 
 def _value(text: str) -> ColorLike:
-    """Parse a number, or numbers separated by commas. Other text is returned unchanged, for `Material` to check."""
+    """Parse a number, or numbers separated by commas. Any other text is returned unchanged; `Material` checks it."""
     try:
         numbers = [float(part) for part in text.split(",")]
     except ValueError:
@@ -263,7 +272,10 @@ def _value(text: str) -> ColorLike:
 
 @contextmanager
 def busy(what: str) -> Iterator[None]:
-    """Show a spinner on standard error, if it is a terminal, and a progress bar for long work that reports progress."""
+    """Within the block, show on standard error that the command is busy with `what`, if that is a terminal.
+
+    This is a spinner, and a progress bar for long work that reports progress.
+    """
     console, begun = Console(stderr=True), time.perf_counter()
     columns = SpinnerColumn(), TextColumn("{task.description}")
     with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as shown:

@@ -190,7 +190,11 @@ def _options_of(lighting: LightingOptions) -> dict[str, Any]:
 
 
 def _print_reports(found: Any, verbose: bool) -> dict[str, Any]:
-    """Print a report, or several by block, in short or with all details. Return the reports by block."""
+    """Print a report, or one for each block; return them as block → report.
+
+    `found` is a report, or a mapping from blocks to reports. With `verbose`, all details are printed, otherwise a
+    summary.
+    """
     reports = found if isinstance(found, dict) else {"": found}
     for block, report in reports.items():
         if block:

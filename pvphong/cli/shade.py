@@ -164,7 +164,10 @@ def shade(
 
 
 def _shade_many(meshes: Sequence[str], output: str, lighting: LightingOptions, options: dict[str, Any]) -> int:
-    """Light many files, print the results, and return the exit status."""
+    """Light many files into the folder `output`, print the results, and return the exit status.
+
+    `options` are further arguments of `shade_files`.
+    """
     _refuse_given({"--occluder": lighting.occluder}, "omitted for many files")
     scene = None
     if lighting.scene is not None:
@@ -181,7 +184,15 @@ def _shade_many(meshes: Sequence[str], output: str, lighting: LightingOptions, o
 
 
 def _refuse_given(options: Mapping[str, Any], allowed: str) -> None:
-    """Raise ``ValueError`` for the first option that is given."""
+    """Raise ``ValueError`` for the first of some options that is given; None, False and () mean that it is not.
+
+    Parameters
+    ----------
+    options : mapping
+        Name → value of options that are not allowed here.
+    allowed : str
+        The allowed use, which completes the sentence "<option> must be …".
+    """
     for option, given in options.items():
         if given is not None and given is not False and given != ():  # 0 counts as given, although it equals False
             check.refuse(option, given, allowed)

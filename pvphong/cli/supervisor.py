@@ -36,7 +36,7 @@ def _quiet() -> "list[signal.Signals]":
 def main(tokens: "Sequence[str] | None" = None) -> int:
     """Run the command line and return the exit status; 2 after a crash.
 
-    If `tokens` are given in place of the command line's words, the command runs in this process.
+    With `tokens`, the words of a command line, the command runs in this process instead of a child process.
     """
     if tokens is not None:
         from pvphong.cli.app import main as run
@@ -49,7 +49,7 @@ def main(tokens: "Sequence[str] | None" = None) -> int:
 
 
 def _supervise() -> int:
-    """Run a child, wait for it, and report errors that it did not report itself."""
+    """Run the command in a child process, wait for it, report a crash, and return the exit status."""
     # block signals until both processes have set handlers, because a signal could end the parent but not the child
     signal.pthread_sigmask(signal.SIG_BLOCK, _quiet())
     listening, speaking = os.pipe()
@@ -90,7 +90,10 @@ def _supervise() -> int:
 
 
 def _work(end: int | None) -> int:
-    """Run the command. In a child process, `end` is its end of the pipe to the parent; otherwise None."""
+    """Run the command in this process, and return the exit status.
+
+    In a child process, `end` is the file descriptor of its end of the pipe to the parent; otherwise it is None.
+    """
     _set_outputs(VERBOSE in sys.argv)
     if end is not None:
         for number in _quiet():
@@ -108,9 +111,10 @@ def _work(end: int | None) -> int:
 
 
 def _set_outputs(verbose: bool) -> None:
-    """Unless `verbose`, hide what C libraries print on standard error, and warnings if Python has no `-W` option.
+    """Make both standard outputs escape characters that their encoding lacks.
 
-    Make both standard outputs escape characters that their encoding lacks.
+    Unless `verbose`, also hide what C libraries print on standard error, and hide warnings if Python has no `-W`
+    option.
     """
     if not verbose and not sys.warnoptions:
         import logging

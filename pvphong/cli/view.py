@@ -131,7 +131,7 @@ def show(
     actors = dict(zip(names, drawn if has_blocks else [drawn], strict=True))
 
     def current() -> dict[str, Material]:
-        """Return the materials after edits by keys."""
+        """Return the materials as block → material, with the user's edits by keys."""
         return common_or_named({name: plotter.phong.mesh(actor).material for name, actor in actors.items()})
 
     def save_lit_mesh(path: Path) -> None:
@@ -153,7 +153,7 @@ def show(
 
 
 def set_scene(plotter: pv.Plotter, scene: Scene) -> None:
-    """Set a plotter's viewer, light model and lights."""
+    """Give a plotter the viewer, the light model and the lights of a scene."""
     aim(plotter, scene.viewer)
     plotter.phong.light_model = scene.light_model
     for light in scene.lights:
@@ -161,7 +161,10 @@ def set_scene(plotter: pv.Plotter, scene: Scene) -> None:
 
 
 def _save(save: Callable[[Path], Any], path: str) -> str:
-    """Run the action of a key; errors are printed, because the window must stay open."""
+    """Save a file for a key of the window, and return the text that the window shows.
+
+    `save` writes the file at `path`. An error is printed and not raised, because the window must stay open.
+    """
     try:
         save(Path(path))
     except ValueError as error:

@@ -42,10 +42,7 @@ class Sphere(NamedTuple):
 
 
 class BoundingCone(NamedTuple):
-    """Cone that contains the directions to a target from all points of the sphere around the vertices.
-
-    The distance of the target is given too.
-    """
+    """Cone that contains the directions from all points of a sphere to a target, and the target's distance."""
 
     direction: Vector
     """Axis of the cone: unit vector from the sphere's centre to the target."""
@@ -80,10 +77,10 @@ class MeshBounds:
 
     @cached_property
     def box(self) -> Box | None:
-        """Smallest and largest world coordinates; None without points, or if a point is not finite.
+        """Smallest and largest world coordinates, shape (3,) each; None without points, or if a point is not finite.
 
-        With a matrix, the result is the box around the transformed box of the points, as VTK computes the bounds of an
-        actor.
+        With a matrix, the result is the box around the transformed corners of the points' box, as VTK computes the
+        bounds of an actor.
         """
         if not len(self.points):
             return None
@@ -100,9 +97,10 @@ class MeshBounds:
         return None if found is None or math.isinf(found.radius) else found
 
     def sight(self, target: VectorLike) -> BoundingCone | None:
-        """Return the cone of directions to a target, or None.
+        """Return the cone that contains the directions from all vertices to a target.
 
-        The result is None if the sphere is unknown, or the target is at the sphere's centre or infinitely far away.
+        The result is None if the sphere around the vertices is unknown, or the target is at the sphere's centre or
+        infinitely far away.
         """
         sphere = self.sphere
         if sphere is None:
@@ -116,7 +114,7 @@ class MeshBounds:
 
     @cached_property
     def normal_cone(self) -> tuple[Vector, float] | None:
-        """Unit axis of a cone around all normals, and its half-angle in radians; None if unknown."""
+        """Cone that contains all normals: unit axis, and half-angle in radians; None if no such cone is known."""
         if self.normals is None or not len(self.points):
             return None
         kind = MatrixClass.TRANSLATION if self.matrix is None else class_of(self.matrix)
@@ -137,9 +135,10 @@ ANYWHERE = MeshBounds(np.zeros((0, 3)), None, None)
 
 
 def _cone(low: Float64Array, high: Float64Array) -> tuple[Vector, float] | None:
-    """Return the axis and half-angle of a cone around all normals n in a box, or None.
+    """Return the unit axis and the half-angle of a cone around all vectors in the box from `low` to `high`.
 
-    Only the box's corners are examined: n·axis is smallest at a corner, and |n| is largest at a corner.
+    Only the box's corners are examined: for a vector n, n·axis is smallest at a corner, and |n| is largest at a corner.
+    The result is None if the half-angle would be 90° or more, or a bound is not finite.
     """
     largest = max(np.abs(low).max(), np.abs(high).max())
     if not 0.0 < largest < math.inf:
@@ -156,12 +155,12 @@ def _cone(low: Float64Array, high: Float64Array) -> tuple[Vector, float] | None:
 
 
 def corners_of(low: Float64Array, high: Float64Array) -> Float64Array:
-    """Return the corners of a box, shape (8, 3)."""
+    """Return the eight corners of the box from `low` to `high`, shape (8, 3)."""
     return np.array(list(itertools.product(*zip(low.tolist(), high.tolist(), strict=True))))
 
 
 def sphere_around(box: Box) -> Sphere:
-    """Return the sphere around a box; its radius is infinite if it overflows."""
+    """Return the least sphere around a box, with its radius rounded up. The radius is infinite if it overflows."""
     low, high = (end.tolist() for end in box)
     x, y, z = centre = [a / 2 + b / 2 for a, b in zip(low, high, strict=True)]
     reach = (max(b - c, c - a) for a, b, c in zip(low, high, centre, strict=True))
@@ -169,7 +168,10 @@ def sphere_around(box: Box) -> Sphere:
 
 
 def box_of(rows: FloatArray) -> Box:
-    """Return the smallest and largest entry of each column of an (n, 3) array, n > 0; NaN for a column with a NaN."""
+    """Return the smallest and the largest entry of each column of an (n, 3) array, n > 0, shape (3,) each.
+
+    Both are NaN for a column that contains a NaN.
+    """
     lows: list[FloatArray] = []
     highs: list[FloatArray] = []
 

@@ -43,18 +43,18 @@ _AT_ONCE = 2**14
 
 
 class Areas:
-    """Collector of the areas of faces, which are computed block by block."""
+    """Collects the areas of a mesh's faces, which are computed in blocks with different units."""
 
     def __init__(self, faces: Faces) -> None:
         self._found, self._exponents = np.zeros(faces.count), np.zeros(faces.count, np.int32)
 
     def put(self, block: FaceBlock, areas: Float64Array) -> None:
-        """Store the areas of a block's faces, in units of 2**(2 * block.exponents)."""
+        """Store the areas of a block's faces, given in units of 2**(2 * block.exponents)."""
         self._found[block.faces], self._exponents[block.faces] = areas, block.exponents
 
     @property
     def in_one_unit(self) -> Float64Array:
-        """All areas, in a common arbitrary unit in which none overflows."""
+        """Areas of all faces, shape (n_faces,), in a common unit, which is arbitrary and avoids overflow."""
         if not self._exponents.any():
             return self._found
         found: Float64Array = np.ldexp(self._found, 2 * (self._exponents - self._exponents.max()))
@@ -62,23 +62,40 @@ class Areas:
 
 
 def areas_of(faces: Faces) -> Float64Array:
-    """Return the areas of faces, in a common arbitrary unit in which none overflows."""
+    """Return the areas of all faces, shape (n_faces,), in a common unit, which is arbitrary and avoids overflow."""
     areas = Areas(faces)
     faces.in_blocks(lambda block: areas.put(block, np.sqrt(np.square(block.area_vectors()).sum(axis=0)) / 2.0))
     return areas.in_one_unit
 
 
 def weights_of(faces: Faces, areas: Float64Array) -> Float64Array:
-    """Return the area of each point, shape (n_points,): each face divides its area evenly among its corners."""
+    """Return the area that belongs to each point, shape (n_points,).
+
+    Each face divides its area evenly among its corners.
+    """
     shares = np.repeat(areas / np.maximum(faces.sizes, 1), faces.sizes)
     return np.bincount(faces.connectivity, shares, faces.n_points).astype(np.float64, copy=False)
 
 
 def fit_of(stored: FloatArray, computed: Float64Array, weights: Float64Array) -> tuple[NormalsFit | None, IntArray]:
-    """Compare the stored normals of n points, shape (n, 3), with the computed ones; `weights` are the points' areas.
+    """Compare stored normals with computed ones.
 
-    Return the fit, and the indices of the points where the angle is larger than `MISFIT`. Points that lack the stored
-    or the computed normal, or whose weight is 0, are ignored. The fit is None if no point is left.
+    Parameters
+    ----------
+    stored : ndarray
+        Shape (n, 3), stored normals of n points, of any length.
+    computed : ndarray
+        Shape (n, 3), unit normals from the faces, or zero.
+    weights : ndarray
+        Shape (n,), the area that belongs to each point.
+
+    Returns
+    -------
+    fit : NormalsFit or None
+        Angles between the normals. Points are ignored if either normal is missing or the weight is 0; None if no point
+        is left.
+    misfits : ndarray
+        Indices of the points where the angle is larger than `MISFIT`.
     """
     cosines = np.empty(len(stored))
 

@@ -146,17 +146,21 @@ class Faces:
                 yield self._block(alike[start : start + step], size)
 
     def in_blocks(self, work: Callable[[FaceBlock], object]) -> None:
-        """Call `work` with each block, on all cores and in any order."""
+        """Call `work` with each block of faces with the same number of corners, on all cores and in any order."""
         for size, alike, step in self._of_equal_size():
             threads.run(lambda first, last: work(self._block(alike[first:last], size)), len(alike), step)  # noqa: B023 it ends before the next size
 
     @cached_property
     def are_triangles(self) -> bool:
-        """True if every face is a triangle."""
+        """True if every face of the mesh is a triangle."""
         return bool((self.sizes == 3).all())
 
     def _of_equal_size(self) -> Iterator[tuple[int, IntArray, int]]:
-        """Yield each number of corners >= 3 that occurs, the faces that have it, and the number of faces per block."""
+        """Group the faces by their number of corners, leaving out faces with fewer than 3.
+
+        Yield for each group the number of corners, the indices of its faces, and the number of faces to process at
+        once.
+        """
         are_alike = self.count > 0 and bool((self.sizes == self.sizes[0]).all())
         for size in self.sizes[:1].tolist() if are_alike else np.unique(self.sizes).tolist():
             if size >= 3:
@@ -301,8 +305,17 @@ def point_normals(
 
 
 def _weights(block: FaceBlock, areas: Float64Array, weighting: Weighting) -> Float64Array:
-    """Return weights of a block's corners, shape (k, m), in units of 2**(power * exponents); zero if the face has no
-    normal.
+    """Return the weights of a block's faces at their corners, shape (k, m); 0 for a face without a normal.
+
+    Parameters
+    ----------
+    block : FaceBlock
+        m faces with k corners each.
+    areas : ndarray
+        Shape (3, m), the block's area vectors.
+    weighting : {"angle", "area", "max"}
+        Kind of weight, as for `point_normals`. Weights by area are in units of 2**(2 * block.exponents), angles in
+        radians, and "max" in units of 2**(-2 * block.exponents).
     """
     if weighting == "area":
         return np.broadcast_to(np.sqrt(dot(areas, areas)), block.corners.T.shape)
@@ -328,9 +341,10 @@ def _weights(block: FaceBlock, areas: Float64Array, weighting: Weighting) -> Flo
 
 
 def _levels(faces: Faces, power: int) -> NDArray[np.int32] | None:
-    """Return exponents, shape (n,), that keep each point's sum of weights in range.
+    """Return exponents by which the points' weights are scaled, so that their sums stay in range, shape (n_points,).
 
-    Usually none is needed, and the result is None.
+    `power` is the power of length in the unit of the weights: 2 for areas, 0 for angles, −2 for the weighting "max".
+    The result is None if all weights are in range, as is usual.
     """
     if power == 0 or not any(block.exponents.any() for block in faces.blocks()):
         return None

@@ -66,7 +66,7 @@ def look_at(eye: VectorLike, target: VectorLike, up: VectorLike) -> Float64Array
 
 
 def _rotation(eye: Float64Array, target: Float64Array, up: VectorLike) -> Float64Array:
-    """Return the rotation from world to eye space, with rows right, up and backward."""
+    """Return the rotation from world to eye space, shape (3, 3). Its rows are the directions right, up and backward."""
     backward = normalize([eye * 0.5 - target * 0.5])[0]  # halved, because the difference of huge numbers overflows
     if not backward.any():
         check.refuse("target", target.tolist(), "different from eye", "The view needs a direction.")
@@ -204,7 +204,20 @@ def perspective(view_angle: float, aspect: float, near: float, far: float) -> Fl
 
 
 def _interval(first: str, begin: Any, last: str, end: Any) -> tuple[float, float, float]:
-    """Check two opposite edges of the window; return them and their distance."""
+    """Check two opposite edges of the window, which must differ.
+
+    Parameters
+    ----------
+    first, last : str
+        Names of the arguments, for the message.
+    begin, end : Any
+        Their values.
+
+    Returns
+    -------
+    tuple of float
+        Both values as floats, and `end` minus `begin`.
+    """
     begin, end = check.number(first, begin), check.number(last, end)
     if begin == end or math.isinf(end - begin):
         check.refuse(last, end, f"different from {first} ({begin:g}), by a finite amount")

@@ -18,7 +18,20 @@ LONGEST = 4.0 * NEAR
 
 @formula
 def begun_near(start: Any, direction: Any, length: Any) -> Any:
-    """Move a ray's start along the ray to just before the triangles; return the new start and the remaining length."""
+    """Move a ray's start to just before the triangles, which all lie in [−1, 1], if it begins farther away.
+
+    Parameters
+    ----------
+    start, direction : vector
+        Start of the ray, and unit vector along it.
+    length : number
+        Length of the ray.
+
+    Returns
+    -------
+    start, length
+        The new start, and the remaining length.
+    """
     ahead = maximum(-dot(start, direction) - NEAR / 2, 0.0)
     x, y, z = (start[0] + ahead * direction[0], start[1] + ahead * direction[1], start[2] + ahead * direction[2])
     return (x, y, z), length - ahead
@@ -26,6 +39,6 @@ def begun_near(start: Any, direction: Any, length: Any) -> Any:
 
 @formula
 def is_near(start: Any, most: Any) -> Any:
-    """Return True if no coordinate exceeds `most` in magnitude; False for NaN."""
+    """Return True if no coordinate of the vector `start` exceeds `most` in magnitude; False if one is NaN."""
     x, y, z = start
     return (x <= most) & (x >= -most) & (y <= most) & (y >= -most) & (z <= most) & (z >= -most)

@@ -24,7 +24,7 @@ from pvphong.base.vectors import columns, unit
 
 
 class MatrixClass(Enum):
-    """Class of a matrix by its effect on the directions of normals; the value is the description in reports."""
+    """Class of a matrix by its effect on the directions of normals; the values are phrases for reports."""
 
     TRANSLATION = "a translation"
     UNIFORM_SCALE = "a uniform scale"
@@ -33,12 +33,15 @@ class MatrixClass(Enum):
 
     @property
     def keeps_normals(self) -> bool:
-        """True if normals keep their directions."""
+        """True if a matrix of this class does not change the directions of normals."""
         return self in {MatrixClass.TRANSLATION, MatrixClass.UNIFORM_SCALE}
 
 
 def class_of(matrix: Float64Array) -> MatrixClass:
-    """Return the class of a (4, 4) affine matrix: a translation or a uniform scale if exact, a similarity to 1e-12."""
+    """Return the class of a (4, 4) affine matrix.
+
+    A translation or a uniform scale is recognized if exact, a similarity to 1e-12.
+    """
     linear, w = matrix[:3, :3], matrix[3, 3]
     if np.array_equal(linear, np.eye(3) * linear[0, 0]) and np.sign(linear[0, 0]) == np.sign(w):
         return MatrixClass.TRANSLATION if linear[0, 0] == w else MatrixClass.UNIFORM_SCALE
@@ -238,7 +241,11 @@ def normalize(vectors: ArrayLike) -> Float64Array:
 
 
 def _unit_rows(rows: FloatArray, coefficients: Float64Array | None = None) -> tuple[Float64Array, Float64Array]:
-    """Return unit vectors and lengths of rows, or of coefficients times each row; in chunks that fit a core's cache."""
+    """Normalize the rows of an (n, 3) array, or the products of a (3, 3) matrix `coefficients` and each row.
+
+    Return the unit vectors, shape (n, 3), and the lengths, shape (n,). Rows are processed in chunks that fit a core's
+    cache.
+    """
     result, lengths = np.empty(rows.shape), np.empty(len(rows))
     for start in range(0, len(rows), _ROWS_AT_ONCE):
         part = slice(start, start + _ROWS_AT_ONCE)
@@ -249,7 +256,7 @@ def _unit_rows(rows: FloatArray, coefficients: Float64Array | None = None) -> tu
 
 
 def affine_matrix(matrix: MatrixLike) -> Float64Array:
-    """Check a model matrix, and return it with shape (4, 4).
+    """Check a model matrix, and return it as a (4, 4) float64 array.
 
     Raises
     ------
@@ -265,7 +272,11 @@ def affine_matrix(matrix: MatrixLike) -> Float64Array:
 
 
 def _cofactors(matrix: MatrixLike) -> list[int]:
-    """Return nine integers exactly proportional to the inverse-transpose of L / w, row by row; warn at rank 2."""
+    """Return nine integers, row by row, that are exactly proportional to the inverse-transpose of L / w.
+
+    L and w are the upper left 3x3 block and the last entry of the model matrix. If L has rank 2, the integers are the
+    cofactors of L, and a SingularMatrixWarning is given.
+    """
     affine = affine_matrix(matrix)
     a, b, c, d, e, f, g, h, i = common_integers(affine[:3, :3].ravel().tolist())
     cofactors = [
@@ -289,7 +300,10 @@ def _cofactors(matrix: MatrixLike) -> list[int]:
 
 
 def _product(rows: FloatArray, coefficients: Float64Array, w: float) -> Float64Array:
-    """Return (coefficients @ row) / w for each row. A fourth column of coefficients is added before the division."""
+    """Multiply each row of an (n, 3) array by a matrix, and divide by w: (coefficients @ row) / w, shape (n, 3).
+
+    `coefficients` has the shape (3, 3), or (3, 4) with a constant to add before the division as its last column.
+    """
     with np.errstate(all="ignore"):
         result = _sums(rows.astype(np.float64, copy=False), coefficients)
         if w != 1.0:
@@ -305,7 +319,11 @@ def _product(rows: FloatArray, coefficients: Float64Array, w: float) -> Float64A
 
 
 def _sums(rows: Float64Array, coefficients: Float64Array) -> Float64Array:
-    """Return coefficients times each row, summed in the order x, y, z, 1 (a product by BLAS may vary in its order)."""
+    """Multiply each row of an (n, 3) array by a matrix: coefficients @ row, shape (n, 3).
+
+    `coefficients` has the shape (3, 3), or (3, 4) with a constant to add as its last column. Terms are summed in the
+    order x, y, z, 1, which a product by BLAS does not guarantee.
+    """
     x, y, z = rows[:, 0], rows[:, 1], rows[:, 2]
     result = np.empty(rows.shape)
     for axis, factors in enumerate(coefficients.tolist()):
@@ -322,16 +340,17 @@ def _sums(rows: Float64Array, coefficients: Float64Array) -> Float64Array:
 
 
 def common_integers(values: Sequence[float]) -> list[int]:
-    """Return integers exactly proportional to finite floats: the floats times a common power of two."""
+    """Return integers that are exactly proportional to finite floats: each is its float times the same power of two."""
     ratios = [value.as_integer_ratio() for value in values]
     shift = max(below for _, below in ratios).bit_length()
     return [above << (shift - below.bit_length()) for above, below in ratios]
 
 
 def _in_proportion(integers: Sequence[int]) -> Float64Array:
-    """Scale nine integers to a (3, 3) matrix of floats, the largest between 0.5 and 1, each rounded once.
+    """Return a (3, 3) matrix of floats proportional to nine integers. Its largest magnitude is between 0.5 and 1.
 
-    Python divides integers with one correct rounding. Entries smaller than 5e-324 times the largest become zero.
+    Each entry is rounded once, because Python divides integers with one correct rounding. Entries smaller than 5e-324
+    times the largest become zero.
     """
     whole = 1 << max(abs(entry) for entry in integers).bit_length()
     return np.array([entry / whole for entry in integers]).reshape(3, 3)
@@ -340,15 +359,21 @@ def _in_proportion(integers: Sequence[int]) -> Float64Array:
 def _wide_sums(
     rows: FloatArray, mantissas: Float64Array, exponents: NDArray[np.int32]
 ) -> tuple[Float64Array, NDArray[np.int32]]:
-    """Return the products of the coefficients and each row, with separate exponents.
-
-    So nothing overflows or underflows.
-
-    `rows` has the shape (n, 3). The coefficients are `mantissas * 2**exponents`, shape (k, 3), or (k, 4) if the last
-    column is a constant to add. With the results `total` and `top`, shape (n, k) each, the products are
-    `total * 2**top`.
+    """Multiply each row of an (n, 3) array by a matrix, with separate exponents to avoid overflow and underflow.
 
     Products and sums are rounded as in plain float64 arithmetic, in the order of the columns.
+
+    Parameters
+    ----------
+    rows : ndarray
+        Shape (n, 3).
+    mantissas, exponents : ndarray
+        The matrix is `mantissas * 2**exponents`, shape (k, 3), or (k, 4) with a constant to add as its last column.
+
+    Returns
+    -------
+    total, top : ndarray
+        Shape (n, k) each. The products are `total * 2**top`.
     """
     if mantissas.shape[1] == 4:
         rows = np.column_stack([rows, np.ones(len(rows))])

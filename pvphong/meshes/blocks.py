@@ -21,10 +21,16 @@ DEFAULT = "default"
 
 
 def map_blocks(blocks: pv.MultiBlock, operation: Callable[[Any], Any], place: str = "") -> pv.MultiBlock:
-    """Apply an operation to each dataset, and return the results as a MultiBlock of the same structure and names.
+    """Apply an operation to each dataset; return the results as a MultiBlock of the same structure and names.
 
-    Blocks that are None stay None; tables and empty datasets are copied unchanged. Errors name the block;
-    `place` is the name of `blocks` itself in errors.
+    Parameters
+    ----------
+    blocks : pyvista.MultiBlock
+        The blocks. Blocks that are None stay None; tables and empty datasets are copied unchanged.
+    operation : callable
+        Function of a dataset. A ValueError that it raises gets the name of the block.
+    place : str
+        Position of `blocks` in an outer MultiBlock, such as "['car']", for such an error.
     """
     result = pv.MultiBlock()
     for key, array in blocks.field_data.items():
@@ -44,7 +50,17 @@ def map_blocks(blocks: pv.MultiBlock, operation: Callable[[Any], Any], place: st
 
 
 def of_each(blocks: pv.MultiBlock, operation: Callable[[pv.DataSet], Result], place: str = "") -> list[Result]:
-    """Return the results of an operation on each nonempty dataset, ordered as in `datasets`. Errors name the block."""
+    """Apply an operation to each nonempty dataset; return the results in the order of `datasets`.
+
+    Parameters
+    ----------
+    blocks : pyvista.MultiBlock
+        The blocks.
+    operation : callable
+        Function of a dataset. A ValueError that it raises gets the name of the block.
+    place : str
+        Position of `blocks` in an outer MultiBlock, such as "['car']", for such an error.
+    """
     found: list[Result] = []
     for index, block in enumerate(blocks):
         if isinstance(block, pv.MultiBlock):
@@ -57,7 +73,10 @@ def of_each(blocks: pv.MultiBlock, operation: Callable[[pv.DataSet], Result], pl
 
 @contextlib.contextmanager
 def _named(blocks: pv.MultiBlock, index: int, place: str) -> Iterator[None]:
-    """Add the name of the block to a ValueError that is raised inside the `with` statement."""
+    """Add a block's name to a ValueError that is raised within the block of the `with` statement.
+
+    The block is `blocks[index]`; `place` is the position of `blocks` in an outer MultiBlock.
+    """
     try:
         yield
     except ValueError as error:
@@ -65,7 +84,7 @@ def _named(blocks: pv.MultiBlock, index: int, place: str) -> Iterator[None]:
 
 
 def datasets(blocks: pv.MultiBlock) -> Iterator[tuple[str, pv.DataSet]]:
-    """Yield (path, dataset) for each nonempty dataset. A path has the names of nested blocks, as in "car/wheel".
+    """Yield the path and the dataset of each nonempty dataset. A path joins the names of nested blocks: "car/wheel".
 
     An unnamed block has its index as name. If several blocks have the same path, their indices are appended to it:
     "wheel [2]" is blocks[2], "car/wheel [0][2]" is blocks[0][2].
@@ -111,7 +130,10 @@ def materials_of(paths: Sequence[str], materials: Mapping[str, Surface]) -> list
 
 
 def common_or_named(materials: Mapping[str, Surface]) -> dict[str, Surface]:
-    """Return `materials`, path → material, unchanged; if all are equal, return {"default": material} instead."""
+    """Shorten a mapping from paths of blocks to materials: if all materials are equal, return {"default": material}.
+
+    Otherwise, return the mapping unchanged.
+    """
     found = list(materials.values())
     return {DEFAULT: found[0]} if found and all(each == found[0] for each in found) else dict(materials)
 
@@ -132,5 +154,5 @@ def single_material(materials: Mapping[str, Surface]) -> Surface:
 
 
 def leaves(mesh: Any) -> list[Any]:
-    """Return the nonempty datasets of a MultiBlock, without tables; for any other mesh, a list of the mesh itself."""
+    """Return the nonempty datasets of a MultiBlock, without tables, as a list; any other mesh is its only entry."""
     return of_each(mesh, lambda block: block) if isinstance(mesh, pv.MultiBlock) else [mesh]

@@ -30,7 +30,10 @@ _lock = threading.Lock()
 
 
 def _remember(version: tuple[int, ...] | None) -> None:
-    """Remember that an array in this state is valid; forget the oldest entry if there are too many."""
+    """Remember the `version` of an array whose indices are valid; forget the oldest version if there are too many.
+
+    An array that has no version, None, is not remembered.
+    """
     if version is not None:
         with _lock:
             _in_order[version] = None
@@ -66,14 +69,17 @@ class Cells:
 
     @cached_property
     def offsets(self) -> NDArray[Any]:
-        """Start of each cell in `connectivity`, and the end of the last, shape (count + 1,).
+        """Index in `connectivity` at which each cell starts, and the end of the last cell, shape (count + 1,).
 
         VTK does not store offsets of cells of equal size; they are created at the first access.
         """
         return vtk_to_numpy(self._array.GetOffsetsArray()) if self.count else np.zeros(1, dtype=np.int64)
 
     def out_of_range(self, n_points: int) -> IntArray:
-        """Return the indices, in this array, of the cells that have a point index out of range."""
+        """Return the cells of this array with a point index that is negative or not below `n_points`.
+
+        The result has the cells' indices in this array, in ascending order.
+        """
         version = self.version and (*self.version, n_points)
         unsigned = self.connectivity.view(f"u{self.connectivity.itemsize}")  # a negative index becomes a large one
         if version in _in_order or not len(unsigned) or unsigned.max() < n_points:
@@ -83,7 +89,10 @@ class Cells:
         return np.unique(np.searchsorted(self.offsets, bad, side="right") - 1)
 
     def refuse_out_of_range(self, n_points: int) -> None:
-        """Raise ``ValueError`` if a point index is out of range; the message names the first such index and cell."""
+        """Raise ``ValueError`` if a point index is negative or not below `n_points`.
+
+        The message names the first such index and its cell.
+        """
         bad = self.out_of_range(n_points)
         if len(bad):
             corners = self.connectivity[self.offsets[bad[0]] : self.offsets[bad[0] + 1]]
@@ -153,7 +162,10 @@ def _read(label: str, array: Any, first: int = 0, *, once: bool = False) -> Cell
 
 
 def _polyhedron_faces(mesh: pv.DataSet) -> tuple[Cells, Cells] | None:
-    """Return the faces of a mesh's polyhedra, and the face indices of each cell; None if there are no polyhedra."""
+    """Return two arrays of a mesh's polyhedra: their faces as point indices, and the cells as indices of these faces.
+
+    The result is None if the mesh has no polyhedra.
+    """
     if not isinstance(mesh, pv.UnstructuredGrid) or mesh.GetPolyhedronFaces() is None:
         return None
     faces = _read("polyhedron face", mesh.GetPolyhedronFaces())
@@ -161,10 +173,10 @@ def _polyhedron_faces(mesh: pv.DataSet) -> tuple[Cells, Cells] | None:
 
 
 def _bad_types(mesh: pv.DataSet) -> list[tuple[IntArray, Callable[[int], str], str, str]]:
-    """Return the invalid cells for each kind of error.
+    """Find the cells that VTK cannot process because of their type, in three groups by the kind of error.
 
-    Each entry has the cells' indices, a function that describes a cell for the error message, the allowed values and
-    the remedy.
+    Return for each group: the indices of the cells; a function that describes the cell of an index for the message; the
+    allowed values; and the remedy.
     """
     if not isinstance(mesh, pv.UnstructuredGrid) or mesh.n_cells == 0:
         return []
@@ -199,8 +211,8 @@ def _bad_types(mesh: pv.DataSet) -> list[tuple[IntArray, Callable[[int], str], s
 def invalid_cells(mesh: pv.DataSet) -> IntArray:
     """Return the indices of the cells that would crash VTK, in ascending order.
 
-    They refer to points that do not exist, have fewer points than their type needs, have a type that VTK does not know,
-    or are convex point sets.
+    Such a cell refers to a point that does not exist, has fewer points than its type needs, has a type that VTK does
+    not know, or is a convex point set.
     """
     n_points = mesh.n_points
     found = [array.first + array.out_of_range(n_points) for array in cells(mesh)]
@@ -230,7 +242,7 @@ def refuse_invalid(mesh: pv.DataSet) -> None:
 
 
 def refuse_wrong_sizes(mesh: pv.DataSet) -> None:
-    """Raise ``ValueError`` for dimensions or an array that do not match the number of points or cells."""
+    """Raise ``ValueError`` if a grid's dimensions or an array's length do not fit the number of points or cells."""
     if isinstance(mesh, pv.StructuredGrid) and np.prod(mesh.dimensions) != mesh.n_points:
         got = f"{mesh.n_points} points in dimensions {tuple(mesh.dimensions)}"
         check.refuse("mesh", got, "a grid with as many points as the product of its dimensions")

@@ -36,7 +36,7 @@ def names() -> list[str]:
 
 
 class Scalars(NamedTuple):
-    """The numbers that a colormap maps."""
+    """The numbers of a mesh that a colormap maps to colours."""
 
     numbers: Any
     """Real numbers, shape (n,)."""
@@ -44,7 +44,7 @@ class Scalars(NamedTuple):
 
 
 def scalars_of(name: str, colormap: Colormap, mesh: pv.DataSet) -> Scalars:
-    """Return a colormap's numbers at all points or cells of a mesh.
+    """Return the numbers that a colormap maps, at all points or all cells of a mesh.
 
     Raises
     ------
@@ -82,7 +82,11 @@ def scalars_of(name: str, colormap: Colormap, mesh: pv.DataSet) -> Scalars:
 
 
 def _reduced(label: str, colormap: Colormap, values: Any) -> Any:
-    """Return one real number or bool per row: the column that the colormap selects, or else the norm of the row."""
+    """Return one real number or bool for each row of `values`, shape (n,).
+
+    For rows of several numbers, it is the number in the column that the colormap selects, or else the row's norm. Error
+    messages begin with `label`.
+    """
     values = numbers_of(label, values)
     if values.dtype.kind == "c":
         values = values.real
@@ -97,7 +101,7 @@ def _reduced(label: str, colormap: Colormap, values: Any) -> Any:
 
 
 class Span(NamedTuple):
-    """Range of an array of numbers."""
+    """Range of an array of numbers: what a colormap without `clim` needs to know of the array."""
 
     low: float
     """Smallest finite number; +infinity if there is none."""
@@ -109,7 +113,7 @@ class Span(NamedTuple):
 
 
 def span_of(colormap: Colormap, numbers: Any) -> Span:
-    """Return the range of an array of numbers that a colormap maps."""
+    """Return the range of an array of numbers, as the colormap that maps them needs it."""
     finite = numbers[np.isfinite(numbers)] if numbers.dtype.kind == "f" else numbers
     different = np.unique(numbers).tolist() if colormap.categories is True else ()
     if not len(finite):
@@ -124,31 +128,33 @@ def _highest(kind: np.dtype[Any]) -> Any:
 
 
 def joined(spans: Iterable[Span]) -> Span:
-    """Return the range that contains all given ranges."""
+    """Return the smallest range that contains all the given ranges."""
     found = [*spans, Span(math.inf, -math.inf, math.inf, ())]
     low, high, positive, different = zip(*found, strict=True)
     return Span(min(low), max(high), min(positive), tuple(np.unique(np.concatenate(different)).tolist()))
 
 
 def over_all(material: Material, meshes: Sequence[pv.DataSet]) -> Material:
-    """Return the material; its colormaps without a range get the range of their arrays over all meshes.
+    """Return a material in which each colormap without `clim` has the range of its array over all meshes as `clim`.
 
-    A colormap with `categories=True` also gets the number of distinct values in place of True.
-
-    A colormap whose array is invalid is not changed here; lighting a mesh with it raises the error.
+    In a colormap with `categories=True`, True is replaced by the number of distinct values. A colormap whose array is
+    invalid is not changed here; lighting a mesh with it raises the error.
     """
     return spanned(material, {name: spans_in(each, meshes) for name, each in unspanned(material).items()})
 
 
 def unspanned(material: Material) -> dict[str, Colormap]:
-    """Return a material's colormaps, by field, that need the range or the distinct numbers of the whole mesh."""
+    """Return those colormaps of a material, as field → colormap, that depend on the numbers of the whole mesh.
+
+    These have no `clim`, or `categories=True`.
+    """
     maps = {name: each for name, each in material.maps.items() if isinstance(each, Colormap)}
     own = {name: each for name, each in maps.items() if not hasattr(each.cmap, "MapScalars")}
     return {name: each for name, each in own.items() if each.clim is None or each.categories is True}
 
 
 def spans_in(colormap: Colormap, meshes: Sequence[pv.DataSet]) -> Span:
-    """Return the range of a colormap's array over several meshes; meshes without a valid array are skipped."""
+    """Return the range of a colormap's array over several meshes. A mesh without a valid array is skipped."""
     spans = []
     for mesh in meshes if isinstance(colormap.scalars, str) else ():
         with contextlib.suppress(ValueError):
@@ -159,9 +165,16 @@ def spans_in(colormap: Colormap, meshes: Sequence[pv.DataSet]) -> Span:
 
 
 def spanned(material: Material, spans: Mapping[str, Span]) -> Material:
-    """Return the material; its colormaps without a range get the range in `spans`, which maps fields to ranges.
+    """Return a material in which each colormap without `clim` has its range in `spans` as `clim`.
 
-    A colormap with `categories=True` also gets the number of distinct values in place of True.
+    In a colormap with `categories=True`, True is replaced by the number of distinct values in the range.
+
+    Parameters
+    ----------
+    material : Material
+        The material.
+    spans : mapping
+        Field → range of the numbers that the field's colormap maps.
     """
     found = {}
     for name, span in spans.items():
@@ -238,14 +251,30 @@ def lookup_table(name: str, colormap: Colormap, numbers: Any, span: Span | None 
 
 
 def _listed(colors: tuple[Any, ...]) -> Any:
-    """Return a colormap of listed colours. As in PyVista, Matplotlib's colour names, such as "g", have precedence."""
+    """Return a Matplotlib colormap of the given colours.
+
+    A name such as "g" is looked up in Matplotlib first, then in PyVista, as PyVista itself does.
+    """
     from matplotlib.colors import ListedColormap, is_color_like
 
     return ListedColormap([each if is_color_like(each) else pv.Color(each).float_rgb for each in colors])
 
 
 def _found_range(name: str, span: Span, log_scale: bool) -> tuple[float, float]:
-    """Return the range for a lookup table, from the range of the numbers; with `log_scale`, a positive range."""
+    """Return the least and the greatest number that a lookup table maps, for a colormap without `clim`.
+
+    Raise ValueError, which names the field `name`, if there is no such range.
+
+    Parameters
+    ----------
+    name : str
+        Field of the material.
+    span : Span
+        Range of the numbers.
+    log_scale : bool
+        True if the table is logarithmic. If `span` contains negative numbers, the result then begins at the least
+        positive number.
+    """
     if span.low > span.high:
         remedy = "With clim=(0, 1), they are drawn in the colour of NaN."
         check.refuse(f"{name}'s scalars", "only NaN or infinity", "finite in some rows unless clim is given", remedy)
@@ -258,7 +287,7 @@ def _found_range(name: str, span: Span, log_scale: bool) -> tuple[float, float]:
 
 
 def colors_by(table: Any, numbers: Any) -> ByteArray:
-    """Return the 8-bit colours, shape (n, 3), with which VTK draws numbers through a lookup table."""
+    """Return the 8-bit colours, shape (n, 3), with which VTK draws n numbers through a lookup table."""
     if numbers.dtype == np.bool_ or numbers.dtype == np.float16 or numbers.dtype.itemsize > 8:
         numbers = numbers.astype(np.float64)
     if not len(numbers):
@@ -273,7 +302,7 @@ _SCALE = "_colormap"
 
 
 def put_scale(lit: pv.DataSet, name: str, material: Material, mesh: pv.DataSet) -> None:
-    """Store the scalar bar of the unlit colours in a lit mesh; without a colormap, remove an older bar.
+    """Store a scalar bar of the unlit colours in a lit mesh. If the material has no colormap, remove a stored bar.
 
     Parameters
     ----------
@@ -306,7 +335,10 @@ def put_scale(lit: pv.DataSet, name: str, material: Material, mesh: pv.DataSet) 
 
 
 def scale_of(lit: pv.DataSet, name: str) -> tuple[str, pv.LookupTable] | None:
-    """Return the title and lookup table of a lit mesh's scalar bar; None if no valid one is stored."""
+    """Return the title and the lookup table of the scalar bar that `put_scale` stored in a lit mesh.
+
+    `name` is that of the array of lit colours. The result is None if no valid scalar bar is stored.
+    """
     kept = lit.field_data.get(f"{name}{_SCALE}")
     if kept is None:
         return None
@@ -324,7 +356,10 @@ def scale_of(lit: pv.DataSet, name: str) -> tuple[str, pv.LookupTable] | None:
 
 
 def mapped(name: str, colormap: Colormap) -> ByteArray:
-    """Return the colours, shape (n, 3), of a colormap whose scalars are an array. Errors begin with `name`."""
+    """Return the 8-bit colours, shape (n, 3), of a colormap whose `scalars` are an array, not a name.
+
+    Errors begin with `name`, the material's field.
+    """
     if isinstance(colormap.scalars, str):
         allowed = "a Colormap of an array if there is no mesh"
         check.refuse(name, repr(colormap), allowed, "Array names need a mesh; pass Colormap(array, ...).")
@@ -333,5 +368,8 @@ def mapped(name: str, colormap: Colormap) -> ByteArray:
 
 
 def numbers_in(name: str, colormap: Colormap, values: Any) -> Any:
-    """Return the numbers, shape (n,), that a colormap maps: one for each row of `values`, an array or a part of it."""
+    """Return the numbers, shape (n,), that a colormap maps: one for each row of `values`.
+
+    `values` is the colormap's array or a part of it. Errors begin with `name`, the material's field.
+    """
     return _reduced(f"{name}'s scalars", colormap, values)

@@ -74,14 +74,17 @@ def default_scene(
 
 
 def _moved(part: pv.PolyData, matrix: MatrixLike) -> pv.PolyData:
-    """Return a surface with its points transformed by a matrix, in float64."""
+    """Return a surface whose points are transformed by a model matrix, in float64."""
     moved = shallow_copy(part)
     moved.points = transform_points(part.points, matrix)
     return moved
 
 
 def default_scene_of(bounds: VectorLike, *, is_open: bool, aspect: float = 4 / 3) -> Scene:
-    """Return the default scene for the bounds of meshes; `is_open` is True if a mesh has open edges."""
+    """Return the default scene for meshes with these bounds: x_min, x_max, y_min, y_max, z_min, z_max.
+
+    `is_open` is True if a mesh has open edges, so that both sides are lit. `aspect` is as for `default_scene`.
+    """
     far, (low, high) = Viewer.framing(bounds), finite_box(bounds)
     center, radius = np.array(far.focal_point), far.parallel_scale
     # distance at which all corners of the box are inside the image, with a margin

@@ -110,9 +110,10 @@ def read(path: str | os.PathLike[str], *, guarded: bool = False) -> pv.DataSet |
 
 
 def _read_for_parent(path: str, result: str, end: str) -> None:
-    """Read a mesh in the child process, and write the mesh or the error to the file `result`.
+    """Read a mesh in a child process, and write the mesh, or a ValueError, to the file `result` for the parent.
 
-    `end` is the file descriptor of this process's end of the pipe to the parent.
+    The arguments are command-line words. `path` is the file of the mesh, and `end` the file descriptor of this
+    process's end of the pipe to the parent.
     """
     begin_work(int(end))
     found: Any
@@ -125,9 +126,9 @@ def _read_for_parent(path: str, result: str, end: str) -> None:
 
 
 def read_mesh(path: str) -> pv.DataSet | pv.MultiBlock:
-    """Read a mesh from a file of any format that PyVista reads.
+    """Read a mesh in this process, from a file of any format that PyVista reads.
 
-    A parent process that watches this process is told that the file is being read.
+    If a parent process watches this process, it is told that the file is being read.
 
     Raises
     ------
@@ -155,7 +156,9 @@ def read_mesh(path: str) -> pv.DataSet | pv.MultiBlock:
 
 
 def read_texture(path: str, name: str = "albedo") -> Any:
-    """Read a texture from an image file of any format that Pillow reads. VTK's readers crash on damaged files.
+    """Read a texture from an image file with Pillow, because VTK's readers crash on damaged files.
+
+    `name` is the material's field, for error messages.
 
     Raises
     ------
@@ -238,7 +241,10 @@ def save_lit(lit: pv.PolyData | pv.MultiBlock, path: Path, name: str, compress: 
 
 
 def refuse_suffix(path: Path, what: str, allowed: tuple[str, ...]) -> None:
-    """Raise ``ValueError`` for a path whose suffix is not in `allowed`; `what` is a noun for the file's contents."""
+    """Raise ``ValueError`` if the suffix of a path is not in `allowed`.
+
+    `what` is a noun for the contents of the file, such as "a mesh", for the message.
+    """
     if path.suffix.lower() not in allowed:
         *others, last = allowed
         listed = ", ".join([*others, f"or {last} for a picture" if others and last == ".png" else last])
@@ -261,7 +267,10 @@ def _data_size(part: Any) -> int:
 
 
 def _save(lit: Any, aside: Path, options: dict[str, Any]) -> None:
-    """Write a file, and check that it is complete, because some of VTK's writers do not report failures."""
+    """Write a mesh to the path `aside`, and check that the file is complete; raise ValueError if writing fails.
+
+    The check is needed because some of VTK's writers do not report failures. `options` are those of PyVista's `save`.
+    """
     complaints: list[str] = []
     with _complaints_in(complaints):
         try:
@@ -282,10 +291,11 @@ def _save(lit: Any, aside: Path, options: dict[str, Any]) -> None:
 
 
 def _write_polydata(lit: pv.PolyData, aside: Path, compression: Any) -> None:
-    """Write a .vtp file with appended binary arrays; base64 would take three times as long and a third more space.
+    """Write a mesh to the .vtp file `aside`, with its arrays appended as bytes.
 
-    VTK's writer crashes the process on a full disk. So if the disk may be too small, the file is written to memory
-    first, which takes twice its length, and then to the disk.
+    The alternative, base64, would take three times as long and a third more space. VTK's writer crashes the process on
+    a full disk. So if the disk may be too small, the file is written to memory first, which takes twice its length, and
+    then to the disk.
     """
     lit._store_metadata()  # as in PyVista's `save`, for arrays of bools and complex numbers
     writer = pv.XMLPolyDataWriter(aside, lit)
@@ -303,13 +313,13 @@ def _write_polydata(lit: pv.PolyData, aside: Path, compression: Any) -> None:
 
 
 def _save_with_folder(blocks: pv.MultiBlock, path: Path, options: dict[str, Any]) -> None:
-    """Write a file that refers to files of blocks in a folder next to it.
+    """Write a MultiBlock: a file that names the files of its blocks, and these files in a folder next to it.
 
     The blocks are written first, under new names, so that an old file and its blocks stay valid until the new file
     replaces it. The names contain the random suffix of the temporary folder in which the files are made.
 
     VTK's writer of blocks crashes the process on a full disk. Therefore it only writes blocks that have a single point
-    in place of each mesh; the meshes are written separately.
+    in place of each mesh; the meshes are written separately. `options` are those of PyVista's `save`.
     """
     target = Path(os.path.realpath(path))
     if target.exists() and not target.is_file():
@@ -342,7 +352,10 @@ def _save_with_folder(blocks: pv.MultiBlock, path: Path, options: dict[str, Any]
 
 
 def _clear_old_blocks(target: Path) -> None:
-    """Remove the blocks of earlier versions of this file, except the blocks of writers that are still running."""
+    """Remove files of blocks that the file `target` no longer names, from the folder next to it.
+
+    Those of writers that are still running are kept.
+    """
     marked = re.compile(re.escape(target.stem) + r"-([a-z0-9_]{8})_\d+(_\d+)*\.\w+")
     old = [(block, found[1]) for block in target.with_suffix("").glob("*") if (found := marked.fullmatch(block.name))]
     left = [(block, mark) for block, mark in old if not target.with_name(PREFIX + mark).exists()]
@@ -358,7 +371,7 @@ def _clear_old_blocks(target: Path) -> None:
 
 @contextmanager
 def _complaints_in(complaints: list[str]) -> Iterator[None]:
-    """Append VTK's errors, and PyVista's warnings about them, to `complaints` instead of printing them."""
+    """Within the block, append VTK's errors, and PyVista's warnings about them, to `complaints` and print none."""
     with _one_at_a_time:
         logged = logging.root.manager.disable
         logging.disable(logging.CRITICAL)
@@ -377,6 +390,6 @@ def _complaints_in(complaints: list[str]) -> Iterator[None]:
 
 
 def _first_line(complaints: list[str]) -> str:
-    """Return the first line of the first complaint, without the memory addresses that VTK prints."""
+    """Return the first line of the first of several messages, without the memory addresses that VTK prints."""
     line = complaints[0].strip().splitlines()[0]
     return re.sub(r" ?\(0x[0-9a-f]+\)", "", line)

@@ -71,7 +71,7 @@ class NormalsWarning(UserWarning):
 
 
 def warn_of_normals(mesh: pv.DataSet, source: pv.PolyData, scene: Scene, matrix: MatrixLike | None = None) -> None:
-    """Warn if `complaint` finds a problem of a surface; the parameters are those of `complaint`.
+    """Give a `NormalsWarning` if `complaint`, which has the same parameters, finds a problem of a surface.
 
     Warns
     -----
@@ -84,11 +84,11 @@ def warn_of_normals(mesh: pv.DataSet, source: pv.PolyData, scene: Scene, matrix:
 
 
 def complaint(mesh: pv.DataSet, source: pv.PolyData, scene: Scene, matrix: MatrixLike | None = None) -> str:
-    """Describe the problem if most normals or faces of a surface point the wrong way, with the remedy.
+    """Describe the problem, and its remedy, if most normals or faces of a surface point the wrong way; else return "".
 
-    Return "" if there is no problem, or if it has been reported already. Inward faces are reported only for a PolyData
-    without stored normals, such as an isosurface. If both sides are lit, or if the viewer or a light is inside, as in a
-    room, inward faces are no problem.
+    A problem of an unchanged mesh is reported once. Inward faces are reported only for a PolyData without stored
+    normals, such as an isosurface. If both sides are lit, or if the viewer or a light is inside, as in a room, inward
+    faces are no problem.
 
     Parameters
     ----------
@@ -158,9 +158,9 @@ def faces_away(source: pv.PolyData, scene: Scene, vertices: Vertices, matrix: Ma
 
 
 def _corners_of_some(source: pv.PolyData) -> NDArray[np.int64]:
-    """Return the point indices of three corners of m sampled faces, shape (3, m).
+    """Choose m faces of a surface, and return the point indices of three corners of each, shape (3, m).
 
-    If a face has more corners, the three are spaced evenly around it.
+    In a face with more corners, the three are spaced evenly around it.
     """
     faces = source.GetPolys()
     count, corners = faces.GetNumberOfCells(), vtk_to_numpy(faces.GetConnectivityArray())
@@ -180,13 +180,16 @@ def _corners_of_some(source: pv.PolyData) -> NDArray[np.int64]:
 
 
 def _places_and_areas(source: pv.PolyData, corners: NDArray[np.int64]) -> tuple[Float64Array, Float64Array]:
-    """Return the centres of m sampled faces times 3, and the faces' area vectors times 2, both of shape (3, m)."""
+    """Return, for m triangles, three times their centres and twice their area vectors, shape (3, m) each.
+
+    `corners` has the point indices of their corners, shape (3, m).
+    """
     p, q, r = np.take(np.asarray(source.points), corners, axis=0).transpose(0, 2, 1).astype(np.float64)
     return p + q + r, cross(q - p, r - p)
 
 
 def _seem_misfits(source: pv.PolyData) -> bool:
-    """Return True if stored normals do not fit most of the sampled faces, weighted by area."""
+    """Return True if the stored normals do not fit most of some sampled faces, weighted by the faces' areas."""
     corners = _corners_of_some(source)
     stored = np.take(np.asarray(source.point_data.active_normals), corners, axis=0).sum(axis=0, dtype=np.float64).T
     with np.errstate(all="ignore"):
@@ -197,7 +200,7 @@ def _seem_misfits(source: pv.PolyData) -> bool:
 
 
 def _are_misfits(source: pv.PolyData) -> bool:
-    """Return True if stored normals do not fit all faces, on average."""
+    """Return True if the mean angle between stored normals and all faces of a surface exceeds `MISFIT`."""
     faces = Faces(source.points, *unchecked_polygons(source))
     weights = weights_of(faces, areas_of(faces))
     fit, _ = fit_of(np.asarray(source.point_data.active_normals), vertex_normals(source), weights)
@@ -205,7 +208,7 @@ def _are_misfits(source: pv.PolyData) -> bool:
 
 
 def _looks_inwards(source: pv.PolyData) -> bool:
-    """Return True if, by the sampled faces, a surface is nearly closed and its fronts face inwards."""
+    """Return True if a surface is nearly closed and its faces' fronts face inwards, judged by sampled faces."""
     with np.errstate(all="ignore"):
         places, areas = _places_and_areas(source, _corners_of_some(source))
         sizes = np.sqrt(dot(areas, areas))
@@ -215,7 +218,7 @@ def _looks_inwards(source: pv.PolyData) -> bool:
 
 
 def _holds_viewer_or_light(source: pv.PolyData, scene: Scene, matrix: MatrixLike | None) -> bool:
-    """Return True if the viewer or a light is inside the bounding box of a surface."""
+    """Return True if the viewer or a light is inside the bounding box of a surface, in world coordinates."""
     bounds = Vertices(source.points, None).bounds(matrix)
     low, high = np.asarray(bounds)[::2], np.asarray(bounds)[1::2]
     viewer: Any = scene.viewer
@@ -224,7 +227,7 @@ def _holds_viewer_or_light(source: pv.PolyData, scene: Scene, matrix: MatrixLike
 
 
 def _levels_to_caller() -> int:
-    """Return the `stacklevel` for `warnings.warn` at which the first caller outside this package is reported."""
+    """Return the `stacklevel` with which `warnings.warn` names the first caller outside this package."""
     frame, levels = sys._getframe(1), 1
     while frame.f_back is not None and frame.f_globals.get("__name__", "").partition(".")[0] == "pvphong":
         frame, levels = frame.f_back, levels + 1

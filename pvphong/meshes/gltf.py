@@ -43,7 +43,7 @@ class LightsWarning(UserWarning):
 
 
 class Part(NamedTuple):
-    """A mesh with its name and its linear colours from 0 to 1, shape (n, 3)."""
+    """A mesh to write, with its name, and with its linear colours from 0 to 1, shape (n, 3)."""
 
     name: str
     mesh: pv.PolyData
@@ -86,7 +86,7 @@ def write(path: Path, parts: Sequence[Part], scene: Scene | None = None, materia
 
 
 class _File:
-    """The JSON objects and the binary data of a file."""
+    """The JSON objects and the binary data of a glTF file, collected before it is written."""
 
     def __init__(self) -> None:
         self.bytes = bytearray()
@@ -95,14 +95,25 @@ class _File:
         self.used: set[str] = set()
 
     def add(self, kind: str, what: dict[str, Any]) -> int:
-        """Append an object to the list of its kind, and return its index there."""
+        """Append the JSON object `what` to the file's list `kind`, such as "nodes"; return its index in the list."""
         self.lists.setdefault(kind, []).append(what)
         return len(self.lists[kind]) - 1
 
     def array(self, rows: NDArray[Any], kind: int, shape: str, target: int, **more: Any) -> int:
-        """Append an array to the binary data, and return the index of its accessor.
+        """Append an array to the binary data, and return the index of its accessor, by which glTF refers to it.
 
-        `kind` and `target` are OpenGL's constants for the numbers and the buffer; `shape` is glTF's, such as "VEC3".
+        Parameters
+        ----------
+        rows : ndarray
+            The array.
+        kind : int
+            OpenGL's constant for the type of its numbers, such as 5126 for float32.
+        shape : str
+            glTF's name for the shape of a row, such as "VEC3".
+        target : int
+            OpenGL's constant for the buffer: vertices or indices.
+        **more
+            Further entries of the accessor.
         """
         self.bytes += b"\0" * (-len(self.bytes) % 4)
         data = np.ascontiguousarray(rows).tobytes()
@@ -113,7 +124,10 @@ class _File:
         return self.add("accessors", count | more)
 
     def part(self, part: Part, material: Material | None) -> int:
-        """Append a mesh, and return the index of its node."""
+        """Append a mesh, and return the index of its node.
+
+        With a material, the program that opens the file lights the mesh; with None, it shows the colours unlit.
+        """
         mesh = part.mesh
         if not has_faces(mesh):
             check.refuse(
@@ -162,7 +176,10 @@ class _File:
         return shared | {"pbrMetallicRoughness": {"baseColorFactor": [1.0, 1.0, 1.0, 1.0]} | numbers}
 
     def lights(self, scene: Scene) -> list[int]:
-        """Append the lights that glTF can represent, and return the indices of their nodes."""
+        """Append those lights of a scene that glTF can represent, and return the indices of their nodes.
+
+        A `LightsWarning` names the others.
+        """
         nodes, lights, left_out = list[int](), list[dict[str, Any]](), list[str]()
         for light in scene.world_lights:
             if not light.on:
@@ -184,7 +201,7 @@ class _File:
         return nodes
 
     def write(self, path: Path, nodes: list[int]) -> None:
-        """Write the file."""
+        """Write the file, with the nodes of these indices as children of a root node that turns z up to y up."""
         root = self.add("nodes", {"name": "z up", "rotation": _Z_UP, "children": nodes})
         self.bytes += b"\0" * (-len(self.bytes) % 4)
         buffer: dict[str, Any] = {"byteLength": len(self.bytes)}
@@ -206,7 +223,10 @@ class _File:
 
 
 def _triangles(mesh: pv.PolyData, is_finite: NDArray[Any]) -> NDArray[Any]:
-    """Return the faces as triangles, shape (m, 3); triangles with a point that is not finite are omitted."""
+    """Return a mesh's faces as triangles, shape (m, 3), without those that have a point that is not finite.
+
+    `is_finite` is the mask of the finite points.
+    """
     if not (mesh.is_all_triangles and not mesh.n_strips):
         bare = pv.PolyData()
         bare.points = np.asarray(mesh.points)
@@ -218,7 +238,10 @@ def _triangles(mesh: pv.PolyData, is_finite: NDArray[Any]) -> NDArray[Any]:
 
 
 def _punctual(light: Light) -> tuple[dict[str, Any], dict[str, Any]] | None:
-    """Return a light as in KHR_lights_punctual, and the transform of its node; None if glTF has no such light."""
+    """Convert a light to an object of KHR_lights_punctual, and to the translation and rotation of its node.
+
+    The result is None if glTF has no such light.
+    """
     if light.has_size or nearest_in_vtk(light) is not light:
         return None
     values = vtk_values(light)
@@ -242,7 +265,7 @@ def _punctual(light: Light) -> tuple[dict[str, Any], dict[str, Any]] | None:
 
 
 def _turned(direction: Any) -> list[float]:
-    """Return the rotation, as a quaternion (x, y, z, w), that turns −z to a direction."""
+    """Return the rotation that turns the direction −z to a given direction, as a quaternion (x, y, z, w)."""
     d = np.array(direction, np.float64)
     x, y, z = d / np.linalg.norm(d)
     if z > 1.0 - 1e-12:

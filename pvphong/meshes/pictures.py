@@ -155,9 +155,10 @@ def plot(
 
 
 def _plotter(options: dict[str, Any]) -> tuple[pv.Plotter, Callable[[pv.Plotter], Any]]:
-    """Return a plotter set up as by `pyvista.plot`, and a function that shows it. Used `options` are removed.
+    """Return a plotter that is set up as by `pyvista.plot`, and a function that shows it and returns the result.
 
-    `pyvista.plot` itself cannot add a scalar bar to a mesh with RGB colours.
+    The options that both use are removed from `options`; those of `add_mesh` stay. `pyvista.plot` itself cannot add a
+    scalar bar to a mesh with RGB colours.
     """
 
     def taken(*names: str) -> dict[str, Any]:
@@ -218,7 +219,10 @@ _COLOURING = (
 
 
 def refuse_colouring(options: Mapping[str, Any], remedy: str = "The colours come from the array `name`.") -> None:
-    """Raise ``ValueError`` for options of `pyvista.Plotter.add_mesh` that colour a mesh; PyVista checks the others."""
+    """Raise ``ValueError`` for options of `pyvista.Plotter.add_mesh` that would colour a mesh.
+
+    `remedy` is the sentence that ends the message. Other options are not checked here, but by PyVista.
+    """
     for option in options:
         if option in _COLOURING:
             if option == "smooth_shading":
@@ -227,10 +231,10 @@ def refuse_colouring(options: Mapping[str, Any], remedy: str = "The colours come
 
 
 def vertex_opacity(options: dict[str, Any]) -> Any:
-    """Remove an array of opacities, or its name, from `add_mesh`'s options, and return it.
+    """Remove an array of opacities, or an array's name, from the options of `add_mesh`, and return it.
 
-    A single number stays among the options, and None is returned. PyVista has no opacities per vertex for meshes with
-    RGB colours; `with_opacity` adds them.
+    If the opacity is a single number or missing, return None and leave the options unchanged. PyVista has no opacities
+    per vertex for meshes with RGB colours; `with_opacity` adds them.
     """
     if isinstance(options.get("opacity"), Real | np.number | None):
         return None
@@ -240,7 +244,7 @@ def vertex_opacity(options: dict[str, Any]) -> Any:
 
 
 def displayed(mesh: pv.DataSet, name: str, display: Display) -> pv.DataSet:
-    """Return a drawable mesh with its colours as the display shows them."""
+    """Return a mesh to draw: a copy whose colours, the point array `name`, are those that the display shows."""
     if display == _PLAIN:
         return drawable(mesh, name)
     result, colors = mesh.copy(deep=False), np.asarray(mesh.point_data[name])
@@ -249,7 +253,10 @@ def displayed(mesh: pv.DataSet, name: str, display: Display) -> pv.DataSet:
 
 
 def with_opacity(mesh: pv.DataSet, name: str, opacity: Any, display: Display = _PLAIN) -> pv.DataSet:
-    """Return a drawable mesh. If `opacity`, from `vertex_opacity`, is not None, it is the colours' fourth channel."""
+    """Return a mesh to draw: its colours, the point array `name`, as the display shows them, with opacities if given.
+
+    `opacity` is the result of `vertex_opacity`; if it is not None, it becomes the colours' fourth channel.
+    """
     if opacity is None:
         return displayed(mesh, name, display)
     source = surface(mesh)
@@ -261,7 +268,7 @@ def with_opacity(mesh: pv.DataSet, name: str, opacity: Any, display: Display = _
 
 
 def refuse_unlit(mesh: pv.DataSet, name: str) -> None:
-    """Raise ``ValueError`` for a mesh that has no array of lit colours."""
+    """Raise ``ValueError`` if a mesh has no point array `name`, the array of its lit colours."""
     if name == "phong" and name not in mesh.point_data:
         allowed = "lit, with colours in its point array 'phong' or in the array given as `name`"
         remedy = "Light it first: mesh.phong.shade(...).phong.plot()."
@@ -270,7 +277,7 @@ def refuse_unlit(mesh: pv.DataSet, name: str) -> None:
 
 
 def refuse_size(size: tuple[int, int]) -> None:
-    """Raise ``ValueError`` for an image size that cannot be drawn."""
+    """Raise ``ValueError`` if a picture cannot have this width and height, in pixels."""
     for label, pixels in zip(("width", "height"), size, strict=True):
         check.number(label, pixels, at_least=1, at_most=_LARGEST)
 
@@ -285,7 +292,7 @@ def save_picture(image: np.ndarray[Any, np.dtype[np.uint8]], path: Path) -> None
 
 @cache
 def drawing_window() -> str:
-    """Return the class of window with which VTK can draw on this machine.
+    """Return the name of the class of windows with which VTK can draw on this machine.
 
     Drawing is tried once, in a child process, because VTK crashes the process if a library is missing.
 
@@ -306,7 +313,10 @@ def drawing_window() -> str:
 
 @contextmanager
 def preferring(window: str) -> Iterator[None]:
-    """Make VTK open windows of this class directly; otherwise it searches for a display first and prints errors."""
+    """Within the block, make VTK open windows of the class with the name `window`.
+
+    Otherwise VTK searches for a display first, and prints errors if there is none.
+    """
     if window not in WITHOUT_DISPLAY or _CHOICE in os.environ:
         yield
         return
@@ -318,7 +328,7 @@ def preferring(window: str) -> Iterator[None]:
 
 
 def aim(plotter: pv.Plotter | pv.Renderer, viewer: Viewer) -> None:
-    """Set the camera of a plotter or renderer to the viewer, and keep it there when meshes are added."""
+    """Set the camera of a plotter or renderer to a viewer, and keep it there when meshes are added."""
     camera = plotter.camera
     camera.SetPosition(viewer.position)
     camera.SetFocalPoint(viewer.focal_point)

@@ -74,9 +74,9 @@ def surface_and_maps(
 
 
 def given_maps(material: Material, mesh: pv.DataSet | None = None) -> dict[str, AnyMap]:
-    """Return a material's maps, including its tangents, by field.
+    """Return the maps of a material, and its tangents if they are a map, as field → map.
 
-    If a colour is given by name, and the mesh has an array of that name, the array is used.
+    If a colour is given by its name, and the mesh has a point array of that name, the array's name is the map.
     """
     named: dict[str, AnyMap] = {}
     for field in COLORS if mesh is not None else ():
@@ -87,7 +87,11 @@ def given_maps(material: Material, mesh: pv.DataSet | None = None) -> dict[str, 
 
 
 def names_taken(material: Material, mesh: pv.DataSet) -> dict[str, str]:
-    """Describe what each name in a material's colour fields stands for: a colour, an array, an image or a colormap."""
+    """Return field → meaning, for a material's colour fields that hold a name.
+
+    The meaning says whether the name is taken as a colour, an array, an image or a colormap, as in "the array
+    'height'".
+    """
     maps = given_maps(material, mesh)
     given: dict[str, Any] = {name: maps.get(name, getattr(material, name)) for name in COLORS}
     kinds = ((Colormap, "a"), (NamedColor, "the colour"), (str, "the array"))
@@ -106,18 +110,18 @@ def _has_numbers(mesh: Any, name: str) -> bool:
 
 
 def values_at(name: str, given: Any, whole: pv.PolyData, source: pv.PolyData, points: NDArray[Any] | None) -> Any:
-    """Return a map's values at a surface's points.
+    """Return a map's values at the points of a surface that may have been split along sharp edges.
 
     Parameters
     ----------
     name : str
         Name of the field.
     given : Map, array_like, texture or str
-        The map.
+        The map. Arrays have a row for each point, or for each cell, of the surface before splitting.
     whole, source : pyvista.PolyData
         The surface before its edges were split, and after.
     points : ndarray or None
-        For each point of `source`, its index in `whole`; None if the points are the same.
+        For each point of `source`, its index in `whole`; None if no edge was split.
     """
     value = given.source if isinstance(given, Map) else given
     if isinstance(value, str) and value not in source.point_data:
@@ -151,8 +155,10 @@ def opacity_at(
         values are divided by 255. Opacities per cell are allowed only if each face has its own points.
     mesh : pyvista.DataSet
         The user's mesh.
-    whole, source, points
-        The mesh's surface before and after splitting, and the indices of points, as for `values_at`.
+    whole, source : pyvista.PolyData
+        The mesh's surface before its edges were split, and after.
+    points : ndarray or None
+        For each point of `source`, its index in `whole`; None if no edge was split.
     """
     value = given.source if isinstance(given, Map) else given
     if isinstance(value, str):
@@ -194,7 +200,7 @@ def colors_at(
     whole, source : pyvista.PolyData
         The mesh's surface before its edges were split, and after.
     points : ndarray or None
-        As for `values_at`.
+        For each point of `source`, its index in `whole`; None if no edge was split.
     """
     numbers, of_cells = scalars_of(name, colormap, mesh)
     table = lookup_table(name, colormap, numbers)
@@ -211,7 +217,23 @@ def _carried(
     *,
     of_cells: bool,
 ) -> Any:
-    """Transfer an array with one row per point or cell of a mesh to the points of its surface."""
+    """Transfer the rows of an array from a mesh to the points of its surface.
+
+    Parameters
+    ----------
+    name : str
+        Name of the field, for error messages.
+    rows : ndarray
+        A row for each point or, if `of_cells`, for each cell of the mesh.
+    mesh : pyvista.DataSet
+        The mesh.
+    whole, source : pyvista.PolyData
+        The mesh's surface before its edges were split, and after.
+    points : ndarray or None
+        For each point of `source`, its index in `whole`; None if no edge was split.
+    of_cells : bool
+        True for rows of cells. Faces must then not share points.
+    """
     if not isinstance(mesh, pv.PolyData | pv.PointSet):  # the surface has only some of the points and cells
         data, of = (whole.cell_data, "Cell") if of_cells else (whole.point_data, "Point")
         rows = rows[np.asarray(data[f"vtkOriginal{of}Ids"])]
@@ -221,7 +243,10 @@ def _carried(
 
 
 def _of_faces(name: str, values: Any, source: pv.PolyData) -> Any:
-    """Transfer an array with one row per cell to the surface's points; faces must not share points."""
+    """Transfer an array with one row per face or cell of a surface to the surface's points.
+
+    Raise ValueError, which names the field `name`, if faces share points.
+    """
     connectivity, offsets = polygons(source)
     faces = np.asarray(values)
     if len(faces) == source.n_cells:
@@ -235,14 +260,26 @@ def _of_faces(name: str, values: Any, source: pv.PolyData) -> Any:
 
 
 def _refuse_unknown(name: str, value: str, source: pv.PolyData) -> NoReturn:
-    """Raise ValueError for a name that no point array has; suggest similar names of arrays and colours."""
+    """Raise ValueError for the value of a field that is not the name of a point array; suggest similar names.
+
+    Parameters
+    ----------
+    name, value : str
+        Name of the field, and its value.
+    source : pyvista.PolyData
+        The surface with the arrays.
+    """
     names = list(source.point_data.keys())
     remedy = check.meant(value, [*names, *(host.answers().color_names() if name in COLORS else ())])
     check.refuse(name, repr(value), f"the name of a point array ({', '.join(names) or 'there are none'})", remedy)
 
 
 def _of_texture(name: str, texture: Any, source: pv.PolyData) -> FloatArray:
-    """Return a texture's colours; for a numeric field its grey levels, and for shininess these times `SHINIEST`."""
+    """Return the values of a texture at a surface's points, for the material's field `name`.
+
+    For a field of colours these are the texture's colours, and for a field of numbers its grey levels. Those of the
+    shininess are multiplied by `SHINIEST`.
+    """
     if name == "tangents":
         check.refuse(name, "a texture", "a point array, or its name")
     colors = texture_colors(texture, source, name)
@@ -255,7 +292,7 @@ def _of_texture(name: str, texture: Any, source: pv.PolyData) -> FloatArray:
 
 
 def _checked(name: str, given: Any, mesh: pv.DataSet) -> Any:
-    """Return `given` as an array with one row per point of the mesh; raise ValueError for another number of rows."""
+    """Return an array, the value of the field `name`; raise ValueError unless it has one row per point of the mesh."""
     if len(given) == mesh.n_cells != mesh.n_points:
         allowed = f"an array with one row per point, {mesh.n_points} rows"
         check.refuse(name, f"{len(given)} rows, one per cell", allowed, _TO_FACES)
@@ -348,18 +385,24 @@ def texture_colors(texture: Any, source: pv.PolyData, name: str = "albedo") -> F
 
 
 def texture_version(texture: Any) -> Any:
-    """Return a stamp that changes when a texture or its image changes; cheap to compare."""
+    """Return a value that changes when a texture or its image is modified or replaced; cheap to compute and compare."""
     return tuple((part, part.GetMTime()) for part in (texture, texture.GetInput()) if part is not None)
 
 
 def _coordinates(source: pv.PolyData) -> FloatArray | None:
-    """Return texture coordinates, shape (n_points, 2); None if there are none, or only one per point."""
+    """Return the texture coordinates of a surface's points, shape (n_points, 2).
+
+    The result is None if there are none, or only one per point.
+    """
     found = source.GetPointData().GetTCoords()
     return None if found is None or found.GetNumberOfComponents() < 2 else vtk_to_numpy(found)[:, :2]
 
 
 def _planes(texture: Any, name: str) -> NDArray[Any]:
-    """Return a texture's texels, shape (1 or 3, height, width), from the bottom row up."""
+    """Return a texture's texels, shape (1 or 3, height, width), with the bottom row first; opacity is left out.
+
+    Raise ValueError, which names the field `name`, if the texture has no flat image of uint8 or float colours.
+    """
     image = texture.GetInput()
     scalars = None if image is None else image.GetPointData().GetScalars()
     if texture.GetCubeMap() or scalars is None or image.GetDimensions()[2] != 1:
@@ -379,12 +422,25 @@ def _planes(texture: Any, name: str) -> NDArray[Any]:
 
 
 def _texel_numbers(size: int, wrap: int) -> IntArray:
-    """Return the indices of the texels along an axis, padded by one before and two after; −1 is the border colour."""
+    """Return the indices of an axis's `size` texels, and those to use outside the image: one before and two after.
+
+    The indices outside follow from `wrap`, VTK's mode for places outside the image; −1 is the border colour.
+    """
     return np.pad(np.arange(1, size + 1), (1, 2), _BEYOND[wrap]) - 1  # "constant" pads with 0
 
 
 def _neighbours(place: Float64Array, numbers: IntArray, wrap: int) -> list[tuple[IntArray, Float64Array]]:
-    """Return the indices and weights of the two texels around each texture coordinate `place` along an axis."""
+    """Return the two texels along one axis that are nearest to each place, as two pairs of indices and weights.
+
+    Parameters
+    ----------
+    place : ndarray
+        Texture coordinates along the axis, shape (n,); the image is [0, 1].
+    numbers : ndarray
+        Result of `_texel_numbers` for the axis.
+    wrap : int
+        VTK's mode for places outside the image.
+    """
     size = len(numbers) - 3
     if wrap == _REPEAT:
         place = place % 1.0
@@ -397,14 +453,16 @@ def _neighbours(place: Float64Array, numbers: IntArray, wrap: int) -> list[tuple
 
 
 def tangents_from(source: pv.PolyData, normals: Callable[[], FloatArray]) -> Callable[[], FloatArray] | None:
-    """Return a function that computes tangents from texture coordinates; None without faces or such coordinates.
+    """Return a function that computes the tangents of a surface's points from its texture coordinates.
+
+    The result is None if the surface has no faces or no texture coordinates.
 
     Parameters
     ----------
     source : pyvista.PolyData
         A checked surface.
     normals : callable
-        Returns the points' normals.
+        Function that returns the points' normals.
     """
     coordinates = _coordinates(source)
     if coordinates is None or not has_faces(source):

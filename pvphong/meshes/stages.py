@@ -97,18 +97,24 @@ def stage(
 
 
 def _steps(first: float, last: float, spacing: float) -> Float64Array:
-    """Return evenly spaced numbers at most `spacing` apart, both ends included."""
+    """Return evenly spaced numbers from `first` to `last`, both included, that are at most `spacing` apart."""
     return np.linspace(first, last, 1 + int(np.ceil((last - first) / spacing)))
 
 
 def _denser_at_0(last: float, spacing: float) -> Float64Array:
-    """Return numbers from 0 to `last`: `spacing` apart at 0, and up to 6 times as far apart at the end."""
+    """Return rising numbers from 0 to `last`.
+
+    They are `spacing` apart at 0, and up to 6 times as far apart at the end.
+    """
     t = _steps(0.0, 1.0, spacing / (_DENSITY * last))
     return np.asarray(last * (_DENSITY * t + (1.0 - _DENSITY) * t**3))
 
 
 def _grid(points: Float64Array) -> pv.PolyData:
-    """Return the quads between points (m, n, 3). Their fronts are on the side of rows × columns."""
+    """Return a surface of the quads between a grid of points, shape (m, n, 3).
+
+    Fronts are on the side of the cross product of the directions in which the first and the second index grow.
+    """
     rows, columns, _ = points.shape
     numbers = np.arange(rows * columns).reshape(rows, columns)
     corners = np.stack([numbers[:-1, :-1], numbers[1:, :-1], numbers[1:, 1:], numbers[:-1, 1:]], axis=-1)

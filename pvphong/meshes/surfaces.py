@@ -65,7 +65,7 @@ def surface(mesh: pv.DataSet) -> pv.PolyData:
 
 
 def outer_surface(mesh: pv.DataSet) -> pv.PolyData:
-    """Return the surface of a valid mesh; both may be empty."""
+    """Return the surface of a valid mesh, without checks; the mesh and the surface may be empty."""
     if isinstance(mesh, pv.PolyData):
         return mesh
     if isinstance(mesh, pv.PointSet):
@@ -97,7 +97,10 @@ def has_faces(mesh: pv.PolyData) -> bool:
 
 
 def has_only_triangles(mesh: pv.PolyData) -> bool:
-    """Return True if all cells are triangular polygons; PyVista's `is_all_triangles` ignores strips."""
+    """Return True if all cells of a mesh are triangular polygons.
+
+    Unlike PyVista's `is_all_triangles`, it is False for a mesh with triangle strips.
+    """
     return not mesh.n_strips and mesh.is_all_triangles
 
 
@@ -138,7 +141,10 @@ def polygons(mesh: pv.PolyData) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
 
 
 def unchecked_polygons(mesh: pv.PolyData) -> tuple[NDArray[Any], NDArray[Any]]:
-    """Return `polygons` without checks, to be read only: without strips, the arrays are VTK's own memory."""
+    """Return the faces of a mesh like `polygons`, without checks.
+
+    The arrays must not be modified: without strips, they are VTK's own memory.
+    """
     _, _, faces, strips = cells(mesh)
     if not strips.count:
         return faces.connectivity, faces.offsets
@@ -199,7 +205,10 @@ def weighted_normals(
     weighting: Weighting = "angle",
     backend: Backend = "auto",
 ) -> Float64Array:
-    """Compute `pvphong.geometry.normals.point_normals`, by the backend that `vertex_normals` describes."""
+    """Compute the unit normals of a mesh's points, given as plain arrays.
+
+    The arguments are those of `pvphong.geometry.normals.point_normals`, and `backend` as for `vertex_normals`.
+    """
     waits = backend == "numba"
     if waits or (backend == "auto" and len(connectivity) >= _WORTH_LOADING):
         found = kernel.point_normals(points, connectivity, offsets, weighting, waits=waits)
@@ -256,7 +265,10 @@ _AUTO = 30.0
 
 
 def sharp_angle(mesh: pv.PolyData, feature_angle: FeatureAngle) -> float | None:
-    """Return the feature angle as a number of degrees, resolving "auto"; None if no edge is sharp."""
+    """Return the angle above which edges of a surface are split, in degrees; None if none are.
+
+    "auto" is replaced as in `split_sharp_edges`.
+    """
     if isinstance(feature_angle, str):
         if feature_angle != "auto":
             check.refuse("feature_angle", feature_angle, 'degrees from 0 to 180, "auto" or None')
@@ -319,10 +331,17 @@ def split_sharp_edges(mesh: pv.PolyData, feature_angle: FeatureAngle) -> tuple[p
 
 
 def _apart(mesh: pv.PolyData, faces: NDArray[Any], offsets: NDArray[Any]) -> tuple[pv.PolyData, NDArray[np.int64]]:
-    """Return a mesh in which no two faces share a point, and for each of its points the index in `mesh`.
+    """Return a surface in which each face has its own points, and the index in `mesh` of each new point, shape (n,).
 
     Coplanar faces are separated too. A vertex or line cell keeps a point that no face uses; in place of a point that
     faces use, it gets the copy of one of these faces.
+
+    Parameters
+    ----------
+    mesh : pyvista.PolyData
+        The original surface.
+    faces, offsets : ndarray
+        Its faces, from `polygons`.
     """
     place = np.full(mesh.n_points, -1)
     place[faces[::-1]] = np.arange(len(faces))[::-1]
@@ -336,10 +355,23 @@ def _apart(mesh: pv.PolyData, faces: NDArray[Any], offsets: NDArray[Any]) -> tup
 def _split_points(
     mesh: pv.PolyData, faces: NDArray[Any], offsets: NDArray[Any], angle: float
 ) -> tuple[NDArray[Any], NDArray[np.int64]]:
-    """Find the new points along sharp edges.
+    """Find the points that must be duplicated to split a surface along its sharp edges.
 
-    Return the faces' connectivity, in which an index >= `mesh.n_points` is a new point, and the original index of each
-    new point.
+    Parameters
+    ----------
+    mesh : pyvista.PolyData
+        The original surface.
+    faces, offsets : ndarray
+        Its faces, from `polygons`.
+    angle : float
+        Edges are sharp if the normals of their faces differ by more than this, in degrees.
+
+    Returns
+    -------
+    faces : ndarray
+        Connectivity of the split faces; an index >= `mesh.n_points` is a new point.
+    points : ndarray
+        For each new point, the index of its original in `mesh`.
     """
     if len(faces) >= _WORTH_LOADING:
         found = kernel.split_points(check.array("points", mesh.points), faces, offsets, angle, waits=False)
@@ -419,10 +451,10 @@ def drawable(mesh: pv.DataSet, name: str) -> pv.DataSet:
 
 
 def shallow_copy(mesh: _Mesh) -> _Mesh:
-    """Return a new mesh that shares points, cells and arrays with another.
+    """Return a new mesh that shares points, cells and arrays with `mesh`.
 
-    To add, replace or remove arrays, or to set points, cells or active arrays, affects only one mesh. To change the
-    values or the name of a shared array affects both.
+    Adding, replacing or removing arrays, or setting points, cells or active arrays, affects only one of the two meshes.
+    Changing the values or the name of a shared array affects both.
     """
     result = type(mesh)()
     result.shallow_copy(mesh)

@@ -24,7 +24,7 @@ _MULTIPLE = 16
 
 
 class Exchanging(NamedTuple):
-    """A surface that exchanges light."""
+    """A surface that exchanges light with others: a mesh, a function that returns its point normals, and its matrix."""
 
     source: pv.PolyData
     normals: Callable[[], FloatArray]
@@ -32,7 +32,10 @@ class Exchanging(NamedTuple):
 
     @classmethod
     def of(cls, mesh: pv.DataSet, matrix: MatrixLike | None, feature_angle: FeatureAngle) -> Self:
-        """Return the surface of a dataset. Its normals are computed when they are first used."""
+        """Return the surface of a dataset, as one that exchanges light. Its normals are computed at their first use.
+
+        `matrix` is the model matrix. `feature_angle` splits sharp edges, as for `shade`.
+        """
         source, _ = split_sharp_edges(surface(mesh), feature_angle)
         return cls(source, functools.cache(lambda: point_normals(source)), matrix)
 
@@ -92,7 +95,10 @@ def transport(
 def transport_of(
     surfaces: Sequence[Exchanging], occluders: Any = (), samples: int = SAMPLES, memory: float = MEMORY
 ) -> Transport:
-    """Return the transport of light between the vertices of several surfaces; see `transport`."""
+    """Return the transport of light between the vertices of several surfaces.
+
+    The parameters are those of `transport`, which is for a single mesh.
+    """
     count = int(check.number("samples", samples, at_least=1.0, at_most=float(MOST_RAYS)))
     count = -(-count // _MULTIPLE) * _MULTIPLE
     memory = check.number("memory", memory, at_least=0.0)
@@ -102,9 +108,18 @@ def transport_of(
 
 
 def checked_transport(given: Any, surfaces: Sequence[Exchanging], occluders: Any = ()) -> Transport:
-    """Check that `given` is the transport between some surfaces, and return it; if it is None, return a new transport.
+    """Return the transport of light between some surfaces: `given` after a check, or a new one if `given` is None.
 
     A new transport casts rays when it is first used.
+
+    Parameters
+    ----------
+    given : Transport or None
+        The argument `transport`.
+    surfaces : sequence of Exchanging
+        The surfaces that exchange light.
+    occluders : sequence
+        Other meshes that block light, as for `transport`.
 
     Raises
     ------

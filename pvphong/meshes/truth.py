@@ -68,7 +68,7 @@ class Truth:
 
 
 class ReflectingSurfaces(NamedTuple):
-    """Surfaces that reflect light to each other, and the index of a mesh among them."""
+    """Surfaces that reflect light to each other, for the path tracer, and the index of one mesh among them."""
 
     reflectors: Sequence[Reflector]
     occluders: Occluders
@@ -85,7 +85,11 @@ def reflecting_blocks(
     matrix: MatrixLike | None = None,
     feature_angle: FeatureAngle = None,
 ) -> Iterator[ReflectingSurfaces]:
-    """Return the `ReflectingSurfaces` for each nonempty dataset in order; they differ only in `own_index`."""
+    """Return, for each nonempty dataset of `blocks` in order, the surfaces that reflect light to it.
+
+    These are all datasets; the results differ only in `own_index`. `materials` has a material for each dataset. The
+    other parameters are those of `truth`.
+    """
     of_blocks = iter(materials)
     reflectors = of_each(
         blocks, lambda block: _reflector(block, scene, as_material(next(of_blocks)), matrix, feature_angle)
@@ -97,7 +101,10 @@ def reflecting_blocks(
 def _reflector(
     mesh: pv.DataSet, scene: Scene, material: Material, matrix: MatrixLike | None, feature_angle: FeatureAngle
 ) -> Reflector:
-    """Convert a mesh and its material for the path tracer."""
+    """Convert a mesh and its material to a surface for the path tracer.
+
+    The parameters are those of `truth`.
+    """
     if scene.light_model.convention != "standard":
         remedy = "VTK's shader has no bounces; use LightModel()."
         check.refuse("light_model", f"{scene.light_model.convention!r}", "in the standard convention", remedy)
@@ -207,7 +214,7 @@ def truth(
 
 
 def _refuse_more_than_all(reflector: Reflector) -> None:
-    """Raise ValueError for a surface that reflects more light than arrives, because the sum over bounces diverges."""
+    """Raise ValueError if a surface reflects more diffuse light than arrives, so that the sum over bounces diverges."""
     equation = reflector.equation
     tints = reflector.values.get("diffuse", np.ones((1, 3)))
     for k in equation.lobes_of["diffuse"]:

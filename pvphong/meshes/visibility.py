@@ -28,7 +28,7 @@ _AS_FINE_AS_A_DISPLAY = 1.0 / 255.0
 
 
 def triangles_of(mesh: pv.PolyData) -> NDArray[np.int64]:
-    """Triangulate a surface's faces, and return their corners, shape (m, 3); hidden cells are skipped."""
+    """Return the corners of a surface's triangles, shape (m, 3); other faces are triangulated, hidden cells skipped."""
     connectivity, offsets = polygons(mesh)
     sizes, shown = np.diff(offsets), _shown(mesh)
     if not shown.all():
@@ -46,7 +46,10 @@ def triangles_of(mesh: pv.PolyData) -> NDArray[np.int64]:
 
 
 def _shown(mesh: pv.PolyData) -> BoolArray:
-    """Return a mask of the mesh's `polygons`: True if VTK's ghost array does not hide the cell; [True] without one."""
+    """Return a mask of the faces that `polygons` returns: True unless VTK's ghost array hides the face's cell.
+
+    Without a ghost array, the mask is [True], which can be broadcast.
+    """
     ghosts = mesh.cell_data.get("vtkGhostType")
     if ghosts is None:
         return np.ones(1, bool)
@@ -57,7 +60,7 @@ def _shown(mesh: pv.PolyData) -> BoolArray:
 
 
 class KnownOccluders(NamedTuple):
-    """Occluders that have been built already, and the index of a mesh among them."""
+    """Occluders whose triangles are known already, and the index of one mesh among them."""
 
     occluders: Occluders
     own_index: int | None
@@ -67,7 +70,10 @@ class KnownOccluders(NamedTuple):
 
 
 def world_faces(source: pv.PolyData, matrix: MatrixLike | None = None) -> BlockingFaces:
-    """Return a surface's triangles in world coordinates; its points are copied."""
+    """Return the triangles of a surface in world coordinates, with copies of its points.
+
+    `matrix` is the surface's model matrix; None is the identity.
+    """
     points = source.points.astype(np.float64) if matrix is None else transform_points(source.points, matrix)
     return BlockingFaces(points, triangles_of(source))
 
@@ -75,21 +81,36 @@ def world_faces(source: pv.PolyData, matrix: MatrixLike | None = None) -> Blocki
 def receiver_of(
     source: pv.PolyData, normals: Callable[[], FloatArray], matrix: MatrixLike | None, part: int
 ) -> Receiver:
-    """Return a surface's vertices in world coordinates; its faces, if any, are occluder number `part`."""
+    """Return the vertices of a surface, which receive light, in world coordinates.
+
+    Parameters
+    ----------
+    source : pyvista.PolyData
+        The surface.
+    normals : callable
+        Function that returns its point normals; it is called when they are needed.
+    matrix : array_like or None
+        Model matrix; None is the identity.
+    part : int
+        Index of the surface among the occluders, if it has faces.
+    """
     faces = world_faces(source, matrix)
     world_normals = normals if matrix is None else lambda: transform_normals(normals(), matrix)
     return Receiver(faces, world_normals, part if len(faces) else None)
 
 
 def checked_occluders(given: Any) -> list[BlockingFaces]:
-    """Return the triangles of each mesh in `given`, the argument `occluders`.
+    """Check the argument `occluders`, and return the triangles of each mesh in it, in world coordinates.
 
-    It must be a sequence of meshes, or of pairs of a mesh and a matrix.
+    Parameters
+    ----------
+    given : sequence
+        Meshes, or pairs of a mesh and its 4x4 matrix.
 
     Raises
     ------
     ValueError
-        If an occluder is neither a mesh nor such a pair, or its mesh is invalid.
+        If an element is neither a mesh nor such a pair, or a mesh is invalid.
     """
     allowed = "a sequence of meshes, or of pairs of a mesh and a 4x4 matrix"
     if isinstance(given, (pv.DataSet, pv.MultiBlock)):
@@ -120,9 +141,10 @@ def checked_occluders(given: Any) -> list[BlockingFaces]:
 def occluders_of_blocks(
     blocks: pv.MultiBlock, matrix: MatrixLike | None = None, occluders: Any = ()
 ) -> Iterator[KnownOccluders]:
-    """Return the occluders for each nonempty dataset in order: all datasets, and the meshes in `occluders`.
+    """Return, for each nonempty dataset of `blocks` in order, the occluders among which it is lit.
 
-    The results share their triangles; only `own_index` differs.
+    These are all datasets and the meshes in `occluders`. The results share their triangles; they differ only in
+    `own_index`.
     """
     parts = [world_faces(surface(block), matrix) for _, block in datasets(blocks)]
     together = Occluders([*parts, *checked_occluders(occluders)])
@@ -130,7 +152,9 @@ def occluders_of_blocks(
 
 
 def visibility_options(blocks: pv.MultiBlock, scene: Scene, options: dict[str, Any]) -> Iterator[dict[str, Any]]:
-    """Yield the options for each nonempty dataset in order, with its own occluders or visibility.
+    """Yield, for each nonempty dataset of `blocks` in order, the options with which it is lit.
+
+    They are `options` with the dataset's own occluders or, if `visibility` is given for all datasets, its own entry.
 
     Raises
     ------
@@ -160,7 +184,11 @@ def visibility_of(
     tolerance: float = _AS_FINE_AS_A_DISPLAY,
     matrix: MatrixLike | None = None,
 ) -> Visibility:
-    """Return the visibility of lights and sky from a surface's vertices; see `mesh.phong.visibility`."""
+    """Return the visibility of lights and sky from the vertices of a surface.
+
+    `normals` is a function that returns the surface's point normals. The other parameters are those of
+    `mesh.phong.visibility`.
+    """
     if samples is not None:
         samples = int(check.number("samples", samples, at_least=1.0, at_most=float(MOST_RAYS)))
     tolerance = check.number("tolerance", tolerance, at_least=0.0) or _AS_FINE_AS_A_DISPLAY

@@ -26,9 +26,10 @@ _BLOCK = re.compile(rb"""<DataSet\b[^>]*?\bfile\s*=\s*["']([^"']+)["']""")
 
 
 def refuse_incomplete(path: Path) -> None:
-    """Raise ``ValueError`` for a truncated file; formats without a declared length or end are not checked.
+    """Raise ``ValueError`` if a file is truncated. Formats without a declared length or end are not checked.
 
-    If the file names files of blocks, these are checked too. A missing file is no error here; the reader reports it.
+    If the file names the files of its blocks, these are checked too. A missing file is no error here; the reader
+    reports it.
     """
     suffix = path.suffix.lower()
     check = _CHECKS.get(suffix)
@@ -55,7 +56,7 @@ _FORMAT, _OFFSET = (re.compile(rb"\b" + name + rb"""\s*=\s*["']([^"']*)["']""") 
 
 
 def _check_xml(contents: Any) -> None:
-    """Check for the end tag, and the declared lengths of arrays that are appended as bytes.
+    """Raise ValueError if a VTK XML file lacks its end tag, or an array appended as bytes is shorter than declared.
 
     The content of compressed bytes is not checked: VTK verifies their checksum.
     """
@@ -79,10 +80,19 @@ def _check_xml(contents: Any) -> None:
 
 
 def _end_of_array(data: Any, place: int, head: bytes) -> int:
-    """Return the declared end of an array whose header is at `place`; `head` is the file's first tag.
+    """Return the position at which an appended array ends according to its header.
 
-    The header is the number of bytes. For a compressed array, it is the number of blocks, the size of a full block,
-    the size of the last block, and the compressed size of each block.
+    The header is the number of bytes. For a compressed array, it is the number of blocks, the size of a full block, the
+    size of the last block, and the compressed size of each block.
+
+    Parameters
+    ----------
+    data : mmap.mmap
+        The file.
+    place : int
+        Position of the header.
+    head : bytes
+        First tag of the file, which tells byte order, width of the header's numbers, and compression.
     """
     order: Any = "big" if b"BigEndian" in head else "little"
     width = 8 if b"UInt64" in head else 4
@@ -103,7 +113,10 @@ _HDF_END = {0: 40, 1: 44, 2: 28, 3: 28}  # offset of the file's end address in t
 
 
 def _check_hdf(contents: Any) -> None:
-    """Check the length by the "end of file address" of the superblock (HDF5 File Format Specification 3.0, II.A)."""
+    """Raise ValueError if the length of an HDF5 file is not the "end of file address" in its superblock.
+
+    Source: HDF5 File Format Specification 3.0, II.A.
+    """
     is_hdf = contents[:8] == b"\x89HDF\r\n\x1a\n" and len(contents) > 52
     if not is_hdf or contents[8] not in _HDF_END:
         raise ValueError("It does not begin like an HDF5 file.")
@@ -113,7 +126,10 @@ def _check_hdf(contents: Any) -> None:
 
 
 def _check_stl(contents: Any) -> None:
-    """Check the size of a binary file (84 bytes and 50 per triangle), or the last word of a text file."""
+    """Raise ValueError if an .stl file is cut short.
+
+    A binary file must have 84 bytes and 50 for each triangle; a text file must end with the word "endsolid".
+    """
     if contents[:5].lower() == b"solid" and b"facet" in contents[:_BEGINNING].lower():
         if b"endsolid" not in contents[-_END:].lower():
             raise ValueError("It is cut short: the word endsolid is missing.")
@@ -131,7 +147,7 @@ _PLY_ORDERS = {"binary_little_endian": "<", "binary_big_endian": ">"}
 
 
 def _check_ply(contents: Any) -> None:
-    """Check that the file has the lines of text, or the bytes, that its header declares."""
+    """Raise ValueError if a .ply file has fewer lines of text, or fewer bytes, than its header declares."""
     end = contents.find(b"end_header", 0, 2**16)
     at = contents.find(b"\n", end) + 1
     if not contents[:3] == b"ply" or end < 0 or not at:
@@ -165,9 +181,22 @@ def _check_ply(contents: Any) -> None:
 
 
 def _end_of_element(contents: Any, at: int, order: str, count: int, properties: list[list[int]]) -> int:
-    """Return the position after `count` elements that start at `at`; in a truncated file, a position beyond its end.
+    """Return the position after all items of an element of a binary .ply file.
 
-    `properties` has the sizes of each property in bytes: one for a number, two (count, entry) for a list.
+    In a truncated file, the position is beyond the file's end.
+
+    Parameters
+    ----------
+    contents : mmap.mmap
+        The file.
+    at : int
+        Position of the element's first item.
+    order : str
+        Byte order for `struct`: "<" or ">".
+    count : int
+        Number of items.
+    properties : list
+        Sizes in bytes of each property: [size] for a number, [size of the count, size of an entry] for a list.
     """
     if all(len(sizes) == 1 for sizes in properties):
         return at + count * sum(size for (size,) in properties)
@@ -199,7 +228,10 @@ _HEADER = re.compile(rb"# vtk DataFile Version \d+\.\d+\s*\n([^\n]*)\n\s*(?:ASCI
 
 
 def _check_legacy(contents: Any) -> None:
-    """Check that a file with VTK's own title ends with a line break."""
+    """Raise ValueError if a legacy file that VTK itself has written does not end with a line break.
+
+    VTK's own title in the file shows that VTK has written it.
+    """
     header = _HEADER.match(contents)
     if header is None:
         raise ValueError("It does not begin like a legacy .vtk file.")

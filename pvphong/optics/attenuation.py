@@ -23,7 +23,10 @@ INVERSE_SQUARE = (0.0, 0.0, 1.0)
 
 
 def checked_coefficients(name: str, value: VectorLike) -> Vector:
-    """Check the constant, linear and quadratic coefficients: all >= 0 and not all zero."""
+    """Check the constant, linear and quadratic coefficients, and return them; all must be >= 0, and one not zero.
+
+    `name` is the argument's name in messages.
+    """
     constant, linear, quadratic = check.numbers_in(name, value, 3)
     if min(constant, linear, quadratic) < 0.0 or not (constant or linear or quadratic):
         allowed = "three numbers >= 0 (constant, linear, quadratic) that are not all zero"
@@ -37,15 +40,16 @@ COEFFICIENTS = Falloff(checked_coefficients, "radius")
 
 @formula
 def divisor(c: Any, l: Any, q: Any, d: Any) -> Any:
-    """Compute c + l·d + q·d²."""
+    """Compute c + l·d + q·d² for a distance d; the attenuation is 1 divided by it."""
     return multiply_add(multiply_add(q, d, l), d, c)
 
 
 def attenuate(distance: Float64Array, attenuation: VectorLike) -> Float64Array:
-    """Return the attenuation, at most the largest float, for each distance d.
+    """Return the attenuation for each distance, limited to the largest float.
 
-    It is 0 if d is NaN, which means a point that is not finite. On the light itself (d = 0) it is 1/c, with the
-    constant coefficient c; if c = 0 it is 0, because a light does not light its own position.
+    `attenuation` has the constant, linear and quadratic coefficients. The result is 0 for a distance of NaN, which
+    means a point that is not finite. At the distance 0 it is 1 over the constant coefficient, or 0 if that is 0,
+    because a light does not light its own position.
     """
     constant, linear, quadratic = attenuation
     with np.errstate(over="ignore", divide="ignore", invalid="ignore"):
@@ -60,7 +64,10 @@ def attenuate(distance: Float64Array, attenuation: VectorLike) -> Float64Array:
 
 
 def strength_at(distance: float, attenuation: VectorLike) -> float:
-    """Return the attenuation at one distance; it is infinite at the distance 0 if the constant coefficient is 0."""
+    """Return the attenuation at one distance, by the constant, linear and quadratic coefficients.
+
+    At the distance 0, it is infinite if the constant coefficient is 0.
+    """
     constant, linear, quadratic = attenuation
     weakening = divisor(constant, linear, quadratic, distance)
     return 1.0 / weakening if weakening > 0.0 else math.inf

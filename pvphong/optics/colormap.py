@@ -71,7 +71,7 @@ def _cmap(name: str, value: Any) -> Any:
 
 
 def _nearest(value: str, known: Sequence[str]) -> str:
-    """Return a remedy for a name that differs from a known one only in upper and lower case."""
+    """Return "Did you mean …?" if `value` differs from a known name only in upper and lower case; otherwise ""."""
     alike = [name for name in known if name.lower() == value.lower()]
     return f"Did you mean {alike[0]!r}?" if alike else ""
 
@@ -204,7 +204,7 @@ class Colormap:
 
     @property
     def given(self) -> dict[str, Any]:
-        """Mapping field → value, for `scalars` and the other fields that differ from their defaults."""
+        """`scalars`, and the other fields that differ from their defaults, as field → value."""
         others = {
             each.name: getattr(self, each.name) for each in fields(self)[1:] if getattr(self, each.name) != each.default
         }
@@ -217,7 +217,7 @@ class Colormap:
 
     @property
     def _key(self) -> tuple[Any, ...]:
-        """Key for equality; arrays and other objects compare by identity, not by content."""
+        """The fields in a form by which colormaps are compared; arrays and other objects compare by identity."""
         values = (getattr(self, each.name) for each in fields(self))
         plain = (str, tuple, bool, int, float, type(None))
         return tuple(value if isinstance(value, plain) else (id(value), type(value)) for value in values)

@@ -209,7 +209,7 @@ class Light(metaclass=_Kind):
 
     @property
     def roles(self) -> dict[str, Role]:
-        """Mapping field name → role, for the fields that only this kind of light has."""
+        """Roles of the fields that only this kind of light has, as name of the field → role."""
         kind: Any = type(self)
         return roles_of(kind)
 
@@ -228,15 +228,15 @@ class Light(metaclass=_Kind):
 
     @property
     def places(self) -> list[Vector]:
-        """All positions and corners that its fields contain."""
+        """All positions and corners in the light's fields, as a list of points."""
         return [*self.values(Place), *(corner for corners in self.values(Corners) for corner in corners)]
 
     def moved(self, move: Callable[[Vector], Vector]) -> Self:
-        """Return this light with its positions moved; directions and sizes are unchanged."""
+        """Return this light with its positions and corners moved by the function `move`; directions and sizes stay."""
         return self._mapped(move, lambda vector: vector, self.frame)
 
     def in_world(self, viewer: Any) -> Self:
-        """Return this light in the world frame of `viewer`."""
+        """Return this light with world coordinates, placed for a viewer; a light in the world frame is unchanged."""
         if self.frame == "world":
             return self
         if self.frame == "camera":
@@ -244,7 +244,7 @@ class Light(metaclass=_Kind):
         return self._with(lambda role, value: role.of_viewer(value, viewer), frame="world")
 
     def in_frame(self, frame: Frame, viewer: Any) -> Self:
-        """Return this world-frame light in another frame: the inverse of `in_world`."""
+        """Convert this light, given in the world frame, to another frame of a viewer: the inverse of `in_world`."""
         if frame == "camera":
             return self._mapped(viewer.point_to_eye, viewer.vector_to_eye, frame)
         return replace(self, frame=frame)
@@ -270,14 +270,20 @@ class Light(metaclass=_Kind):
     def placement(self) -> PunctualParameters | None:
         """Position and falloff of a light without a size; None for a kind that defines `nodes` or `arrival` instead.
 
-        If a kind defines only `arrival` and `is_uniform` is False, only the readable evaluator lights scenes with it.
+        A kind that defines only `arrival` is lit by compiled code if its `is_uniform` is True. Otherwise only the
+        readable evaluator lights scenes with it.
         """
         return None
 
     def arrival(self, points: Float64Array, real: Any = np.float64) -> Arrival:
-        """Return the light that arrives at points, shape (3, n), given in the light's own frame.
+        """Return the light that arrives at points; for an area light, that from its centre.
 
-        The result's vectors have the float type `real`. For an area light, the result is the light from its centre.
+        Parameters
+        ----------
+        points : ndarray
+            Shape (3, n), in the light's own frame.
+        real : type, default float64
+            Float type of the result's vectors.
         """
         placed = self.placement
         if placed is None:
@@ -293,18 +299,18 @@ class Light(metaclass=_Kind):
 
     @property
     def has_size(self) -> bool:
-        """True if the light is a sum of nodes."""
+        """True if the light has a size, so that `nodes` approximate it."""
         return type(self).nodes is not Light.nodes
 
     def nodes(self, count: int) -> tuple[Light, ...]:  # noqa: ARG002 a light without a size has one
-        """Return at most `count` lights without a size, whose sum approximates this light at intensity 1.
+        """Return at most `count` lights without a size whose sum approximates this light with a colour of 1.
 
-        A light without a size returns itself.
+        A light without a size returns only itself.
         """
         return (self,)
 
     def nodes_for(self, sharpness: float) -> int:  # noqa: ARG002 the same for all lobes
-        """Return the number of nodes that a reflectance with this `Reflectance.sharpness` needs."""
+        """Return how many nodes approximate the light for a reflectance whose `Reflectance.sharpness` is given."""
         return NODES
 
     @property
@@ -313,30 +319,42 @@ class Light(metaclass=_Kind):
         return 0
 
     def error_without_bands(self, form: CosinePower, bands: int) -> float:  # noqa: ARG002 it has none
-        """Return a bound on the error of the reflected light, at intensity 1, if only the first `bands` bands are used.
+        """Return a bound on the error of reflected light if only the first bands of an environment are used.
 
-        `form` is the lobe that reflects the light. If `bands` is the light's own number of bands, the result is a bound
-        on the error of the expansion itself.
+        The environment has intensity 1. For lights that are no environment, the result is 0.
+
+        Parameters
+        ----------
+        form : CosinePower
+            The lobe that reflects the light.
+        bands : int
+            Number of bands that are used. If these are all bands of the environment's expansion, the result is a bound
+            on the error of the expansion itself.
         """
         return 0.0
 
     def tints(self, bands: int | None = None) -> tuple[tuple[Vector, Light], ...]:  # noqa: ARG002 it has none
-        """Split the light into lights of one colour each, for closed forms; return pairs of a colour and a light.
+        """Split the light into lights of a single colour each, for which there are closed forms.
 
         Parameters
         ----------
         bands : int, optional
-            Number of bands to keep, for lights with bands; by default, all are kept.
+            Number of bands of spherical harmonics to keep, for an environment; by default, all are kept.
+
+        Returns
+        -------
+        tuple of (color, light)
+            The light is the sum of these lights, each multiplied by its colour.
         """
         return (((1.0, 1.0, 1.0), self),)
 
     def analytic_integral(self, form: CosinePower) -> Integral | None:  # noqa: ARG002 there is none
-        """Return the exact integral of the lobe `form` over the light, or None if `nodes` approximate it."""
+        """Return the exact integral over the light, weighted by the lobe `form`; None if there is no such formula."""
         return None
 
     @property
     def sampling(self) -> Sampling | None:
-        """Importance sampling of an area light; None for a light that casts no soft shadows."""
+        """Importance sampling of the light, for rays; None for a light that casts no soft shadows."""
         return None
 
     def radiance(self, directions: Float64Array) -> FloatArray:  # noqa: ARG002 it has no visible area

@@ -22,7 +22,7 @@ MOST_REFLECTED = 16.0
 
 
 class Field(NamedTuple):
-    """Kind and range of the values that a field allows in a map."""
+    """What a field of a material or reflectance allows in a map: colours or numbers, and their range."""
 
     is_color: bool
     least: float
@@ -103,9 +103,10 @@ AnyMap = Map | str | Colormap
 
 
 def map_in(name: str, value: Any) -> AnyMap | None:
-    """Return a field's value as a map: a `Map` of an array or a texture, a name, or a colormap; None if it is no map.
+    """Return the value of the field `name` as a map; None if it is a number or a colour.
 
-    In a field of colours, a string that is a colour's name, and a sequence of three numbers, are a colour and no map.
+    The map is a `Map` of an array or a texture, the name of an array or image file, or a `Colormap`. In a field of
+    colours, a string that is a colour's name, and a sequence of three numbers, are a colour.
     """
     is_color = name in COLORS
     if isinstance(value, Map):
@@ -125,7 +126,7 @@ def map_in(name: str, value: Any) -> AnyMap | None:
 
 
 def is_color_name(value: str) -> bool:
-    """True if a string is a colour's name in PyVista."""
+    """Return True if a string is a colour's name in PyVista."""
     try:
         host.answers().color_by_name(value)
     except ValueError:
@@ -134,12 +135,12 @@ def is_color_name(value: str) -> bool:
 
 
 def is_image_path(value: Any) -> bool:
-    """True if a value is a string with the suffix of an image file."""
+    """Return True if a value is a string that ends with the suffix of an image file."""
     return isinstance(value, str) and value.lower().endswith(IMAGES)
 
 
 def is_texture(value: Any) -> bool:
-    """True if a value is a `pyvista.Texture` or a `vtkTexture`; the test does not import either."""
+    """Return True if a value is a `pyvista.Texture` or a `vtkTexture`; neither class is imported."""
     return hasattr(value, "GetUseSRGBColorSpace")
 
 
@@ -162,7 +163,11 @@ class NamedColor(tuple[float, float, float]):
 
 
 def color_or_map(name: str, value: Any) -> Any:
-    """Return a map, or else a checked colour. A colour that is given by its name is returned as a `NamedColor`."""
+    """Check the value of the field `name`, a colour or a map, and return it in canonical form.
+
+    A map is returned as by `map_in`, a colour that is given by its name as a `NamedColor`, and any other colour as by
+    `check.color`.
+    """
     found = value if isinstance(value, NamedColor) else map_in(name, value)
     if found is not None:
         return found
@@ -170,13 +175,20 @@ def color_or_map(name: str, value: Any) -> Any:
 
 
 def number_or_map(name: str, value: Any, **bounds: Any) -> Any:
-    """Return a map, or else a checked number; `bounds` are passed to `check.number`."""
+    """Check the value of the field `name`, a number or a map, and return it in canonical form.
+
+    A map is returned as by `map_in`. A number must be within `bounds`, the keyword arguments of `check.number`.
+    """
     found = map_in(name, value)
     return check.number(name, value, **bounds) if found is None else found
 
 
 def refuse_unnamed(name: str, value: Any) -> None:
-    """Raise ValueError for a map that a file cannot store: it can store names, and colormaps of named arrays."""
+    """Raise ValueError if the value of the field `name` cannot be saved in a file.
+
+    Refused are arrays and textures, also as the scalars of a colormap. Numbers, colours, the names of arrays, the paths
+    of image files, and colormaps of named arrays can be saved.
+    """
     if isinstance(value, Colormap):
         value.to_dict(name)
     if isinstance(value, Map):
@@ -197,7 +209,7 @@ class Values(NamedTuple):
 
 
 def above(largest: float) -> float:
-    """Round a number >= 0 up to a power of two; return 1 for 0.
+    """Return the least power of two that is not below a number >= 0; 1 for 0.
 
     Colours are divided by the result. Division by a power of two is exact, so that no vertex's colour depends on the
     others.
@@ -207,7 +219,16 @@ def above(largest: float) -> float:
 
 
 def map_values(name: str, value: Any, count: int) -> Values:
-    """Check a map's values for `count` vertices, and return them with their range.
+    """Check that the map of a material's field fits a mesh, and return its values with their range.
+
+    Parameters
+    ----------
+    name : str
+        Name of the field, a key of `FIELDS`.
+    value : Map, Colormap or array_like
+        The map.
+    count : int
+        Number of vertices.
 
     Raises
     ------
@@ -258,7 +279,7 @@ def map_values(name: str, value: Any, count: int) -> Values:
 
 
 def _range_of(numbers: Any) -> tuple[float, float]:
-    """Return the least and the greatest of an array of floats; NaN if it contains a NaN.
+    """Return the least and the greatest number of an (n, 1) or (n, 3) array of floats; NaN if it contains a NaN.
 
     For colours >= 0, the least may be returned as 0. Read as unsigned integers, floats >= 0 keep their order, and
     negative floats are larger. So the greatest integer, found in one pass, proves that all colours are >= 0.
@@ -272,9 +293,10 @@ def _range_of(numbers: Any) -> tuple[float, float]:
 
 
 def fractions(name: str, rows: Any, real: Any = np.float64) -> FloatArray:
-    """Return checked colours as floats of the type `real`.
+    """Convert the checked values of a map of colours to floats of the type `real`.
 
-    uint8 is divided by 255. Albedo is clipped to [0, 1], and its NaN become 0.
+    uint8 values are divided by 255. If `name`, the map's field, is "albedo", values are clipped to [0, 1], and NaN
+    become 0.
     """
     if rows.dtype == np.uint8:
         return np.divide(rows, 255.0, dtype=real)

@@ -36,10 +36,18 @@ _NEW = (("albedo", 1.0), ("tangents", None), ("reflectance", None))
 
 
 def _reflected(name: str, value: Any, *, checked: check.Check = color_or_map, is_part: bool = False) -> Any:
-    """Check a reflectance with the function `checked`, and refuse 0-255 values.
+    """Check the value of a field that is a reflectance, refuse 0-255 values, and return it in canonical form.
 
-    With `is_part`, the reflectance is a fraction of the light, and values above 1 are refused. Numbers in maps are
-    checked later.
+    Parameters
+    ----------
+    name : str
+        Name of the field.
+    value : Any
+        A colour or, if `checked` allows it, a map. Numbers in maps are checked later.
+    checked : callable
+        Check of the field, which is called with name and value.
+    is_part : bool
+        True if the field is a fraction of the light, so that values above 1 are refused.
     """
     found = checked(name, value)
     most = 1.0 if is_part else MOST_REFLECTED
@@ -140,7 +148,7 @@ class Material:
 
     @property
     def _unset(self) -> list[str]:
-        """Names of fields that have their defaults, among the fields that files of earlier versions lack."""
+        """Names of the fields that have their defaults, among those that earlier versions' scene files lack."""
         return [name for name, default in _NEW if getattr(self, name) == default]
 
     def __post_init__(self) -> None:
@@ -159,9 +167,10 @@ class Material:
         return {name: value for name, value in own.items() if isinstance(value, AnyMap)}
 
     def with_values(self, values: Mapping[str, Any]) -> Self:
-        """Return a copy with new values of some fields.
+        """Return a copy in which some fields have new values.
 
-        Fields that the reflectance sets are replaced in the reflectance, all others in the material.
+        `values` maps names of fields to values. A field that the material's reflectance sets, such as its shininess, is
+        replaced in the reflectance, any other field in the material.
         """
         of = self.reflectance
         inner = {name: value for name, value in values.items() if getattr(of, name, None) is not None}
@@ -368,9 +377,9 @@ def as_material(given: Any) -> Material:
 
 
 def without_maps(material: Material, where: str) -> Material:
-    """Return an equivalent material with an albedo of 1; raise ValueError if a field is a map.
+    """Return an equivalent material with an albedo of 1; raise ValueError if a field of the material is a map.
 
-    The message ends with `where`, such as "for VTK's picture".
+    The message ends with `where`, which tells where maps are not allowed, such as "for VTK's picture".
     """
     for name, given in material.maps.items():
         check.refuse(name, given, f"one number or colour {where}")
@@ -402,7 +411,7 @@ def refuse_maps_in_vtk(material: Material) -> None:
 
 
 def nearest_in_vtk(material: Material) -> str:
-    """Return a sentence that suggests a replacement for a reflectance that VTK does not support."""
+    """Return a sentence that suggests a replacement for a material's reflectance that VTK does not support."""
     found = material.reflectance and stand_in(material.reflectance, material)
     if not found:
         return "Leave it out; VTK's reflectance is Phong's."
@@ -417,7 +426,7 @@ def _rounded(color: Any) -> str:
 
 
 def _remedy(given: Any) -> str:
-    """Return a remedy for a positional argument of `Material`."""
+    """Return the remedy for a positional argument of `Material`, which has only keyword arguments."""
     if isinstance(given, str) and given.lower() in Material.names():
         return f"Use Material.named({given!r})."
     return "Convert a pyvista.Property with Material.from_property."

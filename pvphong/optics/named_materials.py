@@ -61,12 +61,15 @@ NAMED: dict[str, tuple[Vector, Vector, Vector, float]] = {
 
 
 def _scattering(color: float | Vector, reflectance: Reflectance, **more: Any) -> dict[str, Any]:
-    """Return the fields of a material with the same ambient and diffuse colour."""
+    """Return the fields of a material whose ambient and diffuse colour are both `color`; `more` are further fields."""
     return {"ambient": color, "diffuse": color, "reflectance": reflectance, **more}
 
 
 def _metal(color: Vector, shininess: float) -> dict[str, Any]:
-    """Return the fields of a metal. Its linear colour at normal incidence is from N. Hoffman's SIGGRAPH courses."""
+    """Return the fields of a material with the reflectance `Metal` over a diffuse base of a fifth of its colour.
+
+    `color` is linear, at normal incidence; the values are from N. Hoffman's SIGGRAPH courses.
+    """
     red, green, blue = color
     return _scattering((0.2 * red, 0.2 * green, 0.2 * blue), Metal(color, shininess))
 

@@ -61,9 +61,9 @@ class Panorama:
 
     @classmethod
     def of(cls, name: str, image: FloatArray) -> Self:
-        """Make a panorama from an array of finite numbers >= 0, shape (h, w, 3); raise ValueError for other numbers.
+        """Make a panorama from an array of finite numbers >= 0, shape (h, w, 3).
 
-        `name` is the argument's name in the message.
+        Other numbers raise ValueError; `name` is the argument's name in the message.
         """
         if not np.isfinite(image).all() or (image < 0.0).any():
             bad = image[~(np.isfinite(image) & (image >= 0.0))][0]
@@ -81,17 +81,20 @@ class Panorama:
 
     @cached_property
     def largest(self) -> float:
-        """The image's largest number."""
+        """Largest number of all channels and texels."""
         return float(self.image.max())
 
     @cached_property
     def total(self) -> Float64Array:
-        """Integral ∫ colour du / π over the unit directions u, shape (3,)."""
+        """Light from all directions, shape (3,): the integral ∫ colour du / π over the unit directions u."""
         return np.asarray(self._mean(self.image.astype(np.float64)) * 4.0)
 
     @cached_property
     def energy(self) -> Float64Array:
-        """Integral ∫ colour² du over the unit directions u, divided by the square of the largest number, shape (3,)."""
+        """Energy of each channel, shape (3,): the integral ∫ (colour / largest)² du over the unit directions u.
+
+        `largest` is the image's largest number.
+        """
         return np.asarray(self._mean((self.image / (self.largest or 1.0)).astype(np.float64) ** 2) * (4.0 * math.pi))
 
     def _mean(self, values: Float64Array) -> Float64Array:
@@ -105,19 +108,19 @@ class Panorama:
 
     @cached_property
     def harmonics(self) -> Float64Array:
-        """Spherical harmonics of each channel, as `projected` returns them, divided by the image's largest number."""
+        """Coefficients of the image's spherical harmonics, as from `projected`, over the image's largest number."""
         scaled = self.image.astype(np.float64) / (self.largest or 1.0)
         return projected(scaled[:1, :1] if self.is_uniform else scaled, 1 if self.is_uniform else BANDS)
 
 
 def row_areas(height: int, width: int) -> Float64Array:
-    """Return the solid angle of a texel of each row, shape (h,)."""
+    """Return, for each row of an equirectangular image of this size, the solid angle of one texel, shape (height,)."""
     middles, half = _angles(height), 0.5 * math.pi / height
     return np.asarray(2.0 * np.sin(middles) * math.sin(half) * (2.0 * math.pi / width))
 
 
 def directions(height: int, width: int) -> Float64Array:
-    """Return unit vectors to the texels' centres, shape (h, w, 3).
+    """Return unit vectors to the centres of the texels of an equirectangular image, shape (height, width, 3).
 
     The components of a vector are along three axes: to the image's middle, to the right, and up.
     """
@@ -127,7 +130,7 @@ def directions(height: int, width: int) -> Float64Array:
 
 
 def _angles(count: int) -> Float64Array:
-    """Return the midpoints of `count` equal parts of [0, π]."""
+    """Return the midpoints of `count` equal parts of the interval from 0 to π."""
     return np.asarray((np.arange(count) + 0.5) * (math.pi / count))
 
 
@@ -156,7 +159,17 @@ def image_or_color(name: str, value: Any) -> Any:
 
 
 def _linear(name: str, values: Any, remedy: str) -> FloatArray:
-    """Check the shape and type of texels, and return them as floats."""
+    """Check the shape and type of an image's texels, and return them as float32 or float64.
+
+    Parameters
+    ----------
+    name : str
+        Name of the argument in messages.
+    values : array_like
+        The texels, shape (h, w, 3).
+    remedy : str
+        Sentence that ends the message for integers.
+    """
     values = check.real_array(name, values, _ALLOWED)
     if values.dtype.kind != "f":
         check.refuse(name, f"an array of {values.dtype}", _ALLOWED, remedy)
@@ -168,7 +181,10 @@ def _linear(name: str, values: Any, remedy: str) -> FloatArray:
 
 
 def _from_file(name: str, entries: Mapping[str, Any]) -> Panorama:
-    """Make a panorama from its fields, as a scene file stores them."""
+    """Make a panorama from the mapping of its fields that a scene file stores.
+
+    `name` is the argument's name in messages.
+    """
     documents.check_keys(name, entries, {field.name for field in fields(Panorama)})
     missing = [field.name for field in fields(Panorama) if field.name not in entries]
     if missing:

@@ -31,7 +31,7 @@ WHITE: Vector = (1.0, 1.0, 1.0)
 
 
 class Geometry(NamedTuple):
-    """Directions and cosines at a vertex for one light, which the formula of a reflectance reads.
+    """What the formula of a reflectance reads about a vertex and a light: directions and cosines.
 
     Numbers are floats in compiled code, and arrays (n,) in NumPy. Vectors are tuples of three floats in compiled code,
     and arrays (3, n) or (3, 1) in NumPy.
@@ -54,7 +54,7 @@ class Geometry(NamedTuple):
 
 
 class AngleBounds(NamedTuple):
-    """Bounds on angles between normals, light and viewer over all vertices, in radians."""
+    """Bounds on the angles between normal, light and viewer that hold at all vertices, in radians."""
 
     theta: float
     """Least angle from normal to light."""
@@ -142,17 +142,22 @@ class Reflectance(ABC):
     @property
     @abstractmethod
     def lobes(self) -> tuple[Lobe, ...]:
-        """Parts of the reflectance."""
+        """Parts of the reflectance, at most three, in the order of the factors that its formula returns."""
 
     def of(self, material: Any) -> Reflectance:  # noqa: ARG002 for subclasses that use it
-        """Return this reflectance with unset fields, such as the shininess, taken from a material."""
+        """Return this reflectance with its unset fields, such as a shininess of None, set to those of a material."""
         return self
 
     def over(self, maps: Mapping[str, tuple[float, float]]) -> Reflectance:  # noqa: ARG002 colours are the same
-        """Return a reflectance whose colours are upper bounds over all vertices, if some of its fields are maps.
+        """Return a reflectance whose lobes' colours are at least as bright as the colours at any vertex.
 
-        `maps` contains the least and the greatest number of each map. These fields are already set to their greatest
-        numbers. Only a reflectance whose colours depend on such fields overrides this method.
+        Only a reflectance with a field that may be a map and that changes the colours overrides this method. In `self`,
+        such fields already have the map's greatest number.
+
+        Parameters
+        ----------
+        maps : mapping
+            Name of each field that is a map → the map's least and greatest number.
         """
         return self
 
@@ -173,29 +178,36 @@ class Reflectance(ABC):
     """Peak of its highlight; None if it has no highlight."""
 
     def power(self, maps: Mapping[str, Any]) -> Power | None:  # noqa: ARG002 it has none
-        """Return its highlight as a power of the cosine around its peak; None for a highlight of another form.
+        """Return the highlight as a power of the cosine around its peak; None if it has another form or is missing.
 
         Parameters
         ----------
         maps : mapping
-            Mapping field → numbers per vertex, which replace this field.
+            Name of a field → numbers per vertex, shape (n,), which replace the field.
         """
         return None
 
     def parameters(self, maps: Mapping[str, Any]) -> tuple[Any, ...]:  # noqa: ARG002 it has none
-        """Return the numbers that its formula reads, at most eight; `maps` is the same as for `power`."""
+        """Return the numbers that the reflectance's formula reads, at most eight.
+
+        Parameters
+        ----------
+        maps : mapping
+            Name of a field → numbers per vertex, shape (n,), which replace the field.
+        """
         return ()
 
     def directions(self, surface: Surface) -> Directions | None:  # noqa: ARG002 it has no highlight
-        """Return the importance sampling of its highlight; None to sample directions by the cosine to the normal.
+        """Return an importance sampling of the light that the highlight reflects at the vertices of a block.
 
-        The density must be positive in all directions from which the highlight reflects light.
+        None means that directions are sampled by the cosine to the normal. The density must be positive in all
+        directions from which the highlight reflects light.
         """
         return None
 
     @property
     def forms(self) -> tuple[CosinePower | None, ...]:
-        """Each lobe's factor as a power of a cosine; None for a factor of another form.
+        """For each lobe, its factor as a power of a cosine; None for a lobe whose factor has another form.
 
         Powers of a cosine have exact integrals over area lights (`Light.analytic_integral`).
         """
@@ -203,5 +215,8 @@ class Reflectance(ABC):
 
     @property
     def sharpness(self) -> float:
-        """The n with which its highlight falls off as exp(−½n|C|²) around the peak, C = 0; 0 if it has no peak."""
+        """Number n for which the highlight is about exp(−½n|C|²) near its peak; 0 if it has no peak.
+
+        C is the chord to the peak, as for `Peak`.
+        """
         return 0.0

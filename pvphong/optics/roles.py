@@ -45,62 +45,75 @@ class Role:
     """Label of each number, for a field of several numbers."""
 
     def mapped(self, value: Any, point: Map, vector: Map) -> Any:  # noqa: ARG002 a number is the same in all frames
-        """Return the value in another frame; `point` and `vector` transform positions and vectors into this frame."""
+        """Return the field's value in another frame. A number, such as an angle, is the same in all frames.
+
+        Parameters
+        ----------
+        value : Any
+            Value of the field.
+        point : callable
+            Function that transforms a position into the other frame.
+        vector : callable
+            Function that transforms a vector, such as a direction, into the other frame.
+        """
         return value
 
     def of_viewer(self, value: Any, viewer: Any) -> Any:
-        """Return a headlight's value in the world frame; by default, the given value is in eye space."""
+        """Return the value in the world frame that the field of a headlight has for a viewer.
+
+        By default, the headlight's own `value` is taken as eye-space coordinates and converted.
+        """
         return self.mapped(value, viewer.point_to_world, viewer.vector_to_world)
 
 
 class Place(Role):
-    """Position of a light: three coordinates."""
+    """Role of a field that holds the light's position: three coordinates."""
 
     unit: ClassVar[str] = MESH_UNIT
     labels: ClassVar[tuple[str, ...]] = ("x", "y", "z")
 
     def mapped(self, value: Any, point: Map, vector: Map) -> Any:  # noqa: ARG002 it is a point
-        """Transform the point."""
+        """Return the position `value` in another frame, by the function `point`; see `Role.mapped`."""
         return point(value)
 
     def of_viewer(self, value: Any, viewer: Any) -> Any:  # noqa: ARG002 as for any role
-        """Return the eye's position."""
+        """Return the position of the viewer's eye, which is a headlight's position."""
         return viewer.position
 
 
 class Direction(Role):
-    """A vector of any length."""
+    """Role of a field that holds a vector of any length."""
 
     labels: ClassVar[tuple[str, ...]] = ("x", "y", "z")
 
     def mapped(self, value: Any, point: Map, vector: Map) -> Any:  # noqa: ARG002 it is a vector
-        """Transform the vector."""
+        """Return the vector `value` in another frame, by the function `vector`; see `Role.mapped`."""
         return vector(value)
 
 
 class Up(Direction):
-    """Orientation of a light around its aim.
+    """Role of a field that holds the direction of a light's height, and so its orientation around its aim.
 
     The light's `axes` are unit vectors as rows: front, right and up.
     """
 
 
 class Aim(Direction):
-    """The direction in which a light travels."""
+    """Role of a field that holds the direction in which a light travels."""
 
     def of_viewer(self, value: Any, viewer: Any) -> Any:  # noqa: ARG002 as for any role
-        """Return the direction of the view axis."""
+        """Return the direction of the viewer's view axis, in which a headlight shines."""
         return viewer.view_direction
 
 
 class Corners(Role):
-    """Corners of a light: points in order around the light."""
+    """Role of a field that holds the corners of a light, in order around it."""
 
     unit: ClassVar[str] = MESH_UNIT
     labels: ClassVar[tuple[str, ...]] = ("x", "y", "z")
 
     def mapped(self, value: Any, point: Map, vector: Map) -> Any:  # noqa: ARG002 they are points
-        """Transform the points."""
+        """Return the corners `value` in another frame, each by the function `point`; see `Role.mapped`."""
         return tuple(point(corner) for corner in value)
 
 
@@ -140,26 +153,32 @@ class Angle(Role):
 
 
 class Turn(Role):
-    """Rotation of a light around its up vector, counter-clockwise, in degrees; the light's `axes[0]` is its front."""
+    """Role of a field that holds a rotation around the light's up vector, counter-clockwise, in degrees.
+
+    The light's `axes[0]` is its front.
+    """
 
     unit: ClassVar[str] = "°"
 
 
 class Falloff(Role):
-    """Falloff of a light: the attenuation coefficients, or for a subclass another number."""
+    """Role of a field that holds a falloff: the attenuation coefficients, or in a subclass another number."""
 
     unit: ClassVar[str] = f"1, 1/{MESH_UNIT}, 1/{MESH_UNIT}²"
     labels: ClassVar[tuple[str, ...]] = ("constant", "linear", "quadratic")
 
 
 class Power(Falloff):
-    """Exponent of a light whose strength is a power of the cosine off its aim."""
+    """Role of a field that holds an exponent.
+
+    The light's strength is this power of the cosine of the angle off its aim.
+    """
 
     unit: ClassVar[str] = ""
 
 
 def meaning(role: Role, default: Any) -> Any:
-    """Declare a field with a role."""
+    """Declare a dataclass field of a light with a role, which checks the field's value."""
     return check.field(role.check, default, role=role)
 
 
@@ -174,21 +193,40 @@ def aim() -> Any:
 
 
 def length(default: float, handle: str, remedy: str = "", **shown: Any) -> Any:
-    """Declare a field that holds a size > 0; `shown` are parameters of `Length`."""
+    """Declare a field that holds a size > 0.
+
+    Parameters
+    ----------
+    default : float
+        Default of the field.
+    handle : str
+        Name of the size's handle in a window.
+    remedy : str
+        Sentence that ends the message for an invalid size.
+    **shown
+        Parameters of `Length`.
+    """
     return meaning(Length(partial(check.number, above=0.0, remedy=remedy), handle, **shown), default)
 
 
 def angle(default: float, handle: str, **limits: Any) -> Any:
-    """Declare a field that holds an angle in degrees; `limits` are parameters of `check.number`."""
+    """Declare a field that holds an angle in degrees.
+
+    Parameters
+    ----------
+    default : float
+        Default of the field.
+    handle : str
+        Name of the angle's handle in a window.
+    **limits
+        Bounds of the angle and the remedy, as for `check.number`.
+    """
     least = limits.get("above", limits.get("at_least", 0.0))
     return meaning(Angle(partial(check.number, **limits), handle, least, limits.get("at_most", 180.0)), default)
 
 
 def direction_from(position: Any, target: Any) -> Vector:
-    """Return the vector from a position to a target.
-
-    Raises ValueError, which names the target, if they are the same.
-    """
+    """Return the vector from a position to a target; raise ValueError, which names the target, if they are the same."""
     (x, y, z), (a, b, c) = check.vector("position", position), check.vector("target", target)
     if (x, y, z) == (a, b, c):
         check.refuse("target", target, "different from position", "The light shines from position to target.")
@@ -197,5 +235,5 @@ def direction_from(position: Any, target: Any) -> Vector:
 
 @cache
 def roles_of(kind: Any) -> dict[str, Role]:
-    """Return the mapping field name → role, in order, for the fields of a dataclass that have a role."""
+    """Return field name → role, for those fields of the dataclass `kind` that have a role, in order."""
     return {each.name: each.metadata["role"] for each in fields(kind) if "role" in each.metadata}

@@ -52,24 +52,25 @@ class Surface:
 
     @cached_property
     def facing(self) -> FloatArray:
-        """Cosines n·v, shape (n,)."""
+        """Cosines n·v of the angle between normal and direction to the viewer, shape (n,)."""
         return dot(self.raw, self.to_viewer) * self.inverse_length
 
     @cached_property
     def exact_normals(self) -> Float64Array:
-        """Unit normals in float64, for integrals over a light; zero for a vertex without a normal."""
+        """Unit normals in float64, shape (3, n), for integrals over a light; zero for a vertex without a normal."""
         return unit(self.raw.astype(np.float64, copy=False))[0]
 
     @cached_property
     def mirrored(self) -> Float64Array:
-        """Unit vectors to the viewer mirrored at the normals, 2(n·v)n − v, in float64."""
+        """Directions to the viewer mirrored at the normals, 2(n·v)n − v, as float64 unit vectors, shape (3, n)."""
         n, v = self.exact_normals, unit(self.to_viewer.astype(np.float64, copy=False))[0]
         return unit(2.0 * dot(n, v) * n - v)[0]
 
     def cosine(self, arrival: Arrival) -> Any:
-        """Return n·l, shape (n,).
+        """Return the cosines n·l of the angle between normal and direction to a light, shape (n,).
 
-        The sign is that of n·D, with D the unnormalized vector to the light. It is exact if the products are exact.
+        `arrival` is the light that arrives at the vertices. With D the unnormalized vector to the light, the sign of
+        the cosine is that of n·D, which is exact if its products are exact.
         """
         to_light, inverse = arrival.to_light, arrival.inverse_length
         n_d = dot(self.raw, to_light)

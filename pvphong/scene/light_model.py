@@ -115,17 +115,17 @@ class LightModel:
 
     @property
     def needs_rays(self) -> bool:
-        """True if shadows or ambient occlusion are on, which need the visibility of lights or the sky."""
+        """True if shadows or ambient occlusion are on, so that rays to lights or the sky must be cast."""
         return self.shadows or self.ambient_occlusion is not False
 
     @property
     def occlusion_distance(self) -> float:
-        """Distance beyond which geometry does not occlude the sky."""
+        """Distance beyond which geometry does not occlude the sky; infinite unless `ambient_occlusion` is a number."""
         return math.inf if isinstance(self.ambient_occlusion, bool) else self.ambient_occlusion
 
     @property
     def is_global(self) -> bool:
-        """True if other surfaces affect the light at a vertex (global illumination): shadows, occlusion, bounces."""
+        """True if other surfaces affect the light at a vertex, by shadows, ambient occlusion or bounces."""
         return self.needs_rays or self.bounces > 0
 
     def without_rays(self) -> Self:

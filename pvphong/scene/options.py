@@ -32,7 +32,7 @@ _PLACES = {
 
 
 def known_options(function: Function) -> Function:
-    """Decorate a function so that an unknown option raises an error that says where the option belongs."""
+    """Decorate a function: an option that it does not have raises a ``TypeError`` that says where it belongs."""
     refuse = refusal_of(function)
 
     @functools.wraps(function)
@@ -44,7 +44,10 @@ def known_options(function: Function) -> Function:
 
 
 def refusal_of(function: Callable[..., Any]) -> Callable[[Iterable[str]], None]:
-    """Return a function that raises ``TypeError`` for options that `function` does not accept."""
+    """Return a function that raises ``TypeError`` for names of options that `function` does not accept.
+
+    The message says where the first such option belongs, or suggests the nearest option.
+    """
     parameters = inspect.signature(function).parameters
     known = frozenset(parameters)
     passes_on = any(each.kind is each.VAR_KEYWORD for each in parameters.values())

@@ -40,16 +40,19 @@ class Surroundings:
             check.refuse("bounds", bounds.tolist(), "the bounds of a mesh with at least two different points")
 
     def towards(self, azimuth: float, elevation: float) -> Float64Array:
-        """Return a unit vector from the centre: degrees to the right of the viewer, and above the view axis."""
+        """Return a unit vector from the centre of the mesh, by its angles to the direction to the viewer.
+
+        `azimuth` is to the right as the viewer sees it, `elevation` above the view axis; both are in degrees.
+        """
         across, above = math.radians(azimuth), math.radians(elevation)
         in_eye_space = math.sin(across) * math.cos(above), math.sin(above), math.cos(across) * math.cos(above)
         return np.array(self.viewer.vector_to_world(in_eye_space))
 
     def above_horizon(self, azimuth: float, elevation: float) -> Float64Array:
-        """Return a unit vector from the centre: degrees to the right of the viewer, and above the horizon.
+        """Return a unit vector from the centre of the mesh, by its angles to the viewer and to the horizon.
 
-        The horizon is perpendicular to the viewer's `up`. A viewer who looks nearly along `up` has the horizon of
-        `towards`.
+        `azimuth` is to the right as the viewer sees it, `elevation` above the horizon, both in degrees. The horizon is
+        perpendicular to the viewer's `up`. If the viewer looks nearly along `up`, the result is that of `towards`.
         """
         up = np.array(unit_vector(self.viewer.up))
         _, own_up, back = self.viewer.axes
@@ -61,7 +64,7 @@ class Surroundings:
         return np.asarray(math.cos(above) * sideways + math.sin(above) * up)
 
     def level(self, up: Float64Array) -> Float64Array:
-        """Return the unit vector to the viewer, perpendicular to the unit vector `up`."""
+        """Return the horizontal unit vector to the viewer: perpendicular to `up`, a unit vector."""
         _, own_up, back = self.viewer.axes
         along = back - (back @ up) * up
         if np.linalg.norm(along) < _NEARLY_ALONG_UP:  # the viewer looks along `up`
@@ -71,10 +74,18 @@ class Surroundings:
     def softbox(
         self, name: str, azimuth: float, elevation: float, brightness: float, width: float, height: float
     ) -> Light:
-        """Return a rectangle light that faces the centre.
+        """Return a rectangle light at the given angles of `above_horizon` that faces the centre of the mesh.
 
-        `brightness` is the colour of a white patch at the centre that faces the light, if it were small; `width` and
-        `height` are in diagonals of the bounds.
+        Parameters
+        ----------
+        name : str
+            Name of the light.
+        azimuth, elevation : float
+            Angles in degrees.
+        brightness : float
+            Colour of a white patch at the centre that faces the light, if the light were small.
+        width, height : float
+            Size, in diagonals of the mesh's bounds.
         """
         away = _AWAY * self.size * self.above_horizon(azimuth, elevation)
         return RectangleLight(

@@ -77,8 +77,10 @@ class Scene:
                 check.refuse("lights", f"{count} lights named {name!r}", "lights whose names differ", "Rename one.")
 
     def _converted(self, light: Any) -> Light:
-        """Convert a VTK light. VTK's unit for the position of a camera light is the viewer's distance from the focal
-        point.
+        """Convert a VTK light to a pvphong light; a pvphong light is returned unchanged.
+
+        VTK stores the position of a camera light as a multiple of the viewer's distance from its focal point. So such a
+        light needs the scene's viewer; without a viewer, it raises ValueError.
         """
         if self.viewer is not None:
             return host.answers().from_vtk(light, self.viewer.distance)
@@ -228,7 +230,10 @@ def load_materials(path: str | os.PathLike[str]) -> dict[str, Material]:
 
 
 def _material_of(place: str, entry: Any) -> Material:
-    """Return a material from its fields or, in files written by hand, from its name."""
+    """Return a material from its entry in a scene file: a mapping of its fields, or its name in files written by hand.
+
+    `place` is the position of the entry, for messages.
+    """
     if isinstance(entry, str):
         return Material.named(check.choice(place, entry.lower(), Material.names()))
     return Material.from_dict(entry, place)
@@ -242,13 +247,16 @@ def _seen_from(folder: Path, image: str) -> str:
 
 
 def _with_paths(material: Material, change: Callable[[str], str]) -> Material:
-    """Return a material whose paths of image files are changed: in a scene file, paths are relative to its folder."""
+    """Return a material in which `change` has been applied to the paths of image files.
+
+    In a scene file, paths are relative to the file's folder.
+    """
     maps = {name: value for name, value in material.maps.items() if is_image_path(value)}
     return material.with_values({name: change(str(value)) for name, value in maps.items()})
 
 
 def is_scene_file(path: str | os.PathLike[str]) -> bool:
-    """Return True if a file is a scene file, as `Scene.save` writes it."""
+    """Return True if a file is a scene file, as `Scene.save` writes it; its fields are not checked."""
     try:
         _document(path)
     except ValueError:
@@ -257,7 +265,7 @@ def is_scene_file(path: str | os.PathLike[str]) -> bool:
 
 
 def _document(path: str | os.PathLike[str]) -> dict[str, Any]:
-    """Return the content of a scene file, with checked format, version and keys."""
+    """Read a scene file, and return its content as a mapping, after a check of format, version and keys."""
     document = documents.read(path, "a scene file")
     if not isinstance(document, dict) or document.get("format") != _FORMAT:
         allowed = f'a scene file, a JSON object with "format": "{_FORMAT}"'
@@ -276,7 +284,7 @@ SceneLike = Scene | Light | Iterable[Any]
 
 
 def as_scene(given: SceneLike | None, bounds: Callable[[], VectorLike] | None = None) -> Scene:
-    """Return a scene unchanged; make a scene of a light or of lights, with the standard light model.
+    """Return a scene from an argument that may also be a light or lights; these get the standard light model.
 
     Parameters
     ----------
@@ -310,7 +318,7 @@ def as_scene(given: SceneLike | None, bounds: Callable[[], VectorLike] | None = 
 
 
 def light_labels(scene: Scene, numbered: str = "") -> tuple[str, ...]:
-    """Return a unique label for each light: its name, or else its index.
+    """Return a unique label for each light: its name, or its index if it has none.
 
     A light whose name equals the index of any light is also labelled by its own index.
 
@@ -319,7 +327,7 @@ def light_labels(scene: Scene, numbered: str = "") -> tuple[str, ...]:
     scene : Scene
         The scene; labels are in the order of its lights, including lights that are off.
     numbered : str, default ""
-        Prefix of indices.
+        Prefix of labels that are indices.
     """
     names = [light.name for light in scene.lights]
     indices = [f"{numbered}{index}" for index in range(len(names))]

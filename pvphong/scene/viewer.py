@@ -202,7 +202,7 @@ class Viewer:
 
 
 def finite_box(bounds: VectorLike) -> Box:
-    """Return the smallest and the largest coordinates of a box, shape (3,) each, from its bounds x_min, x_max, ….
+    """Return the low and the high corner of a box, shape (3,) each, from its bounds x_min, x_max, ….
 
     An invalid box is replaced by the unit cube.
 

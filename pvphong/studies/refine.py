@@ -73,7 +73,10 @@ _watcher: ContextVar[Watcher | None] = ContextVar("watcher", default=None)
 
 @contextmanager
 def watched(watcher: Watcher) -> Iterator[None]:
-    """Within the block, `refine` calls a function after the cuts of each light and each round of splits."""
+    """Within the block, let `refine` call the function `watcher` after the cuts of each light and each round of splits.
+
+    Its argument is a function that returns the mesh as refined so far, with its colours.
+    """
     token = _watcher.set(watcher)
     try:
         yield
@@ -82,7 +85,7 @@ def watched(watcher: Watcher) -> Iterator[None]:
 
 
 class BouncedLight(NamedTuple):
-    """Known bounced light at the vertices of a mesh. With it, no transport is needed."""
+    """Bounced light at the vertices of a mesh, in place of a transport with which it would be computed."""
 
     colors: FloatArray
     """Bounced light that each vertex reflects, shape (n, 3), including the remaining ambient light."""
@@ -386,7 +389,7 @@ def _lit_triangles(
 
 
 def _of_direct_light(scene: Scene) -> Scene:
-    """Return the scene without bounces and without ambient light."""
+    """Return a scene with only its direct light, that is, without bounces and without ambient light."""
     lights = [replace(light, ambient=0.0) for light in scene.lights]
     return replace(scene, lights=lights, light_model=replace(scene.light_model, bounces=0, ambient=0.0))
 
@@ -400,15 +403,17 @@ def _bounced_light(vertices: Vertices, scene: Scene, material: Material, matrix:
 
 
 def _far_ranges_allowed() -> np.errstate:
-    """Return a context that ignores overflow. Where large coordinates overflow, samples of the error are lost, but
-    nothing else.
+    """Return a context in which NumPy does not warn of overflow, underflow and NaN.
+
+    Where large coordinates overflow, only samples of the error are lost.
     """
     return np.errstate(over="ignore", under="ignore", invalid="ignore")
 
 
 def _others_there(places: IntArray) -> IntArray:
-    """Return for each point the next point at the same position, in a ring, shape (n,); -1 for a point that is alone at
-    its position. Points with equal `places` have the same position.
+    """Return for each point the next point at the same position, or -1 if there is no other; shape (n,).
+
+    The points at one position form a ring. Points with equal numbers in `places` are at the same position.
     """
     order = np.argsort(places, kind="stable")
     starts = np.flatnonzero(np.diff(places[order], prepend=-1))
@@ -420,8 +425,10 @@ def _others_there(places: IntArray) -> IntArray:
 
 
 def _split_mesh(lit: _LitTriangles, refinement: Refinement, name: str) -> pv.PolyData:
-    """Return the refined triangles with the arrays of the original mesh. If new normals need a name, it differs from
-    `name`, the name of the lit colours.
+    """Return the refined triangles as a mesh, with the arrays of the original mesh.
+
+    If the original mesh has no active normals, the new normals get a name that differs from `name`, the name of the lit
+    colours, and from the names of other arrays.
     """
     source, surface = lit.mesh, refinement.surface
     triangles, vertices = surface.triangles, surface.vertices
@@ -451,10 +458,10 @@ def _split_mesh(lit: _LitTriangles, refinement: Refinement, name: str) -> pv.Pol
 
 
 def _interpolated(values: NDArray[Any], added: list[Added]) -> NDArray[Any]:
-    """Extend a point array by the values of new points.
+    """Extend a point array by the values of the new points in `added`, and return it.
 
-    Floats and colours are blended. Other values may be labels; they are copied from the end of the split side with the
-    lower index.
+    Floats and colours are blended between the ends of the split side. Other values may be labels; they are copied from
+    the end with the lower index.
     """
     start, kind = len(values), values.dtype
     result = np.empty((start + sum(len(each.along) for each in added), *values.shape[1:]), dtype=kind)

@@ -68,6 +68,6 @@ class Job(Generic[Result]):
         self._unpaused.set()
 
     def stop(self) -> None:
-        """Cancel the task, also if it is paused; it ends soon, without a result."""
+        """Cancel the task, also if it is paused. It ends soon, without a result."""
         self._stop.set()
         self._unpaused.set()

@@ -33,7 +33,7 @@ Planned = Callable[[LitMesh], tuple[Plan, Vertices]]
 
 
 class _Gathered(NamedTuple):
-    """Bounced light between meshes: the last result, or the one in progress."""
+    """Bounced light between meshes, and the inputs from which it was or is being computed."""
 
     state: Any
     """Lights, light model, versions of the meshes, and number of rays, for which the light was computed."""
@@ -47,14 +47,17 @@ class _Gathered(NamedTuple):
     """Shape (1, n, 3) for each mesh; meshes without bounced light are missing."""
 
     def at_brightness(self, brightness: Float64Array) -> dict[LitMesh, FloatArray]:
-        """Return the light, scaled so that `brightness` is the sum of the lights' colours."""
+        """Return the light of each mesh as it would be if `brightness` were the sum of the lights' colours.
+
+        Each channel is scaled by `brightness` over the sum for which the light was computed.
+        """
         was = np.maximum(self.brightness, FAINTEST)
         factor = np.where(self.brightness > 0.0, brightness / was, 1.0).astype(np.float32)
         return {mesh: light * factor for mesh, light in self.light.items()}
 
 
 class Gathering:
-    """Bounced light between the lit meshes of one renderer."""
+    """Bounced light between the lit meshes of one renderer, computed at once or by a background job."""
 
     def __init__(self) -> None:
         self.note = ""
@@ -74,7 +77,7 @@ class Gathering:
 
     @property
     def bounces(self) -> int:
-        """Number of bounces of the light that is drawn while a background job runs."""
+        """Number of bounces of the light that is drawn until the background job ends; 0 if none is drawn."""
         last, awaited = self._last, self._awaited
         return 0 if last is None or awaited is None or last.geometry != awaited.geometry else last.bounces
 
@@ -140,7 +143,10 @@ class Gathering:
         return None if last is None else last.at_brightness(brightness)
 
     def _take(self, geometry: Any, waits: bool) -> None:
-        """Take the result of the background job, unless the meshes have moved since it began."""
+        """Take over the result of the background job, if the job has ended. With `waits`, wait for its end.
+
+        If the meshes have moved since it began, cancel the job; `geometry` is their present geometry.
+        """
         if self._job is None or self._awaited is None:
             return
         if self._awaited.geometry != geometry:
@@ -161,8 +167,9 @@ class Gathering:
 
 
 def _sent(exchanging: dict[LitMesh, tuple[Plan, Vertices]]) -> tuple[Radiosity, set[LitMesh]]:
-    """Return the direct light that all meshes reflect. Also return the meshes for which this light cannot be computed;
-    these meshes reflect nothing.
+    """Return the direct light that all meshes reflect, and the set of meshes for which it cannot be computed.
+
+    Meshes in this set reflect nothing. `exchanging` maps each mesh to its plan and vertices.
     """
     sent, silent = list[Radiosity](), set[LitMesh]()
     for mesh, (plan, vertices) in exchanging.items():
@@ -175,6 +182,6 @@ def _sent(exchanging: dict[LitMesh, tuple[Plan, Vertices]]) -> tuple[Radiosity, 
 
 
 def _brightness(scene: Scene) -> Float64Array:
-    """Return the sum of the colours of all lights, shape (3,)."""
+    """Return the sum of the colours of all lights that are on, each times its intensity, shape (3,)."""
     lights = [light.intensity * np.array(rgb(light.diffuse)) for light in scene.lights if light.on]
     return np.sum([np.zeros(3), *lights], axis=0)

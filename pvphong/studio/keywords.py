@@ -66,7 +66,7 @@ REFUSED = {
 
 
 class Look(NamedTuple):
-    """Appearance of a lit mesh, as its keywords define it."""
+    """What the keywords of `add_mesh` define: material, opacity, scalar bar, and options that PyVista gets."""
 
     materials: Material | Mapping[str, Material]
     """A material, or path of a block → its material."""
@@ -83,14 +83,14 @@ class Look(NamedTuple):
 
 
 class ScalarBar(NamedTuple):
-    """A scalar bar of the unlit colours."""
+    """A scalar bar that shows the unlit colours of a mesh."""
 
     table: pv.LookupTable
     options: dict[str, Any]
     """Options of `pyvista.Plotter.add_scalar_bar`."""
 
     def add_to(self, plotter: pv.Plotter) -> None:
-        """Draw the bar. It becomes the plotter's default for later scalar bars."""
+        """Draw the bar in a plotter. The plotter uses it by default for later scalar bars."""
         mapper = pv.DataSetMapper(theme=plotter.theme)
         mapper.lookup_table, mapper.scalar_range = self.table, self.table.scalar_range
         plotter.mapper = mapper
@@ -118,8 +118,9 @@ _STYLES = "surface", "wireframe", "points", "points_gaussian"
 
 
 def _refuse_misspelt(options: Mapping[str, Any]) -> None:
-    """Raise ``ValueError`` for names of colours, styles or textures that PyVista does not know. PyVista's own message
-    would have many lines.
+    """Raise ``ValueError`` for names of colours, styles or textures that PyVista does not know.
+
+    PyVista's own message would have many lines.
     """
     for name, value in options.items():
         if isinstance(value, str) and (name == "color" or name.endswith("_color")):
@@ -195,7 +196,17 @@ def _materials(given: Any) -> Material | Mapping[str, Material]:
 
 
 def _angle(given: FeatureAngle, options: dict[str, Any], theme: Any) -> FeatureAngle:
-    """Return the angle above which edges are sharp. PyVista's keywords for this angle are removed from `options`."""
+    """Return the angle above which edges are sharp, and remove PyVista's keywords for it from `options`.
+
+    Parameters
+    ----------
+    given : float, "auto" or None
+        pvphong's own keyword `feature_angle`.
+    options : dict
+        PyVista's keywords. Of these, `smooth_shading`, `split_sharp_edges` and `interpolation` define the angle.
+    theme : pyvista.plotting.themes.Theme
+        The plotter's theme.
+    """
     interpolation = options.pop("interpolation", None)
     is_smooth, is_split = options.pop("smooth_shading", None), options.pop("split_sharp_edges", None)
     if is_smooth is None and interpolation is not None:
@@ -206,8 +217,9 @@ def _angle(given: FeatureAngle, options: dict[str, Any], theme: Any) -> FeatureA
 
 
 def _opacity(options: dict[str, Any]) -> Any:
-    """Remove opacities for each vertex or cell from the options, and return them. Return None if opacity is a single
-    number or is missing.
+    """Remove opacities for each vertex or cell from the options of `add_mesh`, and return them.
+
+    If the opacity is a single number or missing, it stays as it is and the result is None.
     """
     opacity, is_reversed = options.get("opacity"), options.pop("use_transparency", False)
     if isinstance(opacity, Real | np.number):
@@ -293,7 +305,7 @@ def _has(mesh: pv.DataSet, name: str) -> bool:
 
 
 def _active(mesh: Any) -> str | None:
-    """Return the name of the active scalars. For a MultiBlock, return None unless all blocks have the same name."""
+    """Return the name of a mesh's active scalars. For a MultiBlock, it is None unless all blocks have the same name."""
     if not isinstance(mesh, pv.MultiBlock):
         return mesh.active_scalars_name
     names = {each.active_scalars_name for each in leaves(mesh)}
@@ -301,7 +313,19 @@ def _active(mesh: Any) -> str | None:
 
 
 def _of_each(blocks: Any, colored: Mapping[str, Any], colors: Any, theme: Any) -> Mapping[str, Material]:
-    """Return a material for each block, with colours in the order of PyVista's `multi_colors`."""
+    """Return path of a block → its material, with a colour from PyVista's `multi_colors` for each block.
+
+    Parameters
+    ----------
+    blocks : pyvista.MultiBlock
+        The blocks.
+    colored : mapping
+        Keywords of `pyvista.Property` for all blocks.
+    colors : Any
+        Value of `multi_colors`: True, or the colours to use.
+    theme : pyvista.plotting.themes.Theme
+        The plotter's theme.
+    """
     from pyvista.plotting.colors import get_cycler
 
     if not isinstance(blocks, pv.MultiBlock):
@@ -314,7 +338,7 @@ def _of_each(blocks: Any, colored: Mapping[str, Any], colors: Any, theme: Any) -
 
 
 def _nodes(block: Any) -> Iterator[Any]:
-    """Yield a block and all its descendants."""
+    """Yield a block, and if it is a MultiBlock, all blocks in it, depth first."""
     yield block
     if isinstance(block, pv.MultiBlock):
         for each in block:
@@ -322,8 +346,23 @@ def _nodes(block: Any) -> Iterator[Any]:
 
 
 def _colors(mesh: Any, scalars: Any, preference: str) -> tuple[Any, Float64Array | None]:
-    """Return colours for `Material.albedo`, and an opacity for each vertex or cell; None instead of opacities unless
-    the array is RGBA.
+    """Return the colours and the opacities in an array that is used with `rgb=True`.
+
+    Parameters
+    ----------
+    mesh : pyvista.DataSet or pyvista.MultiBlock
+        The mesh.
+    scalars : str or array_like
+        The array, with 3 or 4 columns, or its name.
+    preference : {"point", "cell"}
+        Kind of array, if point and cell data both have an array of the name.
+
+    Returns
+    -------
+    colors : Any
+        Value for `Material.albedo`.
+    opacities : ndarray or None
+        An opacity for each vertex or cell; None unless the array has 4 columns.
     """
     if isinstance(scalars, str):
         rows = _named(mesh, scalars, preference)
@@ -342,7 +381,10 @@ def _colors(mesh: Any, scalars: Any, preference: str) -> tuple[Any, Float64Array
 
 
 def _named(mesh: Any, name: str, preference: str) -> Any:
-    """Return an array of a mesh by its name; None for a MultiBlock."""
+    """Return the point or cell array of a mesh with this name; None for a MultiBlock.
+
+    `preference`, "point" or "cell", decides if both exist. A name that does not exist raises ValueError.
+    """
     if isinstance(mesh, pv.MultiBlock):
         return None
     data = (mesh.point_data, mesh.cell_data)
@@ -357,10 +399,30 @@ def _named(mesh: Any, name: str, preference: str) -> Any:
 def _by_transfer(
     options: dict[str, Any], mesh: Any, numbers: Any, table: pv.LookupTable, nan_opacity: float | None
 ) -> tuple[Any, pv.LookupTable]:
-    """Return an opacity for each point or cell, and the lookup table with opacities for the scalar bar.
+    """Find the opacities of a mesh whose scalars are drawn through a colormap.
 
     An opacity that is an array, or the name of an array, is returned as it is. Otherwise opacities are looked up from
-    the scalars, by a transfer function or `nan_opacity`.
+    the scalars, by a transfer function or `nan_opacity`. The keywords that were used are removed from `options`.
+
+    Parameters
+    ----------
+    options : dict
+        Keywords of `add_mesh`, such as `opacity`.
+    mesh : pyvista.DataSet or pyvista.MultiBlock
+        The mesh.
+    numbers : ndarray
+        The scalars, one number for each point or cell.
+    table : pyvista.LookupTable
+        The lookup table of the colormap.
+    nan_opacity : float or None
+        Opacity for NaN.
+
+    Returns
+    -------
+    opacity : Any
+        An opacity for each point or cell, or the name of an array; None if the opacity is a single number.
+    table : pyvista.LookupTable
+        The table, with opacities, for the scalar bar.
     """
     given = options.get("opacity")
     is_named = isinstance(given, str) and isinstance(mesh, pv.DataSet) and _has(mesh, given)
@@ -389,7 +451,7 @@ def _by_transfer(
 
 
 def is_bare(mesh: Any) -> bool:
-    """Return True for a mesh of lines, or of points without normals, which VTK draws unlit."""
+    """Return True if VTK draws a mesh unlit: it has no faces, and it has lines or its points have no normals."""
     if not isinstance(mesh, pv.PolyData | pv.PointSet) or not mesh.n_points:
         return False
     if isinstance(mesh, pv.PolyData) and has_faces(mesh):
@@ -398,7 +460,10 @@ def is_bare(mesh: Any) -> bool:
 
 
 def as_mesh(given: Any, *, copies: bool) -> Any:
-    """Convert any mesh that PyVista's `add_mesh` accepts: a dataset, blocks, a VTK object, points, or a path."""
+    """Convert what PyVista's `add_mesh` accepts to a mesh: a dataset, blocks, a VTK object, points, or a path.
+
+    With `copies`, the result is a shallow copy.
+    """
     mesh = pv.read(given) if isinstance(given, str | os.PathLike) else given
     if not isinstance(mesh, pv.DataSet | pv.MultiBlock) and (
         isinstance(mesh, np.ndarray) or hasattr(mesh, "GetDataObjectType")

@@ -30,8 +30,9 @@ from pvphong.studio.refining import Refining
 
 
 class LightingWarning(UserWarning):
-    """A mesh in a window cannot be lit, and is not drawn until the problem is fixed. Also: bounced light or a refined
-    picture cannot be computed.
+    """Warning that a mesh in a window cannot be lit, and is not drawn until the problem is fixed.
+
+    Also given if bounced light or a refined picture cannot be computed.
     """
 
 
@@ -43,7 +44,7 @@ _ASK_AGAIN = 100  # milliseconds between two polls for background results
 
 
 def _refuse(error: Exception, _mesh: LitMesh) -> bool:
-    """Raise the error, for any mesh."""
+    """Raise the given error, which prevents lighting, when a mesh is to be updated."""
     raise error
 
 
@@ -102,7 +103,7 @@ class LitActors:
 
     @property
     def meshes(self) -> tuple[LitMesh, ...]:
-        """The lit meshes whose actors are still in the renderer."""
+        """The lit meshes whose actors are still in the renderer; the others are forgotten."""
         self._meshes = [mesh for mesh in self._meshes if self._renderer.HasViewProp(mesh.actor)]
         for mesh in [mesh for mesh in self._refining if mesh not in self._meshes]:
             self._refining.pop(mesh).forget()
@@ -114,35 +115,40 @@ class LitActors:
         return [mesh for mesh in self.meshes if mesh.actor is not None and mesh.actor.GetVisibility()]
 
     def others(self, mesh: LitMesh) -> list[tuple[pv.PolyData, Float64Array | None]]:
-        """Return the other visible meshes that cast shadows, each with its matrix, as `occluders`."""
+        """Return the other visible meshes that cast shadows on a mesh, as the argument `occluders` of `shade`.
+
+        Each is a pair of a mesh and its model matrix.
+        """
         return [(each.drawn, each.matrix) for each in self.shown if each is not mesh and each.casts_shadows]
 
     @property
     def refining(self) -> dict[LitMesh, Refining]:
-        """Visible mesh → the object that refines it."""
+        """Visible mesh → its refined picture, for the meshes that are refined."""
         return {mesh: self._refining[mesh] for mesh in self.shown if mesh in self._refining}
 
     @property
     def is_awaiting(self) -> bool:
-        """True while a background computation has not delivered its result."""
+        """True while bounced light or a refined picture is computed in the background."""
         return self.gathering.part is not None or any(each.is_awaited for each in self.refining.values())
 
     def add(self, mesh: LitMesh, refine: float | None = None) -> None:
-        """Update a mesh's colours before each frame until its actor is removed. With a tolerance `refine`, show the
-        mesh refined within it.
+        """Add a mesh, whose colours are then updated before each frame until its actor is removed.
+
+        With a tolerance `refine`, the window shows the mesh refined within it.
         """
         self._meshes.append(mesh)
         if refine is not None:
             self._refining[mesh] = Refining(mesh, refine)
 
     def name_of(self, mesh: LitMesh) -> str:
-        """Return the actor name of a mesh; "" if none was given."""
+        """Return the name that was given to the actor of a mesh; "" if none was."""
         names = [name for name, actor in self._renderer.actors.items() if actor is mesh.actor]
         return names[0] if names and "(Addr=" not in names[0] else ""
 
     def light(self, mesh: LitMesh) -> None:
-        """Light a mesh that is not drawn yet, together with the visible meshes; raise ``ValueError`` if it cannot be
-        lit.
+        """Light a mesh that is not drawn yet, with shadows and bounced light of the visible meshes.
+
+        Raise ``ValueError`` if it cannot be lit.
         """
         self._refreshing([*self.shown, mesh])(mesh)
 
@@ -203,7 +209,10 @@ class LitActors:
         return is_new
 
     def _refine(self, unlit: Container[LitMesh], waits: bool) -> bool:
-        """Show the refined pictures of all meshes that can be lit. Return True if a picture is new."""
+        """Show the refined pictures of all meshes except those in `unlit`, and return True if a picture is new.
+
+        With `waits`, block until the pictures are made.
+        """
         refined = {mesh: each for mesh, each in self.refining.items() if mesh not in unlit}
         if not refined:
             return False
@@ -219,7 +228,7 @@ class LitActors:
         return is_new
 
     def _ask_again(self) -> None:
-        """Start a timer that polls for background results, or stop it if no result is awaited."""
+        """While background results are awaited, let a timer ask for them; otherwise stop the timer."""
         window = self._renderer.GetRenderWindow()
         interactor = None if window is None else window.GetInteractor()
         if not self.is_awaiting or self.is_in_a_page:
@@ -242,7 +251,10 @@ class LitActors:
             self._timer = None
 
     def _refreshing(self, meshes: Sequence[LitMesh], waits: bool = False) -> Callable[[LitMesh], bool]:
-        """Return a function that updates one of the meshes, with the shadows of the others."""
+        """Return a function that updates the colours of one of the `meshes`, with the shadows of the others.
+
+        Bounced light is computed here, for all of them. With `waits`, block until it is known.
+        """
         scene, self.note = self._scene(), ""
         model, samples = scene.light_model, None
         if model.needs_rays:
@@ -271,19 +283,20 @@ class LitActors:
 
     @property
     def _is_on_screen(self) -> bool:
-        """True if the window is on the screen, where later frames can show the final light. An off-screen frame must
-        show the final light at once.
+        """True if the window is on the screen, where a later frame can show the final light.
+
+        Off the screen, there may be only one frame, which must show the final light.
         """
         window = self._renderer.GetRenderWindow()
         return window is not None and not window.GetOffScreenRendering()
 
     def occluders_of(self, mesh: LitMesh, scene: Scene) -> KnownOccluders | None:
-        """Return the occluders of a mesh; None in a scene without shadows and occlusion."""
+        """Return the meshes that block light of a mesh; None in a scene without shadows and occlusion."""
         own = list(self._blocking).index(mesh) if mesh in self._blocking else None
         return KnownOccluders(self._occluders, own) if scene.light_model.needs_rays else None
 
     def _gather_occluders(self, meshes: Sequence[LitMesh]) -> None:
-        """Update the occluders to the current geometry of those `meshes` that cast shadows."""
+        """Update the triangles that block light, to the current geometry of those `meshes` that cast shadows."""
         blocking = dict[LitMesh, tuple[Any, BlockingFaces]]()
         for mesh in meshes:
             if mesh.casts_shadows:
@@ -303,11 +316,11 @@ class LitActors:
 
     @property
     def state(self) -> MaterialsState:
-        """Shared material of each visible mesh → its current value, for `revert`."""
+        """Material of each visible mesh, as shared material → its current value; used by `revert`."""
         return {mesh.shared_material: mesh.material for mesh in self.shown}
 
     def revert(self, now: MaterialsState, then: MaterialsState) -> None:
-        """Undo the changes of materials that were made between the states `then` and `now`. Keep all other changes."""
+        """Undo the changes of materials between the states `then` and `now`, and keep all other changes."""
         for shared, material in now.items():
             if then.get(shared, material) != material:
                 shared.material = then[shared]
@@ -315,14 +328,12 @@ class LitActors:
     # -- refined pictures and release
 
     def refine(self, tolerance: float | None) -> None:
-        """Show all meshes refined within a tolerance; see `Refining`. If the tolerance is None, show the meshes' own
-        vertices.
-        """
+        """Show all meshes refined within a tolerance; if it is None, with their own vertices."""
         self.show_own_vertices()
         self._refining = {} if tolerance is None else {mesh: Refining(mesh, tolerance) for mesh in self.meshes}
 
     def show_own_vertices(self) -> None:
-        """Show the meshes' own vertices until the next frame, and cancel refining."""
+        """Cancel refining, and show the meshes with their own vertices until the next frame."""
         for refining in self._refining.values():
             refining.forget()
 
@@ -332,7 +343,7 @@ class LitActors:
         self.show_own_vertices()
 
     def release(self) -> None:
-        """Detach from the renderer."""
+        """Remove the observer and the timer, cancel background computations, and forget the meshes."""
         self._renderer.RemoveObserver(self._tag)
         self._end_timer()
         self.stop()

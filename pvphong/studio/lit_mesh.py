@@ -117,20 +117,23 @@ class LitMesh:
 
     @property
     def version(self) -> Any:
-        """A stamp that changes with geometry, material and arrays; cheap to compare."""
+        """A value that changes with geometry, material and arrays, by which changes are found; cheap to compare."""
         maps = tuple((name, self._version_of(given)) for name, given in given_maps(self.material, self.mesh).items())
         opacity = None if self._opacity is None else self._version_of(self._opacity)
         return self.material, self.geometry(), maps, opacity
 
     @property
     def state(self) -> Any:
-        """A stamp of the inputs of the current colours; cheap to compare."""
+        """A value that identifies the inputs of the current colours; cheap to compare."""
         return self._lit_for, self._eye if self._plan is not None and self._plan.view_dependent else None
 
     def planned(
         self, scene: Scene, occluders: KnownOccluders | None = None, samples: int | None = None
     ) -> tuple[Plan, Vertices]:
-        """Return the shading plan and its vertices. Parameters and errors are the same as for `refresh`."""
+        """Return the plan that lights the mesh in a scene, and the vertices for it.
+
+        Parameters and errors are those of `refresh`.
+        """
         visibility = None
         if (model := scene.light_model).needs_rays:
             key = self.geometry(), occluders and occluders.occluders, model.two_sided, model.occlusion_distance
@@ -214,7 +217,10 @@ class LitMesh:
         return True
 
     def write_colors(self) -> bool:
-        """Write the lit colours as the display shows them, and return True; False if they are not kept."""
+        """Write the linear colours, as the display shows them, to the array that VTK draws, and return True.
+
+        With the default display, no linear colours are kept. Then nothing is written, and the result is False.
+        """
         if self._linear is not None:
             self._display(self._linear, vtk_to_numpy(self._colors))
         self.show_colors()
@@ -229,7 +235,7 @@ class LitMesh:
             self.drawn.set_active_scalars(TRANSLUCENT_ARRAY, preference="point")
 
     def opacities(self) -> ByteArray | None:
-        """Return an opacity for each drawn vertex, uint8; None if the actor has a single opacity."""
+        """Return an opacity for each drawn vertex, uint8; None if the whole actor has a single opacity."""
         if self._opacity is None:
             return None
         found = opacity_at(self._opacity, self.mesh, self._whole, self.drawn, self._original_points)
@@ -237,7 +243,7 @@ class LitMesh:
 
     @property
     def shown_array(self) -> str:
-        """Name of the array of the drawn mesh that VTK shows as colours."""
+        """Name of the array of colours in the drawn mesh that VTK shows."""
         return ARRAY if self._opacity is None else TRANSLUCENT_ARRAY
 
     @property
@@ -247,9 +253,9 @@ class LitMesh:
         return drawn if self._linear is None else self._linear.astype(np.float32)
 
     def as_shown(self) -> pv.PolyData:
-        """Return a copy of the surface that the window shows, which may be refined, with its colours as float32.
+        """Return a copy of what the window shows of the mesh, with linear colours as float32.
 
-        With another display than the default one, it is the mesh's own surface with linear colours.
+        This may be a refined mesh. With another display than the default one, it is the mesh's own surface.
         """
         if self._linear is not None:
             copied = self.drawn.copy()
@@ -263,7 +269,7 @@ class LitMesh:
         return copied
 
     def blank(self) -> None:
-        """Draw nothing until the next successful refresh: VTK crashes on an index out of range."""
+        """Draw an empty mesh until the next successful refresh, because VTK crashes on an index out of range."""
         self.drawn.Initialize()
         self._geometry = self._lit_for = None
 
@@ -331,7 +337,7 @@ class LitMesh:
         return geometry, place
 
     def _show_colors(self) -> None:
-        """Make the colours the active scalars of the drawn mesh; allocate them if the number of points has changed."""
+        """Make the array of colours the active scalars of the drawn mesh; a new number of points needs a new array."""
         data, count = self.drawn.GetPointData(), self.drawn.n_points
         if self._colors is None or self._colors.GetNumberOfValues() != 3 * count:
             self._colors, self._lit_for = pv.convert_array(np.zeros((count, 3), np.uint8), ARRAY), None
@@ -354,7 +360,10 @@ class LitMesh:
         return texture_version(source) if is_texture(source) else (given, _version(getattr(source, "VTKObject", None)))
 
     def _values(self, name: str, given: AnyMap) -> Any:
-        """Return a map's values at the drawn points; textures and colormaps are sampled only if they have changed."""
+        """Return the values of the map of the field `name` at the drawn points.
+
+        Textures and colormaps are sampled again only if they have changed.
+        """
         if isinstance(given, str) and isinstance(self.mesh, pv.PolyData):  # the drawn mesh may have an older array
             if given in self.mesh.point_data:
                 given = Map(self.mesh.point_data[given])
@@ -374,9 +383,10 @@ class LitMesh:
 
 
 def _version(part: Any) -> Any:
-    """Return a VTK object and its modification time. The reference is kept so that no new object gets the same address.
+    """Return a VTK object and its modification time, by which a change of the object is found.
 
-    The object is wrapped in a `Map` because VTK arrays compare by value.
+    The reference is kept so that no new object gets the same address. The object is wrapped in a `Map`, which compares
+    by identity, because VTK arrays compare by value.
     """
     return None if part is None else (Map(part), part.GetMTime())
 
@@ -387,8 +397,20 @@ def lit_meshes(
     feature_angle: FeatureAngle,
     opacity: Any = None,
 ) -> dict[str, LitMesh]:
-    """Return path of a block → its lit mesh. A mesh without blocks has the path "". If a single material is given, all
-    blocks share it.
+    """Return path of a block → its lit mesh; a mesh without blocks has the path "".
+
+    Blocks share a single given material.
+
+    Parameters
+    ----------
+    mesh : pyvista.DataSet or pyvista.MultiBlock
+        The mesh or the blocks.
+    material : Material, str or mapping
+        A material, or a mapping from paths of blocks to materials.
+    feature_angle : float, "auto" or None
+        Angle above which edges are sharp, as for `shade`.
+    opacity : array_like or str, optional
+        Opacities, as for `LitMesh`.
 
     Raises
     ------

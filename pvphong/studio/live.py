@@ -87,13 +87,11 @@ class LightHandle(Handle):
         return self._renderer_light.vtk_light
 
     def light(self, viewer: Viewer | None = None) -> Light:
-        """Return the light's current value. VTK's camera lights are placed relative to `viewer`, by default the camera
-        of the window.
-        """
+        """Return the current light. VTK's camera lights are placed for `viewer`; by default, the window's camera."""
         return self._renderer_light.light(viewer or self._subplot.lights.viewer)
 
     def set(self, light: Light, viewer: Viewer | None = None) -> None:  # noqa: ARG002 kept for compatibility
-        """Set the light's value, like `plotter.phong.set_light`."""
+        """Replace the light by another, as `plotter.phong.set_light` does."""
         lights = self._subplot.lights
         if not any(each.vtk_light is self.vtk_light for each in lights.renderer_lights):
             remedy = "The light has been removed; add it again with plotter.phong.add_light(lamp.light())."
@@ -119,7 +117,7 @@ class LightHandle(Handle):
             self.set(replace(self._with_field(name), **{name: value}))
 
     def _with_field(self, name: str) -> Light:
-        """Return the light's value; raise ``AttributeError`` if it has no such field."""
+        """Return the current light; raise ``AttributeError`` if it has no field `name`."""
         if name.startswith("_"):
             raise AttributeError(f"{type(self).__name__} has no attribute {name!r}.")
         light = self.light()
@@ -208,7 +206,16 @@ class MeshHandle(Handle):
 
 
 def changed_light(light: Light, given: Light | None, changes: Mapping[str, Any]) -> Light:
-    """Return a copy of a light with some fields changed.
+    """Return another light, given as a whole or by changes of some fields.
+
+    Parameters
+    ----------
+    light : Light
+        The light to change.
+    given : Light or None
+        Light that replaces it.
+    changes : mapping
+        Field → new value.
 
     Raises
     ------
@@ -230,5 +237,5 @@ _SETTABLE = ("material", "feature_angle", "casts_shadows")
 
 
 def _names(value: Any) -> list[str]:
-    """Return the names of a dataclass's fields."""
+    """Return the names of the fields of a dataclass instance."""
     return [field.name for field in fields(value)]

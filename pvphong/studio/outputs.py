@@ -25,7 +25,7 @@ _METHODS = (
 
 
 class Outputs:
-    """The output methods of one plotter.
+    """The methods of one plotter that make pictures and exports, which update colours and hide gizmos first.
 
     Parameters
     ----------
@@ -40,7 +40,7 @@ class Outputs:
         self._wrapped: dict[str, Callable[..., Any]] = {}
 
     def prepare(self) -> None:
-        """Wrap the plotter's output methods, to run in `_prepared`. Repeated calls have no effect."""
+        """Replace the plotter's output methods by ones that run within `_prepared`. Further calls have no effect."""
         outputs, owner = weakref.ref(self), self._owner
 
         def wrapped(method: Any) -> Any:
@@ -63,7 +63,7 @@ class Outputs:
 
     @contextmanager
     def _prepared(self, waits: bool) -> Iterator[None]:
-        """Update the colours, and hide gizmos while the `with` block runs.
+        """Update the colours, and hide the gizmos during the block.
 
         Usually a frame updates the colours, but an exporter draws none. With `waits`, wait until meshes are refined.
         """
@@ -80,7 +80,7 @@ class Outputs:
             plotter.render()
 
     def release(self) -> None:
-        """Give the plotter its own methods back."""
+        """Give the plotter back its own output methods."""
         plotter = self._owner()  # None if the plotter was collected without being closed
         for name, output in self._wrapped.items():
             if plotter is not None and vars(plotter).get(name) is output:

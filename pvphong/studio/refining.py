@@ -34,7 +34,7 @@ _APART = 1.0  # seconds between two pictures of an unfinished level, at least
 
 
 class _Picture(NamedTuple):
-    """A refined mesh."""
+    """A refined mesh with its colours, to be shown in place of the mesh's own vertices."""
 
     reached: float | None
     """Tolerance that the colours reach; None if it is not known."""
@@ -45,7 +45,7 @@ class _Picture(NamedTuple):
     """Opacities from 0 to 255, if the mesh has them."""
 
     def show(self, display: Display) -> None:
-        """Write the colours as the display shows them."""
+        """Store the colours, as the display shows them, in the mesh's array that VTK draws."""
         colors = display(self.linear)
         if self.opacities is not None:
             colors = np.column_stack([colors, self.opacities])
@@ -85,8 +85,10 @@ class Refining:
     def update(
         self, scene: Scene, occluders: KnownOccluders | None, display: Display, *, held: bool, waits: bool
     ) -> None:
-        """Show the refined picture of the mesh's current state, if it is made already; otherwise start to make it after
-        a moment without changes. The mesh's colours must be up to date.
+        """Show the refined picture of the mesh's current state, or start to make it.
+
+        It is shown once it is made. Work on it starts after a moment without changes. The mesh's colours must be up to
+        date.
 
         Parameters
         ----------
@@ -97,7 +99,7 @@ class Refining:
         display : Display
             Transform that shows the colours.
         held : bool
-            True during a drag, for example: show the mesh's own vertices and refine nothing.
+            True, for example during a drag, to show the mesh's own vertices and refine nothing.
         waits : bool
             True to block until the picture is made.
         """
@@ -126,7 +128,7 @@ class Refining:
             self._show(self._shown)
 
     def _take(self, job: Job[None]) -> None:
-        """Take the job's last picture if it is new."""
+        """Take over the last picture that the job has made, if it is new, and note whether the job has ended."""
         self._part = max(self._part, job.part)
         is_done = job.is_done  # read before the pictures, because the last one may be added in between
         picture = self._made[-1] if self._made else None
@@ -139,7 +141,7 @@ class Refining:
 
     @property
     def is_awaited(self) -> bool:
-        """True if the final picture of the mesh in its present state is not made yet."""
+        """True until the final picture of the mesh in its present state is made."""
         return self._state is not None and not self._is_final
 
     @property
@@ -149,16 +151,16 @@ class Refining:
 
     @property
     def seconds(self) -> float:
-        """Seconds for which the picture has been computed, since the start or the last pause."""
+        """Seconds for which the job has worked since its start or its last pause; 0 if it is paused, or no job runs."""
         return 0.0 if self._job is None or self._job.is_paused else time.monotonic() - self._since
 
     @property
     def is_paused(self) -> bool:
-        """True after `pause`, until `go_on` or a change."""
+        """True after `pause`, until `go_on` or a change of mesh or scene."""
         return self._job is not None and self._job.is_paused
 
     def pause(self) -> None:
-        """Pause the computation; the last picture stays."""
+        """Pause the computation. The last picture stays visible."""
         if self._job is not None:
             self._job.pause()
 
@@ -169,7 +171,7 @@ class Refining:
             self._job.go_on()
 
     def cancel(self) -> None:
-        """Cancel the awaited picture, and show the last one, or else the mesh's own vertices, until a change."""
+        """Cancel the computation. Until a change, the last picture, or else the mesh's own vertices, stay visible."""
         if self.is_awaited:
             if self._job is not None:
                 self._job.stop()
@@ -177,7 +179,7 @@ class Refining:
             self._shown = self._shown or self._mesh.drawn
 
     def forget(self) -> None:
-        """Show the mesh's own vertices and cancel the running job."""
+        """Cancel the computation, forget its pictures, and show the mesh's own vertices."""
         if self._job is not None:
             self._job.stop()
         self._state = self._job = self._shown = self._picture = self.reached = None
@@ -192,9 +194,22 @@ class Refining:
         levels: Sequence[float],
         made: list[_Picture],
     ) -> Callable[[], None]:
-        """Return the function that makes a picture for each level and appends it to `made`.
+        """Return the function that the background job runs: it makes a refined picture of the mesh for each level.
 
         The function uses copies, since the originals may be edited meanwhile.
+
+        Parameters
+        ----------
+        scene : Scene
+            Lights, viewer and light model.
+        occluders : KnownOccluders or None
+            The meshes that cast shadows on this mesh.
+        display : Display
+            Transform that shows the colours.
+        levels : sequence of float
+            Tolerances of the pictures, divided by the final one.
+        made : list
+            List to which each picture is appended.
         """
         mesh = self._mesh
         if display != Display():

@@ -50,12 +50,13 @@ class Subplot:
 
     @property
     def scene(self) -> Scene:
-        """A snapshot of the lights, viewer and light model."""
+        """The current lights, viewer and light model as a scene, which does not change later."""
         return Scene(lights=self.lights.values, viewer=self.lights.viewer, light_model=self.light_model)
 
     def assigning(self, edited: Editable) -> AbstractContextManager[None]:
-        """Return a context that records assignments as one undo step. Without gizmos the context records nothing, so
-        that animations do not fill the history.
+        """Return a context that records the changes of `edited` made within it as one undo step.
+
+        Without gizmos the context records nothing, so that animations do not fill the history.
         """
         return nullcontext() if self.interaction is None else self._history.edit(edited)
 
@@ -68,7 +69,7 @@ class Subplot:
         return True
 
     def _refuse_shadow_pass(self) -> None:
-        """Make `renderer.enable_shadows` raise an error while pvphong's meshes are drawn.
+        """Replace `renderer.enable_shadows` by a function that raises an error while pvphong's meshes are drawn.
 
         VTK's shadow pass has no shader for unlit actors and prints hundreds of lines in each frame.
         """
@@ -84,7 +85,10 @@ class Subplot:
         self.renderer.enable_shadows = enable_shadows
 
     def add_unlit(self, draw: Callable[[], pv.Actor]) -> pv.Actor:
-        """Draw an actor without VTK's lighting; raise ``ValueError`` if VTK's shadows are on."""
+        """Call `draw`, which adds an actor, and switch VTK's lighting off for this actor.
+
+        Raise ``ValueError`` if VTK's shadows are on.
+        """
         if self.renderer._render_passes._shadow_map_pass is not None:
             raise ValueError(f"{_NO_VTK_SHADOWS} and remove plotter.enable_shadows().")
         actor = draw()

@@ -20,7 +20,7 @@ LightState = tuple[dict[str, Any], Light | None, str]
 
 
 class RendererLight:
-    """One light of a renderer: its pvphong value, and the `vtkLight` that lights VTK's own actors.
+    """One light of a renderer: as pvphong's light, and as the `vtkLight` that lights VTK's own actors.
 
     Properties that only pvphong has, such as a name or an exponent above 128, are kept until code changes the
     `vtkLight`.
@@ -48,7 +48,7 @@ class RendererLight:
         self._own, self._name = self._own and replace(self._own, name=name), name
 
     def light(self, viewer: Viewer) -> Light:
-        """Return the light's current value."""
+        """Return the current light. If code has changed the `vtkLight`, it is converted from it, for this viewer."""
         fields = _fields(self.vtk_light)
         if self._own is not None and fields == self._written:
             return self._own
@@ -59,7 +59,7 @@ class RendererLight:
         return self._converted[1]
 
     def set(self, light: Light, viewer: Viewer) -> None:
-        """Set the light's value, also in its `vtkLight`."""
+        """Replace the light by another, and update its `vtkLight`; `viewer` places lights that move with the viewer."""
         vtk_light, before = self.vtk_light, self.light(viewer)
         position, focal_point, cone = vtk_light.GetPosition(), vtk_light.GetFocalPoint(), vtk_light.GetConeAngle()
         write_light(light, vtk_light, viewer)
@@ -81,7 +81,7 @@ class RendererLight:
         return _fields(self.vtk_light), self._own, self._name
 
     def restore(self, state: LightState) -> None:
-        """Restore the light's exact state."""
+        """Restore the exact state that `state` has returned."""
         fields, self._own, self._name = state
         for field, value in fields.items():
             if field != _ELEMENTS:
@@ -107,24 +107,24 @@ class WindowLights:
 
     @property
     def viewer(self) -> Viewer:
-        """The renderer's current camera."""
+        """The renderer's current camera, as a viewer."""
         return Viewer.from_camera(self._renderer.camera)
 
     @property
     def renderer_lights(self) -> tuple[RendererLight, ...]:
-        """The renderer's current lights."""
+        """The renderer's current lights, each with its `vtkLight`."""
         known = {id(renderer_light.vtk_light): renderer_light for renderer_light in self._renderer_lights}
         self._renderer_lights = [known.get(id(light)) or RendererLight(light) for light in self._renderer.GetLights()]
         return tuple(self._renderer_lights)
 
     @property
     def values(self) -> tuple[Light, ...]:
-        """The values of all lights."""
+        """The renderer's current lights, as pvphong's lights."""
         viewer = self.viewer
         return tuple(renderer_light.light(viewer) for renderer_light in self.renderer_lights)
 
     def add(self, light: Any) -> RendererLight:
-        """Add a light from pvphong, PyVista or VTK."""
+        """Add a light of pvphong, PyVista or VTK to the renderer, and return it."""
         if isinstance(light, Light):
             renderer_light = RendererLight(light.to_pyvista(self.viewer), light)
         else:
@@ -137,7 +137,7 @@ class WindowLights:
         return renderer_light
 
     def set(self, which: Any, light: Light) -> None:
-        """Set the value of an existing light; `which` selects it as for `find`."""
+        """Replace an existing light by another; `which` selects it as for `find`."""
         vtk_values(light)  # raises for a light without a counterpart in VTK
         renderer_light = self.find(which)
         if light.name != renderer_light.name:
@@ -145,12 +145,12 @@ class WindowLights:
         renderer_light.set(light, self.viewer)
 
     def _refuse_taken(self, name: str) -> None:
-        """Raise ``ValueError`` if a light of the renderer has the name already. Results are looked up by name."""
+        """Raise ``ValueError`` if a light of the renderer has this name; results are looked up by name."""
         if name and name in (other.name for other in self.renderer_lights):
             check.refuse("name", name, "unique among the lights of the plotter", "Change a light with set_light.")
 
     def replace(self, lights: Iterable[Any]) -> None:
-        """Remove all lights and add others."""
+        """Remove all lights from the renderer, and add the given ones."""
         for renderer_light in self.renderer_lights:
             self.remove(renderer_light)
         for light in lights:
@@ -162,7 +162,7 @@ class WindowLights:
         self._renderer_lights.append(renderer_light)
 
     def find(self, which: Any) -> RendererLight:
-        """Return the light selected by a handle, an index, a name or a PyVista light."""
+        """Return the light that `which` selects: a handle, an index, a name or a PyVista light."""
         present = self.renderer_lights
         vtk_light = getattr(which, "vtk_light", which)
         if isinstance(which, int) and not isinstance(which, bool) and -len(present) <= which < len(present):
@@ -177,7 +177,7 @@ class WindowLights:
         return check.refuse("which", which, allowed + (f", or one of the names {names}" if names else ""))
 
     def remove(self, which: Any) -> None:
-        """Remove a light, its actor, and its entry in PyVista's list of lights."""
+        """Remove the light that `which` selects as for `find`, its actor, and its entry in PyVista's list of lights."""
         renderer_light = self.find(which)
         light = renderer_light.vtk_light
         self._renderer.RemoveLight(light)
@@ -189,11 +189,11 @@ class WindowLights:
 
     @property
     def state(self) -> LightStates:
-        """Light → its exact state, for all lights; used by `revert`."""
+        """The exact state of all lights, as light → state; used by `revert`."""
         return {renderer_light: renderer_light.state for renderer_light in self.renderer_lights}
 
     def revert(self, now: LightStates, then: LightStates) -> None:
-        """Undo the changes that were made between the states `then` and `now`. Keep all other changes.
+        """Undo the changes between the states `then` and `now`, and keep all other changes.
 
         If another light has taken the name of a restored light, the restored light gets a free name.
         """
@@ -211,7 +211,7 @@ class WindowLights:
             taken.add(renderer_light.name)
 
     def _bring_back(self, now: LightStates, then: LightStates) -> None:
-        """Add the lights again that were removed between `then` and `now`, at their old positions in the list."""
+        """Add the lights that were removed between the states `then` and `now`, at their old positions in the list."""
         shining = {id(renderer_light.vtk_light) for renderer_light in self.renderer_lights}
         returning = {
             renderer_light: state
@@ -232,7 +232,7 @@ class WindowLights:
 
 
 def free_name(wanted: str, taken: set[str]) -> str:
-    """Return the name `wanted` if it is not in `taken`. Otherwise append the lowest free number, at least 2."""
+    """Return `wanted` if it is not in `taken`; otherwise, append the lowest number from 2 with which it is free."""
     stem, number, name = re.sub(r" \d+$", "", wanted), 1, wanted
     while name in taken:
         number += 1
@@ -260,7 +260,7 @@ _GETTERS = {field: getattr(vtkLight, f"Get{field}") for field in _FIELDS}
 
 
 def _fields(light: Any) -> dict[str, Any]:
-    """Return the fields of a VTK light, except those that VTK overwrites in every frame."""
+    """Return name → value, for the fields of a VTK light that VTK does not overwrite in every frame."""
     fields = {field: get(light) for field, get in _GETTERS.items()}
     if fields["LightType"] == VTK_LIGHT_TYPE_HEADLIGHT:
         for field in _PLACES:

@@ -82,7 +82,11 @@ def _check_viewer(viewer: Any) -> None:
 
 
 def from_vtk(light: Any, distance: float) -> Light:
-    """Convert a light as `as_light` does without a viewer; `distance` is that from the eye to its focal point."""
+    """Convert a `pyvista.Light` or `vtkLight` to a pvphong light; a camera light keeps the frame "camera".
+
+    VTK stores the position of a camera light as a multiple of the distance from the viewer's eye to its focal point.
+    `distance` is this distance. A pvphong light is returned unchanged.
+    """
     if isinstance(light, Light):
         return light
     if not hasattr(light, "GetConeAngle") or not hasattr(light, "GetTransformedPosition"):
@@ -103,7 +107,10 @@ def from_vtk(light: Any, distance: float) -> Light:
 
 
 def _is_moved_headlight(light: Any) -> bool:
-    """Return True for a headlight with a transform matrix, which VTK applies to the viewer's position and direction."""
+    """Return True for a VTK headlight with a transform matrix other than the identity.
+
+    VTK applies this matrix to the headlight's position and direction, which are the viewer's.
+    """
     if isinstance(light, Light) or not getattr(light, "LightTypeIsHeadlight", bool)():
         return False
     matrix = light.GetTransformMatrix()
@@ -115,7 +122,7 @@ def _direction(start: Vector, end: Vector) -> Vector:
 
 
 def _light_at(light: Any, frame: Frame, position: Vector, direction: Vector) -> Light:
-    """Convert a VTK light to a light with this frame, position and direction."""
+    """Make a pvphong light from a VTK light's colours and falloff, and the given frame, position and direction."""
     common: dict[str, Any] = {
         "diffuse": light.GetDiffuseColor(),
         "specular": light.GetSpecularColor(),
@@ -131,7 +138,10 @@ def _light_at(light: Any, frame: Frame, position: Vector, direction: Vector) -> 
 
 
 def _camera_distance(light: Any) -> float:
-    """Return the distance from eye to focal point with which VTK last placed a camera light; 1 if it never did."""
+    """Return the distance from the viewer's eye to its focal point that VTK used when it last placed a camera light.
+
+    The result is 1 if VTK has not placed the light yet.
+    """
     matrix = getattr(light, "GetTransformMatrix", lambda: None)()
     if matrix is None:
         return 1.0
@@ -140,7 +150,7 @@ def _camera_distance(light: Any) -> float:
 
 
 def to_pyvista(light: Light, viewer: Any = None) -> pv.Light:
-    """Implement `Light.to_pyvista`."""
+    """Return a light as a new `pyvista.Light`; see `Light.to_pyvista`, which calls this function."""
     if viewer is not None:
         _check_viewer(viewer)
     result = pv.Light()
@@ -149,7 +159,10 @@ def to_pyvista(light: Light, viewer: Any = None) -> pv.Light:
 
 
 def write_light(light: Light, target: Any, viewer: Any = None) -> None:
-    """Set the values of an existing `pyvista.Light` or `vtkLight`, as `Light.to_pyvista` does."""
+    """Write a light to an existing `pyvista.Light` or `vtkLight`, `target`.
+
+    The conversion is that of `Light.to_pyvista`, which also describes `viewer`.
+    """
     values = vtk_values(light)
     target.SetLightType({"headlight": 1, "camera": 2, "world": 3}[light.frame])  # VTK_LIGHT_TYPE_HEADLIGHT etc.
     target.SetTransformMatrix(None)
@@ -182,10 +195,10 @@ def write_light(light: Light, target: Any, viewer: Any = None) -> None:
 
 
 def _place_for_vtk(position: Vector, frame: Frame, distance: float) -> Vector:
-    """Return a position in the coordinates that VTK stores for a light of this frame.
+    """Convert a position in the given frame to the coordinates that VTK stores for a light.
 
-    VTK's camera-light space has the eye at (0, 0, 1), looking at the origin, the focal point. The unit is the distance
-    from the eye to the focal point (vtkCamera::ComputeCameraLightTransform).
+    A camera light is stored in VTK's camera-light space (vtkCamera::ComputeCameraLightTransform): the eye is at (0, 0,
+    1) and looks at the focal point, which is the origin. The unit is the distance from eye to focal point, `distance`.
     """
     if frame != "camera":
         return position
@@ -218,12 +231,18 @@ def colormap_names() -> list[str]:
 
 
 def mapped_colors(name: str, colormap: Colormap) -> ByteArray:
-    """Return the colours, shape (n, 3), of a colormap whose scalars are an array. Errors begin with `name`."""
+    """Return the 8-bit colours, shape (n, 3), of a colormap whose `scalars` are an array, not a name.
+
+    Errors begin with `name`, the material's field.
+    """
     return colormaps.mapped(name, colormap)
 
 
 def mapper_colors(mapper: Any) -> ByteArray | None:
-    """Return a mapper's colours of points or cells, shape (n, 3); None if it uses the colour of the property."""
+    """Return the 8-bit colours, shape (n, 3), that a VTK mapper gives its points or cells.
+
+    The result is None if the mapper colours all of them by the actor's property.
+    """
     if mapper is None or not mapper.GetScalarVisibility():
         return None
     mapper.Update()  # the mapper may not have been rendered yet

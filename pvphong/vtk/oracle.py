@@ -144,7 +144,11 @@ def vtk_shade(
 
 
 def vtk_light(light: Any, viewer: Viewer) -> vtkLight:
-    """Return a copy of a light, which the renderer may move. `pyvista.Light.copy` would round colours to 8 bits."""
+    """Return a light as a new `vtkLight`, which the renderer may move.
+
+    It is not copied by `pyvista.Light.copy`, which rounds colours to 8 bits. `viewer` places lights that move with the
+    viewer.
+    """
     copy = vtkLight()
     if isinstance(light, Light):
         if light.on:
@@ -164,7 +168,7 @@ def _within_vtk(name: str, power: float) -> None:
 
 
 def vtk_property(property_or_material: Any) -> vtkProperty:
-    """Return a new property that draws points of one pixel, with the lighting attributes of a property or material."""
+    """Return a new property that draws points of one pixel, lit as a pvphong material or a VTK property describes."""
     appearance = vtkProperty()
     if isinstance(property_or_material, Material | str):
         write_material(as_material(property_or_material), appearance)
@@ -186,7 +190,7 @@ def vtk_property(property_or_material: Any) -> vtkProperty:
 
 
 def write_material(material: Material, appearance: vtkProperty) -> None:
-    """Write a material to a property; raise ``ValueError`` for features that VTK does not support."""
+    """Set a VTK property, `appearance`, to a material; raise ``ValueError`` for features that VTK does not support."""
     refuse_maps_in_vtk(material)
     has_tints = "albedo" in material.maps
     material = material if has_tints else material.without_albedo()
@@ -212,9 +216,10 @@ def write_material(material: Material, appearance: vtkProperty) -> None:
 
 
 def vtk_camera(viewer: Any, *, follows_viewer: bool) -> vtkCamera:
-    """Return a new camera, which the renderer may modify.
+    """Return a new camera with the position and direction of a viewer or camera; the renderer may modify it.
 
-    `follows_viewer` is True if a light depends on the viewer's `up`.
+    `follows_viewer` is True if a light depends on the viewer's `up`. Then an `up` parallel to the view axis raises
+    ValueError; if `follows_viewer` is False, a coordinate axis replaces such an `up`.
     """
     camera = vtkCamera()
     if isinstance(viewer, Viewer):
@@ -243,9 +248,25 @@ def _shade_vertices(
     camera: vtkCamera,
     matrix: vtkMatrix4x4 | None,
 ) -> NDArray[np.float32]:
-    """Run VTK's fragment shader for n >= 1 vertices with finite points and nonzero normals; return colours (n, 3).
+    """Run VTK's fragment shader, and return its colours of n >= 1 vertices, shape (n, 3).
 
-    The renderer may modify lights and camera. Raises ``RuntimeError`` if the driver left vertices undrawn.
+    Parameters
+    ----------
+    points, normals : ndarray
+        Shape (n, 3). Points are finite, and normals not zero.
+    tints : ndarray or None
+        Shape (n, 3), uint8: colours that VTK uses in place of the ambient and the diffuse colour, if not None.
+    lights, camera
+        VTK's objects; the renderer may modify them.
+    appearance : vtkProperty
+        The material.
+    matrix : vtkMatrix4x4 or None
+        Model matrix; None for the identity.
+
+    Raises
+    ------
+    RuntimeError
+        If the graphics driver left vertices undrawn.
     """
     count = len(points)
     cloud = pv.PolyData(points)  # keeps the precision of the points, and makes a vertex cell of each
@@ -286,7 +307,10 @@ def _shade_vertices(
 
 
 def _drawn(framebuffer: vtkFramebufferPass, count: int) -> NDArray[np.float32]:
-    """Return red, green and blue of the first `count` pixels of the framebuffer, shape (count, 3)."""
+    """Read the first `count` pixels of the framebuffer; return their red, green and blue, shape (count, 3).
+
+    Raise ``RuntimeError`` if a pixel was not drawn.
+    """
     texture = framebuffer.GetColorTexture()
     width, height, components = texture.GetWidth(), texture.GetHeight(), texture.GetComponents()
     pixels = np.empty(width * height * components, dtype=np.float32)
@@ -302,7 +326,7 @@ def _drawn(framebuffer: vtkFramebufferPass, count: int) -> NDArray[np.float32]:
 
 @functools.cache
 def driver() -> str:
-    """Return the name and version of VTK's graphics driver, for reports; queried once per process."""
+    """Return the vendor, renderer and version of VTK's graphics driver as text; queried once per process."""
     with off_screen_window(1, 1) as window:
         window.AddRenderer(vtkRenderer())
         window.Render()
@@ -313,7 +337,7 @@ def driver() -> str:
 
 @contextmanager
 def off_screen_window(width: int, height: int) -> Iterator[vtkRenderWindow]:
-    """Open an off-screen window. On exit, also by an exception, it is emptied and closed.
+    """Open an off-screen window of this size in pixels for the duration of the block, then empty and close it.
 
     Raises ``ValueError`` if VTK cannot draw on this machine.
     """

@@ -63,7 +63,7 @@ class Pose(NamedTuple):
     """Matrix to the world, shape (4, 4), with last row (0, 0, 0, 1)."""
 
     def in_world(self) -> tuple[Float64Array, Float64Array]:
-        """Return points and unit normals in the world, both (n, 3)."""
+        """Return points and unit normals in world coordinates, shape (n, 3) each."""
         linear = self.matrix[:3, :3]
         normals = self.normals @ np.linalg.inv(linear)  # a row times L⁻¹ is L⁻ᵀ times a column
         return self.points @ linear.T + self.matrix[:3, 3], normals / np.linalg.norm(normals, axis=1)[:, None]
@@ -87,10 +87,11 @@ class Limits:
 
 
 def allowed_error(roughness: float) -> float:
-    """Return the allowed error of physically based colours, 6 · 2⁻²⁴ / roughness⁴ + 2e-6; relative for colours above 1.
+    """Return the allowed error of physically based colours; for colours above 1, it is relative.
 
-    The denominator of D, 1 − (1 − α²)(n·h)², is only α² = roughness⁴ at the peak. So five or six roundings of n·h and
-    its square are magnified. D contains the square of the denominator, and the colour is D to the power 1/2.2.
+    It is 6 · 2⁻²⁴ / roughness⁴ + 2e-6, with roughness⁴ at least `_LEAST_DENOMINATOR`. The denominator of D, 1 − (1 −
+    α²)(n·h)², is only α² = roughness⁴ at the peak. So five or six roundings of n·h and its square are magnified. D
+    contains the square of the denominator, and the colour is D to the power 1/2.2.
     """
     return 6.0 * _ROUNDING / max(roughness**4, _LEAST_DENOMINATOR) + 2e-6
 
@@ -128,7 +129,7 @@ def limits(pose: Pose, terms: Terms, tolerance: float, *, has_floors: bool) -> L
 
 
 class _Surface(NamedTuple):
-    """Vertices in the world, and the float32 errors of their transformation to eye space."""
+    """Vertices in world coordinates, and the float32 errors of their transformation to eye space."""
 
     points: Float64Array
     normals: Float64Array
@@ -158,7 +159,7 @@ def _surface(pose: Pose, terms: Terms) -> _Surface:
 
 
 class _Arrival(NamedTuple):
-    """Light that arrives at n vertices from one light."""
+    """Light that arrives at n vertices from one light, and its float32 errors."""
 
     direction: Float64Array
     """Unit vectors l, shape (n, 3)."""
@@ -175,7 +176,7 @@ class _Arrival(NamedTuple):
 
 
 def _arrival(surface: _Surface, light: VtkValues) -> _Arrival:
-    """Compute the light that arrives at the vertices from one light, given in world coordinates."""
+    """Compute the light that arrives at the vertices from one light; `light` has world coordinates."""
     count = len(surface.points)
     everywhere, nowhere = np.ones(count, dtype=bool), np.zeros(count, dtype=bool)
     axis = np.array(light.direction) / np.linalg.norm(light.direction)
@@ -203,7 +204,18 @@ def _arrival(surface: _Surface, light: VtkValues) -> _Arrival:
 def _phong_share(
     surface: _Surface, light: Light, terms: Terms, doubt: float
 ) -> tuple[Float64Array, Float64Array, dict[str, BoolArray]]:
-    """Return how one light acts on n vertices in VTK's Phong.
+    """Compute, for VTK's Phong shading, the light that n vertices reflect from one light, and its float32 error.
+
+    Parameters
+    ----------
+    surface : _Surface
+        The vertices.
+    light : Light
+        The light.
+    terms : Terms
+        The scene that VTK draws.
+    doubt : float
+        Smaller jumps of the colour leave no vertex open.
 
     Returns
     -------
@@ -249,7 +261,21 @@ def _phong_share(
 
 
 def _physical_limits(surface: _Surface, terms: Terms, values: PBR, tolerance: float) -> Limits:
-    """Return the limits for VTK's physically based shading: the sum of all light, raised to the power 1/2.2."""
+    """Find the vertices whose colour float32 leaves open in VTK's physically based shading.
+
+    The colour is the sum of all light to the power 1/2.2, so errors of the sum are converted to errors of this power.
+
+    Parameters
+    ----------
+    surface : _Surface
+        The vertices.
+    terms : Terms
+        The scene that VTK draws.
+    values : PBR
+        The reflectance, as VTK's shader computes it.
+    tolerance : float
+        Largest difference that counts as agreement.
+    """
     sums, errors, edges = np.zeros((3, *surface.points.shape))
     if not terms.tier:
         sums += np.array(rgb(terms.material.ambient)) + rgb(terms.material.diffuse)
@@ -274,7 +300,24 @@ def _physical_limits(surface: _Surface, terms: Terms, values: PBR, tolerance: fl
 def _physical_share(
     surface: _Surface, came: _Arrival, diffuse: Vector, values: PBR
 ) -> tuple[Float64Array, Float64Array]:
-    """Return the reflected fraction of white light, and its relative error in roundings, both (n, 3)."""
+    """Compute the fraction of white light that the vertices reflect to the eye in VTK's physically based shading.
+
+    Parameters
+    ----------
+    surface : _Surface
+        The n vertices.
+    came : _Arrival
+        Light that arrives from one light.
+    diffuse : tuple of float
+        The material's diffuse colour.
+    values : PBR
+        The reflectance.
+
+    Returns
+    -------
+    light, error : ndarray
+        Shape (n, 3): the fraction, and its relative error in roundings.
+    """
     middle = came.direction + surface.to_eye
     length = np.linalg.norm(middle, axis=1)
     n_l, n_v, h_l = _dot(surface.normals, came.direction), _dot(surface.normals, surface.to_eye), 0.5 * length
@@ -303,7 +346,11 @@ def _physical_share(
 
 
 def _error_above_floor(cosine: Float64Array, turn: Any) -> Float64Array:
-    """Return the relative error of a cosine whose vectors are rotated by `turn`; 0 well below its floor."""
+    """Return the relative error, in roundings, of a cosine that VTK's shader limits to at least `_FLOOR`.
+
+    `turn` is the sum of the angles by which float32 rotates the cosine's vectors, in roundings. The error is 0 where
+    the cosine is so far below the floor that rounding cannot lift it above.
+    """
     lost = _sine(cosine) * turn + 3.0
     return np.where(cosine > _FLOOR - lost * _ROUNDING, lost / np.maximum(cosine, _FLOOR), 0.0)
 
@@ -313,7 +360,10 @@ def _sine(cosine: Float64Array) -> Float64Array:
 
 
 def _unit_error(length: Float64Array) -> Float64Array:
-    """Return the angle by which float32 normalisation rotates a vector of this length; NaN if it overflows."""
+    """Return the angle, in roundings, by which normalizing a vector of this length in float32 rotates the vector.
+
+    The angle is NaN if the squared length overflows float32.
+    """
     return np.where(length <= _LONGEST, 1.0 + _FLUSHED / (length * length), np.nan)
 
 

@@ -43,18 +43,18 @@ _BLACK = light_from_values(VtkValues(False, (0.0, 0.0, -1.0)), diffuse=0.0)
 
 
 def shining(scene: Scene) -> list[Light]:
-    """Return the lights that are on."""
+    """Return the scene's lights that are switched on."""
     return [light for light in scene.lights if light.on]
 
 
 def reflected(reflectance: ColorLike, color: Vector, light: Light) -> Vector:
-    """Return, per channel, `reflectance` × `color` × the light's intensity; `color` is one of the light's colours."""
+    """Return the product of a reflectance, one of the light's colours and the light's intensity, for each channel."""
     red, green, blue = (k * c * light.intensity for k, c in zip(rgb(reflectance), color, strict=True))
     return red, green, blue
 
 
 def seen_from_infinity(scene: Scene) -> bool:
-    """Return True if the direction to the viewer is constant, in the standard convention."""
+    """Return True if a scene of the standard convention has the same direction to the viewer at all vertices."""
     return scene.viewer.parallel or not scene.light_model.local_viewer
 
 
@@ -175,7 +175,7 @@ def refuse_inexpressible(scene: Scene, material: Material, matrix: Float64Array 
 
 
 def _obstacles_of_matrix(matrix: Float64Array) -> dict[str, str]:
-    """Return obstacle → remedy for a model matrix that VTK cannot draw.
+    """Return why VTK cannot draw with a model matrix, as obstacle → remedy; empty if VTK can draw with it.
 
     The remedies are instructions to the user, because no similar matrix can replace it.
     """

@@ -58,7 +58,17 @@ _MOST_PIECES = 2000.0
 
 @formula
 def _upward(n: Any, m: Any, e: Any, r: Any) -> Any:
-    """Return the unit vectors u and t, the angle β, and |n × e|."""
+    """Describe how the horizon cuts a disk: return the unit vectors u and t, the angle β, and |n × e|.
+
+    u is upward in the disk's plane, and t = e × u. The rim m + r (cos δ u + sin δ t) is above the horizon for |δ| <= β.
+
+    Parameters
+    ----------
+    n, m, e
+        Normal of the horizon; vector to the disk's centre; axis of the disk, with e·m > 0.
+    r
+        Radius of the disk.
+    """
     rise = subtract(n, times(e, dot(n, e)))
     steep = sqrt(dot(rise, rise))
     is_level = steep < 1e-14  # any direction across e serves as u
@@ -75,7 +85,10 @@ def _upward(n: Any, m: Any, e: Any, r: Any) -> Any:
 
 @formula
 def _rim(m: Any, u: Any, t: Any, r: Any, delta: Any) -> Any:
-    """Return the point x(δ) of the rim, and the derivative x'(δ)."""
+    """Return the point x(δ) = m + r (cos δ u + sin δ t) of a disk's rim, and the derivative x'(δ), for δ = `delta`.
+
+    m is the vector to the disk's centre, r its radius; u and t are from `_upward`.
+    """
     ahead, aside = r * cosine(delta), r * sine(delta)
     x = m[0] + ahead * u[0] + aside * t[0], m[1] + ahead * u[1] + aside * t[1], m[2] + ahead * u[2] + aside * t[2]
     return x, (ahead * t[0] - aside * u[0], ahead * t[1] - aside * u[1], ahead * t[2] - aside * u[2])
@@ -83,7 +96,10 @@ def _rim(m: Any, u: Any, t: Any, r: Any, delta: Any) -> Any:
 
 @formula
 def _above(m: Any, u: Any, r: Any, beta: Any) -> Any:
-    """Return, for the part of a disk above the horizon, its fraction of the area and the vector to its centroid."""
+    """Return the fraction of a disk's area that is above the horizon, and the vector from the vertex to its centroid.
+
+    m is the vector to the disk's centre, r its radius; u and β, `beta`, are from `_upward`.
+    """
     area = beta - sine(beta) * cosine(beta)
     lift = sine(beta) * sine(beta) * sine(beta) / (1.5 * maximum(area, 1e-300))
     return area / math.pi, add(m, times(u, r * lift))
@@ -94,10 +110,11 @@ def _above(m: Any, u: Any, r: Any, beta: Any) -> Any:
 
 @formula
 def disk_irradiance(own: Any, _lobe: Any, d: Any, n: Any, _w: Any) -> Any:
-    """Integrate 1/(π r²) · max(n·ω, 0) dω over the part above the horizon.
+    """Integrate 1/(π r²) · max(n·ω, 0) dω over the part of a disk light above the horizon.
 
-    A whole disk gives (z T + 2 H c) / ((K + S) S), with H = e·m, z = n·e, c = n·m and K = |m|² + r². S is the product
-    of the least and the greatest distance to the rim. T = S − (|m|² − r²) is computed without cancellation.
+    Its arguments are those of `Integral.formula`; `own` has the disk's numbers. A whole disk gives (z T + 2 H c) / ((K
+    + S) S), with H = e·m, z = n·e, c = n·m and K = |m|² + r². S is the product of the least and the greatest distance
+    to the rim. T = S − (|m|² − r²) is computed without cancellation.
     """
     m, scale = scaled(d, own[RADIUS])
     r = own[RADIUS] * scale
@@ -131,10 +148,10 @@ def disk_irradiance(own: Any, _lobe: Any, d: Any, n: Any, _w: Any) -> Any:
 
 @formula
 def _elementary(middle: Any, beta: Any, K: Any, M: Any, S: Any, least: Any, most: Any) -> Any:
-    """Integrate 1, cos ψ and sin ψ, each divided by K + M cos ψ, from middle − β to middle + β.
+    """Return three integrals over ψ from middle − β to middle + β: of 1, cos ψ and sin ψ, each over K + M cos ψ.
 
-    ψ is the angle along the rim from the rim's farthest point. The squared distance to the rim is K + M cos ψ, between
-    `least` and `most`; S is √(least · most).
+    ψ is the angle along a disk's rim from the rim's farthest point, and `beta` is β. The squared distance to the rim is
+    K + M cos ψ, between `least` and `most`; S is √(least · most).
     """
     first, last = middle - beta, middle + beta
     ratio = sqrt(least / most)
@@ -148,7 +165,10 @@ def _elementary(middle: Any, beta: Any, K: Any, M: Any, S: Any, least: Any, most
 
 @formula
 def _lag(psi: Any, K: Any, M: Any, most: Any, ratio: Any) -> Any:
-    """Return ½ψ − φ, where tan φ = ratio · tan ½ψ, with the ratio √(least/most); and this difference divided by M."""
+    """Return ½ψ − φ, where tan φ = ratio · tan ½ψ, and this difference divided by M.
+
+    ψ is `psi`, and `ratio` is √(least/most). The arguments K, M and `most` are as for `_elementary`.
+    """
     half = 0.5 * psi - math.pi * nearest(psi * (0.5 / math.pi))
     ahead, aside = cosine(half), sine(half)
     lag = arctan2(2.0 * M / (most * (1.0 + ratio)) * aside * ahead, ahead * ahead + ratio * aside * aside)
@@ -161,12 +181,13 @@ _ARCTAN_REST = tuple((-1.0) ** (k + 1) / (2 * k + 1) for k in range(10, 0, -1))
 
 @formula
 def sphere_irradiance(own: Any, _lobe: Any, d: Any, n: Any, _w: Any) -> Any:
-    """Integrate max(n·ω, 0) dω / (π r²) over the visible part of a sphere of radius r (Snyder 1996).
+    """Integrate max(n·ω, 0) dω / (π r²) over the visible part of a sphere light of radius r (Snyder 1996).
 
-    Let s and C be the sine and cosine of the sphere's angular radius, d the distance to its centre, and c the cosine
-    of the angle between n and the direction to the centre. If the sphere is entirely above the horizon, the result is
-    c/d². If the horizon cuts it, the result is (c · atan2(W, −C c) + T − (T − atan T)/s²) / (π d²), with
-    W = √(s² − c²) and T = W/C. The result is computed without cancellation, however small the sphere is.
+    Its arguments are those of `Integral.formula`; `own` has the radius. Let s and C be the sine and cosine of the
+    sphere's angular radius, d the distance to its centre, and c the cosine of the angle between n and the direction to
+    the centre. If the sphere is entirely above the horizon, the result is c/d². If the horizon cuts it, the result is
+    (c · atan2(W, −C c) + T − (T − atan T)/s²) / (π d²), with W = √(s² − c²) and T = W/C. The result is computed without
+    cancellation, however small the sphere is.
     """
     m, s, C, distance, scale, is_lit = _cap(own, d, n)
     c = dot(n, m) / distance
@@ -186,9 +207,11 @@ def sphere_irradiance(own: Any, _lobe: Any, d: Any, n: Any, _w: Any) -> Any:
 
 @formula
 def _cap(own: Any, d: Any, n: Any) -> Any:
-    """Return m, the sine and cosine of the sphere's angular radius, the distance, the scale, and whether it is lit.
+    """Describe a sphere light as seen from a vertex.
 
-    A vertex is lit if it is outside the sphere and has a normal.
+    d is the offset from the vertex to the sphere's centre, n the normal, and own[0] the radius. Return the scaled
+    offset m, the sine and cosine of the sphere's angular radius, |m|, the scale, and True if the vertex is lit: it is
+    outside the sphere and has a normal.
     """
     m, scale = scaled(d, own[0])
     r, distance = own[0] * scale, maximum(sqrt(dot(m, m)), 1e-100)
@@ -202,7 +225,10 @@ def _cap(own: Any, d: Any, n: Any) -> Any:
 
 @formula
 def disk_highlight(own: Any, lobe: Any, d: Any, n: Any, w: Any) -> Any:
-    """Integrate 1/(π r²) · max(w·ω, 0)ᵏ dω over the part above the horizon."""
+    """Integrate 1/(π r²) · max(w·ω, 0)ᵏ dω over the part of a disk light above the horizon.
+
+    Its arguments are those of `Integral.formula`; w is the lobe's axis.
+    """
     m, scale = scaled(d, own[RADIUS])
     e = times(own, select(dot(own, m) < 0.0, -1.0, 1.0))
     r = own[RADIUS] * scale
@@ -211,9 +237,10 @@ def disk_highlight(own: Any, lobe: Any, d: Any, n: Any, w: Any) -> Any:
 
 @formula
 def sphere_highlight(own: Any, lobe: Any, d: Any, n: Any, w: Any) -> Any:
-    """Integrate max(w·ω, 0)ᵏ dω / (π r²) over the part of a sphere above the horizon.
+    """Integrate max(w·ω, 0)ᵏ dω / (π r²) over the part of a sphere light above the horizon.
 
-    The sphere is seen as a disk with the radius s at the distance C.
+    Its arguments are those of `Integral.formula`; w is the lobe's axis. A sphere is seen as a disk with the radius s at
+    the distance C, the sine and cosine of its angular radius.
     """
     m, s, C, distance, scale, is_lit = _cap(own, d, n)
     l = times(m, 1.0 / distance)
@@ -222,10 +249,21 @@ def sphere_highlight(own: Any, lobe: Any, d: Any, n: Any, w: Any) -> Any:
 
 @formula
 def _within_rim(lobe: Any, w: Any, n: Any, m: Any, e: Any, r: Any, is_lit: Any) -> Any:
-    """Integrate 1/(π r²) · max(w·ω, 0)ᵏ dω over the part above the horizon; 0 where `is_lit` is False.
+    """Integrate 1/(π r²) · max(w·ω, 0)ᵏ dω over the part of a disk above the horizon; 0 where `is_lit` is False.
 
     If the lobe is much wider than the light's angular size, the centroid of the part above the horizon replaces the
     light.
+
+    Parameters
+    ----------
+    lobe : sequence of float
+        From `lobe_numbers`.
+    w, n
+        Axis of the lobe, and normal of the horizon.
+    m, e, r
+        Vector to the disk's centre; axis of the disk, with e·m > 0; radius.
+    is_lit
+        Mask of the vertices that may get light.
     """
     distance = sqrt(dot(m, m))
     is_lit = is_lit & shows(lobe, w, m, distance, r)
@@ -250,7 +288,24 @@ def _within_rim(lobe: Any, w: Any, n: Any, m: Any, e: Any, r: Any, is_lit: Any) 
 
 @formula
 def _along_rim(lobe: Any, w: Any, m: Any, e: Any, u: Any, t: Any, r: Any, beta: Any, is_long: Any) -> Any:
-    """Integrate (1 − max(z, 0)ᵖ) dφ along pieces of the rim. For low powers, the rim is split at the equator of w."""
+    """Integrate (1 − max(z, 0)ᵖ) dφ along the part of a disk's rim above the horizon, piece by piece.
+
+    z is the cosine with the lobe's axis w, and φ the angle around w. For low powers, the rim is split at the equator of
+    w.
+
+    Parameters
+    ----------
+    lobe : sequence of float
+        From `lobe_numbers`.
+    w
+        Axis of the lobe.
+    m, e, r
+        Vector to the disk's centre; axis of the disk, with e·m > 0; radius.
+    u, t, beta
+        From `_upward`.
+    is_long
+        Mask of the vertices to compute.
+    """
     over = dot(e, m)
     level = subtract(m, times(e, over))
     off = sqrt(dot(level, level)) - r
@@ -303,6 +358,6 @@ def _along_rim(lobe: Any, w: Any, m: Any, e: Any, u: Any, t: Any, r: Any, beta: 
 
 @formula
 def _kept(angle: Any, beta: Any) -> Any:
-    """Wrap an angle to [−π, π], and clamp it to [−β, β]."""
+    """Wrap an angle to [−π, π], and clamp it to [−β, β]; β is `beta`."""
     angle = angle - 2.0 * math.pi * nearest(angle * (0.5 / math.pi))
     return minimum(maximum(angle, -beta), beta)

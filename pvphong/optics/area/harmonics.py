@@ -42,7 +42,7 @@ _NODES = 14
 
 @cache
 def _recurrences(l: int) -> tuple[Float64Array, Float64Array]:
-    """Return the a and b of the recurrence Q_l = a (z Q_{l−1} − b Q_{l−2}) for all m < l, shape (l, 1) each."""
+    """Return a and b of the recurrence Q_l = a (z Q_{l−1} − b Q_{l−2}), for m = 0, …, l − 1, shape (l, 1) each."""
     square = np.arange(l)[:, None] ** 2.0
     below = (l - 1.0) ** 2
     return np.sqrt((4.0 * l * l - 1.0) / (l * l - square)), np.sqrt((below - square) / (4.0 * below - 1.0))
@@ -50,15 +50,19 @@ def _recurrences(l: int) -> tuple[Float64Array, Float64Array]:
 
 @cache
 def _first(m: int) -> float:
-    """Return the polynomial Q for l = m, which is constant; it includes the factor √2 of cosines and sines."""
+    """Return the polynomial Q of the order m in its first band, l = m, where Q is constant.
+
+    It includes the factor √2 that cosines and sines have for m > 0.
+    """
     constant = math.sqrt(0.25 / math.pi) * math.sqrt(2.0 if m else 1.0)
     return constant * math.prod(math.sqrt((2.0 * k + 1.0) / (2.0 * k)) for k in range(1, m + 1))
 
 
 def _polynomials(z: Float64Array, start: Float64Array) -> Iterator[Float64Array]:
-    """Yield the polynomials Q of one band after the other: for band l an array (l + 1, n), with a row for each m.
+    """Yield, for each band l, the values of the polynomials Q at n numbers z: an array (l + 1, n), a row for each m.
 
-    `start`, shape (bands, n), has the first polynomial of each m. If it is multiplied by a factor, so are all results.
+    `start`, shape (bands, n), has the polynomial of each m in its first band, l = m. It may be multiplied by a factor
+    for each m, which then also multiplies all results of this m.
     """
     before, here = start[:0], start[:1]
     yield here
@@ -73,8 +77,9 @@ def _polynomials(z: Float64Array, start: Float64Array) -> Iterator[Float64Array]
 def projected(image: Float64Array, bands: int) -> Float64Array:
     """Project an image with constant texels, shape (h, w, 3), onto the harmonics of the first `bands` bands.
 
-    The coefficients have the shape (3, bands, bands, 2), with the indices [channel, l, m, cosine or sine]. They are
-    exact up to rounding: integration is analytic along rows, and by Gauss-Legendre quadrature across them.
+    The result has the shape (3, bands, bands, 2), with the indices [channel, l, m, 0 for cosine or 1 for sine]. The
+    coefficients are exact up to rounding: integration is analytic along rows, and by Gauss-Legendre quadrature across
+    them.
     """
     height, width, _ = image.shape
     count = _NODES + 2 * bands // height
@@ -94,14 +99,17 @@ def projected(image: Float64Array, bands: int) -> Float64Array:
 
 
 def _along(edges: Float64Array, m: int) -> tuple[Float64Array, Float64Array]:
-    """Return ∫ cos mφ dφ and ∫ sin mφ dφ between neighbouring edges."""
+    """Return the integrals of cos mφ and of sin mφ over each interval between consecutive angles in `edges`."""
     if not m:
         return np.diff(edges), np.zeros(len(edges) - 1)
     return np.diff(np.sin(m * edges)) / m, -np.diff(np.cos(m * edges)) / m
 
 
 def energies(coefficients: Float64Array) -> Float64Array:
-    """Return the energy of each channel's bands, shape (3, bands): the integral of a band's square over the sphere."""
+    """Return, for each channel and band, the integral of the band's square over the sphere, shape (3, bands).
+
+    `coefficients` is the result of `projected`.
+    """
     return np.asarray((coefficients**2).sum(axis=(2, 3)))
 
 
@@ -119,11 +127,17 @@ _AXES, _PER_WHOLE, _LINEAR, _IN_SQUARES, _SERIES, _TERMS = 0, 9, 10, 13, 14, 15
 def sky_numbers(axes: Float64Array, coefficients: Float64Array, hiding: float | None) -> tuple[float, ...]:
     """Return the numbers that the formula `sky` reads.
 
-    The coefficients of the harmonics have the shape (bands, bands, 2). `hiding` is the power of a lobe that the horizon
-    cuts off, or None.
+    Each order m has a series of polynomials Q in z. A cosine lobe removes all odd bands except the first. Then only
+    every other Q is evaluated: 1 or z times a polynomial R in z².
 
-    Each m has a series of polynomials Q in z. A cosine lobe removes all odd bands except the first. Then only every
-    other Q is evaluated: 1 or z times a polynomial R in z².
+    Parameters
+    ----------
+    axes : ndarray
+        Shape (3, 3): unit vectors to the image's middle, to its right and up, as rows.
+    coefficients : ndarray
+        Shape (bands, bands, 2): coefficients of one channel, as from `projected`, after convolution with the lobe.
+    hiding : float or None
+        Exponent of the lobe, if the horizon may cut it off; None if it cannot.
     """
     bands, linear = len(coefficients), (0.0, 0.0, 0.0)
     in_squares = bands > 3 and not coefficients[3::2].any()
@@ -138,7 +152,11 @@ def sky_numbers(axes: Float64Array, coefficients: Float64Array, hiding: float | 
 
 
 def _series(m: int, coefficients: Float64Array, *, in_squares: bool) -> list[float]:
-    """Return the numbers of the series of one m: R_l+1 = (A t + B) R_l − C R_l−1, with t = z or z²."""
+    """Return the numbers of the series of one order m, in the layout that is described above `sky_numbers`.
+
+    The series satisfies R_l+1 = (A t + B) R_l − C R_l−1, with t = z² if `in_squares`, else t = z. `coefficients` is as
+    for `sky_numbers`.
+    """
     bands = len(coefficients)
     a, b = [0.0] * bands, [0.0] * bands
     for l in range(m + 1, bands):
@@ -164,7 +182,11 @@ def _numbers_of(steps: list[tuple[float, float, float, int]], m: int, coefficien
 
 @formula
 def sky(own: Any, lobe: Any, _d: Any, n: Any, a: Any) -> Any:
-    """Return the sum of harmonics in the direction a, times the fraction of the lobe around a above the horizon."""
+    """Return the light that a lobe reflects from a sky: a formula with the arguments of `Integral.formula`.
+
+    It is the sum of the sky's harmonics in the direction a, times the fraction of the lobe around a that is above the
+    horizon. `own` is from `sky_numbers`.
+    """
     x, y, z = dot((own[0], own[1], own[2]), a), dot((own[3], own[4], own[5]), a), dot((own[6], own[7], own[8]), a)
     t = z * z if own[_IN_SQUARES] > 0.0 else z
     total = own[_LINEAR] * x + own[_LINEAR + 1] * y + own[_LINEAR + 2] * z
@@ -197,7 +219,7 @@ def sky(own: Any, lobe: Any, _d: Any, n: Any, a: Any) -> Any:
 
 @formula
 def _up_to(lobe: Any, angle: Any) -> Any:
-    """Integrate cosᵏ from 0 to an angle of at most 90°.
+    """Integrate cosᵏ from 0 to an angle of at most 90°, with k and the quadrature nodes from `lobe_numbers`.
 
     Under a gnomonic projection, a lobe max(w·u, 0)ᵏ is Student's t distribution, which has this density along a line.
     """
@@ -209,7 +231,7 @@ def _up_to(lobe: Any, angle: Any) -> Any:
 
 
 def moments(power: float, bands: int) -> Float64Array:
-    """Return the factor M of each band for the lobe max(t, 0)ᵏ, where k is the power."""
+    """Return, for l = 0, …, bands − 1, the factor M by which the lobe max(t, 0)ᵏ scales band l; k is `power`."""
     found = [1.0 / (power + 1.0), 1.0 / (power + 2.0)]
     for l in range(2, bands):
         found.append(found[l - 2] * (power - l + 2.0) / (power + l + 1.0))
@@ -217,6 +239,9 @@ def moments(power: float, bands: int) -> Float64Array:
 
 
 def moments_left(power: float, bands: int) -> float:
-    """Return √(Σ (2l + 1) M²) over all l >= `bands` for the lobe of `moments`, by Parseval's theorem; rounded up."""
+    """Return √(Σ (2l + 1) M²) over all l >= `bands`, rounded up; M are the factors that `moments` returns.
+
+    The sum follows from that of the other bands, by Parseval's theorem.
+    """
     kept = moments(power, bands)
     return math.sqrt(max(2.0 / (2.0 * power + 1.0) - float((2.0 * np.arange(bands) + 1.0) @ kept**2), 0.0) + 1e-15)

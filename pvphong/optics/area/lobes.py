@@ -67,7 +67,7 @@ denser there."""
 
 
 class _Accuracy(NamedTuple):
-    """Accuracy of the integrals of a lobe that is 1 at its middle."""
+    """Numbers that define how accurately a lobe is integrated, which is 1 at its middle."""
 
     nothing: float
     """The zᵖ below which a smooth lobe is taken as 0."""
@@ -91,16 +91,17 @@ _EXACT, _ROUNDED = _Accuracy(1e-12, 32, 64, 5.0, 4e-5, 12), _Accuracy(1e-7, 12, 
 
 @cache
 def gauss_legendre(count: int) -> tuple[Float64Array, Float64Array]:
-    """Return Gauss-Legendre nodes and weights on [−1, 1]."""
+    """Return the nodes, in [−1, 1], and the weights of Gauss-Legendre quadrature with `count` nodes."""
     nodes, weights = np.polynomial.legendre.leggauss(count)
     return nodes, weights
 
 
 @lru_cache(maxsize=128)
 def lobe_numbers(power: float, *, rounded: bool = False) -> tuple[float, ...]:
-    """Return the numbers of the lobe max(z, 0)ᵏ, k = `power`, that formulas read.
+    """Return the numbers by which formulas integrate the lobe max(z, 0)ᵏ, with k = `power`.
 
-    They suit results in float64, or with `rounded` results in float32.
+    A comment at the beginning of the file describes their layout. They suit results in float64; if `rounded`, those in
+    float32, with fewer quadrature nodes.
     """
     accuracy, raised = _ROUNDED if rounded else _EXACT, power + 1.0
     is_smooth = raised >= SMOOTH_FROM
@@ -120,9 +121,10 @@ def lobe_numbers(power: float, *, rounded: bool = False) -> tuple[float, ...]:
 def great_arc(lobe: Any, along: Any, across: Any, first: Any, length: Any) -> Any:
     """Integrate (1 − max(z, 0)ᵖ) dφ along arcs of great circles, counter-clockwise around their poles m.
 
-    At the angle y from the point closest to w, z = across · cos y and dφ = along · dy / (1 − z²). 1 − z is
-    pole + 2 across sin² y/2, without cancellation. If only one long side of a thin light is beyond the lobe's cutoff, a
-    step of zᵖ at the cutoff would be as large as the integral. So beyond the cutoff zᵖ keeps its value at the cutoff.
+    z is the cosine with the lobe's axis w, and φ the angle around w. At the angle y from the point closest to w, z =
+    across · cos y and dφ = along · dy / (1 − z²). 1 − z is pole + 2 across sin² y/2, without cancellation. If only one
+    long side of a thin light is beyond the lobe's cutoff, a step of zᵖ at the cutoff would be as large as the integral.
+    So beyond the cutoff zᵖ keeps its value at the cutoff.
 
     Parameters
     ----------
@@ -163,7 +165,19 @@ def great_arc(lobe: Any, along: Any, across: Any, first: Any, length: Any) -> An
 
 @formula
 def _by_nodes(lobe: Any, at: int, count: int, pole: Any, across: Any, center: Any, half: Any) -> Any:
-    """Return twice the mean of (1 − max(z, 0)ᵖ) / (1 − z²) over the arc, by `count` nodes from the index `at`."""
+    """Return twice the mean of (1 − max(z, 0)ᵖ) / (1 − z²) over an arc of a great circle, by quadrature.
+
+    Parameters
+    ----------
+    lobe : sequence of float
+        From `lobe_numbers`.
+    at, count : int
+        Index in `lobe` of the first node, and number of nodes.
+    pole, across
+        1 − |w × m| and |w × m| for the arc's pole m.
+    center, half
+        Middle of the arc, measured from the point closest to w; and half its length.
+    """
     total = 0.0 * half
     for k in range(count):
         height = sine(0.5 * (center + half * lobe[at + 2 * k]))
@@ -174,14 +188,26 @@ def _by_nodes(lobe: Any, at: int, count: int, pole: Any, across: Any, center: An
 
 @formula
 def _turn(rise: Any, first: Any, last: Any, length: Any) -> Any:
-    """Integrate dφ along an arc of a great circle; `rise` is |w·m| for its pole m."""
+    """Integrate dφ, the angle around w, along an arc of a great circle with the pole m.
+
+    Parameters
+    ----------
+    rise
+        The product |w·m|.
+    first, last, length
+        Start and end of the arc, measured from the point closest to w, and the difference of both; in radians.
+    """
     level = rise * rise * cosine(first) * cosine(last) + sine(first) * sine(last)
     return arctan2(rise * sine(length), level)
 
 
 @formula
 def arc_between(lobe: Any, w: Any, x: Any, y: Any, side: Any) -> Any:
-    """Integrate as `great_arc` does, along the arc between the directions of x and y = x + side."""
+    """Integrate (1 − max(z, 0)ᵖ) dφ along the great-circle arc from the direction of x to that of y, by `great_arc`.
+
+    `lobe` is from `lobe_numbers`, w the lobe's axis, and `side` the vector y − x, which is given so that no digits
+    cancel.
+    """
     across = cross(x, side)
     length = sqrt(dot(across, across))
     m = times(across, 1.0 / maximum(length, 1e-300))
@@ -192,10 +218,11 @@ def arc_between(lobe: Any, w: Any, x: Any, y: Any, side: Any) -> Any:
 
 @formula
 def shows(lobe: Any, w: Any, m: Any, distance: Any, size: Any) -> Any:
-    """True if a lobe may reach a sphere of radius `size` around the offset m.
+    """Return True if a lobe around w may reach a sphere around the offset m from the vertex.
 
-    With α the angle between w and m, β the angular radius of the sphere, and ω the lobe's cutoff angle, the lobe may
-    reach the sphere if sin(α − β − ω) < 0. The result is True for NaN, and for a vertex inside the sphere.
+    `lobe` is from `lobe_numbers`, `distance` is |m|, and `size` the radius of the sphere. With α the angle between w
+    and m, β the angular radius of the sphere, and ω the lobe's cutoff angle, the lobe may reach the sphere if sin(α − β
+    − ω) < 0. The result is True for NaN, and for a vertex inside the sphere.
     """
     aside, ahead = cross(w, m), dot(w, m)
     off, clear = sqrt(dot(aside, aside)), sqrt(maximum((distance - size) * (distance + size), 0.0))
@@ -206,22 +233,28 @@ def shows(lobe: Any, w: Any, m: Any, distance: Any, size: Any) -> Any:
 
 @formula
 def may_rise(n: Any, m: Any, size: Any) -> Any:
-    """True if a sphere of radius `size` around the offset m may be partly above the horizon.
+    """Return True if a sphere around the offset m from a vertex with the normal n may be partly above the horizon.
 
-    The result is True for NaN, and for an infinite size, such as that of a sky.
+    `size` is the radius. The result is True for NaN, and for an infinite size, such as that of a sky.
     """
     return ~(dot(n, m) <= -size)
 
 
 @formula
 def is_whole(n: Any, m: Any, size: Any) -> Any:
-    """True if a sphere of radius `size` around the offset m is entirely above the horizon."""
+    """Return True if a sphere around the offset m from a vertex is entirely above the horizon.
+
+    n is the vertex's normal, and `size` the radius.
+    """
     return dot(n, m) > size
 
 
 @formula
 def seen_as_point(lobe: Any, e: Any, w: Any, x: Any) -> Any:
-    """Integrate max(w·u, 0)ᵏ du over a small flat area at the offset x, and divide by the area; e is its normal."""
+    """Integrate max(w·u, 0)ᵏ du over a small flat area at the offset x, and divide the result by the area.
+
+    `lobe` is from `lobe_numbers`, e is the normal of the area, and w the lobe's axis.
+    """
     square = dot(x, x)
     inverse = 1.0 / sqrt(maximum(square, 1e-300))
     gap = subtract(times(x, inverse), w)
@@ -230,5 +263,8 @@ def seen_as_point(lobe: Any, e: Any, w: Any, x: Any) -> Any:
 
 @formula
 def whole(turned: Any) -> Any:
-    """Return the integral around a region, given the sum along its arcs. A full turn is added if −w is inside."""
+    """Return the boundary integral around a region, given the sum along its arcs.
+
+    The sum lacks a full turn if the region contains −w; it is then negative, and 2π is added.
+    """
     return maximum(select(turned < -1.0, turned + 2.0 * math.pi, turned), 0.0)

@@ -47,16 +47,19 @@ _ARCSINE = (
 
 @formula
 def _offset(own: Any, k: Any, scale: Any) -> Any:
-    """Return the scaled offset of corner k; k = −1 is the last corner."""
+    """Return the offset of corner k from the polygon's middle, times `scale`; k = −1 is the last corner.
+
+    `own` has the polygon's numbers.
+    """
     at = OFFSETS + 3 * (k if k >= 0 else int(own[COUNT]) - 1)
     return own[at] * scale, own[at + 1] * scale, own[at + 2] * scale
 
 
 @formula
 def scaled(d: Any, size: float) -> Any:
-    """Scale a vector d by a power of two for which the larger of d and `size` becomes about 1.
+    """Scale a vector d by a power of two, so that the larger of its components and `size` is about 1.
 
-    Return the scaled vector and the factor. Both are NaN if d is not finite, so that the vertex is unlit.
+    Return the scaled vector and the power of two. Both are NaN if d is not finite, so that the vertex is unlit.
     """
     far = maximum(maximum(abs(d[0]), abs(d[1])), maximum(abs(d[2]), size))
     scale = select(far < math.inf, over_its_size(far), math.nan)
@@ -65,8 +68,11 @@ def scaled(d: Any, size: float) -> Any:
 
 @formula
 def is_glowing(own: Any, m: Any, n: Any, size: Any) -> Any:
-    """True where a vertex has a normal, an emitting side of a flat light faces it, and part of the light may be above
-    its horizon.
+    """Return True if a vertex with the normal n can get light from a flat light at the offset m.
+
+    The vertex must have a normal, an emitting side of the light must face it, and a sphere of the radius `size` around
+    the light must be partly above the horizon. `own` has the light's numbers, of which the first four are the normal of
+    its front, and 1 if the back emits too, else 0.
     """
     behind = dot(own, m)
     return ((behind < 0.0) | (behind * own[TWO_SIDED] > 0.0)) & (dot(n, n) > 0.5) & (dot(n, m) > -size)
@@ -74,9 +80,17 @@ def is_glowing(own: Any, m: Any, n: Any, size: Any) -> Any:
 
 @formula
 def _horizon(own: Any, m: Any, n: Any) -> Any:
-    """Return the offset of r.
+    """Return the point r of the horizon at which the lines are joined that close a clipped polygon.
 
-    The horizon cuts the polygon's plane along a line; r is the point of this line nearest to the polygon's middle.
+    The horizon cuts the polygon's plane along a line; r is the point of this line nearest to the polygon's middle,
+    given as the offset from the middle.
+
+    Parameters
+    ----------
+    own
+        The polygon's numbers.
+    m, n
+        Vector to the polygon's middle, and normal of the horizon.
     """
     rise = subtract(n, times(own, dot(own, n)))
     return times(rise, -dot(n, m) / maximum(dot(rise, rise), 1e-300))
@@ -84,8 +98,27 @@ def _horizon(own: Any, m: Any, n: Any) -> Any:
 
 @formula
 def _side(own: Any, scale: Any, n: Any, height: Any, r: Any, is_lit: Any, k: Any) -> Any:
-    """Return the two ends of the part of side k above the horizon, the two ends of the line along the horizon that
-    closes this part, and the number of these lines to integrate: 2 if any vertex needs the closing line, else 1.
+    """Clip side k of a polygon at the horizon.
+
+    Parameters
+    ----------
+    own, scale
+        The polygon's numbers, and the factor by which lengths are scaled.
+    n, height
+        The normal of the horizon, and n·m.
+    r
+        The result of `_horizon`.
+    is_lit, k
+        Mask of the vertices to compute, and index of the corner at which the side ends.
+
+    Returns
+    -------
+    start, stop
+        Offsets of the ends of the part above the horizon.
+    closing_start, closing_stop
+        Offsets of the ends of the line along the horizon that closes this part.
+    pieces : int
+        2 if any vertex needs the closing line, else 1.
     """
     a, b = _offset(own, k - 1, scale), _offset(own, k, scale)
     height_a, height_b = height + dot(n, a), height + dot(n, b)
@@ -109,12 +142,12 @@ def _choose(condition: Any, a: Any, b: Any) -> Any:
 
 @formula
 def polygon_irradiance(own: Any, _lobe: Any, d: Any, n: Any, _a: Any) -> Any:
-    """Return the irradiance from a polygon of intensity 1: 1/area · ∫ max(n·u, 0) du over the part above the horizon.
+    """Integrate 1/area · max(n·u, 0) du over the part of a polygon light above the horizon: its irradiance.
 
-    The integral is ½ |Σ f n·Γ|, with Γ = x × y for the ends x and y of a side, and f = θ/|Γ| for its angular length θ.
-    Far away, this sum cancels. For any m, the sum of the Γ is twice the vector area, α e. So a common value F, close to
-    every f, is subtracted: ½ |F α n·e + Σ (f − F) n·Γ|. The difference is f − F = (θ/sin θ − 1)/|x||y| + 1/|x||y| − F,
-    computed by differences of squares.
+    Its arguments are those of `Integral.formula`. The integral is ½ |Σ f n·Γ|, with Γ = x × y for the ends x and y of a
+    side, and f = θ/|Γ| for its angular length θ. Far away, this sum cancels. For any m, the sum of the Γ is twice the
+    vector area, α e. So a common value F, close to every f, is subtracted: ½ |F α n·e + Σ (f − F) n·Γ|. The difference
+    is f − F = (θ/sin θ − 1)/|x||y| + 1/|x||y| − F, computed by differences of squares.
     """
     m, scale = scaled(d, own[SIZE])
     size, root = own[SIZE] * scale, own[ROOT] * scale
@@ -145,7 +178,7 @@ def polygon_irradiance(own: Any, _lobe: Any, d: Any, n: Any, _a: Any) -> Any:
 
 @formula
 def angle_over_sine(square: Any, cosine: Any) -> Any:
-    """Return θ/sin θ − 1, given sin² θ and cos θ.
+    """Return θ/sin θ − 1 for an angle θ in [0, π], given `square` = sin² θ and `cosine` = cos θ.
 
     Up to 45° it is a polynomial, split in two halves to shorten the chain of dependent operations.
     """
@@ -160,10 +193,10 @@ def angle_over_sine(square: Any, cosine: Any) -> Any:
 
 @formula
 def polygon_highlight(own: Any, lobe: Any, d: Any, n: Any, w: Any) -> Any:
-    """Integrate 1/area · max(w·u, 0)ᵏ du over the part above the horizon, along its sides.
+    """Integrate 1/area · max(w·u, 0)ᵏ du over the part of a polygon light above the horizon, along its sides.
 
-    If the lobe is much wider than the light's angular size, the centroid of the part above the horizon replaces the
-    light.
+    Its arguments are those of `Integral.formula`; w is the lobe's axis. If the lobe is much wider than the light's
+    angular size, the centroid of the part above the horizon replaces the light.
     """
     m, scale = scaled(d, own[SIZE])
     size, distance = own[SIZE] * scale, sqrt(dot(m, m))

@@ -53,7 +53,7 @@ from pvphong.base.types import Float64Array, FloatArray
 
 
 class Sampling(NamedTuple):
-    """Importance sampling of an area light of intensity 1."""
+    """Importance sampling of an area light of intensity 1: its three formulas, which the module docstring describes."""
 
     frame: Callable[..., Any]
     """Formula of `numbers`, p and n, as described above."""
@@ -76,7 +76,7 @@ _SLACK = 1e-6
 
 @formula
 def _polynomial(q: Any, coefficients: Any) -> Any:
-    """Evaluate a polynomial; coefficients begin with the highest power."""
+    """Evaluate a polynomial in q. Its coefficients are constants, that of the highest power first."""
     total = as_type_of(q, coefficients[0])
     for k in range(1, len(coefficients)):
         total = multiply_add(total, q, as_type_of(q, coefficients[k]))
@@ -90,9 +90,10 @@ _SINE = tuple((-1) ** k * (math.pi / 4) ** (2 * k + 1) / math.factorial(2 * k + 
 
 @formula
 def on_disk(u: Any, v: Any) -> Any:
-    """Map the unit square to the unit disk: concentric squares become circles around the same fraction of the area.
+    """Map the unit square to the unit disk; return x and y of the point.
 
-    Source: P. Shirley and K. Chiu, "A low distortion map between disk and square" (1997).
+    Concentric squares become circles that enclose the same fraction of the area. Source: P. Shirley and K. Chiu, "A low
+    distortion map between disk and square" (1997).
     """
     a, b = TWO * u - ONE, TWO * v - ONE
     is_wide = a * a > b * b
@@ -104,7 +105,7 @@ def on_disk(u: Any, v: Any) -> Any:
 
 @formula
 def length_and_direction(d: Any) -> Any:
-    """Return a vector's length and direction; for a zero vector, 0 and the z axis."""
+    """Return the length of the vector d, and the unit vector along it; 0 and the z axis if d is zero."""
     largest = maximum(maximum(maximum(d[0], -d[0]), maximum(d[1], -d[1])), maximum(d[2], -d[2]))
     is_zero = largest == 0.0
     over = 1.0 / select(is_zero, 1.0, largest)
@@ -115,7 +116,7 @@ def length_and_direction(d: Any) -> Any:
 
 @formula
 def _across(w: Any) -> Any:
-    """Return two unit vectors that form an orthonormal basis with w.
+    """Return two unit vectors that are orthogonal to the unit vector w and to each other.
 
     Source: T. Duff et al., "Building an orthonormal basis, revisited" (2017).
     """
@@ -127,7 +128,7 @@ def _across(w: Any) -> Any:
 
 @formula
 def _combined(x: Any, a: Any, y: Any, b: Any, z: Any, c: Any) -> Any:
-    """Return the vector xa + yb + zc."""
+    """Return the vector x·a + y·b + z·c, for numbers x, y, z and vectors a, b, c."""
     return (
         multiply_add(z, c[0], multiply_add(y, b[0], x * a[0])),
         multiply_add(z, c[1], multiply_add(y, b[1], x * a[1])),
@@ -140,9 +141,9 @@ def _combined(x: Any, a: Any, y: Any, b: Any, z: Any, c: Any) -> Any:
 
 @formula
 def sphere_frame(numbers: Any, p: Any, n: Any) -> Any:
-    """Compute the frame of a sphere. Numbers: centre and radius. From inside, the sphere fills all directions.
+    """Compute what the rays of a vertex need to sample a sphere light: the `frame` of the module docstring.
 
-    Values for `sample`:
+    `numbers` has the centre and the radius. From inside, the sphere fills all directions. Values for `sample`:
 
     - 0 to 8: the unit vector to the centre, and two unit vectors across it;
     - 9 to 11: the cosines of these three with the normal;
@@ -163,7 +164,10 @@ def sphere_frame(numbers: Any, p: Any, n: Any) -> Any:
 
 @formula
 def sphere_sample(_numbers: Any, frame: Any, u: Any, v: Any) -> Any:
-    """Sample a sphere where rays enter it. The reach is the distance to the centre; from inside, the radius."""
+    """Sample a sphere light, where rays enter it: return direction, distance and weight for u and v.
+
+    `frame` is from `sphere_frame`. The reach is the distance to the centre; from inside, the radius.
+    """
     less, side, to_middle = frame[12], frame[13], frame[14]
     x, y = on_disk(u, v)
     inner = minimum(x * x + y * y, ONE)
@@ -178,7 +182,10 @@ def sphere_sample(_numbers: Any, frame: Any, u: Any, v: Any) -> Any:
 
 
 def sphere_seen(_numbers: Any, frame: Any, d: Any) -> Any:
-    """Find where a ray enters the sphere; from inside, the sphere emits nothing."""
+    """Invert `sphere_sample`: return the distance at which a ray in the direction d enters the sphere, and the density.
+
+    `frame` is from `sphere_frame`. From inside, the sphere emits nothing.
+    """
     less, off = frame[12], subtract(d, frame[0:3])
     t = HALF * dot(off, off)  # 1 − cos of the ray's angle off the middle
     apart = (less - t) * (TWO - less - t)
@@ -199,11 +206,12 @@ _NEAR_DISK = 0.5
 
 @formula
 def _slope(side: Any, foot: Any, height: Any) -> Any:
-    """Prepare sampling along a side, uniformly by angle, which gives a density proportional to 1/(s² + h²).
+    """Prepare `_on_side`, which samples a side of a flat light uniformly by the angle that a vertex sees.
 
-    The foot is the vertex projected onto the side, measured from the side's middle; s is the distance from the foot,
-    and h the height. The results are the cosine and the sine of the middle angle, half the range of angles, the foot,
-    and the factor of the density.
+    `side` is half the side's length, `foot` the vertex projected onto the side, measured from the side's middle, and
+    `height` the vertex's height above the side. The density at the distance s from the foot is proportional to 1/(s² +
+    height²). Return the cosine and sine of the middle angle, half the range of angles, the foot, and the factor of the
+    density.
     """
     low, high = arctan2(-side - foot, height), arctan2(side - foot, height)
     middle, half = 0.5 * (low + high), 0.5 * (high - low)
@@ -212,19 +220,22 @@ def _slope(side: Any, foot: Any, height: Any) -> Any:
 
 @formula
 def _corner(c: Any, n: Any, height: Any) -> Any:
-    """Return the contribution of a corner at the offset c, divided by the density along both sides; up to a factor."""
+    """Return the light that an element at a light's corner contributes, divided by the density of samples there.
+
+    The result is right up to a factor. c is the offset from the vertex to the corner, n the vertex's normal, and
+    `height` the inverse density.
+    """
     square = dot(c, c)
     return maximum(dot(n, c), _LEAST_CORNER * sqrt(square)) / maximum(square * square, 1e-30) * height
 
 
 @formula
 def flat_frame(numbers: Any, p: Any, n: Any) -> Any:
-    """Compute the frame of a flat light.
+    """Compute what the rays of a vertex need to sample a flat light: the `frame` of the module docstring.
 
-    Numbers: the centre; the normal; two half sides as vectors; 1 if the light is two-sided, else 0; and the corner
-    position, which is the fraction of the half sides at which the corners are: 1 for a rectangle, √½ for a disk.
-
-    Values for `sample`, with lengths as fractions of the reach:
+    `numbers` has the centre; the normal; two half sides as vectors; 1 if the light is two-sided, else 0; and the corner
+    position, which is the fraction of the half sides at which the corners are: 1 for a rectangle, √½ for a disk. Values
+    for `sample`, with lengths as fractions of the reach:
 
     - 0 to 2: the offset from the vertex to the light's centre;
     - 3 to 8: unit vectors along the light's sides;
@@ -265,7 +276,7 @@ def flat_frame(numbers: Any, p: Any, n: Any) -> Any:
 
 @formula
 def _along(u: Any, a: Any, b: Any) -> Any:
-    """Map a uniformly distributed number to a number in [0, 1] whose density is linear, from a to b."""
+    """Map a uniform number u to a number x in [0, 1] with the density proportional to a + (b − a) x."""
     root = sqrt(multiply_add(u, b * b - a * a, a * a))
     return minimum(u * (a + b) / (a + root), ONE)
 
@@ -277,7 +288,10 @@ _SINE_TO_90 = tuple((-1) ** k / math.factorial(2 * k + 1) for k in range(5, -1, 
 
 @formula
 def _on_side(u: Any, slope: Any, side: Any, height: Any) -> Any:
-    """Return a point on a side, as an offset from the side's middle, and its density. `slope` is from `_slope`."""
+    """Map u to a point on a side, given as the offset from the side's middle; return the offset and the density there.
+
+    `slope` is the result of `_slope` for the half side `side` and this `height`.
+    """
     delta = (TWO * u - ONE) * slope[2]
     c, s = _polynomial(delta * delta, _COSINE_TO_90), delta * _polynomial(delta * delta, _SINE_TO_90)
     tangent = (slope[1] * c + slope[0] * s) / maximum(slope[0] * c - slope[1] * s, as_type_of(u, 1e-6))
@@ -288,11 +302,10 @@ def _on_side(u: Any, slope: Any, side: Any, height: Any) -> Any:
 
 @formula
 def _warped(u: Any, v: Any, corners: Any) -> Any:
-    """Warp u and v to a density that is bilinear in the unit square; return the warped u and v, and their density.
+    """Map u and v to a point of the unit square whose density is bilinear; return both coordinates and the density.
 
-    `corners` has the densities at the square's corners.
-
-    Source: D. Hart et al., "Practical product sampling by fitting and composing warps" (2020), 4.1.
+    `corners` has the densities at the square's corners (0, 0), (1, 0), (0, 1) and (1, 1). Source: D. Hart et al.,
+    "Practical product sampling by fitting and composing warps" (2020), 4.1.
     """
     y = _along(v, corners[0] + corners[1], corners[2] + corners[3])
     left, right = corners[0] + y * (corners[2] - corners[0]), corners[1] + y * (corners[3] - corners[1])
@@ -302,7 +315,10 @@ def _warped(u: Any, v: Any, corners: Any) -> Any:
 
 @formula
 def _on_rectangle(frame: Any, u: Any, v: Any) -> Any:
-    """Sample a rectangle: return a point's offsets from the middle along both sides, and the density."""
+    """Map u and v to a point of a rectangle: its offsets from the middle along both sides, and the density there.
+
+    `frame` is from `flat_frame`.
+    """
     x, y, density = _warped(u, v, frame[13:17])
     x, first = _on_side(x, frame[17:22], frame[27], frame[29])
     y, second = _on_side(y, frame[22:27], frame[28], frame[29])
@@ -311,8 +327,9 @@ def _on_rectangle(frame: Any, u: Any, v: Any) -> Any:
 
 @formula
 def _from_flat(frame: Any, x: Any, y: Any, over_density: Any) -> Any:
-    """Return the direction, distance and weight of the point of a flat light with the offsets x and y from the middle.
+    """Return the result of `sample` for a point of a flat light: direction, distance and weight.
 
+    `frame` is from `flat_frame`; x and y are the point's offsets from the middle along the light's sides, and
     `over_density` is 1 divided by the density of points.
     """
     c = _combined(ONE, frame[0:3], x, frame[3:6], y, frame[6:9])
@@ -325,15 +342,16 @@ def _from_flat(frame: Any, x: Any, y: Any, over_density: Any) -> Any:
 
 @formula
 def rectangle_sample(_numbers: Any, frame: Any, u: Any, v: Any) -> Any:
-    """Sample a rectangle."""
+    """Sample a rectangle light: return direction, distance and weight for u and v; `frame` is from `flat_frame`."""
     x, y, density = _on_rectangle(frame, u, v)
     return _from_flat(frame, x, y, ONE / density)
 
 
 @formula
 def disk_sample(_numbers: Any, frame: Any, u: Any, v: Any) -> Any:
-    """Sample a disk. For a vertex near the disk's plane, sample the square around the disk, with weight 0 outside the
-    disk.
+    """Sample a disk light: return direction, distance and weight for u and v; `frame` is from `flat_frame`.
+
+    For a vertex near the disk's plane, the square around the disk is sampled; points outside the disk have weight 0.
     """
     radius = frame[27]
     x, y, density = _warped(u, v, frame[13:17])
@@ -347,7 +365,7 @@ def disk_sample(_numbers: Any, frame: Any, u: Any, v: Any) -> Any:
 
 
 def _on_plane(numbers: Any, frame: Any, d: Any) -> Any:
-    """Intersect a ray with the plane of a flat light.
+    """Intersect a ray in the direction d with the plane of a flat light; `frame` is from `flat_frame`.
 
     Return the two offsets from the light's middle along its sides, the distance, and the factor that turns a density
     per area into a density per solid angle. The factor is 0 where the ray misses the plane or the vertex is behind the
@@ -362,28 +380,28 @@ def _on_plane(numbers: Any, frame: Any, d: Any) -> Any:
 
 
 def _of_side(x: Any, slope: Any, height: Any) -> Any:
-    """Invert `_on_side`: return the u that gives an offset, and the density there."""
+    """Invert `_on_side`: return the u that it maps to the offset x, and the density there; `slope` is from `_slope`."""
     off = x - slope[3]
     delta = arctan2(off, height) - arctan2(slope[1], slope[0])
     return HALF + HALF * delta / slope[2], slope[4] / (height * height + off * off)
 
 
 def _warped_density(u: Any, v: Any, corners: Any) -> Any:
-    """Return the density that `_warped` gives points."""
+    """Return the density that `_warped` gives the point (u, v) of the square."""
     u, v = minimum(maximum(u, ZERO), ONE), minimum(maximum(v, ZERO), ONE)
     left, right = corners[0] + v * (corners[2] - corners[0]), corners[1] + v * (corners[3] - corners[1])
     return left + u * (right - left)
 
 
 def _rectangle_density(frame: Any, x: Any, y: Any) -> Any:
-    """Return the density with which `_on_rectangle` chooses points, relative to uniform sampling."""
+    """Return the density with which `_on_rectangle` chooses the offsets x and y, relative to uniform sampling."""
     u, first = _of_side(x, frame[17:22], frame[29])
     v, second = _of_side(y, frame[22:27], frame[29])
     return _warped_density(u, v, frame[13:17]) * (first * second)
 
 
 def rectangle_seen(numbers: Any, frame: Any, d: Any) -> Any:
-    """Find where a ray meets a rectangle."""
+    """Invert `rectangle_sample`: return the distance to the light, and the density, for the direction d."""
     x, y, far, factor = _on_plane(numbers, frame, d)
     first, second = frame[27], frame[28]
     is_met = (abs(x) <= first * (ONE + _SLACK)) & (abs(y) <= second * (ONE + _SLACK))
@@ -391,7 +409,7 @@ def rectangle_seen(numbers: Any, frame: Any, d: Any) -> Any:
 
 
 def disk_seen(numbers: Any, frame: Any, d: Any) -> Any:
-    """Find where a ray meets a disk."""
+    """Invert `disk_sample`: return the distance to the light, and the density, for the direction d."""
     x, y, far, factor = _on_plane(numbers, frame, d)
     radius = frame[27]
     distance = sqrt(x * x + y * y) / radius
@@ -412,7 +430,10 @@ TRIANGLES = 14
 
 @formula
 def polygon_sample(numbers: Any, frame: Any, u: Any, v: Any) -> Any:
-    """Sample a polygon uniformly, triangle by triangle."""
+    """Sample a polygon light uniformly, by its triangles: return direction, distance and weight for u and v.
+
+    `numbers` are those of the polygon; `frame` is from `flat_frame`.
+    """
     which = index(ZERO * u)
     for k in range(int(numbers[TRIANGLES]) - 1):
         which = which + select(u >= numbers[TRIANGLES + 1 + 8 * k], 1, 0)
@@ -425,7 +446,7 @@ def polygon_sample(numbers: Any, frame: Any, u: Any, v: Any) -> Any:
 
 
 def polygon_seen(numbers: Any, frame: Any, d: Any) -> Any:
-    """Find where a ray meets a polygon, in any of its triangles."""
+    """Invert `polygon_sample`: return the distance to the light, and the density, for the direction d."""
     x, y, far, factor = _on_plane(numbers, frame, d)
     x, y, is_met = x / frame[27], y / frame[28], x != x
     for k in range(int(numbers[TRIANGLES])):
@@ -442,11 +463,10 @@ def polygon_seen(numbers: Any, frame: Any, d: Any) -> Any:
 
 @formula
 def sky_frame(numbers: Any, _p: Any, n: Any) -> Any:
-    """Compute the frame of a sky.
+    """Compute what the rays of a vertex need to sample a sky: the `frame` of the module docstring.
 
-    Numbers: the distance beyond which geometry does not occlude the sky, and the sky's brightness.
-
-    Values for `sample`:
+    `numbers` has the distance beyond which geometry does not occlude the sky, and the sky's brightness. Values for
+    `sample`:
 
     - 0 to 8: two unit vectors across the normal, and the normal;
     - 9: 1 if there is a normal, else 0.
@@ -458,7 +478,10 @@ def sky_frame(numbers: Any, _p: Any, n: Any) -> Any:
 
 @formula
 def _by_cosine(frame: Any, u: Any, v: Any) -> Any:
-    """Sample directions by the cosine: return the direction above a uniform point on the disk (Nusselt's analogue)."""
+    """Map u and v to a unit vector whose density is proportional to the cosine to the normal.
+
+    It points to the hemisphere above a uniform point on the disk (Nusselt's analogue). `frame` is from `sky_frame`.
+    """
     x, y = on_disk(u, v)
     z = sqrt(maximum(ONE - x * x - y * y, ZERO))
     return _combined(x, frame[0:3], y, frame[3:6], z, frame[6:9])
@@ -466,17 +489,17 @@ def _by_cosine(frame: Any, u: Any, v: Any) -> Any:
 
 @formula
 def sky_sample(_numbers: Any, frame: Any, u: Any, v: Any) -> Any:
-    """Sample directions with the density of the cosine."""
+    """Sample a uniform sky by the cosine to the normal: return direction, distance and weight for u and v."""
     return _by_cosine(frame, u, v), ONE, frame[9] + ZERO * u
 
 
 def sky_seen(_numbers: Any, frame: Any, d: Any) -> Any:
-    """Return the distance to the sky, which is the reach in every direction, and the density of a direction."""
+    """Invert `sky_sample`: return the distance, which is always the reach, and the density for the direction d."""
     return ONE, maximum(dot(frame[6:9], d), ZERO) * frame[9] / math.pi
 
 
 def sky_sampling(distance: float, brightness: float) -> Sampling:
-    """Return the sampling of a uniform sky, which geometry occludes up to a distance."""
+    """Return the sampling of a uniform sky of some brightness, which geometry occludes only up to a distance."""
     return Sampling(sky_frame, sky_sample, sky_seen, (distance, brightness))
 
 
@@ -506,7 +529,7 @@ def _place_in(numbers: Any, start: Any, count: Any, half: Any, share: Any) -> An
 
 @formula
 def _cell(numbers: Any, d: Any) -> Any:
-    """Return the row and the column of the image's cell that a direction points to."""
+    """Return the row and the column of the cell of an image to which the direction d points."""
     rows, columns = int(numbers[_ROWS]), int(numbers[_COLUMNS])
     ahead, right = (numbers[7], numbers[8], numbers[9]), (numbers[10], numbers[11], numbers[12])
     height = minimum(maximum(dot((numbers[13], numbers[14], numbers[15]), d), -1.0), 1.0)
@@ -517,10 +540,11 @@ def _cell(numbers: Any, d: Any) -> Any:
 
 @formula
 def image_sample(numbers: Any, frame: Any, u: Any, v: Any) -> Any:
-    """Sample directions by the image's energy where u < ½, else by the cosine.
+    """Sample a sky with an image: return direction, distance and weight for u and v.
 
-    Weights use the mean density of both: the balance heuristic (E. Veach and L. Guibas, "Optimally combining sampling
-    techniques", 1995).
+    Directions are chosen by the image's energy if u < ½, else by the cosine to the normal. `numbers` is from
+    `image_numbers`, `frame` from `sky_frame`. Weights use the mean density of both: the balance heuristic (E. Veach and
+    L. Guibas, "Optimally combining sampling techniques", 1995).
     """
     rows, columns = int(numbers[_ROWS]), int(numbers[_COLUMNS])
     ends = _TABLES + rows + 1
@@ -553,7 +577,7 @@ def image_sample(numbers: Any, frame: Any, u: Any, v: Any) -> Any:
 
 
 def image_seen(numbers: Any, frame: Any, d: Any) -> Any:
-    """Return the distance to the image, which is the reach in every direction, and the density of a direction."""
+    """Invert `image_sample`: return the distance, which is always the reach, and the density for the direction d."""
     rows, columns = int(numbers[_ROWS]), int(numbers[_COLUMNS])
     row, column = _cell(numbers, d)
     cells = _TABLES + 2 * (rows + 1) + rows * (columns + 1)
@@ -562,9 +586,10 @@ def image_seen(numbers: Any, frame: Any, d: Any) -> Any:
 
 
 def image_numbers(radiance: Float64Array, axes: Float64Array) -> Float64Array:
-    """Return the numbers that `image_sample` reads.
+    """Return the numbers of a sky with an image, which `sky_frame`, `image_sample` and `image_seen` read.
 
-    `radiance`, shape (h, w), is that of the image's cells; `axes` has the image's axes as rows.
+    `radiance` has the radiance of the image's cells, shape (h, w). `axes` has unit vectors to the image's middle, to
+    its right and up, as rows.
     """
     rows, columns = radiance.shape
     tops = np.cos(np.arange(rows + 1) * (math.pi / rows))
@@ -576,7 +601,7 @@ def image_numbers(radiance: Float64Array, axes: Float64Array) -> Float64Array:
 
 
 def _shares(parts: Float64Array) -> Float64Array:
-    """Return the cumulative distribution of parts, from 0 to 1; it is uniform if all parts are 0."""
+    """Return the cumulative sums of `parts`, from 0 to 1; if all parts are 0, those of equal parts."""
     ends = np.cumsum(parts if parts.any() else np.ones_like(parts))
     return np.concatenate([[0.0], ends / ends[-1]])
 
@@ -585,7 +610,7 @@ def _shares(parts: Float64Array) -> Float64Array:
 
 
 class Directions(NamedTuple):
-    """Importance sampling of directions at n points, with functions of arrays."""
+    """Importance sampling of a direction at each of n points: a function that samples, and one for the density."""
 
     sample: Callable[[Any, Any], Float64Array]
     """Function of u and v, shape (n,), that returns unit vectors, shape (3, n); zero where they give no direction."""
@@ -595,9 +620,10 @@ class Directions(NamedTuple):
 
 
 def around(axis: FloatArray, exponent: Any) -> Directions:
-    """Sample directions with a density proportional to max(z, 0)ᵖ, for p = `exponent` and z the cosine with an axis.
+    """Sample directions at n points with a density proportional to max(z, 0)ᵖ, where z is the cosine with an axis.
 
-    `axis` has unit vectors, shape (3, n). The normal as the axis and p = 1 give sampling by the cosine.
+    `axis` has a unit vector for each point, shape (3, n). `exponent` is p, one number or one for each point. With the
+    normals as axes, p = 1 gives sampling by the cosine.
     """
     raised = exponent + 1.0
     across, up = _across(axis)
@@ -660,7 +686,7 @@ def by_halves(
 
 
 def mixed(first: Directions, second: Directions, share: float) -> Directions:
-    """Mix two samplings: the first with the probability `share`, else the second."""
+    """Mix two samplings: a direction is from `first` with the probability `share`, else from `second`."""
 
     def sample(u: Any, v: Any) -> Float64Array:
         is_first = u < share

@@ -81,14 +81,14 @@ def vtk_values(light: Any) -> VtkValues:
 
 @vtk_values.register
 def _(light: DirectionalLight) -> VtkValues:
-    """Return the values of a directional light: its direction."""
+    """Return the direction, which is all that VTK reads of a directional light."""
     x, y, z = light.direction
     return VtkValues(False, (x, y, z))
 
 
 @vtk_values.register
 def _(light: Weakening) -> VtkValues:
-    """Return position and attenuation: in VTK, a point light is a spot light without a cone."""
+    """Return the position and attenuation of a point light, which in VTK is a spot light without a cone."""
     return VtkValues(True, (0.0, 0.0, -1.0), light.position, light.attenuation)
 
 
@@ -100,7 +100,7 @@ def _(light: SpotLight) -> VtkValues:
 
 
 def is_in_vtk(light: Light) -> bool:
-    """True if VTK supports this kind of light."""
+    """Return True if VTK supports this kind of light."""
     return vtk_values.dispatch(type(light)) is not vtk_values.dispatch(object)
 
 
@@ -113,25 +113,27 @@ def nearest_in_vtk(light: Any) -> Light:
 
 @nearest_in_vtk.register
 def _(light: Flat) -> SpotLight:
-    """Return a spot light in the flat light's middle, with the widest cone that VTK supports."""
+    """Return a spot light at the middle of a flat light, with the widest cone that VTK supports."""
     return SpotLight(light.center, light.normal, _NEARLY_90, 1.0, INVERSE_SQUARE)
 
 
 @nearest_in_vtk.register
 def _(light: EnvironmentLight) -> DirectionalLight:
-    """Return a directional light from the mean direction of the environment's energy."""
+    """Return a directional light that shines from the mean direction of the environment's light."""
     return DirectionalLight(direction=light.nodes(1)[0].direction)
 
 
 def light_from_values(values: VtkValues, **common: Any) -> Light:
-    """Make a light from VTK's values; a positional light with a cone of 90° or more becomes a point light.
+    """Make a light from the values that VTK stores.
+
+    A positional light with a cone of 90° or more becomes a point light.
 
     Parameters
     ----------
     values : VtkValues
         The values.
     **common
-        The fields of every light.
+        The fields of every light, such as `diffuse` and `name`.
 
     Raises
     ------
@@ -147,7 +149,17 @@ def light_from_values(values: VtkValues, **common: Any) -> Light:
 
 
 def refuse_unless_in_vtk(light: Light, argument: str, allowed: str) -> None:
-    """Raise ValueError if VTK does not support a light; the message names the argument and the nearest light."""
+    """Raise ValueError if VTK does not support a light; the message names the nearest light that VTK supports.
+
+    Parameters
+    ----------
+    light : Light
+        The light.
+    argument : str
+        Name of the argument, with which the message begins.
+    allowed : str
+        The allowed lights, which complete the sentence "<argument> must be …".
+    """
     if is_in_vtk(light):
         return
     kind, nearest, remedy = type(light).__name__, nearest_in_vtk(light), ""

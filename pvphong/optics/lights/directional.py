@@ -100,6 +100,9 @@ class DirectionalLight(Light):
         return cls(direction=(0.0 - east * across, 0.0 - north * across, 0.0 - up), **fields)
 
     def arrival(self, points: Float64Array, real: Any = np.float64) -> Arrival:  # noqa: ARG002 the same everywhere
-        """Return the reversed `direction`, scaled by a power of two, with its inverse length, and the strength 1."""
+        """Return the light that arrives at `points`, shape (3, n): one direction, and the strength 1, for all of them.
+
+        The direction to the light is the reversed `direction` of the light, in the float type `real`.
+        """
         direction, inverse_length = moderate_vector(self.direction)
         return Arrival(-np.array(direction, dtype=real)[:, None], 1.0, inverse_length)

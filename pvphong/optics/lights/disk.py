@@ -57,24 +57,27 @@ class DiskLight(Aimed, Flat, Light):
     two_sided: bool = meaning(Role(check.flag), False)
 
     def spots(self, count: int) -> Float64Array:
-        """Return the nodes' positions, on a golden-angle spiral (Vogel 1979)."""
+        """Return `count` points evenly spread over the disk, shape (count, 3): a golden-angle spiral (Vogel 1979)."""
         k = np.arange(count)
         far = np.sqrt((k + 0.5) / count) * (count > 1)
         return self._at(far, k * math.pi * (3.0 - math.sqrt(5.0)))
 
     @property
     def outline(self) -> Float64Array:
-        """Points on the disk's rim."""
+        """Points on the disk's rim, shape (k, 3)."""
         return self._at(np.ones(64), np.arange(64) * math.pi / 32.0)
 
     def _at(self, far: Any, around: Any) -> Float64Array:
-        """Return points of the disk, shape (k, 3), given their fractions of the radius and their angles."""
+        """Return points of the disk, shape (k, 3).
+
+        `far` are their distances from the centre as fractions of the radius, and `around` their angles in radians.
+        """
         ways = np.stack([np.cos(around), np.sin(around)]).T @ across(self.normal)
         return np.array(self.position) + self.radius * far[:, None] * ways
 
     @property
     def area(self) -> float:
-        """π times the square of the radius."""
+        """Area of the disk: π times the square of the radius."""
         return math.pi * self.radius * self.radius
 
     @property
@@ -83,6 +86,6 @@ class DiskLight(Aimed, Flat, Light):
         return self.sampled(disk_sample, disk_seen, self.radius * across(self.normal), math.sqrt(0.5))
 
     def analytic_integral(self, form: CosinePower) -> Integral:
-        """Return the integral of the lobe over the disk, along its rim."""
+        """Return the exact integral over the visible part of the disk, weighted by the lobe `form`."""
         formula = disk_irradiance if form.around == "normal" else disk_highlight
         return Integral(formula, self.center, self.radius, (*self.normal, float(self.two_sided), self.radius))

@@ -112,7 +112,10 @@ class EnvironmentLight(Light):
         return np.stack([ahead, np.cross(ahead, up), up])
 
     def _with(self, change: Callable[[Role, Any], Any], **fields: Any) -> Self:
-        """Transform the fields, and adapt `rotation` so that the middle of the image moves with `up`."""
+        """Apply `change` to each field that has a role, and set other `fields`.
+
+        `rotation` is adapted, so that the image's middle is changed in the same way as its `up`.
+        """
         moved = super()._with(change, **fields)
         x, y, z = self.axes[0].tolist()
         ahead = change(self.roles["up"], (x, y, z))
@@ -133,7 +136,10 @@ class EnvironmentLight(Light):
         return _nodes(self.panorama, tuple(self.axes.ravel().tolist()), count)
 
     def nodes_for(self, sharpness: float) -> int:
-        """Return a power of two for which several nodes are within a lobe of this sharpness, up to `_MOST_NODES`."""
+        """Return the number of parallel lights that a reflectance of this sharpness needs.
+
+        It is a power of two, at most `_MOST_NODES`, for which several of the lights lie within a lobe.
+        """
         several = 2 ** math.ceil(math.log2(max(_NODES_IN_LOBES * sharpness, 1.0)))
         return min(max(several, _LEAST_NODES), _MOST_NODES)
 
@@ -147,7 +153,7 @@ class EnvironmentLight(Light):
         return Sampling(sky_frame, image_sample, image_seen, image_numbers(cells, self.axes))
 
     def radiance(self, directions: Float64Array) -> FloatArray:
-        """Return the texels, shape (3, n), to which unit vectors, shape (3, n), point."""
+        """Return the colours of the texels, shape (3, n), at which unit vectors, shape (3, n), point."""
         height, width, _ = self.panorama.image.shape
         ahead, right, up = self.axes @ directions
         row = np.arccos(np.clip(up, -1.0, 1.0)) * (height / math.pi)
@@ -163,10 +169,11 @@ class EnvironmentLight(Light):
         return self.panorama.harmonics.shape[1]
 
     def error_without_bands(self, form: CosinePower, bands: int) -> float:
-        """Return a bound on the error of using only the first bands.
+        """Return a bound on the error of reflected light, at intensity 1, if only the first `bands` bands are used.
 
-        If the image's expansion has more bands, the result is the sum of the bounds for the omitted bands. If all bands
-        of the expansion are used, the result is a bound from the image's energy that the expansion lacks.
+        `form` is the lobe that reflects the light. If the image's expansion has more bands, the result is the sum of
+        their bounds. If all bands of the expansion are used, the result is a bound from the energy of the image that
+        the expansion lacks.
         """
         if bands < self.bands:
             kept, orders = self.panorama.harmonics, np.arange(self.bands)
@@ -179,7 +186,11 @@ class EnvironmentLight(Light):
         return float(math.sqrt(energy / math.pi) * moments_left(form.power, self.bands) * self.panorama.largest)
 
     def tints(self, bands: int | None = None) -> tuple[tuple[Vector, Light], ...]:
-        """Return the image's channels, each with its colour; a single channel for a grey image or for one colour."""
+        """Return pairs of a colour and a light, with the lights multiplied by their colours adding up to this light.
+
+        The lights are the image's red, green and blue channel; a grey image, or one colour, gives a single light.
+        `bands` is the number of bands to keep; by default, all are kept.
+        """
         image, most = self.panorama, min(bands or self.bands, self.bands)
         if (image.image == image.image[..., :1]).all():
             return (((1.0, 1.0, 1.0), SkyChannel(source=self, channel=0, most=most)),)
@@ -190,7 +201,10 @@ class EnvironmentLight(Light):
 
 
 def _means(rows: Float64Array, count: int) -> Float64Array:
-    """Average rows to `count` rows of equal height; return the rows unchanged if there are no more than `count`."""
+    """Average the rows of an array in groups of equal height; return `count` rows.
+
+    An array with at most `count` rows is returned unchanged.
+    """
     if len(rows) <= count:
         return rows
     ends = np.linspace(0.0, len(rows), count + 1)
@@ -202,7 +216,10 @@ def _means(rows: Float64Array, count: int) -> Float64Array:
 
 
 def _middle(up: VectorLike) -> Vector:
-    """Return the x axis without its component along `up`, normalized; use the z axis if `up` is along the x axis."""
+    """Return the direction to the image's middle at rotation 0: the x axis without its part along `up`, normalized.
+
+    If `up` is along the x axis, the result is the z axis.
+    """
     upward = np.array(unit_vector(up))
     for axis in ((1.0, 0.0, 0.0), (0.0, 0.0, 1.0)):
         across = np.array(axis) - upward * upward[int(np.argmax(axis))]
@@ -235,11 +252,14 @@ class SkyChannel(Light):
     is_uniform: ClassVar[bool] = True
 
     def nodes(self, count: int) -> tuple[DirectionalLight, ...]:
-        """Return the nodes of the environment."""
+        """Return `count` parallel lights that approximate the whole environment."""
         return tuple(self.source.nodes(count))
 
     def analytic_integral(self, form: CosinePower) -> Integral:
-        """Return the image blurred by the lobe, times the fraction of the lobe above the horizon."""
+        """Return the integral of the channel, weighted by the lobe `form`.
+
+        It is the image blurred by the lobe, times the fraction of the lobe above the horizon.
+        """
         return Integral(sky, (0.0, 0.0, 0.0), math.inf, _sky_of(self, form))
 
 
@@ -267,9 +287,10 @@ def _nodes(image: Panorama, axes: tuple[float, ...], count: int) -> tuple[Direct
 
 
 def _halved(powers: Float64Array, count: int) -> list[tuple[slice, slice]]:
-    """Split an image into at most `count` parts.
+    """Divide an image into at most `count` rectangular parts; return the rows and columns of each as slices.
 
-    Each step halves the part with the most power, across its longer side.
+    Each step halves the part with the most power, across its longer side. `powers` has the power of each texel, shape
+    (h, w).
     """
     height, width = powers.shape
     parts, sums = [(slice(0, height), slice(0, width))], [float(powers.sum())]  # −1 for a part of one cell
@@ -289,7 +310,17 @@ def _halved(powers: Float64Array, count: int) -> list[tuple[slice, slice]]:
 
 
 def _node(powers: Float64Array, to_sky: Float64Array, up: tuple[float, ...]) -> DirectionalLight:
-    """Return the parallel light that replaces a part of the image."""
+    """Return the parallel light that replaces a part of the image.
+
+    Parameters
+    ----------
+    powers : ndarray
+        Power of the part's texels, shape (h, w, 3).
+    to_sky : ndarray
+        Unit vectors to these texels, shape (h, w, 3).
+    up : tuple of float
+        Direction from which the light comes if the mean of `to_sky` is zero.
+    """
     color = powers.sum(axis=(0, 1))
     power = float(color.mean())
     middle = np.tensordot(powers.mean(axis=2) / (power or 1.0), to_sky, 2)

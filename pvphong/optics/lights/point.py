@@ -19,7 +19,7 @@ class Weakening:
 
     @property
     def placement(self) -> PunctualParameters:
-        """Position and attenuation."""
+        """Position and attenuation of the light."""
         return PunctualParameters(self.position, self.attenuation)
 
 

@@ -26,7 +26,7 @@ _OFF_PLANE, _NO_AREA = 1e-6, 1e-12
 
 
 def _checked(name: str, value: Any) -> tuple[Vector, ...]:
-    """Check the corners of a planar, simple polygon with an area."""
+    """Check the corners of a polygon, and return them. It must be planar, have an area, and not cross itself."""
     points = check.array(name, value, allowed="(k, 3) real numbers").astype(np.float64)
     corners = tuple((x, y, z) for x, y, z in points.tolist())
     if len(corners) < 3 or not np.isfinite(points).all():
@@ -80,7 +80,7 @@ class PolygonLight(Flat, Light):
 
     @cached_property
     def triangles(self) -> Float64Array:
-        """Triangulation of the polygon, shape (k − 2, 3, 3), as offsets from its first corner."""
+        """Triangles that make up the polygon, shape (k − 2, 3 corners, 3), as offsets from its first corner."""
         offsets = self.outline - self.outline[0]
         flat = offsets @ across(self.normal).T
         return np.array([offsets[list(ears)] for ears in _ears(flat)])
@@ -104,11 +104,11 @@ class PolygonLight(Flat, Light):
 
     @cached_property
     def outline(self) -> Float64Array:
-        """Corners of the polygon."""
+        """Corners of the polygon, shape (k, 3)."""
         return np.array(self.corners)
 
     def spots(self, count: int) -> Float64Array:
-        """Return the nodes' positions, on a lattice that covers the polygon's triangles one after the other."""
+        """Return `count` points evenly spread over the polygon, shape (count, 3): a lattice across its triangles."""
         if count == 1:
             return np.array([self.center])
         areas = _areas(self.triangles)
@@ -132,7 +132,7 @@ class PolygonLight(Flat, Light):
         return of_all._replace(numbers=(*of_all.numbers, float(len(rows)), *rows.ravel().tolist()))
 
     def analytic_integral(self, form: CosinePower) -> Integral:
-        """Return the integral of the lobe over the polygon, along its sides."""
+        """Return the exact integral over the visible part of the polygon, weighted by the lobe `form`."""
         offsets = self.outline - np.array(self.center)
         return over_polygon(form, self.center, self.normal, self.two_sided, self.area, offsets)
 
@@ -142,17 +142,20 @@ def _vector_area(offsets: Float64Array) -> Float64Array:
 
 
 def _areas(triangles: Float64Array) -> Any:
-    """Return the areas of triangles, shape (m,)."""
+    """Return the areas, shape (m,), of triangles, shape (m, 3 corners, 3)."""
     return 0.5 * np.linalg.norm(np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0]), axis=1)
 
 
 def _turn(a: Any, b: Any, c: Any) -> float:
-    """Return twice the signed area of a triangle, positive if it is counter-clockwise."""
+    """Return twice the signed area of the plane triangle of the points a, b and c; positive if counter-clockwise."""
     return float((b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]))
 
 
 def _crosses(flat: Float64Array) -> bool:
-    """True if two sides cross in their interiors."""
+    """Return True if two sides of a polygon cross in their interiors.
+
+    `flat` has its corners in the plane, shape (k, 2).
+    """
     sides = [(flat[k - 1], flat[k]) for k in range(len(flat))]
     return any(
         _turn(a, b, c) * _turn(a, b, d) < 0.0 and _turn(c, d, a) * _turn(c, d, b) < 0.0
@@ -162,7 +165,10 @@ def _crosses(flat: Float64Array) -> bool:
 
 
 def _ears(flat: Float64Array) -> Iterator[tuple[int, int, int]]:
-    """Triangulate a polygon by ear clipping; yield the indices of each triangle's corners."""
+    """Triangulate a polygon by ear clipping; yield the indices of each triangle's corners.
+
+    `flat` has the polygon's corners in the plane, shape (k, 2), counter-clockwise.
+    """
     left = list(range(len(flat)))
     while len(left) > 3:
         ear = max(range(len(left)), key=lambda k: _goodness(flat, left, k))
@@ -172,7 +178,20 @@ def _ears(flat: Float64Array) -> Iterator[tuple[int, int, int]]:
 
 
 def _goodness(flat: Float64Array, left: list[int], k: int) -> tuple[bool, float]:
-    """Return a pair that ranks a corner: True if it can be clipped as an ear; twice the signed area of its triangle."""
+    """Return a pair by which corners are compared as candidates for clipping; the greatest is clipped first.
+
+    The first entry is True if the corner can be clipped as an ear. The second is twice the signed area of the triangle
+    of the corner and its two neighbours.
+
+    Parameters
+    ----------
+    flat : ndarray
+        Corners of the polygon in the plane, shape (k, 2).
+    left : list of int
+        Indices of the corners that have not been clipped yet, in order.
+    k : int
+        Index in `left` of the corner.
+    """
     a, b, c = (flat[left[j % len(left)]] for j in (k - 1, k, k + 1))
     turn = _turn(a, b, c)
     is_empty = not any(min(_turn(a, b, p), _turn(b, c, p), _turn(c, a, p)) > 0.0 for p in (flat[j] for j in left))

@@ -67,7 +67,7 @@ class RectangleLight(Aimed, Flat, Light):
 
     @cached_property
     def axes(self) -> Float64Array:
-        """Unit vectors as rows: along the light's normal, its width and its height."""
+        """Unit vectors as the rows of a (3, 3) array: along the light's normal, its width and its height."""
         normal = np.array(self.normal)
         side = np.cross(normal, unit_vector(self.up))
         if np.linalg.norm(side) < _LEAST:
@@ -77,7 +77,7 @@ class RectangleLight(Aimed, Flat, Light):
 
     @property
     def area(self) -> float:
-        """Width times height."""
+        """Area of the rectangle: width times height."""
         return self.width * self.height
 
     @property
@@ -93,11 +93,11 @@ class RectangleLight(Aimed, Flat, Light):
 
     @property
     def outline(self) -> Float64Array:
-        """Corners of the rectangle."""
+        """Corners of the rectangle, shape (4, 3)."""
         return np.array(self.position) + self.corners
 
     def spots(self, count: int) -> Float64Array:
-        """Return the nodes' positions, on a lattice."""
+        """Return `count` points evenly spread over the rectangle, shape (count, 3): a lattice."""
         return np.array(self.position) + (2.0 * lattice(count) - 1.0) @ self.sides
 
     @property
@@ -106,5 +106,5 @@ class RectangleLight(Aimed, Flat, Light):
         return self.sampled(rectangle_sample, rectangle_seen, self.sides, 1.0)
 
     def analytic_integral(self, form: CosinePower) -> Integral:
-        """Return the integral of the lobe over the rectangle, along its sides."""
+        """Return the exact integral over the visible part of the rectangle, weighted by the lobe `form`."""
         return over_polygon(form, self.center, self.normal, self.two_sided, self.area, self.corners)

@@ -30,7 +30,21 @@ from pvphong.optics.roles import MESH_UNIT
 def over_polygon(
     form: CosinePower, center: Vector, normal: Vector, two_sided: bool, area: float, offsets: Float64Array
 ) -> Integral:
-    """Return the integral over a polygon; `offsets` are its corners relative to its centre, shape (k, 3)."""
+    """Return the exact integral over the visible part of a polygon, weighted by a lobe.
+
+    Parameters
+    ----------
+    form : CosinePower
+        The lobe that reflects the light.
+    center, normal : tuple of float
+        Centre of the polygon, and unit normal of its front.
+    two_sided : bool
+        True if the back emits too.
+    area : float
+        Area of the polygon.
+    offsets : ndarray
+        Corners relative to the centre, shape (k, 3).
+    """
     size = float(np.linalg.norm(offsets, axis=1).max())
     numbers = (*normal, float(two_sided), math.sqrt(area), size, float(len(offsets)), *offsets.ravel().tolist())
     return Integral(polygon_irradiance if form.around == "normal" else polygon_highlight, center, size, numbers)
@@ -79,7 +93,7 @@ class Flat:
         )
 
     def part(self, place: Sequence[float], sign: float, intensity: float) -> SpotLight:
-        """Return the node at the position `place`, which shines to the front or, with the sign −1, to the back."""
+        """Return a node at `place`: a spot light that shines to the front or, if `sign` is −1, to the back."""
         x, y, z = place
         return SpotLight((x, y, z), times(self.normal, sign), 90.0, 1.0, INVERSE_SQUARE, intensity=intensity)
 
@@ -88,17 +102,24 @@ class Flat:
     ) -> Sampling:
         """Return the importance sampling of the light's points.
 
-        `sides` has two half sides as rows. `corner` is the corner position that `flat_frame` describes.
+        Parameters
+        ----------
+        sample, seen : callable
+            The formulas `sample` and `seen` of this kind of light; `pvphong.optics.area.sampling` describes both.
+        sides : ndarray
+            Two half sides of the light as rows, shape (2, 3).
+        corner : float
+            Fraction of the half sides at which `flat_frame` places its corners: 1 for a rectangle, √½ for a disk.
         """
         numbers = *self.center, *self.normal, *sides.ravel().tolist(), float(self.two_sided), corner
         return Sampling(flat_frame, sample, seen, numbers)
 
     def radiance(self, directions: Float64Array) -> Float64Array:  # noqa: ARG002 the same from everywhere
-        """Return the constant radiance: π divided by the light's area."""
+        """Return π over the light's area: the radiance at intensity 1, which is the same in all directions."""
         return np.full((3, 1), math.pi / self.area)
 
     def arrival(self, points: Float64Array, real: Any = np.float64) -> Arrival:
-        """Return the light that arrives from the light's centre."""
+        """Return the light that arrives at points as if all of it came from the centre; see `Light.arrival`."""
         x, y, z = self.center
         to_light, inverse, distance = directions_to((x, y, z), points, real)
         cosine = -dot(np.array(self.normal, real)[:, None], to_light) * inverse
@@ -107,7 +128,10 @@ class Flat:
 
 
 def across(normal: Vector | Float64Array) -> Float64Array:
-    """Return two orthogonal unit vectors across a normal, as rows, counter-clockwise around the normal."""
+    """Return two unit vectors that are orthogonal to a normal and to each other, as rows, shape (2, 3).
+
+    From the first to the second is a counter-clockwise quarter turn around the normal.
+    """
     first = np.cross(normal, np.eye(3)[int(np.argmin(np.abs(normal)))])
     first /= np.linalg.norm(first)
     return np.stack([first, np.cross(normal, first)])

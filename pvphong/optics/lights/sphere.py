@@ -66,17 +66,17 @@ class SphereLight(Light):
         return _nodes(self.places[0], self.radius, count)
 
     def analytic_integral(self, form: CosinePower) -> Integral:
-        """Return the integral of the lobe over the sphere's visible cap."""
+        """Return the exact integral over the visible part of the sphere, weighted by the lobe `form`."""
         formula = sphere_irradiance if form.around == "normal" else sphere_highlight
         return Integral(formula, self.places[0], self.radius, (self.radius,))
 
     @property
     def sampling(self) -> Sampling:
-        """Uniform sampling of the cone that the sphere subtends."""
+        """Sampling of the cone of directions in which the sphere is seen, uniformly."""
         return Sampling(sphere_frame, sphere_sample, sphere_seen, (*self.places[0], self.radius))
 
     def radiance(self, directions: Float64Array) -> Float64Array:  # noqa: ARG002 the same from everywhere
-        """Return the constant radiance: 1 divided by the square of the radius."""
+        """Return 1 over the square of the radius: the radiance at intensity 1, which is the same in all directions."""
         return np.full((3, 1), 1.0 / self.radius / self.radius)
 
 
@@ -88,9 +88,10 @@ def _nodes(center: Vector, radius: float, count: int) -> tuple[PointLight, ...]:
 
 @cache
 def _ball(count: int) -> Float64Array:
-    """Return positions of nodes in the unit sphere, shape (count, 3): opposite pairs, and the centre if count is odd.
+    """Return the positions of `count` nodes in the unit sphere, shape (count, 3).
 
-    Directions follow golden angles (Vogel 1979). Radii follow steps of √2, which are uncorrelated with them.
+    They are opposite pairs, and the centre if `count` is odd. Directions follow golden angles (Vogel 1979). Radii
+    follow steps of √2, which are uncorrelated with the directions.
     """
     pairs = count // 2
     k = np.arange(pairs)

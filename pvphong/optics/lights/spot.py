@@ -23,10 +23,11 @@ _HALF = "It is half the opening angle, in degrees. Use a PointLight for a light 
 
 @formula
 def _in_cone(own: Any, l: Any) -> Any:
-    """Return 1 inside the cone, else 0; and the square of the chord C between the axis and the ray: cos θ = 1 − ½|C|².
+    """Return 1 inside the cone, else 0; and the squared chord |C|² of the angle θ off the axis: cos θ = 1 − ½|C|².
 
-    A cosine near 1 has lost the digits that narrow cones and high exponents need, but the chord keeps them. On the
-    light itself, cos θ is taken as 0.
+    `own` has the axis and the squared chord at the cone's edge; `l` is the unit vector to the light. A cosine near 1
+    has lost the digits that narrow cones and high exponents need, but the chord keeps them. On the light itself, cos θ
+    is taken as 0.
     """
     chord = select(square(l) > ZERO, square(add((own[0], own[1], own[2]), l)), TWO)
     return select(chord <= own[3], ONE, ZERO), chord
@@ -82,7 +83,7 @@ class SpotLight(Aimed, Weakening, Light):
 
     @property
     def placement(self) -> PunctualParameters:
-        """Position and attenuation, as for a point light, and the falloff off the axis."""
+        """Position and attenuation of the light, and the falloff off the cone's axis."""
         # if the gain were larger, the light would be clamped before the falloff reduces it again
         most_gain = BRIGHTEST * (self.attenuation[0] or 1.0) if self.exponent else math.inf
         edge = 2.0 if self.cone_angle == 90.0 else 4.0 * math.sin(math.radians(self.cone_angle) / 2.0) ** 2

@@ -28,7 +28,10 @@ _LARGER = 2.0**60
 
 @formula
 def _halfway_square(at: Geometry) -> Any:
-    """Compute |C|² for C = h − n, n·h = 1 − ½|C|²; 2 where l = −v and there is no h."""
+    """Compute |C|² for the chord C = h − n between the half-way direction and the normal: n·h = 1 − ½|C|².
+
+    The result is 2 where l = −v, so that there is no h.
+    """
     h = times(add(at.l, at.v), as_type_of(at.n_l, _LARGER))
     length = square(h)
     chord = square(subtract(times(h, inverse_length(length)), times(at.n, at.scale)))
@@ -36,7 +39,7 @@ def _halfway_square(at: Geometry) -> Any:
 
 
 def largest_halfway(line: AngleBounds) -> float:
-    """Return the largest n·h that the bounds on angles allow.
+    """Return the largest n·h that is possible within the bounds `line` on the angles θ, φ and ψ of `AngleBounds`.
 
     n·h = (cos θ + cos φ) / (2 cos ψ/2) grows with smaller θ and φ and with greater ψ. The direction h is the middle of
     the arc from l to v, so its angle from n is at least θ − ψ/2 and φ − ψ/2.

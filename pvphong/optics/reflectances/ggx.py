@@ -18,7 +18,10 @@ from pvphong.optics.reflectances.microfacets import ROUGHNESS, Microfacets, alph
 
 @formula
 def _same_roughness(roughness: Any, own: Any) -> Any:
-    """Return the parameters of facets with the same α for distribution and masking."""
+    """Return the parameters of `Microfacets` for a roughness, with β = α in the masking.
+
+    `own` has parameters for another roughness; those that do not depend on the roughness are copied.
+    """
     alpha = alpha_of(roughness)
     square = alpha * alpha
     return alpha, square, ONE - square, square, ONE - square, own[5], own[6], own[7]
@@ -61,7 +64,7 @@ class GGX(Microfacets):
 
     @property
     def lobes(self) -> tuple[Lobe, ...]:
-        """The base, and the highlight in the colour of f0 and in white."""
+        """The lobe of the base, and the highlight in two lobes: in the colour of `f0`, and in white."""
         red, green, blue = rgb(self.f0)
         left: Vector = (1.0 - red, 1.0 - green, 1.0 - blue)
         base = Lobe("diffuse", takes_albedo=True, needs_viewer=True, color=left)

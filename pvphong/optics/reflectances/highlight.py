@@ -38,16 +38,17 @@ _SHARPEST = 2.0**40
 
 @formula
 def whiteness(at: Geometry) -> Any:
-    """Compute (1 − h·l)⁵, the interpolation from normal-incidence reflectance to white (Schlick 1994, equation 15).
+    """Compute (1 − h·l)⁵, by which a reflectance turns from its colour at normal incidence to white.
 
-    The cosine h·l is half the length of l + v. If l = −v, the cosine is 0, and there is no half-way direction.
+    The cosine h·l is half the length of l + v. If l = −v, the cosine is 0, and there is no half-way direction. Source:
+    Schlick 1994, equation 15.
     """
     rest = maximum(ONE - HALF * sqrt(square(add(at.l, at.v))), ZERO)
     return (rest * rest) * (rest * rest) * rest
 
 
 def part_of_light(name: str, value: Any) -> Color:
-    """Check a colour of at most 1 in each channel."""
+    """Check the value of the field `name`: a colour of at most 1 in each channel."""
     color = check.color(name, value)
     if max(rgb(color)) > 1.0:
         check.refuse(name, value, "a reflectance of at most 1 in each channel", "Divide 0-255 values by 255.")
@@ -59,18 +60,21 @@ def part_of_light(name: str, value: Any) -> Color:
 
 @formula
 def lambert_and_highlight(own: Any, at: Geometry, highlight: Any) -> Any:  # noqa: ARG001 any reflectance's
-    """Compute max(n·l, 0), and the highlight where n·l is positive."""
+    """Compute the factors of diffuse and highlight: max(n·l, 0), and `highlight` where n·l > 0, else 0.
+
+    `own`, the parameters of the reflectance, is not read. `highlight` is the power of the cosine around the peak.
+    """
     return maximum(at.n_l, ZERO), select(at.n_l > ZERO, highlight, ZERO)
 
 
 @formula
 def unchanged(shininess: Any, own: Any) -> Any:  # noqa: ARG001 only the power depends on it
-    """Return the parameters unchanged: for reflectances whose shininess affects only the power."""
+    """Return the parameters `own` of a reflectance, for which a map of the shininess changes only the power."""
     return own
 
 
 def own_shininess() -> Any:
-    """Declare a field for a shininess. Its default, None, means the material's shininess."""
+    """Declare a field for a shininess, with the default None, which means the material's shininess."""
     return check.field(_shininess_or_none, None)
 
 
@@ -95,7 +99,7 @@ class Shiny(Reflectance):
 
     @property
     def lobes(self) -> tuple[Lobe, ...]:
-        """Lambert's lobe, and the highlight."""
+        """Lambert's lobe, and the lobe of the highlight."""
         return LAMBERT, HIGHLIGHT
 
     def of(self, material: Any) -> Self:
@@ -104,11 +108,11 @@ class Shiny(Reflectance):
         return replace(self, **own) if self.shininess is None else self
 
     def power(self, maps: Mapping[str, Any]) -> Power:
-        """Return the power of the cosine: its exponent is the shininess, or the shininess of each vertex."""
+        """Return the power of the cosine. Its exponent is the shininess, or the map of the shininess in `maps`."""
         return Power(maps.get("shininess", self.sharpness), self.floor)
 
     def directions(self, surface: Surface) -> Directions:
-        """Sample the power around its peak."""
+        """Return an importance sampling of the highlight's power around its peak."""
         exponent = np.minimum(self.power(surface.maps).exponent, _SHARPEST)
         if self.peak.axis is not None:
             return around(self.peak.axis(surface), exponent)
@@ -125,5 +129,5 @@ class Shiny(Reflectance):
 
     @property
     def sharpness(self) -> float:
-        """The shininess."""
+        """The shininess; 0 if it is None."""
         return self.shininess or 0.0

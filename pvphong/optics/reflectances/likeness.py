@@ -25,9 +25,9 @@ LIKENESS = 4.0
 
 
 def counterpart_of(reflectance: Reflectance) -> tuple[str, Reflectance] | None:
-    """Return a description of the reflectance that looks most like the given one, and this similar reflectance.
+    """Return a description of a reflectance that looks much like the given one, and this reflectance itself.
 
-    The result is None if there is none.
+    Only Phong and Blinn-Phong have such a counterpart; for others the result is None.
     """
     if isinstance(reflectance, Phong):
         return f"Blinn-Phong, shininess × {LIKENESS:g}", BlinnPhong(reflectance.sharpness * LIKENESS)
@@ -38,19 +38,22 @@ def counterpart_of(reflectance: Reflectance) -> tuple[str, Reflectance] | None:
 
 @singledispatch
 def stand_in(reflectance: Any, material: Any) -> tuple[str, Any] | None:  # noqa: ARG001 nothing is simpler
-    """Return the name of a cheaper reflectance, and the most similar material with it; None if there is none."""
+    """Return a cheaper approximation of a reflectance and its material; None if there is none.
+
+    The result is a description, and a material with the cheaper reflectance that looks most like the given material.
+    """
     return None
 
 
 @stand_in.register
 def _(reflectance: Metal, material: Any) -> tuple[str, Any]:
-    """Return Phong's reflection with a highlight that has the metal's colour at all angles."""
+    """Replace `Metal` by Phong's reflection, whose highlight has the metal's colour at all angles."""
     return "Phong for Metal", replace(material, specular=reflectance.color, reflectance=Phong(reflectance.shininess))
 
 
 @stand_in.register
 def _(reflectance: OrenNayar, material: Any) -> tuple[str, Any]:
-    """Return Lambert's cosine with the same total reflectance: A + B (2/3 − 64/(45π))."""
+    """Replace `OrenNayar` by Lambert's cosine with the same total reflectance, A + B (2/3 − 64/(45π))."""
     a, b = reflectance.parameters({})
     whole = a + b * (2.0 / 3.0 - 64.0 / (45.0 * math.pi))
     color = tuple(channel * whole for channel in rgb(material.diffuse))
@@ -59,11 +62,11 @@ def _(reflectance: OrenNayar, material: Any) -> tuple[str, Any]:
 
 @stand_in.register
 def _(reflectance: Microfacets, material: Any) -> tuple[str, Any]:
-    """Return Phong's reflection with the same peak and half width of the highlight, for light and viewer above the
-    surface.
+    """Replace microfacets by Phong's reflection, with the same peak and half width of the highlight.
 
-    The peak is g = 1/(4α²). The highlight is half of that where sin² θ = (√2 − 1)α². There Phong's (cos 2θ)ⁿ is ½ if
-    n = ln 4 / (4 (√2 − 1) α²). Lambert's cosine gets the total reflectance of the coupled base, 23/28.
+    Both are compared for a light and a viewer above the surface. The peak is g = 1/(4α²). The highlight is half of that
+    where sin² θ = (√2 − 1)α². There Phong's (cos 2θ)ⁿ is ½ if n = ln 4 / (4 (√2 − 1) α²). Lambert's cosine gets the
+    total reflectance of the coupled base, 23/28.
     """
     base, tinted, _ = reflectance.lobes
     square = reflectance.alpha**2
@@ -76,11 +79,11 @@ def _(reflectance: Microfacets, material: Any) -> tuple[str, Any]:
 
 @singledispatch
 def in_vtk(reflectance: Any) -> Any:  # noqa: ARG001 not in VTK
-    """Return the reflectance as VTK's shader computes it, or None if VTK does not support it."""
+    """Return the form in which VTK's shader computes a reflectance; None if VTK does not support it."""
     return None
 
 
 @in_vtk.register
 def _(reflectance: PBR) -> PBR:
-    """Return the version of VTK's shader. The reflectance must have the material's colour, as from `PBR.of`."""
+    """Return VTK's form of PBR. The reflectance must have the material's colour, as from `PBR.of`."""
     return Shaded(**asdict(reflectance))

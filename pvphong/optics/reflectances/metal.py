@@ -21,7 +21,10 @@ from pvphong.optics.reflectances.phong import MIRROR
 
 @formula
 def _parted_highlight(own: Any, at: Geometry, highlight: Any) -> Any:
-    """Compute Phong's factors, with the highlight in two parts: in the metal's colour and in white."""
+    """Compute the factors of three lobes: max(n·l, 0), the highlight in the metal's colour, and the white highlight.
+
+    `own` is not read. `highlight` is the power max(r·v, 0)ˢ, which the two highlights divide between them.
+    """
     n_l, shine = lambert_and_highlight(own, at, highlight)
     # the two parts of a smaller highlight may be subnormal
     shine = select(shine > as_type_of(shine, 2.0**-80), shine, ZERO)

@@ -59,14 +59,20 @@ COUPLED = 28.0 / 23.0
 
 @formula
 def _cosines(own: Any, at: Geometry) -> Any:
-    """Return the cosines x and y, clamped to the least cosine; x is 0 if n or l is zero."""
+    """Return the cosines x = n·l and y = n·v, at least own[5]; x is 0 where n or l is zero.
+
+    `own` has the numbers that `Microfacets.parameters` returns.
+    """
     x, y = maximum(at.n_l, own[5]), maximum(at.n_v, own[5])
     return select((square(at.n) > ZERO) & (square(at.l) > ZERO), x, ZERO), y
 
 
 @formula
 def _highlight(own: Any, at: Geometry, x: Any, y: Any) -> Any:
-    """Return the factor g in two parts: the part that F₀ multiplies, and the white part."""
+    """Return two parts of the factor g of the highlight: g(1 − S), which F₀ multiplies, and gS, which is white.
+
+    `own` has the numbers that `Microfacets.parameters` returns; x and y are the results of `_cosines`.
+    """
     alpha, alpha2, rest, beta2, beyond, least = own[0], own[1], own[2], own[3], own[4], own[6]
     s = add(at.l, at.v)
     length = square(s)
@@ -84,7 +90,11 @@ def _highlight(own: Any, at: Geometry, x: Any, y: Any) -> Any:
 
 @formula
 def faded(own: Any, at: Geometry, highlight: Any) -> Any:  # noqa: ARG001 it is no power
-    """Compute Lambert's reflection of the light that facets transmit, x(1 − tS), and the highlight's two parts."""
+    """Compute the factors of three lobes: a diffuse base, and the highlight in the colour F₀ and in white.
+
+    The base x(1 − tS) is Lambert's reflection of the light that facets transmit. `own` has the numbers that
+    `Microfacets.parameters` returns; `highlight` is not read.
+    """
     x, y = _cosines(own, at)
     tinted, white = _highlight(own, at, x, y)
     return x * (ONE - own[7] * whiteness(at)), tinted, white
@@ -92,17 +102,18 @@ def faded(own: Any, at: Geometry, highlight: Any) -> Any:  # noqa: ARG001 it is 
 
 @formula
 def _seen(cosine: Any) -> Any:
-    """Compute 1 − (1 − c/2)⁵ for a cosine c."""
+    """Compute 1 − (1 − c/2)⁵ for a cosine c, a factor of the base in `coupled`."""
     rest = ONE - HALF * maximum(cosine, ZERO)
     return ONE - (rest * rest) * (rest * rest) * rest
 
 
 @formula
 def coupled(own: Any, at: Geometry, highlight: Any) -> Any:  # noqa: ARG001 it is no power
-    """Compute a reciprocal diffuse base, with which the total reflectance is at most 1, and the highlight's two parts.
+    """Compute the factors of three lobes: a reciprocal diffuse base, and the highlight in the colour F₀ and in white.
 
-    The base is 28/23 · x(1 − (1 − x/2)⁵)(1 − (1 − y/2)⁵): Ashikhmin and Shirley, An anisotropic Phong BRDF model, 2000,
-    equation 5.
+    The base is 28/23 · x(1 − (1 − x/2)⁵)(1 − (1 − y/2)⁵), with which the total reflectance is at most 1: Ashikhmin and
+    Shirley, An anisotropic Phong BRDF model, 2000, equation 5. `own` has the numbers that `Microfacets.parameters`
+    returns; `highlight` is not read.
     """
     x, y = _cosines(own, at)
     tinted, white = _highlight(own, at, x, y)
@@ -114,7 +125,7 @@ ROUGHNESS = partial(number_or_map, above=0.0, at_most=1.0, remedy="0.1 is polish
 
 
 class Microfacets(Reflectance):
-    """Diffuse base, `faded` or `coupled`, under a highlight of microfacets in two colours.
+    """Reflectance of small mirrors: a highlight in two colours over a diffuse base, which is `faded` or `coupled`.
 
     Each subclass has the field `roughness`.
     """
@@ -128,12 +139,15 @@ class Microfacets(Reflectance):
     """Least values of the cosines n·l and n·v, and of the denominator in D."""
 
     def fade(self, maps: Mapping[str, Any]) -> Any:  # noqa: ARG002 constant by default
-        """Return the t of a `faded` base: the fraction that it loses where light grazes the facets."""
+        """Return t, the fraction of a `faded` base that is lost where light grazes the facets; by default all, 1.
+
+        `maps` is that of `Reflectance.parameters`.
+        """
         return 1.0
 
     @property
     def alpha(self) -> float:
-        """Roughness α of the distribution."""
+        """Roughness α of the distribution D, for a roughness that is no map."""
         return float(self.parameters({})[0])
 
     @property
@@ -142,7 +156,10 @@ class Microfacets(Reflectance):
         return type(self).factors is faded
 
     def directions(self, surface: Surface) -> Directions:
-        """Sample the distribution of the facets' slopes (Walter et al. 2007, equations 35 and 36)."""
+        """Return an importance sampling of the distribution of the facets' slopes.
+
+        Source: Walter et al. 2007, equations 35 and 36.
+        """
         alpha = self.parameters(surface.maps)[0]
 
         def slopes(x: Any, y: Any) -> tuple[Any, Any]:
@@ -157,11 +174,15 @@ class Microfacets(Reflectance):
 
     @property
     def sharpness(self) -> float:
-        """Sharpness of the distribution D, which is proportional to exp(−2 θ²/α²) near its peak."""
+        """Sharpness of the highlight, 4/α²: near its peak, the distribution D is proportional to exp(−2 θ²/α²)."""
         return min(4.0 / self.alpha**2, BRIGHTEST)
 
     def parameters(self, maps: Mapping[str, Any]) -> tuple[Any, ...]:
-        """Return α, α², 1 − α², β², 1 − β², the least cosine, the least denominator of D, and t."""
+        """Return the eight numbers that the formulas read.
+
+        These are α, α², 1 − α², β², 1 − β², the least cosine, the least denominator of D, and t. If `maps` has a map of
+        the roughness, the first five are arrays of numbers per vertex.
+        """
         rest = (*(0.0,) * 5, *self.cutoffs, self.fade(maps))
         found: tuple[Any, ...] = type(self).mapped(np.asarray(maps.get("roughness", self.roughness)), rest)
         return found
@@ -169,5 +190,5 @@ class Microfacets(Reflectance):
 
 @formula
 def alpha_of(roughness: Any) -> Any:
-    """Return the α of a perceptually linear roughness: its square."""
+    """Return the α of the distribution for a roughness that is perceptually linear: α = roughness²."""
     return maximum(roughness * roughness, as_type_of(roughness, _LEAST_ALPHA))

@@ -16,14 +16,21 @@ from pvphong.optics.reflectances.phong import MIRROR
 
 @formula
 def _normalised_highlight(own: Any, at: Geometry, highlight: Any) -> Any:
-    """Compute max(n·l, 0), and its product with the highlight and the scale."""
+    """Compute the factors of diffuse and highlight: max(n·l, 0), and this times the power times own[0].
+
+    `own` has the result of `_scale_of`, and `highlight` is the power max(r·v, 0)ˢ.
+    """
     n_l = maximum(at.n_l, ZERO)
     return n_l, n_l * highlight * own[0]
 
 
 @formula
 def _scale_of(shininess: Any, own: Any) -> Any:  # noqa: ARG001 there are no others
-    """Return (s + 2)/2, the scale with which the highlight reflects all light at normal incidence."""
+    """Return (s + 2)/2 for the shininess s, as a tuple of one number, limited to `BRIGHTEST`.
+
+    The highlight is multiplied by this number, so that at normal incidence it reflects all light. `own`, the parameters
+    for a material without a map of the shininess, is not needed.
+    """
     return (minimum(HALF * shininess + ONE, as_type_of(shininess, BRIGHTEST)),)
 
 
@@ -64,6 +71,6 @@ class ModifiedPhong(Shiny):
     mapped = staticmethod(_scale_of)
 
     def parameters(self, maps: Mapping[str, Any]) -> tuple[Any, ...]:
-        """Return the scale of the highlight."""
+        """Return (s + 2)/2, the factor of the highlight, for the shininess s or for a map of it in `maps`."""
         scale: tuple[Any, ...] = _scale_of(np.asarray(maps.get("shininess", self.sharpness)), ())
         return scale

@@ -15,7 +15,11 @@ from pvphong.optics.reflectance import Geometry, Lobe, Reflectance
 
 @formula
 def _rough_diffuse(own: Any, at: Geometry, highlight: Any) -> Any:  # noqa: ARG001 it has none
-    """Compute the factor without angles: cos φ sin α sin β = l·v − (n·l)(n·v). cos β is the greater of n·l and n·v."""
+    """Compute the only factor: cos θ · (A + B · max(cos φ, 0) · sin α · tan β), with A and B in `own`.
+
+    Angles are not needed: cos φ sin α sin β = l·v − (n·l)(n·v), and cos β is the greater of n·l and n·v. `highlight` is
+    not read.
+    """
     a, b = own[0], own[1]
     n_l = maximum(at.n_l, ZERO)
     along = maximum(dot(at.l, at.v) - n_l * at.n_v, ZERO)
@@ -58,6 +62,6 @@ class OrenNayar(Reflectance):
     factors = staticmethod(_rough_diffuse)
 
     def parameters(self, maps: Mapping[str, Any]) -> tuple[float, float]:  # noqa: ARG002 it has no maps
-        """Return the coefficients A and B."""
+        """Return the coefficients A and B of the formula; no field may be a map, so `maps` is not read."""
         variance = math.radians(self.sigma) ** 2
         return 1.0 - 0.5 * variance / (variance + 0.33), 0.45 * variance / (variance + 0.09)

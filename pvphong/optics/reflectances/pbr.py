@@ -26,7 +26,10 @@ _FLOOR, _LEAST = 1e-5, math.sqrt(1e-8 / math.pi)
 
 @formula
 def _half_masked(roughness: Any, own: Any) -> Any:
-    """Return the parameters of facets with α = roughness² in D, and β = roughness in the masking."""
+    """Return the parameters of `Microfacets` for a roughness, with β = roughness in the masking, as in VTK.
+
+    `own` has parameters for another roughness; those that do not depend on the roughness are copied.
+    """
     alpha = alpha_of(roughness)
     return alpha, alpha * alpha, ONE - alpha * alpha, alpha, ONE - alpha, own[5], own[6], own[7]
 
@@ -79,7 +82,7 @@ class PBR(Microfacets):
     mapped = staticmethod(_half_masked)
 
     def of(self, material: Any) -> PBR:
-        """Return a copy with the material's diffuse colour."""
+        """Return a copy that also has the diffuse colour of the material, on which its lobes depend."""
         color = rgb(material.diffuse)
         if max(color) > 1.0:
             check.refuse("diffuse", color, "at most 1 in each channel for PBR", "A reflectance of 1 is all light.")
@@ -87,15 +90,16 @@ class PBR(Microfacets):
 
     @property
     def lobes(self) -> tuple[Lobe, ...]:
-        """The base, and the highlight in the colour of F₀ and in white."""
+        """The lobe of the base, and the highlight in two lobes: in the colour F₀, and in white."""
         return _Colored(self.metallic, self.roughness).lobes
 
 
 def fresnel_ends(metallic: Any, color: Any) -> tuple[Any, Any]:
-    """Return F₀ for each channel of a colour, shape (3, ...), and F₉₀, which all channels share, shape (...).
+    """Return the highlight's reflectance at normal incidence, F₀, and at grazing angles, F₉₀.
 
-    An F₀ below 0.02 is taken for a crevice, as in VTK and Filament (5.6.2, specular occlusion): the nonmetallic part of
-    F₉₀ is 50 times the mean of F₀, at most 1. Like VTK, it uses 0.33 for a third.
+    F₀ has the shape (3, ...) of `color`, the diffuse colour. F₉₀ is the same for all channels, shape (...). An F₀ below
+    0.02 is taken for a crevice, as in VTK and Filament (5.6.2, specular occlusion): the nonmetallic part of F₉₀ is 50
+    times the mean of F₀, at most 1. Like VTK, it uses 0.33 for a third.
     """
     f0 = (1.0 - metallic) * DIELECTRIC + metallic * color
     return f0, (1.0 - metallic) * np.minimum(50.0 * 0.33 * (f0[0] + f0[1] + f0[2]), 1.0) + metallic
@@ -103,7 +107,7 @@ def fresnel_ends(metallic: Any, color: Any) -> tuple[Any, Any]:
 
 @dataclass(frozen=True)
 class _Colored(PBR):
-    """PBR with a diffuse colour."""
+    """PBR together with the diffuse colour of its material, as `PBR.of` makes it."""
 
     color: Vector = WHITE
     varies: bool = False
@@ -112,14 +116,18 @@ class _Colored(PBR):
     scale: ClassVar[float] = 1.0
 
     def fade(self, maps: Mapping[str, Any]) -> Any:
-        """Return t = 1 − (1 − F₉₀)/(1 − F₀), so that (1 − F₀)(1 − tS) is 1 − F in the brightest channel."""
+        """Return t = 1 − (1 − F₉₀)/(1 − F₀), with F₀ of the brightest channel: the base is multiplied by 1 − tS.
+
+        In this channel, (1 − F₀)(1 − tS) is then 1 − F. The result is one number, or one for each vertex if `maps` has
+        a map of `metallic`.
+        """
         f0, f90 = fresnel_ends(maps.get("metallic", self.metallic), np.array(self.color)[:, None])
         top = f0.max(axis=0)
         fade = np.where(f90 < 1.0, (f90 - top) / np.maximum(1.0 - top, 1e-9), 1.0)
         return fade if "metallic" in maps else float(fade[0])
 
     def over(self, maps: Mapping[str, tuple[float, float]]) -> PBR:
-        """Return a copy whose colours are upper bounds over all values of a map of `metallic`."""
+        """Return a copy whose lobes' colours are upper bounds for any `metallic`, if `maps` has a map of it."""
         return replace(self, varies="metallic" in maps)
 
     @property
@@ -138,7 +146,7 @@ class _Colored(PBR):
         f90 = np.ones(1) if self.varies else least_f90
 
         def ends(albedo: FloatArray, maps: Mapping[str, FloatArray]) -> tuple[Any, Any, Any]:
-            """Return metallic, F₀ and F₉₀, in the type of the albedo."""
+            """Return `metallic`, F₀ and F₉₀ at vertices, in the float type of their albedo, shape (3, n)."""
             m = maps.get("metallic", albedo.dtype.type(low))
             return m, *fresnel_ends(m, color.astype(albedo.dtype) * albedo)
 
@@ -167,7 +175,7 @@ class _Colored(PBR):
 
 @dataclass(frozen=True)
 class Shaded(_Colored):
-    """PBR as VTK's shader computes it."""
+    """PBR exactly as VTK's shader computes it, including its factor 1/π, its least cosines and its gamma."""
 
     gamma: ClassVar[float] = 2.2
     is_physical: ClassVar[bool] = True
@@ -181,12 +189,15 @@ class Shaded(_Colored):
 
 
 def is_physical(prop: Any) -> bool:
-    """True if VTK draws a property with physically based shading."""
+    """Return True if a VTK property asks for physically based shading."""
     return bool(prop.GetInterpolationAsString() == "Physically based rendering")
 
 
 def physical_of(prop: Any) -> PBR:
-    """Return the reflectance of a physically based property; raise ValueError for features that are not supported."""
+    """Return the reflectance of a VTK property with physically based shading.
+
+    Raise ValueError for features of the property that pvphong does not support.
+    """
     asked = {
         "anisotropy": (prop.GetAnisotropy(), 0.0),
         "coat_strength": (prop.GetCoatStrength(), 0.0),

@@ -21,9 +21,10 @@ from pvphong.optics.reflectances.highlight import Shiny, own_shininess
 
 @formula
 def _mirror_square(at: Geometry) -> Any:
-    """Compute |C|² for C = 2(n·l)n − l − v, r·v = 1 − ½|C|², from the parts of C across n and along it.
+    """Compute |C|² for the chord C = 2(n·l)n − l − v between the mirror direction and the viewer: r·v = 1 − ½|C|².
 
-    |C|² = |n × (l + v)|² + (n·(l − v))² is 0 where n = l = v, unaffected by the rounding of |n|.
+    It is computed from the parts of C across n and along n: |C|² = |n × (l + v)|² + (n·(l − v))². So it is 0 where n =
+    l = v, unaffected by the rounding of |n|.
     """
     along = dot(at.n, subtract(at.l, at.v))
     return multiply_add(along, along, square(cross(at.n, add(at.l, at.v)))) * (at.scale * at.scale)

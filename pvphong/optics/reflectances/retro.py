@@ -12,7 +12,7 @@ from pvphong.optics.reflectances.modified_phong import ModifiedPhong
 
 @formula
 def _back_square(at: Geometry) -> Any:
-    """Compute |C|² for C = l − v, l·v = 1 − ½|C|²."""
+    """Compute |C|² for the chord C = l − v between the light and the viewer: l·v = 1 − ½|C|²."""
     return square(subtract(at.l, at.v))
 
 

@@ -19,8 +19,10 @@ _FLOOR, _HEADLIGHT_FLOOR = 1e-5, 1e-6
 
 
 def vtk_reflectance(shininess: float, *, is_headlight: bool) -> Reflectance:
-    """Return the reflectance of VTK's shader: for a single headlight, which its first tier of code handles, or for any
-    other lights.
+    """Return the reflectance of VTK's Phong shader, which limits the shininess to 128.
+
+    With `is_headlight`, it is that of the first tier of the shader's code, for scenes with a single headlight;
+    otherwise that of the other two tiers.
     """
     shininess = min(shininess, HIGHEST_POWER)
     return VtkHeadlight(shininess) if is_headlight else Phong(shininess, _FLOOR)
@@ -28,7 +30,10 @@ def vtk_reflectance(shininess: float, *, is_headlight: bool) -> Reflectance:
 
 @formula
 def _headlight(own: Any, at: Geometry, highlight: Any) -> Any:  # noqa: ARG001 any reflectance's
-    """Compute max(n·l, floor) and the highlight; without a normal both are 0, not the floor."""
+    """Compute the factors of diffuse and highlight: max(n·l, floor), and `highlight`; both 0 without a normal.
+
+    `highlight` is the power of the same cosine. `own` is not read.
+    """
     is_there = square(at.n) > ZERO
     cosine = maximum(at.n_l, as_type_of(at.n_l, _HEADLIGHT_FLOOR))
     return select(is_there, cosine, ZERO), select(is_there, highlight, ZERO)
@@ -36,7 +41,7 @@ def _headlight(own: Any, at: Geometry, highlight: Any) -> Any:  # noqa: ARG001 a
 
 @formula
 def _normal_square(at: Geometry) -> Any:
-    """Compute |C|² for C = l − n, n·l = 1 − ½|C|²."""
+    """Compute |C|² for the chord C = l − n between the light and the normal: n·l = 1 − ½|C|²."""
     return square(subtract(at.l, times(at.n, at.scale)))
 
 

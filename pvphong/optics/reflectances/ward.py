@@ -47,7 +47,10 @@ _WIDTH = partial(check.number, above=0.0, at_most=1.0)
 
 @formula
 def _gloss(own: Any, at: Geometry, highlight: Any) -> Any:  # noqa: ARG001 it is no power
-    """Compute max(n·l, 0), and the highlight of `Ward`."""
+    """Compute the factors of diffuse and highlight: max(n·l, 0), and the formula in the docstring of `Ward`.
+
+    `own` has 1/α_x and 1/α_y. `highlight` is not read, because the highlight is no power of a cosine.
+    """
     x, s = maximum(at.n_l, ZERO), add(at.l, at.v)
     low = ONE / maximum(x + maximum(at.n_v, ZERO), as_type_of(x, LEAST_HEIGHT))
     along = dot(s, at.t) * low * own[0]
@@ -104,11 +107,14 @@ class Ward(Reflectance):
     factors = staticmethod(_gloss)
 
     def parameters(self, maps: Mapping[str, Any]) -> tuple[Any, ...]:  # noqa: ARG002 no field has a map
-        """Return 1/α_x and 1/α_y."""
+        """Return 1/α_x and 1/α_y; no field may be a map, so `maps` is not read."""
         return 1.0 / max(self.alpha_x, _LEAST_ALPHA), 1.0 / max(self.alpha_y, _LEAST_ALPHA)
 
     def directions(self, surface: Surface) -> Directions:
-        """Sample the exponential: slopes along t and n × t are normally distributed (Ward 1992, equation 6)."""
+        """Return an importance sampling of the exponential factor of the highlight.
+
+        The half-way direction's slopes along t and n × t are normally distributed (Ward 1992, equation 6).
+        """
         along, across = self.parameters({})
 
         def slopes(x: Any, y: Any) -> tuple[Any, Any]:
@@ -124,5 +130,5 @@ class Ward(Reflectance):
 
     @property
     def sharpness(self) -> float:
-        """Sharpness along the direction in which the highlight is narrower."""
+        """Sharpness of the highlight in the direction in which it is narrower; see `Reflectance.sharpness`."""
         return min(2.0 * max(self.parameters({})) ** 2, BRIGHTEST)

@@ -73,19 +73,18 @@ def save_figure(report: Result, path: str | os.PathLike[str], physics: Physics |
 
 
 def draw_fronts(part: Any, report: Result) -> None:
-    """Draw the Pareto fronts of all kinds of error side by side, in the Matplotlib subfigure `part`."""
+    """Draw the report's Pareto fronts, one for each kind of error, side by side in the Matplotlib subfigure `part`."""
     shown = [kind for kind in KINDS if any(row.kind == kind for row in report.rows)]
     for axes, kind in zip(np.atleast_1d(part.subplots(1, len(shown))), shown, strict=True):
         _draw_front(axes, report, kind)
 
 
 def _how_it_falls(rows: Sequence[Row]) -> list[str]:
-    """Return text lines that tell how fast the RMS interpolation error falls as points are added, by uniform and by
-    adaptive splitting.
+    """Describe, in lines of text, how fast the RMS interpolation error falls as splitting adds points to a mesh.
 
-    With uniform splitting, the triangles along a jump of the colour keep their errors. With n points, the area of these
-    triangles is proportional to n^(-1/2), so the RMS error is proportional to n^(-1/4). Cuts along the jump remove
-    these errors.
+    `rows` are the rows for the original mesh, uniform splitting and adaptive splitting. With uniform splitting, the
+    triangles along a jump of the colour keep their errors. With n points, the area of these triangles is proportional
+    to n^(-1/2), so the RMS error is proportional to n^(-1/4). Cuts along the jump remove these errors.
     """
     named = {row.name: row for row in rows if row.error.rms}
     start, lines = named.get(AS_IT_IS), list[str]()
@@ -100,7 +99,10 @@ def _how_it_falls(rows: Sequence[Row]) -> list[str]:
 
 
 def _height(row: Row, zero: float) -> float:
-    """Return the height of a row's marker: its largest error. An error of 0 has no logarithm; it is drawn at `zero`."""
+    """Return the height at which a row's marker is drawn: its largest error, or `zero` if the error is 0.
+
+    The axis is logarithmic and has no 0.
+    """
     return row.error.largest or zero
 
 
@@ -146,7 +148,19 @@ def _draw_front(axes: Any, report: Result, kind: Kind) -> None:
 
 
 def _set_limits(axes: Any, rows: Sequence[Row], zero: float, tolerance: float) -> None:
-    """Set limits that leave room for the labels on the right, readable ticks, and a tick label for an error of 0."""
+    """Set the limits and ticks of a front's axes, with room for labels on the right.
+
+    Parameters
+    ----------
+    axes : matplotlib.axes.Axes
+        The axes.
+    rows : sequence of Row
+        Rows that are drawn.
+    zero : float
+        Height at which an error of 0 is drawn, which gets a tick label.
+    tolerance : float
+        Tolerance of the report, which must be visible.
+    """
     from matplotlib.ticker import FixedLocator, LogLocator
 
     low, high = min(row.time.low for row in rows) * 1e3, max(row.time.high for row in rows) * 1e3
@@ -167,7 +181,10 @@ def _set_limits(axes: Any, rows: Sequence[Row], zero: float, tolerance: float) -
 
 
 def _label(axes: Any, rows: Sequence[Row], zero: float) -> None:
-    """Draw the rows' names in a column on the right, in the order of their errors, with thin lines to the markers."""
+    """Draw the rows' names in a column on the right, in the order of their errors, with thin lines to the markers.
+
+    `zero` is the height at which an error of 0 is drawn.
+    """
     low, high = np.log10(axes.get_ylim())
     ordered = sorted(rows, key=lambda row: (_height(row, zero), row.time.median))
     places: list[float] = []  # heights of the names in [0, 1]: near their markers, without overlap
@@ -214,11 +231,11 @@ class Picture(NamedTuple):
 
 
 def linked_pictures(report: Result) -> list[Picture]:
-    """Draw pictures of the mesh from one viewer: the reference, the chosen colours, their errors at the vertices, and
-    the errors inside triangles if all triangles were searched.
+    """Draw the mesh from one viewer: its reference colours, the chosen colours, and their errors.
 
-    The viewer is the scene's if it sees the mesh, otherwise one that frames the mesh. The colour scale of errors at the
-    vertices is symmetric and ends at the largest error. The scale of errors inside triangles is logarithmic.
+    The last picture, of errors inside triangles, is drawn only if all triangles were searched. The viewer is the
+    scene's if it sees the mesh, otherwise one that frames the mesh. The colour scale of errors at the vertices is
+    symmetric and ends at the largest error. The scale of errors inside triangles is logarithmic.
 
     Raises
     ------
@@ -247,8 +264,9 @@ def linked_pictures(report: Result) -> list[Picture]:
 
 
 def _covered(pixels: NDArray[np.uint8]) -> BoolArray:
-    """Return the mask, shape (height, width), of pixels that do not have the background's colour. The top left pixel
-    shows the background.
+    """Return the mask of an image's pixels that show the mesh, shape (height, width).
+
+    These are the pixels whose colour differs from that of the top left pixel, which shows the background.
     """
     covered: BoolArray = (pixels != pixels[0, 0]).any(axis=2)
     return covered
@@ -273,7 +291,7 @@ def error_scale(errors: Float64Array, tolerance: float | None = None) -> Any:
 
 
 def _scaled(errors: Float64Array, scale: Any) -> Float64Array:
-    """Return the colours, shape (n, 3), in [0, 1], that a scale gives to errors, shape (n,)."""
+    """Return the colours that a colour scale gives to n errors, shape (n, 3), from 0 to 1."""
     return np.asarray(scale.to_rgba(np.maximum(errors, scale.norm.vmin)))[:, :3]  # a logarithmic scale masks 0
 
 

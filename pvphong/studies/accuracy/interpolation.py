@@ -109,10 +109,10 @@ class Interpolation(NamedTuple):
 
 
 def seconds_of_rays(subject: Subject, tolerance: float) -> float:
-    """Estimate the seconds that rays inside triangles add to a float64 evaluation of all vertices; 0 if the scene needs
-    no rays.
+    """Estimate the seconds that rays inside triangles add to a float64 evaluation of all vertices.
 
-    The search of a triangle evaluates about _EVALUATIONS points, and casts rays from _PLACES of them.
+    The search of a triangle evaluates about _EVALUATIONS points, and casts rays from _PLACES of them. If the scene
+    needs no rays, the result is 0.
 
     Parameters
     ----------
@@ -134,8 +134,9 @@ def seconds_of_rays(subject: Subject, tolerance: float) -> float:
 
 
 def least_seconds(mesh: pv.PolyData, exact_seconds: float) -> float:
-    """Estimate the least time that `interpolation` needs, in seconds. `exact_seconds` is the time of a float64
-    evaluation of all vertices.
+    """Estimate the least time that `interpolation` needs for a mesh, in seconds.
+
+    `exact_seconds` is the time of a float64 evaluation of all vertices.
     """
     return _EVALUATIONS * exact_seconds * min(mesh.n_cells, _FEWEST_SEARCHED) / mesh.n_points
 
@@ -216,7 +217,23 @@ def interpolation(
 def _variant(
     subject: Subject, name: str, whole: Triangles, errors: Errors, note: str, preparation: float = 0.0
 ) -> Variant:
-    """Return the variant that lights the points of the mesh `whole`. `errors` are the mesh's interpolation errors."""
+    """Return a variant that lights the points of an original or refined mesh.
+
+    Parameters
+    ----------
+    subject : Subject
+        The original mesh with scene and material.
+    name : str
+        Name of the variant.
+    whole : Triangles
+        The mesh whose points are lit.
+    errors : Errors
+        Its interpolation errors.
+    note : str
+        Remark for the row.
+    preparation : float
+        Seconds that it took to make the mesh.
+    """
     backend = subject.backend_for(subject.equation, len(whole.points))
     seen = None
     if subject.visibility is not None:  # given, so that no rays are cast; its values do not affect the time
@@ -235,8 +252,10 @@ def _variant(
 
 
 def _areas(subject: Subject, points: FloatArray, corners: IntArray) -> Float64Array:
-    """Return the fraction of the total area, in world coordinates, that each triangle covers; 0 if one of its points is
-    not finite.
+    """Return for each triangle its fraction of the total area in world coordinates, shape (m,).
+
+    `corners` has the triangles' point indices, shape (m, 3). The fraction is 0 for a triangle with a point that is not
+    finite.
     """
     placed = points.astype(np.float64)
     if subject.assembled.matrix is not None:
@@ -250,22 +269,36 @@ def _areas(subject: Subject, points: FloatArray, corners: IntArray) -> Float64Ar
 
 
 def _with_own_corners(subject: Subject, corners: IntArray, areas: Float64Array) -> Triangles:
-    """Return triangles that share no points, so that each can be searched and split separately."""
+    """Return triangles that share no points, so that each can be searched and split separately.
+
+    Parameters
+    ----------
+    subject : Subject
+        The mesh.
+    corners : ndarray
+        Point indices of the triangles in the mesh, shape (m, 3).
+    areas : ndarray
+        Fraction of the surface's area that each triangle represents, shape (m,).
+    """
     own, points = np.arange(corners.size).reshape(-1, 3), corners.ravel()
     material = _with_maps(subject.material, lambda values: values[points])
     return Triangles(subject.points[points], subject.normals[points], own, areas, material)
 
 
 def _with_maps(material: Material, change: Callable[[Any], Any]) -> Material:
-    """Apply a function to a material's maps. The maps are converted to floats first, because integers would round
-    interpolated values.
+    """Return a material whose maps have been changed by a function of an array.
+
+    The maps are converted to floats first, because integers would round interpolated values.
     """
     maps = given_maps(material).items()
     return material.with_values({name: Map(change(fractions(name, np.asarray(each)))) for name, each in maps})
 
 
 def _errors(subject: Subject, triangles: Triangles) -> Float64Array:
-    """Return the largest interpolation error in each triangle, shape (m,)."""
+    """Return the largest interpolation error in each of m triangles, shape (m,).
+
+    `subject` has the scene, and the whole mesh for shadows.
+    """
     mesh = pv.PolyData.from_regular_faces(triangles.points, triangles.corners)
     mesh.point_data.active_normals = triangles.normals
     options: dict[str, Any] = {"matrix": subject.matrix}
@@ -278,9 +311,24 @@ def _errors(subject: Subject, triangles: Triangles) -> Float64Array:
 def _adaptive(
     mesh: pv.PolyData, subject: Subject, tolerance: float, seconds_each: float, count: int, clock: Clock
 ) -> Variant | str:
-    """Return the variant of a mesh that is refined to the tolerance, or as far as time allows. If time is too short, or
-    no triangle is split, return the reason. The mesh has `count` triangles; searching one of them takes `seconds_each`
-    seconds.
+    """Refine a mesh adaptively, to the tolerance or as far as time allows, and return it as a variant.
+
+    If time is too short, or no triangle is split, return the reason instead.
+
+    Parameters
+    ----------
+    mesh : pyvista.PolyData
+        The mesh.
+    subject : Subject
+        Its points, normals, scene and material.
+    tolerance : float
+        Tolerance of the refinement.
+    seconds_each : float
+        Seconds to search one triangle for errors.
+    count : int
+        Number of triangles of the mesh.
+    clock : Clock
+        Time budget.
     """
     left = clock.left
     edges = 0

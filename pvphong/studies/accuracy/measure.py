@@ -241,19 +241,33 @@ class _Measurement:
         )
 
     def _left(self) -> float:
-        """Return the seconds left for preparation, after reserving time to repeat all variants found so far."""
+        """Return the seconds that are left to prepare further variants.
+
+        Time to repeat all variants found so far is reserved.
+        """
         return self.clock.left - max(self.for_rounds, FEWEST_REPEATS * sum(self.estimates.values()))
 
     def _has_time_for(self, what: str, seconds: float) -> bool:
-        """Return True if there is time to prepare something. Otherwise add it to `left_out`."""
+        """Return True if `seconds` are left to prepare something; otherwise add it, as `what`, to `left_out`."""
         fits = seconds <= self._left()
         if not fits:
             self.left_out[what] = "there was no time for it"
         return fits
 
     def _add(self, row: Row, run: Run, seconds: float) -> None:
-        """Add a variant, given the seconds of its first run. A short run is timed again, because the first one was the
-        warm-up. Unless the report needs the variant, it is left out if there is no time to repeat it.
+        """Add a variant that has been run once, unless there is no time to repeat it.
+
+        A variant that the report needs is always added. A short run is timed again, because the first one was the
+        warm-up.
+
+        Parameters
+        ----------
+        row : Row
+            Row of the variant.
+        run : callable
+            Function that lights the mesh.
+        seconds : float
+            Time of the first run.
         """
         if seconds < 0.01 * self.clock.left:
             seconds = min(seconds, timed(run)[1])
@@ -263,7 +277,7 @@ class _Measurement:
         self.rows[row.name], self.runs[row.name], self.estimates[row.name] = row, run, seconds
 
     def _add_all(self, found: list[Variant]) -> None:
-        """Run variants once and add them."""
+        """Run each variant once, and add it."""
         for row, run, _ in found:
             self._add(row, run, timed(run)[1])
 
@@ -278,8 +292,9 @@ class _Measurement:
         return found
 
     def _light_vertices(self) -> list[Variant]:
-        """Measure the errors of every variant at the vertices, and time each variant once. Return all variants, also
-        those that were not measured.
+        """Measure the errors of every variant at the vertices, and time each variant once.
+
+        Variants for which there is no time are skipped. Return all variants, also the skipped ones.
         """
         s = self.subject
         found, reasons = variants(s, self.tolerance)
@@ -314,8 +329,9 @@ class _Measurement:
         return found
 
     def _drop_effects(self) -> dict[str, float]:
-        """Return effect or light → the largest light-model error without it. Also queue a run without each of them for
-        timing.
+        """Leave out each effect and each light in turn; return its name → the largest light-model error without it.
+
+        For each, a run without it is also queued for timing.
         """
         s, whole, errors = self.subject, self.subject.assembled, dict[str, float]()
         effects, (middle, _) = s.plan().effects, s.sphere
@@ -343,6 +359,15 @@ class _Measurement:
         """Return an entry for every effect of the plan at the tolerance, and for every light whose error was measured.
 
         The cost of an effect is the difference between the times with and without it, plus the time of its rays.
+
+        Parameters
+        ----------
+        errors : dict
+            Result of `_drop_effects`.
+        times : dict
+            Name of a run → seconds of its repeats.
+        casting : dict
+            Name of an effect → seconds to cast its rays.
         """
         plan = self.subject.plan(self.tolerance)
         kept = {term.index for term in plan.equation.terms}

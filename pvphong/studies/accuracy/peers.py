@@ -32,8 +32,9 @@ FRAME = (1024, 768)
 
 
 def textbook(subject: Subject) -> Variant:
-    """Return the textbook variant with its arithmetic error; raise ``ValueError`` if the textbook does not support the
-    scene.
+    """Return a variant that lights the vertices as in a textbook, with its arithmetic error.
+
+    Raise ``ValueError`` if `textbook_colors` does not support the scene.
     """
     s = subject
 

@@ -78,14 +78,15 @@ class ModelOfLight:
 
     @property
     def rms(self) -> float:
-        """Root mean square of the model's error. The mean square of `error` also contains the mean square of the noise
-        of path tracing, which is subtracted.
+        """Root mean square of the model's error, without the noise of path tracing.
+
+        The mean square of `error` contains the mean square of this noise, which is subtracted.
         """
         return max(float(np.square(self.error).mean()) - self.noise**2, 0.0) ** 0.5
 
     @property
     def largest(self) -> float:
-        """Largest absolute error."""
+        """Largest absolute error of any channel."""
         return float(np.abs(self.error).max())
 
 
@@ -116,13 +117,13 @@ class Physics:
 
     @property
     def exposure(self) -> float:
-        """Factor applied to colours for display. It keeps nearly all path-traced values below white."""
+        """Factor by which pictures multiply colours, so that nearly all path-traced colours are below white."""
         bright = float(np.quantile(self.truth.rgb, _BRIGHT))
         return 1.0 / bright if bright > 0.0 else 1.0
 
     @property
     def cheapest(self) -> ModelOfLight:
-        """Cheapest model whose error is about as small as that of the best one."""
+        """Fastest of the models whose RMS error is about as small as the smallest."""
         least = max(min(each.rms for each in self.models), self.noise / 4.0)
         return min((each for each in self.models if each.rms <= _AS_GOOD * least), key=lambda each: each.seconds)
 
@@ -188,8 +189,9 @@ def measure(
     budget: float,
     say: Callable[[str], object],
 ) -> Physics:
-    """Light a mesh by each model, and by path tracing. If the light model is two-sided, models with bounces are left
-    out.
+    """Light a mesh by each light model, and by path tracing.
+
+    If the light model is two-sided, models with bounces are left out.
 
     Parameters
     ----------
@@ -250,31 +252,46 @@ def measure(
 
 
 def _ambient_of(prepared: Prepared) -> FloatArray:
-    """Return the colours of ambient light alone."""
+    """Return the colours, shape (n, 3), that a prepared mesh has in the scene's ambient light alone."""
     plan = prepared.plan
     alone = replace(plan, equation=interreflection.ambient_alone(plan.equation))
     return alone.run(prepared.vertices).rgb
 
 
 class _Models:
-    """Collects light models as they are measured."""
+    """Collects light models and compares them with path tracing, as they are measured."""
 
     def __init__(self, truth: Truth, say: Callable[[str], object]) -> None:
         self.found: list[ModelOfLight] = []
         self._true, self._noise, self._say = truth.rgb, _rms(truth.standard_error), say
 
     def add(self, name: str, run: Callable[[], FloatArray], before: float = 0.0) -> None:
-        """Run a model and add it. `before` is the time that its rays took, in seconds."""
+        """Run a model and add it.
+
+        Parameters
+        ----------
+        name : str
+            Description of the model.
+        run : callable
+            Function that returns the colours of the model.
+        before : float
+            Seconds that its rays took, which were cast before.
+        """
         self._say(name)
         colors, taken = timed(run)
         self.found.append(ModelOfLight(name, before + taken, colors, colors - self._true, self._noise))
 
     def fit(self, name: str, direct: tuple[FloatArray, float], ambient: FloatArray) -> float:
-        """Add the model "direct light plus a constant times ambient light", with the constant of least square error.
-        Return the constant.
+        """Add the model "direct light plus a constant times ambient light"; return the constant of least square error.
 
-        `name` is a format string for the constant. `direct` holds the colours of direct light, and the seconds that the
-        model takes. `ambient` holds the colours of an ambient light of 1.
+        Parameters
+        ----------
+        name : str
+            Format string of the model's name, into which the constant is inserted.
+        direct : tuple of ndarray and float
+            Colours of direct light, and the seconds that the model takes.
+        ambient : ndarray
+            Colours of an ambient light of 1.
         """
         power = float(np.vdot(ambient, ambient))
         constant = max(float(np.vdot(ambient, self._true - direct[0])) / power, 0.0) if power else 0.0
@@ -296,13 +313,19 @@ def bare_surface(lit: Physics | Result) -> pv.PolyData:
 
 
 def drawn(mesh: pv.PolyData, colors: FloatArray, viewer: Viewer, size: tuple[int, int]) -> Any:
-    """Return a picture of a mesh with `colors` at its points. The colours are stored in the mesh's array "phong"."""
+    """Draw a mesh with the given colours at its points, and return the picture.
+
+    The colours are stored in the mesh's array "phong". `size` is width and height in pixels.
+    """
     mesh.point_data["phong"] = np.clip(colors, 0.0, 1.0)
     return draw(mesh, viewer, size=size, background=_BACKGROUND)
 
 
 def in_worst_channel(errors: FloatArray) -> Float64Array:
-    """Return the signed error of the worst channel at each vertex, shape (n,), from errors of shape (n, 3)."""
+    """Return, for each vertex, the signed error of the channel whose absolute error is largest, shape (n,).
+
+    `errors` has the shape (n, 3).
+    """
     return errors[np.arange(len(errors)), np.abs(errors).argmax(axis=1)].astype(np.float64, copy=False)
 
 
@@ -310,13 +333,16 @@ def in_worst_channel(errors: FloatArray) -> Float64Array:
 
 
 def refuse_format(path: str | os.PathLike[str], name: str = "path") -> None:
-    """Raise ``ValueError`` unless the path ends in .png, .pdf or .svg."""
+    """Raise ``ValueError`` unless a path ends in .png, .pdf or .svg; `name` is the argument's name in the message."""
     check.choice(f"suffix of {name}", Path(path).suffix.lower(), _FORMATS)
 
 
 @contextmanager
 def figure_in(path: str | os.PathLike[str], height: float) -> Iterator[Any]:
-    """Yield a Matplotlib figure that is `height` inches high. At the end, write it to a .png, .pdf or .svg file."""
+    """Yield an empty Matplotlib figure that is `height` inches high, and write it to a file after the block.
+
+    The suffix of `path` must be .png, .pdf or .svg.
+    """
     refuse_format(path)
     from matplotlib.figure import Figure
 
@@ -365,9 +391,11 @@ def draw_physics(part: Any, physics: Physics) -> None:
 
 
 def _pictures(physics: Physics) -> Iterator[tuple[str, Any, Any, float]]:
-    """Yield four items for each model that is shown: title, picture, picture of the signed difference from path
-    tracing, and the difference at the end of that picture's colour scale. Finally, yield title and picture of path
-    tracing, None and 0.
+    """Yield four items for each light model that is shown.
+
+    These are a title, a picture of the mesh, a picture of its signed difference from path tracing, and the difference
+    at the end of that picture's colour scale. The last four items are for path tracing itself: title, picture, None and
+    0.
     """
     from matplotlib import colormaps
 

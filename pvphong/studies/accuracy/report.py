@@ -173,9 +173,7 @@ class Tradeoff(Result):
             yield self.physics.sentence()
 
     def explain(self) -> str:
-        """Return the whole report as text: rows, costs of effects, predicted error bounds, variants left out, and
-        circumstances.
-        """
+        """Return the whole report as text: rows, costs of effects, error bounds, variants left out, circumstances."""
         title = f"Cost of each effect: time with it minus time without it, of {self.baseline}"
         ledger = table(title, "effect", "", "cost", "if dropped", "why", right=("cost", "if dropped"))
         ledger.columns[1].no_wrap = True
@@ -223,7 +221,7 @@ class Tradeoff(Result):
         return found
 
     def _cells(self) -> Iterator[tuple[Kind, tuple[str, ...]]]:
-        """Yield each row's kind and its table cells, one for each of `_HEADINGS`, sorted by kind and time."""
+        """Yield the kind and the table cells of each row, sorted by kind and time; one cell for each of `_HEADINGS`."""
         for row in sorted(self.rows, key=lambda row: (KINDS.index(row.kind), row.time.median)):
             mark, error = "★" if row in self.chosen else "●" if row.on_front else "", row.error
             name, time = f"{row.name} (peer)" if row.is_peer else row.name, row.time
@@ -303,7 +301,7 @@ def _pairs_table(title: str, rows: list[tuple[str, str]]) -> Table:
 
 
 def circumstances(mesh: pv.PolyData, scene: Scene, material: Material) -> dict[str, str]:
-    """Return the circumstances of a report: mesh, scene, material, machine, threads, versions, date."""
+    """Return what a report depends on, as name → text: mesh, scene, material, machine, threads, versions, date."""
     kinds = Counter(type(light).__name__ for light in scene.lights if light.on)
     lights = ", ".join(f"{count} {kind}" for kind, count in kinds.items()) or "no light"
     in_kernel = f", {threads.count()} in the kernel" if "numba" in sys.modules else ""

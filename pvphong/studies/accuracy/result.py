@@ -55,7 +55,7 @@ class Errors:
 
     @classmethod
     def at_vertices(cls, colors: FloatArray, truth: FloatArray) -> Errors:
-        """Return the errors of colours, shape (n, 3), compared with the true colours of the same vertices."""
+        """Return the errors of colours at vertices, shape (n, 3), against the true colours there, `truth`."""
         differences = np.abs(colors.astype(np.float64) - truth)
         worst = differences.max(axis=1)
         rms = math.sqrt(float(np.mean(differences**2)))
@@ -63,11 +63,17 @@ class Errors:
 
     @classmethod
     def inside_triangles(cls, errors: Float64Array, areas: Float64Array) -> Errors:
-        """Return area-weighted statistics of the largest errors in triangles, shape (m,). `areas` are the areas that
-        the triangles represent, in any unit.
+        """Return statistics of the largest errors in m triangles, weighted by area.
 
         Without weights, a refined mesh would look worse than before, because of its many small triangles where errors
         are large.
+
+        Parameters
+        ----------
+        errors : ndarray
+            Shape (m,): the largest error in each triangle.
+        areas : ndarray
+            Shape (m,): the area that each triangle represents, in any unit.
         """
         whole = areas.sum()
         if not whole:  # triangles without an area have no error
@@ -101,19 +107,20 @@ class Timing:
 
     @property
     def spread(self) -> float:
-        """Interquartile range relative to the median."""
+        """Distance between the quartiles divided by the median."""
         return (self.high - self.low) / self.median
 
     @property
     def is_noise(self) -> bool:
-        """For a difference of times: True if it may be noise, because its lower quartile is not positive, or it has too
-        few repeats.
+        """True if a time that is the difference of two others may be noise.
+
+        It may be if its lower quartile is not positive, or it has too few repeats.
         """
         return self.low <= 0.0 or self.repeats < FEWEST_REPEATS
 
     @classmethod
     def of(cls, seconds: Sequence[float] | Float64Array) -> Timing:
-        """Return the median and quartiles of seconds. NaN entries are skipped."""
+        """Return the timing of repeated runs, given their seconds; NaN entries are skipped."""
         low, median, high = np.nanpercentile(seconds, (25.0, 50.0, 75.0)).tolist()
         return cls(median, low, high, int(np.count_nonzero(~np.isnan(seconds))))
 
@@ -177,12 +184,12 @@ class Row:
 
     @property
     def question(self) -> Question:
-        """Question that the row answers."""
+        """Question that the row answers, which follows from its kind of error."""
         return {"sampling": QUESTIONS[1], "interpolation": QUESTIONS[2]}.get(self.kind, QUESTIONS[0])
 
     @property
     def error(self) -> Errors:
-        """Error of the row's kind."""
+        """Measured error of the kind that the row trades for time."""
         error: Errors | None = getattr(self, self.kind.replace(" ", "_"))
         assert error is not None, "a row has the error of its own kind"
         return error
@@ -229,7 +236,7 @@ class LedgerEntry:
 
     @property
     def cost_text(self) -> str:
-        """Cost as text; empty if it was not measured."""
+        """Cost of the effect as text; empty if it was not measured."""
         return "" if self.cost is None else "in the noise" if self.cost.is_noise else seconds(self.cost.median)
 
 
@@ -256,11 +263,11 @@ class PredictedBound:
 
 
 def with_fronts(rows: Sequence[Row]) -> tuple[Row, ...]:
-    """Return the rows with `on_front` set to True for rows on the Pareto front of their kind, else to False. For a row
-    on the front, no other row is at least as good in time and error and better in one of them.
+    """Return the rows, marked by `on_front` if they are on the Pareto front of their kind.
 
-    A light-model row is also compared with the arithmetic row of the same evaluator. That row evaluates the exact
-    equation, so its light-model error is 0.
+    For a row on the front, no other row is at least as good in time and error and better in one of them. A light-model
+    row is also compared with the arithmetic row of the same evaluator. That row evaluates the exact equation, so its
+    light-model error is 0.
     """
 
     def dominates(a: Row, b: Row) -> bool:
@@ -336,12 +343,12 @@ class Result:
 
     @property
     def chosen(self) -> list[Row]:
-        """The best row for each question."""
+        """The best row for each question, for the report's tolerance."""
         best = (self.best(question=question) for question in QUESTIONS)
         return [row for row in best if row is not None]
 
     def rows_for(self, question: Question, *, peers: bool = False) -> Iterator[Row]:
-        """Return the rows for a question: pvphong's own, or those of peers."""
+        """Yield the rows that answer a question: pvphong's own or, if `peers`, those of other implementations."""
         return (row for row in self.rows if row.question == question and row.is_peer == peers)
 
     @property
@@ -358,18 +365,18 @@ class Result:
 
     @cached_property
     def chosen_colors(self) -> FloatArray:
-        """Colours of the row chosen at the vertices, shape (n_points, 3); evaluated again at the first access."""
+        """Colours of the row chosen at the vertices, shape (n_points, 3); the first access evaluates them again."""
         return self._lighting[self.name_of_chosen]()
 
     def worst(self) -> list[tuple[int, float]]:
-        """Return index and error of the vertices where the chosen row has the largest errors, largest first."""
+        """Return index and error of those vertices where the chosen row has its largest errors, largest first."""
         errors = np.abs(self.chosen_colors.astype(np.float64) - self.reference_colors).max(axis=1)
         order = np.argsort(-errors, kind="stable")[:_WORST]
         return [(int(index), float(errors[index])) for index in order]
 
 
 def table(title: str, *headings: str, right: Collection[str] = ()) -> Table:
-    """Return an empty `rich.table.Table`. The columns named in `right` are right-aligned and not wrapped."""
+    """Return an empty `rich.table.Table` with a title. Columns named in `right` are right-aligned and not wrapped."""
     from rich import box
     from rich.table import Table
 

@@ -54,21 +54,24 @@ class Clock:
 
     @property
     def left(self) -> float:
-        """Remaining seconds; negative after the end."""
+        """Seconds of the budget that remain; negative after its end."""
         return self.seconds - self.spent
 
     def say(self, what: str) -> None:
-        """Report the current step."""
+        """Report the current step, `what`, and the spent fraction of the budget."""
         self.report(min(self.spent / self.seconds, 1.0), what)
 
     def part(self, seconds: float) -> Clock:
-        """Return a clock with a part of this budget, `seconds`. The new clock reports its steps through this clock."""
+        """Return a clock with `seconds` of this clock's budget. It reports its steps through this clock."""
         return Clock(seconds, lambda _, what: self.say(what))
 
 
 @contextmanager
 def progress(clock: Clock, what: str) -> Iterator[None]:
-    """Show a progress bar of a clock's budget on stderr, if that is a terminal."""
+    """Within the block, show a progress bar of a clock's budget on stderr, if that is a terminal.
+
+    `what` is the text beside the bar.
+    """
     from rich.console import Console
     from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
@@ -81,7 +84,7 @@ def progress(clock: Clock, what: str) -> Iterator[None]:
 
 
 def timed(run: Callable[[], Result]) -> tuple[Result, float]:
-    """Return the result of a single run, and its seconds."""
+    """Run a function once; return its result, and the seconds that it took."""
     start = perf_counter()
     result = run()
     return result, perf_counter() - start
@@ -149,8 +152,10 @@ def interleaved(
 
 
 def _turns(costs: Mapping[str, float], seconds: float) -> dict[str, int]:
-    """Return the number of rounds in which each run takes part: the same for all quick runs, and fewer for slow runs if
-    time is short.
+    """Return, for each run, the number of rounds in which it takes part.
+
+    `costs` has the seconds of each run in a round, and `seconds` is the time for all rounds. Quick runs take part
+    equally often. If time is short, slow runs take part less often.
     """
     limit = _SLOW * median(costs.values())
     slow = {name for name, cost in costs.items() if cost > limit}

@@ -83,18 +83,19 @@ class Subject:
         return self.vertices_that_see(self.visibility)
 
     def vertices_that_see(self, visibility: Visibility | None) -> Vertices:
-        """Return the vertices with another visibility."""
+        """Return the vertices for the evaluators with the given visibility, in place of the subject's own."""
         material = self.material
         return Vertices(self.points, self.normals, material.maps, visibility, tangents=material.tangents)
 
     def plan(self, tolerance: float = 0.0) -> Plan:
-        """Return the plan at a tolerance."""
+        """Return the plan for the subject that keeps colour errors within a tolerance."""
         return Plan.of(self.scene, self.material, self.vertices, matrix=self.matrix, tolerance=tolerance)
 
     @cached_property
     def assembled(self) -> Equation:
-        """Lighting equation with all terms. As in plans, the equation is relative to the mesh if the mesh is far from
-        the origin.
+        """Lighting equation with all terms, before a plan simplifies it.
+
+        As in plans, the equation is relative to the mesh if the mesh is far from the origin.
         """
         return relative_to_mesh(self.vertices.equation(self.scene, self.material, self.matrix))
 
@@ -145,7 +146,7 @@ class Subject:
         Parameters
         ----------
         seen : Visibility
-            Visibility at these vertices.
+            Visibility at the vertices `rows`.
         rows : ndarray
             Shape (m,): indices of the vertices.
         """
@@ -174,8 +175,9 @@ class Subject:
 
     @cached_property
     def has_kernel(self) -> bool:
-        """True if the kernel is available and supports the equation; the first access compiles it for the subject's
-        types.
+        """True if the kernel, that is, compiled code, is available and supports the equation.
+
+        The first access compiles it for the subject's types.
         """
         seen = self.vertices.channels(self.equation)
         first = None if seen is None else seen[:, :1]
@@ -185,7 +187,7 @@ class Subject:
         return compiled is not None and all(compiled(*arrays, result, channels=first) for result in results)
 
     def backend_for(self, equation: Equation, count: int | None = None) -> Backend:
-        """Return the default evaluator for an equation and `count` vertices; by default for all vertices."""
+        """Return the default evaluator for an equation and `count` vertices; by default, for all vertices."""
         count = len(self.points) if count is None else count
         return "numba" if self.has_kernel and is_worth_loading(count, equation) else "numpy"
 
@@ -197,13 +199,12 @@ class Subject:
         backend: Backend | None = None,
         scene: Scene | None = None,
     ) -> Callable[[], FloatArray]:
-        """Return a function that performs the steps of `evaluate`: it assembles the scene's equation, plans and
-        evaluates.
+        """Return a function that lights the subject as `evaluate` does: it assembles, plans and evaluates an equation.
 
         Parameters
         ----------
         equation : Equation
-            Equation to evaluate: the assembled one, or a rewritten one.
+            Equation to plan and evaluate: the assembled one, or a rewritten one.
         precision : {"float32", "float64"}
             Type of the colours.
         backend : str, optional
@@ -244,14 +245,14 @@ def plan_name(tolerance: float) -> str:
 
 
 def _in_steps(tolerance: float) -> str:
-    """Format a tolerance in display steps if it is a whole number of them, else as a number."""
+    """Format a tolerance: as a multiple of 1/255, a display step, if it is one, else as a number."""
     steps = tolerance * 255.0
     whole = round(steps)
     return f"{whole}/255" if whole and abs(steps - whole) < 1e-9 else f"{tolerance:.3g}"
 
 
 def variants(subject: Subject, tolerance: float) -> tuple[list[Variant], dict[str, str]]:
-    """Return pvphong's variants that apply to the scene; also name → reason for the variants that are left out.
+    """Return pvphong's ways to light the scene at its vertices, and name → reason for those that are left out.
 
     The evaluators and precisions come first. Simpler light models follow, in float32 by the default evaluator, and
     finally the plan at the tolerance.
@@ -288,7 +289,10 @@ def variants(subject: Subject, tolerance: float) -> tuple[list[Variant], dict[st
 
 
 def _simpler_models(subject: Subject) -> Iterator[tuple[str, Equation, str]]:
-    """Yield for each simpler light model: name, equation, and the reason to leave it out, or "" if it applies."""
+    """Yield three items for each simpler light model: its name, its equation, and why it is left out.
+
+    The last item is "" if the model applies to the scene.
+    """
     whole, needed, (middle, radius) = subject.assembled, subject.equation, subject.sphere
     no_highlight = "" if needed.has_highlights else "there is no highlight that depends on the viewer"
     at_infinity = "" if needed.eye is not None else "the viewer is at infinity already"

@@ -129,20 +129,23 @@ def check_faces(points: FloatArray, faces: Faces) -> FaceChecks:
 
 
 def finite_rows(points: NDArray[Any]) -> BoolArray:
-    """Return a mask, shape (n,), of the rows without NaN and infinity."""
+    """Return a mask, shape (n,): True for each row of an (n, 3) array that has no NaN and no infinity."""
     finite = np.isfinite(points)
     rows: BoolArray = finite[:, 0] & finite[:, 1] & finite[:, 2]  # three times as fast as all(axis=1)
     return rows
 
 
 def nonzero_rows(vectors: FloatArray) -> BoolArray:
-    """Return a mask, shape (n,), of the rows with an entry other than 0."""
+    """Return a mask, shape (n,): True for each row of an (n, 3) array that has an entry other than 0."""
     x, y, z = vectors.T != 0.0
     return np.asarray(x | y | z)
 
 
 def _has_twice(corners: IntArray) -> BoolArray:
-    """Return a mask, shape (m,), of the faces with a repeated corner; `corners` has shape (m, k)."""
+    """Return a mask, shape (m,): True for each face that has a corner twice.
+
+    `corners` has the point indices of m faces with k corners, shape (m, k).
+    """
     if corners.shape[1] == 3:
         a, b, c = corners.T
         return np.asarray((a == b) | (b == c) | (a == c))
@@ -151,7 +154,7 @@ def _has_twice(corners: IntArray) -> BoolArray:
 
 
 def first_alike(rows: NDArray[Any]) -> IntArray:
-    """Return for each row the lowest index of an equal row. A row with a NaN equals no other row.
+    """Return for each row of a two-dimensional array the lowest index of an equal row. A NaN equals nothing.
 
     Rows are sorted by a hash, which takes a fifth of the time of sorting by all entries. If different rows share a
     hash, all rows are sorted by their entries instead.
@@ -173,7 +176,10 @@ def first_alike(rows: NDArray[Any]) -> IntArray:
 
 
 def _hashes(rows: NDArray[Any]) -> NDArray[np.uint64]:
-    """Return a hash of each row, by its entries' bits (the finaliser of S. Vigna's splitmix64); 0 and −0 are equal."""
+    """Return a hash of each row of a two-dimensional array, shape (n,); the entries 0 and −0 have the same hash.
+
+    Method: the finaliser of S. Vigna's splitmix64.
+    """
     result = np.zeros(len(rows), np.uint64)
     for column in rows.T:
         wide = column.astype(np.float64 if rows.dtype.kind == "f" else np.int64)
@@ -186,10 +192,18 @@ def _hashes(rows: NDArray[Any]) -> NDArray[np.uint64]:
 
 
 def repeated_faces(faces: Faces, edges: Edges, weightless: IntArray) -> IntArray:
-    """Return, in ascending order, the faces with the same points in the same cyclic order as a face with a lower index.
+    """Return the faces that repeat a face with a lower index, in ascending order.
 
-    The faces with the indices `weightless` have no weight in normals. They are skipped, because repeating them has no
-    effect.
+    Two faces are the same if they have the same points in the same cyclic order.
+
+    Parameters
+    ----------
+    faces : Faces
+        All faces.
+    edges : Edges
+        Their edges.
+    weightless : ndarray
+        Indices of faces without weight in normals. They are skipped, because repeating them has no effect.
     """
     if (edges.forth < 2).all():  # repeated faces run forth along an edge twice
         return np.empty(0, dtype=np.intp)
@@ -221,8 +235,9 @@ def _from_their_lowest(corners: IntArray) -> IntArray:
 
 
 def edges_of(faces: Faces) -> tuple[IntArray, IntArray]:
-    """Return the first and the last points of the edges of all faces, each of shape (m,). A face of n corners has n
-    edges.
+    """Return the points at which the edges of all faces begin and end, shape (m,) each.
+
+    A face of n corners has n edges, also if it shares them with other faces.
     """
     begin = faces.connectivity
     if faces.are_triangles:
@@ -236,7 +251,7 @@ def edges_of(faces: Faces) -> tuple[IntArray, IntArray]:
 
 
 def owners_of(faces: Faces) -> IntArray:
-    """Return the index of the face of each edge in `edges_of`, shape (m,)."""
+    """Return the index of the face to which each edge in the result of `edges_of` belongs, shape (m,)."""
     return np.repeat(np.arange(faces.count), faces.sizes)
 
 
@@ -254,7 +269,10 @@ class Edges(NamedTuple):
 
     @classmethod
     def between(cls, begin: IntArray, end: IntArray, n_points: int) -> Edges:
-        """Return the unique edges between pairs of points; an edge from a point to itself does not count."""
+        """Return the unique edges of a mesh from the edges of its faces, as `edges_of` returns them.
+
+        An edge from a point to itself is left out. `n_points` is the number of the mesh's points.
+        """
         # Encode each edge of a face as an integer: its lower point, its higher point, its direction.
         bits, keys = n_points.bit_length(), np.empty(len(begin), np.int64)
 
@@ -293,12 +311,12 @@ class Edges(NamedTuple):
         return found[0] if count == 1 else cls(*map(np.concatenate, zip(*found, strict=True)))
 
     def ends(self, some: BoolArray) -> IntArray:
-        """Return the points of the edges in the mask `some`, shape (k, 2), the lower point first."""
+        """Return the two points of each edge for which the mask `some` is True, shape (k, 2), the lower index first."""
         return np.stack([self.lower[some], self.higher[some]], axis=1)
 
 
 def check_edges(faces: Faces, whole: Edges, folded: IntArray, repeated: IntArray) -> tuple[IntArray, IntArray]:
-    """Return edges with more than two faces, and edges whose two faces have opposite fronts.
+    """Find the edges with more than two faces, and those whose two faces have opposite fronts.
 
     Two neighbours with the same orientation run along their common edge in opposite directions. A repeated face counts
     as a further face of its edges, but is not compared with its original.
@@ -310,14 +328,14 @@ def check_edges(faces: Faces, whole: Edges, folded: IntArray, repeated: IntArray
     whole : Edges
         Edges of all faces.
     folded : ndarray
-        Faces that are skipped.
+        Indices of faces that are skipped.
     repeated : ndarray
-        Faces that repeat an earlier one.
+        Indices of faces that repeat an earlier face.
 
     Returns
     -------
     non_manifold, inconsistent : ndarray
-        Indices of the edges' points, shape (m, 2), the lower first.
+        Points of the edges, shape (m, 2), the lower index first.
     """
 
     def without(some: IntArray) -> Edges:
@@ -336,11 +354,16 @@ def check_edges(faces: Faces, whole: Edges, folded: IntArray, repeated: IntArray
 
 
 def check_matrix(matrix: MatrixLike) -> tuple[bool, bool, bool]:
-    """Return three flags for a model matrix, from exact arithmetic: it is singular, it is nearly singular, it mirrors.
+    """Check a model matrix in exact arithmetic.
 
     A matrix is nearly singular if its determinant would be zero without the rounding of its entries. An example is the
     rounded product of a rotation and a matrix that flattens. A matrix that only scales by a small factor is not nearly
     singular.
+
+    Returns
+    -------
+    singular, nearly_singular, mirrors : bool
+        True if the matrix has the property.
 
     Raises
     ------

@@ -81,7 +81,7 @@ class Finding:
 
     @property
     def sentence(self) -> str:
-        """The affected elements and the fault, as a phrase: "2 faces (1 % of the surface) ..." or "the mesh ..."."""
+        """Phrase that names the affected elements and the fault, such as "2 faces (1 % of the surface) ..."."""
         if self.where in ("mesh", "matrix"):
             return f"the {self.where} {self.meaning}"
         share = f" ({_percent(self.share)} of the surface)" if self.share else ""
@@ -94,7 +94,7 @@ class Finding:
 
     @property
     def label(self) -> str:
-        """One word for the severity."""
+        """One word that says whether the finding is a fault that spoils the lighting or a note."""
         return "spoils" if self.spoils else "note"
 
 
@@ -240,7 +240,7 @@ class Diagnosis:
         return tuple(sorted(found, key=lambda each: (not each.spoils, each.name not in always, -each.share)))
 
     def _spoils(self, name: str) -> bool:
-        """Return True if a fault of a kind that was found spoils the lighting."""
+        """Return True if the fault `name`, which this mesh has, spoils its lighting; False if it is a note."""
         least, helped, _, _ = KINDS[name]
         if name == "inside_out_faces":
             helped = self._case.normals_opposed
@@ -251,7 +251,7 @@ class Diagnosis:
         return self._shares.get(name, 1.0) >= least
 
     def _words(self, name: str) -> tuple[str, str]:
-        """Return the description of a kind of fault in this mesh, and its remedy."""
+        """Return the description and the remedy of the kind of fault `name`, adapted to this mesh."""
         _, _, meaning, remedy = KINDS[name]
         case = self._case
         if name == "far_faces" and self.offset is not None:
@@ -357,9 +357,10 @@ class Diagnosis:
         return mesh
 
     def _flags(self, count: int, *places: str) -> dict[str, NDArray[np.int32]]:
-        """Return the arrays of `to_mesh` for all points or all faces.
+        """Return the arrays "diagnosis" and "severity" of `to_mesh`, for all points or for all faces.
 
-        `count` is their number; `places` are the values of `Finding.where` that are marked on them.
+        `count` is the number of points or faces. `places` are the values of `Finding.where` of the findings that are
+        marked on them.
         """
         severity, flags = np.zeros((2, count), dtype=np.int32)
         for finding in reversed(self.findings):  # findings that spoil the lighting come last and override notes
@@ -514,7 +515,9 @@ def diagnose(mesh: pv.DataSet, *, matrix: MatrixLike | None = None) -> Diagnosis
 
 
 def _share(where: Any, weights: Float64Array) -> float:
-    """Return the fraction of the surface that some points or faces cover: by weight, or by number if all weights are 0.
+    """Return the fraction of the surface's area that some of its points or faces cover.
+
+    If all areas are 0, it is the fraction of their number.
 
     Parameters
     ----------
@@ -530,7 +533,17 @@ def _share(where: Any, weights: Float64Array) -> float:
 
 
 def _valid_faces(source: pv.PolyData, points: FloatArray) -> tuple[int, IntArray, Faces]:
-    """Return the number of all faces, and the indices and corners of the faces whose points exist."""
+    """Return the faces of a surface without those that have an index out of range.
+
+    Returns
+    -------
+    count : int
+        Number of all faces.
+    numbers : ndarray
+        Indices of the valid faces.
+    faces : Faces
+        The valid faces.
+    """
     connectivity, offsets = (np.array(each, np.int64) for each in unchecked_polygons(source))  # a diagnosis keeps them
     sizes = np.diff(offsets)
     in_range = (connectivity >= 0) & (connectivity < len(points))

@@ -16,12 +16,12 @@ class Kind(NamedTuple):
     Attributes
     ----------
     spoils_from : float or None
-        Fraction of the surface, 0 to 1. A fault that affects at least this much spoils the lighting, so that
-        `Diagnosis.ok` is False; otherwise it is a note. 0: it always spoils the lighting. None: never. For misfit
-        normals, the mean of their angles decides in place of the fraction.
+        Fraction of the surface, 0 to 1, from which on the fault spoils the lighting, so that `Diagnosis.ok` is False. A
+        fault that affects less is a note. 0: the fault always spoils the lighting. None: it is always a note. For
+        misfit normals, the mean of their angles decides in place of the fraction.
     stored_help : bool
-        True if the fault is only a note for a mesh with stored normals. For inside-out faces, it is such a note if the
-        stored normals point out of the back of nearly all faces.
+        True if the fault is a note whenever the mesh has stored normals. Not read for inside-out faces: they are a note
+        if the stored normals point out of the backs of nearly all faces.
     meaning, remedy : str
         Description of the fault and of its repair. The remedy ends with a colon if code follows.
     """

@@ -49,7 +49,7 @@ class Case:
     unlit_have_area: bool
 
     def code(self, name: str) -> tuple[str, ...]:
-        """Return the lines that repair a kind of fault; empty if code cannot repair it."""
+        """Return lines of Python that repair the kind of fault `name`; empty if code cannot repair it."""
         lines = self._lines(name)
         if not lines:
             return ()

@@ -19,13 +19,12 @@ _ROUNDING = 1e-9  # volumes below this fraction of the sum of their terms' magni
 def inside_out_faces(
     points: FloatArray, faces: Faces, first_in_place: IntArray, edges: Edges | None
 ) -> tuple[IntArray, bool]:
-    """Return the faces of closed parts with inward fronts, in ascending order, and a flag: True if there are parts, and
-    all of them are closed.
+    """Find the closed parts of a surface whose fronts point inwards.
 
     A part is a set of faces that edges connect; coincident points count as one. It is closed if faces run along each of
-    its edges equally often in both directions. Its volume is then 1/6 of the sum of p · (q × r) over its triangles
-    (p, q, r), for any origin (Gauss's theorem). The volume is negative if the fronts point inwards. An inward part
-    inside an outward one is the wall of a cavity, which is correct.
+    its edges equally often in both directions. Its volume is then 1/6 of the sum of p · (q × r) over its triangles (p,
+    q, r), for any origin (Gauss's theorem). The volume is negative if the fronts point inwards. An inward part inside
+    an outward one is the wall of a cavity, which is correct.
 
     Parameters
     ----------
@@ -37,6 +36,13 @@ def inside_out_faces(
         Shape (n,): for each point the lowest index of a coincident point.
     edges : Edges, optional
         Edges of all faces, if no points coincide.
+
+    Returns
+    -------
+    faces : ndarray
+        Faces of the inward parts that are no cavities, in ascending order.
+    all_closed : bool
+        True if there are parts, and all of them are closed.
     """
     finite, count = finite_rows(points), len(points)
     if edges is None:
@@ -77,9 +83,11 @@ def inside_out_faces(
     turned, outward = certain[volumes[certain] < 0.0], certain[volumes[certain] > 0.0]
 
     def is_cavity(inner: int) -> bool:
-        """Return True if a part lies inside outward parts. The winding number of the outward parts around a point of
-        this part is then positive. The winding number is the sum of the triangles' solid angles, seen from the point,
-        divided by 4π.
+        """Return True if an inward part is the wall of a cavity: one of its points is inside the outward parts.
+
+        A point is inside if the winding number of the outward parts around it is positive: the sum of the solid angles
+        of their triangles, seen from the point, divided by 4π. `inner` is the number of the part, which is also the
+        index of its first point.
         """
         own, turns = wide[triangles[part == inner]], 0.0
         for outer in outward:
@@ -95,7 +103,17 @@ def inside_out_faces(
 
 
 def _parts_of(faces: Faces, first_in_place: IntArray, parts: IntArray) -> IntArray:
-    """Return the number of each face's part; −1 if all corners of the face coincide."""
+    """Return for each face the number of its part, or −1 if all corners of the face coincide; shape (n_faces,).
+
+    Parameters
+    ----------
+    faces : Faces
+        The faces.
+    first_in_place : ndarray
+        Shape (n,): for each point the lowest index of a coincident point.
+    parts : ndarray
+        Shape (n,): for each point the number of its part.
+    """
     if faces.are_triangles:
         a, b, c = first_in_place[faces.connectivity.reshape(-1, 3)].T
         return np.where((a == b) & (b == c), -1, parts[a])
@@ -107,10 +125,11 @@ def _parts_of(faces: Faces, first_in_place: IntArray, parts: IntArray) -> IntArr
 
 
 def connected(count: int, begin: IntArray, end: IntArray) -> IntArray:
-    """Return for each of `count` points the lowest point to which edges connect it, directly or by other points.
+    """Return for each of `count` points the lowest point that edges connect to it, directly or by way of others.
 
-    In each round, every part is joined to the lowest part to which an edge connects it. Only edges between different
-    parts are kept (Y. Shiloach and U. Vishkin, "An O(log n) parallel connectivity algorithm", 1982).
+    Edge i connects the points begin[i] and end[i]. In each round, every part is joined to the lowest part to which an
+    edge connects it. Only edges between different parts are kept (Y. Shiloach and U. Vishkin, "An O(log n) parallel
+    connectivity algorithm", 1982).
     """
     labels = np.arange(count)
     while len(begin):
@@ -138,10 +157,10 @@ def fan(faces: Faces) -> tuple[IntArray, IntArray]:
 
 
 def solid_angle(triangles: Float64Array) -> float:
-    """Return the sum of the solid angles of triangles, shape (m, 3 corners, 3), seen from the origin. A triangle's
-    solid angle is positive if the origin sees its back.
+    """Return the sum of the solid angles of triangles, seen from the origin.
 
-    Source: van Oosterom & Strackee, The Solid Angle of a Plane Triangle, IEEE Trans. Biomed. Eng. 30 (1983).
+    `triangles` has the corners, shape (m, 3 corners, 3). A triangle's solid angle is positive if the origin sees its
+    back. Source: van Oosterom & Strackee, The Solid Angle of a Plane Triangle, IEEE Trans. Biomed. Eng. 30 (1983).
     """
     a, b, c = triangles.transpose(1, 0, 2)
     la, lb, lc = np.linalg.norm(triangles, axis=2).T

@@ -114,7 +114,7 @@ class Case:
         return ", ".join(parts)
 
     def scene(self, mesh: pv.PolyData) -> Scene:
-        """Return the scene, moved and scaled from a mesh of length 1 at the origin to the given mesh."""
+        """Return the scene for a mesh: moved and scaled from one for a mesh of length 1 at the origin."""
         size, center = mesh.length, np.array(mesh.center)
         eye = center + size * np.array([0.8, -0.8, 0.7])
         viewer = Viewer(position=eye.tolist(), focal_point=mesh.center, up=(0.0, 0.1, 1.0), parallel=self.parallel)
@@ -130,7 +130,7 @@ class Case:
         return Scene(lights, viewer, _MODELS[self.model])
 
     def transform(self, mesh: pv.PolyData) -> Float64Array:
-        """Return the (4, 4) model matrix, which leaves the mesh's centre in its place."""
+        """Return the model matrix for a mesh, shape (4, 4). It leaves the mesh's centre in its place."""
         linear, middle = _LINEAR[self.matrix], np.array(mesh.center)
         matrix = np.eye(4)
         matrix[:3, :3] = linear

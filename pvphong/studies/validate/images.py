@@ -69,8 +69,9 @@ class ImageComparison:
 
     @property
     def p99(self) -> float:
-        """99th percentile of the differences inside the silhouette. The difference of a pixel is the largest of its
-        channels.
+        """99th percentile of the pixels' differences inside the silhouette.
+
+        The difference of a pixel is the largest of its channels.
         """
         return float(np.percentile(np.abs(self.difference[self.inside]).max(axis=1), 99))
 
@@ -79,8 +80,9 @@ class ImageComparison:
         return f"<ImageComparison: at most {self.max_difference}/255, 99 % {self.p99:.3g}/255, {pixels} pixels>"
 
     def side_by_side(self) -> Image:
-        """Return three pictures in a row: ours, VTK's, and their difference inside the silhouette. In the difference,
-        medium grey is 0, and each display step is 16 grey levels.
+        """Return one image of three pictures in a row: ours, VTK's, and their difference inside the silhouette.
+
+        In the difference, medium grey is 0, and each display step is 16 grey levels.
         """
         amplified = np.clip(128 + _AMPLIFIED * self.difference, 0, 255).astype(np.uint8)
         return np.hstack([self.ours, self.vtks, np.where(self.inside[:, :, None], amplified, np.uint8(255))])
@@ -161,7 +163,10 @@ def compare_images(
 def window_of_colors(
     lit: pv.PolyData, viewer: Viewer, size: tuple[int, int], matrix: Float64Array | None = None, *, name: str = _ARRAY
 ) -> pv.Plotter:
-    """Return an offscreen window that shows a point array of colours unchanged, without VTK's lighting."""
+    """Return an offscreen window that shows the colours in a mesh's point array `name` unchanged, without lighting.
+
+    The window has the given size in pixels, and shows the mesh from the viewer, under the model matrix.
+    """
     window, _ = _window(drawable(lit, name), viewer, size, matrix, scalars=name, rgb=True, lighting=False)
     return window
 
@@ -169,8 +174,10 @@ def window_of_colors(
 def window_lit_by_vtk(
     mesh: pv.PolyData, terms: Terms, size: tuple[int, int], matrix: Float64Array | None = None
 ) -> pv.Plotter:
-    """Return an offscreen window in which VTK lights the mesh per pixel, with the mesh's active normals or computed
-    ones.
+    """Return an offscreen window in which VTK lights a mesh per pixel.
+
+    The mesh's active normals are used, or computed ones. `terms` has lights, material and viewer, `size` is in pixels,
+    and `matrix` is the model matrix.
     """
     smooth = shallow_copy(mesh)
     smooth.clear_data()
@@ -185,7 +192,10 @@ def window_lit_by_vtk(
 def _window(
     mesh: pv.PolyData, viewer: Viewer, size: tuple[int, int], matrix: Float64Array | None, **options: Any
 ) -> tuple[pv.Plotter, pv.Actor]:
-    """Return a window without lights that shows a mesh on white from a viewer; also return the mesh's actor."""
+    """Return an offscreen window that shows a mesh on white, without lights, and the mesh's actor.
+
+    `options` are passed to `Plotter.add_mesh`.
+    """
     with preferring(drawing_window()), pv.vtk_verbosity("off"):
         plotter = pv.Plotter(off_screen=True, window_size=list(size), lighting="none")
     plotter.set_background("white")
@@ -197,9 +207,10 @@ def _window(
 
 
 def _inside(distances: Float64Array, viewer: Viewer) -> BoolArray:
-    """Return the mask of pixels inside the silhouette, from the distances along the view axis, shape (height, width).
+    """Return the mask of the pixels well inside the mesh's silhouette, shape (height, width).
 
-    Around such a pixel, the distance changes by less than `_STEEPEST` pixel widths per pixel. Neighbours beyond the
+    `distances` has the distance of each pixel's surface along the view axis, infinite where there is none. Around a
+    pixel of the mask, the distance changes by less than `_STEEPEST` pixel widths per pixel. Neighbours beyond the
     border of the image count as empty.
     """
     padded = np.pad(distances, 1, constant_values=np.inf)

@@ -36,18 +36,18 @@ _FORMULA = "16 · power · 2⁻²⁴ + 1e-6"
 
 @dataclass(frozen=True)
 class CaseRow:
-    """A case and its comparison."""
+    """A scene of the report and the comparison of its colours, as a row of the table."""
 
     case: Case
     comparison: Comparison
 
     @property
     def ratio(self) -> float:
-        """The largest error divided by the bound."""
+        """The largest error divided by the bound on errors; at most 1 if the scene passes."""
         return self.comparison.max_error / self.comparison.tolerance
 
     def cells(self) -> tuple[str, ...]:
-        """Return the text under each heading."""
+        """Return the row's texts, one for each column of the table."""
         case, compared = self.case, self.comparison
         counts = f"{compared.tier}, {TIERS[compared.tier]}", f"{compared.n} of {compared.n + compared.n_left_out}"
         errors = f"{compared.max_error:.2e}", f"{compared.tolerance:.2e}", f"{self.ratio:.2f}"
@@ -162,7 +162,7 @@ class VTKReport:
 
 
 def refuse_path(path: str | os.PathLike[str]) -> None:
-    """Raise ``ValueError`` if a report cannot be written to the path."""
+    """Raise ``ValueError`` unless a path ends in .md and its folder exists, so that a report can be written to it."""
     refuse_suffix(Path(path), "a report", (".md",))
     folder = Path(path).resolve().parent
     if not folder.is_dir():
@@ -170,10 +170,10 @@ def refuse_path(path: str | os.PathLike[str]) -> None:
 
 
 def vtk_report() -> VTKReport:
-    """Compare a fixed list of scenes with VTK: every kind of light, tier of VTK's lighting code, frame, matrix and
-    projection.
+    """Compare a fixed list of scenes with VTK.
 
-    The meshes are bundled with PyVista.
+    It has every kind of light, tier of VTK's lighting code, frame, matrix and projection. The meshes are bundled with
+    PyVista.
 
     Returns
     -------

@@ -171,8 +171,18 @@ def validate(
 def _pose_for_vtk(
     points: FloatArray, normals: FloatArray, scene: Scene, matrix: Float64Array
 ) -> tuple[Pose, BoolArray, tuple[str, ...]]:
-    """Return the vertices relative to their centre, with unit normals. In a two-sided scene, normals are turned to the
-    viewer.
+    """Move the vertices to their centre, and normalize their normals, to keep VTK's float32 numbers small.
+
+    In a two-sided scene, normals are also turned to the viewer.
+
+    Parameters
+    ----------
+    points, normals : ndarray
+        Shape (n, 3), finite; the normals are not zero.
+    scene : Scene
+        The scene.
+    matrix : ndarray
+        Model matrix, shape (4, 4).
 
     Returns
     -------
@@ -207,7 +217,7 @@ def _pose_for_vtk(
 
 
 def _box(points: Float64Array) -> tuple[Float64Array, float]:
-    """Return the centre of the points' bounding box and its largest edge."""
+    """Return the centre of the points' bounding box, and the length of its longest edge."""
     if not len(points):
         return np.zeros(3), 0.0
     low, high = points.min(axis=0), points.max(axis=0)
@@ -253,9 +263,9 @@ class Comparison:
     Attributes
     ----------
     tolerance : float
-        Bound on the errors: 16 · p · 2⁻²⁴ + 1e-6. The power p is the largest of the shininess, if there is a highlight,
-        and the spots' exponents. For physically based shading, p is the largest exponent of the spots, and 1e-6 is
-        replaced by 6 · 2⁻²⁴ / roughness⁴ + 2e-6.
+        Bound on the errors: 16 · p · 2⁻²⁴ + 1e-6. The power p is the largest of several exponents: those of all spots
+        and, if the material has a highlight, its shininess. Without any, p is 0. Physically based shading has no
+        shininess, and 1e-6 is replaced by 6 · 2⁻²⁴ / roughness⁴ + 2e-6.
     tier : int
         Tier of VTK's lighting code, 1 to 3; 0 if unlit.
     conversions : tuple of str
@@ -304,7 +314,7 @@ class Comparison:
 
     @property
     def max_error(self) -> float:
-        """Largest error of any channel. Like `rms`, `p50` and `p99`, it is NaN if nothing was compared."""
+        """Largest absolute error of any channel. Like `rms`, `p50` and `p99`, it is NaN if nothing was compared."""
         return float(self._magnitudes.max()) if self.n else math.nan
 
     @property

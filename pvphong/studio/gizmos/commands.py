@@ -32,19 +32,20 @@ from pvphong.studio.window_lights import free_name
 
 
 def toggle_help(gizmos: Gizmos) -> None:
-    """Show all keys, or hide them."""
+    """Show the list of all keys, or hide it if it is shown."""
     gizmos.shows_help = not gizmos.shows_help
 
 
 def toggle_hidden(gizmos: Gizmos) -> None:
-    """Hide all gizmos, or show them."""
+    """Hide all gizmos, or show them if they are hidden."""
     gizmos.is_hidden = not gizmos.is_hidden
     gizmos.notice = "gizmos hidden: g shows them" if gizmos.is_hidden else ""
 
 
 def select_next(gizmos: Gizmos) -> None:
-    """Select the next light; after the last light, select none. Lights without handles are included, since keys act on
-    them too.
+    """Select the next light; after the last light, select none.
+
+    Lights without handles are included, since keys act on them too.
     """
     ring = [None, *gizmos.all]
     chosen = ring[(ring.index(gizmos.selected) + 1) % len(ring)]
@@ -53,7 +54,7 @@ def select_next(gizmos: Gizmos) -> None:
 
 
 def undo_or_redo(gizmos: Gizmos, step: int) -> None:
-    """Undo the last step, or redo the last undone step."""
+    """Undo the last step if `step` is −1; redo the last undone step if it is 1."""
     if step < 0:
         gizmos.notice = "undone" if gizmos.history.undo() else "nothing to undo"
     else:
@@ -64,17 +65,17 @@ def undo_or_redo(gizmos: Gizmos, step: int) -> None:
 
 
 def mute(_gizmos: Gizmos, gizmo: Gizmo) -> Light:
-    """Switch the light off, or on."""
+    """Return the light, switched off if it is on, and on if it is off."""
     return replace(gizmo.light, on=not gizmo.light.on)
 
 
 def reset(_gizmos: Gizmos, gizmo: Gizmo) -> Light:
-    """Reset the light to the value that it had when it got its gizmo."""
+    """Return the light as it was when it got its gizmo."""
     return gizmo.first
 
 
 def to_camera(gizmos: Gizmos, gizmo: Gizmo) -> Light:
-    """Move the light to the viewer, and aim it along the view axis."""
+    """Return the light, moved to the viewer and aimed along the view axis."""
     light, viewer = gizmo.light, gizmos.lights.viewer
     world = replace(light, frame="headlight").in_world(viewer)
     aim: Any = tuple(viewer.distance * part for part in viewer.view_direction)  # the focal point is its target
@@ -83,7 +84,7 @@ def to_camera(gizmos: Gizmos, gizmo: Gizmo) -> Light:
 
 
 def brighten(gizmos: Gizmos, gizmo: Gizmo, step: int) -> Light:
-    """Increase the intensity by `step` thirds of a photographic stop. Three steps double the intensity."""
+    """Return the light, brighter by `step` thirds of a photographic stop; three steps double its intensity."""
     light = gizmo.light
     intensity = on_scale(light.intensity, 3, step) if light.intensity else 0.0
     stops = f" = {math.log2(intensity):+.2g} stops" if intensity else "; press Enter to type one"
@@ -92,8 +93,10 @@ def brighten(gizmos: Gizmos, gizmo: Gizmo, step: int) -> Light:
 
 
 def on_scale(value: float, parts: int, step: int) -> float:
-    """Return a number times 2^(step/parts). If `value` is a power of 2^(1/parts), up to rounding, the result is
-    computed from the exponent, so that rounding errors do not accumulate.
+    """Multiply a number by 2^(step/parts).
+
+    If `value` is a power of 2^(1/parts), up to rounding, the result is computed from the exponent, so that rounding
+    errors do not accumulate.
     """
     at = parts * math.log2(value)
     if abs(at - round(at)) < 1e-9:
@@ -109,7 +112,7 @@ _WARMER = 2.0**0.25
 
 
 def hue_turned(color: ColorLike, degrees: float) -> Vector:
-    """Return a colour whose hue is turned by `degrees`, from red towards yellow and green. Value and saturation stay.
+    """Return a colour whose hue is turned by `degrees`, from red towards yellow and green; value and saturation stay.
 
     Grey has no hue. It becomes light red, or for negative degrees a light violet.
     """
@@ -126,17 +129,27 @@ def warmed(color: ColorLike, steps: float) -> Vector:
 
 
 def turn_hue(gizmos: Gizmos, gizmo: Gizmo, step: int) -> Light:
-    """Turn the hue of the light by `step` steps."""
+    """Return the light with its hue turned by `step` steps."""
     return _recolor(gizmos, gizmo, "hue", partial(hue_turned, degrees=_HUE_STEP * step))
 
 
 def warm(gizmos: Gizmos, gizmo: Gizmo, step: int) -> Light:
-    """Make the light's colours warmer by `step` steps."""
+    """Return the light with colours that are warmer by `step` steps; cooler for negative steps."""
     return _recolor(gizmos, gizmo, "warmer" if step > 0 else "cooler", partial(warmed, steps=step))
 
 
 def _recolor(gizmos: Gizmos, gizmo: Gizmo, what: str, change: Callable[[ColorLike], Vector]) -> Light:
-    """Apply a change to all colours of the light that are set and not black."""
+    """Return the selected light with changed colours, and show the new colour in the window.
+
+    Parameters
+    ----------
+    gizmos, gizmo
+        The subplot's gizmos, and the gizmo of the light.
+    what : str
+        Description of the change.
+    change : callable
+        Function of a colour. It is applied to all colours of the light that are set and not black.
+    """
     light = gizmo.light
     colors = {"diffuse": light.diffuse, "specular": light.specular, "ambient": light.ambient}
     given = {field: color for field, color in colors.items() if color is not None and any(rgb(color))}
@@ -156,7 +169,7 @@ _ABOVE, _BESIDE = 0.4, 0.15
 
 
 def add(gizmos: Gizmos) -> None:
-    """Add a point light above the surface point under the cursor; half of its intensity arrives at that point."""
+    """Add a point light above the surface point under the cursor, where half of its intensity arrives."""
     below = gizmos.surfaces.pick(gizmos.cursor)
     if below is None:
         gizmos.notice = "to add a light, point at a lit mesh"
@@ -167,8 +180,9 @@ def add(gizmos: Gizmos) -> None:
 
 
 def duplicate(gizmos: Gizmos, gizmo: Gizmo) -> None:
-    """Duplicate the selected light. The duplicate is a little to the right of the original. If the original has no
-    position, the duplicate is turned instead, so that its light comes from further right.
+    """Duplicate the selected light, a little to its right, and select the duplicate.
+
+    If the light has no position, the duplicate is turned instead, so that its light comes from further right.
     """
     light, viewer = gizmo.light, gizmos.lights.viewer
     if light.frame == "headlight" or not comes_from_somewhere(light):
@@ -215,9 +229,10 @@ _NAMED = {name: named for name, named in _NAMED.items() if named.reflectance is 
 
 
 def next_material(material: Material, step: int) -> Material:
-    """Return the next or previous named material; for a material without a name, the first or last one.
+    """Return the named material that follows a material in the table; with `step` −1, the one that precedes it.
 
-    The result keeps albedo and tangents. It also keeps the reflectance, unless the old or new named material has one.
+    For a material that is not in the table, the result is the table's first one, or with `step` −1 its last one. The
+    result keeps albedo and tangents. It also keeps the reflectance, unless the old or new named material has one.
     """
     names, name = list(_NAMED), name_of(material)
     at = names.index(name) if name else min(-step, 0)
@@ -227,14 +242,20 @@ def next_material(material: Material, step: int) -> Material:
 
 
 def name_of(material: Material) -> str:
-    """Return the name of a material, ignoring albedo, tangents and reflectance; "" if it is not a named material."""
+    """Return the name of a material in the table of named materials; "" if it is not in the table.
+
+    Albedo, tangents and reflectance are not compared, unless the named material has a reflectance.
+    """
     bare = replace(material, albedo=1.0, tangents=None)
     plain = replace(bare, reflectance=None)
     return next((name for name, named in _NAMED.items() if named in (bare, plain)), "")
 
 
 def shine(material: Material, step: int) -> Material:
-    """Multiply the shininess by √2 to the power of `step`. Powers of √2 stay exact; results below 1 become 0."""
+    """Return the material with its shininess times √2 to the power of `step`.
+
+    Powers of √2 stay exact, and results below 1 become 0. A material whose shininess is a map is returned unchanged.
+    """
     if "shininess" in material.maps:
         return material
     shininess = on_scale(material.shininess or 0.5**0.5, 2, step)  # 0 is one step below 1
@@ -244,8 +265,8 @@ def shine(material: Material, step: int) -> Material:
 def strengthen(material: Material, step: int) -> Material:
     """Return the material with the largest channel of its specular reflectance changed by `step` tenths.
 
-    The other channels keep their proportions. The result is at least 0 and at most 1, or at most the old value if that
-    exceeds 1. A material whose specular reflectance is a map is returned unchanged.
+    The other channels keep their proportions. The largest channel stays between 0 and 1; if it exceeds 1 already, it
+    does not grow. A material whose specular reflectance is a map is returned unchanged.
     """
     if "specular" in material.maps:
         return material
@@ -259,7 +280,7 @@ def strengthen(material: Material, step: int) -> Material:
 
 
 class Command(NamedTuple):
-    """A command with its key, or with several keys if `act` takes a step."""
+    """A command of the keyboard: its key, or its keys if the function `act` takes a step."""
 
     keys: str
     """Names of the keys in VTK, separated by spaces."""
@@ -328,8 +349,9 @@ OURS = frozenset({*_OF_KEYS, *ENTER})
 
 
 def run(gizmos: Gizmos, key: str, *, control: bool = False) -> bool:
-    """Run the command of a key, built-in or user-defined; return False if the key has none. With `control`, only z and
-    y have one.
+    """Run the command of a key, pvphong's or the user's; return False if the key has none.
+
+    With `control`, that is, if the control key is down, only z and y have a command.
     """
     if control and key not in ("z", "y"):
         return False
@@ -358,14 +380,14 @@ def run(gizmos: Gizmos, key: str, *, control: bool = False) -> bool:
 
 
 def change_light(gizmos: Gizmos, gizmo: Gizmo, act: Callable[[Gizmos, Gizmo], Light | None]) -> None:
-    """Set a light to the value that `act` returns, if any."""
+    """Call `act` with the gizmos and a gizmo, and set the gizmo's light to the result, unless it is None."""
     changed = act(gizmos, gizmo)
     if changed is not None:
         gizmo.renderer_light.set(changed, gizmos.lights.viewer)
 
 
 def _change_material(gizmos: Gizmos, change: Callable[[Material], Material]) -> None:
-    """Change the material of the mesh under the cursor, or else of all meshes, and show the result."""
+    """Apply a function to the material of the mesh under the cursor, or else of all meshes, and show the result."""
     pointed = gizmos.surfaces.mesh(gizmos.cursor)
     materials = list(gizmos.lit.state) if pointed is None else [pointed.shared_material]
     for shared in materials:
@@ -381,13 +403,16 @@ def _change_material(gizmos: Gizmos, change: Callable[[Material], Material]) -> 
 
 
 def help_entries(more: Keys) -> list[tuple[str, str]]:
-    """Return the common names of all keys, and their descriptions."""
+    """Return pairs of common name and description, for all keys and mouse actions; `more` are the user's keys."""
     ours = [(" ".join(_SHORT.get(key, key) for key in command.keys.split()), command.what) for command in COMMANDS]
     return [*ours, *_TYPING.items(), *((key, what) for key, (what, _) in more.items()), *_MOUSE.items()]
 
 
 def check_keys(keys: Keys) -> Keys:
-    """Return the keys. Raise ``ValueError`` if a key is already used, or an entry is not a text and a function."""
+    """Check a user's keys, and return them.
+
+    Raise ``ValueError`` if a key is already used, or an entry is not a pair of a text and a function.
+    """
     if not isinstance(keys, Mapping):
         check.refuse("keys", keys, "a mapping of key → (help text, function without arguments)")
     for key, entry in keys.items():

@@ -32,7 +32,7 @@ _NEAR = 1e-3
 
 
 def hue(light: Light) -> Vector:
-    """Return the light's colour, scaled so that its largest channel is 1; dimmed if the light is off."""
+    """Return the colour in which a light is drawn: its own, scaled to a largest channel of 1; dimmed if it is off."""
     color = np.array(rgb(light.diffuse))
     full = color / color.max() if color.any() else np.full(3, 0.6)
     red, green, blue = (full if light.on else full * _OFF).tolist()
@@ -40,7 +40,7 @@ def hue(light: Light) -> Vector:
 
 
 def circle(center: Float64Array, normal: Float64Array, radius: float, count: int = 64) -> Float64Array:
-    """Return a circle around a unit normal, as a closed polygon with `count` sides, shape (count + 1, 3)."""
+    """Return a circle around a centre and a unit normal, as a closed polygon of shape (count + 1, 3)."""
     side = np.cross(normal, np.eye(3)[int(np.argmin(np.abs(normal)))])
     side /= np.linalg.norm(side)
     turn = np.linspace(0.0, 2.0 * np.pi, count + 1)[:, None]
@@ -50,7 +50,9 @@ def circle(center: Float64Array, normal: Float64Array, radius: float, count: int
 
 @dataclass
 class Drawing:
-    """A collection of lines and areas. Icons and handles have a size in pixels; lines have world coordinates.
+    """A collection of lines, areas and labels, in pixels, to be shown over the picture.
+
+    Icons and handles have a constant size in pixels; lines are given in world coordinates.
 
     Parameters
     ----------
@@ -71,19 +73,20 @@ class Drawing:
 
     @property
     def lines(self) -> tuple[Float64Array, ByteArray]:
-        """Segments, shape (n, 2, 2), and their colours, RGBA, shape (n, 4)."""
+        """Segments in pixels, shape (n, 2 ends, 2), and their colours, RGBA, shape (n, 4)."""
         segments = [np.empty((0, 2, 2)), *(segments for segments, _, _ in self._lines)]
         colors = [np.tile(color, (len(segments), 1)) for segments, color, _ in self._lines]
         return np.concatenate(segments), np.concatenate([np.empty((0, 4), np.uint8), *colors])
 
     @property
     def thin(self) -> BoolArray:
-        """True for the segments that are drawn thin, shape (n,)."""
+        """Mask of the segments in `lines` that are drawn thin, shape (n,)."""
         return np.array([is_thin for segments, _, is_thin in self._lines for _ in segments], bool)
 
     def line(self, points: Float64Array, strength: float = 1.0) -> None:
-        """Add a line through world points, shape (n, 3), clipped to the part in front of the eye. `strength`, from 0 to
-        1, is the line's brightness.
+        """Add a line through world points, shape (n, 3). Parts that are not in front of the eye are cut off.
+
+        `strength`, from 0 to 1, is the line's brightness.
         """
         segments = np.stack([points[:-1], points[1:]], axis=1)
         if not self.view.viewer.parallel:
@@ -100,7 +103,10 @@ class Drawing:
         self._add_lines(self.view.project(segments), strength)
 
     def arrowhead(self, point: Float64Array, along: Float64Array, strength: float) -> None:
-        """Add the tip of an arrow at `point` that points along `along`. Its size on the screen is constant."""
+        """Add the head of an arrow whose tip is at a world point, and which points along a world direction.
+
+        `strength`, from 0 to 1, is its brightness. Its size on the screen is constant.
+        """
         if not self.view.is_ahead(point):
             return
         end = self.view.project(point)
@@ -112,7 +118,7 @@ class Drawing:
     def label(self, point: Float64Array, text: str, right: float = 4.0) -> None:
         """Add a short text, `right` pixels to the right of a world point and 4 above it.
 
-        It is left out if the point is not visible, or the text would cross the upper edge of the picture.
+        The text is left out if the point is not visible, or the text would cross the upper edge of the picture.
         """
         if self.view.edge_towards(point, 0.0) is not None:
             return
@@ -121,7 +127,7 @@ class Drawing:
             self.labels.append((place, text))
 
     def crossed(self, point: Float64Array) -> None:
-        """Add a bar across the icon of a light that is off."""
+        """Add a bar across the icon at a world point, as a sign that the light is off."""
         if self.view.is_ahead(point):
             along, across = np.array([0.8, 0.6]), 0.12 * np.array([-0.6, 0.8])
             bar = np.array([-along - across, along - across, along + across, across - along])
@@ -139,7 +145,7 @@ class Drawing:
         self._area(arrow, self.color, self.edge, 2.8)
 
     def icon(self, point: Float64Array, shape: str, along: Float64Array | None = None) -> None:
-        """Add the icon of a sun, a bulb, or a lamp that shines along a world direction."""
+        """Add an icon at a world point: a "sun", a "bulb", or a "lamp" that shines along a world direction, `along`."""
         if not self.view.is_ahead(point):
             return
         middle = self.view.project(point)
@@ -158,7 +164,7 @@ class Drawing:
             self._add_lines(middle + np.stack([9.0 * rays, 14.0 * rays], axis=1), 1.0)
 
     def handle(self, point: Float64Array, *, hovered: bool = False) -> None:
-        """Add a dot to grab; larger and with a white ring if hovered."""
+        """Add a dot at a world point, which can be grabbed; larger and with a white ring if hovered."""
         if not self.view.is_ahead(point):
             return
         middle = self.view.project(point)
@@ -167,15 +173,19 @@ class Drawing:
         self._area(middle + (6.0 if hovered else 5.0) * _CIRCLE[:-1], self.color, self.edge)
 
     def ring(self, point: Float64Array, *, hovered: bool = False) -> None:
-        """Add a ring to grab, which does not cover what is inside; with a second, white ring if hovered."""
+        """Add a ring around a world point, which can be grabbed; with a second, white ring if hovered.
+
+        Unlike a dot, a ring does not cover what is inside.
+        """
         if not self.view.is_ahead(point):
             return
         for radius, color in ((8.0, self.color), (11.0, _WHITE))[: 2 if hovered else 1]:
             self._add_lines(self.view.project(point) + radius * _CHORDS, 1.0, color)
 
     def _on_screen(self, point: Float64Array, along: Float64Array) -> Float64Array:
-        """Return the unit vector that shows a world direction at a point on the screen. The unit vector is downwards if
-        the world direction points at the eye.
+        """Return the unit vector, in pixels, that shows the world direction `along` at a world point.
+
+        The result is downwards if the world direction points at the eye.
         """
         step = 20.0 * self.view.unit_per_pixel(point)
         motion = self.view.project(point + step * along) - self.view.project(point)
@@ -183,13 +193,20 @@ class Drawing:
         return motion / length if length > 1.0 else np.array([0.0, -1.0])
 
     def _area(self, corners: Float64Array, color: Vector, edge: Vector, wide: float = 1.5) -> None:
-        """Add a convex polygon with an edge that extends `wide` pixels beyond its corners."""
+        """Add a convex polygon, given by its corners in pixels, shape (k, 2).
+
+        `edge` is the colour of its edge, which extends `wide` pixels beyond the corners.
+        """
         away = corners - corners.mean(axis=0)
         grown = corners + wide * away / np.linalg.norm(away, axis=1, keepdims=True)
         self.areas += [(grown, _bytes(edge)), (corners, _bytes(color))]
 
     def _add_lines(self, segments: Float64Array, strength: float, color: Vector | None = None) -> None:
-        """Add segments. Weak lines are dark and thin instead of transparent, to be visible on any background."""
+        """Add segments in pixels, shape (n, 2, 2), in `color`, or by default in the drawing's colour.
+
+        `strength`, from 0 to 1, is their brightness. Weak lines are dark and thin instead of transparent, to be visible
+        on any background.
+        """
         red, green, blue = (0.5 + 0.5 * strength) * np.array(self.color if color is None else color)
         self._lines.append((segments, _bytes((red, green, blue)), strength < _THICK_FROM))
 
@@ -211,7 +228,10 @@ _LETTER = (7.5, 18.0)  # largest size of a character in other texts, in pixels
 
 
 class Overlay:
-    """Lines with dark edges, areas above them, and texts. They are not lit, pickable or part of the bounds."""
+    """What VTK draws over the picture: lines with dark edges, areas above them, and texts.
+
+    They are not lit, cannot be picked, and do not count for the scene's bounds.
+    """
 
     def __init__(self) -> None:
         self._lines = {thin: (vtkPolyData(), vtkPolyData()) for thin in (True, False)}
@@ -249,7 +269,7 @@ class Overlay:
             prop.SetVisibility(shown)
 
     def put(self, drawing: Drawing) -> None:
-        """Replace the drawing that is shown."""
+        """Show a drawing in place of the previous one."""
         segments, colors = drawing.lines
         for thin, both in self._lines.items():
             chosen = drawing.thin == thin
@@ -273,13 +293,13 @@ class Overlay:
         actor.SetVisibility(bool(text) and self._is_shown)
 
     def status(self, text: str, size: tuple[float, float]) -> None:
-        """Show a text in the lower right corner of a subplot of this size; hide it if the text is empty."""
+        """Show a text in the lower right corner of a subplot whose size in pixels is given; an empty text hides it."""
         width = max(int((size[0] - 2 * _MARGIN) / _LETTER[0]), 8)
         self._status.SetPosition(size[0] - _MARGIN, _MARGIN)
         self._show_text(self._status, "\n".join(textwrap.fill(line, width) for line in text.split("\n")))
 
     def readout(self, text: str, cursor: tuple[float, float], size: tuple[float, float]) -> None:
-        """Show a text next to the cursor, on the side with room in the subplot; hide it if the text is empty."""
+        """Show a text next to the cursor, on the side where a subplot of this size has room; an empty text hides it."""
         lines = text.split("\n")
         needed = _FROM_CURSOR + _LETTER[0] * max(map(len, lines)), _FROM_CURSOR + _LETTER[1] * len(lines)
         right, up = (
@@ -295,7 +315,7 @@ class Overlay:
         self._show_text(self._readout, text)
 
     def help(self, text: str, size: tuple[float, float]) -> bool:
-        """Show a text in the upper left corner of a subplot of this size; hide it if the text is empty.
+        """Show a text in the upper left corner of a subplot whose size in pixels is given; an empty text hides it.
 
         Return True if the text fits at its normal size. Otherwise the text is shrunk to fit, and there is no room for
         other texts.
@@ -339,9 +359,20 @@ def _text(size: int = _NORMAL) -> Any:
 
 
 def _fill(data: vtkPolyData, points: Float64Array, sizes: Any, colors: ByteArray, set_cells: Any) -> None:
-    """Replace the contents of `data` by points in pixels, and by cells that `set_cells` sets.
+    """Replace the points and cells of a mesh in pixels.
 
-    Cell i has `sizes[i]` points; cells use the points in order.
+    Parameters
+    ----------
+    data : vtkPolyData
+        The mesh.
+    points : ndarray
+        Shape (n, 2), the points of all cells, one cell after the other.
+    sizes : array_like of int
+        Number of points of each cell.
+    colors : ndarray
+        Colour of each cell, uint8.
+    set_cells : callable
+        Method of `data` that sets the cells, such as `data.SetLines`.
     """
     coordinates = vtkPoints()
     coordinates.SetData(numpy_to_vtk(np.column_stack([points, np.zeros(len(points))]).astype(np.float32), deep=True))

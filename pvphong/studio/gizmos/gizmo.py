@@ -31,7 +31,7 @@ Keys = Mapping[str, tuple[str, Callable[[], str | None]]]
 
 @dataclass(frozen=True)
 class Options:
-    """Options of `plotter.phong.add_gizmos`."""
+    """Options of `plotter.phong.add_gizmos`, which describes them."""
 
     in_screenshots: bool
     angle_step: float
@@ -40,7 +40,7 @@ class Options:
 
 
 def called(light: Light) -> str:
-    """Return the light's name, or its class name if it has none."""
+    """Return what texts call a light: its name, or the name of its class if it has none."""
     return light.name or type(light).__name__
 
 
@@ -95,22 +95,30 @@ class Gizmo(Handle):
 
     @property
     def highlight(self) -> Vector | None:
-        """World position of the light's highlight on the lit meshes; the highlight can be dragged too. None if there is
-        no highlight, or the gizmo is not selected.
+        """World position of the light's highlight on the lit meshes, which can be dragged too.
+
+        None if there is no highlight, or the gizmo is not selected.
         """
         found = self.surface_highlight(self._gizmos.view) if self.is_selected else None
         return None if found is None else found.point
 
     def surface_highlight(self, view: View) -> SurfacePoint | None:
-        """Return the surface point of the light's highlight in a view."""
+        """Return the point of the lit meshes at which a view shows the light's highlight; None without a highlight."""
         return find_highlight(self.in_scene(view).light, view, self._gizmos.lit.shown)
 
     def in_scene(self, view: View, grabbed: str = "") -> LightInScene:
-        """Return the light in world coordinates with the scene around it; a headlight keeps its frame.
+        """Return the light in world coordinates, with the scene around it, as the view's viewer sees it.
 
-        The icon of a light without a position is in front of the scene, or where a drag has left it. `grabbed` is the
-        name of the handle with which a drag begins. If the drag turns a light without a position, `LightInScene.held`
-        chooses its pivot, which is kept until the scene changes.
+        A headlight keeps its frame. The icon of a light without a position is in front of the scene, or where a drag
+        has left it.
+
+        Parameters
+        ----------
+        view : View
+            The subplot.
+        grabbed : str
+            Name of the handle with which a drag begins; "" for none. If the drag turns a light without a position,
+            `LightInScene.held` chooses its pivot, which is kept until the scene changes.
         """
         light = self.renderer_light.light(view.viewer)
         scenery = self._gizmos.scenery
@@ -170,7 +178,7 @@ class Gizmos:
 
     @property
     def all(self) -> tuple[Gizmo, ...]:
-        """A gizmo for each current light."""
+        """A gizmo for each current light or, if `only` is given, for those lights."""
         present = [each for each in self.lights.renderer_lights if self._only is None or each in self._only]
         known = {gizmo.renderer_light: gizmo for gizmo in self._all}
         self._all = [known.get(each) or Gizmo(each, self) for each in present]
@@ -182,16 +190,16 @@ class Gizmos:
         return next((gizmo for gizmo in self._all if gizmo.is_selected), None)
 
     def select(self, chosen: Gizmo | None) -> None:
-        """Select a gizmo, or none."""
+        """Select a gizmo; None selects none."""
         for gizmo in self._all:
             gizmo.is_selected = gizmo is chosen
 
     def add(self, light: Light) -> None:
-        """Add a light, give it a gizmo, and select it."""
+        """Add a light to the renderer, give it a gizmo, and select the gizmo."""
         self.select(self.of(self.lights.add(light)))
 
     def of(self, renderer_light: RendererLight) -> Gizmo:
-        """Return the gizmo of a light; create one if it has none."""
+        """Return the gizmo of a light; it is created if there is none yet."""
         if self._only is not None and renderer_light not in self._only:
             self._only.append(renderer_light)
         return next(gizmo for gizmo in self.all if gizmo.renderer_light is renderer_light)
@@ -214,7 +222,10 @@ class Gizmos:
 
     @property
     def scenery(self) -> Scenery:
-        """Extent of the drawn objects, used to place icons. If nothing is drawn, extent of the camera's view."""
+        """Centre and size of what the window draws, by which icons are placed.
+
+        If nothing is drawn, they are those of the camera's view.
+        """
         bounds = np.array(self.renderer.ComputeVisiblePropBounds()).reshape(3, 2)
         size = 0.5 * float(np.linalg.norm(bounds[:, 1] - bounds[:, 0]))
         if (bounds[:, 0] > bounds[:, 1]).any() or not 0.0 < size < np.inf:
@@ -226,7 +237,7 @@ class Gizmos:
 
     @property
     def surfaces(self) -> Surfaces:
-        """The lit meshes in their current state, for picking."""
+        """The lit meshes in their current state, prepared for picking."""
         self.lit.show_own_vertices()  # picking must hit a mesh's own triangles
         return Surfaces(self.renderer, self.view, self.lit.shown)
 

@@ -61,7 +61,7 @@ def comes_from_somewhere(light: Light) -> bool:
 
 
 def fields(light: Light, kind: type[Role]) -> dict[str, Any]:
-    """Return name → value, for the light's fields whose role is an instance of `kind`."""
+    """Return name → value, for the fields of a light whose role is an instance of `kind`."""
     return {field: getattr(light, field) for field, role in light.roles.items() if isinstance(role, kind)}
 
 
@@ -79,7 +79,7 @@ class LightInScene:
     light : Light
         The light, in world coordinates.
     scenery : Scenery
-        The extent of the scene.
+        Centre and size of the scene.
     """
 
     light: Light
@@ -87,7 +87,7 @@ class LightInScene:
 
     @cached_property
     def handles(self) -> dict[str, Handle]:
-        """Name of each handle → the handle.
+        """Handles of the light, as name → handle.
 
         A handle has the name that its role defines. If another handle has that name already, the handle has the name of
         its field. The last handle is the intensity, which has no position and can only be typed.
@@ -104,7 +104,7 @@ class LightInScene:
         return found | {INTENSITY: Handle(self, INTENSITY, INTENSITY)}
 
     def points(self, view: View) -> dict[str, Float64Array]:
-        """Return name → world position of the visible handles."""
+        """Return name → world position, for the handles that have a position in the view."""
         found = {name: handle.point(view) for name, handle in self.handles.items()}
         return {name: point for name, point in found.items() if point is not None}
 
@@ -119,12 +119,13 @@ class LightInScene:
 
     @cached_property
     def along(self) -> Float64Array | None:
-        """Unit vector along the light's first aim; None if the light has no aim."""
+        """Unit vector in the direction of the light's first aim; None if the light has no aim."""
         return next((np.array(unit_vector(direction)) for direction in self.light.values(Aim)), None)
 
     def reach(self, direction: Any) -> float:
-        """Return the distance of the target from the icon. For a light with a position, the distance is the direction's
-        length, if a target at that distance can be seen and grabbed.
+        """Return how far from the icon the target in an aim's direction is drawn.
+
+        For a light with a position, it is the length of `direction`, if a target there can be seen and grabbed.
         """
         size = self.scenery.size
         if not self.light.values(Place):
@@ -135,24 +136,24 @@ class LightInScene:
         return max(float(np.linalg.norm(self.scenery.center - self.origin)), 0.5 * size)
 
     def target(self, direction: Any) -> Float64Array:
-        """Return the world position of the target in a direction."""
+        """Return the world position at which the target in an aim's direction is drawn."""
         return self.origin + self.reach(direction) * np.array(unit_vector(direction))
 
     @property
     def front(self) -> Float64Array:
-        """World position of the front of a light that can be turned, on a circle around the scene's centre."""
+        """World position that marks the front of a light that can be turned, on a circle around the scene's centre."""
         light: Any = self.light
         return np.asarray(self.scenery.center + STANDS_OFF * self.scenery.size * light.axes[0])
 
     @property
     def normal(self) -> Float64Array:
-        """Unit normal of the outline. The outline runs counter-clockwise around this normal."""
+        """Unit normal of a flat light's front, around which its outline runs counter-clockwise."""
         outline: Any = self.light.outline
         offsets = outline - outline[0]
         return np.array(unit_vector(np.cross(offsets, np.roll(offsets, -1, axis=0)).sum(axis=0).tolist()))
 
     def held(self, handle: str) -> Scenery:
-        """Return the scenery for the drag of a handle. Its anchor is the pivot of the light.
+        """Return the scenery for a drag of the handle with this name, with the pivot of the light as its anchor.
 
         A light without a position turns around its icon if the target is dragged. If the icon is dragged, the light
         turns around a point in front of the icon, at first the scene's centre.
@@ -169,7 +170,7 @@ class LightInScene:
     def draw(self, drawing: Drawing, selected: bool, active: str | None = None) -> None:
         """Add the light to a drawing; if selected, with its full shape. `active` is the name of the handle in use.
 
-        The shape of an area light includes its normal, and hatching if the visible side emits light.
+        The full shape of an area light includes its normal, and hatching if the side that the viewer sees emits light.
         """
         light, outline = self.light, self.light.outline
         if not is_movable(light):
@@ -208,7 +209,7 @@ class LightInScene:
     def draw_circles(
         self, drawing: Drawing, radius: float, strength: float, normals: Float64Array | None = None
     ) -> None:
-        """Add circles around the icon, unless they are too large; by default three circles that show a sphere."""
+        """Add circles of a radius around the icon, by default three that show a sphere, unless they are too large."""
         for normal in np.eye(3) if normals is None else normals:
             if radius < _LARGEST * self.scenery.size:
                 drawing.line(circle(self.origin, normal, radius), strength)
@@ -216,7 +217,7 @@ class LightInScene:
     # -- readout
 
     def readout(self, handle: str) -> str:
-        """Return the text for the drag of a handle: the light's numbers, and the light that arrives."""
+        """Return the text that is shown while a handle is dragged: the light's numbers, and the light that arrives."""
         said = {each.field: each.said for name, each in self.handles.items() if name != ORIGIN or handle == ORIGIN}
         lines = [f"{self.light.name}: {handle}" if self.light.name else handle]
         lines += [line for line, _ in said.values()]
@@ -225,8 +226,9 @@ class LightInScene:
 
     @property
     def arriving(self) -> str:
-        """Text for the light that arrives at the target or the scene's centre: as a multiple of the light's colour, and
-        as luminance.
+        """Text for the light that arrives at the target, or else at the scene's centre.
+
+        It is given as a multiple of the light's colour, and as luminance.
         """
         light, where, point = self.light, "at the scene's centre", np.array(self.scenery.center)
         if light.is_uniform:
@@ -262,37 +264,35 @@ class Handle:
         self.role: Any = shown.light.roles.get(field)
 
     def point(self, view: View) -> Float64Array | None:  # noqa: ARG002 no position
-        """Return the handle's world position; None if it has none."""
+        """Return the world position of the handle in a view; None if it has none."""
         return None
 
     def dragged(self, start: DragStart, cursor: Cursor) -> Light:
-        """Return the light for a position of the cursor."""
+        """Return the light to which a drag leads that began at `start`, if the cursor is at `cursor`."""
         raise NotImplementedError
 
     @property
     def numbers(self) -> dict[str, float]:
-        """Label → number, in typing order."""
+        """The numbers that can be typed, as label → current number, in the order of typing."""
         return {self.name: self.value}
 
     def typed(self, numbers: dict[str, float]) -> Light:
-        """Return the light with these numbers; raise ``ValueError`` if a value is not allowed."""
+        """Return the light with typed numbers, given as label → number; raise ``ValueError`` if one is not allowed."""
         return self.with_value(numbers[self.name])
 
     is_always_shown: ClassVar[bool] = True
     """True if a selected light shows the field's shape; False if it is shown only for a hovered or used handle."""
 
     def draw(self, drawing: Drawing, selected: bool) -> None:
-        """Add the field's shape to a drawing."""
+        """Add the shape of the field to a drawing; more of it if the light is selected."""
 
     @property
     def said(self) -> tuple[str, str]:
-        """Two texts of the readout: a line for positions and directions, and an entry in the line of sizes and angles.
-        Either may be empty.
-        """
+        """Texts of the readout, or "": a line for positions and directions; an entry for sizes and angles."""
         return "", self._number_format.format(name=self.name, value=self.value)
 
     def with_value(self, value: Any) -> Light:
-        """Return the light with another value of the field."""
+        """Return the light with `value` in the handle's field."""
         return replace(self.light, **{self.field: value})
 
 
@@ -301,13 +301,11 @@ class PlaceHandle(Handle):
 
     @property
     def middle(self) -> Float64Array:
-        """Centre of the position or corners."""
+        """Centre of the position or corners, as a world point."""
         return np.mean(np.atleast_2d(self.value), axis=0)
 
     def typed(self, numbers: dict[str, float]) -> Light:
-        """Return the light at another position, aimed at the same target. If the light would be at its target, return
-        it unchanged.
-        """
+        """Return the light moved to the typed coordinates and aimed at the same target, or unchanged if it is there."""
         point = np.array(list(numbers.values()))
         offset = point - self.middle
         if not offset.any():
@@ -324,11 +322,11 @@ class PlaceHandle(Handle):
         return replace(self.light, **changes)
 
     def point(self, view: View) -> Float64Array:  # noqa: ARG002 the same in all views
-        """Return the light's centre."""
+        """Return the world position of the light's centre."""
         return self.middle
 
     def dragged(self, start: DragStart, cursor: Cursor) -> Light:
-        """Return the light moved with the cursor; when snapping, the coordinates that change snap to the grid."""
+        """Return the light moved with the cursor; snapping rounds the coordinates that change to the grid."""
         point = start.moved(cursor)
         if cursor.snapping:
             stays = np.abs(point - start.point) <= 1e-9 * self.scenery.size
@@ -337,31 +335,32 @@ class PlaceHandle(Handle):
 
     @property
     def numbers(self) -> dict[str, float]:
-        """Label → coordinate."""
+        """Coordinates of the centre, as x, y, z → number."""
         return dict(zip("xyz", vector(self.middle), strict=True))
 
     @property
     def said(self) -> tuple[str, str]:
-        """A line with the centre."""
+        """A line with the coordinates of the centre, and no entry for sizes and angles."""
         return f"{self.name} {_tuple_of(self.middle)}", ""
 
 
 class AimHandle(Handle):
-    """Handle of an aim, at the target. A light without a position has a second such handle at its icon, and its aim is
-    typed as angles.
+    """Handle of an aim, at the target.
+
+    A light without a position has a second such handle at its icon, and its aim is typed as angles.
     """
 
     @property
     def _sign(self) -> float:
-        """1 for the handle at the target; −1 at the icon, which shows the direction that the light comes from."""
+        """1 for the handle at the target; −1 for the one at the icon, which shows where the light comes from."""
         return -1.0 if self.name == ORIGIN else 1.0
 
     def point(self, view: View) -> Float64Array:  # noqa: ARG002 the same in all views
-        """Return the position of the target, or of the icon."""
+        """Return the world position of the target; for the handle at the icon, that of the icon."""
         return self.shown.origin if self.name == ORIGIN else self.shown.target(self.value)
 
     def dragged(self, start: DragStart, cursor: Cursor) -> Light:
-        """Return the light aimed by the handle's new position; when snapping, in steps of azimuth and elevation."""
+        """Return the light aimed by the handle's new position; snapping rounds its azimuth and elevation."""
         goal = start.moved(cursor)
         if np.array_equal(goal, start.point):
             return self.light
@@ -375,16 +374,18 @@ class AimHandle(Handle):
 
     @property
     def numbers(self) -> dict[str, float]:
-        """Label → coordinate of the target. For a light without a position, label → azimuth or elevation of its
-        direction; for the handle at the icon, of the direction from which the light comes.
+        """Coordinates of the target; for a light without a position, azimuth and elevation of its direction.
+
+        For the handle at the icon, the direction is that from which the light comes.
         """
         if self.light.values(Place):
             return dict(zip("xyz", vector(self.shown.target(self.value)), strict=True))
         return dict(zip(("azimuth", "elevation"), _angles_of(self._sign * np.array(self.value)), strict=True))
 
     def typed(self, numbers: dict[str, float]) -> Light:
-        """Return the light aimed at the typed coordinates, or along the typed angles. With angles, the direction keeps
-        its length. If the light itself is at the coordinates, it stays unchanged.
+        """Return the light aimed at the typed coordinates, or along the typed angles; a direction keeps its length.
+
+        A light that is itself at the coordinates is returned unchanged.
         """
         if self.light.values(Place):
             aim = np.array(list(numbers.values())) - self.shown.origin
@@ -395,7 +396,7 @@ class AimHandle(Handle):
         return self.with_value(vector(aim)) if aim.any() else self.light
 
     def draw(self, drawing: Drawing, selected: bool) -> None:
-        """Add a line to the target; for a selected light without a position also four parallel arrows."""
+        """Add a line to the target; for a selected light without a position, also four parallel arrows."""
         is_placed, start, tip = bool(self.light.values(Place)), self.shown.origin, self.shown.target(self.value)
         drawing.line(np.array([start, tip]), (0.8 if is_placed else 1.0) if selected else 0.45)
         if not selected or self.light.places:
@@ -409,7 +410,7 @@ class AimHandle(Handle):
 
     @property
     def said(self) -> tuple[str, str]:
-        """The target and its distance; for a light without a position, the direction and its angles."""
+        """Target and its distance; for a light without a position, direction and angles."""
         if self.light.values(Place):
             target = self.shown.target(self.value)
             return f"{self.name} {_tuple_of(target)}", f"distance {self.shown.reach(self.value):.4g}"
@@ -419,25 +420,26 @@ class AimHandle(Handle):
 
 
 class AngleHandle(Handle):
-    """Handle of an angle to the aim, such as the angle of a cone. The handle is on the cone's rim, at the target's
-    distance, on the side that is seen best.
+    """Handle of an angle to the aim, such as that of a cone.
+
+    The handle is on the cone's rim, at the target's distance, on the side that is seen best.
     """
 
     _number_format = "{name} {value:.1f}°"
 
     def _edge(self, degrees: Any, view: View) -> Float64Array:
-        """Return points at these angles to the aim, at the target's distance."""
+        """Return points at angles of `degrees` to the aim, at the target's distance, on the side that is seen best."""
         middle, along, turn = self.shown.origin, self.shown.along, np.radians(degrees)[..., None]
         assert along is not None
         far, side = self.shown.reach(self.light.values(Aim)[0]), view.across(along, middle)
         return middle + far * (np.cos(turn) * along + np.sin(turn) * side)
 
     def point(self, view: View) -> Float64Array | None:
-        """Return the point on the rim."""
+        """Return the world point on the cone's rim at which the handle is; None for a light without an aim."""
         return None if self.shown.along is None else self._edge(self.value, view)
 
     def dragged(self, start: DragStart, cursor: Cursor) -> Light:
-        """Return the light whose rim is nearest to the cursor on the screen; when snapping, in steps."""
+        """Return the light whose cone's rim is nearest to the cursor on the screen; snapping rounds the angle."""
         least, most = self.role.least + _MARGIN, self.role.most - _MARGIN
         tried = np.linspace(least, most, 81)
         best = _nearest(start, cursor, lambda degrees: self._edge(degrees, start.view), tried)
@@ -448,9 +450,7 @@ class AngleHandle(Handle):
         return self.with_value(min(max(best, least), most))
 
     def draw(self, drawing: Drawing, selected: bool) -> None:
-        """Add the rim at the target's distance; if selected, also lines from the light to the rim, and the circle of
-        half intensity.
-        """
+        """Add the rim at the target's distance; if selected, also lines to the rim and the circle of half intensity."""
         along, start = self.shown.along, self.shown.origin
         if along is None:
             return
@@ -472,8 +472,10 @@ class AngleHandle(Handle):
 
 
 class LengthHandle(Handle):
-    """Handle of a size. The handle's distance from the light's centre is the fraction `role.share` of the size. The
-    handle is to the right of the centre or above it, and in the light's plane if the light has one.
+    """Handle of a size.
+
+    Its distance from the light's centre is the fraction `role.share` of the size. It is to the right of the centre or
+    above it, and in the light's plane if the light has one.
     """
 
     _number_format = "{name} {value:.4g}"
@@ -491,18 +493,19 @@ class LengthHandle(Handle):
         return np.asarray(side if side @ shown >= 0.0 else -side)
 
     def point(self, view: View) -> Float64Array:
-        """Return the point at the fraction `role.share` of the size."""
+        """Return the world position of the handle, at the fraction `role.share` of the size from the centre."""
         return self.shown.origin + self.role.share * self.value * self._side(view)
 
     def dragged(self, start: DragStart, cursor: Cursor) -> Light:
-        """Return the light whose size puts the handle under the cursor. If the light has an up vector, the handle moves
-        only along the light's axis `role.axis`.
+        """Return the light whose size puts the handle under the cursor.
+
+        If the light has an up vector, the handle moves only along the light's axis `role.axis`.
         """
         distance = _distance(self, start, cursor, self._side(start.view) if self.light.values(Up) else None)
         return self.light if distance is None else self.with_value(distance / self.role.share)
 
     def draw(self, drawing: Drawing, selected: bool) -> None:
-        """Add a circle through the handle, for lights without an outline; if selected, also a sphere."""
+        """For a light without an outline, add a circle through the handle; if selected, also a sphere."""
         if self.light.outline is None:
             radius = self.role.share * self.value
             self.shown.draw_circles(drawing, radius, 0.6 if selected else 0.3, drawing.view.viewer.axes[2:])
@@ -511,8 +514,7 @@ class LengthHandle(Handle):
 
 
 class FalloffHandle(Handle):
-    """Handle of a falloff that is the same in all directions. The handle is to the right of the light, where half of
-    the light remains.
+    """Handle of a falloff that is the same in all directions, to the right of the light, where half of it remains.
 
     A light with an aim has no such handle: its target shows its range.
     """
@@ -521,14 +523,11 @@ class FalloffHandle(Handle):
 
     @cached_property
     def _half(self) -> float | None:
-        """Distance at which half of the light remains."""
+        """Distance at which half of the light remains; None for a light with an aim or a constant falloff."""
         return None if self.light.values(Aim) else distance_of(0.5, self.value)
 
     def point(self, view: View) -> Float64Array | None:
-        """Return the point to the right of the light where half of the light remains.
-
-        The result is None if the light has an aim, or its falloff is constant.
-        """
+        """Return the point to the right of the light where half of it remains; None if there is no such distance."""
         return None if self._half is None else self.shown.origin + self._half * view.viewer.axes[0]
 
     def dragged(self, start: DragStart, cursor: Cursor) -> Light:
@@ -538,12 +537,13 @@ class FalloffHandle(Handle):
 
     @property
     def numbers(self) -> dict[str, float]:
-        """Label → the distance at which half of the light remains."""
+        """The distance at which half of the light remains, as label → number."""
         return {"half left at": self._half or math.inf}
 
     def typed(self, numbers: dict[str, float]) -> Light:
-        """Return the light whose falloff leaves half of the light at this distance. The linear and quadratic
-        coefficients are scaled. A light without such a distance is returned unchanged.
+        """Return the light whose falloff leaves half of the light at the typed distance.
+
+        The linear and quadratic coefficients are scaled. A light without such a distance is returned unchanged.
         """
         distance = check.number("half left at", numbers["half left at"], above=0.0)
         if self._half is None:
@@ -552,7 +552,7 @@ class FalloffHandle(Handle):
         return self.with_value((constant, linear * shrink, quadratic * shrink * shrink))
 
     def draw(self, drawing: Drawing, selected: bool) -> None:
-        """If selected, add spheres where 1/2 and 1/256 of the light remain."""
+        """If the light is selected, add spheres at the distances where 1/2 and 1/256 of it remain."""
         for fraction, strength, label in _LEFT if selected and not self.light.values(Aim) else ():
             radius = distance_of(fraction, self.value)
             if radius is not None and radius < _LARGEST * self.scenery.size:
@@ -561,7 +561,7 @@ class FalloffHandle(Handle):
 
     @property
     def said(self) -> tuple[str, str]:
-        """A line with the falloff's coefficients."""
+        """A line with the falloff's coefficients, and no entry for sizes and angles."""
         return "" if self.light.values(Aim) else f"{self.field} {_tuple_of(self.value)}", ""
 
 
@@ -571,11 +571,11 @@ class TurnHandle(Handle):
     _number_format = "{name} {value:.1f}°"
 
     def point(self, view: View) -> Float64Array:  # noqa: ARG002 the same in all views
-        """Return the point at the front."""
+        """Return the world position of the light's front, on a circle around the scene's centre."""
         return self.shown.front
 
     def dragged(self, start: DragStart, cursor: Cursor) -> Light:
-        """Return the light whose front is nearest to the cursor on the screen; when snapping, in steps of degrees."""
+        """Return the light turned so that its front is nearest to the cursor; snapping rounds the angle."""
         light: Any = self.light
         middle, (ahead, right, _) = np.array(self.scenery.center), light.axes
         far = float(np.linalg.norm(start.point - middle))
@@ -593,7 +593,7 @@ class TurnHandle(Handle):
         return self.with_value(math.remainder(degrees, 360.0))
 
     def draw(self, drawing: Drawing, selected: bool) -> None:
-        """Add the circle; if selected, also the front and the up axis."""
+        """Add the circle on which the front moves; if selected, also the front and the up axis."""
         middle, place = np.array(self.scenery.center), self.shown.front
         up = np.array(unit_vector(self.light.values(Up)[0]))
         far = float(np.linalg.norm(place - middle))
@@ -622,14 +622,14 @@ def _nearest(
     tried: Float64Array,
     reluctance: float = 0.0,
 ) -> float | None:
-    """Return the number whose point is nearest to the cursor on the screen.
+    """Return the number for which a point appears nearest to the handle's new place on the screen, by a search.
 
     Parameters
     ----------
     start, cursor
         The drag.
     places : callable
-        Maps numbers, shape (n,), to points, shape (n, 3).
+        Maps numbers, shape (n,), to world points, shape (n, 3).
     tried : numpy.ndarray
         Increasing, evenly spaced candidates. The best one is then refined.
     reluctance : float, default 0
@@ -654,10 +654,10 @@ def _nearest(
 
 
 def _distance(handle: Handle, start: DragStart, cursor: Cursor, along: Float64Array | None = None) -> float | None:
-    """Return the cursor's distance from the light, > 0: along an axis, or by default parallel to the picture.
+    """Return the distance from the light to the point to which the cursor has moved a handle, > 0.
 
-    The distance is rounded to the grid if the cursor snaps. None if the cursor has not moved, or the light is not in
-    front of the eye.
+    It is measured along the axis `along`, or by default parallel to the picture. It is rounded to the grid if the
+    cursor snaps. None if the cursor has not moved, or the light is not in front of the eye.
     """
     middle, view = handle.shown.origin, start.view
     if not view.is_ahead(middle) or not start.motion(cursor).any():
@@ -672,13 +672,13 @@ def _distance(handle: Handle, start: DragStart, cursor: Cursor, along: Float64Ar
 
 
 def _angles_of(direction: Any) -> tuple[float, float]:
-    """Return the azimuth about z, from x towards y, and the elevation above the xy plane, in degrees."""
+    """Return azimuth and elevation of a direction in degrees: about z, from x to y, and above the xy plane."""
     x, y, z = unit_vector(direction)
     return math.degrees(math.atan2(y, x)), math.degrees(math.asin(max(-1.0, min(1.0, z))))
 
 
 def _direction_of(azimuth: float, elevation: float) -> Float64Array:
-    """Return the unit vector with these angles in degrees; exact along the axes."""
+    """Return the unit vector with an azimuth and an elevation in degrees; exact along the axes."""
     around, up = math.radians(azimuth), math.radians(elevation)
     parts = np.array([math.cos(up) * math.cos(around), math.cos(up) * math.sin(around), math.sin(up)])
     return np.where(np.abs(parts) < 1e-15, 0.0, parts)

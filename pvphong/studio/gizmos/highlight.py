@@ -27,17 +27,26 @@ _ASKED = 20_000
 
 @dataclass(frozen=True)
 class SurfacePoint:
-    """A point of a surface and its unit normal, turned to the eye."""
+    """A point of a surface and its unit normal there, which is turned to the eye."""
 
     point: Vector
     normal: Vector
 
 
 def find_highlight(light: Light, view: View, meshes: Sequence[LitMesh]) -> SurfacePoint | None:
-    """Return the point of a light's highlight on the shiny meshes among `meshes`, in world coordinates; None if there
-    is no highlight.
+    """Return the point at which a light's highlight is seen on meshes, in world coordinates; None if there is none.
 
-    A mesh that cannot be lit is drawn without points and has no highlight.
+    Only meshes whose material has a highlight count. A mesh that cannot be lit is drawn without points and has no
+    highlight.
+
+    Parameters
+    ----------
+    light : Light
+        The light, in world coordinates.
+    view : View
+        The view.
+    meshes : sequence of LitMesh
+        The meshes.
     """
     if not light.on or light.frame == "headlight" or not comes_from_somewhere(light):
         return None
@@ -83,7 +92,7 @@ def brightest(
 
 
 def mirrored_to_eye(light: Light, view: View, held: SurfacePoint, target: SurfacePoint) -> Light:
-    """Return the light, moved so that its highlight is at a target.
+    """Return a light, moved so that the viewer sees its highlight at a target.
 
     With the unit normal n and the unit vector v to the eye, light from l = 2(n·v)n − v is mirrored to the eye. A light
     with a position keeps its distance from the surface. A light with an aim points at the target. A light with corners
@@ -118,8 +127,9 @@ def mirrored_to_eye(light: Light, view: View, held: SurfacePoint, target: Surfac
 
 
 def _rotation(before: Float64Array, after: Float64Array) -> Float64Array:
-    """Return the matrix, shape (3, 3), of the smallest rotation that turns the direction `before` to the unit vector
-    `after`. The rotation is the product of two half-turns.
+    """Return the smallest rotation that turns one direction to another, as a matrix, shape (3, 3).
+
+    `before` has any length, `after` is a unit vector. The rotation is the product of two half-turns.
     """
     start = before / np.linalg.norm(before)
     halfway = start + after
@@ -161,14 +171,15 @@ class Surfaces:
             self._picker.AddLocator(locator)
 
     def mesh(self, cursor: tuple[float, float]) -> LitMesh | None:
-        """Return the mesh under the cursor, or None."""
+        """Return the mesh under the cursor, whose position is in pixels of the window; None if there is none."""
         if not self._picker.Pick(*cursor, 0.0, self._renderer):
             return None
         return next(mesh for mesh in self._meshes if mesh.actor is self._picker.GetActor())
 
     def pick(self, cursor: tuple[float, float]) -> SurfacePoint | None:
-        """Return the surface point under the cursor, with its interpolated normal turned to the eye; None if no mesh is
-        under the cursor.
+        """Return the surface point under the cursor, with its interpolated normal; None if no mesh is there.
+
+        The cursor's position is in pixels of the window.
         """
         picker, mesh = self._picker, self.mesh(cursor)
         if mesh is None:

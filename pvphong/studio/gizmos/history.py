@@ -13,14 +13,14 @@ from typing import Any, Protocol
 
 
 class Editable(Protocol):
-    """An object with undo: the lights of a subplot, the materials of its meshes, or a studio's document."""
+    """An object whose edits can be undone: lights of a subplot, materials of its meshes, or a studio's document."""
 
     @property
     def state(self) -> Any:
-        """The current state, for `revert`. States can be compared by ==."""
+        """The current state, which `revert` reads. States can be compared by ==."""
 
     def revert(self, now: Any, then: Any) -> None:
-        """Undo the changes between the states `then` and `now`."""
+        """Undo the changes between the states `then` and `now`, and keep all other changes."""
 
 
 class Running(Protocol):
@@ -35,7 +35,7 @@ _Steps = deque[tuple[Editable, Any, Any]]
 
 
 class History:
-    """The steps that can be undone, and those that can be redone; the last 256 of each."""
+    """The steps that can be undone, and those that can be redone again; at most 256 of each."""
 
     def __init__(self) -> None:
         self._done, self._undone = _Steps(maxlen=_LONGEST), _Steps(maxlen=_LONGEST)
@@ -47,17 +47,17 @@ class History:
         self.running = running
 
     def end(self, running: Running) -> None:
-        """Unregister a continuous edit."""
+        """Unregister a continuous edit that has ended."""
         if self.running is running:
             self.running = None
 
     def settle(self) -> None:
-        """End the continuous edit in progress, if any, as one step."""
+        """If a continuous edit is in progress, end it as one step."""
         if self.running is not None:
             self.running.settle()
 
     def record(self, edited: Editable, before: Any) -> None:
-        """Record the changes since the state `before` as one step, if there are any."""
+        """Record the changes of `edited` since its state `before` as one step, if there are any."""
         after = edited.state
         if after != before:
             self._done.append((edited, before, after))
@@ -75,7 +75,7 @@ class History:
 
     @contextmanager
     def edit(self, edited: Editable) -> Iterator[None]:
-        """Return a context that records the changes made in it as one step."""
+        """Return a context that records the changes of `edited` made within it as one step."""
         before = edited.state
         yield
         self.record(edited, before)
@@ -89,7 +89,10 @@ class History:
         return self._turn(self._undone, self._done)
 
     def _turn(self, steps: _Steps, turned: _Steps) -> bool:
-        """Revert the last of `steps`, and append its inverse to `turned`. Return False if `steps` is empty."""
+        """Take the last step of `steps`, revert it, and append the opposite step to `turned`.
+
+        Return False if `steps` is empty.
+        """
         self.settle()
         if not steps:
             return False

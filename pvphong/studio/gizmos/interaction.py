@@ -56,12 +56,13 @@ class Edit:
 
     @property
     def is_possible(self) -> bool:
-        """True if the light still exists."""
+        """True as long as the light exists; other code may remove it."""
         return self.gizmo.renderer_light in self.gizmos.lights.renderer_lights
 
     def set(self, light: Light) -> None:
-        """Set the edited light to `light`, given in world coordinates. Fields that have not changed keep their exact
-        values in the light's own frame.
+        """Set the edited light to `light`, given in world coordinates.
+
+        Fields that have not changed keep their exact values in the light's own frame.
         """
         before, viewer = self.start.light, self.view.viewer
         if light == before:
@@ -73,20 +74,22 @@ class Edit:
         self.gizmo.renderer_light.set(changed, viewer)
 
     def put_back(self) -> None:
-        """Restore the light exactly."""
+        """Restore the light exactly as it was at the start of the edit."""
         self.gizmo.renderer_light.restore(self._own_state)
 
     @property
     def now(self) -> LightInScene:
-        """The light's current value, in the scenery at the start of the edit."""
+        """The light's current value, with the scene as it was at the start of the edit."""
         return LightInScene(
             self.gizmo.renderer_light.light(self.view.viewer).in_world(self.view.viewer), self.start.scenery
         )
 
 
 class Drag(Edit):
-    """A drag of a handle that was at `point`. The light depends only on the state at the start and on the cursor,
-    except that a highlight dragged off the surface leaves the light as it is.
+    """An edit by dragging a handle, which was at the world position `point`.
+
+    The light depends only on the state at the start and on the cursor. An exception is a highlight that is dragged off
+    the surface, which leaves the light as it is.
     """
 
     def __init__(self, gizmos: Gizmos, gizmo: Gizmo, handle: str, point: Float64Array) -> None:
@@ -101,7 +104,7 @@ class Drag(Edit):
         self._grabbed = DragStart(light, handle, vector(point), gizmos.cursor, self.view, scenery, *steps)
 
     def move(self, cursor: Cursor) -> None:
-        """Set the light to the value that belongs to the cursor's position."""
+        """Set the light as it follows from the state at the start of the drag and the cursor's position."""
         if self._surfaces is None:
             light = self.start.handles[self.handle].dragged(self._grabbed, cursor)
         else:
@@ -126,7 +129,7 @@ _HOW = "Enter: accept  Tab: next  Esc: cancel"
 
 
 class Entry(Edit):
-    """Typing of values for a handle of a light, or for its intensity. Each character changes the light at once."""
+    """An edit by typing values for a handle of a light, or its intensity; each character changes the light at once."""
 
     def __init__(self, gizmos: Gizmos, gizmo: Gizmo, handle: str) -> None:
         super().__init__(gizmos, gizmo, handle)
@@ -136,7 +139,7 @@ class Entry(Edit):
         """Error message for a text that is not a valid value; "" if it is valid."""
 
     def put(self, text: str) -> None:
-        """Set the light from a text. If the text is empty or not allowed, restore the light."""
+        """Set the light to the values in a text. If the text is empty or a value is not allowed, restore the light."""
         self.text, self.error = text, ""
         try:
             self.set(typed_light(self.start, self.handle, text))
@@ -154,9 +157,18 @@ class Entry(Edit):
 
 
 def typed_light(shown: LightInScene, handle: str, text: str) -> Light:
-    """Return the light with the numbers of a typed text, which are in the order of the handle's labels.
+    """Return the light with the numbers in a typed text.
 
-    A label of one letter, such as x, tells which number follows it.
+    Numbers are in the order of the handle's labels. A label of one letter, such as x, tells which number follows it.
+
+    Parameters
+    ----------
+    shown : LightInScene
+        The light.
+    handle : str
+        Name of the handle.
+    text : str
+        The typed text.
 
     Raises
     ------
@@ -247,7 +259,10 @@ class Interaction:
     def _observe(
         self, subject: Any, event: str, react: Callable[[Interaction], bool | None], priority: float = 0.0
     ) -> None:
-        """React to an event; if `react` returns True, other observers do not receive it."""
+        """Call `react` at each VTK event of this name on `subject`.
+
+        If `react` returns True, observers with a lower priority do not receive the event.
+        """
         interaction = weakref.ref(self)
 
         def happened(subject: Any, _event: str) -> None:
@@ -258,7 +273,7 @@ class Interaction:
         self._observed.append((subject, tag))
 
     def update(self) -> None:
-        """Update handles and drawing to the current lights, camera and scene."""
+        """Update the handles and the drawing, according to the current lights, camera and scene."""
         gizmos, view, edit = self.gizmos, self.gizmos.view, self.edit
         handles = dict[tuple[Gizmo, str], Float64Array]()
         shown = {} if gizmos.is_hidden else {gizmo: gizmo.highlight for gizmo in gizmos.all}
@@ -280,7 +295,10 @@ class Interaction:
         gizmos.draw(view, shown, active, readout, "\n".join(f"{key:15}{what}" for key, what in keys))
 
     def _hover(self) -> bool:
-        """Move the widget to the handle nearest to the cursor; return True if the hovered handle has changed."""
+        """Find the handle under the cursor, and move the widget to the nearest one.
+
+        Return True if another handle, or none, is hovered now.
+        """
         gizmos, cursor = self.gizmos, self.gizmos.cursor
         if self._is_held:
             return False
@@ -305,7 +323,7 @@ class Interaction:
 
     @contextmanager
     def out_of_sight(self) -> Iterator[None]:
-        """Return a context in which the gizmos are hidden, unless `in_screenshots` is set."""
+        """Return a context in which the gizmos are hidden; if the option `in_screenshots` is set, they stay visible."""
         if self.gizmos.options.in_screenshots:
             yield
             return
@@ -317,7 +335,7 @@ class Interaction:
             self.update()
 
     def release(self) -> None:
-        """Remove widget, observers and actors. Before that, accept an edit in progress."""
+        """Accept an edit in progress, then remove widget, observers and actors."""
         self.settle()
         for subject, tag in self._observed:
             subject.RemoveObserver(tag)
@@ -332,7 +350,7 @@ class Interaction:
     # -- the mouse
 
     def _pointed(self) -> None:
-        """Handle a move of the cursor: find the hovered handle.
+        """React to a move of the cursor: find the hovered handle, and draw a frame if it has changed.
 
         This must not wait for the next frame, because the window's size may have changed since the last frame: trame
         may draw fewer pixels while the button is down.
@@ -341,7 +359,7 @@ class Interaction:
             self.gizmos.render()
 
     def _grabbed(self) -> None:
-        """Start a drag: save the state that it depends on."""
+        """React to the grab of a handle: start a drag, and save the state that it depends on."""
         assert self._nearest is not None
         self.gizmos.history.settle()  # ends typing, here or in another subplot
         self.gizmos.notice = ""
@@ -349,14 +367,14 @@ class Interaction:
         self._begin(Drag(self.gizmos, *self._nearest, self._handles[self._nearest]))
 
     def _dragged(self) -> None:
-        """Handle a move of the cursor with the button down: the light follows it."""
+        """React to a move of the cursor with the button down: the light follows it."""
         interactor = self.gizmos.interactor
         if isinstance(self.edit, Drag) and self.edit.is_possible:
             shift, control = bool(interactor.GetShiftKey()), bool(interactor.GetControlKey())
             self.edit.move(Cursor(self.gizmos.cursor, shift, control))
 
     def _dropped(self) -> None:
-        """Handle the release of the button: the drag becomes one step."""
+        """React to the release of the button: end the drag, and record it as one undo step."""
         if isinstance(self.edit, Drag):
             self.settle()
         self.gizmos.render()
@@ -373,16 +391,16 @@ class Interaction:
             self.gizmos.history.end(self)
 
     def settle(self) -> None:
-        """Accept the edit in progress as one step."""
+        """Accept the edit in progress, and record it as one undo step."""
         self._end(taken=True)
 
     def give_up(self) -> None:
-        """Cancel the edit in progress and restore the light."""
+        """Cancel the edit in progress, and restore the light."""
         self._end(taken=False)
         self.gizmos.render()
 
     def _end(self, *, taken: bool) -> None:
-        """End the edit in progress: record it as one step, or restore the light."""
+        """End the edit in progress: if `taken`, record it as one undo step, otherwise restore the light."""
         edit = self.edit
         self._begin(None)
         if edit is not None and edit.is_possible:
@@ -394,7 +412,7 @@ class Interaction:
     # -- the keyboard
 
     def _key_pressed(self) -> bool:
-        """Handle a key press; return True if the key belongs to the value being typed.
+        """React to a key press; return True if the key belongs to a value that is being typed.
 
         trame's remote area reports letters twice, for the browser's `keydown` and `keypress`. A second report is
         ignored, until the press ends with its `CharEvent` or with the key's release.
@@ -429,7 +447,7 @@ class Interaction:
         return is_typed
 
     def _press_ended(self) -> bool:
-        """Handle the end of a key press; return True while a value is being typed, to block other observers."""
+        """React to the end of a key press; while a value is typed, return True, so that no other observer reacts."""
         self._key_down = None
         return isinstance(self.edit, Entry)
 

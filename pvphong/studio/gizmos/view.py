@@ -54,22 +54,22 @@ class View:
 
     @cached_property
     def _zoom(self) -> float:
-        """Pixels per unit of slope in perspective, or per unit of length in parallel projection."""
+        """Pixels per unit of length in parallel projection, or per unit of slope (offset over depth) in perspective."""
         half = 0.5 * self.size[1]
         if self.viewer.parallel:
             return half / self.viewer.parallel_scale
         return half / math.tan(math.radians(0.5 * self.viewer.view_angle))
 
     def seen(self, points: VectorLike | Float64Array) -> Float64Array:
-        """Return points, shape (…, 3), in eye space: right, up, and the depth in front of the eye."""
+        """Convert world points, shape (…, 3), to eye space: distances to the right, up, and in front of the eye."""
         away = np.asarray(points, dtype=np.float64) - np.array(self.viewer.position)
         return away @ self.viewer.axes.T * (1.0, 1.0, -1.0)
 
     def is_ahead(self, point: VectorLike | Float64Array) -> bool:
-        """Return True if a point can be projected: always in parallel projection, in perspective if it is in front of
-        the eye.
+        """Return True if a world point can be projected: in perspective, it must be in front of the eye.
 
-        A point beside the eye is not in front, even if rounding makes its depth slightly larger than zero.
+        A point beside the eye is not in front, even if rounding makes its depth slightly larger than zero. In parallel
+        projection, the result is always True.
         """
         if self.viewer.parallel:
             return True
@@ -77,8 +77,9 @@ class View:
         return bool(seen[2] > _BESIDE * (math.hypot(*seen) + math.hypot(*self.viewer.position)))
 
     def project(self, points: VectorLike | Float64Array) -> Float64Array:
-        """Return the positions of points, shape (…, 3), on the screen, in pixels, shape (…, 2). In perspective,
-        positions are NaN for points at and behind the eye.
+        """Return the positions in pixels, shape (…, 2), at which world points, shape (…, 3), appear on the screen.
+
+        In perspective, positions are NaN for points at and behind the eye.
         """
         seen = self.seen(points)
         flat = seen[..., :2]
@@ -88,13 +89,15 @@ class View:
         return self._middle + self._zoom * flat
 
     def edge_towards(self, point: VectorLike | Float64Array, margin: float) -> tuple[Pixel, Pixel] | None:
-        """Return position and direction of an arrow to a point out of sight, `margin` pixels inside the subplot's edge.
+        """Return where to draw an arrow to a world point that is out of sight; None if the point is visible.
+
+        The arrow is `margin` pixels inside the subplot's edge.
 
         Returns
         -------
         place, direction : tuple of float
             The position in pixels, and the unit vector on the screen towards the point, downwards if the point is
-            straight behind. None instead of the tuple if the point is visible.
+            straight behind.
         """
         half = 0.5 * np.array(self.size)
         if self.is_ahead(point):
@@ -110,18 +113,22 @@ class View:
         return (x, y), (float(offset[0]), float(offset[1]))
 
     def unit_per_pixel(self, point: VectorLike | Float64Array) -> float:
-        """Return the world length of one pixel at the depth of a point in front of the eye."""
+        """Return how long one pixel is in world units, at the depth of a world point in front of the eye."""
         return 1.0 / self._zoom if self.viewer.parallel else float(self.seen(point)[2]) / self._zoom
 
     def facing(self, point: VectorLike | Float64Array, cursor: VectorLike | Float64Array) -> Float64Array:
-        """Return the point under the cursor, in the plane through `point` that is parallel to the picture."""
+        """Return the world point under the cursor, in the plane through `point` that is parallel to the picture.
+
+        `cursor` is a position in pixels.
+        """
         x, y = (np.asarray(cursor) - self._middle) * self.unit_per_pixel(point)
         right, up, back = self.viewer.axes
         return np.array(self.viewer.position) + x * right + y * up - self.seen(point)[2] * back
 
     def towards_eye(self, points: VectorLike | Float64Array) -> Float64Array:
-        """Return unit vectors from points to the eye, shape (…, 3). The vector of a point at the eye is zero. In
-        parallel projection, all vectors are equal.
+        """Return unit vectors from world points, shape (…, 3), to the eye; zero for a point at the eye.
+
+        In parallel projection, all vectors are equal.
         """
         points = np.asarray(points, dtype=np.float64)
         if self.viewer.parallel:
@@ -131,20 +138,23 @@ class View:
         return np.divide(away, length, out=np.zeros_like(away), where=length > 0.0)
 
     def across(self, along: Float64Array, point: VectorLike | Float64Array) -> Float64Array:
-        """Return the unit vector perpendicular to `along` and to the line of sight to a point. If `along` and the line
-        of sight are parallel, the vector points to the right.
+        """Return a unit vector perpendicular to the direction `along` and to the line of sight to a world point.
+
+        If both are parallel, the vector points to the right.
         """
         return self._square_to(along, self.towards_eye(point))
 
     def level(self, normal: Float64Array) -> Float64Array:
-        """Return the unit vector perpendicular to `normal` and parallel to the picture. If the normal is along the view
-        axis, the vector points to the right.
+        """Return a unit vector perpendicular to `normal` and parallel to the picture.
+
+        If the normal is along the view axis, the vector points to the right.
         """
         return self._square_to(normal, self.viewer.axes[2])
 
     def _square_to(self, axis: Float64Array, other: Float64Array) -> Float64Array:
-        """Return the unit vector perpendicular to `axis` and `other`. If these are parallel, the vector is
-        perpendicular to `axis` and points to the right.
+        """Return a unit vector perpendicular to the unit vectors `axis` and `other`.
+
+        If both are parallel, the vector is perpendicular to `axis` and points to the right.
         """
         side, right = np.cross(axis, other), self.viewer.axes[0]
         if np.linalg.norm(side) < _AT_THE_EYE:
@@ -152,10 +162,16 @@ class View:
         return np.asarray(side / np.linalg.norm(side))
 
     def along(self, point: Float64Array, axis: Float64Array, motion: Float64Array) -> Float64Array:
-        """Return a point moved along an axis, so that on the screen the point follows the cursor's motion along the
-        axis.
+        """Move a world point along an axis, so that its picture follows a motion on the screen as well as it can.
 
         The point's depth grows at most 50 times towards the vanishing point, and shrinks at most to a fiftieth.
+
+        Parameters
+        ----------
+        point, axis : ndarray
+            The point, and a unit vector.
+        motion : ndarray
+            Motion in pixels, shape (2,).
         """
         picture = self._picture_of(point, axis)
         length = float(np.hypot(*picture))
@@ -173,8 +189,9 @@ class View:
         return point + axis * min(max(t, limits[0]), limits[1])
 
     def axis_along(self, point: Float64Array, motion: Float64Array) -> Float64Array | None:
-        """Return the world axis whose projection is most nearly parallel to a motion on the screen; None if there is no
-        motion. Axes that point at the eye are left out.
+        """Return the axis of the world that appears most nearly parallel to a motion on the screen, at a world point.
+
+        `motion` is in pixels. Axes that point at the eye are left out. The result is None if there is no motion.
         """
         pictures = np.array([self._picture_of(point, axis) for axis in np.eye(3)])
         lengths = np.hypot(*pictures.T)
@@ -184,7 +201,7 @@ class View:
         return np.eye(3)[int(np.argmax(fits))]
 
     def _picture_of(self, point: Float64Array, axis: Float64Array) -> Float64Array:
-        """Return the screen velocity, in pixels per unit, of a point that starts to move along an axis."""
+        """Return the screen velocity, in pixels per world unit, of a world point that moves along an axis."""
         along = self.viewer.axes @ axis * (1.0, 1.0, -1.0)
         if self.viewer.parallel:
             return self._zoom * along[:2]
@@ -277,16 +294,17 @@ class DragStart:
         return max((factor for factor in (1.0, 2.0, 5.0) if factor * power <= length), default=1.0) * power
 
     def picture(self, cursor: Cursor) -> Float64Array:
-        """Return the handle's new position on the screen, at a constant offset from the cursor."""
+        """Return where the handle must now appear on the screen, in pixels: it keeps its offset from the cursor."""
         return self.view.project(self.point) + self.motion(cursor)
 
     def motion(self, cursor: Cursor) -> Float64Array:
-        """Return the cursor's motion since the start, in pixels."""
+        """Return how far the cursor has moved since the start of the drag, in pixels."""
         return np.array(cursor.position) - np.array(self.cursor)
 
     def moved(self, cursor: Cursor) -> Float64Array:
-        """Return the handle's new position: moved with the cursor parallel to the picture, or along a world axis if the
-        cursor is constrained.
+        """Return the world position to which the cursor has moved the handle, parallel to the picture.
+
+        If the cursor is constrained, the handle moves along a world axis instead.
         """
         point = np.array(self.point)
         if not self.view.is_ahead(point) or not self.motion(cursor).any():
@@ -298,6 +316,6 @@ class DragStart:
 
 
 def vector(values: VectorLike | Float64Array) -> Vector:
-    """Return three Python floats."""
+    """Convert three numbers to a tuple of Python floats."""
     x, y, z = (float(value) for value in values)
     return x, y, z
