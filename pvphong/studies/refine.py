@@ -66,7 +66,7 @@ _PAIR = "_refinement_pair"
 
 
 Watcher = Callable[[Callable[[], pv.PolyData]], object]
-"""Function that is called with a function that returns the mesh as far as it is refined, with its colours."""
+"""Function with one argument. The argument is a function that returns the mesh as refined so far, with its colours."""
 
 _watcher: ContextVar[Watcher | None] = ContextVar("watcher", default=None)
 
@@ -75,7 +75,7 @@ _watcher: ContextVar[Watcher | None] = ContextVar("watcher", default=None)
 def watched(watcher: Watcher) -> Iterator[None]:
     """Within the block, let `refine` call the function `watcher` after the cuts of each light and each round of splits.
 
-    Its argument is a function that returns the mesh as refined so far, with its colours.
+    `refine` passes to `watcher` a function that returns the mesh as refined so far, with its colours.
     """
     token = _watcher.set(watcher)
     try:
@@ -85,7 +85,7 @@ def watched(watcher: Watcher) -> Iterator[None]:
 
 
 class BouncedLight(NamedTuple):
-    """Bounced light at the vertices of a mesh, in place of a transport with which it would be computed."""
+    """Bounced light at the vertices of a mesh. `refine` accepts it in place of a transport."""
 
     colors: FloatArray
     """Bounced light that each vertex reflects, shape (n, 3), including the remaining ambient light."""
@@ -115,7 +115,8 @@ def refine(
     light, and where colours begin to saturate. So a highlight that lies between the corners of a triangle is found too.
 
     Where the colour jumps, at the edge of a hard shadow or of a spot's cone, triangles are cut along that edge. Each
-    point on the cut exists twice, lit once like each side, so that a shadow is as crisp as the edge of a face. Rays
+    point on the cut exists twice: one copy is lit like one side, the second like the other side. So a shadow is as
+    crisp as the edge of a face. Rays
     find where the edge crosses a side of a triangle, to 2⁻²⁰ of the side's length. A triangle is split before it is cut
     if the edge deviates from a straight line between two crossings by more than 2⁻¹² of the mesh's diagonal, or if a
     whole shadow lies inside the triangle.
@@ -175,9 +176,9 @@ def refine(
 
         With shadows or occlusion, the visible fractions of each light and of the sky are in ``<name>_visibility_<name
         or index>`` and ``<name>_sky``, as from `mesh.phong.shade`. These fractions differ on the two sides of a cut.
-        Stacked as an array of shape (lights + 1, n_points), they can be the `visibility` in `mesh.phong.shade`: then
-        the edges stay as crisp if the lights have other colours. The fraction of a light without a size is 1 where
-        points face away from it, and 0 outside its cone.
+        To light the refined mesh with other colours of the lights and equally crisp edges, stack these arrays to the
+        shape (lights + 1, n_points) and pass them to `mesh.phong.shade` as `visibility`. The fraction of a light
+        without a size is 1 where points face away from the light, and 0 outside the light's cone.
 
         The cell array ``<name>_interpolation_error`` is the remaining error in each triangle. Field data describe the
         result:
@@ -338,8 +339,8 @@ class _LitTriangles(NamedTuple):
     normals: FloatArray
     """Normals as the mesh stores them."""
     blended: Float64Array
-    """Normals to interpolate: divided by 2**exponent, so that the longest is near 1 and nothing overflows; 0 if not
-    finite.
+    """Normals to interpolate: the stored normals divided by 2**exponent, so that the longest is near 1 and nothing
+    overflows. A normal that is not finite is replaced by 0.
     """
     exponent: int
     lighting: Lighting
@@ -427,8 +428,15 @@ def _others_there(places: IntArray) -> IntArray:
 def _split_mesh(lit: _LitTriangles, refinement: Refinement, name: str) -> pv.PolyData:
     """Return the refined triangles as a mesh, with the arrays of the original mesh.
 
-    If the original mesh has no active normals, the new normals get a name that differs from `name`, the name of the lit
-    colours, and from the names of other arrays.
+    Parameters
+    ----------
+    lit : _LitTriangles
+        The original triangles.
+    refinement : Refinement
+        The refined triangles and their vertices.
+    name : str
+        Name of the lit colours. If the original mesh has no active normals, the array of normals gets a name that is
+        neither `name` nor the name of another array.
     """
     source, surface = lit.mesh, refinement.surface
     triangles, vertices = surface.triangles, surface.vertices

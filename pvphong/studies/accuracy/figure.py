@@ -157,7 +157,7 @@ def _set_limits(axes: Any, rows: Sequence[Row], zero: float, tolerance: float) -
     rows : sequence of Row
         Rows that are drawn.
     zero : float
-        Height at which an error of 0 is drawn, which gets a tick label.
+        Height at which an error of 0 is drawn. This height gets a tick label.
     tolerance : float
         Tolerance of the report, which must be visible.
     """
@@ -231,11 +231,12 @@ class Picture(NamedTuple):
 
 
 def linked_pictures(report: Result) -> list[Picture]:
-    """Draw the mesh from one viewer: its reference colours, the chosen colours, and their errors.
+    """Draw the mesh from one viewer, in three or four pictures.
 
-    The last picture, of errors inside triangles, is drawn only if all triangles were searched. The viewer is the
-    scene's if it sees the mesh, otherwise one that frames the mesh. The colour scale of errors at the vertices is
-    symmetric and ends at the largest error. The scale of errors inside triangles is logarithmic.
+    These show the reference colours, the colours of the chosen row, the chosen row's signed errors at the vertices, and
+    the interpolation errors inside triangles. The fourth picture is drawn only if all triangles were searched. The
+    viewer is the scene's if it sees the mesh; otherwise it is one that frames the mesh. The colour scale of errors at
+    the vertices is symmetric and ends at the largest error. The scale of errors inside triangles is logarithmic.
 
     Raises
     ------

@@ -119,7 +119,7 @@ def seconds_of_rays(subject: Subject, tolerance: float) -> float:
     subject : Subject
         Mesh, scene and material.
     tolerance : float
-        Standard error to which the rays of the vertices were cast.
+        Standard error of the colours for which the rays from the vertices were cast.
     """
     equation, visibility = subject.equation, subject.visibility
     if visibility is None or not equation.needs_visibility:
@@ -228,7 +228,7 @@ def _variant(
     whole : Triangles
         The mesh whose points are lit.
     errors : Errors
-        Its interpolation errors.
+        Interpolation errors of that mesh.
     note : str
         Remark for the row.
     preparation : float

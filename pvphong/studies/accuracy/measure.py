@@ -87,9 +87,9 @@ def tradeoff(
     - Interpolation: colours blended across triangles compared with per-pixel shading, both in float64. Rays are cast
       inside triangles if there is time.
     - Sampling, if there are shadows or ambient occlusion: colours with few rays per vertex compared with colours with
-      4096 rays, at random vertices. The sampling error includes an error of highlights of partly hidden area lights:
-      they are dimmed by the fraction of the light that is visible to diffuse reflection, although the highlight may
-      come from another part of the light.
+      4096 rays, at random vertices. The sampling error includes an error of highlights of partly hidden area lights.
+      Such a highlight is dimmed by the fraction of its light that is visible to diffuse reflection, although the
+      highlight may come from another part of the light.
 
     Arithmetic and light-model errors are measured with the same visibility on both sides.
 
@@ -183,7 +183,7 @@ class _Measurement:
     rows : dict of str to Row
         Rows measured so far, not yet timed.
     runs, estimates : dict
-        Runs to time, and estimates of their seconds, by name.
+        Name of a run → function to time, and name of a run → estimate of its seconds.
     left_out : dict of str to str
         Variants that are not measured, and the reasons.
     """
@@ -248,14 +248,14 @@ class _Measurement:
         return self.clock.left - max(self.for_rounds, FEWEST_REPEATS * sum(self.estimates.values()))
 
     def _has_time_for(self, what: str, seconds: float) -> bool:
-        """Return True if `seconds` are left to prepare something; otherwise add it, as `what`, to `left_out`."""
+        """Return True if `seconds` are left to prepare `what`. If not, add `what` to `left_out` and return False."""
         fits = seconds <= self._left()
         if not fits:
             self.left_out[what] = "there was no time for it"
         return fits
 
     def _add(self, row: Row, run: Run, seconds: float) -> None:
-        """Add a variant that has been run once, unless there is no time to repeat it.
+        """Add a variant that has been run once, if there is time to repeat it.
 
         A variant that the report needs is always added. A short run is timed again, because the first one was the
         warm-up.
@@ -329,9 +329,10 @@ class _Measurement:
         return found
 
     def _drop_effects(self) -> dict[str, float]:
-        """Leave out each effect and each light in turn; return its name → the largest light-model error without it.
+        """Measure the light-model error without each effect, and without each light.
 
-        For each, a run without it is also queued for timing.
+        Return the name of the effect or light → the largest error. For each of them, also add a run without the effect
+        or light to the runs to time.
         """
         s, whole, errors = self.subject, self.subject.assembled, dict[str, float]()
         effects, (middle, _) = s.plan().effects, s.sphere

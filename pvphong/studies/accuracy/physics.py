@@ -80,7 +80,7 @@ class ModelOfLight:
     def rms(self) -> float:
         """Root mean square of the model's error, without the noise of path tracing.
 
-        The mean square of `error` contains the mean square of this noise, which is subtracted.
+        The mean square of the noise is subtracted from the mean square of `error`.
         """
         return max(float(np.square(self.error).mean()) - self.noise**2, 0.0) ** 0.5
 
@@ -259,7 +259,7 @@ def _ambient_of(prepared: Prepared) -> FloatArray:
 
 
 class _Models:
-    """Collects light models and compares them with path tracing, as they are measured."""
+    """Collects light models as they are measured, and compares each with path tracing."""
 
     def __init__(self, truth: Truth, say: Callable[[str], object]) -> None:
         self.found: list[ModelOfLight] = []
@@ -275,14 +275,16 @@ class _Models:
         run : callable
             Function that returns the colours of the model.
         before : float
-            Seconds that its rays took, which were cast before.
+            Seconds that the model's rays took; they were cast before this call.
         """
         self._say(name)
         colors, taken = timed(run)
         self.found.append(ModelOfLight(name, before + taken, colors, colors - self._true, self._noise))
 
     def fit(self, name: str, direct: tuple[FloatArray, float], ambient: FloatArray) -> float:
-        """Add the model "direct light plus a constant times ambient light"; return the constant of least square error.
+        """Add the model "direct light plus a constant times ambient light", and return the constant.
+
+        It is the constant for which the mean square error is least.
 
         Parameters
         ----------

@@ -63,7 +63,7 @@ class Tradeoff(Result):
     tolerance : float
         Allowed colour error.
     rows : tuple of Row
-        Measured variants: ways to light the mesh, and peers.
+        Measured variants: pvphong's ways to light the mesh, and other implementations.
     ledger : tuple of LedgerEntry
         Cost of each effect and light, and the error without it.
     baseline : str
@@ -156,7 +156,9 @@ class Tradeoff(Result):
         return [*found, *self._remarks()]
 
     def _remarks(self) -> Iterator[str]:
-        """Yield remarks on peers that are faster within the tolerance, on small meshes, and on light models."""
+        """Yield remarks: on other implementations that are faster and within the tolerance, on meshes that are small,
+        and on light models.
+        """
         cheaper = []
         for question in self._questions():
             own, peer = self.best(question=question), self.best(question=question, peers=True)

@@ -24,7 +24,7 @@ KINDS: tuple[Kind, ...] = get_args(Kind)
 
 Question = Literal["at the vertices", "casting rays", "inside triangles"]
 QUESTIONS: tuple[Question, ...] = get_args(Question)
-"""Tasks of rows: to light vertices, to cast rays from them, or to light the points between them."""
+"""Tasks of rows: to light vertices, to cast rays from vertices, or to light the points between vertices."""
 
 # Number of worst vertices in a report.
 _WORST = 5
@@ -112,9 +112,9 @@ class Timing:
 
     @property
     def is_noise(self) -> bool:
-        """True if a time that is the difference of two others may be noise.
+        """True if a time, computed as the difference of two others, may be noise.
 
-        It may be if its lower quartile is not positive, or it has too few repeats.
+        This is the case if the lower quartile is not positive, or there are too few repeats.
         """
         return self.low <= 0.0 or self.repeats < FEWEST_REPEATS
 
@@ -151,11 +151,11 @@ class Row:
     points : int
         Number of evaluated vertices.
     time : Timing
-        Time to make the plan and evaluate all vertices once. For a peer that draws, time of one frame.
+        Time to make the plan and evaluate all vertices once. For frames drawn by VTK, time of one frame.
     arithmetic, light_model, sampling, interpolation : Errors or None
         Errors by kind; None if not measured.
     error_bound : float or None
-        Bound on the light-model error that the plan predicted.
+        Bound that the plan predicted for the light-model error; None for rows without such a bound.
     preparation : float
         Seconds of preparation, such as splitting triangles.
     is_peer : bool
@@ -184,7 +184,7 @@ class Row:
 
     @property
     def question(self) -> Question:
-        """Question that the row answers, which follows from its kind of error."""
+        """Question that the row answers. It follows from the row's kind of error."""
         return {"sampling": QUESTIONS[1], "interpolation": QUESTIONS[2]}.get(self.kind, QUESTIONS[0])
 
     @property
@@ -199,8 +199,8 @@ class Row:
         """Error that is compared with the tolerance.
 
         For interpolation it is the largest error. For sampling it is the root mean square, because rays are cast to a
-        standard error. Otherwise it is the sum of the largest arithmetic and light-model errors, which bounds the total
-        error at the vertices.
+        standard error. For the other kinds it is the sum of the largest arithmetic and light-model errors; this sum
+        bounds the total error at the vertices.
         """
         if self.kind == "interpolation":
             return self.error.largest
@@ -337,7 +337,7 @@ class Result:
         return min(within, key=lambda row: row.time.median, default=None)
 
     def next_step(self, row: Row) -> Row | None:
-        """Return the cheapest row that answers the same question with a smaller error; None if there is none."""
+        """Return the cheapest row with the question of `row` and a smaller error; None if there is no such row."""
         better = (other for other in self.rows_for(row.question) if other.decisive_error < row.decisive_error)
         return min(better, key=lambda other: other.time.median, default=None)
 

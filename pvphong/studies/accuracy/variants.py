@@ -32,8 +32,8 @@ from pvphong.studies.accuracy.timing import Clock, timed
 REFERENCE = "float64 reference"
 
 WITHOUT = {effect.name: effect.without for effect in EFFECTS}
-"""Name of each of the plan's effects → function that returns an equation without the effect. Its arguments are the
-equation and the middle of the mesh.
+"""Name of each of the plan's effects → function that returns an equation without the effect. The function's arguments
+are the equation and the middle of the mesh.
 """
 
 # Numbers of point lights that are tried in place of a light with a size.
@@ -140,8 +140,8 @@ class Subject:
         """Return the correction to highlights of partly hidden area lights, shape (m, 3).
 
         Evaluators multiply a highlight by the fraction of its light that is visible to diffuse reflection. This method
-        replaces the light by nodes, each with its own ray. It returns the highlight of the visible nodes minus the
-        evaluators' highlight.
+        replaces the light by many small ones, and casts a ray to each of them. It returns the highlight of the visible
+        small lights minus the evaluators' highlight.
 
         Parameters
         ----------

@@ -34,9 +34,10 @@ class FaceChecks(NamedTuple):
     degenerate : ndarray
         Faces without an area, or with a repeated corner.
     far : ndarray
-        Faces whose normal is uncertain because of rounded coordinates, but would be certain at the origin.
+        Faces whose normal is uncertain because of rounded coordinates, but would be certain if the mesh were at the
+        origin.
     thin : ndarray
-        Faces whose normal would be uncertain even at the origin.
+        Faces whose normal would be uncertain even if the mesh were at the origin.
     folded : ndarray
         Faces with fewer than three corners. Also faces with a repeated corner that have no area, or have a point that
         is not finite. The edges of folded faces contain no information about neighbours.

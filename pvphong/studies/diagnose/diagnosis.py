@@ -62,7 +62,7 @@ class Finding:
     share : float
         Affected fraction of the surface, 0 to 1: of its area, or, if the surface has no area, of its points or faces.
     spoils : bool
-        True if the fault spoils the lighting; otherwise the finding is a note.
+        True if the fault spoils the lighting. If False, the finding is a note: it may be intended, or does no harm.
     meaning, remedy : str
         Description of the fault, and how to repair it.
     code : tuple of str
@@ -107,7 +107,8 @@ class Diagnosis:
 
     The surface of a PolyData is the mesh itself. For other datasets the surface's arrays ``vtkOriginalPointIds`` and
     ``vtkOriginalCellIds`` refer to the dataset. Vertices and lines are not faces; a strip has one face per triangle.
-    The fields that describe faults are empty or False if there is no such fault.
+    The fields that describe faults are empty or False if there is no such fault. "A note" marks faults that never spoil
+    the lighting.
 
     Attributes
     ----------
@@ -132,12 +133,12 @@ class Diagnosis:
         lighting if `normals_fit.mean` exceeds 22.5 too: an eighth of the surface may then be turned by 180 degrees.
     unlit_points : ndarray
         Points in faces whose computed normal is zero: no face there has an area and finite points, or the normals
-        cancel, as for two coincident opposite faces. They spoil nothing if normals are stored.
+        cancel, as for two coincident opposite faces. Such points spoil nothing if normals are stored.
     degenerate_faces : ndarray
         Faces whose area is zero within the rounding of float64, or with a repeated corner.
     duplicate_faces : ndarray
         Faces with the same points in the same order as a face with a lower index. Repeated faces have more weight in
-        the normals around them. They spoil nothing if normals are stored.
+        the normals around them, but spoil nothing if normals are stored.
     far_faces : ndarray
         Faces so far from the origin that the rounding of coordinates may turn their normal by more than 1/255 rad. This
         changes a colour by up to about one display step.
@@ -145,8 +146,8 @@ class Diagnosis:
         Edges, as points of shape (m, 2), whose two faces have opposite fronts. Duplicate faces are left out.
         `Finding.share` is the area of the faces that must be turned.
     inside_out_faces : ndarray
-        Faces of closed parts with negative signed volume, except walls of cavities: their fronts point inwards. They
-        spoil nothing if stored normals point outwards.
+        Faces whose fronts point inwards: those of closed parts with negative signed volume, except walls of cavities.
+        Such faces spoil nothing if stored normals point outwards.
     downward_faces : ndarray
         All faces, if no vertex faces up (+z), as in a terrain that is upside down. A note: the surface may be a
         ceiling.
@@ -240,7 +241,10 @@ class Diagnosis:
         return tuple(sorted(found, key=lambda each: (not each.spoils, each.name not in always, -each.share)))
 
     def _spoils(self, name: str) -> bool:
-        """Return True if the fault `name`, which this mesh has, spoils its lighting; False if it is a note."""
+        """Return True if a fault of this mesh spoils its lighting, False if the fault is a note.
+
+        `name` is the field of `Diagnosis` with the fault.
+        """
         least, helped, _, _ = KINDS[name]
         if name == "inside_out_faces":
             helped = self._case.normals_opposed

@@ -1,4 +1,4 @@
-"""The kinds of fault: meaning, remedy, and the share of the surface at which they begin to spoil the lighting."""
+"""The kinds of fault: meaning, remedy, and the least fraction of the surface at which they spoil the lighting."""
 
 from __future__ import annotations
 
@@ -16,12 +16,13 @@ class Kind(NamedTuple):
     Attributes
     ----------
     spoils_from : float or None
-        Fraction of the surface, 0 to 1, from which on the fault spoils the lighting, so that `Diagnosis.ok` is False. A
-        fault that affects less is a note. 0: the fault always spoils the lighting. None: it is always a note. For
-        misfit normals, the mean of their angles decides in place of the fraction.
+        Least affected fraction of the surface, 0 to 1, at which the fault spoils the lighting. `Diagnosis.ok` is then
+        False. If a smaller fraction is affected, the fault is only a note. 0 means that the fault always spoils the
+        lighting, and None that it never does. The fraction is not used for misfit normals: they spoil the lighting if
+        the mean angle between stored normals and faces exceeds `geometry.fit.MISFIT`.
     stored_help : bool
-        True if the fault is a note whenever the mesh has stored normals. Not read for inside-out faces: they are a note
-        if the stored normals point out of the backs of nearly all faces.
+        True if the fault is only a note in a mesh with stored normals. This is not used for inside-out faces: they are
+        a note if the stored normals point out of the backs of nearly all faces.
     meaning, remedy : str
         Description of the fault and of its repair. The remedy ends with a colon if code follows.
     """
@@ -172,7 +173,7 @@ The last word of a name is the affected element: cells, faces, edges, points or 
 WHERE = {"nothing_to_light": "mesh"} | dict.fromkeys(
     ("zero_normals", "non_finite_normals", "misfit_normals", "opposed_normals"), "points"
 )
-"""Affected elements of the kinds of fault whose name does not end with them."""
+"""Name of a kind of fault → affected elements, for the names that do not end with the elements."""
 
 FLAGS: dict[str, int] = {name: 1 << place for place, name in enumerate(KINDS)}
 """The bit of each kind in the arrays of `Diagnosis.to_mesh`."""

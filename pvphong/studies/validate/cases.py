@@ -114,7 +114,10 @@ class Case:
         return ", ".join(parts)
 
     def scene(self, mesh: pv.PolyData) -> Scene:
-        """Return the scene for a mesh: moved and scaled from one for a mesh of length 1 at the origin."""
+        """Return the scene for a mesh.
+
+        The scene is made for a mesh of length 1 at the origin, then moved and scaled to fit this mesh.
+        """
         size, center = mesh.length, np.array(mesh.center)
         eye = center + size * np.array([0.8, -0.8, 0.7])
         viewer = Viewer(position=eye.tolist(), focal_point=mesh.center, up=(0.0, 0.1, 1.0), parallel=self.parallel)

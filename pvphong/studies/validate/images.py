@@ -35,7 +35,7 @@ Image = NDArray[np.uint8]
 _ARRAY = "phong"
 
 _AMPLIFIED = 16
-"""Grey levels in the picture of differences per display step."""
+"""Number of grey levels that stand for one display step in the picture of differences."""
 
 _STEEPEST = 6.0
 """Least slope, relative to the image plane, at which a surface counts as part of the silhouette; about 80°."""
@@ -52,9 +52,9 @@ class ImageComparison:
     difference : ndarray
         Shape (height, width, 3), int16: ours minus VTK's, in steps of a display.
     inside : ndarray
-        Shape (height, width), bool: pixels inside the silhouette. Each of them and all its eight neighbours show the
-        surface, nowhere nearly edge-on. So pixels at contours inside the outline, such as those of a torus, are
-        excluded too.
+        Shape (height, width), bool: pixels inside the silhouette. A pixel is inside if it and its eight neighbours show
+        the surface, and the surface is nowhere nearly edge-on in them. So pixels at contours inside the outline, such
+        as those of a torus, are excluded too.
     """
 
     ours: Image
@@ -128,9 +128,8 @@ def compare_images(
     Raises
     ------
     ValueError
-        As for `pvphong.validate`. Also if the scene has highlights and a viewer at infinity, which VTK can only
-        approximate by a distant viewer; if the mesh has no faces or is out of view; or if VTK cannot draw on this
-        machine.
+        As for `pvphong.validate`. Also if the scene has highlights and a viewer at infinity, because VTK has only
+        viewers at a finite distance; if the mesh has no faces or is out of view; or if VTK cannot draw on this machine.
     """
     material = without_maps(as_material(material), "for a comparison of pictures")
     refuse_size(size)
@@ -209,9 +208,9 @@ def _window(
 def _inside(distances: Float64Array, viewer: Viewer) -> BoolArray:
     """Return the mask of the pixels well inside the mesh's silhouette, shape (height, width).
 
-    `distances` has the distance of each pixel's surface along the view axis, infinite where there is none. Around a
-    pixel of the mask, the distance changes by less than `_STEEPEST` pixel widths per pixel. Neighbours beyond the
-    border of the image count as empty.
+    `distances` has the distance of each pixel's surface along the view axis, infinite for pixels without a surface.
+    Around a pixel of the mask, the distance changes by less than `_STEEPEST` pixel widths per pixel. Neighbours beyond
+    the border of the image count as pixels without a surface.
     """
     padded = np.pad(distances, 1, constant_values=np.inf)
     around = np.lib.stride_tricks.sliding_window_view(padded, (3, 3))

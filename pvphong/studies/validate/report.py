@@ -172,8 +172,8 @@ def refuse_path(path: str | os.PathLike[str]) -> None:
 def vtk_report() -> VTKReport:
     """Compare a fixed list of scenes with VTK.
 
-    It has every kind of light, tier of VTK's lighting code, frame, matrix and projection. The meshes are bundled with
-    PyVista.
+    The list has every kind of light, tier of VTK's lighting code, frame, matrix and projection. The meshes are bundled
+    with PyVista.
 
     Returns
     -------

@@ -94,11 +94,11 @@ def validate(
     Raises
     ------
     InexpressibleError
-        A ValueError for a scene that VTK's shader cannot draw, if this makes a difference: lights with an ambient
-        colour or with a specular colour other than diffuse, Blinn-Phong, `PBR` in the standard convention, a viewer at
-        infinity with lights at a position, powers above 128, a matrix that flattens or has scales outside 1e-18 to
-        1e18, a mirrored surface, whose normals VTK turns away from the viewer. The error holds the nearest scene that
-        VTK can draw.
+        A ValueError if VTK's shader cannot draw the scene, and this changes the colours. It cannot draw lights with an
+        ambient colour or with a specular colour other than diffuse, Blinn-Phong, `PBR` in the standard convention, a
+        viewer at infinity with lights at a position, powers above 128, a matrix that flattens or has scales outside
+        1e-18 to 1e18, and a mirrored surface, because VTK turns the normals of this surface away from the viewer. The
+        error holds the nearest scene that VTK can draw.
     ValueError
         As for `evaluate`, or if the mesh has nothing to light.
 
@@ -264,8 +264,8 @@ class Comparison:
     ----------
     tolerance : float
         Bound on the errors: 16 · p · 2⁻²⁴ + 1e-6. The power p is the largest of several exponents: those of all spots
-        and, if the material has a highlight, its shininess. Without any, p is 0. Physically based shading has no
-        shininess, and 1e-6 is replaced by 6 · 2⁻²⁴ / roughness⁴ + 2e-6.
+        and, if the material has a highlight, its shininess. With neither spots nor a highlight, p is 0. For physically
+        based shading, which has no shininess, 6 · 2⁻²⁴ / roughness⁴ + 2e-6 replaces the term 1e-6.
     tier : int
         Tier of VTK's lighting code, 1 to 3; 0 if unlit.
     conversions : tuple of str
